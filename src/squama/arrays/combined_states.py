@@ -180,13 +180,13 @@ def held(
 def _met(
     psi: Array, phi: Array, y_n: Array, eta: Array, beta: Array, lam: Array, alpha: Array, theta0: Array
 ) -> tuple[screw.Screw, screw.Pair, tuple[Array, Array]]:
-    """Return how beams are bent and twisted, a pair of their scales, and its turns: closing and rolling."""
+    """Return the screw motion from pitch to pitch, a pair of scales, and its turns: closing and rolling."""
     g = screw.Screw.of(psi, phi, y_n)
     cos, sin = np.cos(alpha), np.sin(alpha)
     return g, screw.Pair.of(g, eta, beta, lam, alpha, theta0), (psi * cos + phi * sin, phi * cos - psi * sin)
 
 
 def _by_parts(f: Callable[[list[Array]], Iterable[Array]], columns: Sequence[Array]) -> Iterator[tuple[Array, ...]]:
-    """Yield each result of a function of columns (n,), taken :data:`PART` rows at a time, with its parts in order."""
+    """Yield each field of what a function returns of columns (n,), as its parts of :data:`PART` rows."""
     parts = (f([v[i : i + PART] for v in columns]) for i in range(0, max(1, columns[0].size), PART))
     return zip(*parts, strict=True)

@@ -77,7 +77,7 @@ def _row(
     sense: str,
     neighbour: int,
 ) -> Twist:
-    """Row of a neighbour at the inclinations ``theta``, checked."""
+    """Check the arguments of :func:`contact` and return the row of scales at the inclinations ``theta``."""
     given = {name: arguments.positive(name, v) for name, v in (("eta", eta), ("beta", beta), ("lam", lam))}
     alpha = arguments.between("alpha", alpha, 0.0, np.pi / 2)
     theta = arguments.between("theta", theta, 0.0, np.pi)
@@ -157,7 +157,7 @@ def forces(
     sense: str = "+",
     neighbour: int = 1,
 ) -> Forces:
-    """Give forces and torque while the contact slides at the inclinations ``theta`` (paper Eqs. 7-14).
+    """Return forces and torque while the contact slides at the inclinations ``theta`` (paper Eqs. 7-14).
 
     Parameters
     ----------

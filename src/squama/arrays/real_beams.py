@@ -53,22 +53,22 @@ class Designs(NamedTuple):
 
     @property
     def shape(self) -> law.Shape:
-        """What their joints depend on."""
+        """The ratios on which the law of the joint depends."""
         return law.Shape(*(getattr(self, name) for name in law.Shape._fields))
 
     def at(self, i: Array) -> Designs:
-        """Return some of them."""
+        """Return the designs with the numbers ``i``."""
         return Designs(**{name: v[i] for name, v in self._asdict().items() if v is not None})
 
     def scales(self, *, ideal: bool) -> path.Scale:
-        """Return their scales, thin and rigid or as they are."""
+        """Return the scales of the designs: as they are or, ``ideal``, thin and rigid."""
         one = path.Scale(self.eta, self.beta, self.lam, self.alpha, self.theta0, self.thickness, nu=self.scale_nu)
         if ideal:
             return one._replace(h=0.0 * self.thickness, D=np.full(self.eta.size, np.inf))
         return one._replace(D=section.plate_rigidity(self.modulus_ratio, self.thickness, self.scale_nu))
 
     def joints(self, given: Given) -> Array:
-        """Return their joints (n, 9, 9), or (n, 7, 7): the beam's matrix or the law's, scaled to what is given."""
+        """Return the joints (n, 9, 9) or (n, 7, 7): the beam's matrix or the law's, scaled to stated figures."""
         if given.matrix is None:
             K = law.stiffness(self.shape)
         else:
@@ -270,7 +270,7 @@ def follow(
 
 
 def _slopes(x: Array, y: Array, start: Array) -> Array:
-    """Return the slopes of y (n, m) over x (n, m), those before ``start`` (n,) and after it taken apart."""
+    """Return the slopes of y (n, m) over x (n, m), without differences across ``start`` (n,)."""
     steps = np.diff(x)
     each, weights = np.diff(y) / steps, 1 / steps
     touching = np.real(x) >= np.real(start)[:, None]

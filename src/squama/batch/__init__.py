@@ -1,4 +1,4 @@
-"""Answers for arrays of designs.
+"""Arrays of designs on hinges, solved together.
 
 ``solve`` checks and broadcasts its arguments, has the designs answered one by one (:mod:`squama.batch.answers`) and
 gives the results their shape back.
@@ -47,7 +47,7 @@ class Solved(NamedTuple):
 
     @classmethod
     def of(cls, a: Answers, theta0: Array, ratio: Array | float = 0.0) -> Solved:
-        """Return what was answered of designs at rest at ``theta0``, of a ``ratio`` of stiffness; all flat."""
+        """Return results from flat answers; ``theta0`` at rest, ``ratio`` of stiffness as of :func:`solve`."""
         theta_end = np.where(a.kind == FOLDED, a.theta_f - a.x_end**2, a.x_end)
         elastic = (ratio * a.load_c**2 + (a.theta_c - theta0) ** 2) / 2
         total = elastic + a.work

@@ -1,4 +1,4 @@
-"""Datasets to files and back; the file's extension chooses the format, a row of :data:`FORMATS`.
+"""Datasets to and from files; the extension chooses the format, a row of :data:`FORMATS`.
 
 A CSV file has one row per point for people, and all the rest in comments that a program reads back. It begins with
 ``# squama file: 1``. Then follow, one JSON value to a line, the sizes of the dimensions, the attributes (among them the
@@ -144,12 +144,12 @@ def write_csv(dataset: xr.Dataset, place: Path) -> None:
 
 
 def _json(value: object) -> str:
-    """Return JSON in which no comma is followed by what a spreadsheet would take for the begin of a formula."""
+    """Return JSON in which no cell begins like a formula when a spreadsheet splits it at commas."""
     return _JOINED.sub(lambda found: f"{found[1]}\\u{ord(found[2]):04x}", _encode(value))
 
 
 def _hash(text: str) -> str:
-    """Return the hash of the lines of a CSV file but that of the hash itself, however they end."""
+    """Return the hash of the lines of a CSV file without the line of the hash; line ends do not matter."""
     lines = re.sub(r"\r\n?", "\n", text).rstrip().split("\n")
     kept = "\n".join(line for line in lines if not line.startswith(CSV_HASH))
     return hashlib.sha256(kept.encode()).hexdigest()
@@ -191,7 +191,7 @@ def read_csv(path: str | os.PathLike[str]) -> xr.Dataset:
 
 @contextmanager
 def _damage(table: tabular.Table, line: int) -> Iterator[None]:
-    """Turn what goes wrong with a line into the error that names it."""
+    """Turn any error about a line into an InputError that names the line."""
     try:
         yield
     except InputError:
@@ -289,7 +289,7 @@ def read_netcdf(path: str | os.PathLike[str]) -> xr.Dataset:
 
 
 def stored(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Return what a netCDF file holds, the mark of squama too; refuse values that take far more than the file."""
+    """Return the dataset of a netCDF file with the mark of squama; refuse far more values than the file is large."""
     import h5netcdf
     import xarray as xr
 

@@ -1,4 +1,4 @@
-"""Reading and writing files: what goes wrong is one clear line, and nothing is left half-written."""
+"""Reading and writing files: an error is one clear line, and no file is left half-written."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def read_any_text(path: str | os.PathLike[str], *, limit: int = LARGEST_TEXT) ->
 
 
 def _text_bytes(path: str | os.PathLike[str], limit: int, missing: str) -> bytes:
-    """Return the bytes of a file that holds more than white space and is not larger than the limit."""
+    """Return the bytes of a file; refuse one that is empty, white space only, or larger than the limit."""
     data = read_bytes(path, limit + 1, missing=missing)
     if len(data) > limit:
         raise _error(path, f"is larger than {limit:,} bytes", "check the name")
@@ -103,7 +103,7 @@ def _text_bytes(path: str | os.PathLike[str], limit: int, missing: str) -> bytes
 
 
 def _plain(path: str | os.PathLike[str], data: bytes) -> bytes:
-    """Refuse bytes that no text of one byte a character has."""
+    """Return bytes of text; refuse those with a zero, which are binary or UTF-16."""
     if b"\0" in data:
         raise _error(path, "is a binary file (or UTF-16 text)", "save it as plain text in UTF-8")
     return data
@@ -196,7 +196,7 @@ def _naming(
     path: str | os.PathLike[str], known: Mapping[int, tuple[str, str]], reason: str, remedy: str = "",
     kinds: tuple[type[Exception], ...] = _PLACE,
 ) -> Iterator[None]:  # fmt: skip
-    """Turn what goes wrong with a place into the error that names it, with what is known of it or a reason."""
+    """Turn an error of the system into an InputError that names the path: with a known reason, or a general one."""
     try:
         yield
     except InputError:
@@ -209,13 +209,13 @@ def _naming(
 
 
 def _reading(path: str | os.PathLike[str], missing: str) -> AbstractContextManager[None]:
-    """Name what goes wrong with a file that is to be read; ``missing`` says what to do if there is none."""
+    """Name the path in errors of reading; ``missing`` is the remedy where there is no such file."""
     none = "no such file", missing
     return _naming(path, {**_TO_READ, errno.ENOENT: none, errno.ENOTDIR: none}, "cannot be read")
 
 
 def _writing(path: str | os.PathLike[str], kinds: tuple[type[Exception], ...] = _PLACE) -> AbstractContextManager[None]:
-    """Name what goes wrong with a place that is to be written; an error of another kind passes."""
+    """Name the path in errors of writing; errors of other kinds pass."""
     return _naming(path, _TO_WRITE, "cannot be written", _ELSEWHERE, kinds)
 
 
@@ -273,7 +273,7 @@ def _places(path: str | os.PathLike[str]) -> tuple[Path, Path]:
 
 @contextmanager
 def _at_work(folder: Path) -> Iterator[None]:
-    """Take away what killed writers have left in a folder, unless another one is at work there; be one meanwhile.
+    """Remove what killed writers left in a folder, unless another writer is at work there; hold a lock meanwhile.
 
     A writer has a lock on the folder, which ends with its process. Where the system has no such locks all is left.
     """

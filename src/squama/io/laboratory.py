@@ -1,4 +1,4 @@
-"""Tables of text as laboratories write them, brought to one form: a header with units, cells with decimal points.
+"""Tables as laboratories write them, brought to one form: a header with units, and decimal points.
 
 What a file does not say is guessed from its text, and the guess is kept in words: encoding, decimal comma, lines above
 the header, a second line of units. Line numbers stay those of the file.
@@ -48,7 +48,7 @@ def split(cell: str) -> tuple[str, str]:
 
 
 def dimension(unit: str) -> Dimension | None:
-    """Return what a unit measures of what a test has: an angle, a torque, a twist rate, a time; else None."""
+    """Return the dimension of a unit: angle, torque, twist rate or time; None for any other."""
     found = look_up(unit) if unit else None
     return found[0] if found and found[0] in MEASURED else None
 
@@ -90,7 +90,7 @@ def read(path: str | os.PathLike[str], known: set[str], columns: str | Mapping[s
 
 
 def number(cell: str, decimal: str, gap: str = "") -> float:
-    """Return a number whose decimals are set off by ``decimal``, "." or ","; ``gap`` as in :func:`tabular.number`.
+    """Read a number with the decimal sign ``decimal``, "." or ","; ``gap`` as in :func:`tabular.number`.
 
     >>> number("1,25e3", ","), number("-.5", ".")
     (1250.0, -0.5)
@@ -104,7 +104,7 @@ def number(cell: str, decimal: str, gap: str = "") -> float:
 
 
 def decimal_of(cells: Sequence[str], given: str | None) -> str:
-    """Return what sets decimals off in cells, "." or ",": as it is given, or a comma if no number has a point."""
+    """Return the decimal sign of cells: as given; else a comma if some number has one and none has a point."""
     if given is not None:
         if given not in (".", ","):
             refuse("decimal", shown(given), 'must be "." or ","')
@@ -142,12 +142,12 @@ def _header(rows: Mapping[int, Sequence[str]], known: set[str], wanted: Mapping[
 
 
 def _units(cells: Sequence[str]) -> bool:
-    """Say whether a line holds units and nothing else that could be read."""
+    """Say whether a line holds units, and no numbers."""
     return not any(map(_is_number, cells)) and any(dimension(_unit(cell)) for cell in cells)
 
 
 def _unit(text: str) -> str:
-    """Return a unit without brackets, in a word that is known."""
+    """Return a unit without brackets, by its symbol."""
     text = text.strip()
     match = _BRACKETS.fullmatch(text)
     text = (match[1] if match else text).strip()
@@ -159,7 +159,7 @@ def _is_number(cell: str) -> bool:
 
 
 def _renamed(table: tabular.Table, units: Sequence[str], wanted: Mapping[str, str]) -> tabular.Table:
-    """Return a table whose header has the units of a second line, and the names that are wanted."""
+    """Return a table whose header has the units of a second line and the names that the user gives."""
     cells = list(table.header.cells)
     for i, unit in enumerate(units[: len(cells)]):
         if unit and not split(cells[i])[1]:

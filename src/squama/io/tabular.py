@@ -108,7 +108,7 @@ def no_header(table: Table, wanted: str) -> InputError:
 
 
 def ragged(table: Table, row: Row) -> list[Problem]:
-    """Say that a row has not as many cells as the header; nothing if it has."""
+    """Return the mistake of a row that has not as many cells as the header; none if it has."""
     width, have = len(table.header.cells), len(row.cells)
     if have == width:
         return []
@@ -165,18 +165,18 @@ def numbers(
 
 
 def shown_cell(cell: str) -> str:
-    """Return a cell as messages show it: a number as it is, text in quotes."""
+    """Return a cell for a message: a number as it is, text in quotes."""
     text = cell.strip()
     return text if is_number(text) else shown(text)
 
 
 def close(name: str, known: Iterable[str]) -> str:
-    """Return the known name that a misspelt one is meant to be, or nothing."""
+    """Return the known name that is most like a misspelt one, or ""."""
     by_fold = {other.casefold(): other for other in known}
     return next((by_fold[found] for found in difflib.get_close_matches(name.casefold(), list(by_fold), n=1)), "")
 
 
 def guess(name: str, known: Iterable[str], form: str = "{}") -> str:
-    """Return "did you mean ...? " for a misspelt name, or nothing."""
+    """Return "did you mean ...? " for a misspelt name, or ""."""
     meant = close(name, known)
     return f"did you mean {form.format(meant)}? " if meant else ""

@@ -40,7 +40,7 @@ def sweep(beam: Beam, over: str, values: Sequence[float] | Array) -> Ratios:
 
 
 def ends(r: Ratios, mu: float | Array, law: str) -> solution.Solution:
-    """Follow the tip-side contact that is met first in each design."""
+    """Solve the first tip-side contact of each design."""
     mus = np.broadcast_to(np.asarray(mu, float), r["eta"].shape)
     return solution.solve({**r, "mu": mus}, law=law, sense="+")
 

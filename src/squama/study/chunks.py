@@ -1,4 +1,4 @@
-"""The chunks of a store, held against their checksums when they are read and when a sweep is gone on with.
+"""The chunks of a store: each is checked against its checksums when it is read and when a sweep is resumed.
 
 The last four bytes of a chunk are the CRC-32C of those before. Of each chunk of a finished tile the array of checksums
 keeps the same sum with the name of its place after the chunk, so a chunk in the place of another is noticed too.
@@ -33,18 +33,18 @@ _MOST = 2**20
 
 
 def sum_at(place: str, chunk: bytes) -> bytes:
-    """Return the checksum of a chunk and of the name of its place behind it (``RED/c.0.1``)."""
+    """Return the CRC-32C (4 bytes) of a chunk followed by the name of its place (``RED/c.0.1``)."""
     own = int.from_bytes(chunk[-_SUM:], "little")
     return int(crc32c.extend(own, place.encode())).to_bytes(_SUM, "little")
 
 
 def sums_of(tile: str) -> str:
-    """Return the place of the checksums of a tile: their array has a dimension more, the variables."""
+    """Return the place of the checksums of a tile; their array has one more dimension, the variables."""
     return f"{CHECKSUMS}/{tile}.0"
 
 
 def check(path: Path, plan: Plan, tile: str, only: str | None = None) -> None:
-    """Refuse a tile (``c.0.1``) that bears a mark and is not whole, in all its variables or one of them."""
+    """Refuse a damaged tile (``c.0.1``) that is marked as done; ``only``: check this variable alone."""
     names = list(plan.variables)
     mark, sums = (_sound(path, plan, tile, place)[:-_SUM] for place in (f"{STATUS}/{tile}", sums_of(tile)))
     if mark != _DONE or len(sums) != _SUM * len(names):
@@ -56,7 +56,7 @@ def check(path: Path, plan: Plan, tile: str, only: str | None = None) -> None:
 
 
 def _sound(path: Path, plan: Plan, tile: str, place: str) -> bytes:
-    """Return a chunk that fits its own checksum."""
+    """Return the bytes of a chunk, or refuse one that is missing or does not fit its own checksum."""
     try:
         chunk = files.read_ordinary(path / place, _MOST + 16 * math.prod(plan.tile))
     except FileNotFoundError:
@@ -77,7 +77,7 @@ def _refuse(path: Path, tile: str, what: str, remedy: str = _ANEW) -> NoReturn:
 
 
 class Checked(LocalStore):
-    """The files of a store for reading: no chunk of a tile without a mark, none that is damaged, nothing foreign."""
+    """A store for reading: hides tiles that are not marked and foreign files, and refuses damaged chunks."""
 
     def __init__(self, root: Path, plan: Plan) -> None:
         super().__init__(root, read_only=True)
@@ -89,13 +89,13 @@ class Checked(LocalStore):
         return self
 
     async def list_dir(self, prefix: str) -> AsyncIterator[str]:
-        """Yield the names in a folder; of the store's own, those that the plan tells."""
+        """Yield the names in a folder; in the root, only arrays of the plan."""
         async for name in super().list_dir(prefix):
             if prefix.strip("/") or name in self._own:
                 yield name
 
     def _there(self, key: str) -> bool:
-        """Say whether a file may be read: one that the plan tells, but for a chunk of a tile that is not done."""
+        """Say whether a file may be read: it follows from the plan, and its tile is done."""
         name, _, tile = key.rpartition("/")
         if key.partition("/")[0] not in self._own:
             return False

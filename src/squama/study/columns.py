@@ -26,7 +26,7 @@ _OPTIONAL = {"scale": ("youngs_modulus", "poisson_ratio", "strength"), "substrat
 
 
 class Cells(NamedTuple):
-    """What the response of each cell depends on; SI units, radians, arrays that broadcast against each other.
+    """All that the response of many beams depends on: arrays that broadcast against each other, SI units, radians.
 
     ``lam`` is :meth:`squama.loads.Load.height`, ``K`` stiffness of a joint, ``d`` pitch, ``rigidity`` of the beam
     without contact; the rest are sizes and ratios.
@@ -78,7 +78,7 @@ class Cells(NamedTuple):
 def columns(
     beam: Beam, values: Mapping[str, object], *, load: str = "twisting", each: joint_law.Each = joint_law.whole
 ) -> Cells:
-    """Return the designs of a beam with some values replaced; complex where values are complex.
+    """Return the columns of a beam with some values replaced; complex where values are complex.
 
     ``values`` are numbers or arrays that broadcast, by the names of :data:`squama.study.parameters.PARAMETERS` or its
     aliases, SI units. Nothing is checked; see :func:`valid`. ``each`` says how the laws of joint and section are
@@ -161,14 +161,14 @@ def check(beam: Beam, load: str, swept: Sequence[Axis]) -> None:
 
 
 def _corners(limits: Mapping[str, tuple[float, float]]) -> Iterator[dict[str, float]]:
-    """Yield the corners of what varies, without what belongs to no beam."""
+    """Yield the corners of the ranges of a beam's parameters; friction, margin and bend are left out."""
     named = {name: limit for name, limit in limits.items() if name not in ("mu", "margin", HELD)}
     for corner in itertools.product(*named.values()):
         yield {name: float(value) for name, value in zip(named, corner, strict=True)}
 
 
 def matrix_warnings(beam: Beam, load: str, limits: Mapping[str, tuple[float, float]]) -> list[str]:
-    """Say what :class:`squama.Beam` says of a joint's matrix where its shape varies: it stays that of its own shape."""
+    """Return the warnings about a joint's matrix at the corners of a range: it stays that of its own shape."""
     if beam.joint.matrix is None:
         return []
     for here in _corners(limits):
@@ -190,7 +190,7 @@ def beam_at(beam: Beam, load: str, values: Mapping[str, float]) -> Beam:
 
 
 def beam_of(beam: Beam, c: Cells, shape: tuple[int, ...] = (), cell: tuple[int, ...] = ()) -> Beam:
-    """Return the beam of a cell, validated, with the friction of ``beam``; the cells' arrays broadcast to a shape."""
+    """Return the validated beam of one cell of a shape, with the friction of ``beam``."""
 
     def number(v: Any) -> float:
         return float(np.broadcast_to(v, shape)[cell])

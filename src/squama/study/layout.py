@@ -1,4 +1,4 @@
-"""The files that follow from the plan of a store: its arrays, empty, and its coordinates, as zarr writes them."""
+"""The files of a store that its plan determines: metadata of arrays, and coordinates, as zarr writes them."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ def fill(place: object, plan: Plan) -> None:
 
 
 def following(plan: Plan) -> dict[str, bytes]:
-    """Return the files of a store that the plan tells but for the plan's own: of each array, and its coordinates."""
+    """Return the files that the plan determines, by place: of each array, but not of the group."""
     made: dict[str, Buffer] = {}
     fill(need("zarr").storage.MemoryStore(store_dict=made), plan)
     return {name: data.to_bytes() for name, data in made.items() if "/" in name}
 
 
 def alike(found: Mapping[str, bytes], plan: Plan, name: str) -> bool:
-    """Say whether files of an array mean what the plan tells, in other letters: those of another version of zarr."""
+    """Say whether files of an array mean what the plan says, though another version of zarr wrote them."""
     library = need("zarr")
     made = library.storage.MemoryStore()
     fill(made, plan)

@@ -1,4 +1,4 @@
-"""By which model the beams of a study are answered: the joint, its scales, and the twist at which figures are taken.
+"""The model of a study: the kind of joint, thin or thick scales, and the twist at which figures are taken.
 
 Many beams on compliant joints are followed by :mod:`squama.study.real_columns`, which knows the joint by a beam's
 matrix or the law; those on hinges are solved by :mod:`squama.study.hinge_columns`.
@@ -59,7 +59,7 @@ class Twist(NamedTuple):
         return f"{self.value!r} {self.unit}"
 
     def words(self, scales: int) -> str:
-        """Return the twist for people, of a beam of some scales: per pitch or in all, as it is a round number.
+        """Return the twist as text, per pitch or of the whole beam of some scales, whichever is the rounder number.
 
         >>> Twist(math.radians(130) / 25, "rad/pitch").words(25), Twist(0.08, "rad/pitch").words(25)
         ('130 deg total', '0.08 rad/pitch')
@@ -76,7 +76,7 @@ class Twist(NamedTuple):
         return f"{number:.{6 if digits((number, unit)) < 7 else 4}g} {unit}"
 
     def per_pitch(self, d: Array | float) -> Array:
-        """Return the load angle per pitch of beams of some pitches."""
+        """Return the load angle (rad) per pitch; ``d``: pitches (m)."""
         return np.asarray(self.value * d if self.unit == "rad/m" else self.value)
 
 
@@ -125,7 +125,7 @@ class Model(NamedTuple):
         return self.joint == "compliant"
 
     def cells(self, beam: Beam, load: str, values: Mapping[str, Any], each: joint_law.Each = joint_law.whole) -> Cells:
-        """Return the columns of beams with some values replaced, of what the model needs of their joints."""
+        """Return the columns of a beam with some values replaced; real beams need those of twisting under any load."""
         return columns(beam, values, load="twisting" if self.real else load, each=each)
 
     def solved(
@@ -143,7 +143,7 @@ class Model(NamedTuple):
 
     @property
     def record(self) -> dict[str, object]:
-        """The model as plain data; nothing of the paper's."""
+        """The model as plain data; empty for the paper's, thin scales on hinges."""
         if self == Model():
             return {}
         return {"joint": self.joint, "ideal": self.ideal, "at": self.at and self.at.text}
@@ -157,13 +157,13 @@ class Model(NamedTuple):
         return cls(record["joint"], record["ideal"], at and Twist.from_text(at))
 
     def attrs(self, beam: Beam) -> dict[str, str]:
-        """Return what datasets say of it."""
+        """Return the attributes of a dataset that name the model."""
         found = {"joint": self.joint, "scales": idealisation(beam, self.joint, ideal=self.ideal)}
         found |= {"neutral": beam.given.line} if self.real else {}
         return found | ({"at": self.at.text} if self.at else {})
 
     def warnings(self, beam: Beam, load: str, sense: str) -> list[str]:
-        """Say where the beam itself leaves what the model was compared with."""
+        """Return warnings about where the beam itself leaves the range in which the model was verified."""
         lines = beam.warnings(load, sense, self.joint)
         if self.at and choice.known(beam):
             far = float(self.at.per_pitch(beam.pitch))
@@ -195,7 +195,7 @@ def _engagement(beam: Beam, load: str, sense: str, *, ideal: bool) -> float:
 
 
 def shares(counts: Array) -> list[str]:
-    """Say how many beams of the real model have no figures, or not all, by the counts of their ends' codes."""
+    """Return notes on the share of real beams that lack figures, from the counts of each end's code."""
     lines = []
     of = {
         real_columns.UNKNOWN: "the law of the joint does not know them: they have no figures",

@@ -82,7 +82,7 @@ _STATUS_ATTRS = {"long_name": "state of each tile", "flag_values": [0, 1], "flag
 
 
 class Plan(NamedTuple):
-    """All that determines the numbers of a sweep, and nothing else."""
+    """All that determines the numbers in a store, and nothing else: equal plans give equal bytes."""
 
     beam_toml: str
     load: str
@@ -126,7 +126,7 @@ class Plan(NamedTuple):
         return tuple(-(-n // m) for n, m in zip(self.shape, self.tile, strict=True))
 
     def tiles(self, shard: tuple[int, int] = (1, 1)) -> Iterator[Tile]:
-        """Tiles in their order; of shard i of n those whose number is i - 1 modulo n."""
+        """Tiles in order; shard (i, n) has every n-th tile from the i-th on."""
         every = itertools.product(*(range(n) for n in self.grid))
         return itertools.islice(every, shard[0] - 1, None, shard[1])
 
@@ -157,7 +157,7 @@ class Plan(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The configuration as JSON, always in the same letters."""
+        """The configuration as JSON; equal plans give equal text."""
         return json.dumps(self.configuration, sort_keys=True, separators=(",", ":"))
 
     @property
@@ -224,7 +224,7 @@ def attributes(plan: Plan) -> dict[str, object]:
 
 
 def tile_shape(shape: tuple[int, ...], dims: tuple[str, ...], most: int) -> tuple[int, ...]:
-    """Return a tile of at most so many cells, as even as can be; one law and one margin to a tile."""
+    """Return the shape of tiles of at most ``most`` cells, as even as possible, with one law and one margin each."""
     parts = [n if dim in ("law", "margin") else 1 for n, dim in zip(shape, dims, strict=True)]
     while True:
         sides = [-(-n // k) for n, k in zip(shape, parts, strict=True)]
@@ -235,7 +235,7 @@ def tile_shape(shape: tuple[int, ...], dims: tuple[str, ...], most: int) -> tupl
 
 
 def versions() -> dict[str, str]:
-    """Versions of what the last digits depend on."""
+    """Versions of the packages on which the last digits depend."""
     return {**{name: metadata.version(name) for name in ("numba", "numpy", "scipy")}, "squama": __version__}
 
 
@@ -252,7 +252,7 @@ def differences(stored: Plan, asked: Plan) -> list[str]:
 
 
 def _entries(plan: Plan) -> dict[tuple[str, str], tuple[object, str]]:
-    """Return the entries of a configuration by their word and what tells them apart, each with its text."""
+    """Return the entries of a configuration by name (and parameter), each with its value and its text."""
     found: dict[tuple[str, str], tuple[object, str]] = {}
     for key, value in {**plan.model._asdict(), **plan.configuration}.items():
         if key == "over":

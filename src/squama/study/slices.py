@@ -1,4 +1,4 @@
-"""Slices of a sweep: two dimensions, perhaps a panel for each value of a third, the rest held at one value.
+"""Slices of a sweep: two dimensions, a panel for each value of a third, and one value of all others.
 
 And the paths of single beams of a slice: inclination against load angle, without friction.
 """
@@ -85,7 +85,7 @@ def take(
 
 
 def thinned(part: Slice, most: int) -> Slice:
-    """Return a slice with at most so many values along x and y, read from the store."""
+    """Return a slice with at most ``most`` values along x and y, read from the store."""
     steps = {dim: slice(None, None, -(-part.data.sizes[dim] // most)) for dim in (part.x, part.y) if dim}
     return part._replace(data=part.data.isel(steps).load())
 
@@ -104,7 +104,7 @@ def worded(data: xr.Dataset) -> xr.Dataset:
 
 
 def values_of(part: Slice, texts: Sequence[object], *, bare: bool) -> list[float]:
-    """Return the values of y that lie nearest to the given ones."""
+    """Return the values of y on the grid that lie nearest to the given ones."""
     assert part.y is not None
     places = dict.fromkeys(_index(part.data, part.y, text, bare) for text in texts)
     return [float(part.data[part.y].values[i]) for i in places]

@@ -67,7 +67,7 @@ class Writer:
 
     @contextlib.contextmanager
     def claim(self, tile: Tile) -> Iterator[bool]:
-        """Take a tile, and the mark from one that is damaged; False if it is done or another writer has it."""
+        """Lock a tile and unmark a damaged one; False if it is done or another writer has it."""
         mark = self.path / STATUS / key(tile)
         claimed = mark.with_name(mark.name + _PARTIAL)
         # while any writer holds the store nobody sweeps it
@@ -84,7 +84,7 @@ class Writer:
                     claimed.unlink(missing_ok=True)
 
     def write(self, tile: Tile, values: Mapping[str, Array]) -> None:
-        """Write data and checksums of a tile, then its mark; where the disk fails what was written is taken away."""
+        """Write data and checksums of a tile, then its mark; if that fails remove all of them."""
         from squama.study.chunks import sum_at, sums_of
 
         data = [f"{name}/{key(tile)}" for name in self.plan.variables]
@@ -108,7 +108,7 @@ class Writer:
 
 
 def sweep_orphans(path: Path, plan: Plan) -> None:
-    """Take away what killed writers have left in a store, unless a living one is at work there."""
+    """Remove what killed writers left in a store, unless another writer is at work there."""
     with contextlib.suppress(OSError), _opened(path / "zarr.json") as store:
         if not _locked(store):
             return
@@ -148,7 +148,7 @@ def _same(handle: int | None, path: Path) -> bool:
 
 
 def _locked(handle: int | None, *, wait: bool = False) -> bool | None:
-    """Lock an open file, for one or (``wait``) with others; False if another has it, None where locks are unknown."""
+    """Lock an open file, alone or (``wait``) shared; False if another has it, None where there are no locks."""
     if handle is None:
         return None
     library = need("portalocker")
@@ -163,7 +163,7 @@ def _locked(handle: int | None, *, wait: bool = False) -> bool | None:
 
 
 def flush(place: Path) -> None:
-    """Wait until the disk has a file or a folder."""
+    """Wait until a file or a folder is on the disk."""
     # Windows flushes only what may be written
     with _opened(place, os.O_RDWR if os.name == "nt" else os.O_RDONLY) as handle:
         if handle is not None:
@@ -176,7 +176,7 @@ def _writable(path: Path) -> bool:
 
 
 def refused(path: Path, error: OSError) -> InputError:
-    """Return the line for an error of the file system."""
+    """Return the error that names the store for an error of the file system."""
     if error.errno in {errno.ENOSPC, errno.EDQUOT}:
         return _no(path, "the disk is full", "make room and run the same command again, finished tiles are kept")
     if error.errno in {errno.EACCES, errno.EPERM, errno.EROFS}:
@@ -213,7 +213,7 @@ def _create(path: Path, plan: Plan) -> None:
 
 
 def _clear(path: Path) -> None:
-    """Take away what makers of this store have left beside it that were killed; never what a living one holds."""
+    """Remove the unfinished copies of this store that killed runs left beside it; a living run has its copy locked."""
     ours = re.compile(re.escape(f".{path.name}.") + r"[0-9a-f]{12}\.new")
     with contextlib.suppress(OSError):
         for beside in path.absolute().parent.iterdir():
@@ -224,7 +224,7 @@ def _clear(path: Path) -> None:
 
 
 def read_plan(path: Path) -> Plan:
-    """Return the plan of a store; refuse what is none, what squama did not write, and a damaged one."""
+    """Return the plan of a store; refuse a missing, foreign or damaged one."""
     if not files.exists(path):
         raise _no(path, "no such store", "make it with: squama sweep beam.toml --over mu=0:2:401 -o map.zarr")
     text = ""
@@ -251,7 +251,7 @@ def read_plan(path: Path) -> Plan:
 
 
 def check(path: Path, plan: Plan, remedy: str = _REWRITE) -> Array:
-    """Look at every part of a store but the tiles; return which of these bear a mark, in the shape of the grid.
+    """Check all of a store but the tiles; return which tiles are marked as done, in the shape of the grid.
 
     A damaged store is refused; ``remedy`` is for a file that follows from the plan.
     """
@@ -270,7 +270,7 @@ def check(path: Path, plan: Plan, remedy: str = _REWRITE) -> Array:
 
 
 def _mend(path: Path, plan: Plan) -> None:
-    """Write the files anew that follow from the plan, where they are not as they should be and the place allows it."""
+    """Rewrite damaged files that the plan determines, where the place can be written."""
     for place, data in following(plan).items():
         file = path / place
         with contextlib.suppress(OSError):
@@ -283,7 +283,7 @@ def _mend(path: Path, plan: Plan) -> None:
 
 
 def whole(path: Path, plan: Plan, tile: Tile) -> bool:
-    """Say whether a tile has its mark and all that the mark stands for; a folder in the place of a chunk is refused."""
+    """Say whether a tile is marked as done and undamaged; refuse a folder in the place of a chunk."""
     from squama.study import chunks
 
     name = key(tile)
@@ -300,7 +300,7 @@ def whole(path: Path, plan: Plan, tile: Tile) -> bool:
 
 
 def marked(path: Path, plan: Plan) -> Array:
-    """Say of each tile whether it has the mark of a finished one."""
+    """Say of each tile whether it is marked as done."""
     return _chunks(path / STATUS, plan.grid)
 
 
@@ -318,22 +318,18 @@ def _chunks(folder: Path, grid: tuple[int, ...]) -> Array:
 
 
 def there(path: Path) -> bool:
-    """Say whether something is in the place of a store; refuse one that cannot take a store."""
+    """Say whether a path exists; refuse one that cannot become a store."""
     need("zarr")
     if path.suffix.lower() != ".zarr":
         refuse(files.label(path) or '""', "", "has not the extension .zarr", "write e.g. map.zarr")
     if files.exists(path):
         return True
-    folder = path.absolute().parent
-    if not folder.is_dir():
-        raise _no(path, f"its folder {files.label(folder)} does not exist", "make it first or give another path")
-    if not _writable(folder):
-        raise _no(path, f"its folder {files.label(folder)} is read-only", "give another path")
+    files.try_place(path)
     return False
 
 
 def prepare(path: Path, plan: Plan, shard: tuple[int, int] = (1, 1)) -> Array:
-    """Make the store of a plan, or find it to go on with; return which tiles are done.
+    """Make the store of a plan, or open it to resume; return which tiles are done.
 
     Those of the shard are held against their checksums. A place that cannot take the store, or that holds anything
     else, is refused and left as it was.

@@ -47,7 +47,7 @@ MOST_TILES = 1_000_000
 
 
 class State(NamedTuple):
-    """Where a run stands: tiles and cells of its share, those done (also by earlier runs), seconds gone and left."""
+    """Progress of a run: tiles and cells of its share, those done (by earlier runs too), seconds elapsed and left."""
 
     tiles: int
     tiles_done: int
@@ -163,7 +163,7 @@ def make_plan(
     tile: int | None = None,
     bare: bool = True,
 ) -> Plan:
-    """Check the arguments of :func:`sweep` and every corner of its grid; return what is to be computed."""
+    """Check the arguments of :func:`sweep` and the corners of its grid; return the plan."""
     only_one(beam.faces, "a sweep")
     arguments.load(load)
     arguments.sense(sense)
@@ -266,7 +266,7 @@ def compute(plan: Plan, tile: Tile) -> dict[str, Array]:
 
 
 def notes(plan: Plan, joint: str | None, data: xr.Dataset) -> list[str]:
-    """Say why the joint that is asked for is not taken, or how many cells lack figures, and why; read tile by tile."""
+    """Return notes: why hinges answer instead of the joint, or which share of the cells lacks figures and why."""
     if not plan.model.real:
         note = models.note(_beam(plan.beam_toml), plan.load, plan.laws, joint, bent=parameters.HELD in plan.dims)
         return [note] if note else []
@@ -290,7 +290,7 @@ def _writer(path: str, digest: str) -> store.Writer:  # noqa: ARG001 - another s
 
 
 def one_tile(path: str, tile: Tile, values: Mapping[str, Array] | None = None) -> bool:
-    """Solve one tile of a store, unless its values are given, and write it; False if it is done or another has it."""
+    """Solve (if no values are given) and write one tile; False if it is done or another writer has it."""
     place = Path(path)
     try:
         writer = _writer(path, store.read_plan(place).digest)
@@ -303,7 +303,7 @@ def one_tile(path: str, tile: Tile, values: Mapping[str, Array] | None = None) -
 
 
 def read_shard(text: str | None) -> tuple[int, int]:
-    """Return i and n of "i/n", 1 <= i <= n."""
+    """Read a shard "i/n", 1 <= i <= n."""
     match = re.fullmatch(r"\s*(\d{1,9})\s*/\s*(\d{1,9})\s*", str(text or "1/1"))
     if match is None:
         refuse("shard", shown(text), "is not i/n", "write e.g. 1/4")
@@ -330,13 +330,13 @@ def _bar() -> Iterator[Listener]:
 
 
 def known(name: str) -> None:
-    """Refuse a name that is none of a listener."""
+    """Refuse a name other than bar, json and none."""
     if name not in ("bar", "json", "none"):
         refuse("progress", shown(name), "must be bar, json or none")
 
 
 def listener(progress: str | Listener | None) -> AbstractContextManager[Listener]:
-    """Return the listener of a name, or of a function, to be used within ``with``."""
+    """Return a context in which progress is reported: by a bar, lines of JSON, a function, or not at all."""
     if callable(progress):
         return nullcontext(progress)
     known(progress or "none")

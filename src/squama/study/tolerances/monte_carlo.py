@@ -1,4 +1,4 @@
-"""What tolerances do: Monte Carlo over the dimensions of a beam and its friction, through :mod:`squama.batch`.
+"""Monte Carlo over the tolerances of a beam's dimensions, joint and friction.
 
 Samples come in :data:`REPLICATES` independent sets, so that the scatter between the sets gives the standard error of
 every statistic, for scrambled Sobol points as for random ones. A sample depends on the seed and its number alone, not
@@ -69,7 +69,7 @@ def uncertainty(
     keep: bool = False,
     bare: bool = True,
 ) -> xr.Dataset:
-    """Say what the tolerances of a beam do to its engagement, end, torque, stiffness and dissipation.
+    """Compute how the tolerances of a beam scatter its engagement, end, torque, stiffness and dissipation.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def uncertainty(
 
 
 def _of_law(beam: Beam, known: Sequence[Tolerance], model: Model) -> tuple[Tolerance, ...]:
-    """Return the scatter of a joint whose K_theta is the law's; none where it is known better, or scatters already."""
+    """Return the scatter of K_theta where it is the law's; none where it is stated, measured or given a tolerance."""
     better = beam.joint.matrix is not None or beam.joint.stiffness is not None
     if not model.real or better or {t.name for t in known} & {FACTOR, "joint.stiffness"}:
         return ()
@@ -240,7 +240,7 @@ def _notes(case: Case, summarised: Sequence[str], code: Array) -> list[str]:
 
 
 def size(wanted: int, sampler: str) -> int:
-    """Return the number of samples of a replicate: Sobol points are balanced by powers of two."""
+    """Return the samples of each set for at least ``wanted`` in all: a power of two for Sobol points."""
     each = -(-wanted // REPLICATES)
     return 1 << (each - 1).bit_length() if sampler == "sobol" else each
 
@@ -261,7 +261,7 @@ def _points(dimensions: int, each: int, sampler: str, seed: int) -> Iterator[Arr
 
 
 def solved(case: Case, dimensions: dict[str, Array]) -> dict[str, Array]:
-    """Solve samples of some dimensions, (n,) each in SI units; figures by role. One that is no beam is refused."""
+    """Return figures by role of samples, whose dimensions (n,) are in SI units; refuse a sample that is no beam."""
     c = case.model.cells(case.beam, case.load, dimensions)
     n = next(iter(dimensions.values())).size
     good = np.broadcast_to(columns.valid(c), n)
