@@ -253,7 +253,7 @@ def test_folder_that_cannot_be_made(place, words, tmp_path):
 
 def test_envelopes_that_stop_are_marked():
     """In Fig. 5b every end of an envelope above the axis has its mark, and the legend tells why it stops."""
-    figure = twisting2020.fig5b().figure
+    figure = twisting2020.FIGURES["fig5b"](None).figure
     words = [t.get_text() for t in figure.legends[0].get_texts()]
     assert "beyond: ends without a lock" in words
     assert any(w.startswith("drawn so far") and "1°" in w and "70°" in w for w in words)

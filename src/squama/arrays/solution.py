@@ -51,6 +51,16 @@ class Solution(NamedTuple):
         ]
         return Solution(Solved._make(v[i : i + 1] for v in self.found), self.crossing[i : i + 1], tracks)
 
+    def sampled(self, points: int) -> tuple[Array, Array]:
+        """Return load angle and inclination (n, points), rad, along the path of each design; NaN where it has none."""
+        load, theta = np.full((2, self.crossing.size, points), np.nan)
+        for index, t in self.tracks:
+            x = t.x0 + (t.x_end - t.x0) * np.linspace(0, 1, points)[:, None]
+            with np.errstate(all="ignore"):
+                pt = t.row.point(x, "edge", ARRAY)
+            load[index], theta[index] = pt.load.T, np.broadcast_to(pt.theta, x.shape).T
+        return load, theta
+
 
 def solve(
     columns: Mapping[str, Array], *, load: str = "twisting", law: str, sense: str, margin: float | None = None

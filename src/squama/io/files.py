@@ -36,7 +36,8 @@ _PLACE = (OSError, ValueError, RuntimeError)
 PATIENCE = 30.0
 """Seconds without a byte after which a pipe is given up."""
 _ODD = "is not an ordinary file"
-_ELSEWHERE = "give another path"
+_WIDE = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+_PLAIN, _ELSEWHERE = "save it as plain text in UTF-8", "give another path"
 _ALWAYS = {
     errno.ELOOP: ("is a loop of symbolic links", "give the name of a file"),
     errno.ENAMETOOLONG: ("is too long for a name", "give a shorter one"),
@@ -65,7 +66,7 @@ def read_text(path: str | os.PathLike[str], *, limit: int = LARGEST_TEXT, missin
     """
     data = _text_bytes(path, limit, missing)
     try:
-        return _plain(path, data).decode("utf-8-sig")
+        return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise _error(path, f"is not UTF-8 text (line {line})", "save it in UTF-8") from None
@@ -76,36 +77,30 @@ def read_any_text(path: str | os.PathLike[str], *, limit: int = LARGEST_TEXT) ->
 
     Refused as by :func:`read_text`, and what holds control characters.
     """
-    data = _text_bytes(path, limit, "check the name")
-    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        try:
-            text, encoding = data.decode("utf-16"), "utf-16"
-        except UnicodeDecodeError:
-            raise _error(path, "begins as UTF-16 text but is none", "save it as plain text in UTF-8") from None
-    else:
-        try:
-            text, encoding = _plain(path, data).decode("utf-8-sig"), "utf-8"
-        except UnicodeDecodeError:
-            text, encoding = data.decode("latin-1"), "latin-1"
+    data = _text_bytes(path, limit, wide=True)
+    encoding = "utf-16" if data.startswith(_WIDE) else "utf-8"
+    try:
+        text = data.decode("utf-16" if encoding == "utf-16" else "utf-8-sig")
+    except UnicodeDecodeError:
+        if encoding == "utf-16":
+            raise _error(path, "begins as UTF-16 text but is none", _PLAIN) from None
+        text, encoding = data.decode("latin-1"), "latin-1"
     if _CONTROL.search(text):
-        raise _error(path, "is a binary file", "save it as plain text in UTF-8")
+        raise _error(path, "is a binary file", _PLAIN)
     return text, encoding
 
 
-def _text_bytes(path: str | os.PathLike[str], limit: int, missing: str) -> bytes:
-    """Return the bytes of a file; refuse one that is empty, white space only, or larger than the limit."""
+def _text_bytes(
+    path: str | os.PathLike[str], limit: int, missing: str = "check the name", *, wide: bool = False
+) -> bytes:
+    """Return the bytes of a text; refuse one that is empty, too large or binary (``wide``: UTF-16 is text)."""
     data = read_bytes(path, limit + 1, missing=missing)
     if len(data) > limit:
         raise _error(path, f"is larger than {limit:,} bytes", "check the name")
     if not data.strip():
         raise _error(path, "is empty", missing)
-    return data
-
-
-def _plain(path: str | os.PathLike[str], data: bytes) -> bytes:
-    """Return bytes of text; refuse those with a zero, which are binary or UTF-16."""
-    if b"\0" in data:
-        raise _error(path, "is a binary file (or UTF-16 text)", "save it as plain text in UTF-8")
+    if b"\0" in data and not (wide and data.startswith(_WIDE)):
+        raise _error(path, "is a binary file (or UTF-16 text)", _PLAIN)
     return data
 
 

@@ -21,7 +21,6 @@ COMMENTS = ("#", "%", "//")
 LOOK = 100
 """Lines among which a header is looked for."""
 _NUMBER = re.compile(r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?")
-_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 _CELL = re.compile(r"(.*?)\s*(?:\((.*)\)|\[(.*)\])?")
 _BRACKETS = re.compile(r"[(\[](.*)[)\]]")
 _WORDS = {"U": "rev", "Umdr": "rev", "Umdr.": "rev", "Grad": "deg"}
@@ -109,7 +108,7 @@ def decimal_of(cells: Sequence[str], given: str | None) -> str:
         if given not in (".", ","):
             refuse("decimal", shown(given), 'must be "." or ","')
         return given
-    commas = any(_COMMA.fullmatch(cell.strip()) for cell in cells)
+    commas = any(tabular.DECIMAL_COMMA.fullmatch(cell) for cell in cells)
     return "," if commas and not any("." in cell for cell in cells) else "."
 
 

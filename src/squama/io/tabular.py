@@ -18,7 +18,7 @@ LARGEST_TABLE = 500_000_000
 DELIMITERS = (";", "\t", ",")
 """What sets cells apart; of two that are as frequent the first: a comma may belong to numbers or names."""
 _FORMULA = re.compile(r"'*[=+\-@\t\r\n](?s:.)")
-_DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+(?:[eE][+-]?\d+)?\s*")
+DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+(?:[eE][+-]?\d+)?\s*")
 
 
 class Row(NamedTuple):
@@ -131,7 +131,7 @@ def number(cell: str, example: str = "0.25", gap: str = "") -> float:
         reason = "is not a number" if cell.strip() else "is empty"
     if "_" in cell:
         reason, remedy = "is not a number", "write it without _"
-    elif _DECIMAL_COMMA.fullmatch(cell):
+    elif DECIMAL_COMMA.fullmatch(cell):
         reason, remedy = "has a decimal comma", f"write {cell.strip().replace(',', '.')}"
     elif gap and reason != "is not a number":
         # a gap in a record is not filled by an example

@@ -90,18 +90,6 @@ def _coords(over: str, laws: Sequence[str], mus: Any, **along: Any) -> dict[str,
     return {**found, **known("mu", mu=np.asarray(mus, float)), "law": list(laws)}
 
 
-def _paths(r: Ratios) -> tuple[Array, Array, Array]:
-    """Twist and inclination along each geometric path, to its kinematic lock or to where the contact goes."""
-    sol = ends(r, 0.0, "edge")
-    phi, theta = np.full((2, r["eta"].size, POINTS), np.nan)
-    for index, t in sol.tracks:
-        x = t.x0 + (t.x_end - t.x0) * np.linspace(0, 1, POINTS)[:, None]
-        with np.errstate(all="ignore"):
-            pt = t.row.point(x, "edge", ARRAY)
-        phi[index], theta[index] = pt.load.T, np.broadcast_to(pt.theta, x.shape).T
-    return phi, theta, sol.found.end
-
-
 def regimes(
     beam: Beam,
     over: str,
@@ -115,8 +103,9 @@ def regimes(
     ``over`` names the ratio that is varied ("eta" or "alpha"), ``values`` are its values for the paths,
     ``scan`` those along the lock lines, increasing; ``mus`` (above 0) and ``laws`` of the frictional lines.
     """
-    r, c = sweep(beam, over, scan), sweep(beam, over, values)
-    phi, theta, how = _paths(c)
+    r, free = sweep(beam, over, scan), ends(sweep(beam, over, values), 0.0, "edge")
+    # each geometric path goes to its kinematic lock or to where the contact goes
+    phi, theta = free.sampled(POINTS)
     found = [[ends(r, mu, law).found for mu in mus] for law in laws]
     along = ("load_end", "theta_end", "end")
     phi_end, theta_end, end = (np.array([[getattr(s, name) for s in row] for row in found]) for name in along)
@@ -131,7 +120,7 @@ def regimes(
         "touch": (np.where(np.isfinite(phi_touch), phi_touch, np.nan), theta_touch, "where other plates touch"),
     }
     data = known(("value", "point"), phi=phi, theta=theta)
-    data["path_end"] = "value", how, SYMBOLS["end"].attrs
+    data["path_end"] = "value", free.found.end, SYMBOLS["end"].attrs
     data |= known(("law", "mu", "scan"), phi_end=phi_end, theta_end=theta_end, end=end)
     for name, (phi, theta, where) in lines.items():
         for base, line in (("phi", phi), ("theta", theta)):

@@ -14,7 +14,6 @@ from squama.arrays import solution
 from squama.beam.design import Beam
 from squama.errors import refuse
 from squama.loads import PAPER
-from squama.model.paths import ARRAY
 from squama.study.columns import columns
 from squama.study.parameters import HELD, PARAMETERS, canonical, read_value, text_of
 from squama.types import Array
@@ -129,15 +128,8 @@ def paths(part: Slice, texts: Sequence[str], *, bare: bool) -> dict[float, tuple
     c = columns(beam, fixed | {part.x: at}, load=load)._replace(mu=np.zeros(at.size))
     flat = {name: np.array(np.broadcast_to(getattr(c, name), at.size)) for name in solution.COLUMNS}
     found = solution.solve(flat, load=load, law="edge", sense=data.attrs["sense"])
-    answer: dict[float, tuple[Array, Array]] = {}
-    for index, track in found.tracks:
-        x = track.x0 + (track.x_end - track.x0) * np.linspace(0, 1, POINTS)[:, None]
-        with np.errstate(all="ignore"):
-            pt = track.row.point(x, "edge", ARRAY)
-        theta = np.broadcast_to(pt.theta, x.shape)
-        for column, i in enumerate(index):
-            answer[float(at[i])] = pt.load[:, column], theta[:, column]
-    return answer
+    found_at = zip(at.tolist(), *found.sampled(POINTS), strict=True)
+    return {value: (angle, theta) for value, angle, theta in found_at if np.isfinite(angle[0])}
 
 
 def _dimension(name: str, dims: Sequence[str], role: str) -> str:
