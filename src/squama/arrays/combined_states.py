@@ -103,10 +103,8 @@ def combined(
     """
     if not isinstance(toward, tuple | list) or len(toward) != 2:
         refuse("toward", "", "must be two numbers, (dpsi, dphi)", "write e.g. toward=(0, 1) for twisting last")
-    columns, shape = arguments.designs(
-        psi=psi, phi=phi, dpsi=toward[0], dphi=toward[1], neutral_height=neutral_height, eta=eta, beta=beta, lam=lam,
-        alpha=alpha, theta0=theta0, mu=mu,
-    )  # fmt: skip
+    way = {"psi": psi, "phi": phi, "dpsi": toward[0], "dphi": toward[1], "neutral_height": neutral_height}
+    columns, shape = arguments.designs(**way, eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu)
 
     def states(part: list[Array]) -> Combined:
         psi, phi, dpsi, dphi, y_n, *_, mu = part

@@ -185,10 +185,9 @@ def response(
     if twists.ndim != 1 or not twists.size or (np.diff(twists) <= 0).any() or twists[-1] >= np.pi:
         refuse("phi", "", "must be a rising sequence of twists below pi", "write e.g. np.linspace(0, 0.2, 40)")
     sign = arguments.sense(sense)
-    columns, shape = arguments.designs(
-        eta=eta, beta=beta, lam=lam, zeta=zeta, alpha=alpha, theta0=theta0, thickness=thickness, width=width, nu=nu,
-        mu=mu, modulus_ratio=modulus_ratio, scale_nu=scale_nu,
-    )  # fmt: skip
+    contact = {"eta": eta, "beta": beta, "lam": lam, "zeta": zeta, "alpha": alpha, "theta0": theta0}
+    rest = {"thickness": thickness, "width": width, "nu": nu, "mu": mu}
+    columns, shape = arguments.designs(**contact, **rest, modulus_ratio=modulus_ratio, scale_nu=scale_nu)
     with naming("hold"):
         given = Given(None, None, None, held=loads.hold(hold))
     found = follow(

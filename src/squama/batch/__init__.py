@@ -119,10 +119,8 @@ def solve(
     frictional lock W_fr d/K_theta = 1.77519
     """
     arguments.load(load)
-    columns, shape = arguments.designs(
-        load, eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, stiffness_ratio=stiffness_ratio,
-        thickness=thickness,
-    )  # fmt: skip
+    contact = {"eta": eta, "beta": beta, "lam": lam, "alpha": alpha, "theta0": theta0, "mu": mu}
+    columns, shape = arguments.designs(load, **contact, stiffness_ratio=stiffness_ratio, thickness=thickness)
     margin = arguments.margin(margin)
     arguments.sense(sense)
     arguments.thin(columns[7], arguments.law(law), load)
@@ -141,7 +139,6 @@ def solved(
     few: int | None = None,
 ) -> Solved:
     """Solve flat columns as of :func:`solve`, thickness may be missing; ``threads``, ``few`` as for answers."""
-    a = answers(
-        columns[:6], *columns[7:], law=law, sense=sense, load=load, margin=margin, threads=threads, few=few,
-    )  # fmt: skip
-    return Solved.of(a, columns[4], columns[6])
+    contact, ratio, thick = columns[:6], columns[6], columns[7:]
+    a = answers(contact, *thick, law=law, sense=sense, load=load, margin=margin, threads=threads, few=few)
+    return Solved.of(a, columns[4], ratio)

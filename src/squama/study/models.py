@@ -176,9 +176,7 @@ def note(beam: Beam, load: str, laws: Sequence[str], joint: str | None, *, bent:
     return _chosen(beam, load, laws, joint, None, bent=bent).note
 
 
-def _chosen(
-    beam: Beam, load: str, laws: Sequence[str], joint: str | None, ideal: bool | None, *, bent: bool
-) -> Chosen:  # fmt: skip
+def _chosen(beam: Beam, load: str, laws: Sequence[str], joint: str | None, ideal: bool | None, *, bent: bool) -> Chosen:
     """Choose the model of many beams; no elements make their joints, and of two laws the plate law decides."""
     kind = LOADS[load]
     return chosen(beam, None if bent else kind, law=kind.law(max(laws)), joint=joint, ideal=ideal, elements=False)

@@ -120,9 +120,8 @@ def verify(
     made = not Path(folder).exists()
     place = files.make_folder(folder)
     say("periodic cell of finite elements")
-    common: dict[str, Any] = {
-        "mu": friction, "to": to, "sense": sense, "increment": increment, "hinged": hinged, "ideal": ideal,
-    }  # fmt: skip
+    common: dict[str, Any] = {"mu": friction, "to": to, "sense": sense, "increment": increment}
+    common |= {"hinged": hinged, "ideal": ideal}
     try:
         elements = runs.cell(beam, mesh=mesh, restart=place / "elements.npz", progress=progress, **common)
     except InputError:

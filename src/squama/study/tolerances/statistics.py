@@ -95,10 +95,9 @@ def summary(x: Array, levels: Sequence[float], replicates: int) -> Summary | Non
     same = whole[0] == whole[-1]
     mean, sd = (float(whole[0]), 0.0) if same else (float(whole.mean()), float(whole.std(ddof=1)))
     se, quantiles_se = se * (not same), quantiles_se * (not same)
-    return Summary(
-        float(counts.sum() / x.size), mean, float(se[0]), sd, float(se[1]), quantiles, quantiles_se,
-        float(whole[0]), float(whole[-1]),
-    )  # fmt: skip
+    share, (mean_se, sd_se) = float(counts.sum() / x.size), se.tolist()
+    low, high = float(whole[0]), float(whole[-1])
+    return Summary(share, mean, mean_se, sd, sd_se, quantiles, quantiles_se, low, high)
 
 
 def _quantile_errors(whole: Array, parts: list[Array], levels: Sequence[float], quantiles: Array) -> Array:
