@@ -38,18 +38,18 @@ PATIENCE = 30.0
 _ODD = "is not an ordinary file"
 _WIDE = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 _PLAIN, _ELSEWHERE = "save it as plain text in UTF-8", "give another path"
-_Known = Mapping[int, tuple[str, str]]
+Known = Mapping[int, tuple[str, str]]
 """Reasons and remedies by the number of an error of the system."""
-_ALWAYS: _Known = {
+_ALWAYS: Known = {
     errno.ELOOP: ("is a loop of symbolic links", "give the name of a file"),
     errno.ENAMETOOLONG: ("is too long for a name", "give a shorter one"),
 }
 """What is wrong with a name, in reading and in writing."""
-_TO_READ: _Known = {
+_TO_READ: Known = {
     errno.EISDIR: ("is a folder", "give the name of a file in it"),
     errno.EACCES: ("may not be read", "check its permissions"),
 }
-_TO_WRITE: _Known = {
+_TO_WRITE: Known = {
     **dict.fromkeys((errno.ENOSPC, errno.EDQUOT), ("the disk is full", "make room or give another path")),
     **dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS), ("the place is read-only", _ELSEWHERE)),
 }
@@ -189,8 +189,8 @@ def _at_once(path: str, flags: int) -> int:
 
 
 @contextmanager
-def _naming(
-    path: str | os.PathLike[str], known: _Known, other: tuple[str, str], kinds: tuple[type[Exception], ...] = _PLACE
+def naming(
+    path: str | os.PathLike[str], known: Known, other: tuple[str, str], kinds: tuple[type[Exception], ...] = _PLACE
 ) -> Iterator[None]:
     """Turn an error of the system into an InputError that names the path: with a known reason, or the other one."""
     try:
@@ -208,12 +208,12 @@ def _naming(
 def _reading(path: str | os.PathLike[str], missing: str) -> AbstractContextManager[None]:
     """Name the path in errors of reading; ``missing`` is the remedy where there is no such file."""
     none = "no such file", missing
-    return _naming(path, {**_TO_READ, errno.ENOENT: none, errno.ENOTDIR: none}, ("cannot be read", ""))
+    return naming(path, {**_TO_READ, errno.ENOENT: none, errno.ENOTDIR: none}, ("cannot be read", ""))
 
 
 def _writing(path: str | os.PathLike[str], kinds: tuple[type[Exception], ...] = _PLACE) -> AbstractContextManager[None]:
     """Name the path in errors of writing; errors of other kinds pass."""
-    return _naming(path, _TO_WRITE, ("cannot be written", _ELSEWHERE), kinds)
+    return naming(path, _TO_WRITE, ("cannot be written", _ELSEWHERE), kinds)
 
 
 def atomic_write(path: str | os.PathLike[str], writer: Callable[[Path], object]) -> Path:

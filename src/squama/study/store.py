@@ -47,6 +47,15 @@ _MOST = 2**26
 """Bytes of the plan of a store, and of a file that follows from it beyond those that it should have, at most."""
 _PARTIAL = ".partial"
 """Ending of a chunk that zarr has not finished, and of the claim on a tile."""
+_TROUBLE: files.Known = {
+    **dict.fromkeys(
+        (errno.ENOSPC, errno.EDQUOT),
+        ("the disk is full", "make room and run the same command again, finished tiles are kept"),
+    ),
+    **dict.fromkeys(
+        (errno.EACCES, errno.EPERM, errno.EROFS), ("is read-only", "make it writable or give another path")
+    ),
+}
 _AGAIN = "remove it and run the sweep again"
 """What to do about a store that cannot be mended."""
 _REWRITE = "run the same sweep again: it writes this anew"
@@ -175,18 +184,13 @@ def _writable(path: Path) -> bool:
     return bool(stat.S_IMODE(path.stat().st_mode) & _WRITE_BITS) and os.access(path, os.W_OK)
 
 
-def refused(path: Path, error: OSError) -> InputError:
-    """Return the error that names the store for an error of the file system."""
-    if error.errno in {errno.ENOSPC, errno.EDQUOT}:
-        return _no(path, "the disk is full", "make room and run the same command again, finished tiles are kept")
-    if error.errno in {errno.EACCES, errno.EPERM, errno.EROFS}:
-        return _no(path, "is read-only", "make it writable or give another path")
-    said = shown(error.strerror or str(error)).strip(chr(34)).lower()
-    return _no(path, f"cannot be written ({said})", "check the place")
+def writing(path: Path) -> contextlib.AbstractContextManager[None]:
+    """Name the store in errors of writing it."""
+    return files.naming(path, _TROUBLE, ("cannot be written", "check the place"), (OSError,))
 
 
 def _create(path: Path, plan: Plan) -> None:
-    """Make an empty store, or refuse the place; another process may be first, and then it is that one's."""
+    """Make an empty store; another process may be first, and then it is that one's."""
     for attempt in range(_TRIES):
         beside = path.with_name(f".{path.name}.{secrets.token_hex(6)}.new")
         try:
@@ -202,14 +206,14 @@ def _create(path: Path, plan: Plan) -> None:
                     if error.errno not in {errno.ENOTEMPTY, errno.EEXIST}:
                         raise
             flush(path.parent)
-        except OSError as error:
+        except FileNotFoundError:
             # a run that cannot see the lock, on another machine, may have taken the folder for a leftover
-            if isinstance(error, FileNotFoundError) and not beside.exists() and attempt < _TRIES - 1:
-                continue
-            raise refused(path, error) from None
+            if beside.exists() or attempt == _TRIES - 1:
+                raise
+        else:
+            return
         finally:
             shutil.rmtree(beside, ignore_errors=True)
-        return
 
 
 def _clear(path: Path) -> None:
@@ -336,7 +340,8 @@ def prepare(path: Path, plan: Plan, shard: tuple[int, int] = (1, 1)) -> Array:
     """
     if not there(path):
         _clear(path)
-        _create(path, plan)
+        with writing(path):
+            _create(path, plan)
     stored = read_plan(path)
     if different := differences(stored, plan):
         raise _no(path, f"belongs to another sweep: {'; '.join(different)} (stored against asked)", "give another name")

@@ -226,7 +226,7 @@ def run(
                     state = State(share, state.tiles_done + 1, cells, solved, gone, left)
                     tell(state)
 
-            try:
+            with store.writing(path):
                 if dask is None:
                     for tile in todo:
                         finished(tile, one_tile(str(path), tile, *early.pop(tile, ())))
@@ -235,8 +235,6 @@ def run(
                 elif old < share:
                     found = found or stack.enter_context(cluster.client(dask))
                     cluster.run(found, one_tile, path, todo, finished, stopped)
-            except OSError as error:
-                raise store.refused(path, error) from None
             if stopped() and (now := state.tiles_done) < share:
                 message = f"stopped after {now} of {share} tiles; the same command goes on from there"
                 raise Interrupted(message)
@@ -292,14 +290,12 @@ def _writer(path: str, digest: str) -> store.Writer:  # noqa: ARG001 - another s
 def one_tile(path: str, tile: Tile, values: Mapping[str, Array] | None = None) -> bool:
     """Solve (if no values are given) and write one tile; False if it is done or another writer has it."""
     place = Path(path)
-    try:
+    with store.writing(place):
         writer = _writer(path, store.read_plan(place).digest)
         with writer.claim(tile) as mine:
             if mine:
                 writer.write(tile, values or compute(writer.plan, tile))
             return mine
-    except OSError as error:
-        raise store.refused(place, error) from None
 
 
 def read_shard(text: str | None) -> tuple[int, int]:
