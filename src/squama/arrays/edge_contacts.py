@@ -68,17 +68,10 @@ class Ends(NamedTuple):
 
 
 def _row(
-    theta: ArrayLike,
-    eta: ArrayLike,
-    beta: ArrayLike,
-    lam: ArrayLike,
-    alpha: ArrayLike,
-    thickness: ArrayLike,
-    sense: str,
-    neighbour: int,
+    theta: ArrayLike, sizes: dict[str, ArrayLike], alpha: ArrayLike, thickness: ArrayLike, sense: str, neighbour: int
 ) -> Twist:
     """Check the arguments of :func:`contact` and return the row of scales at the inclinations ``theta``."""
-    given = {name: arguments.positive(name, v) for name, v in (("eta", eta), ("beta", beta), ("lam", lam))}
+    given = {name: arguments.positive(name, v) for name, v in sizes.items()}
     alpha = arguments.between("alpha", alpha, 0.0, np.pi / 2)
     theta = arguments.between("theta", theta, 0.0, np.pi)
     ts = arguments.not_negative("thickness", thickness)
@@ -130,7 +123,7 @@ def contact(
     >>> print(f"{c.phi:.6f}")
     0.048194
     """
-    row = _row(theta, eta, beta, lam, alpha, thickness, sense, neighbour)
+    row = _row(theta, {"eta": eta, "beta": beta, "lam": lam}, alpha, thickness, sense, neighbour)
     with np.errstate(all="ignore"):
         r = row.root(row.theta0, ARRAY)
         q = np.sqrt(r.q2)
@@ -190,7 +183,7 @@ def forces(
     """
     theta0 = arguments.between("theta0", theta0, 0.0, np.pi / 2)
     mu = arguments.not_negative("mu", mu)
-    row = _row(theta, eta, beta, lam, alpha, thickness, sense, neighbour)
+    row = _row(theta, {"eta": eta, "beta": beta, "lam": lam}, alpha, thickness, sense, neighbour)
     arguments.thin(np.asarray(row.thickness), arguments.law(law))
     with np.errstate(all="ignore"):
         pt = row.point(row.theta0, law, ARRAY)

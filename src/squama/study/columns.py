@@ -18,7 +18,7 @@ from squama.beam.design import Beam
 from squama.errors import InputError, refuse
 from squama.loads import LOADS
 from squama.model import reach
-from squama.study.parameters import FACTOR, HELD, Axis, canonical, text_of
+from squama.study.parameters import BEND, FACTOR, Axis, canonical, text_of
 from squama.types import Array
 
 _OPTIONAL = {"scale": ("youngs_modulus", "poisson_ratio", "strength"), "substrate": ("strength", "strain_limit")}
@@ -134,7 +134,7 @@ def columns(
         more = {key: values.get(f"{table}.{key}", getattr(getattr(beam, table), key)) for key in keys}
         sizes[table] |= {key: _numbers(value) for key, value in more.items() if value is not None}
     mu = v("mu", 0.0 if beam.friction.mu is None else beam.friction.mu)
-    factor, psi = (_numbers(values[name]) if name in values else None for name in (FACTOR, HELD))
+    factor, psi = (_numbers(values[name]) if name in values else None for name in (FACTOR, BEND))
     height = LOADS[load].height(lam, beam.neutral)
     return Cells(eta, beta, height, alpha, theta0, mu, K, d, rigidity, sizes, given, factor, psi)
 
@@ -162,7 +162,7 @@ def check(beam: Beam, load: str, swept: Sequence[Axis]) -> None:
 
 def _corners(limits: Mapping[str, tuple[float, float]]) -> Iterator[dict[str, float]]:
     """Yield the corners of the ranges of a beam's parameters; friction, margin and bend are left out."""
-    named = {name: limit for name, limit in limits.items() if name not in ("mu", "margin", HELD)}
+    named = {name: limit for name, limit in limits.items() if name not in ("mu", "margin", BEND)}
     for corner in itertools.product(*named.values()):
         yield {name: float(value) for name, value in zip(named, corner, strict=True)}
 

@@ -48,7 +48,7 @@ ELASTIC = ("scale.youngs_modulus", "scale.poisson_ratio", "scale.strength")
 """Those on which figures of elastic scales alone depend."""
 FACTOR = "joint.factor"
 """Factor on the K_theta of a compliant joint: how far the law of the joint may be off."""
-HELD = "psi"
+BEND = "psi"
 """Bend per pitch in which a beam is held while it is twisted: of sweeps alone."""
 SCALES = "beam.scales"
 """Number of scales: of designs alone, figures of sweeps do not depend on it."""
@@ -58,10 +58,10 @@ PARAMETERS: dict[str, Parameter] = {
     **{n: Parameter(Dimension.RATIO, bounds, SYMBOLS[n]) for n, bounds in parts.RATIOS.items()},
     **{n: Parameter(*beamfile.NUMBERS[name], SYMBOLS[n]) for n, name in FULL.items()},
     "margin": Parameter(Dimension.RATIO, MARGIN, SYMBOLS["margin"]),
-    HELD: Parameter(
+    BEND: Parameter(
         Dimension.ANGLE,
         Bounds(-1.0, 1.0, "-1 to 1 rad", closed=True, example="2 deg"),
-        SYMBOLS[HELD]._replace(long_name="bend per pitch in which the beam is held"),
+        SYMBOLS[BEND]._replace(long_name="bend per pitch in which the beam is held"),
     ),
     **{name: _key(name) for name in beamfile.NUMBERS if name not in (*FULL.values(), *UNUSED)},
     SCALES: Parameter(
@@ -176,7 +176,7 @@ def meant(name: str, known: Iterable[str], short: Mapping[str, str] = MappingPro
 def effective(name: str, joint: str, *, ideal: bool, load: str = "twisting") -> None:
     """Refuse a parameter on which no figure of a model depends."""
     rigid = ideal or joint == "hinge"
-    if name == HELD and load != "twisting":
+    if name == BEND and load != "twisting":
         refuse(name, "", "is what bending changes", 'leave it out, or write load="twisting"')
     why = dict.fromkeys(ELASTIC, "changes nothing where scales are rigid; leave it out") if rigid else {}
     why |= (

@@ -15,7 +15,7 @@ from squama.beam.design import Beam
 from squama.errors import refuse
 from squama.loads import PAPER
 from squama.study.columns import columns
-from squama.study.parameters import HELD, PARAMETERS, canonical, read_value, text_of
+from squama.study.parameters import BEND, PARAMETERS, canonical, read_value, text_of
 from squama.types import Array
 from squama.units import shown
 
@@ -117,7 +117,7 @@ def paths(part: Slice, texts: Sequence[str], *, bare: bool) -> dict[float, tuple
     """
     if part.data.attrs["joint"] != PAPER["joint"] or part.data.attrs["scales"] != PAPER["scales"]:
         refuse("paths", "", "are of thin, rigid scales on hinges; this sweep is not of them")
-    if HELD in part.data.coords:
+    if BEND in part.data.coords:
         refuse("paths", "", "are of beams that are not bent", "leave it out")
     if part.y != "mu" or part.panels not in (None, "law", "margin"):
         refuse("paths", "", "needs y = mu, and no panels but law and margin: else there is a path for each line")

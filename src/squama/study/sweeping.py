@@ -175,7 +175,7 @@ def make_plan(
     margin = arguments.margin(margin)
     if tile is not None and (isinstance(tile, bool) or not isinstance(tile, int | np.integer) or tile < 1):
         refuse("tile", shown(tile), "must be a whole number of cells, 1 or more")
-    model = models.Model.chosen(beam, load, laws, sense, joint, ideal, at, bent=parameters.HELD in over)
+    model = models.Model.chosen(beam, load, laws, sense, joint, ideal, at, bent=parameters.BEND in over)
     swept = parameters.axes(over, bare=bare, joint=model.joint, ideal=model.ideal, load=load)
     names = {axis.name for axis in swept}
     if not LOADS[load].sided:
@@ -266,7 +266,7 @@ def compute(plan: Plan, tile: Tile) -> dict[str, Array]:
 def notes(plan: Plan, joint: str | None, data: xr.Dataset) -> list[str]:
     """Return notes: why hinges answer instead of the joint, or which share of the cells lacks figures and why."""
     if not plan.model.real:
-        note = models.note(_beam(plan.beam_toml), plan.load, plan.laws, joint, bent=parameters.HELD in plan.dims)
+        note = models.note(_beam(plan.beam_toml), plan.load, plan.laws, joint, bent=parameters.BEND in plan.dims)
         return [note] if note else []
     most = len(real_columns.ENDS)
     counts = np.zeros(most + 1, int)
