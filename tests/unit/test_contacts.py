@@ -241,6 +241,14 @@ def test_targets_that_go_back(free):
     assert v["torque"][16] < v["torque"][12]
 
 
+@pytest.mark.parametrize(("shape", "mu", "least"), [
+    ((4.4, 0.65, 0.66, 49.8, 23.75, 0.079), 0.45, 3e-5), ((4.5, 0.5, 0.52, 69, 12.3, 0.014), 0.1, 3e-4),
+])  # fmt: skip
+def test_increments_are_short_where_work_is_not_exact(shape, mu, least):
+    """Forces turn quickly; behind a snap a scale slides fast."""
+    assert work(followed(given(*shape, mu=mu), np.array([(0.0, 0.3)]), n=75)) < least
+
+
 def test_work_that_a_snap_loses():
     shape, corner, _, _ = BRUTE["behind a snap"]
     found = followed(given(*shape), np.array([corner, (0, 0)]), step=path.STEP / 8)

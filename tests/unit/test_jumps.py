@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import squama
 from squama.contacts import events, follow, increments
 from squama.contacts.system import EE, FE
 
@@ -50,3 +51,14 @@ def test_what_is_said_of_a_jump():
     assert event(change, ("TS", "BF"), ("TS",)).word == "release (BF)"
     assert event(change, ("TS",), ("TS", "BF")).word == "another contact (BF)"
     assert event(increments.SNAP, ("TS",), ("BF",)).word == "snap to BF"
+
+
+@pytest.mark.parametrize(("points", "mu"), [(50, 0.3), (317, 0.25), (400, 0.25)])
+def test_a_contact_that_opens_as_another_sticks(points, mu):
+    """Both cannot slide on: the tip edge sticks, and its corner comes off."""
+    beam = squama.Beam.from_toml("examples/stiff_skin.toml")
+    legs = "bend .1 rad/pitch; twist .15 rad/pitch; bend .05 rad/pitch"
+    r = squama.bend_twist(beam, legs, points=points, mu=mu)
+    assert r.end.item() == "range end"
+    assert r.contact.values[-1] == "TS"
+    assert abs(float(r.energy_error)) < 1e-4
