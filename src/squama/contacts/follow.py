@@ -69,7 +69,7 @@ _DEEPER = 100
 """Gap, over that which may be missed, up to which a contact comes in where its gap is zero."""
 _START, _SOFTLY, _GENTLE, _FREELY = 1 / 16, 1 / 8, 1 / 64, 4.0
 """First increments at engagement, after other events, and at a turn of the path; increments without contact."""
-_FINE, _SHORT = 8e-6, 5e-4
+_FINE, _SHORT = 1e-6, 5e-4
 """Increments, rad per pitch: so short a one may lose more work; as much as one so long may be lost by a shorter one."""
 _LEAST, _SHRINK, _EVENTS, _ZEROS = 1e-8, 0.35, 400, 8
 """Least increment, and by how much one that fails shrinks; events, and events without an increment, of each scale, that
