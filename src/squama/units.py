@@ -27,6 +27,8 @@ class Dimension(StrEnum):
     IMPULSE = "angular impulse"
     FREQUENCY = "frequency"
     TIME = "time"
+    RIGIDITY = "stiffness of a beam"  # torque per twist rate, moment per curvature
+    LINE_WORK = "work per length"
     RATIO = "ratio"
 
 
@@ -45,6 +47,7 @@ UNITS: dict[str, tuple[Dimension, float, float]] = {
         Dimension.IMPULSE: {"N m s": (1.0, 1.0), "N mm s": (1.0, 1e3)},
         Dimension.FREQUENCY: {"Hz": (1.0, 1.0), "kHz": (1e3, 1.0), "mHz": (1.0, 1e3)},
         Dimension.TIME: {"s": (1.0, 1.0), "ms": (1.0, 1e3), "us": (1.0, 1e6), "min": (60.0, 1.0)},
+        Dimension.LINE_WORK: {"J/m": (1.0, 1.0), "mJ/m": (1.0, 1e3), "mJ/mm": (1.0, 1.0), "J/mm": (1e3, 1.0)},
         Dimension.RATIO: {"%": (1.0, 1e2), "": (1.0, 1.0)},
     }.items()
     for unit, scale in scales.items()
@@ -53,6 +56,10 @@ _MOMENTS = {"N m": (1.0, 1.0), "N cm": (1.0, 1e2), "N mm": (1.0, 1e3), "mN m": (
 for _name, (_newton, _metre) in _MOMENTS.items():
     for _per, _divisor in (("", 1.0), ("/rad", 1.0), ("/deg", DEGREE)):
         UNITS[_name + _per] = (Dimension.TORQUE, _newton, _metre * _divisor)
+for _name, _divisor in (("N m", 1.0), ("N cm", 1e4), ("N mm", 1e6), ("mN m", 1e3), ("kN m", 1e-3)):
+    for _square in (f"{_name}^2", f"{_name}2", f"{_name}^2".replace(" ", ""), f"{_name}2".replace(" ", "")):
+        for _per in ("", "/rad"):
+            UNITS[_square + _per] = (Dimension.RIGIDITY, 1.0, _divisor)
 for _angle, _radian in (("rad", 1.0), ("deg", DEGREE)):
     for _length, _multiple in (("m", 1.0), ("cm", 1e2), ("mm", 1e3)):
         UNITS[f"{_angle}/{_length}"] = (Dimension.TWIST_RATE, _radian * _multiple, 1)
@@ -181,6 +188,8 @@ _KINDS = {
     Dimension.IMPULSE: _Kind(Dimension.IMPULSE, "an angular impulse", "N m s", "0.01", "N m s"),
     Dimension.FREQUENCY: _Kind(Dimension.FREQUENCY, "a frequency", "Hz", "3", "Hz"),
     Dimension.TIME: _Kind(Dimension.TIME, "a time", "s", "0.5", "s"),
+    Dimension.RIGIDITY: _Kind(Dimension.RIGIDITY, "a stiffness of a beam", "N m^2", "0.5", "N m^2"),
+    Dimension.LINE_WORK: _Kind(Dimension.LINE_WORK, "a work per length of the beam", "J/m", "0.2", "J/m"),
     Dimension.RATIO: _Kind(Dimension.RATIO, "a plain number", "", "0.25", ""),
 }
 _TYPES = {"NoneType": "nothing", "bool": "no number", "list": "a list", "dict": "a table", "date": "a date"}

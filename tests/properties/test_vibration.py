@@ -238,7 +238,7 @@ def test_the_real_beam_with_stiff_joints_is_the_hinge() -> None:
     y = np.linspace(way.contact.phi, 0.15, 200)
     q = way.states(np.append(0.0, y), 5e-4)[0][1:, 1] / states.rigidity(way) - y
     hinge = of_ratios({**MAIN, "mu": 0.3}, 2.0, "twisting")
-    assert q[-1] == pytest.approx(float(hinge.rising().force(0.15)), rel=2e-3)
+    assert q[-1] == pytest.approx(float(hinge.up.force(0.15)), rel=2e-3)
 
 
 def test_speed_is_no_group() -> None:

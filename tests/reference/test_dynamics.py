@@ -81,7 +81,7 @@ def test_slopes_at_engagement(case: dict) -> None:
     assert plateau == pytest.approx(case["zeta_plateau_kappa_1"], abs=case["tolerance"])
     # the splines that motion in time goes along
     found = side({**case, "kappa": 1.0})
-    assert [float(b.force(found.y_e, 1)) for b in (found.rising(), found.falling(0.25))] == pytest.approx(
+    assert [float(b.force(found.y_e, 1)) for b in (found.up, found.falling(0.25))] == pytest.approx(
         wanted, rel=2e-7
     )
 
@@ -133,5 +133,5 @@ def test_two_states_at_one_frequency() -> None:
 def test_a_loop_of_bending_has_the_recorded_work() -> None:
     (case,) = named("W ")
     found = side({**case, "kappa": 1.0})
-    work = found.rising().work(0.16) - found.falling(0.16).work(0.16)
+    work = found.up.work(0.16) - found.falling(0.16).work(0.16)
     assert float(work) == pytest.approx(case["W_d_over_K"], abs=10 * case["tolerance"])

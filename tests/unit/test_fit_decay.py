@@ -194,7 +194,7 @@ def test_the_way_back_of_the_real_beam_is_as_smooth_as_its_top():
     skin = squama.Beam.from_toml("examples/stiff_skin.toml")
     beam = skin.replace(joint={"stiffness": 0.0854}, hold="bend, lateral bend")
     held = systems.Held(LOADS["twisting"], 0.2152, "edge", "compliant", False)
-    side = systems.sides(beam, held, "uniform", 1, 0.0923721)[0].plus
+    side = systems.sides(beam, held, "uniform", 1, 0.0923721).plus
     tops = 0.0707014 + 1e-6 * np.arange(-6, 6)
     # over the whole way, and over the part behind the point where the scales slide again
     for energy in (lambda b, y: float(b.work(y)), lambda b, y: float(b.work(y - 1e-3))):

@@ -147,8 +147,7 @@ def fit(
     flags.check_places([(out, (".toml",))], files)
     beam = settled(common.beam(beams[0], friction=False) if len(beams) == 1 else None)
 
-    from squama.identify import decay, fitting, sentences
-    from squama.identify.decay_result import DecayFit
+    from squama.identify import decay, fitting
     from squama.identify.parameters import DEFAULT
 
     names = {name: f"--{name}" for name in vars(search)}
@@ -173,13 +172,13 @@ def fit(
     if corner:
         written += output.draw([corner], "corner_figure", found.dataset())
     if out is not None:
-        written.append(output.write_text(out, sentences.beam_file(found, [label(path) for path in data])))
+        written.append(output.write_text(out, found.beam_file([label(path) for path in data])))
     about = {"file": label(beams[0]), "data": data}
     return output.report(
         common.json,
         ", ".join(data),
         written,
-        lambda: about | (found.record() if isinstance(found, DecayFit) else sentences.record(found)),
+        lambda: about | found.report(),
         lambda: _shown(found, label(beams[0])),
     )
 

@@ -105,11 +105,6 @@ class Side(NamedTuple):
     elastic: Callable[[Any], Any] | None = None
     endless: Any = False
 
-    def rising(self) -> Any:
-        """Return the loading branch."""
-        assert self.up is not None
-        return self.up
-
     def falling(self, top: Any) -> Any:
         """Return the unloading branch from a turning point."""
         assert self.fall is not None

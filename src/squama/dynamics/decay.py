@@ -30,11 +30,16 @@ POINTS = 32
 """Points of the quadrature of a time."""
 
 
+Limit = tuple[float, str]
+"""A note for motions beyond an angle below 0, which is a magnitude."""
+
+
 class Sides(NamedTuple):
-    """Both senses of load of a system, or of n."""
+    """Both senses of load of a system, or of n; ``limit`` says beyond what something is left out of the other sense."""
 
     plus: Side
     minus: Side
+    limit: Limit | None = None
 
     def of(self, sign: int) -> Side:
         """Return the side of a sign."""

@@ -205,7 +205,7 @@ def sides(paths: Paths, mode: str = "uniform") -> Iterator[tuple[Array, Side]]:
 
 
 def _some(side: Side, index: Array) -> Side:
-    up, down = side.rising().take(index), side.falling(math.inf).take(index)
+    up, down = side.up.take(index), side.falling(math.inf).take(index)
     elastic: Any = side.elastic
     return Side(side.y_e[index], side.last[index], "", up, lambda _: down, elastic.take(index), side.endless[index])
 
@@ -230,9 +230,9 @@ def _uniform(paths: Paths, parts: int) -> tuple[Side, Array]:
 def _modal(paths: Paths, side: Side, mode: str, parts: int) -> tuple[Side, Array]:
     """Return the branches of a mode, by those of uniform bending; the largest curvature is the coordinate."""
     m, s = SHAPES[mode], _nodes(parts)
-    y = side.rising().load(s * s)
+    y = side.up.load(s * s)
     share = m.far(np.minimum(side.y_e / y, 1.0))
-    ways = (side.rising(), side.falling(math.inf))
+    ways = (side.up, side.falling(math.inf))
     elastic: Any = side.elastic
     means = np.zeros((3, *y.shape))
     for node, weight in zip(*gauss(ALONG), strict=True):
@@ -252,7 +252,7 @@ def _modal(paths: Paths, side: Side, mode: str, parts: int) -> tuple[Side, Array
 
 def of_path(path: hinge.Path, kappa: float, mode: str = "uniform") -> Side:
     """Return the branches of a solved path as splines; ``kappa`` is the bar's rigidity over K_theta d."""
-    ends = words(path.end, path.other)
+    ends = f"{path.end} ({path.other})" if path.other else str(path.end)
     if not path.engaged:
         return APART if path.end is End.NONE and not path.other else Side(math.inf, path.load_end, ends)
     endless = path.end is End.FRICTIONAL and path.mu > 0
@@ -264,14 +264,9 @@ def of_path(path: hinge.Path, kappa: float, mode: str = "uniform") -> Side:
         ((_, side),) = sides(paths, mode)
         s = np.sqrt(w)
         with np.errstate(all="ignore"):
-            up, down = ((v.slope(s) / v.rate(s) - v.load(s))[:, 0] for v in (side.rising(), side.falling(math.inf)))
+            up, down = ((v.slope(s) / v.rate(s) - v.load(s))[:, 0] for v in (side.up, side.falling(math.inf)))
         elastic: Any = side.elastic
         up[0] = down[0] = 0.0
         lift = elastic(s)[:, 0]
     back, fall = Branch(y, up), Branch(y[free], down[free])
     return Side(float(y[0]), float(y[-1]), ends, back, lambda _: fall, CubicSpline(y, lift), endless)
-
-
-def words(end: str, other: str) -> str:
-    """Say what ends a path."""
-    return f"{end} ({other})" if other else str(end)

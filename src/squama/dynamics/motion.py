@@ -126,7 +126,7 @@ def _turn(sides: Sides, drive: Drive, state: State, way: int, branch: Branch | N
     side, u = sides.of(sign), abs(state.y)
     if branch is None or u <= side.y_e:
         return 0, None
-    up, down = side.rising(), (side.falling(u) if way > 0 else branch)
+    up, down = side.up, (side.falling(u) if way > 0 else branch)
     bare = sign * drive.at(state.t) - u
     if bare > float(up.force(u)):
         return 1, up
@@ -139,7 +139,7 @@ def _part(sides: Sides, drive: Drive, state: State, until: float, way: int, bran
     """Integrate to the next event."""
     zeta2 = 2 * drive.zeta
     sign = 1 if state.y > 0 else -1
-    pull: Callable[[float], float] = _nothing if branch is None else branch.quick
+    pull: Callable[[float], float] = (lambda _: 0.0) if branch is None else branch.quick
 
     def rates(t: float, s: Array) -> list[float]:
         y, v = float(s[0]), float(s[1])
@@ -147,9 +147,9 @@ def _part(sides: Sides, drive: Drive, state: State, until: float, way: int, bran
         return [v, f - zeta2 * v - y - sign * pull(sign * y), f * v, zeta2 * v * v]
 
     if branch is None:
-        events = [_crossing(s.y_e, k, k) for k, s in ((1, sides.plus), (-1, sides.minus)) if s.y_e < math.inf]
-        events += [_crossing(s.last, k, k, why=BEYOND) for k, s in ((1, sides.plus), (-1, sides.minus))
-                   if s.up is None and s.last < math.inf]  # fmt: skip
+        both = [(k, sides.of(k)) for k in (1, -1)]
+        events = [_crossing(s.y_e, k, k) for k, s in both if s.y_e < math.inf]
+        events += [_crossing(s.last, k, k, why=BEYOND) for k, s in both if s.up is None and s.last < math.inf]
         heading = state.v or drive.at(state.t) - state.y or drive.force
         events.append(_turning(-1 if heading > 0 else 1))
     else:
@@ -161,10 +161,8 @@ def _part(sides: Sides, drive: Drive, state: State, until: float, way: int, bran
     x0 = np.array([state.y, state.v, state.fed, state.damped])
 
     def solve(stop: float) -> Any:
-        return solve_ivp(
-            rates, (state.t, stop), x0, method="DOP853", rtol=drive.tolerance,
-            atol=drive.tolerance / 100, events=events, dense_output=dense > 0,
-        )  # fmt: skip
+        steps = {"method": "DOP853", "rtol": drive.tolerance, "atol": drive.tolerance / 100}
+        return solve_ivp(rates, (state.t, stop), x0, events=events, dense_output=dense > 0, **steps)
 
     found = solve(until)
     hit = _hit(found)
@@ -184,10 +182,6 @@ def _part(sides: Sides, drive: Drive, state: State, until: float, way: int, bran
     times = np.linspace(state.t, t, dense + 1) if dense else np.array([state.t, t])
     ends = found.sol(times)[:2] if dense else found.y[:2, [0, -1]]
     return Part(times, ends[0], ends[1], State(t, y, v, fed, damped, state.scales + work), why)
-
-
-def _nothing(_: float) -> float:
-    return 0.0
 
 
 def _hit(found: Any) -> int | None:
@@ -222,7 +216,7 @@ def _stick(sides: Sides, drive: Drive, state: State, until: float) -> tuple[Part
     down = side.falling(u)
     low = float(down.force(u)) if u <= down.last else -math.inf
     # the force's phase at which sign * F sin(phase) - u comes to a branch
-    leaves = [(_reaches(drive, state.t, sign * (u + float(side.rising().force(u))), sign), 1)]
+    leaves = [(_reaches(drive, state.t, sign * (u + float(side.up.force(u))), sign), 1)]
     leaves.append((_reaches(drive, state.t, sign * (u + low), -sign), -1))
     t, way = min(leaves)
     why = "" if t < math.inf else STUCK
@@ -297,7 +291,7 @@ def steady(sides: Sides, drive: Drive, y: float = 0.0, v: float = 0.0) -> Steady
     several periods, or never, does not settle.
     """
     reach, y_s, v_s = drive.steady()
-    engaged = min(side.y_e for side in sides)
+    engaged = min(sides.plus.y_e, sides.minus.y_e)
     seen: deque[tuple[float, float]] = deque(maxlen=LAST)
     for n in range(1, MOST_PERIODS + 1):
         if drive.zeta and reach + _swing(drive, y - y_s, v - v_s) < engaged:

@@ -12,7 +12,7 @@ from squama.beam.design import Beam
 from squama.curves import both_faces, hinge_cycles, real
 from squama.dynamics import hinged, motion, walked
 from squama.dynamics.branches import APART, Side
-from squama.dynamics.decay import Sides
+from squama.dynamics.decay import Limit, Sides
 from squama.dynamics.hinged import FINEST
 from squama.dynamics.modes import SHAPES
 from squama.errors import refuse
@@ -28,9 +28,6 @@ TOO_HIGH = 0.11
 """By how much a frequency is too high without any rotor, by the shapes assumed: 120 for pi^4 in bending."""
 NOTED = 0.005
 """Share of the frequency from which on a mass that is left out is told."""
-
-Limit = tuple[float, str]
-"""A note for motions beyond an angle below 0, which is a magnitude."""
 
 
 class Held(NamedTuple):
@@ -84,9 +81,9 @@ def bar(beam: Beam, held: Held, mode: str, rotor: float | None, density: float |
         omega = math.sqrt((1 if kind.sided else 2) * rigidity / (L * inertia))
         notes = _left_out(beam, held, mode, rotor, density)
         if inertia > 2 * rotor:
-            how = "a twist that grows evenly along it" if kind.sided else "an arc"
-            notes.append(f"the beam has more inertia than its rotor: it is taken to swing as {how}, which gives "
-                         f"frequencies up to {TOO_HIGH:.0%} too high")  # fmt: skip
+            shape = "a twist that grows evenly along it" if kind.sided else "an arc"
+            error = f"which gives frequencies up to {TOO_HIGH:.0%} too high"
+            notes.append(f"the beam has more inertia than its rotor: it is taken to swing as {shape}, {error}")
         return Bar(rigidity, inertia, omega, stiffness, tuple(notes))
     if kind.sided:
         refuse("mode", f'"{mode}"', "is one of bending", 'write load="bending", or mode="uniform"')
@@ -94,9 +91,9 @@ def bar(beam: Beam, held: Held, mode: str, rotor: float | None, density: float |
         remedy = 'give e.g. "1150 kg/m3", or write density under [beam]'
         refuse("density", "", f"is not given: a {mode} bar swings by its own mass", remedy)
     notes = _left_out(beam, held, mode, 0.0, density)
-    shape, inertia = SHAPES[mode], swinging(beam, held, mode, 0.0, (density, beam.scale.density or 0.0))
-    omega = (shape.number / L) ** 2 * math.sqrt(rigidity / inertia)
-    return Bar(rigidity, inertia, omega, stiffness * shape.square, tuple(notes))
+    first, inertia = SHAPES[mode], swinging(beam, held, mode, 0.0, (density, beam.scale.density or 0.0))
+    omega = (first.number / L) ** 2 * math.sqrt(rigidity / inertia)
+    return Bar(rigidity, inertia, omega, stiffness * first.square, tuple(notes))
 
 
 def swinging(beam: Beam, held: Held, mode: str, rotor: float, densities: tuple[float, float]) -> float:
@@ -132,7 +129,7 @@ def _left_out(beam: Beam, held: Held, mode: str, rotor: float, density: float | 
     ]
 
 
-def sides(beam: Beam, held: Held, mode: str, sign: int, far: float) -> tuple[Sides, Limit | None]:
+def sides(beam: Beam, held: Held, mode: str, sign: int, far: float) -> Sides:
     """Return the branches of a beam in both senses; ``far`` is the largest angle on the side of ``sign``.
 
     A sense in which hinged scales run into another contact is taken as bare; that contact is told as a limit.
@@ -144,21 +141,20 @@ def sides(beam: Beam, held: Held, mode: str, sign: int, far: float) -> tuple[Sid
         energy = float(first.up.energy(np.array(min(far, first.last)))) if first.up else far**2 / 2
         alike = both_faces.sense(beam, held.load.name) < 0
         second = first if alike else _real(beam, held, mode, -sign, min(math.sqrt(2 * energy), MOST))
-        return Sides(*(first, second)[::sign]), None
+        return Sides(*(first, second)[::sign])
     return _hinged(beam, held, mode)
 
 
-def _hinged(beam: Beam, held: Held, mode: str) -> tuple[Sides, Limit | None]:
+def _hinged(beam: Beam, held: Held, mode: str) -> Sides:
+    """Return the branches of scales on hinges in both senses."""
     kind = held.load
     both = hinge_cycles.senses(beam, kind.name, held.mu, held.law, FINEST, held.ideal)
     found = {sign: hinged.of_path(both.paths[sign], both.bar, mode) for sign in ("+", "-")}
     other = both.paths["-"]
-    limit: Limit | None = None
     if found["-"].up is None and math.isfinite(other.load_end) and (kind.sided or other.other):
         text = f"in the other sense another contact comes in at {other.load_end:.4g} rad per pitch ({other.other})"
-        limit = (other.load_end, f"{text}; on hinges the bar goes on without it")
-        found["-"] = APART
-    return Sides(found["+"], found["-"]), limit
+        return Sides(found["+"], APART, (other.load_end, f"{text}; on hinges the bar goes on without it"))
+    return Sides(found["+"], found["-"])
 
 
 def _real(beam: Beam, held: Held, mode: str, sign: int, far: float) -> Side:

@@ -73,15 +73,17 @@ class DecayFit(Estimated):
             **({"faces": self.beam.faces} if self.beam.other else {}),
         }
 
-    def record(self) -> dict[str, Any]:
+    def report(self) -> dict[str, Any]:
         """Return all there is to say, for JSON."""
-        rows = zip(self.rows, self.estimates.tolist(), self.errors.values(), self.at_bound.tolist(), strict=True)
-        found = {r.name: {"estimate": v, "error": e, "unit": r.unit, "at_bound": b} for r, v, e, b in rows}
-        points = {"t": self.t, "load": self.angle, "fitted": self.fitted}
         return {
-            **self.attrs, "parameters": found, "correlation": self.correlation, "noise": self.noise, "rms": self.rms,
-            "points": points, "notes": list(self.notes), "beam": self.beam.model_dump(), "squama_version": __version__,
-        }  # fmt: skip
+            **self.attrs,
+            "parameters": self._parameters(at_bound=self.at_bound),
+            **{name: getattr(self, name) for name in ("correlation", "noise", "rms")},
+            "points": {"t": self.t, "load": self.angle, "fitted": self.fitted},
+            "notes": list(self.notes),
+            "beam": self.beam.model_dump(),
+            "squama_version": __version__,
+        }
 
     def __repr__(self) -> str:
         return f"DecayFit({', '.join(self.lines)}; {self.t.size} points, rms {self.rms:.3g} rad/pitch)"
@@ -96,13 +98,12 @@ class DecayFit(Estimated):
         import xarray as xr
 
         names, angle = list(self.parameters), self.held.load.angle
-        error = np.sqrt(np.diag(self.covariance))
         data = {
             "t": ("point", self.t, {"long_name": "time", "units": "s"}),
             angle: ("point", self.angle, {"long_name": self.held.load.angle_words, "units": "rad"}),
             f"{angle}_fit": ("point", self.fitted, {"long_name": f"fitted {angle}", "units": "rad"}),
             "estimate": ("parameter", self.estimates, {"long_name": "estimate"}),
-            "error": ("parameter", error, {"long_name": "standard error"}),
+            "error": ("parameter", self._deviations, {"long_name": "standard error"}),
             "unit": ("parameter", [row.unit for row in self.rows], {"long_name": "unit of estimate and error"}),
             "correlation": (("parameter", "other"), self.correlation, {"long_name": "correlation of the estimates"}),
             "noise": ((), self.noise, {"long_name": "noise of a point", "units": "rad"}),

@@ -82,17 +82,16 @@ def solve(
         return derivatives(points, asked, u * scale) * scale / size
 
     still = 1e-13 if isinstance(points, Hinged) else 1e-8
-    loss: dict[str, Any] = {} if robust is None else {"loss": "soft_l1", "f_scale": robust / size}
+    how: dict[str, Any] = {"bounds": (low, high), "x_scale": "jac", "max_nfev": 300}
     if robust is not None:
         still = max(still, _ROUGH)
+        how |= {"loss": "soft_l1", "f_scale": robust / size, "max_nfev": 60}
+    how |= dict.fromkeys(("ftol", "xtol", "gtol"), still)
     found = []
     for start in steps(starts, len(starts), "starts of the fit"):
         inside = np.clip(start / scale, low + 1e-9 * (high - low), high - 1e-9 * (high - low))
         inside = np.where((start / scale > low) & (start / scale < high), start / scale, inside)
-        fit = least_squares(
-            residual, inside, slope, bounds=(low, high), x_scale="jac", ftol=still, xtol=still, gtol=still,
-            max_nfev=300 if robust is None else 60, **loss,
-        )  # fmt: skip
+        fit = least_squares(residual, inside, slope, **how)
         found.append((float(fit.cost), np.clip(fit.x, low, high)))
     best, u = min(found, key=lambda pair: pair[0])
     agreed = sum(cost <= best * (1 + _AGREE) + 1e-28 for cost, _ in found)

@@ -126,12 +126,10 @@ def fit(
     if samples and moved:
         refuse("posterior", str(samples), f"no samples are drawn with {' and '.join(moved)}", "leave one out")
     candidates = tuple(n for n in NUISANCES if automatic and not (samples and n in OF_TWIST))
-    wanted = Wanted(
-        beam, [], asked.names, load, law, bounds,
-        {"to": to, "reversal": reversal, "stick": stick}, sigma, starts, candidates,
-    )  # fmt: skip
+    limits = {"to": to, "reversal": reversal, "stick": stick}
     # before the joint is looked for, which may take finite elements
-    records.limits(beam, load, **wanted.limits)
+    records.limits(beam, load, **limits)
+    wanted = Wanted(beam, [], asked.names, load, law, bounds, limits, sigma, starts, candidates)
     kind, why = prepare.kind(joint, wanted, samples)
     wanted = wanted._replace(specimens=records.read(data, beam, load))
     try:

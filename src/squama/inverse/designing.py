@@ -19,7 +19,7 @@ from squama.curves.path import idealisation
 from squama.errors import refuse
 from squama.inverse import beside, making, real, search
 from squama.inverse.goals import Pitches
-from squama.inverse.limits import LIMITS, law_ranges
+from squama.inverse.limits import LIMITS
 from squama.inverse.reached import Beside, Reached, reached
 from squama.inverse.residuals import Look, Residuals
 from squama.inverse.target import Target, read_target
@@ -314,7 +314,7 @@ class _Refined(NamedTuple):
             if g >= -BROKEN:
                 continue
             if name not in LIMITS:
-                words.append(f"joint_law ({name})" if name in law_ranges(target.laws) else name)
+                words.append(name)
                 continue
             limit, value = LIMITS[name], target.limits[name]
             has = float(np.ravel(limit.measure(sizes))[0])
@@ -418,6 +418,5 @@ class _Refined(NamedTuple):
                 value = target.limits[name]
                 found.append(f"limit {name} {as_text(value, LIMITS[name].dimension)}")
             elif g <= ACTIVE:
-                law = name in law_ranges(target.laws)
-                found.append(f"limit joint_law, {name}" if law else name)
+                found.append(name)
         return found

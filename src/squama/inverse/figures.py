@@ -33,18 +33,30 @@ from squama.types import Array
 
 COLUMNS = (*CONTACT, "ratio", "K", "d", "rigidity")
 LOCKS = tuple(CODES.index(end) for end in CODES if end.locks)
-FIGURES = {
-    "tangent": ("N m2", "tangent stiffness in contact at the stated twist"),
+AT_TWIST = {
+    "tangent": ("N m2", "tangent stiffness at the stated twist"),
     "torque": ("N m", "torque at the stated twist"),
+    "stiffness_ratio": ("1", "tangent stiffness over that without contact at the stated twist"),
+    "stress": ("Pa", "largest stress (von Mises) in a scale at the stated twist"),
+    "strength_share": ("1", "largest stress in a scale over its strength at the stated twist"),
+    "W_fr": ("J/m", "frictional work up to the stated twist"),
+    "RED": ("1", "share of the work up to the stated twist that friction takes"),
+}
+"""Figures at a twist by name: unit, words. Hinges have the first two only, in contact."""
+OF_BEAM = {
     "stiffness": ("N m2", "stiffness before engagement"),
+    "engagement": ("rad", "twist per pitch at engagement"),
+    "length": ("m", "length of the beam"),
+}
+"""Figures that need no twist; on hinges the length is given."""
+OF_LOCKS = {
     "range": ("rad", "twist per pitch from engagement to the lock"),
     "lock": ("rad", "twist per pitch at the lock"),
-    "engagement": ("rad", "twist per pitch at engagement"),
     "W_fr": ("J/m", "frictional work at the cut-off before the lock"),
     "RED": ("1", "relative energy dissipation at the cut-off before the lock"),
     "critical_mu": ("1", "smallest friction that locks at engagement"),
 }
-"""Figures by name: unit, words."""
+"""Figures of the lock, which only hinges have."""
 GRID = 33
 """Samples of a path between which a twist is looked for."""
 NEAR = 1e-5
@@ -73,7 +85,7 @@ class At(NamedTuple):
 class Want(NamedTuple):
     """A figure by name, and the twist at which it is wanted.
 
-    Beside :data:`FIGURES` the search asks for the borders of their domain: ``reach`` is how far the curve goes; ``tip``
+    Beside these figures the search asks for the borders of their domain: ``reach`` is how far the curve goes; ``tip``
     and ``side`` are the room of the contact to the end of that edge at the lock, over the scale's half width or length;
     ``hold`` the moment of friction that lacks for a lock where the contact runs off an edge, over the scale's length.
     """

@@ -8,12 +8,11 @@ from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
-from squama.errors import Problems
-from squama.errors import refuse as fail
+from squama.errors import Problems, refuse
 from squama.inverse import targetfile
 from squama.inverse.figures import At, Want
 from squama.inverse.space import Space
-from squama.inverse.targetfile import AT_POINTS, Context, Given, PointTable, TargetTable, refuse
+from squama.inverse.targetfile import AT_POINTS, Context, Given, PointTable, TargetTable
 from squama.io import files, measured
 from squama.loads import LOADS
 from squama.model.sensitivity import STEP
@@ -26,12 +25,15 @@ MISSING = 100.0
 ACCEPT = 0.01
 """Largest difference, relative to what is asked, of a goal that counts as reached."""
 LABELS = {"tangent": "tangent", "stiffness_ratio": "stiffness ratio", "strength_share": "stress over strength"}
-_KINDS = {
-    "torque": (Dimension.TORQUE, "N m"),
-    "stress": (Dimension.PRESSURE, "Pa"),
-    "length": (Dimension.LENGTH, ""),
+_DIMENSIONS = {
+    "torque": Dimension.TORQUE,
+    "stress": Dimension.PRESSURE,
+    "length": Dimension.LENGTH,
+    "stiffness": Dimension.RIGIDITY,
+    "tangent": Dimension.RIGIDITY,
+    "W_fr": Dimension.LINE_WORK,
 }
-"""What figures that are no ratios are measured in; SI unit of a bare number."""
+"""Dimensions of the figures that are no ratios and no twists."""
 MOST_POINTS = 24
 """Points of a measured curve that are used; more are thinned out evenly."""
 
@@ -144,9 +146,9 @@ def _single(name: str, value: object, context: Context) -> Goal:
     where, weight = f"target.{name}", 1.0
     if isinstance(value, dict):
         if unknown := [key for key in value if key not in ("value", "weight")]:
-            fail(f"{where}.{unknown[0]}", "", "unknown key", "allowed: value, weight")
+            refuse(f"{where}.{unknown[0]}", "", "unknown key", "allowed: value, weight")
         if "value" not in value:
-            fail(where, "", "has no value", "write { value = ..., weight = 2 }")
+            refuse(where, "", "has no value", "write { value = ..., weight = 2 }")
         weight, value = _weight(where, value.get("weight", 1.0)), value["value"]
     got = _value(where, name, value, context)
     return Goal(name, Want(name), got.number, got.unit, got.si, got.at, got.sense, weight)
@@ -156,16 +158,11 @@ def _value(where: str, figure: str, value: object, context: Context) -> Given:
     """Read the value that is asked of a figure."""
     if figure in ("lock", "engagement"):
         return targetfile.twist(where, value, context)
-    if figure in ("stiffness", "tangent"):
-        return targetfile.rigidity(where, value, context)
-    if figure == "W_fr":
-        return targetfile.work(where, value, context)
-    kind, unit = _KINDS.get(figure, (Dimension.RATIO, ""))
-    got = targetfile.quantity(where, value, kind, context, unit)
+    got = targetfile.quantity(where, value, _DIMENSIONS.get(figure, Dimension.RATIO), context)
     if figure == "RED" and got.si >= 1:
-        refuse(where, got.number, "a part of the work cannot be 1 or more", "write e.g. 0.4")
+        refuse(where, shown(got.number), "a part of the work cannot be 1 or more", "write e.g. 0.4")
     if figure == "critical_mu" and got.si > 10:
-        refuse(where, value, "is out of range (up to 10)", "write e.g. 0.6")
+        refuse(where, shown(value), "is out of range (up to 10)", "write e.g. 0.6")
     return got
 
 
@@ -178,11 +175,11 @@ def _points(where: str, table: PointTable, kind: str, context: Context) -> list[
     allowed = dict.fromkeys([*known, *(words for _ in known if kind == "points")])
     for key in given:
         if key not in allowed:
-            fail(f"{where}.{key}", "", "does not belong here", f"allowed: twist, {', '.join(allowed)}, weight")
+            refuse(f"{where}.{key}", "", "does not belong here", f"allowed: twist, {', '.join(allowed)}, weight")
         if key in AT_POINTS and context.joint == "hinge":
-            fail(f"{where}.{key}", "", *_not_on_hinges(key, context))
+            refuse(f"{where}.{key}", "", *_not_on_hinges(key, context))
     if not given:
-        fail(f"{where}.{known[0]}", "", "is missing", f"write e.g. {targetfile.EXAMPLES[kind]}")
+        refuse(f"{where}.{known[0]}", "", "is missing", f"write e.g. {targetfile.EXAMPLES[kind]}")
     twist = table.twist.strip() if isinstance(table.twist, str) else f"{shown(table.twist)} rad/m"
     weight, found = _weight(where, table.weight), []
     for key, value in given.items():
@@ -211,13 +208,13 @@ def _figure(key: str, value: object) -> str:
 def _curve(value: object, context: Context, folder: Path) -> list[Goal]:
     """Read a measured curve; points before any twist are left out."""
     if not isinstance(value, str):
-        refuse("target.curve", value, "is no file name", 'write e.g. curve = "test.csv"')
+        refuse("target.curve", shown(value), "is no file name", 'write e.g. curve = "test.csv"')
     path = folder / value
     every = [measured.read(path, pitch=p, scales=n, load=context.load) for p, n in context.ways]
     one = every[0]
 
     def bad(reason: str, remedy: str = "") -> NoReturn:
-        fail("", "", reason, remedy, files.label(path))
+        refuse("", "", reason, remedy, files.label(path))
 
     seen: dict[float, int] = {}
     for i, (rate, load) in enumerate(zip(one.rate, one.load, strict=True)):
@@ -242,7 +239,7 @@ def _curve(value: object, context: Context, folder: Path) -> list[Goal]:
 
 def _weight(where: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < np.inf:
-        refuse(f"{where}.weight", value, "must be a number above 0", "write e.g. 2")
+        refuse(f"{where}.weight", shown(value), "must be a number above 0", "write e.g. 2")
     return float(value)
 
 

@@ -14,15 +14,16 @@ from squama.errors import InputError, Problems, naming, refuse
 from squama.fabrication.plan import SIZES, plan
 from squama.fabrication.plan import read as read_sizes
 from squama.inverse import goals, targetfile, varied
-from squama.inverse.figures import LOCKS, Options
+from squama.inverse.figures import AT_TWIST, LOCKS, OF_LOCKS, At, Found, Options, Want, harmless
 from squama.inverse.goals import ACCEPT, Goal
-from squama.inverse.limits import ALWAYS, LIMITS, known_rooms, printed_rooms
+from squama.inverse.limits import ALWAYS, LIMITS, Sizes, farthest, known_rooms, printed_rooms, rooms
+from squama.inverse.real import EVALUATE
 from squama.inverse.space import DIMENSIONS, Space
 from squama.inverse.targetfile import Context, File, FrontTable
 from squama.io import files
 from squama.loads import LOADS
 from squama.model.outcome import CODES, End
-from squama.study.columns import Cells
+from squama.study.columns import Cells, valid
 from squama.study.parameters import ALIASES, ELASTIC, PARAMETERS, SCALES, flattened, own
 from squama.types import Array
 from squama.units import Dimension, shown
@@ -36,8 +37,6 @@ _LOCKS = {
     **{e.value.split()[0]: (CODES.index(e),) for e in (End.FRICTIONAL, End.STATIC)},
     "kinematic": (CODES.index(End.KINEMATIC), CODES.index(End.LINE)),
 }
-LOCK_FIGURES = ("lock", "range", "critical_mu")
-"""Objectives that only hinges have; RED and W_fr without a twist are theirs, too."""
 LOCK_GOALS = ("lock", "lock_by", "RED", "critical_mu")
 
 
@@ -71,9 +70,20 @@ class Target(NamedTuple):
         """By how much "at least" and "at most" are sought within: rounding takes some of it."""
         return self.accept if self.real else 0.0
 
-    def made_rooms(self, c: Cells) -> dict[str, Array]:
-        """Room to what the law of the joint knows and to what can be printed, of real beams."""
-        found: dict[str, Array] = {}
+    def figures(self, c: Cells, moved: Sequence[Cells], wants: Sequence[Want], *, plates: bool) -> Found:
+        """Evaluate figures of designs; rows that are no beam are computed as something harmless.
+
+        Arguments as of :func:`squama.inverse.figures.evaluate`.
+        """
+        return EVALUATE[self.options.joint](harmless(c, valid(c)), moved, wants, self.options, plates=plates)
+
+    def sizes(self, c: Cells, at: Sequence[At], lock: Array | None) -> Sizes:
+        """Return the sizes of designs that limits look at, up to the twists ``at`` and the twist (n,) of the lock."""
+        return Sizes.of(c, self.space.load, farthest(c, at, lock))
+
+    def rooms(self, c: Cells, s: Sizes) -> dict[str, Array]:
+        """Room to every limit by name, to what the law of the joint knows, and to what can be printed."""
+        found = rooms(s, self.limits, self.laws)
         if self.real and self.space.beam.joint.matrix is None:
             found |= known_rooms(c)
         if self.printer is not None:
@@ -155,7 +165,7 @@ def _of_locks(file: File, need: str) -> list[str]:
         return [f"target.{k}" for k in LOCK_GOALS if file.target is not None and getattr(file.target, k) is not None]
     table = file.front or FrontTable()
     listed = [names for names in (table.maximise, table.minimise) if isinstance(names, list | tuple)]
-    locks = [*LOCK_FIGURES, *(("RED", "W_fr") if table.at is None else ())]
+    locks = [name for name in OF_LOCKS if table.at is None or name not in AT_TWIST]
     return [f"front: {name}" for names in listed for name in names if name in locks]
 
 

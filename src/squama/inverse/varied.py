@@ -12,7 +12,7 @@ from squama.inverse.space import DIMENSIONS, Choice, Grid, Variable
 from squama.inverse.targetfile import Context, File
 from squama.io.tabular import guess
 from squama.study.parameters import ALIASES, PARAMETERS, SCALES, effective, flattened, text_of
-from squama.units import Dimension, shown, si_unit
+from squama.units import Dimension, shown
 
 MATERIAL = ("youngs_modulus", "poisson_ratio", "strength")
 GROUPS = {str(kind): kind for kind in (Dimension.LENGTH, Dimension.ANGLE, Dimension.PRESSURE, Dimension.RATIO)}
@@ -43,7 +43,7 @@ def variables(file: File, problems: Problems, context: Context) -> tuple[Variabl
             if step is False:
                 grids[key] = Grid()
                 continue
-            got = targetfile.quantity(where, step, kind, context, si_unit(kind).replace("1", ""))
+            got = targetfile.quantity(where, step, kind, context)
             if got.si < FINEST:
                 refuse(where, shown(step), "is finer than any workshop", f"write at least {FINEST:g} in SI units")
             grids[key] = Grid(got.number, got.unit)
