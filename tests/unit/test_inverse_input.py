@@ -11,8 +11,8 @@ import pytest
 import squama
 from squama.cli import main
 from squama.inverse.targetfile import Context, quantity
-from squama.units import Dimension
 from squama.plot import front_figure, inverse_figure
+from squama.units import Dimension
 
 BEAM = Path("examples/pla_on_vps.toml").read_text(encoding="utf-8")
 GOOD = """start = "beam.toml"

@@ -18,6 +18,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.polynomial import polynomial
 from scipy.interpolate import CubicSpline
 
 from squama.curves import hinge
@@ -73,16 +74,14 @@ class Pieces:
 
     def derivative(self) -> Pieces:
         """Return the derivatives."""
-        power = np.arange(1, len(self.c))[:, None, None]
-        return Pieces(2 * self.parts * power * self.c[1:])
+        return Pieces(2 * self.parts * polynomial.polyder(self.c))
 
     def integral(self, start: Array) -> Pieces:
         """Return the integrals, with the value ``start`` at s = 0."""
-        power = np.arange(1, len(self.c) + 1)[:, None, None]
-        c = self.c / (2 * self.parts * power)
-        begins, ends = (c * (-1.0) ** power).sum(axis=0), c.sum(axis=0)
-        before = start + np.cumsum(ends - begins, axis=0) - ends
-        return Pieces(np.concatenate([before[None], c]))
+        c = polynomial.polyint(self.c, lbnd=-1) / (2 * self.parts)
+        ends = c.sum(axis=0)
+        c[0] += start + np.cumsum(ends, axis=0) - ends
+        return Pieces(c)
 
     def rough(self) -> Array:
         """Return the last terms over the largest values, for each design."""
@@ -97,7 +96,7 @@ class Pieces:
 @functools.cache
 def _rule() -> tuple[Array, Array]:
     """Chebyshev nodes on [-1, 1], and the matrix from values there to coefficients of powers."""
-    r = -np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
+    r = np.polynomial.chebyshev.chebpts1(NODES)
     return r, np.linalg.inv(np.vander(r, increasing=True))
 
 

@@ -109,13 +109,12 @@ def free_vibration(
         refuse("amplitude, impulse", "", "one of them is to be given", "write e.g. amplitude=0.2")
     given = amplitude if impulse is None else impulse
     assert given is not None
-    columns, shape = arguments.designs(
-        load, eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, kappa=kappa, thickness=thickness,
-        **{"amplitude" if impulse is None else "impulse": given},
-    )  # fmt: skip
-    arguments.thin(columns[7], arguments.law(law), load)
+    asked = {"eta": eta, "beta": beta, "lam": lam, "alpha": alpha, "theta0": theta0, "mu": mu, "kappa": kappa}
+    asked |= {"thickness": thickness, "amplitude" if impulse is None else "impulse": given}
+    columns, shape = arguments.designs(load, **asked)
+    named = dict(zip(asked, columns, strict=True))
+    arguments.thin(named["thickness"], arguments.law(law), load)
     n = arguments.whole("swings", swings, 1, 10_000)
-    named = dict(zip((*solution.COLUMNS, "kappa", "thickness"), columns, strict=False))
     law = kind.law(law)
     sol = solution.solve(named, load=kind.name, law=law, sense="+")
     given, kappa = columns[-1], named["kappa"]

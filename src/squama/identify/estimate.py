@@ -8,7 +8,7 @@ added that have not been measured.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -218,39 +218,40 @@ def remedies(
     ``senses`` are both senses at the estimates; ``forward`` the points that are used, with the derivatives there. The
     nuisances of this test are not those of the further ones.
     """
-    theta0 = asked.physical(values).theta0
-    touching = forward.theta > theta0
-    pitch = senses.case.pitch
-    added: list[tuple[str, Forward]] = []
-    loaded, back = touching & (forward.way > 0), touching & (forward.way < 0)
-    for one, other, seen, missing in ((loaded, back, "loading", "unloading"), (back, loaded, "unloading", "loading")):
-        if one.any() and np.count_nonzero(other) < FEW * np.count_nonzero(one):
-            turned = forward.take(np.flatnonzero(one))
-            added.append((f"{missing} measured too, at the twists of the {seen}", turned._replace(way=-turned.way)))
-    n = max(int(np.count_nonzero(loaded)), 10)
-    sign = "-" if touching.any() and np.all(forward.sign[touching] < 0) else "+"
-    path, s = senses.paths[sign], -1.0 if sign == "-" else 1.0
-    if np.isfinite(path.load_e) and np.count_nonzero(~touching) < FEW * forward.rate.size:
-        load = s * np.linspace(0, path.load_e, n)
-        added.append((f"{n} points before engagement", build(senses, load, np.ones(n))))
-    far = float(np.abs(forward.rate).max()) * pitch
-    end = max(far, path.load_e)
-    end += FAR * (senses.most[sign] - end)
-    if path.end is not End.NONE and np.isfinite(path.load_e) and end > 1.02 * far:
-        load = s * np.linspace(max(far, path.load_e), end, n + 1)[1:]
-        added.append((f"{n} points more of loading, up to {end:.3g} rad/pitch", build(senses, load, np.ones(n))))
-    at, chain = asked.physical(values), asked.chain(values)[:4]
-    further = [(what, np.asarray(more.jacobian(at) @ chain)) for what, more in added]
-    if LOADS[asked.load].sided and touching.any():
-        further += _bending(asked, values, float(forward.theta.max()), forward, n)
     found = []
     with np.errstate(all="ignore"):
-        for what, more in further:
+        for what, more in _further(asked, values, senses, forward):
             J = np.concatenate([jacobian, more])
             norm = np.linalg.norm(J, axis=0)
             half = np.linalg.pinv(J / norm)
             found.append(Remedy(what, noise * np.linalg.norm(half, axis=1) / norm))
     return found
+
+
+def _further(asked: Asked, values: Array, senses: Senses, forward: Forward) -> Iterator[tuple[str, Array]]:
+    """Yield further measurements, with the derivatives of their torques to the parameters."""
+    at, chain = asked.physical(values), asked.chain(values)[:4]
+    touching = forward.theta > at.theta0
+    loaded, back = touching & (forward.way > 0), touching & (forward.way < 0)
+    for one, other, seen, missing in ((loaded, back, "loading", "unloading"), (back, loaded, "unloading", "loading")):
+        if one.any() and np.count_nonzero(other) < FEW * np.count_nonzero(one):
+            turned = forward.take(np.flatnonzero(one))
+            turned = turned._replace(way=-turned.way)
+            yield f"{missing} measured too, at the twists of the {seen}", turned.jacobian(at) @ chain
+    n = max(int(np.count_nonzero(loaded)), 10)
+    sign = "-" if touching.any() and np.all(forward.sign[touching] < 0) else "+"
+    path, s = senses.paths[sign], -1.0 if sign == "-" else 1.0
+    far = float(np.abs(forward.rate).max()) * senses.case.pitch
+    end = max(far, path.load_e)
+    end += FAR * (senses.most[sign] - end)
+    if np.isfinite(path.load_e) and np.count_nonzero(~touching) < FEW * forward.rate.size:
+        straight = build(senses, s * np.linspace(0, path.load_e, n), np.ones(n))
+        yield f"{n} points before engagement", straight.jacobian(at) @ chain
+    if np.isfinite(path.load_e) and path.end is not End.NONE and end > 1.02 * far:
+        beyond = build(senses, s * np.linspace(max(far, path.load_e), end, n + 1)[1:], np.ones(n))
+        yield f"{n} points more of loading, up to {end:.3g} rad/pitch", beyond.jacobian(at) @ chain
+    if LOADS[asked.load].sided and touching.any():
+        yield from _bending(asked, values, float(forward.theta.max()), forward, n)
 
 
 def _bending(asked: Asked, values: Array, theta: float, forward: Forward, n: int) -> list[tuple[str, Array]]:

@@ -76,8 +76,7 @@ def _door(target: Target, beam: Beam, *, ask: bool) -> Beside:
 
 def _at_twists(key: str, words: str, target: Target, beam: Beam, goals: Sequence[Goal]) -> Beside:
     """Return what a row of the beam's own scales, or the endless beam free to bow, reaches of goals at twists."""
-    at = (float(g.want.at.per_pitch(beam.pitch, beam.scales)) for g in goals if g.want.at is not None)
-    rates, sense = [phi / beam.pitch for phi in at], target.options.sense
+    rates, sense = [g.want.at.per_length(beam) for g in goals if g.want.at is not None], target.options.sense
     names = [_NAMES.get(goal.want.figure, goal.want.figure) for goal in goals]
     try:
         if key == "row":

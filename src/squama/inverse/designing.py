@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -246,7 +246,12 @@ def find(
     found = tuple(made.get(i) or refined.design(i) for i in chosen)
     asked = steps(enumerate(found), len(found), "designs asked by other models")
     found = tuple(replace(d, beside=beside.beside(target, d.beam, elements=i < ASKED)) for i, d in asked)
-    checked = _elements(target, found[0].beam) if elements else []
+    notes = [f"{space.variables[j].name} has no effect on what is asked" for j in idle.tolist()]
+    if any(goal.want.figure == "lock" for goal in target.goals):
+        notes.append(LOCK)
+    if elements:
+        rates = {goal.want.at.per_length(found[0].beam) for goal in target.goals if goal.want.at is not None}
+        notes += making.by_elements(found[0].beam, target.options.sense, sorted(rates))
     sizes = residuals.tolerances(look.y[chosen[:1]])
     return InverseDesign(
         source=target.source,
@@ -265,22 +270,8 @@ def find(
             "seed": seed,
             "squama_version": __version__,
         },
-        notes=(*_notes(target, [space.variables[int(j)].name for j in idle]), *checked),
+        notes=tuple(notes),
     )
-
-
-def _elements(target: Target, beam: Beam) -> list[str]:
-    """Return what elements say of a beam at the twists that are asked for."""
-    asked = {goal.want.at for goal in target.goals if goal.want.at is not None}
-    rates = {float(at.per_pitch(beam.pitch, beam.scales)) / beam.pitch for at in asked}
-    return making.by_elements(beam, target.options.sense, sorted(rates))
-
-
-def _notes(target: Target, idle: Sequence[str]) -> Iterator[str]:
-    """Yield what a reader has to know of a target."""
-    yield from (f"{name} has no effect on what is asked" for name in idle)
-    if any(goal.want.figure == "lock" for goal in target.goals):
-        yield LOCK
 
 
 def _idle(look: Look) -> Array:

@@ -20,6 +20,7 @@ import numpy as np
 
 from squama.arrays.solution import COLUMNS as CONTACT
 from squama.arrays.solution import Solution, solve, with_touches
+from squama.beam.design import Beam
 from squama.loads import LOADS
 from squama.model import energy, mechanics, tracks
 from squama.model.figures import LOCKING
@@ -80,6 +81,10 @@ class At(NamedTuple):
     def per_pitch(self, d: Any, scales: Any = 1.0) -> Any:
         """Twist in rad per pitch of beams with the pitch d (m) and a number of scales."""
         return self.rate * d + self.angle + self.total / scales
+
+    def per_length(self, beam: Beam) -> float:
+        """Twist rate (rad/m) of a beam."""
+        return float(self.per_pitch(beam.pitch, beam.scales)) / beam.pitch
 
 
 class Want(NamedTuple):
@@ -239,22 +244,23 @@ class _Part:
             lanes = np.flatnonzero((phi > self.engaged) & (phi <= limit))
             return lanes, *self._contact(want, phi[lanes], lanes)
         locks = np.isin(code, _OFF if want.figure == "hold" else self.options.locks)
-        if want.figure == "critical_mu":
-            there, (value, partials) = np.ones(code.size, bool), self._critical()
-        elif want.figure == "engagement":
-            there, value, partials = limit >= self.engaged, self.engaged, self._slopes(lambda m: m.load_e)
-        elif want.figure == "reach":
+        ends: dict[str, tuple[Array, Array, Callable[[Moved], Array]]] = {
+            "engagement": (limit >= self.engaged, self.engaged, lambda m: m.load_e),
             # where other plates meet first the derivative is not known
-            there, value, partials = code != _OTHER, limit, self._slopes(lambda m: m.load_end)
+            "reach": (code != _OTHER, limit, lambda m: m.load_end),
+            "lock": (locks, limit, lambda m: m.load_end),
+            "range": (locks, limit - self.engaged, lambda m: m.load_end - m.load_e),
+        }
+        there = locks
+        if want.figure in ends:
+            there, value, of = ends[want.figure]
+            partials = self._slopes(of)
+        elif want.figure == "critical_mu":
+            there, (value, partials) = np.ones(code.size, bool), self._critical()
         elif want.figure in ("tip", "side", "hold"):
-            there, (value, partials) = locks, self._room(want.figure)
-        elif want.figure == "lock":
-            there, value, partials = locks, limit, self._slopes(lambda m: m.load_end)
-        elif want.figure == "range":
-            there, value = locks, limit - self.engaged
-            partials = self._slopes(lambda m: m.load_end - m.load_e)
+            value, partials = self._room(want.figure)
         else:
-            there, (value, partials) = locks, self._dissipated(want.figure)
+            value, partials = self._dissipated(want.figure)
         lanes = np.flatnonzero(there)
         return lanes, value[lanes], {p: v[lanes] for p, v in partials.items()}
 

@@ -88,8 +88,8 @@ def followed(
     All contacts are looked for. With ``joint`` None the door takes what it takes by default. Figures of a lock are NaN
     where the curve has none.
     """
-    load, n = LOADS[options.load], beam.scales
-    at = [None if w.at is None else float(w.at.per_pitch(beam.pitch, n)) / beam.pitch for w in wants]
+    load = LOADS[options.load]
+    at = [None if w.at is None else w.at.per_length(beam) for w in wants]
     rates = sorted({rate for rate in at if rate is not None})
     common: dict[str, Any] = {"sense": options.sense, "joint": joint}
     if not rates and joint is None:

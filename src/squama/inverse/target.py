@@ -211,8 +211,8 @@ def _read(file: File, beam: Beam, common: dict[str, Any], context: Context, fold
     variables = varied.variables(file, problems, context)
     choices = varied.choices(file.choose, problems, context)
     space = Space(beam, context.load, variables, choices)
-    keys = {v.key for v in variables} | {ALIASES.get(n, n) for c in choices for n in c.options[0]}
-    if len(keys) < len(variables) + sum(len(c.options[0]) for c in choices):
+    keys = set(space.keys)
+    if len(keys) < len(space.keys):
         problems.add("[choose]", "", "sets what is varied or chosen elsewhere, too", "keep one")
     if beam.friction.mu is None and "mu" not in keys:
         remedy = "write mu = 0.25 under [friction] of the beam, or vary friction.mu"

@@ -28,12 +28,7 @@ def variables(file: File, problems: Problems, context: Context) -> tuple[Variabl
         problems.add("[vary]", "", "nothing to vary", f"add this table with e.g. {targetfile.EXAMPLES['vary']}")
     for name, bounds in flat.items():
         with problems.caught():
-            if context.joint == "hinge":
-                _counted(f"vary.{name}", name)
-            one = _variable(f"vary.{name}", name, bounds, bare=context.bare)
-            if context.joint == "hinge":
-                effective(one.key, "hinge", ideal=True)
-            found.append(one)
+            found.append(_variable(f"vary.{name}", name, bounds, context))
     grids: dict[str, Grid] = dict(ROUNDED) if context.joint == "compliant" else {}
     for name, step in sorted(flattened(file.rounding), key=lambda item: item[0] not in GROUPS):
         where = f"rounding.{name}"
@@ -67,11 +62,9 @@ def choices(table: dict[str, object], problems: Problems, context: Context) -> t
                     refuse(where, "", "does not say the same of every material", remedy)
             else:
                 kind = PARAMETERS[key := key_of(where, name)]
-                if context.joint == "hinge":
-                    _counted(where, key)
                 with naming(where):
                     si = [units.bounded(value, kind.dimension, kind.bounds, bare=context.bare) for value in listed]
-                whole(where, key, si)
+                _check_number(where, key, si, context)
                 read = [(text_of(key, value), {name: value}) for value in si]
             found.append(Choice(name, *zip(*read, strict=True)))
     return tuple(found)
@@ -93,7 +86,8 @@ def _material(where: str, table: str, given: object, *, bare: bool) -> tuple[str
     return printable(given["name"]), found
 
 
-def _variable(where: str, name: str, bounds: object, *, bare: bool) -> Variable:
+def _variable(where: str, name: str, bounds: object, context: Context) -> Variable:
+    """Read the bounds of a dimension."""
     key = key_of(where, name)
     if not isinstance(bounds, list | tuple) or len(bounds) != 2:
         table, _, own = name.partition(".")
@@ -102,26 +96,26 @@ def _variable(where: str, name: str, bounds: object, *, bare: bool) -> Variable:
         refuse(where, shown(bounds), "is no pair of bounds", f"write e.g. {name} = [{example}]")
     kind = PARAMETERS[key]
     with naming(where):
-        low, high = (units.bounded(b, kind.dimension, kind.bounds, bare=bare) for b in bounds)
-    whole(where, key, (low, high))
+        low, high = (units.bounded(b, kind.dimension, kind.bounds, bare=context.bare) for b in bounds)
+    _check_number(where, key, (low, high), context)
     if low == high:
         refuse(where, shown(bounds), "begins where it ends", "put that value into the beam and leave it out here")
     if low > high:
         refuse(where, shown(bounds), "is reversed", f"write [{shown(bounds[1])}, {shown(bounds[0])}]")
+    if context.joint == "hinge":
+        effective(key, "hinge", ideal=True)
     return Variable(name, low, high)
 
 
-def whole(where: str, key: str, values: Sequence[float]) -> None:
-    """Refuse numbers of scales that are not whole."""
-    for value in values:
-        if key == SCALES and value != round(value):
-            refuse(where, f"{value:g}", "is not a whole number", "write e.g. 25")
-
-
-def _counted(where: str, key: str) -> None:
-    """Refuse to vary the number of scales of a hinge."""
-    if key == SCALES:
+def _check_number(where: str, key: str, values: Sequence[float], context: Context) -> None:
+    """Refuse numbers of scales that are not whole, or of scales on hinges."""
+    if key != SCALES:
+        return
+    if context.joint == "hinge":
         refuse(where, "", "is varied of real beams; on hinges it stays as it is", "put it into the beam")
+    for value in values:
+        if value != round(value):
+            refuse(where, f"{value:g}", "is not a whole number", "write e.g. 25")
 
 
 def key_of(where: str, name: str) -> str:
