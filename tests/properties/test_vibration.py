@@ -13,7 +13,7 @@ import squama
 from squama.arrays import solution
 from squama.curves import hinge
 from squama.curves.path import Case
-from squama.dynamics import hinged, motion
+from squama.dynamics import hinge_branches, motion
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.decay import Sides, decay
 from squama.dynamics.modes import SHAPES
@@ -115,13 +115,13 @@ def test_a_mode_is_the_mean_over_the_beam(mode: str) -> None:
 
 
 def of_ratios(d: dict[str, float], kappa: float, load: str = "bending", mode: str = "uniform") -> Side:
-    return hinged.of_path(followed(d, kappa, load), kappa, mode)
+    return hinge_branches.of_path(followed(d, kappa, load), kappa, mode)
 
 
 def followed(d: dict[str, float], kappa: float, load: str) -> hinge.Path:
     columns = {name: np.array([d[name]]) for name in solution.COLUMNS}
     sol = solution.solve(columns, load=load, law="edge", sense="+")
-    return hinge.path(Case(1.0, kappa, 1.0, d["eta"], d["theta0"]), sol, None, d["mu"], "edge", hinged.FINEST)
+    return hinge.path(Case(1.0, kappa, 1.0, d["eta"], d["theta0"]), sol, None, d["mu"], "edge", hinge_branches.FINEST)
 
 
 @pytest.mark.parametrize(("load", "mode"), [("twisting", "uniform"), *(("bending", mode) for mode in MODES)])

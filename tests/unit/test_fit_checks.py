@@ -13,7 +13,7 @@ import squama
 from squama.cli import main
 from squama.curves import finite_rows
 from squama.identify import doubts, fitting, noise, slope
-from squama.identify.forward import Physical
+from squama.identify.hinge_points import Physical
 from squama.identify.readings import Readings
 from squama.identify.slope import Slope
 

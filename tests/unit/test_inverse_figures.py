@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import squama
-from squama.inverse.figures import At, Options, Want, evaluate, flat, harmless, take
 from squama.inverse.goals import MISSING
+from squama.inverse.hinge_figures import evaluate
 from squama.inverse.limits import LIMITS, Sizes, shear_factor
+from squama.inverse.named_figures import At, Options, Want, flat, harmless, take
 from squama.inverse.residuals import Residuals
 from squama.inverse.search import lsi
 from squama.inverse.space import Space, Variable, cells_of

@@ -147,8 +147,8 @@ def fit(
     flags.check_places([(out, (".toml",))], files)
     beam = settled(common.beam(beams[0], friction=False) if len(beams) == 1 else None)
 
-    from squama.identify import decay, fitting
-    from squama.identify.parameters import DEFAULT
+    from squama.identify import decay_fit, fitting
+    from squama.identify.unknowns import DEFAULT
 
     names = {name: f"--{name}" for name in vars(search)}
     names |= {"parameters": "--find", "bounds:": "--bounds", "data": ", ".join(data), "mode": "--mode"}
@@ -162,7 +162,7 @@ def fit(
     with flags.laid(names):
         if decays:
             how = {name: getattr(search, name) for name in _OF_DECAYS} | vars(swing)
-            found = decay.fit_decay(read[0], beam, decay.DEFAULT if find is None else find, **how)
+            found = decay_fit.fit_decay(read[0], beam, decay_fit.DEFAULT if find is None else find, **how)
         else:
             given = {name: value for name, value in vars(search).items() if value is not None}
             parted = ((name, text.partition(":")) for name, text in limits.items())

@@ -18,7 +18,7 @@ from squama.curves.path import Asked, LoadPath, States
 from squama.dynamics import motion, systems
 from squama.dynamics.branches import Side
 from squama.dynamics.decay import BEYOND, JAMS, RINGS, Decay, Sides, damping, decay
-from squama.dynamics.hinged import FINEST
+from squama.dynamics.hinge_branches import FINEST
 from squama.dynamics.motion import Drive, State
 from squama.dynamics.systems import Bar, Held
 from squama.errors import naming, refuse

@@ -10,10 +10,10 @@ import numpy as np
 from squama.beam import mass
 from squama.beam.design import Beam
 from squama.curves import both_faces, hinge_cycles, real
-from squama.dynamics import hinged, motion, walked
+from squama.dynamics import hinge_branches, joint_branches, motion
 from squama.dynamics.branches import APART, Side
 from squama.dynamics.decay import Limit, Sides
-from squama.dynamics.hinged import FINEST
+from squama.dynamics.hinge_branches import FINEST
 from squama.dynamics.modes import SHAPES
 from squama.errors import refuse
 from squama.loads import Load
@@ -149,7 +149,7 @@ def _hinged(beam: Beam, held: Held, mode: str) -> Sides:
     """Return the branches of scales on hinges in both senses."""
     kind = held.load
     both = hinge_cycles.senses(beam, kind.name, held.mu, held.law, FINEST, held.ideal)
-    found = {sign: hinged.of_path(both.paths[sign], both.bar, mode) for sign in ("+", "-")}
+    found = {sign: hinge_branches.of_path(both.paths[sign], both.bar, mode) for sign in ("+", "-")}
     other = both.paths["-"]
     if found["-"].up is None and math.isfinite(other.load_end) and (kind.sided or other.other):
         text = f"in the other sense another contact comes in at {other.load_end:.4g} rad per pitch ({other.other})"
@@ -159,8 +159,8 @@ def _hinged(beam: Beam, held: Held, mode: str) -> Sides:
 
 def _real(beam: Beam, held: Held, mode: str, sign: int, far: float) -> Side:
     """Return the branches of the real beam in one sense."""
-    swung = walked.Swung.of(beam, held.load, held.mu, sign, far, ideal=held.ideal)
-    return walked.side(swung, far, mode)
+    swung = joint_branches.Swung.of(beam, held.load, held.mu, sign, far, ideal=held.ideal)
+    return joint_branches.side(swung, far, mode)
 
 
 def notes(beam: Beam, held: Held, limit: Limit | None, low: float, high: float) -> list[str]:

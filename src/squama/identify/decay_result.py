@@ -13,8 +13,8 @@ from squama._version import __version__
 from squama.beam.design import Beam
 from squama.curves.path import idealisation
 from squama.dynamics.systems import Held
-from squama.identify.parameters import Parameter
 from squama.identify.result import Estimated
+from squama.identify.unknowns import Parameter
 from squama.types import Array
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import numpy as np
 from squama.curves.path import idealisation
 from squama.identify import noise
 from squama.identify.prepare import Prepared
-from squama.identify.search import Found
+from squama.identify.selection import Found
 from squama.identify.slope import Slope
 from squama.units import moment
 

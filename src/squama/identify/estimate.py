@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from squama.curves import hinge_cycles
 from squama.curves.hinge_cycles import Senses
 from squama.errors import refuse
-from squama.identify.forward import Forward, Hinged, build
-from squama.identify.parameters import OF_TWIST, Asked, ask
-from squama.identify.walked import Walked
+from squama.identify.hinge_points import Forward, Hinged, build
+from squama.identify.joint_points import Walked
+from squama.identify.unknowns import OF_TWIST, Asked, ask
 from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.model.paths import ARRAY

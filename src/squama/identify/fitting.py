@@ -14,15 +14,15 @@ from squama.beam.faces import only_one
 from squama.curves import finite_rows, hinge_cycles
 from squama.curves.finite_rows import Ends
 from squama.errors import InputError, naming, refuse
-from squama.identify import doubts, estimate, prepare, records, search, sentences
+from squama.identify import doubts, estimate, prepare, records, selection, sentences
 from squama.identify.doubts import Rival
-from squama.identify.forward import Hinged
-from squama.identify.parameters import DEFAULT, NUISANCES, OF_TWIST, ask
+from squama.identify.hinge_points import Hinged
 from squama.identify.posterior import sample
 from squama.identify.prepare import Prepared, Wanted
 from squama.identify.result import Fit, SpecimenFit
-from squama.identify.search import Found
+from squama.identify.selection import Found
 from squama.identify.slope import slope
+from squama.identify.unknowns import DEFAULT, NUISANCES, OF_TWIST, ask
 from squama.joints.choice import known
 from squama.loads import LOADS
 from squama.needs import need
@@ -139,7 +139,7 @@ def fit(
             raise
         made, kind, why = prepare.prepared("hinge", wanted), "hinge", f"on the compliant joint: {error}"
     prepare.enough(made)
-    found = search.find(made, starts, candidates)
+    found = selection.find(made, starts, candidates)
     result = _result(made, found, wanted, _rival(_OTHER[kind], wanted, found), why)
     if samples:
         assert isinstance(made.points, Hinged)
@@ -167,7 +167,7 @@ def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
         prepare.enough(made)
         # to look for what hinges would want, too, takes longer than the fit
         candidates = found.added if joint == "hinge" else wanted.candidates
-        other = search.find(made, min(wanted.starts, 3), candidates)
+        other = selection.find(made, min(wanted.starts, 3), candidates)
     except InputError as error:
         return Rival(joint, None, str(error))
     return Rival(joint, other, "")
@@ -248,7 +248,7 @@ def _alone(made: Prepared, found: Found) -> tuple[SpecimenFit, ...]:
         mine = made._replace(usable=found.usable & (rec.specimen == i), asked=found.asked)
         try:
             prepare.enough(mine)
-            one = search.settle(mine, found.best.values)
+            one = selection.settle(mine, found.best.values)
             out.append(SpecimenFit(specimen.label, one.best.values, np.sqrt(np.diag(one.covariance))))
         except InputError as error:
             out.append(SpecimenFit(specimen.label, None, None, str(error)))

@@ -16,12 +16,12 @@ from squama.curves.chosen import chosen
 from squama.errors import InputError, refuse
 from squama.identify import records
 from squama.identify.estimate import Points
-from squama.identify.forward import Hinged
-from squama.identify.parameters import Asked, ask
+from squama.identify.hinge_points import Hinged
+from squama.identify.joint_points import Walked
 from squama.identify.readings import Readings
 from squama.identify.records import Record
 from squama.identify.slope import slope
-from squama.identify.walked import Walked
+from squama.identify.unknowns import Asked, ask
 from squama.io.measured import Measured
 from squama.loads import LOADS
 from squama.types import Array

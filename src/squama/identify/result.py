@@ -18,11 +18,11 @@ from squama.curves.path import idealisation
 from squama.identify import estimate
 from squama.identify.doubts import Rival
 from squama.identify.estimate import Points, Remedy
-from squama.identify.parameters import Asked, Parameter
+from squama.identify.joint_points import Walked
 from squama.identify.posterior import Posterior
 from squama.identify.records import Record
 from squama.identify.slope import Slope
-from squama.identify.walked import Walked
+from squama.identify.unknowns import Asked, Parameter
 from squama.loads import LOADS
 from squama.types import Array
 from squama.units import moment

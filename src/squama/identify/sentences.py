@@ -8,8 +8,8 @@ import numpy as np
 
 from squama.curves.hinge_cycles import Senses
 from squama.identify import estimate
-from squama.identify.parameters import NUISANCES
 from squama.identify.result import Fit
+from squama.identify.unknowns import NUISANCES
 
 _ALIKE = 1.5
 """Points that are worth one independent one, from which on it is said."""

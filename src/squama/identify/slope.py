@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from squama.identify import noise
 from squama.identify.estimate import Points
-from squama.identify.forward import Physical
-from squama.identify.parameters import with_error
+from squama.identify.hinge_points import Physical
 from squama.identify.records import Record
+from squama.identify.unknowns import with_error
 from squama.types import Array
 
 _FEWEST = 6

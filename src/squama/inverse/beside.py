@@ -15,9 +15,9 @@ from squama.beam.design import Beam
 from squama.curves.doors import respond
 from squama.curves.own_scales import own_scales
 from squama.errors import InputError
-from squama.inverse import real
-from squama.inverse.figures import OF_LOCKS
+from squama.inverse import joint_figures
 from squama.inverse.goals import Goal, Pitches
+from squama.inverse.named_figures import OF_LOCKS
 from squama.inverse.reached import Beside, reached
 from squama.inverse.target import Target
 from squama.joints import law
@@ -64,7 +64,7 @@ def _door(target: Target, beam: Beam, *, ask: bool) -> Beside:
         return Beside("door", words, (), f"not asked: its joint needs elements, {said(law.outside(shape(beam)))}")
     wants = [goal.want for goal in target.goals]
     try:
-        values, answer = real.followed(beam, wants, target.options, joint=None)
+        values, answer = joint_figures.followed(beam, wants, target.options, joint=None)
     except InputError as error:
         return Beside("door", words, (), str(error))
     goals = tuple(reached(target.goals, np.array(values), Pitches(beam.pitch, beam.scales), target.accept))

@@ -17,7 +17,7 @@ from squama.beam.faces import only_one
 from squama.curves import doors
 from squama.curves.path import idealisation
 from squama.errors import refuse
-from squama.inverse import beside, making, real, search
+from squama.inverse import beside, joint_figures, making, search
 from squama.inverse.goals import Pitches
 from squama.inverse.limits import LIMITS
 from squama.inverse.reached import Beside, Reached, reached
@@ -358,7 +358,7 @@ class _Refined(NamedTuple):
         beam = space.beam_of(y)
         if target.real:
             # all contacts, and steps of its own
-            reached, answer = real.followed(beam, [goal.want for goal in target.goals], options)
+            reached, answer = joint_figures.followed(beam, [goal.want for goal in target.goals], options)
             values = np.array(reached)
             lines = making.refused(beam, target.printer)
         else:

@@ -16,8 +16,8 @@ from squama.beam.design import Beam
 from squama.beam.faces import only_one
 from squama.curves.path import idealisation
 from squama.errors import Problems, refuse
-from squama.inverse import making, real
-from squama.inverse.figures import AT_TWIST, OF_BEAM, OF_LOCKS, At, Found, Want
+from squama.inverse import joint_figures, making
+from squama.inverse.named_figures import AT_TWIST, OF_BEAM, OF_LOCKS, At, Found, Want
 from squama.inverse.search import sobol
 from squama.inverse.space import built
 from squama.inverse.target import Target, read_target
@@ -304,7 +304,7 @@ class Trade:
         beam = self.space.beam_of(y)
         if making.refused(beam, self.target.printer):
             return False
-        again, _ = real.followed(beam, [o.want for o in self.chosen.objectives], self.target.options)
+        again, _ = joint_figures.followed(beam, [o.want for o in self.chosen.objectives], self.target.options)
         return bool(np.allclose(again, values, rtol=AGREES))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from squama.errors import Problems, refuse
 from squama.inverse import targetfile
-from squama.inverse.figures import At, Want
+from squama.inverse.named_figures import At, Want
 from squama.inverse.space import Space
 from squama.inverse.targetfile import AT_POINTS, Context, Given, PointTable, TargetTable
 from squama.io import files, measured

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.fabrication.plan import Plan
-from squama.inverse.figures import At
+from squama.inverse.named_figures import At
 from squama.joints.law import Shape
 from squama.joints.law import rooms as law_rooms
 from squama.model import joint

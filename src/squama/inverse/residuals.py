@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.inverse.figures import OF_LOCKS, Found, Want
 from squama.inverse.goals import Pitches, residual
 from squama.inverse.limits import Sizes
+from squama.inverse.named_figures import OF_LOCKS, Found, Want
 from squama.inverse.space import stepped
 from squama.inverse.target import Target
 from squama.loads import LOADS

@@ -10,7 +10,7 @@ import numpy as np
 
 from squama import units
 from squama.beam.design import Beam
-from squama.inverse.figures import flat
+from squama.inverse.named_figures import flat
 from squama.model.sensitivity import STEP
 from squama.study.columns import Cells, columns
 from squama.study.parameters import ALIASES, FACTOR, FULL, PARAMETERS, SCALES, of_beam

@@ -14,10 +14,10 @@ from squama.errors import InputError, Problems, naming, refuse
 from squama.fabrication.plan import SIZES, plan
 from squama.fabrication.plan import read as read_sizes
 from squama.inverse import goals, targetfile, varied
-from squama.inverse.figures import AT_TWIST, LOCKS, OF_LOCKS, At, Found, Options, Want, harmless
 from squama.inverse.goals import ACCEPT, Goal
+from squama.inverse.joint_figures import EVALUATE
 from squama.inverse.limits import ALWAYS, LIMITS, Sizes, farthest, known_rooms, printed_rooms, rooms
-from squama.inverse.real import EVALUATE
+from squama.inverse.named_figures import AT_TWIST, LOCKS, OF_LOCKS, At, Found, Options, Want, harmless
 from squama.inverse.space import DIMENSIONS, Space
 from squama.inverse.targetfile import Context, File, FrontTable
 from squama.io import files
@@ -73,7 +73,7 @@ class Target(NamedTuple):
     def figures(self, c: Cells, moved: Sequence[Cells], wants: Sequence[Want], *, plates: bool) -> Found:
         """Evaluate figures of designs; rows that are no beam are computed as something harmless.
 
-        Arguments as of :func:`squama.inverse.figures.evaluate`.
+        Arguments as of :func:`squama.inverse.hinge_figures.evaluate`.
         """
         return EVALUATE[self.options.joint](harmless(c, valid(c)), moved, wants, self.options, plates=plates)
 

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from squama import units
 from squama.beam.beamfile import TABLES
 from squama.errors import Problem, naming, refuse
-from squama.inverse.figures import At
+from squama.inverse.named_figures import At
 from squama.io.tabular import guess
 from squama.loads import LOADS
 from squama.units import LONGEST, Dimension, shown

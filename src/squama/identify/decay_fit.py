@@ -27,8 +27,8 @@ from squama.dynamics.motion import Drive, Part, State
 from squama.errors import InputError, refuse
 from squama.identify import estimate, noise, swings
 from squama.identify.decay_result import DecayFit
-from squama.identify.parameters import PARAMETERS, Parameter, ask
 from squama.identify.swings import Swings
+from squama.identify.unknowns import PARAMETERS, Parameter, ask
 from squama.loads import MODES
 from squama.types import Array
 from squama.units import Dimension

@@ -25,10 +25,10 @@ from numpy.typing import NDArray
 from squama.errors import InputError, refuse
 from squama.identify import estimate, noise
 from squama.identify.estimate import Estimate
-from squama.identify.forward import Physical
-from squama.identify.parameters import OF_TWIST, Asked, ask
+from squama.identify.hinge_points import Physical
+from squama.identify.joint_points import Walked
 from squama.identify.prepare import Prepared
-from squama.identify.walked import Walked
+from squama.identify.unknowns import OF_TWIST, Asked, ask
 from squama.types import Array
 
 _EXACT = (1e-9, 1e-5)

@@ -16,7 +16,7 @@ from squama import arguments, units
 from squama.beam.beamfile import FACTOR, MODULUS, STIFFNESS
 from squama.beam.design import Beam
 from squama.errors import Problem, Problems, naming, refuse
-from squama.identify.forward import Physical
+from squama.identify.hinge_points import Physical
 from squama.io import tabular
 from squama.loads import LOADS
 from squama.study.parameters import of_beam

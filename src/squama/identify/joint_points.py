@@ -22,7 +22,7 @@ from squama.beam.design import Beam
 from squama.contacts import path
 from squama.curves import real, real_cycles
 from squama.errors import InputError
-from squama.identify.forward import Physical
+from squama.identify.hinge_points import Physical
 from squama.identify.readings import Readings
 from squama.loads import LOADS
 from squama.types import Array

@@ -15,8 +15,8 @@ from squama.beam.design import Beam
 from squama.contacts import path
 from squama.curves import doors
 from squama.curves.labelled import Answer
-from squama.inverse import figures
-from squama.inverse.figures import At, Found, Options, Want
+from squama.inverse import hinge_figures
+from squama.inverse.named_figures import At, Found, Options, Want
 from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.model.sensitivity import STEP
@@ -34,7 +34,7 @@ NEAR_REST = 1e-3
 
 
 def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: Options, *, plates: bool) -> Found:
-    """Evaluate figures of many real beams; arguments and result as of :func:`squama.inverse.figures.evaluate`.
+    """Evaluate figures of many real beams; arguments and result as of :func:`squama.inverse.hinge_figures.evaluate`.
 
     Contacts of all plates are always followed. Beyond a snap there are no derivatives: they are told as 0.
     """
@@ -115,5 +115,5 @@ def followed(
     return found, answer
 
 
-EVALUATE: dict[str, Callable[..., Found]] = {"hinge": figures.evaluate, "compliant": evaluate}
+EVALUATE: dict[str, Callable[..., Found]] = {"hinge": hinge_figures.evaluate, "compliant": evaluate}
 """What answers for many designs, by the joint."""
