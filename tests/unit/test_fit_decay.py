@@ -193,7 +193,7 @@ def test_the_way_back_of_the_real_beam_is_as_smooth_as_its_top():
     """The energy of the way back grows evenly with the top; it jumped by 2 % there, and no search could follow."""
     skin = squama.Beam.from_toml("examples/stiff_skin.toml")
     beam = skin.replace(joint={"stiffness": 0.0854}, hold="bend, lateral bend")
-    held = systems.Held(LOADS["twisting"], 0.2152, "edge", "compliant", False)
+    held = systems.Model(LOADS["twisting"], 0.2152, "edge", "compliant", False)
     side = systems.sides(beam, held, "uniform", 1, 0.0923721).plus
     tops = 0.0707014 + 1e-6 * np.arange(-6, 6)
     # over the whole way, and over the part behind the point where the scales slide again
@@ -209,7 +209,7 @@ def test_the_way_back_of_the_real_beam_is_as_smooth_as_its_top():
 def test_derivatives_are_above_the_noise_of_the_walk():
     """Of a motion on the real beam: central differences of two steps agree."""
     t, _, v = sampled(release="0.15 rad/pitch", damping=0.01, swings=2)
-    held = systems.Held(LOADS["twisting"], 0.3, "edge", "compliant", False)
+    held = systems.Model(LOADS["twisting"], 0.3, "edge", "compliant", False)
     trials = decay_fit.Trials(BEAM, held, "uniform", ("mu", "K_theta", *decay_fit.OWN))
     p = np.array([0.3, squama.twist(BEAM, points=3).attrs["K_theta"], 0.01, float(v.f_0), 0.15, 0.0, 0.0])
     sizes, limits = np.abs(p) + 0.01, (p - 1, p + 1)

@@ -182,7 +182,7 @@ def test_the_real_beam_is_shaken_too():
 
 def test_the_way_back_begins_a_hair_beyond_a_place_on_the_way_up():
     beam = squama.Beam.from_toml(ROOT / "src/squama/cli/example.toml")
-    held = systems.Held(LOADS["twisting"], 0.25, "edge", "compliant", False)
+    held = systems.Model(LOADS["twisting"], 0.25, "edge", "compliant", False)
     side = systems.sides(beam, held, "uniform", 1, 0.6).plus
     places = np.linspace(side.y_e, 0.6, joint_branches.STEPS)[1:40]
     for top in places + 1.5e-7:

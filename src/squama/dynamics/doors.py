@@ -20,7 +20,7 @@ from squama.dynamics.branches import Side
 from squama.dynamics.decay import BEYOND, JAMS, RINGS, Decay, Sides, damping, decay
 from squama.dynamics.hinge_branches import FINEST
 from squama.dynamics.motion import Drive, State
-from squama.dynamics.systems import Bar, Held
+from squama.dynamics.systems import Bar, Model
 from squama.errors import naming, refuse
 from squama.loads import MODES
 from squama.progress import steps
@@ -48,7 +48,7 @@ class Swinging(NamedTuple):
     """A beam ready to swing: how it is answered, its bar, its branches, what the answer says of it."""
 
     beam: Beam
-    held: Held
+    model: Model
     mode: str
     bar: Bar
     sides: Sides
@@ -56,13 +56,13 @@ class Swinging(NamedTuple):
 
     def answer(self, title: str, by_dim: ByDim, low: float, high: float, **attrs: float | str) -> Answer:
         """Return the answer to a motion between two angles."""
-        notes = [*self.bar.notes, *systems.notes(self.beam, self.held, self.sides.limit, low, high)]
-        load, own = self.held.load, {"f_0": np.asarray(self.bar.omega / (2 * math.pi))}
+        notes = [*self.bar.notes, *systems.notes(self.beam, self.model, self.sides.limit, low, high)]
+        load, own = self.model.load, {"f_0": np.asarray(self.bar.omega / (2 * math.pi))}
         engaged = {"load_e": np.asarray(self.sides.plus.y_e)}
         by_dim = {**by_dim, (): {**engaged, **own, **by_dim[()]}}
-        said = attributes(self.asked, f"{title} of a scale-covered beam in {load.name}", "+", self.held.joint, notes)
+        said = attributes(self.asked, f"{title} of a scale-covered beam in {load.name}", "+", self.model.joint, notes)
         said |= {"mode": self.mode, "inertia": self.bar.inertia}
-        if self.held.joint == "compliant" and not load.sided:
+        if self.model.joint == "compliant" and not load.sided:
             said["neutral"] = self.beam.given.line
         return Answer(labelled(load, States(by_dim), self.asked.mus), {**said, **attrs})
 
@@ -141,17 +141,17 @@ def vibrate(
     n = arguments.whole("swings", swings, 1, MOST_SWINGS)
     zeta = _bounded("damping", damping, Dimension.RATIO, DAMPING)
     read = _quantities(beam, load, mode, release=release, impulse=impulse, rotor=rotor, density=density)
-    held, asked = answered(beam, mu, law, load, joint, ideal)
-    bar = systems.bar(beam, held, mode, read.get("rotor", beam.rotor), read.get("density", beam.density))
+    model, asked = model_of(beam, mu, law, load, joint, ideal)
+    bar = systems.bar(beam, model, mode, read.get("rotor", beam.rotor), read.get("density", beam.density))
     if impulse is not None and mode != "uniform":
         refuse("impulse", "", "acts on a rotor, and a mode has none", "give release")
     # the rotor's angle is that of all pitches; of two rotors each has half of it
-    share = beam.scales / (1 if held.load.sided else 2)
+    share = beam.scales / (1 if model.load.sided else 2)
     start, speed = read.get("release", 0.0), read.get("impulse", 0.0) / (bar.inertia * bar.omega * share)
-    sides = systems.sides(beam, held, mode, -1 if start < 0 else 1, min(speed, FAR) if speed else abs(start))
-    one = Swinging(beam, held, mode, bar, sides, asked)
+    sides = systems.sides(beam, model, mode, -1 if start < 0 else 1, min(speed, FAR) if speed else abs(start))
+    one = Swinging(beam, model, mode, bar, sides, asked)
     _within(one, start)
-    first, drive = State(0.0, start, speed), Drive(zeta, tolerance=systems.tolerance(held))
+    first, drive = State(0.0, start, speed), Drive(zeta, tolerance=systems.tolerance(model))
     found = _damped(one, drive, first, n) if zeta else decay(sides, start=start, speed=speed, turns=2 * n + 1).single()
     if found.end == BEYOND:
         _beyond(one, found, "impulse" if speed else "release")
@@ -177,9 +177,9 @@ def _quantities(beam: Beam, load: str, mode: str, **given: Quantity | None) -> d
     return found
 
 
-def answered(
+def model_of(
     beam: Beam, mu: float | None, law: str, load: str, joint: str | None, ideal: bool | None
-) -> tuple[Held, Asked]:
+) -> tuple[Model, Asked]:
     """Read how a beam is answered."""
     kind = arguments.load(load)
     law = kind.law(arguments.law(law))
@@ -187,7 +187,7 @@ def answered(
     means = chosen(beam, kind, law=law, joint=joint, ideal=ideal)
     way = LoadPath.of(kind.name, [1.0])
     asked = Asked(means.beam, way, np.asarray(m), law, FINEST, 3, ideal=means.ideal, note=means.note)
-    return Held(kind, m, law, means.joint, means.ideal), asked
+    return Model(kind, m, law, means.joint, means.ideal), asked
 
 
 def _bounded(name: str, value: object, dimension: Dimension, bounds: Bounds) -> float:
@@ -327,13 +327,13 @@ def shake(
         refuse("frequencies", "", f"must be 1 to {MOST_FREQUENCIES} growing numbers", "write e.g. [2, 2.5, 3]")
     zeta = _bounded("damping", damping, Dimension.RATIO, DAMPING)
     read = _quantities(beam, load, mode, static=static, torque=torque, rotor=rotor, density=density)
-    held, asked = answered(beam, mu, law, load, joint, ideal)
-    bar = systems.bar(beam, held, mode, read.get("rotor", beam.rotor), read.get("density", beam.density))
+    model, asked = model_of(beam, mu, law, load, joint, ideal)
+    bar = systems.bar(beam, model, mode, read.get("rotor", beam.rotor), read.get("density", beam.density))
     if torque is not None and mode != "uniform":
         refuse("torque", "", "acts on a rotor, and a mode has none", "give static")
     # of a torque the load angle of the bar without contact
     force = abs(read["static"]) if torque is None else read["torque"] / (bar.rigidity / beam.pitch)
-    one = Swinging(beam, held, mode, bar, systems.sides(beam, held, mode, 1, FAR), asked)
+    one = Swinging(beam, model, mode, bar, systems.sides(beam, model, mode, 1, FAR), asked)
     ratios = hertz * 2 * math.pi / one.bar.omega
     there_and_back = np.concatenate([ratios, ratios[::-1]])
     found = _steady_states(one, zeta, force, steps(there_and_back.tolist(), 2 * hertz.size, "frequencies"))
@@ -367,7 +367,7 @@ def _steady_states(one: Swinging, zeta: float, force: float, ratios: Iterable[fl
     found = []
     for ratio in ratios:
         try:
-            state = motion.steady(one.sides, Drive(zeta, force, ratio, systems.tolerance(one.held)), y, v)
+            state = motion.steady(one.sides, Drive(zeta, force, ratio, systems.tolerance(one.model)), y, v)
         except motion.LeftError as error:
             _unsteady(one, error, ratio)
         found.append(state)

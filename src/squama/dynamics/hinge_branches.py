@@ -105,7 +105,7 @@ def _nodes(parts: int) -> Array:
     return ((np.arange(parts)[:, None] + (_rule()[0] + 1) / 2) / parts).reshape(-1, 1)
 
 
-class Followed:
+class PathBranch:
     """A branch of n designs, see :class:`squama.dynamics.branches.Way`; ``last`` is where it ends."""
 
     def __init__(self, load: Pieces, energy: Pieces, slope: Pieces, last: Array) -> None:
@@ -113,9 +113,9 @@ class Followed:
         self.places = np.concatenate([[[0.0]], _nodes(load.parts), [[1.0]]])
         self.energies = energy(self.places)
 
-    def take(self, index: Any) -> Followed:
+    def take(self, index: Any) -> PathBranch:
         """Return that of some designs."""
-        return Followed(self.load.take(index), self.energy.take(index), self.slope.take(index), self.last[index])
+        return PathBranch(self.load.take(index), self.energy.take(index), self.slope.take(index), self.last[index])
 
 
 class Paths(NamedTuple):
@@ -160,7 +160,7 @@ class Paths(NamedTuple):
         """E of the module's first lines."""
         return np.asarray(-np.log1p(-(self.x1 - self.x0) / (self.pole - self.x0)))
 
-    def seen(self, w: Array) -> Seen:
+    def contact(self, w: Array) -> Contact:
         """Return the contact at w = s^p, growing along the first axis."""
         e, far = self.reach, self.pole - self.x0
         x = np.minimum(self.x0 - far * np.expm1(-e * w), self.x1)
@@ -169,10 +169,10 @@ class Paths(NamedTuple):
         # where D <= 0 friction holds the scales: there is no unloading branch beyond
         free = np.logical_and.accumulate(down.D > 0, axis=0)
         rate, lift = pt.load_rate * far * e * np.exp(-e * w), (pt.theta - self.row.theta0) ** 2 / 2
-        return Seen(pt.load, rate, up.torque / self.kappa, down.torque / self.kappa, lift / self.kappa, free)
+        return Contact(pt.load, rate, up.torque / self.kappa, down.torque / self.kappa, lift / self.kappa, free)
 
 
-class Seen(NamedTuple):
+class Contact(NamedTuple):
     """A contact at places of a path: load angle, its change with w, torques of both branches and energy of the joint.
 
     Over kappa; ``free``: there is an unloading branch up to here.
@@ -213,13 +213,13 @@ def _uniform(paths: Paths, parts: int) -> tuple[Side, Array]:
     """Return the branches of paths, and how far from convergence they are."""
     y_e, last = (paths.row.point(x, paths.law, ARRAY).load for x in (paths.x0, paths.x1))
     with np.errstate(all="ignore"):
-        at = paths.seen(_nodes(parts))
+        at = paths.contact(_nodes(parts))
         # a part in which the way back ends is none of it
         free = np.repeat(at.free[NODES - 1 :: NODES], NODES, axis=0)
         slopes = ((at.y + at.up) * at.rate, np.where(free, (at.y + at.down) * at.rate, 0.0))
     load, elastic, *ways = (Pieces.through(v) for v in (at.y, at.lift, *slopes))
     up, down = (
-        Followed(load, slope.integral(y_e * y_e / 2), slope, end)
+        PathBranch(load, slope.integral(y_e * y_e / 2), slope, end)
         for slope, end in zip(ways, (np.ones_like(y_e), free.mean(axis=0)), strict=True)
     )
     rough = np.max([v.rough() for v in (load, elastic, *ways)], axis=0)
@@ -243,7 +243,7 @@ def _modal(paths: Paths, side: Side, mode: str, parts: int) -> tuple[Side, Array
         means += share * (weight * m.weight / m.square) * values
     load, lift, *works = (Pieces.through(v) for v in (y, means[2], *(y * y / 2 + means[:2])))
     up, down = (
-        Followed(load, work, work.derivative(), np.sqrt(way.last)) for work, way in zip(works, ways, strict=True)
+        PathBranch(load, work, work.derivative(), np.sqrt(way.last)) for work, way in zip(works, ways, strict=True)
     )
     rough = np.max([v.rough() for v in (load, lift, *works)], axis=0)
     return side._replace(up=up, fall=lambda _: down, elastic=lift), rough
@@ -258,7 +258,7 @@ def of_path(path: hinge.Path, kappa: float, mode: str = "uniform") -> Side:
     paths = Paths.of(path.side, kappa, endless=endless)
     w = np.linspace(0.0, 1.0, int(SAMPLES * max(1.0, paths.reach[0])) + 1)[:, None] ** 1.5
     with np.errstate(all="ignore"):
-        y, _, up, down, lift, free = (v[:, 0] for v in paths.seen(w))
+        y, _, up, down, lift, free = (v[:, 0] for v in paths.contact(w))
     if mode != "uniform":
         ((_, side),) = sides(paths, mode)
         s = np.sqrt(w)

@@ -242,11 +242,11 @@ SETTLED, POLISHED = 1e-3, 10.0
 """Change of the state over a period, relative to its size: from there on Newton's method is used; and at the end, over
 the error of a step."""
 MOST_PERIODS, LAST = 400, 50
-"""Periods after which a motion is told as not settled; extremes are then those of so many last ones."""
+"""Periods after which a motion counts as not settled; extremes are then those of so many last ones."""
 
 
 class Steady(NamedTuple):
-    """A steady state: largest and smallest angle, state where a period begins, works over a period, periods gone.
+    """A steady state: largest and smallest angle, state where a period begins, works over a period, number of periods.
 
     ``settled``: the state comes back after a period; ``parts`` smooth parts of the way in it.
     """
@@ -286,7 +286,7 @@ def period(sides: Sides, drive: Drive, y: float, v: float) -> Steady:
 def steady(sides: Sides, drive: Drive, y: float = 0.0, v: float = 0.0) -> Steady:
     """Follow a forced motion until it is periodic.
 
-    Periods are gone through one by one, so that what is found is stable; Newton's method only finds the last digits.
+    Periods follow one another, so that what is found is stable; Newton's method only finds the last digits.
     Where no contact is left the linear oscillator's steady state is the answer, exactly. A motion that repeats after
     several periods, or never, does not settle.
     """

@@ -68,7 +68,7 @@ class Trials(NamedTuple):
     """Trial beams, and the names of the parameters in the order of their values."""
 
     beam: Beam
-    held: systems.Held
+    model: systems.Model
     mode: str
     names: tuple[str, ...]
 
@@ -80,11 +80,11 @@ class Trials(NamedTuple):
     def parts(self, p: Array, until: float) -> tuple[State, list[Part]]:
         """Return the first state of a motion and its parts up to the time ``until``, in 1/omega0."""
         v = dict(zip(self.names, p.tolist(), strict=True))
-        held, sign = self.held._replace(mu=v.get("mu", self.held.mu)), -1 if v["release"] < 0 else 1
-        sides = systems.sides(self.fitted(p), held, self.mode, sign, abs(v["release"]))
+        model, sign = self.model._replace(mu=v.get("mu", self.model.mu)), -1 if v["release"] < 0 else 1
+        sides = systems.sides(self.fitted(p), model, self.mode, sign, abs(v["release"]))
         # a trial beam that locks before is let go where it locks
         first = State(0.0, sign * min(abs(v["release"]), sides.of(sign).last), 0.0)
-        drive = Drive(v.get("damping", 0.0), tolerance=systems.tolerance(held))
+        drive = Drive(v.get("damping", 0.0), tolerance=systems.tolerance(model))
         return first, list(motion.follow(sides, drive, first, until, dense=motion.DENSE))
 
     def reading(self, p: Array, t: Array) -> tuple[Array, Array]:
@@ -113,7 +113,7 @@ class Trials(NamedTuple):
         columns = dict(zip(_READ, of_reading.T, strict=True))
         for i, name in enumerate(self.names):
             if name not in columns:
-                step, ends = _STEP[self.held.joint] * sizes[i], []
+                step, ends = _STEP[self.model.joint] * sizes[i], []
                 for way in (1, -1) if central else (1 if p[i] + step <= high[i] else -1,):
                     q = p.copy()
                     q[i] = min(max(p[i] + way * step, low[i]), high[i])
@@ -171,20 +171,20 @@ def fit_decay(
     arguments.beam(beam)
     names = _names(parameters)
     mu = 0.25 if "mu" in names and beam.friction.mu is None else None
-    held, _ = doors.answered(beam, mu, law, load, joint, ideal)
+    model, _ = doors.model_of(beam, mu, law, load, joint, ideal)
     arguments.one_of("mode", mode, MODES)
-    systems.bar(beam, held, mode, 1.0, 1.0)
-    if held.joint == "compliant" and "theta0" in names:
+    systems.bar(beam, model, mode, 1.0, 1.0)
+    if model.joint == "compliant" and "theta0" in names:
         refuse("parameters", "", "theta0 is not found on the compliant joint", 'leave it out, or give joint="hinge"')
     contact = [n for n in names if n in CONTACT]
-    asked = ask(beam, load, contact, joint=held.joint) if contact else None
-    record = swings.swings(swings.read(data, beam, held.load), beam.pitch)
+    asked = ask(beam, load, contact, joint=model.joint) if contact else None
+    record = swings.swings(swings.read(data, beam, model.load), beam.pitch)
     own = {"damping": 0.01} if "damping" in names else {}
     own |= {"f_0": 1.0, "release": record.release, "start": record.start, "twist_zero": 0.0}
     columns = list(zip(asked.start, asked.low, asked.high, strict=True)) if asked else []
     p, low, high = np.array([*columns, *((value, *OWN[name].limits) for name, value in own.items())]).T
     rows = (*(asked.rows if asked else ()), *(OWN[name] for name in own))
-    trials = Trials(beam, held, mode, tuple(row.name for row in rows))
+    trials = Trials(beam, model, mode, tuple(row.name for row in rows))
     p = _started(trials, p, record)
     _check_engagement(trials, p, record, contact)
     return _found(trials, rows, p, (low, high), record)
@@ -220,7 +220,7 @@ def _started(trials: Trials, p: Array, record: Swings) -> Array:
 def _check_engagement(trials: Trials, p: Array, record: Swings, contact: list[str]) -> None:
     """Refuse what only a record shows that engages."""
     peaks = np.array([record.release, *record.y[record.turns]])
-    sides = systems.sides(trials.fitted(p), trials.held, trials.mode, 1, max(doors.FAR, float(peaks.max())))
+    sides = systems.sides(trials.fitted(p), trials.model, trials.mode, 1, max(doors.FAR, float(peaks.max())))
     if contact and peaks.max() < sides.plus.y_e and -peaks.min() < sides.minus.y_e:
         what = f"{' and '.join(contact)} {'are' if len(contact) > 1 else 'is'} not to be found"
         reason = (
@@ -252,7 +252,7 @@ class _Search(NamedTuple):
         from scipy.optimize import least_squares
 
         t, y, sizes, limits = self.record.t[:n], self.record.y[:n], self.sizes, self.limits
-        unit, joint = abs(self.record.release), self.trials.held.joint
+        unit, joint = abs(self.record.release), self.trials.model.joint
         # derivatives of one side lead there, but the errors of what resembles another parameter ask for more
         central = joint == "compliant" and n == self.record.t.size
 
@@ -339,18 +339,17 @@ def _found(
         notes.append("the search did not come to an end: take the estimates as a start")
     elif sigma > max(_MISSES * least, _ROUNDING * abs(record.release)):
         notes.append(f"residuals are {sigma / least:.1f} times the noise of a point: the model misses something")
-    notes += systems.notes(beam, trials.held, None, float(y.min()), float(y.max()))
+    notes += systems.notes(beam, trials.model, None, float(y.min()), float(y.max()))
     estimated = (rows, p, covariance, t, y, fitted, least, at_bound, tuple(notes))
-    return DecayFit(beam, trials.beam, trials.held, trials.mode, *estimated)
+    return DecayFit(beam, trials.beam, trials.model, trials.mode, *estimated)
 
 
 def _swinging(trials: Trials, p: Array) -> Beam:
     """Return the fitted beam with the rotor, or in a mode the density, of its frequency."""
     beam, omega = trials.fitted(p), 2 * math.pi * float(p[trials.names.index("f_0")])
     uniform = trials.mode == "uniform"
-    unit, twice = (
-        systems.bar(beam, trials.held, trials.mode, 1.0, beam.density if uniform else density) for density in (1.0, 2.0)
-    )
+    densities = (beam.density, beam.density) if uniform else (1.0, 2.0)
+    unit, twice = (systems.bar(beam, trials.model, trials.mode, 1.0, density) for density in densities)
     found = unit.inertia * (unit.omega / omega) ** 2
     if uniform:
         return beam.replace(rotor=found - unit.inertia + 1.0)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from squama._version import __version__
 from squama.beam.design import Beam
 from squama.curves.path import idealisation
-from squama.dynamics.systems import Held
+from squama.dynamics.systems import Model
 from squama.identify.result import Estimated
 from squama.identify.unknowns import Parameter
 from squama.types import Array
@@ -38,7 +38,7 @@ class DecayFit(Estimated):
 
     beam: Beam
     initial: Beam
-    held: Held
+    model: Model
     mode: str
     found: tuple[Parameter, ...]
     estimates: Array
@@ -63,12 +63,12 @@ class DecayFit(Estimated):
     @property
     def attrs(self) -> dict[str, str]:
         """What the fit is made with, in words."""
-        held = self.held
+        model = self.model
         return {
-            "load": held.load.name,
-            "law": held.law,
-            "joint": held.joint,
-            "scales": idealisation(self.beam, held.joint, ideal=held.ideal),
+            "load": model.load.name,
+            "law": model.law,
+            "joint": model.joint,
+            "scales": idealisation(self.beam, model.joint, ideal=model.ideal),
             "mode": self.mode,
             **({"faces": self.beam.faces} if self.beam.other else {}),
         }
@@ -97,10 +97,10 @@ class DecayFit(Estimated):
         """Return everything as an ``xarray.Dataset``: dimensions ``point`` and ``parameter``."""
         import xarray as xr
 
-        names, angle = list(self.parameters), self.held.load.angle
+        names, angle = list(self.parameters), self.model.load.angle
         data = {
             "t": ("point", self.t, {"long_name": "time", "units": "s"}),
-            angle: ("point", self.angle, {"long_name": self.held.load.angle_words, "units": "rad"}),
+            angle: ("point", self.angle, {"long_name": self.model.load.angle_words, "units": "rad"}),
             f"{angle}_fit": ("point", self.fitted, {"long_name": f"fitted {angle}", "units": "rad"}),
             "estimate": ("parameter", self.estimates, {"long_name": "estimate"}),
             "error": ("parameter", self._deviations, {"long_name": "standard error"}),
@@ -109,7 +109,7 @@ class DecayFit(Estimated):
             "noise": ((), self.noise, {"long_name": "noise of a point", "units": "rad"}),
         }
         said = {"estimates": ", ".join(self.lines), "notes": "\n".join(self.notes), "beam": self.beam.to_toml()}
-        title = f"parameters of a scale-covered beam from a decay in {self.held.load.name}"
+        title = f"parameters of a scale-covered beam from a decay in {self.model.load.name}"
         attrs = {"title": title, **self.attrs, **said, "squama_version": __version__}
         return xr.Dataset(data, coords={"parameter": names, "other": names}, attrs=attrs)
 

@@ -7,7 +7,7 @@ on as those of a beam's file (:func:`squama.joints.factor.scaled`), so that the 
 
 .. math:: T = T_b(\mu, K_\theta, R, E_B) + T_0 + D\,o
 
-with the drift D and the share o of the record that is gone. A walk of a loop takes some milliseconds, so that
+with the drift D and the share o of the record up to the point. A walk of a loop takes some milliseconds, so that
 derivatives are differences of walks.
 """
 

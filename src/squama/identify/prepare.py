@@ -66,7 +66,7 @@ class Prepared(NamedTuple):
 
 
 def kind(joint: str | None, wanted: Wanted, samples: int) -> tuple[str, str]:
-    """Return the joint that is meant, and why it is the hinge where none is given and the load has both."""
+    """Return the joint of the fit, and why it is the hinge where no joint is given and the load has both."""
     if joint is not None and arguments.joint(joint) == "compliant":
         _covered(wanted, samples)
     kind = LOADS[wanted.load]

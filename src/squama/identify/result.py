@@ -378,7 +378,7 @@ class Fit(Estimated):
         return fit_figure(self.dataset())
 
     def curve(self) -> Curve:
-        """Return the fitted curve as it is read along the ways of the records; ways that are gone again stand once.
+        """Return the fitted curve as it is read along the ways of the records; repeated ways stand once.
 
         A way that begins at a reversal begins with the drop there.
         """

@@ -1,6 +1,6 @@
 """The search of a fit: robust first, without stray points then, with the nuisances that the residual shows.
 
-Which of the nuisances are needed is told by Schwarz's criterion (BIC): all of them are found at once, with their
+Schwarz's criterion (BIC) selects the nuisances: all of them are found at once, with their
 covariance C, and what the sum of squares over the noise would grow by without some of them, p, is p^T C_pp^-1 p. Of all
 selections the one is kept for which that plus ln(n) for each that is found is the least. A nuisance that is no less
 than half its error is kept, too, where leaving it out would move what is asked by more than half its error: the points
@@ -186,11 +186,11 @@ def _selections(whole: Found, own: int) -> dict[frozenset[int], _Selection]:
     free = [i for i in every.tolist() if not whole.best.at_bound[i]]
     found = {}
     for kept in (kept for size in range(len(free) + 1) for kept in itertools.combinations(free, size)):
-        gone = [i for i in every if i not in kept]
-        share = np.linalg.solve(C[np.ix_(gone, gone)], C[gone]).T
-        grown = float(p[gone] @ np.linalg.solve(C[np.ix_(gone, gone)], p[gone]))
+        out = [i for i in every if i not in kept]
+        share = np.linalg.solve(C[np.ix_(out, out)], C[out]).T
+        grown = float(p[out] @ np.linalg.solve(C[np.ix_(out, out)], p[out]))
         cost = grown + math.log(n) * len(kept)
-        found[frozenset(kept)] = _Selection(p - share @ p[gone], C - share @ C[gone], cost)
+        found[frozenset(kept)] = _Selection(p - share @ p[out], C - share @ C[out], cost)
     return found
 
 

@@ -210,7 +210,7 @@ def _curve(value: object, context: Context, folder: Path) -> list[Goal]:
     if not isinstance(value, str):
         refuse("target.curve", shown(value), "is no file name", 'write e.g. curve = "test.csv"')
     path = folder / value
-    every = [measured.read(path, pitch=p, scales=n, load=context.load) for p, n in context.ways]
+    every = [measured.read(path, pitch=p, scales=n, load=context.load) for p, n in context.beams]
     one = every[0]
 
     def bad(reason: str, remedy: str = "") -> NoReturn:
@@ -231,7 +231,7 @@ def _curve(value: object, context: Context, folder: Path) -> list[Goal]:
     made = []
     for i in keep.tolist():
         load = float(one.load[i])
-        at = targetfile.meant([float(read.rate[i]) for read in every], context)
+        at = targetfile.common_twist([float(read.rate[i]) for read in every], context)
         want = Want("torque", at)
         made.append(Goal(f"curve[{i}]", want, load, "N m", asked=load, weight=weight, scale=scale, group="curve"))
     return made

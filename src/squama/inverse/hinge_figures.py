@@ -90,8 +90,8 @@ def _follow(c: Cells, options: Options, *, plates: bool, with_work: bool) -> tup
     if plates:
         shapes = [columns[name] for name in CONTACT[:5]]
         sol, touches = with_touches(sol, shapes, load=load.name, sense=options.sense)
-        met = np.array([np.inf if hit is None else hit.phi for hit in touches])
-        limit = np.where(sol.found.code == _NONE, np.minimum(SEARCH, met), sol.found.load_end)
+        touch = np.array([np.inf if hit is None else hit.phi for hit in touches])
+        limit = np.where(sol.found.code == _NONE, np.minimum(SEARCH, touch), sol.found.load_end)
     return sol, limit
 
 

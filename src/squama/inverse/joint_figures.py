@@ -36,7 +36,7 @@ NEAR_REST = 1e-3
 def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: Options, *, plates: bool) -> Found:
     """Evaluate figures of many real beams; arguments and result as of :func:`squama.inverse.hinge_figures.evaluate`.
 
-    Contacts of all plates are always followed. Beyond a snap there are no derivatives: they are told as 0.
+    Contacts of all plates are always followed. Beyond a snap derivatives are not known: they are 0 there.
     """
     del plates
     n, k = c.d.size, len(moved)

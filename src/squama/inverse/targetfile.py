@@ -142,7 +142,7 @@ def _misfit(kind: str, path: list[int | str], value: object) -> Problem:
 
 
 def unknown(where: str, name: str, known: Iterable[str], reason: str, also: str = "") -> Problem:
-    """Say that a name is not known, which was meant, and which are allowed."""
+    """Return the mistake of an unknown name: the likely one, and those that are allowed."""
     known = list(known)
     meant = guess(name, [*known, *TABLES] if also else known)
     return Problem(where, "", reason, f"{meant}allowed: {', '.join(known)}{also}")
@@ -171,8 +171,8 @@ class Context(NamedTuple):
     hinged: tuple[str, ...] = ()
 
     @property
-    def ways(self) -> tuple[tuple[float, int], ...]:
-        """Pitch and number of scales of three beams whose twists tell a rate, an angle per pitch and one in all."""
+    def beams(self) -> tuple[tuple[float, int], ...]:
+        """Pitch (m) and number of scales of three beams, on which a rate, an angle per pitch and one in all differ."""
         return (1.0, self.scales), (2.0, self.scales), (1.0, 2 * self.scales)
 
 
@@ -192,19 +192,19 @@ def twist(where: str, value: object, context: Context) -> Given:
     sense, rest = _sense(value)
     load = LOADS[context.load]
     with naming(where):
-        rates = [load.read(rest, pitch=p, scales=n, bare=context.bare) for p, n in context.ways]
+        rates = [load.read(rest, pitch=p, scales=n, bare=context.bare) for p, n in context.beams]
     if rates[0] <= 0:
         turned = load.other_way('sense = "-"')
         refuse(where, shown(rest), f"must be more than 0{turned}", 'write e.g. "0.2 rad/pitch"')
-    at = meant(rates, context)
+    at = common_twist(rates, context)
     if at.per_pitch(0.0, context.scales) >= math.pi:
         most = f'write less than "{180 * context.scales:g} deg total"'
         refuse(where, shown(rest), "is half a turn per pitch or more, beyond the model", most)
     return Given(0.0, *_split(rest, "rad/m"), sense, at)
 
 
-def meant(rates: Sequence[float], context: Context) -> At:
-    """Return a twist by the rates that it is on the beams of :attr:`Context.ways`."""
+def common_twist(rates: Sequence[float], context: Context) -> At:
+    """Return a twist from its rates (rad/m) on the beams of :attr:`Context.beams`: a rate, one per pitch, or in all."""
     rate, shorter, more = rates
     if more != rate and context.joint == "compliant":
         return At(0.0, 0.0, rate * context.scales)
