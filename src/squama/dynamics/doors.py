@@ -180,7 +180,7 @@ def _quantities(beam: Beam, load: str, mode: str, **given: Quantity | None) -> d
 def model_of(
     beam: Beam, mu: float | None, law: str, load: str, joint: str | None, ideal: bool | None
 ) -> tuple[Model, Asked]:
-    """Read how a beam is answered."""
+    """Return the model of a beam under a load, and the request of its answer."""
     kind = arguments.load(load)
     law = kind.law(arguments.law(law))
     m = arguments.friction(beam.friction.mu, mu)
@@ -216,7 +216,7 @@ def _beyond(one: Swinging, found: Decay, name: str) -> NoReturn:
 
 
 def _further(side: Side) -> str:
-    """Say why a beam was followed no further on a side."""
+    """Return why a beam was followed no further in one sense."""
     if not side.ends:
         return "no further was the beam followed"
     return f"where the contact ends: {side.ends}; what comes then (an impact, another contact) is not in the model"

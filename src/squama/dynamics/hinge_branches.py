@@ -62,7 +62,7 @@ class Pieces:
         return cls(np.einsum("kj,pjn->kpn", _rule()[1], parted, optimize=True))
 
     def __call__(self, s: Array) -> Array:
-        """Return the values."""
+        """Return the values at s."""
         at = s * self.parts
         i = np.minimum(at.astype(int), self.parts - 1)
         r = 2 * (at - i) - 1
@@ -89,7 +89,7 @@ class Pieces:
         return np.asarray(last / np.abs(self.c).sum(axis=0).max(axis=0))
 
     def take(self, index: Any) -> Pieces:
-        """Return those of some designs."""
+        """Return the polynomials of some designs."""
         return Pieces(self.c[:, :, index])
 
 
@@ -114,7 +114,7 @@ class PathBranch:
         self.energies = energy(self.places)
 
     def take(self, index: Any) -> PathBranch:
-        """Return that of some designs."""
+        """Return the branches of some designs."""
         return PathBranch(self.load.take(index), self.energy.take(index), self.slope.take(index), self.last[index])
 
 
@@ -146,11 +146,11 @@ class Paths(NamedTuple):
         return cls(t.row, law, mu, kappa, t.x0, x1, pole, (t.code == CODES.index(End.FRICTIONAL)) & (mu > 0))
 
     def take(self, index: Any) -> Paths:
-        """Return some of them."""
+        """Return the paths of some designs."""
         return Paths(take(self.row, index), self.law, *(v[index] for v in self[2:]))
 
     def up_to(self, top: Array) -> Paths:
-        """Return them cut at load angles, where those come before the end."""
+        """Return the paths, cut at load angles (n,) before their ends."""
         seen = [self.row.point(x, self.law, ARRAY).load for x in (self.x0, self.x1)]
         x = at_loads(self.row, np.clip(top, *seen), (self.x0, self.x1), (seen[0], seen[1]))
         return self._replace(x1=x)

@@ -66,7 +66,7 @@ class LoadedBeam(NamedTuple):
 
     @classmethod
     def of(cls, beam: Beam, load: Load, mu: float, sign: int, far: float, *, ideal: bool) -> LoadedBeam:
-        """Return that of a beam; what touches first is looked for up to ``far``, rad per pitch, or farther."""
+        """Return a beam under a load; first touches are looked for up to ``far``, rad per pitch, or farther."""
         toward, most = direction(load, sign), max(far, path.RANGE)
         return cls(real.Path.of(beam, mu, (load.verb,), ideal=ideal, toward=toward, most=most), load, sign)
 

@@ -42,7 +42,7 @@ class Drive(NamedTuple):
     tolerance: float = TOLERANCE
 
     def at(self, t: float) -> float:
-        """Return the force."""
+        """Return the force at a time."""
         return self.force * math.sin(self.frequency * t) if self.force else 0.0
 
     def steady(self) -> tuple[float, float, float]:
@@ -74,7 +74,7 @@ class Part(NamedTuple):
 
 
 def follow(sides: Sides, drive: Drive, state: State, until: float, *, dense: int = 0) -> Iterator[Part]:
-    """Go along a motion to the time ``until``, part by part; ``dense`` points of each are given, or its ends.
+    """Follow a motion to the time ``until``, part by part, with ``dense`` points of each part, or its two ends.
 
     The last part ends at ``until``, or where the motion stays for good or goes beyond a side's last angle.
     """

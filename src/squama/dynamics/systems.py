@@ -31,7 +31,7 @@ NOTED = 0.005
 
 
 class Model(NamedTuple):
-    """What a beam is answered by: kind of load, friction, law, joint, thin and rigid scales."""
+    """The model of a beam: kind of load, friction, law, joint; whether scales are thin and rigid."""
 
     load: Load
     mu: float
@@ -110,7 +110,7 @@ def swinging(beam: Beam, model: Model, mode: str, rotor: float, densities: tuple
 
 
 def _left_out(beam: Beam, model: Model, mode: str, rotor: float, density: float | None) -> list[str]:
-    """Say by how much the frequency would be lower with the masses that are not known, if they were typical."""
+    """Return a note on unknown masses: by how much typical ones would lower the frequency."""
     own = (density, beam.scale.density)
     missing = [i for i, given in enumerate(own) if given is None]
     known, typical = (
@@ -164,7 +164,7 @@ def _real(beam: Beam, model: Model, mode: str, sign: int, far: float) -> Side:
 
 
 def notes(beam: Beam, model: Model, limit: Limit | None, low: float, high: float) -> list[str]:
-    """Say where a motion between two angles leaves the model."""
+    """Return notes where a motion between two angles (rad per pitch) leaves the model."""
     found = [limit[1]] if limit is not None and -low >= limit[0] else []
     if model.joint == "compliant":
         found += real.notes(real.Held.of(beam), beam, max(-low, high), ideal=model.ideal)

@@ -191,7 +191,7 @@ def fit_decay(
 
 
 def _names(parameters: Sequence[str] | str) -> list[str]:
-    """Return the names of what is to be found of the beam."""
+    """Return the checked names of the parameters to find."""
     given = [n.strip() for n in parameters.split(",")] if isinstance(parameters, str) else [str(n) for n in parameters]
     known = (*CONTACT, "damping")
     for name in given:
@@ -218,7 +218,7 @@ def _started(trials: Trials, p: Array, record: Swings) -> Array:
 
 
 def _check_engagement(trials: Trials, p: Array, record: Swings, contact: list[str]) -> None:
-    """Refuse what only a record shows that engages."""
+    """Refuse parameters of the contact where the record never engages."""
     peaks = np.array([record.release, *record.y[record.turns]])
     sides = systems.sides(trials.fitted(p), trials.model, trials.mode, 1, max(doors.FAR, float(peaks.max())))
     if contact and peaks.max() < sides.plus.y_e and -peaks.min() < sides.minus.y_e:
@@ -248,7 +248,7 @@ class _Search(NamedTuple):
     record: Swings
 
     def descend(self, p: Array, n: int) -> _Try:
-        """Go from a start to the least squares over the first n points."""
+        """Return the least squares over the first n points, from a start."""
         from scipy.optimize import least_squares
 
         t, y, sizes, limits = self.record.t[:n], self.record.y[:n], self.sizes, self.limits
@@ -299,7 +299,7 @@ class _Search(NamedTuple):
             yield from sorted([one, *others], key=lambda tried: tried.square)
 
     def starts(self, p: Array) -> list[Array]:
-        """Return a start with other frictions, where one is to be found."""
+        """Return further starts, with other frictions, where friction is to be found."""
         if "mu" not in self.trials.names:
             return []
         found, i = list[Array](), self.trials.names.index("mu")

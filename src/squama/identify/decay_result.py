@@ -74,7 +74,7 @@ class DecayFit(Estimated):
         }
 
     def report(self) -> dict[str, Any]:
-        """Return all there is to say, for JSON."""
+        """Return the whole result as plain data, for JSON."""
         return {
             **self.attrs,
             "parameters": self._parameters(at_bound=self.at_bound),

@@ -219,7 +219,7 @@ class Fit(Estimated):
         return f"Fit({', '.join(self.lines)}; {used}, rms {self.rms:.3g} N m)"
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows."""
+        """Return the card of a notebook."""
         notes = [*self._doubted, *self._checked, *self.notes]
         rows = zip(self.asked.rows, self.estimates, self._deviations, strict=True)
         found = [(f"{row.name}, {row.words}", row.written(value, error)) for row, value, error in rows]
@@ -233,7 +233,7 @@ class Fit(Estimated):
 
     @property
     def _checked(self) -> list[str]:
-        """Return what the record says of the bar, and what the beam's own ends take away."""
+        """Sentences on the slope before engagement and on the ends of the beam's own number of scales."""
         steep = self.slope.sentence if self.slope else "slope before engagement: too few points there to check the bar"
         if self.ends is None:
             return [steep]
@@ -268,7 +268,7 @@ class Fit(Estimated):
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 
     def report(self) -> dict[str, Any]:
-        """Return all there is to say, for JSON."""
+        """Return the whole result as plain data, for JSON."""
         rec, samples, asked = self.record, self.posterior, self.asked
         columns = (asked.low, asked.high, asked.start, self.at_bound)
         limits = dict(zip(("low", "high", "initial", "at_bound"), columns, strict=True))

@@ -72,7 +72,7 @@ class Found(NamedTuple):
 
 
 def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
-    """Search for what is asked, from so many starts, and for those of the candidates that the residual shows."""
+    """Find the parameters, from so many starts, and those candidate nuisances that the residual shows."""
     test, asked = _fit_for(test, test.asked.names), test.asked
     index, points, torque, way = test.used
     size = float(np.abs(torque).max())
@@ -103,7 +103,7 @@ def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
 
 
 def _fit_for(test: Prepared, names: Collection[str]) -> Prepared:
-    """Return it without the points at reversals, where play is to be found.
+    """Return the test without its points at reversals where the play is to be found.
 
     Whether a point lies in the play, in the drop behind or beyond it changes its torque by jumps.
     """

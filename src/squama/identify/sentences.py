@@ -21,7 +21,7 @@ _GAIN = 0.7
 
 
 def notes(fit: Fit, senses: Senses | None) -> list[str]:
-    """Say what is to be known about a fit; ``senses`` are those of the fitted beam, on hinges."""
+    """Return the notes on a fit; ``senses`` are those of the fitted beam on hinges."""
     seen = {name: abs(fit.values[name]) > 2 * fit.errors[name] for name in fit.added}
     out = [f"{n} is found too: {'the residual shows it' if yes else _HIDDEN}" for n, yes in seen.items()]
     if fit.rival is not None and fit.rival.problem:
@@ -73,7 +73,7 @@ def notes(fit: Fit, senses: Senses | None) -> list[str]:
 
 
 def _locked(fit: Fit, senses: Senses) -> list[str]:
-    """Say where the fitted beam does not follow the data as the model takes them."""
+    """Return a note where the fitted beam ends before the farthest point."""
     rec = fit.record
     for sign, path in senses.paths.items():
         there = fit.used & ((rec.load < 0) == (sign == "-"))
@@ -87,7 +87,7 @@ def _locked(fit: Fit, senses: Senses) -> list[str]:
 
 
 def _scatter(fit: Fit) -> list[str]:
-    """Say where specimens differ by more than their errors."""
+    """Return notes on parameters whose specimens differ by more than their errors."""
     alone = [s for s in fit.specimens if s.values is not None]
     if len(alone) < 2:
         return []

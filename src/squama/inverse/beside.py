@@ -31,7 +31,7 @@ OF_BOW = ("torque", "tangent", "stiffness_ratio")
 
 
 def found_by(target: Target) -> str:
-    """Say of what a target's figures are: "(endless, held straight)", "on hinges (endless)"."""
+    """Name the beam of a target's figures: "(endless, held straight)", "on hinges (endless)"."""
     load = LOADS[target.space.load]
     straight = not target.real or holds(target.space.beam.holding, load)
     place = f"(endless, {'held straight' if straight else 'free to bow'})" if load.sided else "(endless)"
@@ -39,7 +39,7 @@ def found_by(target: Target) -> str:
 
 
 def beside(target: Target, beam: Beam, *, elements: bool) -> tuple[Beside, ...]:
-    """Return what other models say of a design.
+    """Return what a design reaches by other models than that of the search.
 
     With ``elements`` of one, too, whose joint is not known without them: they take a minute, and are kept.
     """
@@ -58,7 +58,7 @@ def beside(target: Target, beam: Beam, *, elements: bool) -> tuple[Beside, ...]:
 
 
 def _door(target: Target, beam: Beam, *, ask: bool) -> Beside:
-    """Return what ``squama.twist`` or ``squama.bend`` of the file says, if it is to be asked."""
+    """Return what ``squama.twist`` or ``squama.bend`` of the file gives; without ``ask`` why it is not asked."""
     words = f"squama {LOADS[target.space.load].verb} of this file"
     if not ask:
         return Beside("door", words, (), f"not asked: its joint needs elements, {said(law.outside(shape(beam)))}")

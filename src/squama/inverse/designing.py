@@ -78,17 +78,17 @@ class Design:
 
     @property
     def confirmed(self) -> bool:
-        """Whether it meets the target by the model of the search and by all others that were asked."""
+        """Whether it meets the target by the model of the search and by all others."""
         return self.met and all(other.agrees for other in self.beside)
 
     def said(self, goal: Reached, *, missed: bool = False) -> list[str]:
-        """Return what other models say of a goal, in words; ``missed``: only those by which it is not met."""
+        """Return a goal by other models, in words; with ``missed`` only by those that miss it."""
         pairs = ((other, one) for other in self.beside for one in other.goals if one.name == goal.name)
         return [other.says(one) for other, one in pairs if not (missed and one.met)]
 
     @property
     def verdict(self) -> str:
-        """Whether the target is reached, by which model, and what others say against it or for it."""
+        """Whether the target is reached: by the model of the search, and by the others."""
         if not self.met:
             return f"target not reached, nearest attainable {self.found_by}".strip()
         against = [(goal, self.said(goal, missed=True)) for goal in self.goals]
@@ -100,7 +100,7 @@ class Design:
 
     @property
     def words(self) -> str:
-        """What it reaches of each goal, and with which values."""
+        """Reached goals, values of the varied dimensions and choices, in one line."""
         goals = (
             ", ".join([f"{goal.name} {goal.reached:.4g} {goal.unit}".strip(), *self.said(goal)]) for goal in self.goals
         )
@@ -108,7 +108,7 @@ class Design:
         return "; ".join([*goals, *values, *(f"{k} {v}" for k, v in self.chosen.items())])
 
     def to_toml(self, title: str = "") -> str:
-        """Return the text of a beam file, with what it is to do as a comment."""
+        """Return the text of a beam file; comments name the goals."""
         lines = [f"# {title}"] if title else []
         for goal in self.goals:
             unit = f" {goal.unit}" if goal.unit else ""
@@ -137,7 +137,7 @@ class InverseDesign:
 
     @property
     def verdict(self) -> str:
-        """What is said of the first design: :attr:`Design.verdict`."""
+        """Verdict on the first design: :attr:`Design.verdict`."""
         return self.designs[0].verdict
 
     @property
@@ -152,7 +152,7 @@ class InverseDesign:
         return self.designs[i]
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows: the designs, each with what it reaches."""
+        """Return the card of a notebook: the designs with their goals."""
         rows = [(f"design {i + 1}{'' if d.met else ', not on target'}", d.words) for i, d in enumerate(self.designs)]
         return card(f"{self.verdict}; {self.settings['scales']}", rows, self.notes)
 
@@ -213,7 +213,7 @@ def inverse_design(
 def find(
     target: Target, *, designs: int | None = None, starts: int = 4096, seed: int = 1, elements: bool = False
 ) -> InverseDesign:
-    """Return what :func:`inverse_design` returns, for a target that was read."""
+    """Return the result of :func:`inverse_design` for a target that was read."""
     only_one(target.space.beam.faces, "inverse design")
     count = arguments.whole("designs", target.designs if designs is None else designs, 1, 100)
     starts, seed = arguments.whole("starts", starts, 16, 1 << 20), arguments.whole("seed", seed, 0, 2**31)
@@ -295,7 +295,7 @@ class _Refined(NamedTuple):
         return self.look.g[: len(self.look.g) - len(self.residuals.inside)]
 
     def broken(self) -> str:
-        """Say which limits no beam within the bounds keeps together."""
+        """Name the limits that the nearest beam breaks."""
         look, target = self.look, self.residuals.target
         least = np.maximum(-self.limits, 0).sum(axis=0)
         i = int(np.argmin(np.where(np.isfinite(look.merit), least, np.inf)))
@@ -315,7 +315,7 @@ class _Refined(NamedTuple):
         return f"the nearest breaks {' and '.join(words)}"
 
     def chosen(self, kept: Array, count: int, made: Mapping[int, Design]) -> list[int]:
-        """Return the designs that are reported, the best first; ``made`` are those that are made up already."""
+        """Return the numbers of the reported designs, the best first; ``made`` holds designs that are complete."""
         look = self.look
         met = np.array([made[i].met if i in made else self.meets(i) for i in kept.tolist()])
         if met.any():
@@ -348,11 +348,11 @@ class _Refined(NamedTuple):
         return np.sqrt(found)
 
     def meets(self, i: int) -> bool:
-        """Whether a design does all that is asked, as the search sees it."""
+        """Whether a design meets every goal by the figures of the search."""
         return all(goal.met for goal in self.reached(i, self.look.found.values[:, i], self._pitches(i)))
 
     def design(self, i: int) -> Design:
-        """Return one design with all there is to say about it."""
+        """Return one complete design."""
         space, target = self.residuals.space, self.residuals.target
         options, y = target.options, self.look.y[i]
         beam = space.beam_of(y)
@@ -383,7 +383,7 @@ class _Refined(NamedTuple):
         )
 
     def _pitches(self, i: int) -> Pitches:
-        """Return pitch and number of scales of a design as the search sees it."""
+        """Return pitch and number of scales of a design before it is rounded."""
         return Pitches(float(self.look.d[i]), float(self.look.scales[i]))
 
     def reached(self, i: int, values: Array, own: Pitches) -> list[Reached]:
@@ -393,7 +393,7 @@ class _Refined(NamedTuple):
         return reached(target.goals, values, own, target.accept, self.effects[:, :, i], names)
 
     def active(self, i: int) -> list[str]:
-        """Name bounds and limits on which a design lies, and what a real beam just does."""
+        """Name the bounds and limits on which a design lies, and the goals that it just meets."""
         found, target = [], self.residuals.target
         for v, share in zip(self.residuals.space.variables, self.look.y[i], strict=False):
             if share <= ACTIVE or share >= 1 - ACTIVE:

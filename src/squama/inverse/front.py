@@ -115,7 +115,7 @@ def pareto(
 def trade(
     target: Target, population: int | None = None, generations: int | None = None, seed: int | None = None
 ) -> xr.Dataset:
-    """Return what :func:`pareto` returns, for a target that was read."""
+    """Return the result of :func:`pareto` for a target that was read."""
     if find_spec("pymoo") is None:
         refuse("pareto", "", "pymoo is not installed", "pip install squama[fit]")
     assert target.front is not None
@@ -277,18 +277,18 @@ class Trade:
         return costs, violation
 
     def screened(self) -> Array:
-        """Return the start and points all over the bounds."""
+        """Return the starting beam and points all over the bounds, of the unit cube."""
         start = self.space.start
         return np.vstack([start, sobol(max(SCREENED, 2 * self.chosen.population), start.size, self.chosen.seed)])
 
     def in_the_way(self) -> str:
-        """Say what most points of the bounds lack or break."""
+        """Name the limits and figures that most beams within the bounds break or lack."""
         shares = {name: float(v.mean()) for name, v in self.evaluate(self.screened(), plates=True).broken.items()}
         worst = sorted((name for name in shares if shares[name]), key=lambda name: -shares[name])[:NAMED]
         return f"in the way all over the bounds: {', '.join(f'{name} ({shares[name]:.0%})' for name in worst)}"
 
     def made(self, y: Array) -> tuple[Array, Array]:
-        """Return real beams rounded to what can be made, that still are on a front, and their objectives.
+        """Return the points of rounded beams that still are on a front (n, m), and their objectives (n, k).
 
         Each keeps all limits, passes what the printer files ask and has the figures of its curve with all contacts.
         """

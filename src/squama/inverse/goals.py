@@ -46,7 +46,7 @@ class Pitches(NamedTuple):
 
     @classmethod
     def of(cls, every: Sequence[Cells], n: int) -> Pitches:
-        """Return those of columns, (columns, n)."""
+        """Return pitches and numbers of scales of columns, shape (columns, n)."""
         d, scales = [c.d for c in every], [c.sizes["beam"]["scales"] for c in every]
         return cls(np.reshape(d, (-1, n)), np.reshape(scales, (-1, n)))
 
@@ -79,13 +79,13 @@ class Goal(NamedTuple):
         return float(self.number * reached / self.value(d, scales))
 
     def met(self, reached: float, d: float, scales: float, accept: float) -> bool:
-        """Whether a reached figure counts as what was asked."""
+        """Whether a reached figure (SI) meets the goal to within the share ``accept``."""
         asked = float(self.value(d, scales))
         difference = (reached - asked) / (self.scale or asked)
         return (difference >= -accept or self.sense == "<=") and (difference <= accept or self.sense == ">=")
 
     def moves(self, reached: Array, moved: Pitches) -> Array | float:
-        """Return what the asked value's change (variables, designs) makes of a reached figure over it."""
+        """Return the change of a figure over its goal by the change of the goal itself, (variables, designs)."""
         if self.twist is None:
             return 0.0
         asked = self.value(*moved)
@@ -155,7 +155,7 @@ def _single(name: str, value: object, context: Context) -> Goal:
 
 
 def _value(where: str, figure: str, value: object, context: Context) -> Given:
-    """Read the value that is asked of a figure."""
+    """Read the goal value of a figure."""
     if figure in ("lock", "engagement"):
         return targetfile.twist(where, value, context)
     got = targetfile.quantity(where, value, _DIMENSIONS.get(figure, Dimension.RATIO), context)
@@ -167,7 +167,7 @@ def _value(where: str, figure: str, value: object, context: Context) -> Given:
 
 
 def _points(where: str, table: PointTable, kind: str, context: Context) -> list[Goal]:
-    """Read what is asked at a twist: figures of points, or a tangent stiffness."""
+    """Read the goals at one twist: figures of a point, or a tangent stiffness."""
     at = targetfile.twist(f"{where}.twist", table.twist, context).at
     words = LOADS[context.load].torque_words
     known = {"points": ("torque", *AT_POINTS), "tangent": ("stiffness",)}[kind]
@@ -191,7 +191,7 @@ def _points(where: str, table: PointTable, kind: str, context: Context) -> list[
 
 
 def _not_on_hinges(key: str, context: Context) -> tuple[str, str]:
-    """Say why a figure of the real beam cannot be asked for, and what can be done in this file."""
+    """Return why a figure of the real beam cannot be a goal, and the remedy in this file."""
     if LOADS[context.load].sided:
         return "is not a figure of hinges", f"leave out {' and '.join(context.hinged)}"
     instead = "a stiffness under [[target.tangent]]" if key == "stiffness_ratio" else "a moment"
@@ -244,7 +244,7 @@ def _weight(where: str, value: object) -> float:
 
 
 def conflicts(found: tuple[Goal, ...], space: Space, problems: Problems) -> None:
-    """Add every pair of goals that no beam can meet, and goals that friction alone excludes."""
+    """Add pairs of goals that no beam can meet, and goals that need friction, to the problems."""
     if not found and not problems:
         known = "allowed: lock, engagement, stiffness, RED, critical_mu, length, points, tangent, curve"
         problems.add("[target]", "", "asks for nothing", known)

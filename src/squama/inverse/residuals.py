@@ -73,7 +73,7 @@ class Residuals:
         """Names of the limits in the order of ``Look.g``."""
 
     def look(self, y: Array, *, slopes: bool, plates: bool) -> Look:
-        """Evaluate points (n, m) of the unit cube."""
+        """Evaluate points (n, m) of the unit cube, with derivatives if ``slopes``, and all plates if ``plates``."""
         c = self.space.cells(y)
         moved = self.space.moved(y) if slopes else []
         good = valid(c)
@@ -96,7 +96,7 @@ class Residuals:
         return Look(y, r, J, g, G, merit, found, *own)
 
     def _inside(self, every: Found, d: Array, d_slopes: Array) -> tuple[Array, Array]:
-        """Room to the border of the domain where the figures are there, and its derivatives; 1 where it has no say."""
+        """Room to the borders of the figures' domain, and its derivatives; 1 where there is no border."""
         k = len(self.inside)
         room, slopes = np.array(every.values[:k]), np.array(every.slopes[:k])
         tangents = iter(self.tangents)
@@ -120,7 +120,7 @@ class Residuals:
         return np.where(missing, 1.0, room) - EDGE, slopes
 
     def _short(self, c: Cells, found: Found) -> Array:
-        """How much of the twist a goal needs a design lacks, as a share; 0 where it does not lack any."""
+        """Missing share (goals, n) of the twist that a goal needs; 0 where the curve goes far enough."""
         short = np.zeros((len(self.target.goals), c.d.size))
         for i, goal in enumerate(self.target.goals):
             at = goal.want.at or goal.twist
@@ -130,7 +130,7 @@ class Residuals:
         return short
 
     def sizes(self, c: Cells, values: Array) -> Sizes:
-        """Return what limits look at; ``values`` as in :class:`Found`, moved where the columns are."""
+        """Return the sizes that limits need; ``values`` as in :class:`Found`, with the columns' complex steps."""
         return self.target.sizes(c, self.rates, values[-1] if self.lock else None)
 
     def _limits(self, c: Cells, moved: Sequence[Cells], found: Found) -> tuple[Array, Array]:

@@ -41,7 +41,7 @@ class Variable(NamedTuple):
 
     @property
     def key(self) -> str:
-        """Name of the parameter."""
+        """Name of the parameter in sweeps."""
         return ALIASES.get(self.name, self.name)
 
     @property
@@ -139,7 +139,7 @@ class Space(NamedTuple):
         return [*(v.key for v in self.variables), *(key for choice in self.choices for key in choice.columns)]
 
     def cells(self, y: Array) -> Cells:
-        """Return the columns of points (n, m)."""
+        """Return the columns of the beams of points (n, m)."""
         return cells_of(self.beam, self.load, self.values(y), len(y))
 
     def moved(self, y: Array) -> list[Cells]:
@@ -152,7 +152,7 @@ class Space(NamedTuple):
         return found
 
     def beam_of(self, y: Array) -> Beam:
-        """Return the beam of one point (m,), rounded to what can be made."""
+        """Return the beam of one point (m,), its dimensions rounded to their steps."""
         at = self.values(y[None])
         varied = {v.name: v.rounded(float(at[v.key][0])) for v in self.variables}
         return built(self.beam, {**varied, **{name: x for one in self.chosen(y) for name, x in one[1].items()}})

@@ -62,7 +62,7 @@ class Target(NamedTuple):
 
     @property
     def real(self) -> bool:
-        """Whether it is answered by the real beam."""
+        """Whether the figures are those of the real beam (thick, elastic scales)."""
         return self.options.joint == "compliant"
 
     @property
@@ -160,7 +160,7 @@ def _start(
 
 
 def _of_locks(file: File, need: str) -> list[str]:
-    """Return what is asked that only hinges have, by its place in the file."""
+    """Return the places in the file of goals or objectives that only hinges have."""
     if need == "target":
         return [f"target.{k}" for k in LOCK_GOALS if file.target is not None and getattr(file.target, k) is not None]
     table = file.front or FrontTable()
@@ -175,7 +175,7 @@ def _hinges(file: File) -> list[tuple[str, object]]:
 
 
 def _joint(file: File, common: Mapping[str, Any], locks: Sequence[str], problems: Problems) -> str:
-    """Return what answers: the hinge where a lock, bending, or the plate law is asked for, else the real beam."""
+    """Return the joint: "hinge" for locks, bending or the plate law, else "compliant"."""
     covered = LOADS[common["load"]].sided and common["law"] == "edge"
     joint = "compliant" if covered and not locks else "hinge"
     if file.joint is None:
@@ -191,7 +191,7 @@ def _joint(file: File, common: Mapping[str, Any], locks: Sequence[str], problems
 
 
 def _common(file: File, problems: Problems) -> dict[str, Any]:
-    """Return what is not in a table: load, law, sense, margin and number of designs."""
+    """Read the keys outside of tables: load, law, sense, margin and number of designs."""
     found: dict[str, Any] = {}
     words = {"load": tuple(LOADS), "law": ("edge", "plate"), "sense": ("+", "-")}
     for name, allowed in words.items():
