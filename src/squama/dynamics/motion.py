@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -135,6 +135,19 @@ def _turn(sides: Sides, drive: Drive, state: State, way: int, branch: Branch | N
     return 0, down
 
 
+class _Event:
+    """The end of a part: the signed angle (``index`` 0) or the speed (1) passes a value in a direction."""
+
+    terminal = True
+
+    def __init__(self, index: int, value: float, direction: int, why: str) -> None:
+        self.index, self.value, self.direction, self.why = index, value, direction, why
+
+    def __call__(self, _: float, s: Array) -> float:
+        """Return the distance from the value."""
+        return float(s[self.index]) - self.value
+
+
 def _part(sides: Sides, drive: Drive, state: State, until: float, way: int, branch: Branch | None, dense: int) -> Part:
     """Integrate to the next event."""
     zeta2 = 2 * drive.zeta
@@ -148,20 +161,20 @@ def _part(sides: Sides, drive: Drive, state: State, until: float, way: int, bran
 
     if branch is None:
         both = [(k, sides.of(k)) for k in (1, -1)]
-        events = [_crossing(s.y_e, k, k) for k, s in both if s.y_e < math.inf]
-        events += [_crossing(s.last, k, k, why=BEYOND) for k, s in both if s.up is None and s.last < math.inf]
+        events = [_Event(0, k * s.y_e, k, APART) for k, s in both if s.y_e < math.inf]
+        events += [_Event(0, k * s.last, k, BEYOND) for k, s in both if s.up is None and s.last < math.inf]
         heading = state.v or drive.at(state.t) - state.y or drive.force
-        events.append(_turning(-1 if heading > 0 else 1))
+        events.append(_Event(1, 0.0, -1 if heading > 0 else 1, TURNED))
     else:
         side = sides.of(sign)
         last = min(side.last, branch.last)
         stops = TURNED if side.endless else BEYOND
-        bound = _crossing(last, sign, sign, why=stops) if way > 0 else _crossing(side.y_e, sign, -sign)
-        events = [bound, _turning(-sign * way)]
+        bound = _Event(0, sign * last, sign, stops) if way > 0 else _Event(0, sign * side.y_e, -sign, APART)
+        events = [bound, _Event(1, 0.0, -sign * way, TURNED)]
     x0 = np.array([state.y, state.v, state.fed, state.damped])
 
     def solve(stop: float) -> Any:
-        steps = {"method": "DOP853", "rtol": drive.tolerance, "atol": drive.tolerance / 100}
+        steps: dict[str, Any] = {"method": "DOP853", "rtol": drive.tolerance, "atol": drive.tolerance / 100}
         return solve_ivp(rates, (state.t, stop), x0, events=events, dense_output=dense > 0, **steps)
 
     found = solve(until)
@@ -172,10 +185,10 @@ def _part(sides: Sides, drive: Drive, state: State, until: float, way: int, bran
         hit = _hit(found)
     t = float(found.t[-1])
     y, v, fed, damped = map(float, found.y[:, -1])
-    why = "" if hit is None else str(events[hit].why)
-    if hit is not None:
+    why = "" if hit is None else events[hit].why
+    if hit is not None and events[hit].index == 0:
         # a swing that a lock turns ends at the lock, too
-        y = float(getattr(events[hit], "value", y))
+        y = events[hit].value
     if why == TURNED:
         v = 0.0
     work = 0.0 if branch is None else float(branch.work(sign * y)) - float(branch.work(sign * state.y))
@@ -188,25 +201,6 @@ def _hit(found: Any) -> int | None:
     """Return the number of the event that ended an integration."""
     hits = [(float(times[-1]), i) for i, times in enumerate(found.t_events) if len(times)]
     return max(hits)[1] if hits and found.status == 1 else None
-
-
-def _crossing(at: float, sign: int, direction: int, why: str = APART) -> Any:
-    """Return an event where the signed angle passes sign * at."""
-    value = sign * at
-
-    def event(_: float, s: Sequence[float]) -> float:
-        return s[0] - value
-
-    event.__dict__.update(terminal=True, direction=direction, value=value, why=why)
-    return event
-
-
-def _turning(direction: int) -> Any:
-    def event(_: float, s: Sequence[float]) -> float:
-        return s[1]
-
-    event.__dict__.update(terminal=True, direction=direction, why=TURNED)
-    return event
 
 
 def _stick(sides: Sides, drive: Drive, state: State, until: float) -> tuple[Part, int]:

@@ -141,7 +141,7 @@ def sides(beam: Beam, model: Model, mode: str, sign: int, far: float) -> Sides:
         energy = float(first.up.energy(np.array(min(far, first.last)))) if first.up else far**2 / 2
         alike = both_faces.sense(beam, model.load.name) < 0
         second = first if alike else _real(beam, model, mode, -sign, min(math.sqrt(2 * energy), MOST))
-        return Sides(*(first, second)[::sign])
+        return Sides(first, second) if sign > 0 else Sides(second, first)
     return _hinged(beam, model, mode)
 
 

@@ -263,7 +263,7 @@ class _Search(NamedTuple):
             return self.trials.derivatives(u * sizes, t, sizes, limits, central=central) / unit
 
         low, high = (limit / sizes for limit in limits)
-        ends = {"bounds": (low, high), "max_nfev": 40, "ftol": _STILL[joint], "xtol": _STILL[joint]}
+        ends: dict[str, Any] = {"bounds": (low, high), "max_nfev": 40, "ftol": _STILL[joint], "xtol": _STILL[joint]}
         fit = least_squares(residuals, np.clip(p / sizes, low + 1e-9, high - 1e-9), slope, **ends)
         return _Try(fit.x * sizes, np.asarray(fit.jac) * unit, 2 * float(fit.cost) * unit**2, bool(fit.success))
 

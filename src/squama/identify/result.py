@@ -92,7 +92,7 @@ class Estimated(ABC):
     @property
     def _deviations(self) -> Array:
         """Standard errors, in the order of the estimates."""
-        return np.sqrt(np.diag(self.covariance))
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
 
     def _by_name(self, values: Array) -> dict[str, float]:
         return dict(zip(self.parameters, values.tolist(), strict=True))
