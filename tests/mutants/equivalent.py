@@ -134,7 +134,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("model/evaluation.py", "square = 1.0"): {
         "*": "there is no root of the contact condition in bending: any number above 0",
     },
-    ("inverse/hinge_figures.py", "return np.where(total > 0, work / total, 0.0), partials"): {
+    ("inverse/hinge_figures.py", "return np.where(total.real > 0, work / total, 0.0)"): {
         "0.0 -> 1.0": "a bar that is twisted as far as a lock has energy",
     },
     (

@@ -19,7 +19,7 @@ import numpy as np
 
 from squama.arrays.solution import COLUMNS as CONTACT
 from squama.arrays.solution import Solution, solve, with_touches
-from squama.inverse.named_figures import Found, Options, Want, take
+from squama.inverse.named_figures import Found, Options, Want
 from squama.loads import LOADS
 from squama.model import energy, mechanics, tracks
 from squama.model.figures import LOCKING
@@ -39,7 +39,8 @@ NEAR = 1e-5
 _NONE, _OTHER = CODES.index(End.NONE), CODES.index(End.OTHER)
 _OFF = (CODES.index(End.OFF_TIP), CODES.index(End.OFF_SIDE))
 
-Partials = dict[str, Array]
+Steps = dict[str, Array]
+"""Imaginary parts of a result by the parameters of the path, each moved by the complex step."""
 
 
 def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: Options, *, plates: bool) -> Found:
@@ -49,34 +50,33 @@ def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: O
     against each other, as :func:`squama.twist` does; else a contact of another kind goes unnoticed.
     """
     n = c.eta.size
-    by_column = {name: np.stack([np.imag(getattr(m, name)) for m in moved]) / STEP for name in COLUMNS if moved}
+    columns = {name: np.stack([getattr(m, name) for m in moved or [c]]) for name in COLUMNS}
+    used = [p for p in CONTACT if np.imag(columns[p]).any()]
     with_work = any(w.figure in ("RED", "W_fr") for w in wants)
     sol, limit = _follow(c, options, plates=plates, with_work=with_work)
     values, slopes = np.full((len(wants), n), np.nan), np.zeros((len(wants), len(moved), n))
 
-    def put(i: int, index: Array, value: Array, partials: Partials) -> None:
-        values[i, index] = value
-        for name, partial in partials.items():
-            if moved:
-                slopes[i][:, index] += np.where(np.isfinite(partial), partial, 0.0) * by_column[name][:, index]
+    def put(i: int, index: Array, value: Array) -> None:
+        values[i, index] = value[0].real
+        if moved:
+            slopes[i][:, index] = np.where(np.isfinite(value), value, 0.0).imag / STEP
 
     with np.errstate(all="ignore"):
-        used = [p for p in CONTACT if moved and by_column[p].any()]
         for i, want in enumerate(wants):
             if want.figure == "stiffness":
-                put(i, np.arange(n), c.rigidity, {"rigidity": np.ones(n)})
+                put(i, np.arange(n), columns["rigidity"])
             elif want.at is not None:
                 # before engagement the beam is straight
-                phi = want.at.per_pitch(c.d)
-                index = np.flatnonzero(phi <= np.minimum(sol.found.load_e, limit))
-                none = np.zeros(index.size)
-                put(i, index, *_at_twist(want, take(c, index), phi[index], (none, none, {}), {}))
+                index = np.flatnonzero(want.at.per_pitch(c.d) <= np.minimum(sol.found.load_e, limit))
+                d, rigidity = columns["d"][:, index], columns["rigidity"][:, index]
+                put(i, index, rigidity * want.at.per_pitch(d) / d if want.figure == "torque" else rigidity)
         for index, t in sol.tracks:
-            part = _Part(take(c, index), t, options, used, sol.found.W_fr[index], with_work=with_work)
+            own = {name: column[:, index] for name, column in columns.items()}
+            part = _Part(own, t, options, used, sol.found.W_fr[index], with_work=with_work)
             for i, want in enumerate(wants):
                 if want.figure != "stiffness":
-                    lanes, value, partials = part.figure(want, limit[index], sol.found.code[index])
-                    put(i, index[lanes], value, partials)
+                    lanes, value = part.figure(want, limit[index], sol.found.code[index])
+                    put(i, index[lanes], value[:, lanes])
     return Found(values, slopes, sol.found.code, sol.found.load_e, limit)
 
 
@@ -95,79 +95,63 @@ def _follow(c: Cells, options: Options, *, plates: bool, with_work: bool) -> tup
     return sol, limit
 
 
-def _at_twist(
-    want: Want, c: Cells, phi: Array, scales: tuple[Array, Array, Partials], slopes: Partials, bend: Array | float = 0.0
-) -> tuple[Array, Partials]:
-    """Torque or tangent stiffness from the scales' torque (in K), its slope and its curvature ``bend`` by phi.
-
-    ``scales`` are torque, slope and the derivatives of the torque by column, ``slopes`` those of the slope.
-    """
-    assert want.at is not None
-    a, (tau, slope, by_path) = want.at.rate, scales
-    if want.figure == "torque":
-        by_d = c.K * slope * a + c.rigidity * (a - phi / c.d) / c.d
-        known = {"K": tau, "rigidity": phi / c.d, "d": by_d}
-        return c.K * tau + c.rigidity * phi / c.d, known | {p: c.K * v for p, v in by_path.items()}
-    known = {"K": c.d * slope, "rigidity": np.ones_like(phi), "d": c.K * (slope + c.d * bend * a)}
-    return c.rigidity + c.K * c.d * slope, known | {p: c.K * c.d * v for p, v in slopes.items()}
-
-
 class _Part:
-    """One track of paths: figures of its designs, with partial derivatives by column."""
+    """One track of paths: figures of its designs, arrays (moved, n) with complex steps; ``columns`` have that shape."""
 
     def __init__(
-        self, c: Cells, t: Track, options: Options, used: Sequence[str], work: Array, *, with_work: bool
+        self, columns: Steps, t: Track, options: Options, used: Sequence[str], work: Array, *, with_work: bool
     ) -> None:
-        self.c, self.t, self.options = c, t, options
-        sign = 1 if options.sense == "+" else -1
-        self.base: Tracked = tracked(t, c.mu, options.margin, options.law, work)
+        self.columns, self.t, self.options = columns, t, options
+        self.mu, sign = columns["mu"][0].real, 1 if options.sense == "+" else -1
+        self.base: Tracked = tracked(t, self.mu, options.margin, options.law, work)
         self.seeds: dict[str, Seed] = {p: seed(self.base, p, sign) for p in used}
         self.moved: dict[str, Moved] = {p: move(self.base, s, with_work=with_work) for p, s in self.seeds.items()}
         self.grid: tuple[Array, Array] | None = None
         start = getattr(t.row, "open", t.row)
         self.engaged = np.asarray(start.point(t.row.theta0, "edge", ARRAY).load)
 
-    def figure(self, want: Want, limit: Array, code: Array) -> tuple[Array, Array, Partials]:
-        """Return the designs that have the figure, its values and partial derivatives."""
+    def figure(self, want: Want, limit: Array, code: Array) -> tuple[Array, Array]:
+        """Return the places of the designs that have the figure, and its values."""
         if want.at is not None:
-            phi = want.at.per_pitch(self.c.d)
-            lanes = np.flatnonzero((phi > self.engaged) & (phi <= limit))
-            return lanes, *self._contact(want, phi[lanes], lanes)
+            phi = want.at.per_pitch(self.columns["d"])
+            there = (phi[0].real > self.engaged) & (phi[0].real <= limit)
+            return np.flatnonzero(there), self._at_twist(want.figure, phi, np.flatnonzero(there))
         locks = np.isin(code, _OFF if want.figure == "hold" else self.options.locks)
-        ends: dict[str, tuple[Array, Array, Callable[[Moved], Array]]] = {
-            "engagement": (limit >= self.engaged, self.engaged, lambda m: m.load_e),
+        if want.figure == "critical_mu":
+            return np.arange(code.size), self._critical()
+        if want.figure == "engagement":
+            return np.flatnonzero(limit >= self.engaged), self._result(self.engaged, lambda m: m.load_e)
+        if want.figure == "reach":
             # where other plates meet first the derivative is not known
-            "reach": (code != _OTHER, limit, lambda m: m.load_end),
-            "lock": (locks, limit, lambda m: m.load_end),
-            "range": (locks, limit - self.engaged, lambda m: m.load_end - m.load_e),
-        }
-        there = locks
-        if want.figure in ends:
-            there, value, of = ends[want.figure]
-            partials = self._slopes(of)
-        elif want.figure == "critical_mu":
-            there, (value, partials) = np.ones(code.size, bool), self._critical()
-        elif want.figure in ("tip", "side", "hold"):
-            value, partials = self._room(want.figure)
+            return np.flatnonzero(code != _OTHER), self._result(limit, lambda m: m.load_end)
+        if want.figure == "lock":
+            value = self._result(limit, lambda m: m.load_end)
+        elif want.figure == "range":
+            value = self._result(limit - self.engaged, lambda m: m.load_end - m.load_e)
         else:
-            value, partials = self._dissipated(want.figure)
-        lanes = np.flatnonzero(there)
-        return lanes, value[lanes], {p: v[lanes] for p, v in partials.items()}
+            value = self._room(want.figure) if want.figure in ("tip", "side", "hold") else self._dissipated(want.figure)
+        return np.flatnonzero(locks), value
 
-    def _slopes(self, of: Callable[[Moved], Array]) -> Partials:
-        """Return derivatives of results of :class:`Moved`."""
-        return {p: np.imag(of(m)) / STEP for p, m in self.moved.items()}
+    def _stepped(self, value: Array, steps: Steps, lanes: Any = slice(None)) -> Array:
+        """Return a result (moved, n) with the steps of all that was moved, from those by the path's parameters."""
+        total = np.zeros_like(self.columns["d"][:, lanes].real)
+        for p, step in steps.items():
+            total += np.where(np.isfinite(step), step, 0.0) * self.columns[p][:, lanes].imag / STEP
+        return value + 1j * total
 
-    def _critical(self) -> tuple[Array, Partials]:
-        pt = self.t.row.point(self.t.x0, self.options.law, ARRAY)
-        starts = {
-            p: s.row.point(s.row.parameter(s.row.theta0, COMPLEX) + 0j, self.options.law, COMPLEX)
-            for p, s in self.seeds.items()
-        }
-        partials = {p: np.imag(mechanics.mu_lock(at)) / STEP for p, at in starts.items()}
-        return np.where(pt.M_f > 0, mechanics.mu_lock(pt), np.nan), partials
+    def _result(self, value: Array, of: Callable[[Moved], Array]) -> Array:
+        """Return a result of :class:`Moved`."""
+        return self._stepped(value, {p: np.imag(of(m)) for p, m in self.moved.items()})
 
-    def _room(self, figure: str) -> tuple[Array, Partials]:
+    def _critical(self) -> Array:
+        """Smallest friction that locks at engagement."""
+        law, pt, steps = self.options.law, self.t.row.point(self.t.x0, self.options.law, ARRAY), {}
+        for p, s in self.seeds.items():
+            start = s.row.point(s.row.parameter(s.row.theta0, COMPLEX) + 0j, law, COMPLEX)
+            steps[p] = np.imag(mechanics.mu_lock(start))
+        return self._stepped(np.where(pt.M_f > 0, mechanics.mu_lock(pt), np.nan), steps)
+
+    def _room(self, figure: str) -> Array:
         """Room of the contact to the end of an edge, or what it lacks to a frictional lock, at the end of the path."""
         law, t, b = self.options.law, self.t, self.base
         pt = t.row.point(t.x_end, law, ARRAY)
@@ -180,57 +164,56 @@ class _Part:
                 1 - side * at.p / row.beta if figure == "tip" else np.where(side > 0, at.s, row.eta - at.s) / row.eta
             )
 
-        partials = {}
+        steps = {}
         for p, s in self.seeds.items():
             rate = -np.imag(vanishing(s.row, s.row.point(t.x_end, law, COMPLEX), t, s.mu, law)) / b.E_x
             x = np.where(t.x_end == t.x0, s.row.parameter(s.row.theta0, COMPLEX) + 0j, t.x_end + 1j * rate)
-            partials[p] = np.imag(room(s.row, s.mu, s.row.point(x, law, COMPLEX))) / STEP
-        return room(t.row, self.c.mu, pt), partials
+            steps[p] = np.imag(room(s.row, s.mu, s.row.point(x, law, COMPLEX)))
+        return self._stepped(room(t.row, self.mu, pt), steps)
 
-    def _dissipated(self, figure: str) -> tuple[Array, Partials]:
+    def _dissipated(self, figure: str) -> Array:
         """RED or frictional work at the cut-off before a lock."""
-        c, t, work = self.c, self.t, self.base.work
+        c, t, work = self.columns, self.t, self._result(self.base.work, lambda m: m.W_fr)
         if figure == "W_fr":
-            partials = self._slopes(lambda m: m.W_fr * c.K / c.d)
-            return work * c.K / c.d, partials | {"K": work / c.d, "d": -work * c.K / c.d**2}
+            return work * c["K"] / c["d"]
         x_c = energy.cutoff(t.row, t.x0, t.x_end, np.isin(t.code, LOCKING), self.options.margin)
-        pt = t.row.point(x_c, self.options.law, ARRAY)
-        went = x_c > t.x0
-        load, lift = np.where(went, pt.load, self.engaged), np.where(went, pt.theta - c.theta0, 0.0)
-        total = (c.ratio * load**2 + lift**2) / 2 + work
-        partials = {"ratio": -work * load**2 / 2 / total**2}
-        for p, m in self.moved.items():
-            theta0 = c.theta0 + (STEP * 1j if p == "theta0" else 0)
-            moved = (c.ratio * m.load_c**2 + (m.theta_c - theta0) ** 2) / 2 + m.W_fr
-            partials[p] = np.imag(m.W_fr / moved) / STEP
-        return np.where(total > 0, work / total, 0.0), partials
+        pt, bears = t.row.point(x_c, self.options.law, ARRAY), x_c > t.x0
+        load = self._result(np.where(bears, pt.load, self.engaged), lambda m: m.load_c)
+        lift = self._result(np.where(bears, pt.theta, c["theta0"][0].real), lambda m: m.theta_c) - c["theta0"]
+        total = (c["ratio"] * load**2 + lift**2) / 2 + work
+        return np.where(total.real > 0, work / total, 0.0)
 
-    def _contact(self, want: Want, phi: Array, lanes: Array) -> tuple[Array, Partials]:
-        """Torque or tangent stiffness at twists in contact."""
-        c = take(self.c, lanes)
-        scales = self._torque(phi, lanes)
-        if want.figure == "torque" or not self.seeds:
-            return _at_twist(want, c, phi, scales, {})
-        h = NEAR * phi
-        (_, s1, p1), (_, s0, p0) = (self._torque(phi + e, lanes) for e in (h, -h))
-        slopes = {p: (p1[p] - p0[p]) / (2 * h) for p in self.seeds}
-        return _at_twist(want, c, phi, scales, slopes, (s1 - s0) / (2 * h))
+    def _at_twist(self, figure: str, phi: Array, lanes: Array) -> Array:
+        """Torque or tangent stiffness at twists (moved, n) in contact; NaN elsewhere."""
+        K, d, rigidity, phi = (v[:, lanes] for v in (*(self.columns[n] for n in ("K", "d", "rigidity")), phi))
+        at, turn, value = phi[0].real, 1j * phi.imag, np.full(self.columns["d"].shape, np.nan, complex)
+        torque, slope, steps = self._torque(at, lanes)
+        if figure == "torque":
+            value[:, lanes] = K * (self._stepped(torque, steps, lanes) + slope * turn) + rigidity * phi / d
+            return value
+        bend = 0.0
+        if self.seeds:
+            h = NEAR * at
+            (_, s1, p1), (_, s0, p0) = (self._torque(at + e, lanes) for e in (h, -h))
+            steps, bend = {p: (p1[p] - p0[p]) / (2 * h) for p in self.seeds}, (s1 - s0) / (2 * h)
+        value[:, lanes] = rigidity + K * d * (self._stepped(slope, steps, lanes) + bend * turn)
+        return value
 
-    def _torque(self, phi: Array, lanes: Array) -> tuple[Array, Array, Partials]:
-        """Scales' torque in K_theta at a twist, and its derivatives by the twist and by the path's columns."""
-        law, mu = self.options.law, self.c.mu
+    def _torque(self, phi: Array, lanes: Array) -> tuple[Array, Array, Steps]:
+        """Scales' torque in K_theta at a twist, its slope by the twist, and its steps by the path's parameters."""
+        law, mu = self.options.law, self.mu
         x = self._place(phi, lanes)
         row = tracks.take(self.t.row, lanes)
         pt = row.point(x + STEP * 1j, law, COMPLEX)
         torque = mechanics.forces(pt, row.theta0, mu[lanes]).torque
-        by_x, load_x = np.imag(torque) / STEP, np.imag(pt.load) / STEP
-        partials = {}
+        slope = np.imag(torque) / np.imag(pt.load)
+        steps = {}
         for p, s in self.seeds.items():
             r = tracks.take(s.row, lanes)
             at = r.point(x, law, COMPLEX)
             moved = mechanics.forces(at, r.theta0, np.broadcast_to(s.mu, mu.shape)[lanes]).torque
-            partials[p] = (np.imag(moved) - by_x / load_x * np.imag(at.load)) / STEP
-        return np.real(torque), by_x / load_x, partials
+            steps[p] = np.imag(moved) - slope * np.imag(at.load)
+        return np.real(torque), slope, steps
 
     def _place(self, phi: Array, lanes: Array) -> Array:
         """Path parameters at which the paths reach their twists: bracketed on a grid, then Newton's method."""

@@ -110,11 +110,6 @@ def flat(c: Cells, n: int = 1) -> Cells:
     return c.mapped(column)
 
 
-def take(c: Cells, index: Array) -> Cells:
-    """Return some designs, without their sizes."""
-    return c.changed({name: v[index] for name, v in c.arrays.items()}, {})
-
-
 def harmless(c: Cells, good: Array) -> Cells:
     """Return columns in which rows that are no beam stand for something that can be computed."""
     if good.all():
