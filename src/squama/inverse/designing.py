@@ -341,8 +341,7 @@ class _Refined(NamedTuple):
         for k, goal in enumerate(target.goals):
             size = np.sqrt((self.effects[k] ** 2).sum(axis=0))
             if goal.sense != "=":
-                asked = goal.value(self.look.d, self.look.scales)
-                room = (self.look.found.values[k] - asked) / (goal.scale or asked)
+                room = goal.relative(self.look.found.values[k], self.look.d, self.look.scales)
                 size = np.maximum(size - room * (1 if goal.sense == ">=" else -1), 0.0) * target.real
             found += (goal.weight * size) ** 2
         return np.sqrt(found)

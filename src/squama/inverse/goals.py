@@ -80,16 +80,18 @@ class Goal(NamedTuple):
 
     def met(self, reached: float, d: float, scales: float, accept: float) -> bool:
         """Whether a reached figure (SI) meets the goal to within the share ``accept``."""
-        asked = float(self.value(d, scales))
-        difference = (reached - asked) / (self.scale or asked)
+        difference = float(self.relative(reached, d, scales))
         return (difference >= -accept or self.sense == "<=") and (difference <= accept or self.sense == ">=")
 
-    def moves(self, reached: Array, moved: Pitches) -> Array | float:
-        """Return the change of a figure over its goal by the change of the goal itself, (variables, designs)."""
-        if self.twist is None:
-            return 0.0
-        asked = self.value(*moved)
-        return np.asarray(-reached * np.imag(asked) / STEP / np.real(asked) ** 2)
+    def relative(self, reached: Any, d: Any, scales: Any) -> Any:
+        """Difference of a figure (SI) from the goal over ``scale``, or over the goal; complex steps go through it."""
+        asked = self.value(d, scales)
+        return (reached - asked) / (self.scale or asked)
+
+    def slope(self, reached: Array, slopes: Array, moved: Pitches) -> Array:
+        """Return the derivatives (variables, designs) of the relative difference; 0 where there is no figure."""
+        known = np.where(np.isfinite(reached), reached, 0.0)
+        return np.asarray(np.imag(self.relative(known + 1j * STEP * slopes, *moved)) / STEP)
 
 
 def residual(
@@ -110,10 +112,7 @@ def residual(
     """
     r, J = np.empty_like(values), np.zeros_like(slopes)
     for i, goal in enumerate(goals):
-        asked = goal.value(*at)
-        scale = goal.scale or asked
-        difference = (values[i] - asked) / scale
-        slope = slopes[i] / scale + goal.moves(values[i], moved)
+        difference, slope = goal.relative(values[i], *at), goal.slope(values[i], slopes[i], moved)
         if goal.sense != "=":
             difference = difference - inside if goal.sense == ">=" else difference + inside
             slack = difference >= 0 if goal.sense == ">=" else difference <= 0

@@ -163,9 +163,6 @@ class Residuals:
         """
         goals, values = self.target.goals, self.space.values(y)
         moved = [stepped(*self.space[:2], values, key, size, len(y)) for key, size in self.tolerances(y).items()]
-        c = self.space.cells(y)
-        found = self.target.figures(c, moved, [goal.want for goal in goals], plates=False)
-        by = Pitches.of(moved, len(y))
-        scales = [goal.scale or goal.value(c.d, c.sizes["beam"]["scales"]) for goal in goals]
-        rows = zip(goals, found.values, found.slopes, scales, strict=True)
-        return np.array([s / scale + goal.moves(v, by) for goal, v, s, scale in rows])
+        found = self.target.figures(self.space.cells(y), moved, [goal.want for goal in goals], plates=False)
+        rows, by = zip(goals, found.values, found.slopes, strict=True), Pitches.of(moved, len(y))
+        return np.array([goal.slope(value, slopes, by) for goal, value, slopes in rows])
