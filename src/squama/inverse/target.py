@@ -37,6 +37,7 @@ _LOCKS = {
     **{e.value.split()[0]: (CODES.index(e),) for e in (End.FRICTIONAL, End.STATIC)},
     "kinematic": (CODES.index(End.KINEMATIC), CODES.index(End.LINE)),
 }
+_HINGED = {"joint": "hinge", "law": "plate"}
 LOCK_GOALS = ("lock", "lock_by", "RED", "critical_mu")
 
 
@@ -130,8 +131,9 @@ def read_target(
     context = Context(start.scales, common["load"], bare)
     names = _of_locks(file, need)
     common["joint"] = _joint(file, common, names, problems)
-    hinged = [*(f"{key} = {shown(value)}" for key, value in _hinges(file)), *names]
-    context = context._replace(joint=common["joint"], hinged=tuple(hinged))
+    # the keys for which hinges answer
+    keys = [f'{key} = "{value}"' for key, value in _HINGED.items() if getattr(file, key) == value]
+    context = context._replace(joint=common["joint"], hinged=(*keys, *names))
     found = _read(file, start, common, context, folder, problems)
     found = found._replace(source=source)
     problems.settle(source)
@@ -167,11 +169,6 @@ def _of_locks(file: File, need: str) -> list[str]:
     listed = [names for names in (table.maximise, table.minimise) if isinstance(names, list | tuple)]
     locks = [name for name in OF_LOCKS if table.at is None or name not in AT_TWIST]
     return [f"front: {name}" for names in listed for name in names if name in locks]
-
-
-def _hinges(file: File) -> list[tuple[str, object]]:
-    """Return the keys of a file that mean hinges, with their values."""
-    return [(key, value) for key, value in (("joint", "hinge"), ("law", "plate")) if getattr(file, key) == value]
 
 
 def _joint(file: File, common: Mapping[str, Any], locks: Sequence[str], problems: Problems) -> str:
