@@ -134,11 +134,11 @@ class Walked:
             nodes = [_nodes(x[way], self.readings.direction[way.start]) for way in ways]
             twists, places = _joined(nodes)
             real_cycles.check(twists.tolist())
-            v = path.named(real_cycles.follow(one, _TWISTING, twists).rows[0])
-            signed = v["torque"] * beam.unit_moment
+            state = path.named(real_cycles.follow(one, _TWISTING, twists).rows[0])
+            signed = state["torque"] * beam.unit_moment
             for way, at, place in zip(ways, nodes, places, strict=True):
                 order = np.argsort(at)
-                known, values, force = at[order], signed[place][order], v["N"][place][order]
+                known, values, force = at[order], signed[place][order], state["N"][place][order]
                 torque[way] = np.interp(x[way], known, values)
                 touching[way] = np.interp(x[way], known, force) > 0
         return torque, touching
