@@ -62,9 +62,10 @@ def choices(table: dict[str, object], problems: Problems, context: Context) -> t
                     refuse(where, "", "does not say the same of every material", remedy)
             else:
                 kind = PARAMETERS[key := key_of(where, name)]
+                _check_joint(where, key, context)
                 with naming(where):
                     si = [units.bounded(value, kind.dimension, kind.bounds, bare=context.bare) for value in listed]
-                _check_number(where, key, si, context)
+                _check_whole(where, key, si)
                 read = [(text_of(key, value), {name: value}) for value in si]
             found.append(Choice(name, *zip(*read, strict=True)))
     return tuple(found)
@@ -89,6 +90,7 @@ def _material(where: str, table: str, given: object, *, bare: bool) -> tuple[str
 def _variable(where: str, name: str, bounds: object, context: Context) -> Variable:
     """Read the bounds of a dimension."""
     key = key_of(where, name)
+    _check_joint(where, key, context)
     if not isinstance(bounds, list | tuple) or len(bounds) != 2:
         table, _, own = name.partition(".")
         first = units.quantity(beamfile.TABLES[table][own].example.strip('"'), PARAMETERS[key].dimension)
@@ -97,7 +99,7 @@ def _variable(where: str, name: str, bounds: object, context: Context) -> Variab
     kind = PARAMETERS[key]
     with naming(where):
         low, high = (units.bounded(b, kind.dimension, kind.bounds, bare=context.bare) for b in bounds)
-    _check_number(where, key, (low, high), context)
+    _check_whole(where, key, (low, high))
     if low == high:
         refuse(where, shown(bounds), "begins where it ends", "put that value into the beam and leave it out here")
     if low > high:
@@ -107,14 +109,16 @@ def _variable(where: str, name: str, bounds: object, context: Context) -> Variab
     return Variable(name, low, high)
 
 
-def _check_number(where: str, key: str, values: Sequence[float], context: Context) -> None:
-    """Refuse numbers of scales that are not whole, or of scales on hinges."""
-    if key != SCALES:
-        return
-    if context.joint == "hinge":
+def _check_joint(where: str, key: str, context: Context) -> None:
+    """Refuse to vary the number of scales on hinges."""
+    if key == SCALES and context.joint == "hinge":
         refuse(where, "", "is varied of real beams; on hinges it stays as it is", "put it into the beam")
+
+
+def _check_whole(where: str, key: str, values: Sequence[float]) -> None:
+    """Refuse numbers of scales that are not whole."""
     for value in values:
-        if value != round(value):
+        if key == SCALES and value != round(value):
             refuse(where, f"{value:g}", "is not a whole number", "write e.g. 25")
 
 
