@@ -148,7 +148,6 @@ def fit(
     beam = settled(common.beam(beams[0], friction=False) if len(beams) == 1 else None)
 
     from squama.identify import decay_fit, fitting
-    from squama.identify.unknowns import DEFAULT
 
     names = {name: f"--{name}" for name in vars(search)}
     names |= {"parameters": "--find", "bounds:": "--bounds", "data": ", ".join(data), "mode": "--mode"}
@@ -158,29 +157,24 @@ def fit(
     elif swing != SWING:
         refuse("--mode, --ideal", "", "are for decays: no table has a column of time, and no torque")
     read = tables.read(data, beam, search.load, decay=decays)
+    wanted = () if find is None else (find,)
     found: Fit | DecayFit
     with flags.laid(names):
         if decays:
             how = {name: getattr(search, name) for name in _OF_DECAYS} | vars(swing)
-            found = decay_fit.fit_decay(read[0], beam, decay_fit.DEFAULT if find is None else find, **how)
+            found = decay_fit.fit_decay(read[0], beam, *wanted, **how)
         else:
             given = {name: value for name, value in vars(search).items() if value is not None}
             parted = ((name, text.partition(":")) for name, text in limits.items())
             given["bounds"] = {name: (low.strip(), high.strip()) for name, (low, _, high) in parted}
-            found = fitting.fit(read, beam, DEFAULT if find is None else find, **given)
+            found = fitting.fit(read, beam, *wanted, **given)
     written = output.write(common, found.dataset, *(("decay_figure", on_points) if decays else ("fit_figure", flat)))
     if corner:
         written += output.draw([corner], "corner_figure", found.dataset())
     if out is not None:
         written.append(output.write_text(out, found.beam_file([label(path) for path in data])))
-    about = {"file": label(beams[0]), "data": data}
-    return output.report(
-        common.json,
-        ", ".join(data),
-        written,
-        lambda: about | found.report(),
-        lambda: _shown(found, label(beams[0])),
-    )
+    record = {"file": label(beams[0]), "data": data, **found.report()}
+    return output.report(common.json, ", ".join(data), written, record, _shown(found, label(beams[0])))
 
 
 def _of_tests(data: list[str], search: Search, **others: object) -> None:
