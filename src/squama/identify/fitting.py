@@ -29,6 +29,8 @@ from squama.needs import need
 
 _MOST = 0.9
 """Part of the points that the other model has to cover."""
+_HOPELESS = 10.0
+"""Residual rms of a rough search, over that of the fit, from which on the other model is not fitted to the end."""
 _OTHER = {"hinge": "compliant", "compliant": "hinge"}
 
 
@@ -158,7 +160,7 @@ def fit(
 
 
 def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
-    """Fit the other model to the same points; None where it does not cover what is asked."""
+    """Fit the other model to the same points; None where it does not cover what is asked, or not nearly as well."""
     if not LOADS[wanted.load].sided or wanted.law != "edge" or "theta0" in wanted.names:
         return None
     try:
@@ -171,6 +173,8 @@ def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
             refuse("data", "", f"{np.count_nonzero(found.usable & ~usable)} of the points are not covered")
         made = made._replace(usable=usable)
         prepare.enough(made)
+        if not selection.comes_near(made, _HOPELESS * found.rms):
+            return None
         # to look for what hinges would want, too, takes longer than the fit
         candidates = found.added if joint == "hinge" else wanted.candidates
         other = selection.find(made, min(wanted.starts, 3), candidates)

@@ -74,11 +74,9 @@ class Found(NamedTuple):
 def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
     """Find the parameters, from so many starts, and those candidate nuisances that the residual shows."""
     test, asked = _fit_for(test, test.asked.names), test.asked
-    index, points, torque, way = test.used
+    index, _, torque, _ = test.used
     size = float(np.abs(torque).max())
-    limit = max(_ROBUST * noise.scatter(torque, way), _FLOOR * size)
-    rough = estimate.solve(points, torque, asked, estimate.starts(points, torque, asked, starts), limit)
-    out = noise.strays(rough.residual, way, _FLOOR * size)
+    rough, out = _robust(test, starts)
     stray = np.zeros(test.usable.size, bool)
     stray[index[out]] = True
     left = test._replace(usable=test.usable & ~stray)
@@ -100,6 +98,21 @@ def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
         best = best._replace(covariance=best.covariance + apart)
     agreed = best.best._replace(starts=rough.starts, agreed=rough.agreed)
     return best._replace(best=agreed, stray=stray, added=added)
+
+
+def comes_near(test: Prepared, rms: float) -> bool:
+    """Say whether a rough search from the beam's own values leaves at most an rms (N m), stray points left out."""
+    rough, out = _robust(_fit_for(test, test.asked.names), 1)
+    return bool(np.sqrt(np.mean(rough.residual[~out] ** 2)) <= rms)
+
+
+def _robust(test: Prepared, starts: int) -> tuple[Estimate, NDArray[np.bool_]]:
+    """Return what a robust search finds from so many starts, and which points it leaves as stray ones."""
+    _, points, torque, way = test.used
+    size = float(np.abs(torque).max())
+    limit = max(_ROBUST * noise.scatter(torque, way), _FLOOR * size)
+    rough = estimate.solve(points, torque, test.asked, estimate.starts(points, torque, test.asked, starts), limit)
+    return rough, noise.strays(rough.residual, way, _FLOOR * size)
 
 
 def _fit_for(test: Prepared, names: Collection[str]) -> Prepared:
