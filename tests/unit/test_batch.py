@@ -258,7 +258,9 @@ def run(folder: Path, code: str = RUN) -> subprocess.CompletedProcess[str]:
     )
 
 
-@pytest.mark.parametrize(("code", "said"), [pytest.param(RUN, "frictional lock\n", marks=pytest.mark.slow), (ELEMENTS, "at rest\n")])
+@pytest.mark.parametrize(
+    ("code", "said"), [pytest.param(RUN, "frictional lock\n", marks=pytest.mark.slow), (ELEMENTS, "at rest\n")]
+)
 def test_no_folder_for_compiled_code_can_be_written(tmp_path: Path, code: str, said: str) -> None:
     """A file stands in the place of the folder; one line tells of the compilation, and that it recurs."""
     place = tmp_path / "file"

@@ -13,7 +13,7 @@ import squama
 from squama.cli import main
 from squama.curves import finite_rows
 from squama.errors import refuse
-from squama.identify import doubts, fitting, noise, selection, slope
+from squama.identify import fitting, noise, selection, slope
 from squama.identify.hinge_points import Physical
 from squama.identify.readings import Readings
 from squama.identify.slope import Slope
@@ -219,8 +219,12 @@ def test_the_first_half_is_told_where_scales_touch_before_the_model_does():
 def test_a_rival_that_does_not_describe_the_points_is_not_told(tmp_path, capsys):
     x, T = loop()
     fit = fitted(x, T)
-    assert fit.rival.found.rms > doubts._AS_WELL * fit.rms
+    assert fit.rival is None
     assert not fit.disagreement
+    # beside so much noise it is within reach of a search from one start, and is fitted to the end
+    noisy = T + 0.3 * np.abs(T).max() * np.random.default_rng(3).normal(size=T.size)
+    near = fitted(x, noisy)
+    assert near.rival.found.rms < fitting._HOPELESS * near.rms
     assert "disagree" not in fit.summary()
     assert fit.summary().startswith("mu ")
     rows = "".join(f"{a:.9g},{b:.9g}\n" for a, b in zip(x, T, strict=True))

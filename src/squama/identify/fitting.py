@@ -29,8 +29,8 @@ from squama.needs import need
 
 _MOST = 0.9
 """Part of the points that the other model has to cover."""
-_HOPELESS = 10.0
-"""Residual rms of a rough search, over that of the fit, from which on the other model is not fitted to the end."""
+_HOPELESS = 4.0
+"""Residual rms of a search from one start, over that of the fit, from which on the other model is not fitted to the end."""
 _OTHER = {"hinge": "compliant", "compliant": "hinge"}
 
 
@@ -173,7 +173,7 @@ def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
             refuse("data", "", f"{np.count_nonzero(found.usable & ~usable)} of the points are not covered")
         made = made._replace(usable=usable)
         prepare.enough(made)
-        if not selection.comes_near(made, _HOPELESS * found.rms):
+        if not selection.comes_near(made, found.added, _HOPELESS * found.rms):
             return None
         # to look for what hinges would want, too, takes longer than the fit
         candidates = found.added if joint == "hinge" else wanted.candidates

@@ -100,10 +100,16 @@ def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
     return best._replace(best=agreed, stray=stray, added=added)
 
 
-def comes_near(test: Prepared, rms: float) -> bool:
-    """Say whether a rough search from the beam's own values leaves at most an rms (N m), stray points left out."""
-    rough, out = _robust(_fit_for(test, test.asked.names), 1)
-    return bool(np.sqrt(np.mean(rough.residual[~out] ** 2)) <= rms)
+def comes_near(test: Prepared, added: tuple[str, ...], rms: float) -> bool:
+    """Say whether a search from the beam's own values leaves at most an rms (N m), with nuisances added."""
+    test = _fit_for(test, test.asked.names)
+    rough, out = _robust(test, 1)
+    square = float(np.mean(rough.residual[~out] ** 2))
+    full = _with(test, rough.values, tuple(n for n in added if n not in test.asked.names)) if added else None
+    if full is not None and square > rms * rms:
+        index, points, torque, _ = _fit_for(test, full[0].names).used
+        square = estimate.solve(points, torque, full[0], [full[1]]).square / index.size
+    return math.sqrt(square) <= rms
 
 
 def _robust(test: Prepared, starts: int) -> tuple[Estimate, NDArray[np.bool_]]:
