@@ -11,9 +11,10 @@ from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
 from squama.contacts.path import RANGE
+from squama.curves.curve_figures import figures
 from squama.curves.labelled import Answer
-from squama.curves.path import Case, Curve, figures
 from squama.curves.polygons import bent_and_twisted
+from squama.curves.way import Case, Curve
 from squama.errors import refuse
 from squama.model.outcome import End
 from squama.symbols import OTHER

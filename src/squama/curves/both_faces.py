@@ -15,7 +15,8 @@ import numpy as np
 
 from squama.beam import faces
 from squama.beam.design import Beam
-from squama.curves.path import Asked, Case, Curve, LoadPath, Solved, figures
+from squama.curves.curve_figures import dissipation, figures
+from squama.curves.way import Asked, Case, Curve, Solved, States, Way, spaced
 from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.symbols import OF_A_SCALE, OTHER
@@ -52,8 +53,7 @@ def total(parts: Sequence[Mapping[str, Array]], bar: float) -> dict[str, Array]:
     once = {"tangent": bar + 0 * rate, "torque": bar * rate, "U_el": bar * rate**2 / 2}
     for role, own in (once | dict.fromkeys(("scales", "W_fr"), 0 * rate)).items():
         found[role] = own + sum(part[role] - own for part in parts)
-    whole = found["U_el"] + found["W_fr"]
-    found["RED"] = np.divide(found["W_fr"], whole, out=0 * whole, where=whole > 0)
+    found["RED"] = dissipation(found["U_el"], found["W_fr"])
     return found
 
 
@@ -85,7 +85,7 @@ class Both(NamedTuple):
         loads, cut = own.along["load"], cuts[0]
         if cuts[1] < cuts[0] * (1 - _NEAR):
             cut = cuts[1]
-            loads = even(cut, points, self.load_e)
+            loads = spaced(cut, points, self.load_e)
         loads = loads if at is None else np.asarray(at, float)
         grid = np.union1d(loads, cut)
         return self._told(own, other, grid, self._summed(*self._followed(points, grid)), loads, cut)
@@ -139,27 +139,19 @@ def worst(along: Mapping[str, Array], role: str) -> Array:
     return np.fmax(own, along[role + OTHER]) if role + OTHER in along else own
 
 
-def even(cut: float, points: int, load_e: float) -> Array:
-    """Return evenly spaced load angles up to ``cut``, the one next to engagement there."""
-    loads = np.linspace(0.0, cut, points)
-    if 0 < load_e < cut:
-        loads[np.abs(loads - load_e).argmin()] = load_e
-    return loads
-
-
 def gather(
-    asked: Asked, paths: Sequence[Solved], solve: Callable[[Asked], Sequence[Solved]]
+    asked: Asked, paths: Sequence[Solved], solve: Callable[[Asked], tuple[Sequence[Solved], States]]
 ) -> Sequence[Solved]:  # fmt: skip
     """Return the paths of a beam by those of its scaled face, for each coefficient of friction.
 
     ``solve`` gives the other face's, which sees the load in its own sense.
     """
-    beam, load = asked.beam, asked.path.load
-    if not (way := sense(beam, load.name)):
+    beam, load = asked.beam, asked.way.load
+    if not (seen := sense(beam, load.name)):
         return paths
     assert beam.other is not None
-    mirror = asked._replace(path=LoadPath.of(load.name, [-v for v in asked.path.values]))
-    others = paths if way > 0 else solve(mirror)
+    mirror = asked._replace(way=Way.of(load.name, [-v for v in asked.way.values]))
+    others = paths if seen > 0 else solve(mirror)[0]
     across = 1, beam.other.seen[1 - load.axis]
     found = []
     for pair in zip(paths, others, strict=True):

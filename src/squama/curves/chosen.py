@@ -1,22 +1,106 @@
-"""Which model answers what is asked of a beam: the paper's hinges, or the real beam where nothing else is meant."""
+"""The table of models, and which one answers: the paper's hinges, or the real beam where nothing else is meant."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 from squama import arguments
 from squama.beam.design import Beam
 from squama.errors import refuse
 from squama.joints import choice
-from squama.loads import LINES, LOADS, NEUTRAL, Load
+from squama.loads import ENDS, LINES, LOADS, NEUTRAL, THIN, Load
+
+if TYPE_CHECKING:
+    from squama.curves.way import Asked, Solved, States
+    from squama.types import Array
 
 HINGED = 'write joint="hinge" (--joint hinge)'
-STRETCHES = ("free", "middle")
-"""Which line of a real beam keeps its length: none, there being no axial force, or that in the bar's middle."""
+
+
+class Programs(NamedTuple):
+    """What a model does.
+
+    ``solve`` gives a solved path for each coefficient of friction, and what attributes and warnings it adds; ``walk``
+    the states of a history of one load, ``polygon`` those of bends and twists one after the other, ``plane`` those at
+    bends and twists (n,), ``row`` those of a finite row whose ends are as a word says. ``far``: twist per pitch, rad,
+    to which a bent beam is twisted.
+    """
+
+    solve: Callable[[Asked], tuple[Sequence[Solved], States]]
+    walk: Callable[[Asked], States]
+    polygon: Callable[[Asked], States]
+    plane: Callable[[Asked, Array, Array], States]
+    row: Callable[[Asked, str], States]
+    far: float
+
+
+class Model(NamedTuple):
+    """A way to hold a scale, and what is known of it.
+
+    ``pages`` of the theory by load, empty for the paper's own; ``thick``: loads in which thickness counts; ``elastic``:
+    whether scales bend; ``straight``: whether a beam is held so; ``whole``: whether scales of both faces are one
+    system; ``lines`` of the bar that may keep their length, and ``ends`` of a row, the first by default; ``programs``
+    are imported when they are asked for.
+    """
+
+    pages: Mapping[str, str]
+    thick: tuple[str, ...]
+    elastic: bool
+    straight: bool
+    whole: bool
+    lines: tuple[str, ...]
+    ends: tuple[str, ...]
+    programs: Callable[[], Programs]
+
+
+def _hinge() -> Programs:
+    from squama.curves import hinge, hinge_cycles, hinge_polygons
+
+    return Programs(hinge.solve, hinge_cycles.walk, hinge_polygons.polygon, hinge_polygons.plane, _hinge_row, 1.0)
+
+
+def _hinge_row(asked: Asked, ends: str) -> States:
+    # by the contact solver, which is compiled: other questions of hinges are answered without it
+    from squama.curves import hinge_rows
+
+    return hinge_rows.solve(asked, ends)
+
+
+def _compliant() -> Programs:
+    from squama.contacts.path import RANGE
+    from squama.curves import real_cycles, real_rows, real_walk
+
+    return Programs(real_walk.solve, real_cycles.walk, real_walk.polygon, real_walk.plane, real_rows.solve, RANGE)
+
+
+MODELS = {
+    "hinge": Model(
+        pages={"twisting": "", "bending": "bending"},
+        thick=("twisting",),
+        elastic=False,
+        straight=True,
+        whole=False,
+        lines=tuple(NEUTRAL),
+        ends=("equal",),
+        programs=_hinge,
+    ),
+    "compliant": Model(
+        pages=dict.fromkeys(LOADS, "real beam"),
+        thick=tuple(LOADS),
+        elastic=True,
+        straight=False,
+        whole=True,
+        lines=("free", "middle"),
+        ends=ENDS,
+        programs=_compliant,
+    ),
+}
+"""A hinge with one spring (closed form), or six motions of a scale against the substrate."""
 
 
 class Chosen(NamedTuple):
-    """A beam and the model that answers: its joint, "compliant" or "hinge", and whether scales are thin and rigid.
+    """A beam and the model that answers: its joint, a key of :data:`MODELS`, and whether scales are thin and rigid.
 
     ``beam`` knows the line of its bar that keeps its length; ``note``: why it is hinges where nobody asks for them.
     """
@@ -28,8 +112,8 @@ class Chosen(NamedTuple):
 
     @property
     def real(self) -> bool:
-        """Whether the real beam answers."""
-        return self.joint == "compliant"
+        """Whether the real beam answers, which nothing holds straight unasked."""
+        return not MODELS[self.joint].straight
 
 
 def chosen(
@@ -93,7 +177,7 @@ def chosen(
 
 def _lined(beam: Beam, joint: str, line: str | None) -> Beam:
     """Return a beam that knows which line of its bar keeps its length; by default the first that the joint has."""
-    lines = tuple(NEUTRAL) if joint == "hinge" else STRETCHES
+    lines = MODELS[joint].lines
     line = arguments.one_of("neutral", line or lines[0], lines)
     if joint == "hinge":
         if beam.other and line == "face":
@@ -104,3 +188,16 @@ def _lined(beam: Beam, joint: str, line: str | None) -> Beam:
     if beam.given.line == line:
         return beam
     return beam.replace(substrate={"neutral": None if line == "free" else line})
+
+
+def thin(load: Load, law: str, joint: str, *, ideal: bool) -> bool:
+    """Whether scales are taken as thin: as asked, or because the model knows of no thickness."""
+    return ideal or law == "plate" or load.name not in MODELS[joint].thick
+
+
+def idealisation(beam: Beam, joint: str, *, ideal: bool) -> str:
+    """Say in words how a beam's scales are taken by a model."""
+    if ideal:
+        return THIN
+    elastic = MODELS[joint].elastic and beam.scale.youngs_modulus is not None
+    return f"thick, {'elastic' if elastic else 'rigid'} scales"

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Unpack
 
 import numpy as np
 
 from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
-from squama.curves import doors, follow
-from squama.curves.chosen import chosen
-from squama.curves.labelled import Answer, Labelled, attributes, labelled
-from squama.curves.path import Asked, LoadPath
+from squama.curves import doors, labelled
+from squama.curves.chosen import MODELS
+from squama.curves.doors import How
+from squama.curves.labelled import Answer, Labelled
+from squama.curves.way import Way
 from squama.errors import InputError, refuse
 from squama.loads import ENDS, LOADS
 from squama.units import shown
@@ -104,54 +105,38 @@ def rowed(
     beam: Beam,
     *,
     scales: int | None = None,
-    mu: float | None = None,
     to: float | str | None = None,
     points: int = 100,
     sense: str = "+",
-    joint: str | None = None,
-    ideal: bool | None = None,
-    hold: str | None = None,
     ends: str | None = None,
+    **how: Unpack[How],
 ) -> Answer:
     """Return what :func:`row` returns, before it is a dataset."""
     arguments.beam(beam)
     only_one(beam.faces, "a finite row")
-    n = arguments.whole("scales", beam.scales if scales is None else scales, 2, MOST)
-    points = arguments.whole("points", points, 3, 1e5)
-    sign = arguments.sense(sense)
-    m = np.asarray(arguments.friction(beam.friction.mu, mu))
-    stop = math.inf if to is None else doors.far(to, LOADS["twisting"], beam.pitch, n)
-    means = chosen(beam, LOADS["twisting"], joint=joint, ideal=ideal)
-    ends = _ends(ends, means.joint)
-    way = LoadPath.of("twisting", [sign * stop])
-    beam = arguments.held_by(beam.replace(scales=n), hold)
-    asked = Asked(beam, way, m, "edge", 0.0, points, ideal=means.ideal, note=means.note)
-    if means.real:
-        from squama.curves import real_rows
-
-        states = real_rows.solve(asked, ends)
-    else:
-        from squama.curves import hinge_rows
-
-        states = hinge_rows.solve(asked)
+    twisting, n = LOADS["twisting"], arguments.whole("scales", beam.scales if scales is None else scales, 2, MOST)
+    stop = math.inf if to is None else doors.far(to, twisting, beam.pitch, n)
+    way = Way.of("twisting", [arguments.sense(sense) * stop])
+    asked = doors.asked(beam.replace(scales=n), way, twisting, points=points, **how)
+    ends = _ends(ends, asked.joint)
+    states = MODELS[asked.joint].programs().row(asked, ends)
     single = states.by_dim[()]
     single |= {f"Phi_{name}": single[f"phi_{name}"] / beam.pitch for name in ("e", "end")}
-    variables = labelled(way.load, states, m, follow.theory(way.load, means.joint))
-    variables["scale"] = Labelled(("scale",), np.arange(1, n + 1), {"long_name": "scale, counted along the beam"})
-    attrs = attributes(asked, "twisting of a row of scales", sense, means.joint, states.notes)
-    attrs |= {"load": "row", "mu": float(m), "sense": sense, "ends": ends, **states.attrs}
-    return Answer(variables, attrs)
+    attrs = {"load": "row", "mu": float(asked.mus), "sense": sense, "ends": ends}
+    answer = labelled.answer(asked, states, "twisting of a row of scales", attrs, sense=sense)
+    counted = {"long_name": "scale, counted along the beam"}
+    answer.variables["scale"] = Labelled(("scale",), np.arange(1, n + 1), counted)
+    return answer
 
 
 def _ends(word: str | None, joint: str) -> str:
-    """Return how the ends are held, by what is asked; refuse what a joint does not know."""
-    if word is None:
-        return "equal" if joint == "hinge" else "free"
-    if word not in ENDS:
+    """Return how the ends are held, by what is asked; refuse what a model does not know."""
+    allowed = MODELS[joint].ends
+    if word is not None and word not in ENDS:
         refuse("ends", shown(word), f"must be one of {', '.join(map(shown, ENDS))}", 'write e.g. ends="free"')
-    if joint == "hinge" and word != "equal":
+    if word is not None and word not in allowed:
         refuse("ends", shown(word), "a row on hinges has one twist in all cells", 'leave it out, or write ends="equal"')
-    return word
+    return word or allowed[0]
 
 
 class Ends(NamedTuple):

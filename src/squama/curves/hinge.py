@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama.arrays import solution
-from squama.curves.path import Asked, Case, Curve, States, figures
+from squama.curves.curve_figures import dissipation, figures
+from squama.curves.way import Asked, Case, Curve, States
 from squama.loads import neutral_height
 from squama.model import energy, history, mechanics, screw
 from squama.model.mechanics import Row
@@ -115,10 +116,10 @@ class Path(NamedTuple):
 
 def solve(asked: Asked) -> tuple[list[Path], States]:
     """Solve what is asked in one sense, up to the one load angle of its path, for each coefficient of friction."""
-    beam, way, law, margin, mus = asked.beam, asked.path, asked.law, asked.margin, np.atleast_1d(asked.mus)
+    beam, way, law, margin, mus = asked.beam, asked.way, asked.law, asked.margin, np.atleast_1d(asked.mus)
     kind, case, to = way.load, Case.of(beam, way.load.name, way.sense), abs(way.values[-1])
     more = States({}, {"margin": margin})
-    ratios = beam.ratios | {"lam": kind.height(beam.lam, beam.neutral), "thickness": asked.thickness}
+    ratios = beam.ratios | {"lam": kind.height(beam.lam, beam.neutral), "thickness": thickness(asked)}
     if case.mirrored and not kind.sided:
         plates = Plates(beam.eta, beam.beta, ratios["lam"], math.sin(beam.scale.alpha), math.cos(beam.scale.alpha))
         hit = solution.touch(plates, case.theta0, SEARCH, None, 0, mirrored=True, bent=True)
@@ -129,7 +130,7 @@ def solve(asked: Asked) -> tuple[list[Path], States]:
         sol = solution.solve({**shapes, "mu": mus}, load=kind.name, law=law, sense=way.sense)
         sol, touches = solution.with_touches(sol, [*shapes.values()], load=kind.name, sense=way.sense, alike=True)
         paths = [path(case, sol.one(i), touches[i], float(m), law, margin, to) for i, m in enumerate(mus)]
-    if kind.sided and (law != "edge" or asked.thickness):
+    if kind.sided and (law != "edge" or ratios["thickness"]):
         return paths, more
     # twisting has the axis in the bar's middle; the other sense is the mirror image
     y_n, sides = (0.0, (0.0, 1.0)) if kind.sided else (neutral_height(beam.neutral, beam.lam), (1.0, 0.0))
@@ -164,6 +165,12 @@ def path(
     met = (load_end, theta_end) if other else _NOT_MET
     k = int(found.neighbour[0])
     return Path(case, row, x0, x_end, x_c, pole, load_e, load_end, theta_end, end, k, other, mu, law, met)
+
+
+def thickness(asked: Asked) -> float:
+    """Return the thickness of scales in pitches, where the hinge knows of it: twisted, by the edge law."""
+    thin = asked.ideal or asked.law == "plate" or not asked.way.load.sided
+    return 0.0 if thin else asked.beam.scale.thickness / asked.beam.pitch
 
 
 def _open(case: Case, touch: Touch | None, other: str, to: float, mu: float, law: str) -> Path:
@@ -242,7 +249,7 @@ def in_si(case: Case, v: dict[str, Array], work: Array, sign: int = 1) -> dict[s
     """Give values of :func:`touching` or :func:`straight` their units; ``sign`` that of the load where it counts."""
     d, K, rate = case.pitch, case.stiffness, v["load"] / case.pitch
     W_fr, U_el = work * K / d, (case.rigidity * rate**2 + K / d * (v["theta"] - case.theta0) ** 2) / 2
-    scales, total = sign * K * v["scales"], U_el + W_fr
+    scales = sign * K * v["scales"]
     return {
         "rate": rate,
         "load": v["load"],
@@ -258,7 +265,7 @@ def in_si(case: Case, v: dict[str, Array], work: Array, sign: int = 1) -> dict[s
         "mu_lock": v["mu_lock"],
         "U_el": U_el,
         "W_fr": W_fr,
-        "RED": np.divide(W_fr, total, out=np.zeros_like(work), where=total > 0),
+        "RED": dissipation(U_el, W_fr),
     }
 
 

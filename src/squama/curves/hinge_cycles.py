@@ -16,8 +16,9 @@ import numpy as np
 
 from squama.beam.design import Beam
 from squama.curves import both_faces
+from squama.curves.curve_figures import loop_figures, loop_table, used_senses
 from squama.curves.hinge import LOCKS, SAME, Path, in_si, solve, straight, touching
-from squama.curves.path import Asked, Case, LoadPath, States, loop_figures, loop_table, used_senses
+from squama.curves.way import Asked, Case, States, Way
 from squama.errors import refuse
 from squama.loads import LOADS
 from squama.model import history
@@ -78,7 +79,7 @@ def senses(beam: Beam, load: str, mu: float, law: str, margin: float, ideal: boo
     """
 
     def path(end: float) -> Path:
-        asked = Asked(beam, LoadPath.of(load, [end]), np.asarray(mu), LOADS[load].law(law), margin, 3, None, ideal)
+        asked = Asked(beam, Way.of(load, [end]), np.asarray(mu), LOADS[load].law(law), margin, 3, None, ideal)
         return solve(asked)[0][0]
 
     found = {"+": path(math.inf), "-": path(-math.inf)}
@@ -98,8 +99,8 @@ def senses(beam: Beam, load: str, mu: float, law: str, margin: float, ideal: boo
 
 def walk(asked: Asked) -> States:
     """Return the states along a history, its loops, and what holds for each sense."""
-    values = asked.path.values
-    both = senses(asked.beam, asked.path.load.name, float(asked.mus), asked.law, asked.margin, asked.ideal)
+    values = asked.way.values
+    both = senses(asked.beam, asked.way.load.name, float(asked.mus), asked.law, asked.margin, asked.ideal)
     check(values, both)
     used = used_senses(values)
     by_sense = {role: np.array([figure(both, sign) for sign in used]) for role, figure in _SENSE.items()}

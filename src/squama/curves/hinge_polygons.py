@@ -9,12 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from squama.arrays.combined_states import Combined, combined
 from squama.curves import both_faces
-from squama.curves.path import VERBS, Asked, States
+from squama.curves.curve_figures import dissipation
+from squama.curves.way import OPEN, SLIDING, VERBS, Asked, States
 from squama.loads import LOADS, STRAINS, holding, neutral_height
 from squama.model import energy
 from squama.model.outcome import End
-from squama.model.screw import CONTACTS, NONE
+from squama.model.screw import CONTACTS, LOCKED, NONE
 from squama.model.screw_free import relaxed
 from squama.model.screw_path import Design, Piece, follow
 from squama.types import Array
@@ -23,6 +25,9 @@ FEWEST = 4
 """Points of a piece at least, both its ends among them."""
 SOFT = "contact {} bears on the root of the next scale, where a real bar bulges"
 _FIGURES = ("psi", "phi", "kappa", "Phi", "theta")
+SAMPLES, HALVINGS = 32, 8
+"""Places on the way to a state of a plane at which a lock is looked for, and how often it is then closed in on."""
+_NEXT = "on hinges the next scale's eight contacts are looked at; other pairs of plates are not"
 _SAME = 1e-9
 """Places of a way that are one but for rounding."""
 
@@ -46,8 +51,10 @@ class Span(NamedTuple):
         return tuple(piece.contact for piece in self.pieces)
 
 
-def walk(asked: Asked) -> States:
-    """Return the states along a path, its events, and how it ends."""
+def polygon(asked: Asked) -> States:
+    """Return the states along a way, its events, and how it ends; of one on which a load is free those alone."""
+    if asked.way.free is not None:
+        return relax(asked, asked.way.free)
     beam, spans = asked.beam, _spans(asked)
     parts: list[dict[str, Array]] = []
     done = 0.0
@@ -84,7 +91,7 @@ def _spans(asked: Asked) -> list[Span]:
     """Follow a path on every face, up to where the first of them ends."""
     design, faces = of(asked, float(asked.mus)), []
     for bend, twist in both_faces.views(asked.beam):
-        pieces = list(follow(design, [(bend * psi, twist * phi) for psi, phi in asked.path.points]))
+        pieces = list(follow(design, [(bend * psi, twist * phi) for psi, phi in asked.way.corners]))
         legs = np.cumsum([1, *(a.leg != b.leg for a, b in pairwise(pieces))]).tolist()
         faces.append([Span((p,), leg, p.x0, p.x1, p.end, p.other) for leg, p in zip(legs, pieces, strict=True)])
     if len(faces) == 1:
@@ -173,12 +180,11 @@ def in_si(
     if len(states) > 1:
         other = both_faces.of_other({"contact": contacts[1], **_of_scale(asked, states[1])})
     U_el = (bar["M"] * kappa + bar["T"] * Phi + joints) / 2
-    total = U_el + W_fr
     return {
         "contact": contacts[0],
         "psi": psi, "phi": phi, "kappa": kappa, "Phi": Phi, **_of_scale(asked, states[0]),
         "M": bar["M"] + M, "M_scales": M, "T": bar["T"] + T, "T_scales": T,
-        "U_el": U_el, "W_fr": W_fr, "RED": np.divide(W_fr, total, out=np.zeros(psi.size), where=total > 0),
+        "U_el": U_el, "W_fr": W_fr, "RED": dissipation(U_el, W_fr),
         **other,
     }  # fmt: skip
 
@@ -194,7 +200,7 @@ def relax(asked: Asked, free: int) -> States:
     beam = asked.beam
     load = LOADS["twisting" if free else "bending"]
     K, d = beam.joint_stiffness, beam.pitch
-    imposed = np.linspace(0.0, asked.path.points[0][1 - free], asked.points)
+    imposed = np.linspace(0.0, asked.way.corners[0][1 - free], asked.points)
     found = relaxed(of(asked, float(asked.mus)), imposed, load.rigidity(beam) / (K * d), free=free)
     kept = np.isfinite(found.theta)
     psi, phi, contact = found.psi[kept], found.phi[kept], found.contact[kept]
@@ -243,3 +249,33 @@ def _words(span: Span, after: Span | None) -> str:
         if a != b:
             found.append(face + (f"engagement ({b})" if a == NONE else f"{a} to {b}" if b else "release"))
     return "; ".join(found) or "corner"
+
+
+def plane(asked: Asked, psi: Array, phi: Array) -> States:
+    """Return the states at bends and twists (n,), each straight from rest, or what ends the way there."""
+    beam, mu, height = asked.beam, float(asked.mus), neutral_height(asked.beam.neutral, asked.beam.lam)
+
+    def at(w: Array, which: Array) -> Combined:
+        ways = psi[which][:, None], phi[which][:, None]
+        return combined(w * ways[0], w * ways[1], **beam.ratios, mu=mu, toward=ways, neutral_height=height)
+
+    def stops(s: Combined) -> Array:
+        return np.asarray((s.contact == LOCKED) | ((s.contact != "") & (s.mu_lock > 0) & (s.mu_lock <= mu)))
+
+    w, every = np.arange(1, SAMPLES + 1) / SAMPLES, np.arange(psi.size)
+    s = at(w, every)
+    ended = stops(s).any(axis=1)
+    which = np.flatnonzero(ended)
+    high = w[stops(s)[which].argmax(axis=1)][:, None]
+    low = high - 1 / SAMPLES
+    for _ in range(HALVINGS):
+        beyond = stops(at((low + high) / 2, which))
+        low, high = np.where(beyond, low, (low + high) / 2), np.where(beyond, (low + high) / 2, high)
+    state = np.where(s.contact[:, -1] == "", OPEN, SLIDING).astype("U40")
+    state[which] = np.where(at(high, which).contact[:, 0] == LOCKED, End.LINE, End.FRICTIONAL)
+    forces = {"N": s.normal, "M": s.bending_moment, "T": s.torque, "theta": s.theta, "mu_lock": s.mu_lock}
+    last = {name: np.where(ended, np.nan, v[:, -1]) for name, v in forces.items()}
+    contact = np.where(s.contact[:, -1] == LOCKED, "", s.contact[:, -1])
+    v = in_si(asked, [contact], psi, phi, [last], np.full(psi.size, np.nan))
+    kept = ("contact", "theta", "N", "M", "M_scales", "T", "T_scales", "mu_lock")
+    return States({(): {"state": state} | {name: v[name] for name in kept}}, notes=[_NEXT])

@@ -10,9 +10,10 @@ import math
 import numpy as np
 
 from squama.contacts import path, states
-from squama.curves import doors, real
-from squama.curves.path import Asked, States
+from squama.curves import hinge, real
+from squama.curves.curve_figures import dissipation
 from squama.curves.real_rows import figures, followed
+from squama.curves.way import Asked, States, Way
 from squama.model.elastic_plate import SIDE_D, TIP
 from squama.model.reach import SEARCH
 from squama.types import Array
@@ -21,20 +22,19 @@ BLOCKED = (1.0, 1.0, 1.0, 1.0, 0.0, 1.0)
 """Motions of a scale that a hinge blocks: all but the rotation about n_Y."""
 
 
-def solve(asked: Asked) -> States:
-    """Follow a row to the asked twist, or to the cut-off of the endless beam's curve."""
-    beam, n, d, m = asked.beam, asked.beam.scales, asked.beam.pitch, float(asked.mus)
-    (to,), sense = asked.path.values, asked.path.sense
-    sign = -1 if sense == "-" else 1
-    endless = doors.respond(beam, "twisting", mu=m, points=3, sense=sense, joint="hinge", ideal=asked.ideal)
-    far = float(endless["Phi_c"]) * d if math.isinf(to) else abs(to)
-    scale = real.scale(beam, ideal=True)._replace(h=asked.thickness)
+def solve(asked: Asked, _: str) -> States:
+    """Follow a row to the asked twist, or to the cut-off of the endless beam's curve; all its cells are alike."""
+    beam, n, d, m, sign = asked.beam, asked.beam.scales, asked.beam.pitch, float(asked.mus), asked.way.sign
+    (to,) = asked.way.values
+    (endless,), _more = hinge.solve(asked._replace(way=Way.of("twisting", [sign * math.inf])))
+    far = float(endless.curve(points=3).figures["rate_c"]) * d if math.isinf(to) else abs(to)
+    scale = real.scale(beam, ideal=True)._replace(h=hinge.thickness(asked))
     way = path.Path.of(scale, np.diag([1.0] * 6 + [0.0]), m, toward=(0.0, sign), most=max(far, SEARCH), masked=BLOCKED)
     track = followed(way, n, far, asked.points, sign)
     along, each = _values(asked, way, track.rows)
     each["Q"] = track.held * beam.joint_stiffness
-    same = doors.respond(beam, "twisting", mu=m, at=along["rate"], sense=sense, joint="hinge", ideal=asked.ideal)
-    along |= {"T_periodic": same["T"], "theta_periodic": same["theta"]}
+    same = endless.curve(points=asked.points, at=along["rate"] * d).along
+    along |= {"T_periodic": same["torque"], "theta_periodic": same["theta"]}
     found, first = figures(way, track), way.contact if sign > 0 else way.contact.mirrored
     if first.first >= 0 and first[:3] != (TIP, SIDE_D, 1) and first.phi <= track.end.phi:
         # hinges are known to touch by tip edges on the next side edges
@@ -50,10 +50,9 @@ def _values(asked: Asked, way: path.Path, rows: Array) -> tuple[dict[str, Array]
     phi = v["phi"][:, 0]
     scales, bar = v["torque"].mean(axis=1) * moment, beam.torsional_rigidity * phi / d
     stored, rubbed = v["energy"].mean(axis=1) * force + bar * phi / (2 * d), v["W_fr"].mean(axis=1) * force
-    total = stored + rubbed
     along = {
         "load": phi, "rate": phi / d, "torque": bar + scales, "scales": scales, "U_el": stored, "W_fr": rubbed,
-        "RED": np.divide(rubbed, total, out=np.zeros(phi.size), where=total > 0),
+        "RED": dissipation(stored, rubbed),
     }  # fmt: skip
     each = {
         "theta": states.inclinations(way, rows.reshape(-1, rows.shape[2])).reshape(rows.shape[:2]),

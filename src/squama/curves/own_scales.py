@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.curves import finite_rows, real_figures
+from squama.curves import curve_figures, finite_rows
 from squama.types import Array
 
 POINTS, BEHIND = 120, 1.02
@@ -51,7 +51,7 @@ def own_scales(
 
     rigidity, engaged = float(found.attrs.get("rigidity", beam.torsional_rigidity)), float(found["phi_e"])
     twists = x * beam.pitch
-    slopes = real_figures.tangents(rigidity, beam.pitch, [engaged], twists, twists, {"torque": torque})["tangent"]
+    slopes = curve_figures.tangents(rigidity, beam.pitch, [engaged], twists, twists, {"torque": torque})["tangent"]
     stress = found["stress"].max(axis=1) if "stress" in found.variables else np.full(x.size, np.nan)
     # the row may end before the last twist that is asked for
     reached = at <= x[-1] * (1 + 1e-9)

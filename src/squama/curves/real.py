@@ -16,7 +16,7 @@ from squama.beam.design import Beam
 from squama.beam.joint_law import Free
 from squama.beam.matrixfile import SHAPE, inclination_stiffness, twisting_stiffness
 from squama.contacts import path, states
-from squama.curves.path import Case
+from squama.curves.way import Case
 from squama.errors import refuse
 from squama.joints.choice import Joint, joint_of
 from squama.loads import LOADS, STRAIGHT, STRAINS, Load, holding

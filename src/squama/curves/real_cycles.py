@@ -16,10 +16,10 @@ import numpy as np
 from squama.beam.design import Beam
 from squama.contacts import increments, path
 from squama.curves import real
+from squama.curves.curve_figures import loop_figures, loop_table, used_senses, work_error
 from squama.curves.cycle_points import evenly, goals_of, resolving
-from squama.curves.path import Asked, States, loop_figures, loop_table, used_senses
 from squama.curves.real_figures import by_load, exchanged, touching, values
-from squama.curves.real_path import Stations, direction
+from squama.curves.way import Asked, States, Stations, direction
 from squama.errors import InputError, Problem, refuse
 from squama.loads import Load
 from squama.model import history
@@ -57,7 +57,7 @@ def walk(asked: Asked) -> States:
     Each way has the points that are asked, evenly, and one where contact begins or ends, and where the scales slide
     again after a reversal. A history on which the contact ends is refused: the twist, and what happens there.
     """
-    goals, beam, load = asked.path.values, asked.beam, asked.path.load
+    goals, beam, load = asked.way.values, asked.beam, asked.way.load
     check(goals)
     ones = paths(beam, load, float(asked.mus), goals, ideal=asked.ideal)
     met = [sign * (c.phi - _BEFORE) for sign, one in ones.items() for c in one.way.contacts if c.first != -1]
@@ -71,9 +71,6 @@ def walk(asked: Asked) -> States:
     way, along = _along(v, way._replace(mode=v["mode"]), rigidity)
     told = way.told
     residual = [_residual(ones[1], load, way, goals, loop) for loop in history.loops(goals)]
-    lost = float(along["W_fr"][-1] + along["W_snap"][-1])
-    error = float(along["work"][-1]) - float(along["U_el"][-1]) - lost
-    error /= max(lost, float(along["U_el"].max()), 1e-300)
     by_dim: dict[tuple[str, ...], dict[str, Array]] = {
         ("point",): {
             "branch": along["branch"][told],
@@ -82,7 +79,7 @@ def walk(asked: Asked) -> States:
         },
         ("loop",): _loops(way, along, goals, beam.pitch, residual),
         ("sense",): _senses(ones, goals),
-        (): {"energy_error": np.asarray(error)},
+        (): {"energy_error": np.asarray(work_error(along))},
     }
     held = ones[1].held
     attrs = {**real.attributes(held, load.verb), "rigidity": rigidity, "increment": INCREMENT}
@@ -182,7 +179,7 @@ def _refuse(asked: Asked, left: LeftError, goal: float) -> NoReturn:
         most = math.copysign(math.floor(0.999 * abs(left.far) / digits) * digits, left.far)
         total = math.degrees(most) * asked.beam.scales
         remedy = f'give at most "{most:.4g} rad/pitch" ({total:.4g} deg total)'
-    refuse("twist", asked.path.said(goal), left.problems[0].reason, remedy)
+    refuse("twist", asked.way.said(goal), left.problems[0].reason, remedy)
 
 
 def _along(v: dict[str, Array], way: _Way, rigidity: float) -> tuple[_Way, dict[str, Array]]:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from itertools import pairwise
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -12,15 +11,13 @@ from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
 from squama.contacts import events, path, states
 from squama.curves.both_faces import of_other, worst
-from squama.curves.path import first_at, stiffened
+from squama.curves.curve_figures import dissipation, first_at, stiffened
 from squama.curves.real import Held, Path
 from squama.loads import LOADS, Load
 from squama.model.elastic_plate import BASE, TIP
 from squama.symbols import OF_A_SCALE, OTHER
 from squama.types import Array
 
-NEAR = 1e-5
-"""Least distance of steps between which a slope is taken, rad per pitch."""
 _LENGTHS = (*MOTIONS[:3], "p", "s", "slip", "deflection", "stress_x", "stress_y")
 _PER_LENGTH = ("N", "f", "P", "U_el", "U_joint", "U_plate", "U_bar", "W_fr", "W_snap", "work")
 _MOMENTS = ("T", "M", "M_lat", "onset")
@@ -103,9 +100,7 @@ def in_si(beam: Beam, held: Held, own: Mapping[str, Array]) -> dict[str, Array]:
     units["stress"] = E
     v = {role: x * units.get(role.removesuffix(OTHER), 1.0) for role, x in own.items()}
     v |= {f"f0{face}": v[f"f{face}"] * beam.eta * d / held.K_theta for face in ("", OTHER) if f"f{face}" in v}
-    total = v["U_el"] + v["W_fr"]
-    out = np.where(np.isfinite(v["U_el"]), 0.0, np.nan)
-    v["RED"] = np.divide(v["W_fr"], total, out=out, where=total > 0)
+    v["RED"] = dissipation(v["U_el"], v["W_fr"])
     return v
 
 
@@ -162,29 +157,6 @@ def embedded(one: Path, q: Array) -> dict[str, Array]:
         "tab_torsion": moment[:, 0] * moment_unit,
         "strain": strain,
     }
-
-
-def tangents(
-    rigidity: float, d: float, engaged: Sequence[float] | Array, steps: Array, at: Array, v: Mapping[str, Array]
-) -> dict[str, Array]:
-    """Return the tangent stiffness at load angles, from the steps among them, and over that without contact.
-
-    ``rigidity`` is the one without contact, N m^2, ``engaged`` the rising load angles per pitch at engagement of each
-    face, ``d`` the pitch.
-    """
-    torque = np.interp(steps, at, v["torque"])
-    slope = np.where(np.isfinite(torque), rigidity, np.nan)
-    # it jumps at engagement
-    jumps = [x for i, x in enumerate(engaged) if i == 0 or x - engaged[i - 1] > NEAR]
-    for begin, end in pairwise([*jumps, math.inf]):
-        contact = np.flatnonzero((steps >= begin) & (steps <= end))
-        if contact.size > 1:
-            slopes = np.gradient(torque[contact], steps[contact] / d, edge_order=2 if contact.size > 2 else 1)
-            slope[contact[steps[contact] < end]] = slopes[steps[contact] < end]
-    found = np.interp(at, steps, slope)
-    found[at < engaged[0]] = rigidity
-    found[np.isnan(v["torque"])] = np.nan
-    return {"tangent": found, "stiffness_ratio": found / rigidity}
 
 
 def thresholds(engaged: float, beam: Beam, at: Array, v: Mapping[str, Array]) -> dict[str, float]:

@@ -13,11 +13,11 @@ import numpy as np
 from squama.contacts import increments, path, row
 from squama.contacts.row import Track
 from squama.contacts.system import EQUAL, GRIPPED, LOOSE, PHI, STRAINS
-from squama.curves import real, real_path
+from squama.curves import real, real_walk
+from squama.curves.curve_figures import dissipation
 from squama.curves.hinge import before
-from squama.curves.path import Asked, States
 from squama.curves.real_figures import by_load, values
-from squama.curves.real_path import Stations
+from squama.curves.way import Asked, States, Stations
 from squama.errors import refuse
 from squama.loads import ENDS, LOADS
 from squama.model.outcome import End
@@ -36,7 +36,7 @@ _KINDS = dict(zip(ENDS, (LOOSE, GRIPPED, EQUAL), strict=True))
 
 def solve(asked: Asked, ends: str) -> States:
     """Follow a row to the asked twist, 0.3 rad per pitch if none is asked, or to its end; ``ends``: how they are."""
-    (loaded,), more = real_path.solve(asked)
+    (loaded,), more = real_walk.solve(asked)
     one, n, way, d = loaded.one, asked.beam.scales, loaded.one.way, asked.beam.pitch
     kind, sign = _KINDS[ends], int(loaded.one.toward[1])
     if kind == GRIPPED:
@@ -45,10 +45,9 @@ def solve(asked: Asked, ends: str) -> States:
     phi = track.rows[:, 0, 0]
     each = _values(one, sign * phi, track)
     along = {role: each[role].mean(axis=1) for role in _SHARED}
-    total = along["U_el"] + along["W_fr"]
-    along["RED"] = np.divide(along["W_fr"], total, out=np.zeros(phi.size), where=total > 0)
-    strains = Stations.along(asked.path.load, sign * phi).strains
-    endless = by_load(values(one, strains, way.along(strains).rows[0], turned=sign), asked.path.load, sign)
+    along["RED"] = dissipation(along["U_el"], along["W_fr"])
+    strains = Stations.along(asked.way.load, sign * phi).strains
+    endless = by_load(values(one, strains, way.along(strains).rows[0], turned=sign), asked.way.load, sign)
     along |= {"load": phi, "rate": phi / d, "T_periodic": endless["torque"], "theta_periodic": endless["theta"]}
     by_dim: dict[tuple[str, ...], dict[str, Array]] = {
         ("point",): along,

@@ -12,9 +12,10 @@ from squama import arguments
 from squama.beam import beamfile
 from squama.beam.design import Beam
 from squama.beam.parts import Quantity
-from squama.curves.chosen import chosen
-from squama.curves.labelled import Answer, attributes, labelled
-from squama.curves.path import Asked, LoadPath, States
+from squama.curves import labelled
+from squama.curves.doors import asked
+from squama.curves.labelled import Answer
+from squama.curves.way import Asked, States, Way
 from squama.dynamics import motion, systems
 from squama.dynamics.branches import APART, Side
 from squama.dynamics.decay import BEYOND, JAMS, RINGS, Decay, Sides, damping, decay
@@ -68,11 +69,11 @@ class Swinging(NamedTuple):
         load, own = self.held.load, {"f_0": np.asarray(self.bar.omega / (2 * math.pi))}
         engaged = {"load_e": np.asarray(self.sides.plus.y_e)}
         by_dim = {**states.by_dim, (): {**engaged, **own, **states.by_dim.get((), {})}}
-        said = attributes(self.asked, f"{title} of a scale-covered beam in {load.name}", "+", self.held.joint, notes)
-        said |= {"mode": self.mode, "inertia": self.bar.inertia}
+        said: dict[str, float | str] = {"mode": self.mode, "inertia": self.bar.inertia}
         if self.held.joint == "compliant" and not load.sided:
             said["neutral"] = self.beam.given.line
-        return Answer(labelled(load, States(by_dim), self.asked.mus), {**said, **attrs})
+        title = f"{title} of a scale-covered beam in {load.name}"
+        return labelled.answer(self.asked, States(by_dim, attrs, notes), title, said, page="")
 
 
 def vibrate(
@@ -189,12 +190,9 @@ def answered(
 ) -> tuple[Held, Asked]:
     """Read how a beam is answered."""
     kind = arguments.load(load)
-    law = kind.law(arguments.law(law))
-    m = arguments.friction(beam.friction.mu, mu)
-    means = chosen(beam, kind, law=law, joint=joint, ideal=ideal)
-    way = LoadPath.of(kind.name, [1.0])
-    asked = Asked(means.beam, way, np.asarray(m), law, FINEST, 3, ideal=means.ideal, note=means.note)
-    return Held(kind, m, law, means.joint, means.ideal), asked
+    way = Way.of(kind.name, [1.0])
+    one = asked(beam, way, kind, mu=mu, law=law, margin=FINEST, points=3, joint=joint, ideal=ideal)
+    return Held(kind, float(one.mus), one.law, one.joint, one.ideal), one
 
 
 def _bar(beam: Beam, held: Held, asked: Asked, mode: str, rotor: Quantity | None, density: Quantity | None) -> Swinging:

@@ -12,10 +12,10 @@ import numpy as np
 from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
-from squama.curves import both_faces, follow, hinge, real_figures, real_path
+from squama.curves import both_faces, doors, hinge, real_figures, real_walk
 from squama.curves.bent_twist import Twisted
-from squama.curves.chosen import chosen
-from squama.curves.path import Solved, idealisation, thin
+from squama.curves.chosen import chosen, idealisation, thin
+from squama.curves.way import Solved
 from squama.errors import refuse
 from squama.fe import plate
 from squama.fe.geometry import geometry
@@ -122,7 +122,7 @@ class Motion:
         if setting.bend:
             path = Twisted.of(setting.beam, setting.bend, **how)
         else:
-            path = follow.solved(means.beam, load, law=law, **how)
+            path = doors.solved(means.beam, load, law=law, **how)
         self.rigidity, self.stiffness = path.case.rigidity, path.case.stiffness
         self.notes = [*filter(None, [means.note]), *getattr(path, "notes", [])]
         self.hinge = path if isinstance(path, hinge.Path) else None
@@ -131,7 +131,7 @@ class Motion:
         self.curve = {role: values[reached] for role, values in found.along.items() if values.dtype.kind == "f"}
         # forces are drawn where the tip edge meets the side edge
         self.drawn, self.other_drawn = bool(self.hinge), False
-        if isinstance(path, real_path.Loaded):
+        if isinstance(path, real_walk.Loaded):
             self.drawn, self.other_drawn = path.hinged[0], path.hinged[-1]
             if path.exchanged:
                 # its curve begins with the face that touches first
