@@ -191,12 +191,6 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     },
     ("model/bending.py", "b = A1 - c / 2"): {"- -> +": _BEGINS},
     ("model/tracks.py", "small, x = not np.any(np.abs(new - x) > 1e-8 * np.abs(x)), new"): {"*": _SHARP},
-    (
-        "curves/doors.py",
-        "one = Asked(beam, way, np.asarray(mu, float), kind.law(law), margin, 3, ideal=ideal)",
-    ): {
-        "3 -> (3 * 2 + 1)": "the number of points is given again to the path that comes back",
-    },
     ("curves/hinge_cycles.py", "[(piece, _evaluate(senses, piece, 1)) for piece in _pieces(senses, *ends)]"): {
         "1 -> 2": _ENDS,
     },

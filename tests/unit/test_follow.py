@@ -79,13 +79,13 @@ def test_a_load_path_knows_its_load_and_its_sense() -> None:
 @pytest.mark.parametrize("load", ["twisting", "bending"])
 def test_the_solved_path_is_that_of_the_door(load: str) -> None:
     beam = squama.Beam.from_ratios(mu=0.3)
-    path = doors.solved(beam, load, mu=0.3, to=0.1, joint="hinge", ideal=True)
+    kind = LOADS[load]
+    path = doors.solved(doors.asked(beam, Way.of(load, [0.1]), kind, points=3, joint="hinge"))
     answer = doors.respond(beam, load, points=7, to="0.1 rad/pitch", joint="hinge")
     curve = path.curve(points=7)
     torque = (answer.attrs["load"] == "twisting" and "T") or "M"
     np.testing.assert_array_equal(curve.along["torque"], answer[torque])
     assert curve.figures["end"] == answer["end"].item()
-    kind = LOADS[load]
     assert (path.case.rigidity, path.case.stiffness) == (kind.rigidity(beam), beam.joint_stiffness)
 
 

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from squama.curves.way import Asked, Solved, States
     from squama.types import Array
 
+REAL = "compliant"
+"""The joint of the real beam, which answers by default."""
 HINGED = 'write joint="hinge" (--joint hinge)'
 
 
@@ -85,7 +87,7 @@ MODELS = {
         ends=("equal",),
         programs=_hinge,
     ),
-    "compliant": Model(
+    REAL: Model(
         pages=dict.fromkeys(LOADS, "real beam"),
         thick=tuple(LOADS),
         elastic=True,
@@ -155,8 +157,8 @@ def chosen(
     if joint is None:
         unknown = choice.impossible if elements else choice.unknown
         note = "" if hinged else unknown(beam) or (choice.unbent(beam) if bends else "")
-        joint = "hinge" if hinged or note else "compliant"
-    elif joint == "compliant":
+        joint = "hinge" if hinged or note else REAL
+    elif joint == REAL:
         why = (choice.impossible(beam) if elements else "") or (choice.unbent(beam) if bends else "")
         for name, value, reason, remedy in (
             ("joint", joint, why, HINGED),

@@ -85,7 +85,7 @@ def dissipation(U_el: Array, W_fr: Array) -> Array:
     """Return the share of the work that friction has taken, RED: 0 where there is none, NaN where it is not known."""
     total = U_el + W_fr
     out = np.where(np.isfinite(total), 0.0, np.nan)
-    return np.divide(W_fr, total, out=out, where=total > 0)
+    return np.asarray(np.divide(W_fr, total, out=out, where=total > 0))
 
 
 def work_error(v: Mapping[str, Array]) -> float:

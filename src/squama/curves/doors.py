@@ -20,7 +20,7 @@ from squama.curves.chosen import MODELS, chosen
 from squama.curves.labelled import Answer
 from squama.curves.way import Asked, Solved, States, Way
 from squama.errors import naming, refuse
-from squama.loads import LOADS, Load
+from squama.loads import Load
 from squama.types import Array
 
 if TYPE_CHECKING:
@@ -36,20 +36,10 @@ class How(TypedDict, total=False):
     mu: ArrayLike | None
     law: str
     margin: float
-    points: int
     joint: str | None
     ideal: bool | None
     neutral: str | None
     hold: str | None
-    free: str | None
-
-
-class Curved(How, total=False):
-    """Those of a curve along one load, too."""
-
-    at: Rates | None
-    to: float | str | None
-    sense: str
 
 
 def twist(
@@ -217,6 +207,7 @@ def respond(
     beam: Beam,
     load: str,
     *,
+    points: int = 200,
     at: Rates | None = None,
     to: float | str | None = None,
     sense: str = "+",
@@ -228,7 +219,7 @@ def respond(
     sign = arguments.sense(sense) if kind.sided else 1
     way = Way.of(load, [sign * (math.inf if to is None else far(to, kind, beam.pitch, beam.scales))])
     loads = None if at is None else _angles(at, kind, beam)
-    return _curves(asked(beam, way, kind, most=1e6, family=True, **how)._replace(at=loads))
+    return _curves(asked(beam, way, kind, points=points, most=1e6, family=True, **how)._replace(at=loads))
 
 
 def asked(
@@ -236,12 +227,12 @@ def asked(
     way: Way,
     load: Load | None,
     *,
+    points: int,
     most: float = 1e5,
     family: bool = False,
     mu: ArrayLike | None = None,
     law: str = "edge",
     margin: float = 0.01,
-    points: int = 200,
     joint: str | None = None,
     ideal: bool | None = None,
     neutral: str | None = None,
@@ -278,33 +269,18 @@ def _angles(at: Rates, load: Load, beam: Beam) -> Array:
     if isinstance(given, list | tuple) and any(isinstance(value, str) for value in given):
         with naming("at"):
             at = [load.read(value, pitch=beam.pitch, scales=beam.scales) for value in given]
-    loads = np.atleast_1d(arguments.not_negative("at", at)) * beam.pitch  # type: ignore[arg-type]
+    loads = np.atleast_1d(arguments.not_negative("at", at)) * beam.pitch
     if loads.ndim != 1:
         refuse("at", "", f"must be one number or a sequence of numbers, not an array of shape {loads.shape}")
     return loads
 
 
-def solved(
-    beam: Beam,
-    load: str = "twisting",
-    *,
-    mu: float,
-    law: str = "edge",
-    sense: str = "+",
-    margin: float = 0.01,
-    to: float = math.inf,
-    joint: str,
-    ideal: bool,
-) -> Solved:
+def solved(asked: Asked) -> Solved:
     """Return the path of a beam in one sense, solved: what `squama.view` and the explorer go along.
 
-    Arguments as of :func:`squama.twist`; ``to`` is a load angle per pitch (rad, a magnitude), by default the path's end
-    (the compliant joint goes to 0.3 rad per pitch).
+    Of hinges on both faces that of the scaled one alone.
     """
-    kind = LOADS[load]
-    way = Way.of(load, [math.copysign(to, arguments.sense(sense))])
-    one = Asked(beam, way, np.asarray(mu, float), kind.law(law), margin, 3, ideal=ideal)
-    return MODELS[joint].programs().solve(one)[0][0]
+    return MODELS[asked.joint].programs().solve(asked)[0][0]
 
 
 def _curves(asked: Asked) -> Answer:

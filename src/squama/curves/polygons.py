@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 ROOM = 0.15
 """Room around a path on a map of its plane, as a part of the path's size."""
-_BOTH = {"load": "bending and twisting"}
+_BOTH = "bending and twisting"
 
 
 def bend_twist(
@@ -111,16 +111,18 @@ def bend_twist(
     ).dataset()  # fmt: skip
 
 
-def bent_and_twisted(beam: Beam, path: given.Path, *, free: str | None = None, **how: Unpack[How]) -> Answer:
+def bent_and_twisted(
+    beam: Beam, path: given.Path, *, points: int = 200, free: str | None = None, **how: Unpack[How]
+) -> Answer:
     """Return what :func:`bend_twist` returns, before it is a dataset."""
     arguments.beam(beam)
-    asked = doors.asked(beam, given.path(path, beam), None, free=free, **how)
+    asked = doors.asked(beam, given.path(path, beam), None, points=points, free=free, **how)
     if free is not None:
         asked = _freed(free, asked)
     states = MODELS[asked.joint].programs().polygon(asked)
-    corners = {"path": [(psi / beam.pitch, phi / beam.pitch) for psi, phi in asked.way.corners]}
-    title = "bending and twisting of a scale-covered beam"
-    return labelled.answer(asked, states, title, _BOTH | corners, load=LOADS["twisting"], page="combined")
+    corners = [(psi / beam.pitch, phi / beam.pitch) for psi, phi in asked.way.corners]
+    title, attrs = f"{_BOTH} of a scale-covered beam", {"load": _BOTH, "path": corners}
+    return labelled.answer(asked, states, title, attrs, load=LOADS["twisting"], page="combined")
 
 
 def _freed(free: str, asked: Asked) -> Asked:
@@ -195,6 +197,6 @@ def bend_twist_map(
         ("phi",): {"load": phi, "rate": phi / beam.pitch},
     }
     states, title = States(by_dim, found.attrs, found.notes), "plane of bend and twist of a scale-covered beam"
-    attrs = _BOTH | {"neutral": asked.beam.neutral}
+    attrs = {"load": _BOTH, "neutral": asked.beam.neutral}
     answer = labelled.answer(asked, states, title, attrs, load=LOADS["twisting"], page="combined")
     return answer.dataset().set_coords(["psi", "phi", "kappa", "Phi"])

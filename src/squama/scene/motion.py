@@ -14,8 +14,8 @@ from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
 from squama.curves import both_faces, doors, hinge, real_figures, real_walk
 from squama.curves.bent_twist import Twisted
-from squama.curves.chosen import chosen, idealisation, thin
-from squama.curves.way import Solved
+from squama.curves.chosen import idealisation, thin
+from squama.curves.way import Solved, Way
 from squama.errors import refuse
 from squama.fe import plate
 from squama.fe.geometry import geometry
@@ -105,26 +105,25 @@ class Motion:
 
     def __init__(self, setting: Setting, *, own: bool = True) -> None:
         self.setting = setting
-        mu, law = float(arguments.not_negative("mu", setting.mu)), arguments.law(setting.law)
         self.kind = arguments.load(setting.load)
-        margin, load = arguments.margin(setting.margin), self.kind.name
+        load, law, mu, bend = self.kind.name, setting.law, setting.mu, setting.bend
         sense = setting.sense if self.kind.sided or not own else "+"
-        one = None if setting.bend else self.kind
-        means = chosen(setting.beam, one, law=self.kind.law(law), joint=setting.joint, ideal=setting.ideal)
-        joint, ideal = means.joint, means.ideal
-        self.joint, self.ideal = joint, ideal
+        way, one = Way.of(load, [arguments.sense(sense) * math.inf]), None if bend else self.kind
+        how: doors.How = {"mu": mu, "margin": setting.margin, "joint": setting.joint, "ideal": setting.ideal}
+        asked = doors.asked(setting.beam, way, one, points=3, law=law, **how)
+        self.joint, self.ideal = joint, ideal = asked.joint, asked.ideal
         scales = idealisation(setting.beam, joint, ideal=thin(self.kind, law, joint, ideal=ideal))
         self.model = self.kind.model(self.kind.law(law), joint, scales)
-        how: dict[str, Any] = {"mu": mu, "margin": margin, "sense": sense, "joint": joint, "ideal": ideal}
-        if setting.bend and (load, law) != ("twisting", "edge"):
-            refuse("bend", f"{setting.bend:.4g} rad/pitch", "is held in twisting, by the edge law", "leave it out")
+        if bend and (load, law) != ("twisting", "edge"):
+            refuse("bend", f"{bend:.4g} rad/pitch", "is held in twisting, by the edge law", "leave it out")
         path: Solved
-        if setting.bend:
-            path = Twisted.of(setting.beam, setting.bend, **how)
+        if bend:
+            how |= {"joint": joint, "ideal": ideal}
+            path = Twisted.of(setting.beam, bend, sense=sense, **how)
         else:
-            path = doors.solved(means.beam, load, law=law, **how)
+            path = doors.solved(asked)
         self.rigidity, self.stiffness = path.case.rigidity, path.case.stiffness
-        self.notes = [*filter(None, [means.note]), *getattr(path, "notes", [])]
+        self.notes = [*filter(None, [asked.note]), *getattr(path, "notes", [])]
         self.hinge = path if isinstance(path, hinge.Path) else None
         found = path.curve(points=3 if self.hinge else WALKED)
         reached = np.isfinite(found.along["torque"])
