@@ -240,7 +240,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("fe/stiffness.py", "_SCHEME = 2"): {"*": "names what is kept: any number does that was not in use before"},
     ("fe/contact.py", "reach = min(4 * reach, within, _FAR)"): {"4 -> (4 * 2 + 1)": _TUNING},
     ("curves/real_walk.py", "_NEAR, _SAME = 1e-5, 1e-6"): {"*": _ROUNDING},
-    ("curves/cycle_points.py", "return (v - start) * way > least and (stop - v) * way > least"): {
+    ("curves/real_cycles.py", "return (v - start) * way > least and (stop - v) * way > least"): {
         "* -> /": "the way is 1 or -1",
         "* -> / #2": "the way is 1 or -1",
     },

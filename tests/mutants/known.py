@@ -192,7 +192,6 @@ TESTS: dict[str, tuple[str, ...]] = {
     "curves/real.py": CURVES,
     "curves/real_figures.py": CURVES,
     "curves/real_walk.py": (*CURVES, "unit/test_bend_real.py", "unit/test_real_bend_twist.py"),
-    "curves/cycle_points.py": ("unit/test_real_cycle.py", "unit/test_bend_cycle.py"),
     "curves/real_cycles.py": ("unit/test_real_cycle.py", "unit/test_bend_cycle.py"),
     "contacts/changes.py": CONTACTS,
     "contacts/conditions.py": CONTACTS,

@@ -233,7 +233,7 @@ def _happened(
     stations: Stations, faces: Sequence[Sequence[Event]], end: tuple[float, str]
 ) -> tuple[list[float], dict[str, Array]]:
     """Return what happens, and at which ways: what contacts do, corners, the end."""
-    ends = [way for way, _ in stations.corners()][:-1]
+    ends = stations.ways[stations.turns[1:-1]].tolist()
     rows = [(event.way, of + event.word) for of, face in zip(("", WHOSE), faces, strict=False) for event in face]
     rows += [(way, "corner") for way in ends]
     rows = [*sorted([row for row in rows if row[0] < end[0]], key=lambda row: row[0]), end]

@@ -94,10 +94,15 @@ class Stations(NamedTuple):
         strains[:, load.axis] = x
         return cls(np.cumsum(np.abs(np.diff(x, prepend=0.0))), strains, np.broadcast_to(legs, x.size))
 
-    def corners(self) -> list[tuple[float, int]]:
-        """Return way and number of each leg's end."""
-        last = np.append(np.flatnonzero(np.diff(self.legs)), self.legs.size - 1)
-        return [(float(self.ways[i]), int(self.legs[i])) for i in last]
+    @property
+    def turns(self) -> list[int]:
+        """Numbers of the points at which the way sets out, turns and ends."""
+        return [0, *np.flatnonzero(np.diff(self.legs)).tolist(), self.legs.size - 1]
+
+    @property
+    def loads(self) -> Array:
+        """Values of the one load (n,) of a way along which there is no other."""
+        return np.asarray(self.strains.sum(axis=1))
 
 
 def direction(load: Load, value: float) -> tuple[float, float]:

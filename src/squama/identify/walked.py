@@ -21,6 +21,7 @@ import numpy as np
 from squama.beam.design import Beam
 from squama.contacts import path
 from squama.curves import real, real_cycles
+from squama.curves.way import Stations
 from squama.errors import InputError
 from squama.identify.forward import Physical
 from squama.identify.readings import Readings
@@ -136,7 +137,7 @@ class Walked:
             nodes = [_nodes(x[way], self.readings.direction[way.start]) for way in ways]
             twists, places = _joined(nodes)
             real_cycles.check(twists.tolist())
-            v = path.named(real_cycles.follow(one, _TWISTING, twists).rows[0])
+            v = path.named(real_cycles.follow(one, Stations.along(_TWISTING, twists)).rows[0])
             signed = v["torque"] * beam.unit_moment
             for way, at, place in zip(ways, nodes, places, strict=True):
                 order = np.argsort(at)
