@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from squama import arguments
 from squama.beam.design import Beam
@@ -23,13 +23,15 @@ HINGED = 'write joint="hinge" (--joint hinge)'
 class Programs(NamedTuple):
     """What a model does.
 
-    ``solve`` gives a solved path for each coefficient of friction, and what attributes and warnings it adds; ``walk``
+    ``solve`` gives a solved path for each coefficient of friction, and what attributes and warnings it adds, on hinges
+    of the scaled face alone, and ``gather`` those of the whole beam by these; ``walk``
     the states of a history of one load, ``polygon`` those of bends and twists one after the other, ``plane`` those at
     bends and twists (n,), ``row`` those of a finite row whose ends are as a word says. ``far``: twist per pitch, rad,
     to which a bent beam is twisted.
     """
 
     solve: Callable[[Asked], tuple[Sequence[Solved], States]]
+    gather: Callable[[Asked, Any], Sequence[Solved]]
     walk: Callable[[Asked], States]
     polygon: Callable[[Asked], States]
     plane: Callable[[Asked, Array, Array], States]
@@ -41,16 +43,14 @@ class Model(NamedTuple):
     """A way to hold a scale, and what is known of it.
 
     ``pages`` of the theory by load, empty for the paper's own; ``thick``: loads in which thickness counts; ``elastic``:
-    whether scales bend; ``straight``: whether a beam is held so; ``whole``: whether scales of both faces are one
-    system; ``lines`` of the bar that may keep their length, and ``ends`` of a row, the first by default; ``programs``
-    are imported when they are asked for.
+    whether scales bend; ``straight``: whether a beam is held so; ``lines`` of the bar that may keep their length, and
+    ``ends`` of a row, the first by default; ``programs`` are imported when they are asked for.
     """
 
     pages: Mapping[str, str]
     thick: tuple[str, ...]
     elastic: bool
     straight: bool
-    whole: bool
     lines: tuple[str, ...]
     ends: tuple[str, ...]
     programs: Callable[[], Programs]
@@ -59,7 +59,9 @@ class Model(NamedTuple):
 def _hinge() -> Programs:
     from squama.curves import hinge, hinge_cycles, hinge_polygons
 
-    return Programs(hinge.solve, hinge_cycles.walk, hinge_polygons.polygon, hinge_polygons.plane, _hinge_row, 1.0)
+    return Programs(
+        hinge.solve, hinge.gather, hinge_cycles.walk, hinge_polygons.polygon, hinge_polygons.plane, _hinge_row, 1.0
+    )
 
 
 def _hinge_row(asked: Asked, ends: str) -> States:
@@ -73,7 +75,9 @@ def _compliant() -> Programs:
     from squama.contacts.path import RANGE
     from squama.curves import real_cycles, real_rows, real_walk
 
-    return Programs(real_walk.solve, real_cycles.walk, real_walk.polygon, real_walk.plane, real_rows.solve, RANGE)
+    return Programs(
+        real_walk.solve, real_walk.gather, real_cycles.walk, real_walk.polygon, real_walk.plane, real_rows.solve, RANGE
+    )
 
 
 MODELS = {
@@ -82,7 +86,6 @@ MODELS = {
         thick=("twisting",),
         elastic=False,
         straight=True,
-        whole=False,
         lines=tuple(NEUTRAL),
         ends=("equal",),
         programs=_hinge,
@@ -92,7 +95,6 @@ MODELS = {
         thick=tuple(LOADS),
         elastic=True,
         straight=False,
-        whole=True,
         lines=("free", "middle"),
         ends=ENDS,
         programs=_compliant,

@@ -17,6 +17,8 @@ FINE = 2e-3
 """Largest step of the load angle, rad per pitch, at which a path that is walked is looked at for its figures."""
 NEAR = 1e-5
 """Least distance of steps between which a slope is taken, rad per pitch."""
+PLACES = ("psi", "phi", "kappa", "Phi", "theta")
+"""What is told of a place on a path of bends and twists: bend and twist per pitch and per length, inclination."""
 LOOP = ("base", "top", "W_d", "U_max", "zeta_eq", "K_sec", "drop", "residual")
 """Figures of a closed loop."""
 
@@ -37,6 +39,21 @@ def figures(
         "theta_c": last["theta"],
         "stiffening": last["torque"] / bare if bare else math.nan,
         **{f"{role}_c": last[role] for role in ("U_el", "W_fr", "RED")},
+    }
+
+
+def path_figures(
+    along: Mapping[str, Array], engaged: Mapping[str, float], ended: Mapping[str, float], end: str, other: str, K: float
+) -> dict[str, Array]:
+    """Return the single figures of a path of bends and twists, by name.
+
+    By its variables, the places (:data:`PLACES`) at which scales first touch and at which it ends, why it does, which
+    other contact comes in, and the joint's stiffness K_theta.
+    """
+    found: dict[str, float | str] = {"end": end, "other_contact": other, "K_theta": K}
+    found |= {f"{name}_end": ended[name] for name in PLACES} | {f"{name}_e": engaged[name] for name in PLACES[:-1]}
+    return {name: np.asarray(v) for name, v in found.items()} | {
+        f"{name}_c": along[name][-1] for name in ("M", "T", "W_fr", "RED")
     }
 
 

@@ -285,11 +285,9 @@ def solved(asked: Asked) -> Solved:
 
 def _curves(asked: Asked) -> Answer:
     """Follow a way in one sense: a curve for each coefficient of friction."""
-    way, model = asked.way, MODELS[asked.joint]
-    solve = model.programs().solve
-    found, more = solve(asked)
-    if not model.whole:
-        found = both_faces.gather(asked, found, solve)
+    way, programs = asked.way, MODELS[asked.joint].programs()
+    one_face, more = programs.solve(asked)
+    found = programs.gather(asked, one_face)
     curves = [path.curve(points=asked.points, at=asked.at) for path in found]
     family = ("mu",) * asked.mus.ndim
 

@@ -62,10 +62,6 @@ class Senses(NamedTuple):
         """Rigidity of the bar without contact over K_theta d of what touches."""
         return self.case.rigidity / (self.faces * self.case.stiffness * self.case.pitch)
 
-    def in_si(self, values: dict[str, Array], work: Array, sign: int = 1) -> dict[str, Array]:
-        """Give values of one face their units, see :func:`squama.curves.hinge.in_si`; sums of all faces that touch."""
-        return both_faces.total([in_si(self.case, values, work, sign)] * self.faces, self.case.rigidity)
-
     def place(self, sign: str, load: float) -> float:
         """Path parameter at a load angle (magnitude, beyond engagement)."""
         p = self.paths[sign]
@@ -232,12 +228,13 @@ def _evaluate(senses: Senses, piece: _Piece, points: int) -> dict[str, Array]:
             w = 1 - (1 - w) ** 2 if way > 0 else w**2
         x = a + (b - a) * w
         x[-1] = b
-        values, work = touching(side.row, side.law, x, side.friction(way)), history.work(side, a, b)(x)
-        load = sign * values["load"]
+        v = touching(side.row, side.law, x, side.friction(way))
+        load, work = sign * v["load"], history.work(side, a, b)(x)
         load[0], load[-1] = piece.start, piece.stop
-        out = senses.in_si({**values, "load": load}, work, sign)
     else:
-        out = senses.in_si(straight(senses.case, piece.start + (piece.stop - piece.start) * w), np.zeros(n + 1))
+        load, work = piece.start + (piece.stop - piece.start) * w, np.zeros(n + 1)
+        v = straight(senses.case, load)
+    out = in_si(senses.case, [v | {"load": load, "work": work}] * senses.faces, sign=sign)
     branch = BRANCHES[{0: 0, 1: 1, -1: 2}[way if piece.sign else 0]]
     return {"branch": np.full(n + 1, branch, "U9"), **{role: out[role] for role in _ALONG[1:-1]}}
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from squama.arrays.combined_states import Combined, combined
 from squama.curves import both_faces
-from squama.curves.curve_figures import dissipation
+from squama.curves.curve_figures import PLACES, dissipation, path_figures
 from squama.curves.way import OPEN, SLIDING, VERBS, Asked, States
 from squama.loads import LOADS, STRAINS, holding, neutral_height
 from squama.model import energy
@@ -24,7 +24,6 @@ from squama.types import Array
 FEWEST = 4
 """Points of a piece at least, both its ends among them."""
 SOFT = "contact {} bears on the root of the next scale, where a real bar bulges"
-_FIGURES = ("psi", "phi", "kappa", "Phi", "theta")
 SAMPLES, HALVINGS = 32, 8
 """Places on the way to a state of a plane at which a lock is looked for, and how often it is then closed in on."""
 _NEXT = "on hinges the next scale's eight contacts are looked at; other pairs of plates are not"
@@ -64,17 +63,10 @@ def polygon(asked: Asked) -> States:
         parts.append(part | {"leg": np.full(part["theta"].size, span.leg)})
     along = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     last = spans[-1]
-    figures: dict[str, Array] = {
-        "end": np.asarray(str(last.end or End.RANGE)),
-        "other_contact": np.asarray(last.other),
-        "K_theta": np.asarray(beam.joint_stiffness),
-    }
-    ends = dict(zip(_FIGURES, _place(asked, last, last.x1), strict=True))
-    first = next((span for span in spans if any(span.contacts)), None)
-    engaged = _place(asked, first, first.x0) if first else [math.nan] * len(_FIGURES)
-    figures |= {f"{name}_end": np.asarray(v) for name, v in ends.items()}
-    figures |= {f"{name}_e": np.asarray(v) for name, v in zip(_FIGURES[:-1], engaged, strict=False)}
-    figures |= {f"{name}_c": along[name][-1] for name in ("M", "T", "W_fr", "RED")}
+    ended, first = _place(asked, last, last.x1), next((span for span in spans if any(span.contacts)), None)
+    engaged = _place(asked, first, first.x0) if first else dict.fromkeys(PLACES, math.nan)
+    end, K = str(last.end or End.RANGE), beam.joint_stiffness
+    figures = path_figures(along, engaged, ended, end, last.other, K)
     attrs: dict[str, float | str] = {
         "margin": asked.margin,
         "neutral": asked.beam.neutral,
@@ -131,12 +123,12 @@ def pole_of(piece: Piece) -> float:
     return float(energy.pole(piece, *ends)[0])
 
 
-def _place(asked: Asked, span: Span, x: float) -> list[float]:
-    """Return bend and twist per pitch and per length, and inclination."""
-    piece = span.pieces[0]
+def _place(asked: Asked, span: Span, x: float) -> dict[str, float]:
+    """Return where a span is at a place on its way."""
+    piece, d = span.pieces[0], asked.beam.pitch
     psi, phi = (float(v) for v in piece.leg.loads(np.asarray(x)))
-    d = asked.beam.pitch
-    return [psi, phi, psi / d, phi / d, float(piece.states(np.array([x]))["theta"][0])]
+    theta = float(piece.states(np.array([x]))["theta"][0])
+    return dict(zip(PLACES, (psi, phi, psi / d, phi / d, theta), strict=True))
 
 
 def _evaluate(asked: Asked, span: Span, done: float) -> dict[str, Array]:
@@ -215,13 +207,11 @@ def relax(asked: Asked, free: int) -> States:
         f"engagement ({b})" if not a else f"{a} to {b}" if b else "release" for a, b in pairwise(contact[[0, *changed]])
     ]
     places = np.append(changed, psi.size - 1)
-    events = {name: along[name.removesuffix("_event")][places] for name in (f"{n}_event" for n in _FIGURES)}
+    events = {f"{name}_event": along[name][places] for name in PLACES}
     events |= {"event": np.array([*words, end]), "event_leg": np.ones(places.size, int)}
-    first = changed[0] if changed.size else None
-    figures = {"end": np.asarray(end), "other_contact": np.asarray(""), "K_theta": np.asarray(K)}
-    figures |= {f"{name}_end": along[name][-1] for name in _FIGURES}
-    figures |= {f"{n}_e": np.asarray(math.nan) if first is None else along[n][first] for n in _FIGURES[:-1]}
-    figures |= {f"{name}_c": along[name][-1] for name in ("M", "T", "W_fr", "RED")}
+    engaged, ended = ({name: float(along[name][i]) for name in PLACES} for i in (changed[0] if changed.size else 0, -1))
+    engaged = engaged if changed.size else dict.fromkeys(PLACES, math.nan)
+    figures = path_figures(along, engaged, ended, end, "", K)
     attrs = {"neutral": asked.beam.neutral, "load": "bending and twisting", "free": load.name}
     attrs["hold"] = holding(name for name in STRAINS if name not in VERBS)
     return States({("point",): along, ("event",): events, (): figures}, attrs)
@@ -234,10 +224,10 @@ def _events(asked: Asked, spans: Sequence[Span], parts: Sequence[dict[str, Array
         after = spans[i + 1] if i + 1 < len(spans) else None
         # no force where scales come together or part
         held = after and parts[i + 1]["M"].size and any(map(min, zip(span.contacts, after.contacts, strict=True)))
-        jumps = [float(parts[i + 1][name][0] - parts[i][name][-1]) if held else 0.0 for name in ("M", "T")]
-        rows.append((_words(span, after), span.leg, *_place(asked, span, span.x1), *jumps))
-    names = ("event", "event_leg", *(f"{name}_event" for name in _FIGURES), "M_jump", "T_jump")
-    return {name: np.array(column) for name, column in zip(names, zip(*rows, strict=True), strict=True)}
+        jumps = {f"{v}_jump": float(parts[i + 1][v][0] - parts[i][v][-1]) if held else 0.0 for v in ("M", "T")}
+        places = {f"{name}_event": v for name, v in _place(asked, span, span.x1).items()}
+        rows.append({"event": _words(span, after), "event_leg": span.leg, **places, **jumps})
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
 def _words(span: Span, after: Span | None) -> str:

@@ -17,7 +17,7 @@ from squama.contacts.events import Event
 from squama.contacts.legs import follow_straight
 from squama.curves import real
 from squama.curves.both_faces import WHOSE
-from squama.curves.curve_figures import FINE, figures, first_at, tangents, work_error
+from squama.curves.curve_figures import FINE, PLACES, figures, first_at, path_figures, tangents, work_error
 from squama.curves.real_figures import by_load, exchanged, thresholds, touching, values
 from squama.curves.way import OPEN, SLIDING, VERBS, Asked, Case, Curve, States, Stations, direction, spaced
 from squama.errors import refuse
@@ -168,6 +168,11 @@ def solve(asked: Asked) -> tuple[list[Loaded], States]:
     return [Loaded(one, load, far) for one in ones], States({}, attrs, real.notes(held, beam, far, ideal=ideal))
 
 
+def gather(_: Asked, whole: list[Loaded]) -> list[Loaded]:
+    """Return the paths: scales on both faces are one system."""
+    return whole
+
+
 def polygon(asked: Asked) -> States:
     """Return the states along bends and twists one after the other, what happens there, and how it ends."""
     corners, beam = asked.way.corners, asked.beam
@@ -188,23 +193,18 @@ def polygon(asked: Asked) -> States:
         told.append([event for event in every if event.way <= stop])
     (word,) = path.endings(np.array([min(first.contacts, key=lambda c: c.phi)], float), answers.ends)
     places = _places(one, stations, v, [min(engaged), stop])
-    single = {
-        "end": str(word), "other_contact": _second(told), "K_theta": one.held.K_theta,
-        **{f"{name}_e": at[0] for name, at in places.items() if name != "theta"},
-        **{f"{name}_end": at[1] for name, at in places.items()},
-        **{f"{name}_c": v[name][-1] for name in ("T", "M", "W_fr", "RED")},
-        "energy_error": work_error(v),
-    }  # fmt: skip
+    near, far = ({name: float(at[i]) for name, at in places.items()} for i in (0, 1))
+    single = path_figures(v, near, far, str(word), _second(told), one.held.K_theta)
     ways, happened = _happened(stations, told, (stop, str(word)))
     happened |= {f"{name}_event": at for name, at in _places(one, stations, v, ways).items()}
     by_dim: dict[tuple[str, ...], dict[str, Array]] = {
         ("point",): {_ROLES.get(name, name): value for name, value in v.items() if name not in _INNER},
         ("event",): happened,
-        (): {name: np.asarray(value) for name, value in single.items()},
+        (): single | {"energy_error": np.asarray(work_error(v))},
     }
     attrs = real.attributes(one.held, *asked.way.loaded) | {"load": "bending and twisting"}
-    far = float(np.abs(stations.strains).max())
-    return States(by_dim, attrs, real.notes(one.held, beam, far, ideal=asked.ideal))
+    most = float(np.abs(stations.strains).max())
+    return States(by_dim, attrs, real.notes(one.held, beam, most, ideal=asked.ideal))
 
 
 def _second(faces: Sequence[Sequence[Event]]) -> str:
@@ -226,7 +226,7 @@ def _places(one: real.Path, stations: Stations, v: Mapping[str, Array], ways: Se
         np.where(np.isfinite(ways), np.interp(ways, stations.ways[: at.size], at), np.nan)
         for at in (*known, v["theta"])
     )
-    return {"psi": psi, "phi": phi, "kappa": psi / d, "Phi": phi / d, "theta": theta}
+    return dict(zip(PLACES, (psi, phi, psi / d, phi / d, theta), strict=True))
 
 
 def _happened(
