@@ -94,8 +94,8 @@ def exchanged(v: Mapping[str, Array], where: Array | bool) -> dict[str, Array]:
 
 
 def in_si(beam: Beam, held: Held, own: Mapping[str, Array]) -> dict[str, Array]:
-    """Give values where d = 1 and E = 1 is the substrate's modulus their units, by name; f0 and RED are added."""
-    d, E = beam.pitch, beam.substrate.youngs_modulus
+    """Give values where d = 1 and the joint's modulus is 1 their units, by name; f0 and RED are added."""
+    d, E = beam.pitch, held.modulus
     units = dict.fromkeys(_LENGTHS, d) | dict.fromkeys(_PER_LENGTH, E * d**2) | dict.fromkeys(_MOMENTS, E * d**3)
     units["stress"] = E
     v = {role: x * units.get(role.removesuffix(OTHER), 1.0) for role, x in own.items()}
@@ -143,7 +143,7 @@ def loads(held: Held, column: Mapping[str, Array]) -> dict[str, Array]:
 def embedded(one: Path, q: Array) -> dict[str, Array]:
     """Return what acts on the embedded part, and strains around it, by role (:func:`squama.contacts.path.motions`)."""
     force, moment = states.on_tab(one.way, q)
-    moment_unit = one.beam.unit_moment
+    moment_unit = one.unit_moment
     unit = moment_unit / one.beam.pitch
     strain = np.full(len(q), np.nan)
     if one.held.joint.strain is not None:
