@@ -226,6 +226,7 @@ TESTS: dict[str, tuple[str, ...]] = {
         "unit/test_cli_summary.py",
         "unit/test_store.py",
     ),
+    "curves/own_scales.py": ("unit/test_row_points.py", "unit/test_fit_checks.py"),
     "curves/finite_rows.py": ("unit/test_row.py", "unit/test_real_row.py"),
     "curves/hinge_rows.py": ("unit/test_row.py",),
     "curves/real_rows.py": ("unit/test_real_row.py",),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple, Unpack
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from squama.curves.chosen import MODELS
 from squama.curves.doors import How
 from squama.curves.labelled import Answer, Labelled
 from squama.curves.way import Way
-from squama.errors import InputError, refuse
+from squama.errors import refuse
 from squama.loads import ENDS, LOADS
 from squama.units import shown
 
@@ -24,8 +24,6 @@ if TYPE_CHECKING:
 
 MOST = 2000
 """Largest number of scales of a row."""
-_ENOUGH, _POINTS = 100, 30
-"""Scales from which on more of them only share the ends' part among more; points of a row that is compared."""
 
 
 def row(
@@ -137,36 +135,3 @@ def _ends(word: str | None, joint: str) -> str:
     if word is not None and word not in allowed:
         refuse("ends", shown(word), "a row on hinges has one twist in all cells", 'leave it out, or write ends="equal"')
     return word or allowed[0]
-
-
-class Ends(NamedTuple):
-    """What a beam's own ends take away: ``torque`` and ``tangent`` of its N ``scales`` over those of an endless beam.
-
-    At the twist ``load``, rad per pitch; ``end`` says why the row goes no farther, empty where it goes as far as asked.
-    """
-
-    scales: int
-    load: float
-    torque: float
-    tangent: float
-    end: str
-
-
-def ends(
-    beam: Beam, to: float, *, sense: str = "+", joint: str | None = None, ideal: bool | None = None
-) -> Ends | None:
-    """Compare a beam's row with the endless one at a twist (rad/m) or where it ends before; None without contact."""
-    n = min(beam.scales, _ENOUGH)
-    try:
-        found = row(beam, scales=n, to=to, points=_POINTS, sense=sense, joint=joint, ideal=ideal)
-    except InputError:
-        return None
-    phi, own, endless = (found[name].values for name in ("phi", "T", "T_periodic"))
-    there = np.isfinite(own) & np.isfinite(endless) & (phi > float(found.phi_e))
-    phi, own, endless = phi[there], own[there], endless[there]
-    if phi.size < 3 or not endless[-1] > 0:
-        return None
-    steep, other = (np.gradient(torque, phi)[-1] for torque in (own, endless))
-    torque, tangent = (1 - (1 - float(share)) * n / beam.scales for share in (own[-1] / endless[-1], steep / other))
-    far = math.isclose(phi[-1], to * beam.pitch, rel_tol=1e-6)
-    return Ends(beam.scales, float(phi[-1]), torque, tangent, "" if far else str(found.end.item()))

@@ -35,6 +35,8 @@ def solve(asked: Asked, _: str) -> States:
     track = followed(way, beam.scales, far, asked.points, sign)
     same = endless.curve(points=asked.points, at=track.rows[:, 0, 0] / d * d).along
     by_dim, first = told(one, track, same, left=GIVES), one.contact(0)
+    # before contact what is left of the torque is rounding
+    by_dim["point",]["scales"][np.nansum(by_dim["point", "scale"]["N"], axis=1) == 0] = 0.0
     if first.first >= 0 and first[:3] != (TIP, SIDE_D, 1) and first.phi <= track.end.phi:
         # hinges are known to touch by tip edges on the next side edges
         words = f"{first.words} at {first.phi:.4g} rad/pitch"
