@@ -137,6 +137,11 @@ def loop_table(rows: Sequence[Sequence[float]]) -> dict[str, Array]:
     return dict(zip(LOOP, np.array(rows, float).reshape(-1, len(LOOP)).T, strict=True))
 
 
+def table(rows: Sequence[Mapping[str, float | int | str]]) -> dict[str, Array]:
+    """Return figures that several have, such as the senses of a history, by role."""
+    return {role: np.array([row[role] for row in rows]) for role in rows[0]}
+
+
 def used_senses(values: Sequence[float]) -> list[str]:
     """Return the senses that a history goes to."""
     return [s for s in ("+", "-") if s == "+" or min(values) < 0]

@@ -275,12 +275,13 @@ def _angles(at: Rates, load: Load, beam: Beam) -> Array:
     return loads
 
 
-def solved(asked: Asked) -> Solved:
-    """Return the path of a beam in one sense, solved: what `squama.view` and the explorer go along.
+def solved(asked: Asked) -> tuple[Solved, Sequence[str]]:
+    """Return the path of a beam in one sense, which `squama.view` and the explorer go along, and its warnings.
 
     Of hinges on both faces that of the scaled one alone.
     """
-    return MODELS[asked.joint].programs().solve(asked)[0][0]
+    found, more = MODELS[asked.joint].programs().solve(asked)
+    return found[0], more.notes
 
 
 def _curves(asked: Asked) -> Answer:

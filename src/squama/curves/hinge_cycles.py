@@ -9,14 +9,13 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from squama.beam.design import Beam
 from squama.curves import both_faces
-from squama.curves.curve_figures import loop_figures, loop_table, used_senses
+from squama.curves.curve_figures import loop_figures, loop_table, table, used_senses
 from squama.curves.hinge import LOCKS, SAME, Path, in_si, solve, straight, touching
 from squama.curves.way import Asked, Case, States, Way
 from squama.errors import refuse
@@ -98,12 +97,10 @@ def walk(asked: Asked) -> States:
     values = asked.way.values
     both = senses(asked.beam, asked.way.load.name, float(asked.mus), asked.law, asked.margin, asked.ideal)
     check(values, both)
-    used = used_senses(values)
-    by_sense = {role: np.array([figure(both, sign) for sign in used]) for role, figure in _SENSE.items()}
     by_dim: dict[tuple[str, ...], dict[str, Array]] = {
         ("point",): _along(both, values, asked.points),
         ("loop",): _loops(both, values),
-        ("sense",): {**by_sense, "sense": np.array(used)},
+        ("sense",): table([_of_sense(both, sign) for sign in used_senses(values)]),
     }
     return States(by_dim, {"margin": asked.margin})
 
@@ -162,15 +159,14 @@ def _jam(senses: Senses, sign: str) -> float:
     return math.inf if side is None or x is None else float(side.row.point(x, side.law, FLOAT).load)
 
 
-_SENSE: dict[str, Callable[[Senses, str], float | int | str]] = {
-    "load_e": lambda s, sign: s.paths[sign].load_e,
-    "most": lambda s, sign: s.most[sign],
-    "jam": _jam,
-    "load_end": lambda s, sign: math.inf if s.paths[sign].row is None else s.paths[sign].load_end,
-    "end": lambda s, sign: str(s.paths[sign].end),
-    "other_contact": lambda s, sign: s.paths[sign].other,
-    "neighbour": lambda s, sign: s.paths[sign].neighbour,
-}
+def _of_sense(senses: Senses, sign: str) -> dict[str, float | int | str]:
+    """Return what holds for a sense, by role."""
+    p = senses.paths[sign]
+    return {
+        "sense": sign, "load_e": p.load_e, "most": senses.most[sign], "jam": _jam(senses, sign),
+        "load_end": math.inf if p.row is None else p.load_end, "end": str(p.end), "other_contact": p.other,
+        "neighbour": p.neighbour,
+    }  # fmt: skip
 
 
 class _Piece(NamedTuple):

@@ -11,7 +11,7 @@ import numpy as np
 
 from squama.arrays.combined_states import Combined, combined
 from squama.curves import both_faces
-from squama.curves.curve_figures import PLACES, dissipation, path_figures
+from squama.curves.curve_figures import PLACES, dissipation, path_figures, table
 from squama.curves.way import OPEN, SLIDING, VERBS, Asked, States
 from squama.loads import LOADS, STRAINS, holding, neutral_height
 from squama.model import energy
@@ -227,7 +227,7 @@ def _events(asked: Asked, spans: Sequence[Span], parts: Sequence[dict[str, Array
         jumps = {f"{v}_jump": float(parts[i + 1][v][0] - parts[i][v][-1]) if held else 0.0 for v in ("M", "T")}
         places = {f"{name}_event": v for name, v in _place(asked, span, span.x1).items()}
         rows.append({"event": _words(span, after), "event_leg": span.leg, **places, **jumps})
-    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    return table(rows)
 
 
 def _words(span: Span, after: Span | None) -> str:

@@ -16,7 +16,7 @@ import numpy as np
 from squama.beam.design import Beam
 from squama.contacts import events, increments, path
 from squama.curves import real
-from squama.curves.curve_figures import loop_figures, loop_table, used_senses, work_error
+from squama.curves.curve_figures import loop_figures, loop_table, table, used_senses, work_error
 from squama.curves.hinge_cycles import BRANCHES, STRAIGHT
 from squama.curves.real_figures import by_load, exchanged, touching, values
 from squama.curves.way import Asked, States, Stations, direction
@@ -50,14 +50,15 @@ def walk(asked: Asked) -> States:
     goals, beam, load = asked.way.values, asked.beam, asked.way.load
     check(goals)
     ones = paths(beam, load, float(asked.mus), goals, ideal=asked.ideal)
-    met = [sign * (c.phi - _BEFORE) for sign, one in ones.items() for c in one.way.contacts if c.first != -1]
-    stations = _stations(load, goals, asked.points, _apart(met))
+    one = ones["+"]
+    engaged = [sum(o.toward) * (c.phi - _BEFORE) for o in ones.values() for c in o.way.contacts if c.first != -1]
+    stations = _stations(load, goals, asked.points, _apart(engaged))
     try:
-        stations, slid = _where_they_slide(stations, follow(ones[1], stations))
-        found = follow(ones[1], stations)
+        stations, slid = _where_they_slide(stations, follow(one, stations))
+        found = follow(one, stations)
     except LeftError as left:
         _refuse(asked, left, goals[stations.legs[left.point]])
-    rigidity = ones[1].case(load).rigidity
+    rigidity = one.case(load).rigidity
     v = _values(ones, load, stations, found)
     v["mode"][slid] = path.STICK
     v = _along(v, stations, rigidity)
@@ -67,21 +68,21 @@ def walk(asked: Asked) -> States:
             "leg": stations.legs,
             **{role: values for role, values in v.items() if role not in (*_INNER, "branch")},
         },
-        ("loop",): _loops(ones[1], load, stations, v, goals),
-        ("sense",): _senses(ones, goals),
+        ("loop",): _loops(one, load, stations, v, goals),
+        ("sense",): table([_of_sense(one, sense, goals) for sense, one in ones.items()]),
         (): {"energy_error": np.asarray(work_error(v))},
     }
-    held = ones[1].held
+    held = one.held
     attrs = {**real.attributes(held, load.verb), "rigidity": rigidity, "increment": INCREMENT}
     return States(by_dim, attrs, real.notes(held, beam, max(map(abs, goals)), ideal=asked.ideal))
 
 
-def paths(beam: Beam, load: Load, mu: float, goals: Sequence[float], *, ideal: bool) -> dict[int, real.Path]:
-    """Return a beam by the senses that a history goes to, with what touches first there."""
-    most = max(*map(abs, goals), path.RANGE)
+def paths(beam: Beam, load: Load, mu: float, goals: Sequence[float], *, ideal: bool) -> dict[str, real.Path]:
+    """Return a beam by the senses, "+" and "-", that a history goes to, with what touches first there."""
+    most, how = max(*map(abs, goals), path.RANGE), {"+": direction(load, 1), "-": direction(load, -1)}
     return {
-        sign: real.Path.of(beam, mu, (load.verb,), ideal=ideal, toward=direction(load, sign), most=most)
-        for sign in (-1 if sense == "-" else 1 for sense in used_senses(goals))
+        sense: real.Path.of(beam, mu, (load.verb,), ideal=ideal, toward=how[sense], most=most)
+        for sense in used_senses(goals)
     }
 
 
@@ -102,17 +103,17 @@ def follow(one: real.Path, stations: Stations) -> path.Answers:
     return answers
 
 
-def _values(ones: dict[int, real.Path], load: Load, stations: Stations, found: path.Answers) -> dict[str, Array]:
+def _values(ones: Mapping[str, real.Path], load: Load, stations: Stations, found: path.Answers) -> dict[str, Array]:
     """Return every variable along a history, SI units, by role; of twists each sense as its curve tells it."""
     x = stations.loads
     turned = np.where(x < 0, -1.0, 1.0)
     rows = (face.rows[0] for face in found.faces)
-    v = by_load(values(ones[1], stations.strains, *rows, turned=turned if load.sided else 0.0), load)
+    v = by_load(values(ones["+"], stations.strains, *rows, turned=turned if load.sided else 0.0), load)
     v["onset"] = v["onset"] * np.where(np.diff(x, prepend=0.0) < 0, -1.0, 1.0)
     if not load.sided:
         return v | touching(found)
-    leads = {sign: one.lead for sign, one in ones.items()}
-    return exchanged(v, np.where(turned < 0, leads.get(-1, 0), leads[1]) == 1)
+    leads = {sense: one.lead for sense, one in ones.items()}
+    return exchanged(v, np.where(turned < 0, leads.get("-", 0), leads["+"]) == 1)
 
 
 def check(values: Sequence[float]) -> None:
@@ -274,15 +275,11 @@ def _residual(one: real.Path, load: Load, stations: Stations, top: int) -> float
     return float(x[i - 1] + torque[i - 1] / (torque[i - 1] - torque[i]) * (x[i] - x[i - 1]))
 
 
-def _senses(ones: dict[int, real.Path], goals: Sequence[float]) -> dict[str, Array]:
-    """Return what holds for either sense that the history goes to."""
-    rows = []
-    for sign, one in ones.items():
-        contact = one.contact(one.lead)
-        rows.append({
-            "load_e": contact.phi, "load_end": max(*(v * sign for v in goals), 0.0),
-            "neighbour": max(0, contact.k), "first_contact": contact.words, "other_contact": "",
-            "end": str(End.NONE if contact.first == -1 else End.RANGE),
-        })  # fmt: skip
-    senses = np.array(used_senses(goals))
-    return {"sense": senses, **{role: np.array([row[role] for row in rows]) for role in rows[0]}}
+def _of_sense(one: real.Path, sense: str, goals: Sequence[float]) -> dict[str, float | int | str]:
+    """Return what holds for a sense that the history goes to, by role."""
+    contact, sign = one.contact(one.lead), -1 if sense == "-" else 1
+    return {
+        "sense": sense, "load_e": contact.phi, "load_end": max(*(v * sign for v in goals), 0.0),
+        "neighbour": max(0, contact.k), "first_contact": contact.words, "other_contact": "",
+        "end": str(End.NONE if contact.first == -1 else End.RANGE),
+    }  # fmt: skip

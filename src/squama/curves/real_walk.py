@@ -53,12 +53,6 @@ class Loaded(NamedTuple):
         return self.one.way.engaged
 
     @property
-    def notes(self) -> list[str]:
-        """Where the path leaves what the model was compared with."""
-        one = self.one
-        return real.notes(one.held, one.beam, self.far, ideal=one.way.scale.h == 0)
-
-    @property
     def hinged(self) -> list[bool]:
         """Whether the contact of each face is that of hinges: a tip edge on the side edge that a hinge's comes to."""
         return [self.one.contact(i)[:2] == (TIP, SIDE_D) for i in range(len(self.one.seen))]

@@ -104,7 +104,7 @@ class Walked:
     def engaged(self) -> dict[str, float]:
         """Twist per pitch at which plates first touch, by sense."""
         both = real_cycles.paths(self.beam, _TWISTING, self.start.mu, [-1.0, 1.0], ideal=False)
-        return {"-" if sign < 0 else "+": one.way.engaged for sign, one in both.items()}
+        return {sense: one.way.engaged for sense, one in both.items()}
 
     def drawn(self, points: int, *, once: bool) -> tuple[Walked, Array]:
         """Return readings of each way to be drawn, and the number of their way."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from copy import copy
 from typing import Any, NamedTuple
 
@@ -119,11 +119,12 @@ class Motion:
         path: Solved
         if bend:
             how |= {"joint": joint, "ideal": ideal}
-            path = Twisted.of(setting.beam, bend, sense=sense, **how)
+            path = twisted = Twisted.of(setting.beam, bend, sense=sense, **how)
+            notes: Sequence[str] = twisted.notes
         else:
-            path = doors.solved(asked)
+            path, notes = doors.solved(asked)
         self.rigidity, self.stiffness = path.case.rigidity, path.case.stiffness
-        self.notes = [*filter(None, [asked.note]), *getattr(path, "notes", [])]
+        self.notes = [*filter(None, [asked.note]), *notes]
         self.hinge = path if isinstance(path, hinge.Path) else None
         found = path.curve(points=3 if self.hinge else WALKED)
         reached = np.isfinite(found.along["torque"])
