@@ -230,7 +230,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ): {"2 -> 1": "the order in which candidates are solved; the earliest wins in any order"},
     (
         "curves/hinge_cycles.py",
-        "asked = Asked(beam, Way.of(load, [end]), np.asarray(mu), LOADS[load].law(law), margin, 3, None, ideal)",
+        "analysis = Analysis(beam, Way.of(load, [end]), np.asarray(mu), LOADS[load].law(law), margin, 3, None, ideal)",
     ): {"3 -> (3 * 2 + 1)": "points of a curve that is not asked for: only the path is solved"},
     (
         "fe/contact.py",

@@ -10,7 +10,7 @@ import pytest
 import squama
 from squama.arrays import solution
 from squama.curves import doors, hinge
-from squama.curves.way import Asked, Way
+from squama.curves.way import Analysis, Way
 from squama.errors import InputError
 from squama.loads import LOADS
 
@@ -31,7 +31,7 @@ def designs(n: int, seed: int) -> list[squama.Beam]:
 
 def paths(beam: squama.Beam, load: str, mus: list[float], law: str = "edge", sense: str = "+") -> list[hinge.Path]:
     way = Way.of(load, [math.inf if sense == "+" else -math.inf])
-    return hinge.solve(Asked(beam, way, np.array(mus), law, 0.01, 3))[0]
+    return hinge.solve(Analysis(beam, way, np.array(mus), law, 0.01, 3))[0]
 
 
 @pytest.mark.parametrize("law", ["edge", "plate"])
@@ -80,7 +80,7 @@ def test_a_load_path_knows_its_load_and_its_sense() -> None:
 def test_the_solved_path_is_that_of_the_door(load: str) -> None:
     beam = squama.Beam.from_ratios(mu=0.3)
     kind = LOADS[load]
-    path, _ = doors.solved(doors.asked(beam, Way.of(load, [0.1]), kind, points=3, joint="hinge"))
+    path, _ = doors.solved(doors.analysis(beam, Way.of(load, [0.1]), kind, points=3, joint="hinge"))
     answer = doors.respond(beam, load, points=7, to="0.1 rad/pitch", joint="hinge")
     curve = path.curve(points=7)
     torque = (answer.attrs["load"] == "twisting" and "T") or "M"

@@ -12,7 +12,7 @@ from squama.joints import choice
 from squama.loads import ENDS, LINES, LOADS, NEUTRAL, THIN, Load
 
 if TYPE_CHECKING:
-    from squama.curves.way import Asked, Solved, States
+    from squama.curves.way import Analysis, Solved, States
     from squama.types import Array
 
 REAL = "compliant"
@@ -30,12 +30,12 @@ class Programs(NamedTuple):
     to which a bent beam is twisted.
     """
 
-    solve: Callable[[Asked], tuple[Sequence[Solved], States]]
-    gather: Callable[[Asked, Any], Sequence[Solved]]
-    walk: Callable[[Asked], States]
-    polygon: Callable[[Asked], States]
-    plane: Callable[[Asked, Array, Array], States]
-    row: Callable[[Asked, str], States]
+    solve: Callable[[Analysis], tuple[Sequence[Solved], States]]
+    gather: Callable[[Analysis, Any], Sequence[Solved]]
+    walk: Callable[[Analysis], States]
+    polygon: Callable[[Analysis], States]
+    plane: Callable[[Analysis, Array, Array], States]
+    row: Callable[[Analysis, str], States]
     far: float
 
 
@@ -64,11 +64,11 @@ def _hinge() -> Programs:
     )
 
 
-def _hinge_row(asked: Asked, ends: str) -> States:
+def _hinge_row(analysis: Analysis, ends: str) -> States:
     # by the contact solver, which is compiled: other questions of hinges are answered without it
     from squama.curves import hinge_rows
 
-    return hinge_rows.solve(asked, ends)
+    return hinge_rows.solve(analysis, ends)
 
 
 def _compliant() -> Programs:

@@ -1,7 +1,7 @@
-"""The doors of one load: from a beam and what is asked of it in words and units to a dataset; twist and bend.
+"""The doors of one load: from a beam and arguments in words and units to a dataset; twist and bend.
 
-``respond`` gives the answer before it is a dataset, ``solved`` the path that is drawn, ``asked`` reads what all doors
-have in common.
+``respond`` gives the answer before it is a dataset, ``solved`` the path that is drawn; ``analysis`` reads the arguments
+that all doors have in common.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from squama.beam.design import Beam
 from squama.curves import both_faces, labelled
 from squama.curves.chosen import MODELS, chosen
 from squama.curves.labelled import Answer
-from squama.curves.way import Asked, Solved, States, Way
+from squama.curves.way import Analysis, Solved, States, Way
 from squama.errors import naming, refuse
 from squama.loads import Load
 from squama.types import Array
@@ -219,10 +219,10 @@ def respond(
     sign = arguments.sense(sense) if kind.sided else 1
     way = Way.of(load, [sign * (math.inf if to is None else far(to, kind, beam.pitch, beam.scales))])
     loads = None if at is None else _angles(at, kind, beam)
-    return _curves(asked(beam, way, kind, points=points, most=1e6, family=True, **how)._replace(at=loads))
+    return _curves(analysis(beam, way, kind, points=points, most=1e6, family=True, **how)._replace(at=loads))
 
 
-def asked(
+def analysis(
     beam: Beam,
     way: Way,
     load: Load | None,
@@ -238,8 +238,8 @@ def asked(
     neutral: str | None = None,
     hold: str | None = None,
     free: str | None = None,
-) -> Asked:
-    """Return what is asked of a model on a way, and of which one.
+) -> Analysis:
+    """Return the analysis of a beam on a way: its arguments checked, and the model that answers.
 
     ``load`` as of :func:`squama.curves.chosen.chosen`; ``most`` points are allowed; ``family``: there may be several
     coefficients of friction. Others as of the doors.
@@ -251,7 +251,7 @@ def asked(
     margin, points = arguments.margin(margin), arguments.whole("points", points, 3, most)
     held = arguments.held_by(beam, hold)
     means = chosen(held, load, law=law, joint=joint, ideal=ideal, neutral=neutral, free=free)
-    return Asked(means.beam, way, mus, law, margin, points, None, means.ideal, means.note, means.joint)
+    return Analysis(means.beam, way, mus, law, margin, points, None, means.ideal, means.note, means.joint)
 
 
 def far(to: float | str, load: Load, pitch: float, scales: int) -> float:
@@ -275,22 +275,22 @@ def _angles(at: Rates, load: Load, beam: Beam) -> Array:
     return loads
 
 
-def solved(asked: Asked) -> tuple[Solved, Sequence[str]]:
+def solved(analysis: Analysis) -> tuple[Solved, Sequence[str]]:
     """Return the path of a beam in one sense, which `squama.view` and the explorer go along, and its warnings.
 
     Of hinges on both faces that of the scaled one alone.
     """
-    found, more = MODELS[asked.joint].programs().solve(asked)
+    found, more = MODELS[analysis.joint].programs().solve(analysis)
     return found[0], more.notes
 
 
-def _curves(asked: Asked) -> Answer:
+def _curves(analysis: Analysis) -> Answer:
     """Follow a way in one sense: a curve for each coefficient of friction."""
-    way, programs = asked.way, MODELS[asked.joint].programs()
-    one_face, more = programs.solve(asked)
-    found = programs.gather(asked, one_face)
-    curves = [path.curve(points=asked.points, at=asked.at) for path in found]
-    family = ("mu",) * asked.mus.ndim
+    way, programs = analysis.way, MODELS[analysis.joint].programs()
+    one_face, more = programs.solve(analysis)
+    found = programs.gather(analysis, one_face)
+    curves = [path.curve(points=analysis.points, at=analysis.at) for path in found]
+    family = ("mu",) * analysis.mus.ndim
 
     def stack(values: Sequence[object]) -> Array:
         return np.stack([np.asarray(v) for v in values]) if family else np.asarray(values[0])
@@ -299,11 +299,11 @@ def _curves(asked: Asked) -> Answer:
     figures = {role: stack([c.figures[role] for c in curves]) for role in curves[0].figures}
     by_dim, attrs = {(*family, "point"): along, family: figures}, dict(more.attrs)
     if way.load.sided:
-        by_dim.setdefault((), {})["phi_e_small"] = np.asarray(_small(asked.beam, way.sign))
+        by_dim.setdefault((), {})["phi_e_small"] = np.asarray(_small(analysis.beam, way.sign))
         attrs["sense"] = way.sense
     title = f"{way.load.name} of a scale-covered beam"
     states = States(by_dim, attrs, more.notes)
-    return labelled.answer(asked, states, title, {"mu": asked.mus.tolist()}, sense=way.sense)
+    return labelled.answer(analysis, states, title, {"mu": analysis.mus.tolist()}, sense=way.sense)
 
 
 def _small(beam: Beam, sign: int) -> float:

@@ -115,13 +115,13 @@ def rowed(
     twisting, n = LOADS["twisting"], arguments.whole("scales", beam.scales if scales is None else scales, 2, MOST)
     stop = math.inf if to is None else doors.far(to, twisting, beam.pitch, n)
     way = Way.of("twisting", [arguments.sense(sense) * stop])
-    asked = doors.asked(beam.replace(scales=n), way, twisting, points=points, **how)
-    ends = _ends(ends, asked.joint)
-    states = MODELS[asked.joint].programs().row(asked, ends)
+    analysis = doors.analysis(beam.replace(scales=n), way, twisting, points=points, **how)
+    ends = _ends(ends, analysis.joint)
+    states = MODELS[analysis.joint].programs().row(analysis, ends)
     single = states.by_dim[()]
     single |= {f"Phi_{name}": single[f"phi_{name}"] / beam.pitch for name in ("e", "end")}
-    attrs = {"load": "row", "mu": float(asked.mus), "sense": sense, "ends": ends}
-    answer = labelled.answer(asked, states, "twisting of a row of scales", attrs, sense=sense)
+    attrs = {"load": "row", "mu": float(analysis.mus), "sense": sense, "ends": ends}
+    answer = labelled.answer(analysis, states, "twisting of a row of scales", attrs, sense=sense)
     counted = {"long_name": "scale, counted along the beam"}
     answer.variables["scale"] = Labelled(("scale",), np.arange(1, n + 1), counted)
     return answer

@@ -15,7 +15,7 @@ import numpy as np
 from squama.arrays import solution
 from squama.curves import both_faces
 from squama.curves.curve_figures import dissipation, figures
-from squama.curves.way import Asked, Case, Curve, States, Way, spaced
+from squama.curves.way import Analysis, Case, Curve, States, Way, spaced
 from squama.loads import neutral_height
 from squama.model import energy, history, mechanics, screw
 from squama.model.mechanics import Row
@@ -154,14 +154,14 @@ class Both(NamedTuple):
         return Curve(along, found | {"load_e_other": other.load_e})
 
 
-def gather(asked: Asked, one_face: list[Path]) -> list[Path] | list[Both]:
+def gather(analysis: Analysis, one_face: list[Path]) -> list[Path] | list[Both]:
     """Return the paths of a beam by those of its scaled face, for each coefficient of friction."""
-    beam, load = asked.beam, asked.way.load
+    beam, load = analysis.beam, analysis.way.load
     if not (seen := both_faces.sense(beam, load.name)):
         return one_face
     assert beam.other is not None
     # the other face sees the load in its own sense
-    mirror = asked._replace(way=Way.of(load.name, [-v for v in asked.way.values]))
+    mirror = analysis._replace(way=Way.of(load.name, [-v for v in analysis.way.values]))
     others = one_face if seen > 0 else solve(mirror)[0]
     across = 1, beam.other.seen[1 - load.axis]
     found = []
@@ -171,12 +171,18 @@ def gather(asked: Asked, one_face: list[Path]) -> list[Path] | list[Both]:
     return found
 
 
-def solve(asked: Asked) -> tuple[list[Path], States]:
-    """Solve what is asked in one sense, up to the one load angle of its path, for each coefficient of friction."""
-    beam, way, law, margin, mus = asked.beam, asked.way, asked.law, asked.margin, np.atleast_1d(asked.mus)
+def solve(analysis: Analysis) -> tuple[list[Path], States]:
+    """Solve a beam in one sense, up to the one load angle of its way, for each coefficient of friction."""
+    beam, way, law, margin, mus = (
+        analysis.beam,
+        analysis.way,
+        analysis.law,
+        analysis.margin,
+        np.atleast_1d(analysis.mus),
+    )
     kind, case, to = way.load, Case.of(beam, way.load.name, way.sense), abs(way.values[-1])
     more = States({}, {"margin": margin})
-    ratios = beam.ratios | {"lam": kind.height(beam.lam, beam.neutral), "thickness": thickness(asked)}
+    ratios = beam.ratios | {"lam": kind.height(beam.lam, beam.neutral), "thickness": thickness(analysis)}
     if case.mirrored and not kind.sided:
         plates = Plates(beam.eta, beam.beta, ratios["lam"], math.sin(beam.scale.alpha), math.cos(beam.scale.alpha))
         hit = solution.touch(plates, case.theta0, SEARCH, None, 0, mirrored=True, bent=True)
@@ -224,10 +230,10 @@ def path(
     return Path(case, row, x0, x_end, x_c, pole, load_e, load_end, theta_end, end, k, other, mu, law, met)
 
 
-def thickness(asked: Asked) -> float:
+def thickness(analysis: Analysis) -> float:
     """Return the thickness of scales in pitches, where the hinge knows of it: twisted, by the edge law."""
-    thin = asked.ideal or asked.law == "plate" or not asked.way.load.sided
-    return 0.0 if thin else asked.beam.scale.thickness / asked.beam.pitch
+    thin = analysis.ideal or analysis.law == "plate" or not analysis.way.load.sided
+    return 0.0 if thin else analysis.beam.scale.thickness / analysis.beam.pitch
 
 
 def _open(case: Case, touch: Touch | None, other: str, to: float, mu: float, law: str) -> Path:

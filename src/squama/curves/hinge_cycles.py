@@ -17,7 +17,7 @@ from squama.beam.design import Beam
 from squama.curves import both_faces
 from squama.curves.curve_figures import loop_figures, loop_table, table, used_senses
 from squama.curves.hinge import LOCKS, SAME, Path, in_si, solve, straight, touching
-from squama.curves.way import Asked, Case, States, Way
+from squama.curves.way import Analysis, Case, States, Way
 from squama.errors import refuse
 from squama.loads import LOADS
 from squama.model import history
@@ -74,8 +74,8 @@ def senses(beam: Beam, load: str, mu: float, law: str, margin: float, ideal: boo
     """
 
     def path(end: float) -> Path:
-        asked = Asked(beam, Way.of(load, [end]), np.asarray(mu), LOADS[load].law(law), margin, 3, None, ideal)
-        return solve(asked)[0][0]
+        analysis = Analysis(beam, Way.of(load, [end]), np.asarray(mu), LOADS[load].law(law), margin, 3, None, ideal)
+        return solve(analysis)[0][0]
 
     found = {"+": path(math.inf), "-": path(-math.inf)}
     seen = both_faces.sense(beam, load)
@@ -92,17 +92,19 @@ def senses(beam: Beam, load: str, mu: float, law: str, margin: float, ideal: boo
     return Senses(Case.of(beam, load), mu, found, sides, most, both_faces.alike(beam, load))
 
 
-def walk(asked: Asked) -> States:
+def walk(analysis: Analysis) -> States:
     """Return the states along a history, its loops, and what holds for each sense."""
-    values = asked.way.values
-    both = senses(asked.beam, asked.way.load.name, float(asked.mus), asked.law, asked.margin, asked.ideal)
+    values = analysis.way.values
+    both = senses(
+        analysis.beam, analysis.way.load.name, float(analysis.mus), analysis.law, analysis.margin, analysis.ideal
+    )
     check(values, both)
     by_dim: dict[tuple[str, ...], dict[str, Array]] = {
-        ("point",): _along(both, values, asked.points),
+        ("point",): _along(both, values, analysis.points),
         ("loop",): _loops(both, values),
         ("sense",): table([_of_sense(both, sign) for sign in used_senses(values)]),
     }
-    return States(by_dim, {"margin": asked.margin})
+    return States(by_dim, {"margin": analysis.margin})
 
 
 def check(values: list[float], found: Senses) -> None:

@@ -117,10 +117,10 @@ def cycled(
     arguments.beam(beam)
     kind = arguments.load(load)
     way = given.history(twist, beam, kind, arguments.whole("loops", loops, 1, 1e4))
-    asked = doors.asked(beam, way, kind, points=points, **how)
-    if len(way.values) * asked.points > MOST:
-        reason = f"{len(way.values)} twists of {asked.points} points are too many"
+    analysis = doors.analysis(beam, way, kind, points=points, **how)
+    if len(way.values) * analysis.points > MOST:
+        reason = f"{len(way.values)} twists of {analysis.points} points are too many"
         refuse("twist", "", reason, "ask for fewer points or loops")
-    history = [v / asked.beam.pitch for v in way.values]
-    states = MODELS[asked.joint].programs().walk(asked)
-    return labelled.answer(asked, states, f"cycles of a scale-covered beam in {kind.name}", {"history": history})
+    history = [v / analysis.beam.pitch for v in way.values]
+    states = MODELS[analysis.joint].programs().walk(analysis)
+    return labelled.answer(analysis, states, f"cycles of a scale-covered beam in {kind.name}", {"history": history})

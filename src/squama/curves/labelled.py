@@ -12,7 +12,7 @@ import numpy as np
 from squama._version import __version__
 from squama.beam.design import Beam
 from squama.curves.chosen import MODELS, idealisation, thin
-from squama.curves.way import Asked, States
+from squama.curves.way import Analysis, States
 from squama.loads import STRAIGHT, Load
 from squama.symbols import SYMBOLS
 from squama.types import Array
@@ -103,15 +103,15 @@ def _place(first: tuple[str, ...], role: str, name: str) -> tuple[int, int]:
 
 
 def answer(
-    asked: Asked, states: States, title: str, attrs: Mapping[str, object] = {}, *, load: Load | None = None,
+    analysis: Analysis, states: States, title: str, attrs: Mapping[str, object] = {}, *, load: Load | None = None,
     sense: str = "+", page: str | None = None,
 ) -> Answer:  # fmt: skip
     """Return what a model's states say under their names, with what every answer says of the beam and of its loading.
 
     Parameters
     ----------
-    asked, states
-        What is asked, and the states.
+    analysis, states
+        The analysis, and the states that it gave.
     title
         What is answered.
     attrs
@@ -123,23 +123,23 @@ def answer(
     page
         Of the theory, for equations; that of the model if not given.
     """
-    load, joint, beam = load or asked.way.load, asked.joint, asked.beam
+    load, joint, beam = load or analysis.way.load, analysis.joint, analysis.beam
     model = MODELS[joint]
     about = {
         "title": title,
         "load": load.name,
-        "law": load.law(asked.law),
+        "law": load.law(analysis.law),
         "joint": joint,
-        "scales": idealisation(beam, joint, ideal=thin(load, asked.law, joint, ideal=asked.ideal)),
+        "scales": idealisation(beam, joint, ideal=thin(load, analysis.law, joint, ideal=analysis.ideal)),
         "beam": text(beam),
         **({"faces": beam.faces} if beam.other else {}),
         **({"hold": STRAIGHT} if model.straight else {}),
         "squama_version": __version__,
         **({} if load.sided else {"neutral": beam.neutral}),
-        "warnings": "\n".join([*filter(None, [asked.note]), *beam.warnings(load.name, sense, joint), *states.notes]),
+        "warnings": "\n".join([*filter(None, [analysis.note]), *beam.warnings(load.name, sense, joint), *states.notes]),
     }
     page = model.pages[load.name] if page is None else page
-    return Answer(_labelled(load, states, asked.mus, page), {**about, **attrs, **states.attrs})
+    return Answer(_labelled(load, states, analysis.mus, page), {**about, **attrs, **states.attrs})
 
 
 @functools.lru_cache(maxsize=64)

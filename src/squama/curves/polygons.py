@@ -13,7 +13,7 @@ from squama.curves import doors, given, labelled
 from squama.curves.chosen import MODELS
 from squama.curves.doors import How
 from squama.curves.labelled import Answer
-from squama.curves.way import Asked, States
+from squama.curves.way import Analysis, States
 from squama.errors import refuse
 from squama.loads import LOADS
 from squama.types import Array
@@ -116,24 +116,24 @@ def bent_and_twisted(
 ) -> Answer:
     """Return what :func:`bend_twist` returns, before it is a dataset."""
     arguments.beam(beam)
-    asked = doors.asked(beam, given.path(path, beam), None, points=points, free=free, **how)
+    analysis = doors.analysis(beam, given.path(path, beam), None, points=points, free=free, **how)
     if free is not None:
-        asked = _freed(free, asked)
-    states = MODELS[asked.joint].programs().polygon(asked)
-    corners = [(psi / beam.pitch, phi / beam.pitch) for psi, phi in asked.way.corners]
+        analysis = _freed(free, analysis)
+    states = MODELS[analysis.joint].programs().polygon(analysis)
+    corners = [(psi / beam.pitch, phi / beam.pitch) for psi, phi in analysis.way.corners]
     title, attrs = f"{_BOTH} of a scale-covered beam", {"load": _BOTH, "path": corners}
-    return labelled.answer(asked, states, title, attrs, load=LOADS["twisting"], page="combined")
+    return labelled.answer(analysis, states, title, attrs, load=LOADS["twisting"], page="combined")
 
 
-def _freed(free: str, asked: Asked) -> Asked:
-    """Return what is asked with a load left free, checked against the rest."""
-    axis, mu = LOADS[arguments.one_of("free", free, tuple(LOADS))].axis, float(asked.mus)
-    only_one(asked.beam.faces, "a load that is left free")
+def _freed(free: str, analysis: Analysis) -> Analysis:
+    """Return the analysis with a load left free, checked against the rest."""
+    axis, mu = LOADS[arguments.one_of("free", free, tuple(LOADS))].axis, float(analysis.mus)
+    only_one(analysis.beam.faces, "a load that is left free")
     if mu:
         refuse("mu", f"{mu:g}", f'must be 0 with free="{free}": friction holds what is free', "write mu=0")
-    if len(asked.way.corners) > 1 or asked.way.corners[0][axis]:
+    if len(analysis.way.corners) > 1 or analysis.way.corners[0][axis]:
         refuse("path", "", f'must be one way of the other load with free="{free}"', 'write e.g. "bend 5 rad/m"')
-    return asked._replace(way=asked.way._replace(free=axis))
+    return analysis._replace(way=analysis.way._replace(free=axis))
 
 
 def bend_twist_map(
@@ -184,19 +184,19 @@ def bend_twist_map(
     arguments.beam(beam)
     only_one(beam.faces, "the map of bend and twist")
     way, n = given.path(path, beam), arguments.whole("points", points, 3, 1000)
-    asked = doors.asked(beam, way, None, mu=mu, points=n, joint=joint, ideal=ideal, neutral=neutral)
+    analysis = doors.analysis(beam, way, None, mu=mu, points=n, joint=joint, ideal=ideal, neutral=neutral)
     corners = np.array([(0.0, 0.0), *way.corners])
     room = ROOM * float(np.ptp(corners, axis=0).max())
     psi, phi = (np.linspace(v.min() - room, v.max() + room, n) for v in corners.T)
     # at rest itself there is no way, and nothing in contact
     grid = np.meshgrid(np.where(psi == 0, 1e-9 * room, psi), phi, indexing="ij")
-    found = MODELS[asked.joint].programs().plane(asked, *(v.ravel() for v in grid))
+    found = MODELS[analysis.joint].programs().plane(analysis, *(v.ravel() for v in grid))
     by_dim: dict[tuple[str, ...], dict[str, Array]] = {
         ("psi", "phi"): {role: np.reshape(v, (n, n)) for role, v in found.by_dim[()].items()},
         ("psi",): {"psi": psi, "kappa": psi / beam.pitch},
         ("phi",): {"load": phi, "rate": phi / beam.pitch},
     }
     states, title = States(by_dim, found.attrs, found.notes), "plane of bend and twist of a scale-covered beam"
-    attrs = {"load": _BOTH, "neutral": asked.beam.neutral}
-    answer = labelled.answer(asked, states, title, attrs, load=LOADS["twisting"], page="combined")
+    attrs = {"load": _BOTH, "neutral": analysis.beam.neutral}
+    answer = labelled.answer(analysis, states, title, attrs, load=LOADS["twisting"], page="combined")
     return answer.dataset().set_coords(["psi", "phi", "kappa", "Phi"])

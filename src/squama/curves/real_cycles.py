@@ -19,7 +19,7 @@ from squama.curves import real
 from squama.curves.curve_figures import loop_figures, loop_table, table, used_senses, work_error
 from squama.curves.hinge_cycles import BRANCHES, STRAIGHT
 from squama.curves.real_figures import by_load, exchanged, touching, values
-from squama.curves.way import Asked, States, Stations, direction
+from squama.curves.way import Analysis, States, Stations, direction
 from squama.errors import InputError, Problem, refuse
 from squama.loads import Load
 from squama.model import history
@@ -41,23 +41,23 @@ _INNER = ("mode", "onset", "work", "RED", "f0", f"f0{OTHER}")
 """Names of variables that no cycle tells."""
 
 
-def walk(asked: Asked) -> States:
+def walk(analysis: Analysis) -> States:
     """Return the states along a history, its loops, and what holds for each sense.
 
     Each leg has the points that are asked, evenly, and one where contact begins or ends, and where the scales slide
     again after a reversal. A history on which the contact ends is refused: the twist, and what happens there.
     """
-    goals, beam, load = asked.way.values, asked.beam, asked.way.load
+    goals, beam, load = analysis.way.values, analysis.beam, analysis.way.load
     check(goals)
-    ones = paths(beam, load, float(asked.mus), goals, ideal=asked.ideal)
+    ones = paths(beam, load, float(analysis.mus), goals, ideal=analysis.ideal)
     one = ones["+"]
     engaged = [sum(o.toward) * (c.phi - _BEFORE) for o in ones.values() for c in o.way.contacts if c.first != -1]
-    stations = _stations(load, goals, asked.points, _apart(engaged))
+    stations = _stations(load, goals, analysis.points, _apart(engaged))
     try:
-        stations, slid = _where_they_slide(stations, follow(one, stations))
+        stations, slid = _with_slides(stations, follow(one, stations))
         found = follow(one, stations)
     except LeftError as left:
-        _refuse(asked, left, goals[stations.legs[left.point]])
+        _refuse(analysis, left, goals[stations.legs[left.point]])
     rigidity = one.case(load).rigidity
     v = _values(ones, load, stations, found)
     v["mode"][slid] = path.STICK
@@ -74,7 +74,7 @@ def walk(asked: Asked) -> States:
     }
     held = one.held
     attrs = {**real.attributes(held, load.verb), "rigidity": rigidity, "increment": INCREMENT}
-    return States(by_dim, attrs, real.notes(held, beam, max(map(abs, goals)), ideal=asked.ideal))
+    return States(by_dim, attrs, real.notes(held, beam, max(map(abs, goals)), ideal=analysis.ideal))
 
 
 def paths(beam: Beam, load: Load, mu: float, goals: Sequence[float], *, ideal: bool) -> dict[str, real.Path]:
@@ -165,7 +165,7 @@ def evenly(
     return sorted([*goals, *kept], reverse=way < 0)
 
 
-def _where_they_slide(stations: Stations, found: path.Answers) -> tuple[Stations, Array]:
+def _with_slides(stations: Stations, found: path.Answers) -> tuple[Stations, Array]:
     """Return the stations of a history with those at which scales slide again after they stuck, and which these are."""
     ways = stations.ways
     told = {event.way for face in found.faces for event in events.events(face) if event.kind == increments.SLIDE}
@@ -187,16 +187,16 @@ class LeftError(InputError):
         self.point, self.far, self.outward = point, far, outward
 
 
-def _refuse(asked: Asked, left: LeftError, goal: float) -> NoReturn:
+def _refuse(analysis: Analysis, left: LeftError, goal: float) -> NoReturn:
     """Refuse a history on which the contact ends on the way to a value, and say how far it may go."""
     remedy = "turn round before"
     if left.outward and left.far:
         digits = 10.0 ** (math.floor(math.log10(abs(left.far))) - 3)
         # after a reversal the contact goes on a little before it comes back
         most = math.copysign(math.floor(0.999 * abs(left.far) / digits) * digits, left.far)
-        total = math.degrees(most) * asked.beam.scales
+        total = math.degrees(most) * analysis.beam.scales
         remedy = f'give at most "{most:.4g} rad/pitch" ({total:.4g} deg total)'
-    refuse("twist", asked.way.said(goal), left.problems[0].reason, remedy)
+    refuse("twist", analysis.way.said(goal), left.problems[0].reason, remedy)
 
 
 def _along(v: dict[str, Array], stations: Stations, rigidity: float) -> dict[str, Array]:

@@ -53,8 +53,8 @@ def values(one: Path, strains: Array, *faces: Array, turned: Array | float = 0.0
 
 def _along_the_bar(one: Path, v: Mapping[str, Array], column: Mapping[str, Array], strains: Array) -> dict[str, Array]:
     """Return bend and twist per pitch and per length, and the parts of moment and torque that the scales add."""
-    asked = zip(("psi", "twist"), one.held.free, strains.T, strict=False)
-    bend, twist = (column[name] if free else given for name, free, given in asked)
+    analysis = zip(("psi", "twist"), one.held.free, strains.T, strict=False)
+    bend, twist = (column[name] if free else given for name, free, given in analysis)
     d, bare = one.beam.pitch, one.rigidities
     found = {"phi": twist, "Phi": twist / d}
     if len(bare) == 1:

@@ -18,7 +18,7 @@ from squama.curves import real, real_walk
 from squama.curves.curve_figures import dissipation
 from squama.curves.hinge import before
 from squama.curves.real_figures import by_load, values
-from squama.curves.way import Asked, States, Stations
+from squama.curves.way import Analysis, States, Stations
 from squama.errors import refuse
 from squama.loads import ENDS, LOADS
 from squama.model.outcome import End
@@ -37,20 +37,20 @@ GRIPPED_MOST = 60
 _KINDS = dict(zip(ENDS, (LOOSE, GRIPPED, EQUAL), strict=True))
 
 
-def solve(asked: Asked, ends: str) -> States:
+def solve(analysis: Analysis, ends: str) -> States:
     """Follow a row to the asked twist, 0.3 rad per pitch if none is asked, or to its end; ``ends``: how they are."""
-    (loaded,), more = real_walk.solve(asked)
-    one, load, kind, sign = loaded.one, asked.way.load, _KINDS[ends], asked.way.sign
+    (loaded,), more = real_walk.solve(analysis)
+    one, load, kind, sign = loaded.one, analysis.way.load, _KINDS[ends], analysis.way.sign
     if kind == GRIPPED:
-        _may_be_gripped(one.held, asked.beam.scales)
-    track = followed(one.way, asked.beam.scales, loaded.far, asked.points, sign, kind)
+        _may_be_gripped(one.held, analysis.beam.scales)
+    track = followed(one.way, analysis.beam.scales, loaded.far, analysis.points, sign, kind)
     strains = Stations.along(load, sign * track.rows[:, 0, 0]).strains
     endless = by_load(values(one, strains, one.way.along(strains).rows[0], turned=sign), load, sign)
     notes = [*more.notes, *_beyond(track, loaded.far)]
-    return States(told(one, track, endless, kind), more.attrs, notes)
+    return States(row_states(one, track, endless, kind), more.attrs, notes)
 
 
-def told(
+def row_states(
     one: real.Path, track: Track, endless: Mapping[str, Array], ends: int = EQUAL, left: Container[str] = ()
 ) -> dict[tuple[str, ...], dict[str, Array]]:
     """Return what is told of a row, by dimension and role, without the roles ``left``.

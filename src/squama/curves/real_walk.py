@@ -19,7 +19,7 @@ from squama.curves import real
 from squama.curves.both_faces import WHOSE
 from squama.curves.curve_figures import FINE, PLACES, figures, first_at, path_figures, tangents, work_error
 from squama.curves.real_figures import by_load, exchanged, thresholds, touching, values
-from squama.curves.way import OPEN, SLIDING, VERBS, Asked, Case, Curve, States, Stations, direction, spaced
+from squama.curves.way import OPEN, SLIDING, VERBS, Analysis, Case, Curve, States, Stations, direction, spaced
 from squama.errors import refuse
 from squama.loads import Load
 from squama.model.elastic_plate import SIDE_D, TIP
@@ -145,35 +145,35 @@ def _ending(one: real.Path, answers: path.Answers) -> dict[str, float | int | st
     }
 
 
-def solve(asked: Asked) -> tuple[list[Loaded], States]:
+def solve(analysis: Analysis) -> tuple[list[Loaded], States]:
     """Return the paths of a beam under one load for each coefficient of friction."""
-    beam, load, to = asked.beam, asked.way.load, asked.way.values[-1]
-    last = 0.0 if asked.at is None else float(np.max(asked.at, initial=0.0))
+    beam, load, to = analysis.beam, analysis.way.load, analysis.way.values[-1]
+    last = 0.0 if analysis.at is None else float(np.max(analysis.at, initial=0.0))
     far = min(abs(to), last or (path.RANGE if math.isinf(to) else abs(to)))
     if far >= math.pi:
         what = "to" if far == abs(to) else "at"
         refuse(what, f"{far / beam.pitch:.6g} rad/m", "must be below half a turn per pitch")
     # engagement is told wherever it is, a short curve may end before
     most, toward = max(far, path.RANGE), direction(load, to)
-    loaded, ideal = asked.way.loaded, asked.ideal
-    ones = [real.Path.of(beam, mu, loaded, ideal=ideal, toward=toward, most=most) for mu in np.atleast_1d(asked.mus)]
+    loaded, ideal = analysis.way.loaded, analysis.ideal
+    ones = [real.Path.of(beam, mu, loaded, ideal=ideal, toward=toward, most=most) for mu in np.atleast_1d(analysis.mus)]
     held = ones[0].held
     attrs = real.attributes(held, load.verb) | {"rigidity": ones[0].case(load).rigidity}
     return [Loaded(one, load, far) for one in ones], States({}, attrs, real.notes(held, beam, far, ideal=ideal))
 
 
-def gather(_: Asked, whole: list[Loaded]) -> list[Loaded]:
+def gather(_: Analysis, whole: list[Loaded]) -> list[Loaded]:
     """Return the paths: scales on both faces are one system."""
     return whole
 
 
-def polygon(asked: Asked) -> States:
+def polygon(analysis: Analysis) -> States:
     """Return the states along bends and twists one after the other, what happens there, and how it ends."""
-    corners, beam = asked.way.corners, asked.beam
-    one = real.Path.of(beam, float(asked.mus), asked.way.loaded, ideal=asked.ideal)
+    corners, beam = analysis.way.corners, analysis.beam
+    one = real.Path.of(beam, float(analysis.mus), analysis.way.loaded, ideal=analysis.ideal)
     first = one.way.met(one.way.along(np.array(corners)))
     engaged = [c.phi for c in first.contacts]
-    stations = Stations.of(corners, asked.points, min(engaged) * (1 - _BEFORE))
+    stations = Stations.of(corners, analysis.points, min(engaged) * (1 - _BEFORE))
     answers = first.along(stations.strains)
     end, n = answers.end(), answers.end().solved
     stop = end.phi if end.code != increments.RANGE else float(stations.ways[-1])
@@ -189,16 +189,16 @@ def polygon(asked: Asked) -> States:
     places = _places(one, stations, v, [min(engaged), stop])
     near, far = ({name: float(at[i]) for name, at in places.items()} for i in (0, 1))
     single = path_figures(v, near, far, str(word), _second(told), one.held.K_theta)
-    ways, happened = _happened(stations, told, (stop, str(word)))
+    ways, happened = _timeline(stations, told, (stop, str(word)))
     happened |= {f"{name}_event": at for name, at in _places(one, stations, v, ways).items()}
     by_dim: dict[tuple[str, ...], dict[str, Array]] = {
         ("point",): {_ROLES.get(name, name): value for name, value in v.items() if name not in _INNER},
         ("event",): happened,
         (): single | {"energy_error": np.asarray(work_error(v))},
     }
-    attrs = real.attributes(one.held, *asked.way.loaded) | {"load": "bending and twisting"}
+    attrs = real.attributes(one.held, *analysis.way.loaded) | {"load": "bending and twisting"}
     most = float(np.abs(stations.strains).max())
-    return States(by_dim, attrs, real.notes(one.held, beam, most, ideal=asked.ideal))
+    return States(by_dim, attrs, real.notes(one.held, beam, most, ideal=analysis.ideal))
 
 
 def _second(faces: Sequence[Sequence[Event]]) -> str:
@@ -223,7 +223,7 @@ def _places(one: real.Path, stations: Stations, v: Mapping[str, Array], ways: Se
     return dict(zip(PLACES, (psi, phi, psi / d, phi / d, theta), strict=True))
 
 
-def _happened(
+def _timeline(
     stations: Stations, faces: Sequence[Sequence[Event]], end: tuple[float, str]
 ) -> tuple[list[float], dict[str, Array]]:
     """Return what happens, and at which ways: what contacts do, corners, the end."""
@@ -236,20 +236,20 @@ def _happened(
     return ways, {"event": np.array([word for _, word in rows]), "event_leg": legs}
 
 
-def plane(asked: Asked, psi: Array, phi: Array) -> States:
+def plane(analysis: Analysis, psi: Array, phi: Array) -> States:
     """Return the states at bends and twists (n,), each straight from rest, or what ends the way there."""
-    beam, strains = asked.beam, np.column_stack([psi, phi])
-    one = real.Path.of(beam, float(asked.mus), VERBS, ideal=asked.ideal)
-    gone = follow_straight(one.way.scale, one.held.K, float(asked.mus), strains, **one.held.bar)
-    contacts, column = gone.answers.contacts, path.named(gone.rows)
-    v = values(one, strains, gone.rows)
-    state = path.endings(contacts, gone.answers.ends).astype("U40")
+    beam, strains = analysis.beam, np.column_stack([psi, phi])
+    one = real.Path.of(beam, float(analysis.mus), VERBS, ideal=analysis.ideal)
+    found = follow_straight(one.way.scale, one.held.K, float(analysis.mus), strains, **one.held.bar)
+    contacts, column = found.answers.contacts, path.named(found.rows)
+    v = values(one, strains, found.rows)
+    state = path.endings(contacts, found.answers.ends).astype("U40")
     reached = np.isin(state, (End.RANGE, End.NONE))
     state[reached] = np.where(column["contacts"][reached] > 0, SLIDING, OPEN)
     first = [events.named(*map(int, met)) if met[0] >= 0 else "" for met in contacts[:, :3]]
-    last = np.where(reached, events.last(gone.answers), np.array(first))
+    last = np.where(reached, events.last(found.answers), np.array(first))
     kept = ("theta", "N", "M", "M_scales", "T", "T_scales", "W_fr", "W_snap", "U_el", "RED")
-    told = {_ROLES.get(name, name): v[name] for name in kept}
-    told = {"state": state, "contact": np.where(state == OPEN, "", last), **told}
-    notes = real.notes(one.held, beam, float(np.abs(strains).max()), ideal=asked.ideal)
-    return States({(): told}, real.attributes(one.held, *VERBS), notes)
+    named = {_ROLES.get(name, name): v[name] for name in kept}
+    named = {"state": state, "contact": np.where(state == OPEN, "", last), **named}
+    notes = real.notes(one.held, beam, float(np.abs(strains).max()), ideal=analysis.ideal)
+    return States({(): named}, real.attributes(one.held, *VERBS), notes)

@@ -1,4 +1,4 @@
-"""A way through bend and twist, what is asked of a beam along it, and what a model tells: states, or a curve."""
+"""A way through bend and twist, the analysis of a beam along it, and what a model gives: states, or a curve."""
 
 from __future__ import annotations
 
@@ -119,8 +119,8 @@ def spaced(stop: float, points: int, engaged: float) -> Array:
     return at
 
 
-class Asked(NamedTuple):
-    """What is asked of a model.
+class Analysis(NamedTuple):
+    """A beam, the way that it goes, and the model that answers.
 
     ``mus`` coefficients of friction, ``points`` of a curve (of each leg of a history), ``at`` load angles per pitch
     (magnitudes) at which a curve is wanted instead; ``ideal``: thin, rigid scales; ``note``: a warning that goes along;

@@ -13,9 +13,9 @@ from squama.beam import beamfile
 from squama.beam.design import Beam
 from squama.beam.parts import Quantity
 from squama.curves import labelled
-from squama.curves.doors import asked
+from squama.curves.doors import analysis
 from squama.curves.labelled import Answer
-from squama.curves.way import Asked, States, Way
+from squama.curves.way import Analysis, States, Way
 from squama.dynamics import motion, systems
 from squama.dynamics.branches import APART, Side
 from squama.dynamics.decay import BEYOND, JAMS, RINGS, Decay, Sides, damping, decay
@@ -50,7 +50,7 @@ class Swinging(NamedTuple):
     mode: str
     bar: Bar
     sides: Sides
-    asked: Asked
+    analysis: Analysis
     limit: systems.Limit | None
 
     @property
@@ -73,7 +73,7 @@ class Swinging(NamedTuple):
         if self.held.joint == "compliant" and not load.sided:
             said["neutral"] = self.beam.given.line
         title = f"{title} of a scale-covered beam in {load.name}"
-        return labelled.answer(self.asked, States(by_dim, attrs, notes), title, said, page="")
+        return labelled.answer(self.analysis, States(by_dim, attrs, notes), title, said, page="")
 
 
 def vibrate(
@@ -150,9 +150,9 @@ def vibrate(
     n = arguments.whole("swings", swings, 1, MOST_SWINGS)
     zeta = _bounded("damping", damping, Dimension.RATIO, DAMPING)
     _legible(beam, load, mode, release=release, impulse=impulse, rotor=rotor, density=density)
-    held, asked = answered(beam, mu, law, load, joint, ideal)
+    held, analysis = answered(beam, mu, law, load, joint, ideal)
     start = _angle("release", release, beam, held)
-    swinging = _bar(beam, held, asked, mode, rotor, density)
+    swinging = _bar(beam, held, analysis, mode, rotor, density)
     if impulse is not None and mode != "uniform":
         refuse("impulse", "", "acts on a rotor, and a mode has none", "give release")
     push = 0.0 if impulse is None else _bounded("impulse", impulse, Dimension.IMPULSE, IMPULSE)
@@ -187,15 +187,17 @@ def _legible(beam: Beam, load: str, mode: str, **given: Quantity | None) -> None
 
 def answered(
     beam: Beam, mu: float | None, law: str, load: str, joint: str | None, ideal: bool | None
-) -> tuple[Held, Asked]:
+) -> tuple[Held, Analysis]:
     """Read how a beam is answered."""
     kind = arguments.load(load)
     way = Way.of(kind.name, [1.0])
-    one = asked(beam, way, kind, mu=mu, law=law, margin=FINEST, points=3, joint=joint, ideal=ideal)
+    one = analysis(beam, way, kind, mu=mu, law=law, margin=FINEST, points=3, joint=joint, ideal=ideal)
     return Held(kind, float(one.mus), one.law, one.joint, one.ideal), one
 
 
-def _bar(beam: Beam, held: Held, asked: Asked, mode: str, rotor: Quantity | None, density: Quantity | None) -> Swinging:
+def _bar(
+    beam: Beam, held: Held, analysis: Analysis, mode: str, rotor: Quantity | None, density: Quantity | None
+) -> Swinging:
     """Read what swings; the branches are not there yet."""
     arguments.one_of("mode", mode, MODES)
     own = {"rotor": beam.rotor, "density": beam.density}
@@ -203,7 +205,7 @@ def _bar(beam: Beam, held: Held, asked: Asked, mode: str, rotor: Quantity | None
         if given is not None:
             own[name] = _bounded(name, given, *beamfile.NUMBERS[f"beam.{name}"])
     bar = systems.bar(beam, held, mode, own["rotor"], own["density"])
-    return Swinging(beam, held, mode, bar, Sides(APART, APART), asked, None)
+    return Swinging(beam, held, mode, bar, Sides(APART, APART), analysis, None)
 
 
 def _ready(one: Swinging, start: float, far: float) -> Swinging:
@@ -356,9 +358,9 @@ def shake(
         refuse("frequencies", "", f"must be 1 to {MOST_FREQUENCIES} growing numbers", "write e.g. [2, 2.5, 3]")
     zeta = _bounded("damping", damping, Dimension.RATIO, DAMPING)
     _legible(beam, load, mode, static=static, torque=torque, rotor=rotor, density=density)
-    held, asked = answered(beam, mu, law, load, joint, ideal)
+    held, analysis = answered(beam, mu, law, load, joint, ideal)
     force = abs(_angle("static", static, beam, held))
-    swinging = _bar(beam, held, asked, mode, rotor, density)
+    swinging = _bar(beam, held, analysis, mode, rotor, density)
     if torque is not None:
         if mode != "uniform":
             refuse("torque", "", "acts on a rotor, and a mode has none", "give static")

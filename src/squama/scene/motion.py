@@ -110,8 +110,8 @@ class Motion:
         sense = setting.sense if self.kind.sided or not own else "+"
         way, one = Way.of(load, [arguments.sense(sense) * math.inf]), None if bend else self.kind
         how: doors.How = {"mu": mu, "margin": setting.margin, "joint": setting.joint, "ideal": setting.ideal}
-        asked = doors.asked(setting.beam, way, one, points=3, law=law, **how)
-        self.joint, self.ideal = joint, ideal = asked.joint, asked.ideal
+        analysis = doors.analysis(setting.beam, way, one, points=3, law=law, **how)
+        self.joint, self.ideal = joint, ideal = analysis.joint, analysis.ideal
         scales = idealisation(setting.beam, joint, ideal=thin(self.kind, law, joint, ideal=ideal))
         self.model = self.kind.model(self.kind.law(law), joint, scales)
         if bend and (load, law) != ("twisting", "edge"):
@@ -122,9 +122,9 @@ class Motion:
             path = twisted = Twisted.of(setting.beam, bend, sense=sense, **how)
             notes: Sequence[str] = twisted.notes
         else:
-            path, notes = doors.solved(asked)
+            path, notes = doors.solved(analysis)
         self.rigidity, self.stiffness = path.case.rigidity, path.case.stiffness
-        self.notes = [*filter(None, [asked.note]), *notes]
+        self.notes = [*filter(None, [analysis.note]), *notes]
         self.hinge = path if isinstance(path, hinge.Path) else None
         found = path.curve(points=3 if self.hinge else WALKED)
         reached = np.isfinite(found.along["torque"])
