@@ -32,11 +32,6 @@ def views(beam: Beam) -> list[tuple[int, int]]:
     return [(1, 1), beam.other.seen[:2]] if beam.other else [(1, 1)]
 
 
-def alike(beam: Beam, load: str) -> int:
-    """Return on how many faces scales do the same, where those of two do not act one at a time."""
-    return 2 if sense(beam, load) > 0 else 1
-
-
 def of_other(along: Mapping[str, Array]) -> dict[str, Array]:
     """Return the figures of a scale, by role, as those of the other face."""
     return {role + OTHER: along[role] for role in OF_A_SCALE if role in along}

@@ -12,7 +12,7 @@ from squama.joints import choice
 from squama.loads import ENDS, LINES, LOADS, NEUTRAL, THIN, Load
 
 if TYPE_CHECKING:
-    from squama.curves.way import Analysis, Solved, States
+    from squama.curves.way import Analysis, Case, Solved, States
     from squama.types import Array
 
 REAL = "compliant"
@@ -24,10 +24,10 @@ class Programs(NamedTuple):
     """What a model does.
 
     ``solve`` gives a solved path for each coefficient of friction, and what attributes and warnings it adds, on hinges
-    of the scaled face alone, and ``gather`` those of the whole beam by these; ``walk``
-    the states of a history of one load, ``polygon`` those of bends and twists one after the other, ``plane`` those at
-    bends and twists (n,), ``row`` those of a finite row whose ends are as a word says. ``far``: twist per pitch, rad,
-    to which a bent beam is twisted.
+    of the scaled face alone, and ``gather`` those of the whole beam by these; ``walk`` the states of a history of one
+    load, ``polygon`` those of bends and twists one after the other, ``plane`` those at bends and twists (n,), ``row``
+    those of a finite row whose ends are as a word says. ``case``: what a beam brings to a load; ``far``: twist per
+    pitch, rad, to which a bent beam is twisted.
     """
 
     solve: Callable[[Analysis], tuple[Sequence[Solved], States]]
@@ -36,6 +36,7 @@ class Programs(NamedTuple):
     polygon: Callable[[Analysis], States]
     plane: Callable[[Analysis, Array, Array], States]
     row: Callable[[Analysis, str], States]
+    case: Callable[[Beam, Load], Case]
     far: float
 
 
@@ -60,7 +61,14 @@ def _hinge() -> Programs:
     from squama.curves import hinge, hinge_cycles, hinge_polygons
 
     return Programs(
-        hinge.solve, hinge.gather, hinge_cycles.walk, hinge_polygons.polygon, hinge_polygons.plane, _hinge_row, 1.0
+        solve=hinge.solve,
+        gather=hinge.gather,
+        walk=hinge_cycles.walk,
+        polygon=hinge_polygons.polygon,
+        plane=hinge_polygons.plane,
+        row=_hinge_row,
+        case=hinge.case,
+        far=1.0,
     )
 
 
@@ -76,7 +84,14 @@ def _compliant() -> Programs:
     from squama.curves import real_cycles, real_rows, real_walk
 
     return Programs(
-        real_walk.solve, real_walk.gather, real_cycles.walk, real_walk.polygon, real_walk.plane, real_rows.solve, RANGE
+        solve=real_walk.solve,
+        gather=real_walk.gather,
+        walk=real_cycles.walk,
+        polygon=real_walk.polygon,
+        plane=real_walk.plane,
+        row=real_rows.solve,
+        case=real_walk.case,
+        far=RANGE,
     )
 
 

@@ -13,10 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama.arrays import solution
+from squama.beam.design import Beam
 from squama.curves import both_faces
 from squama.curves.curve_figures import dissipation, figures
 from squama.curves.way import Analysis, Case, Curve, States, Way, spaced
-from squama.loads import neutral_height
+from squama.loads import Load, neutral_height
 from squama.model import energy, history, mechanics, screw
 from squama.model.mechanics import Row
 from squama.model.outcome import CODES, End
@@ -147,10 +148,10 @@ class Both(NamedTuple):
         )
         found = _figures(lead, last)
         if sooner:
-            found |= {"load_end": other.load_end if math.isfinite(other.load_end) else cut}
-            found |= {"rate_end": found["load_end"] / self.case.pitch, "theta_end": last["theta"].item()}
-            found |= {"end": str(End.OTHER if other.end is End.NONE else other.end)}
-            found |= {"other_contact": both_faces.WHOSE * bool(other.other) + other.other}
+            end, words = other.load_end if math.isfinite(other.load_end) else cut, other.other
+            found |= {"load_end": end, "rate_end": end / self.case.pitch, "theta_end": last["theta"].item()}
+            found["end"] = str(End.OTHER if other.end is End.NONE else other.end)
+            found["other_contact"] = both_faces.WHOSE * bool(words) + words
         return Curve(along, found | {"load_e_other": other.load_e})
 
 
@@ -228,6 +229,11 @@ def path(
     met = (load_end, theta_end) if other else _NOT_MET
     k = int(found.neighbour[0])
     return Path(case, row, x0, x_end, x_c, pole, load_e, load_end, theta_end, end, k, other, mu, law, met)
+
+
+def case(beam: Beam, load: Load) -> Case:
+    """Return what a beam and its hinges bring to a load."""
+    return Case.of(beam, load.name)
 
 
 def thickness(analysis: Analysis) -> float:
@@ -317,9 +323,10 @@ def in_si(
     """
     d, K, own = case.pitch, case.stiffness, faces[0]
     rate = own["load"] / d
-    added, tangent, work = (sum(face[role] for face in faces) for role in ("scales", "tangent", "work"))
+    added, tangent, work = (np.sum([face[role] for face in faces], axis=0) for role in ("scales", "tangent", "work"))
     scales, W_fr = sign * K * added, work * K / d
-    U_el = (case.rigidity * rate**2 + sum(K / d * (face["theta"] - case.theta0) ** 2 for face in faces)) / 2
+    joints = np.sum([K / d * (face["theta"] - case.theta0) ** 2 for face in faces], axis=0)
+    U_el = (case.rigidity * rate**2 + joints) / 2
     found = {
         "rate": rate,
         "load": own["load"],
@@ -334,7 +341,7 @@ def in_si(
     for name in ("T", "M"):
         # what holds a beam of oblique scales from twisting, or straight
         if name in own:
-            found[name] = sum(turn * (K * face[name]) for turn, face in zip(turns, faces, strict=False))
+            found[name] = np.sum([turn * (K * face[name]) for turn, face in zip(turns, faces, strict=False)], axis=0)
     for other in faces[1:]:
         found |= both_faces.of_other(_of_scale(case, other))
     return found

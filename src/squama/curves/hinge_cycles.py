@@ -46,7 +46,7 @@ _BEYOND = {
 class Senses(NamedTuple):
     """Both senses of loading of a beam, by "+" and "-": solved paths, sides in contact, largest load angles allowed.
 
-    ``faces``: on how many of the bar's faces scales do the same.
+    ``faces``: on how many of the bar's faces scales do the same, where those of two do not act one at a time.
     """
 
     case: Case
@@ -89,7 +89,7 @@ def senses(beam: Beam, load: str, mu: float, law: str, margin: float, ideal: boo
         found = {"+": closed, "-": closed}
     most = {sign: p.last if p.engaged and p.end in LOCKS else p.load_end for sign, p in found.items()}
     sides = {sign: p.side for sign, p in found.items() if p.engaged}
-    return Senses(Case.of(beam, load), mu, found, sides, most, both_faces.alike(beam, load))
+    return Senses(Case.of(beam, load), mu, found, sides, most, 1 + (seen > 0))
 
 
 def walk(analysis: Analysis) -> States:

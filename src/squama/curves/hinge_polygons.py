@@ -219,7 +219,7 @@ def relax(analysis: Analysis, free: int) -> States:
 
 def _events(analysis: Analysis, spans: Sequence[Span], parts: Sequence[dict[str, Array]]) -> dict[str, Array]:
     """Return what happens at the ends of spans, where, and by how much M and T jump there."""
-    rows = []
+    rows: list[dict[str, float | int | str]] = []
     for i, span in enumerate(spans):
         after = spans[i + 1] if i + 1 < len(spans) else None
         # no force where scales come together or part

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from squama.beam.design import Beam
 from squama.contacts import events, increments, path, states
 from squama.contacts.events import Event
 from squama.contacts.legs import follow_straight
@@ -160,6 +161,11 @@ def solve(analysis: Analysis) -> tuple[list[Loaded], States]:
     held = ones[0].held
     attrs = real.attributes(held, load.verb) | {"rigidity": ones[0].case(load).rigidity}
     return [Loaded(one, load, far) for one in ones], States({}, attrs, real.notes(held, beam, far, ideal=ideal))
+
+
+def case(beam: Beam, load: Load) -> Case:
+    """Return what a beam and its joint bring to a load."""
+    return real.Path.of(beam, 0.0, (load.verb,), ideal=True).case(load)
 
 
 def gather(_: Analysis, whole: list[Loaded]) -> list[Loaded]:

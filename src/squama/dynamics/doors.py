@@ -13,6 +13,7 @@ from squama.beam import beamfile
 from squama.beam.design import Beam
 from squama.beam.parts import Quantity
 from squama.curves import labelled
+from squama.curves.chosen import MODELS
 from squama.curves.doors import analysis
 from squama.curves.labelled import Answer
 from squama.curves.way import Analysis, States, Way
@@ -70,7 +71,7 @@ class Swinging(NamedTuple):
         engaged = {"load_e": np.asarray(self.sides.plus.y_e)}
         by_dim = {**states.by_dim, (): {**engaged, **own, **states.by_dim.get((), {})}}
         said: dict[str, float | str] = {"mode": self.mode, "inertia": self.bar.inertia}
-        if self.held.joint == "compliant" and not load.sided:
+        if not (load.sided or MODELS[self.held.joint].straight):
             said["neutral"] = self.beam.given.line
         title = f"{title} of a scale-covered beam in {load.name}"
         return labelled.answer(self.analysis, States(by_dim, attrs, notes), title, said, page="")

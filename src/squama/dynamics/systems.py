@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from squama.beam import mass
 from squama.beam.design import Beam
 from squama.curves import both_faces, hinge_cycles, real
+from squama.curves.chosen import MODELS
 from squama.dynamics import hinged, motion, walked
 from squama.dynamics.branches import APART, Side
 from squama.dynamics.decay import Sides
@@ -44,9 +46,7 @@ class Held(NamedTuple):
 
     def rigidity(self, beam: Beam) -> float:
         """Return the rigidity of a beam without contact, N m^2."""
-        if self.joint != "compliant":
-            return self.load.rigidity(beam)
-        return real.Path.of(beam, 0.0, (self.load.verb,), ideal=True).case(self.load).rigidity
+        return MODELS[self.joint].programs().case(beam, self.load).rigidity
 
 
 class Bar(NamedTuple):
@@ -64,7 +64,7 @@ class Bar(NamedTuple):
 
 def tolerance(held: Held) -> float:
     """Return the relative error of a step in time."""
-    return ROUGH if held.joint == "compliant" else motion.TOLERANCE
+    return SWINGS[held.joint].tolerance
 
 
 def bar(beam: Beam, held: Held, mode: str, rotor: float | None, density: float | None) -> Bar:
@@ -137,18 +137,20 @@ def sides(beam: Beam, held: Held, mode: str, sign: int, far: float) -> tuple[Sid
 
     A sense in which hinged scales run into another contact is taken as bare; that contact is told as a limit.
     """
-    if held.joint == "compliant":
-        # without friction a swing comes back to where it was let go, but for rounding
-        far = min(far * FARTHER, max(far, MOST))
-        first = _real(beam, held, mode, sign, far)
-        energy = float(first.up.energy(np.array(min(far, first.last)))) if first.up else far**2 / 2
-        alike = both_faces.sense(beam, held.load.name) < 0
-        second = first if alike else _real(beam, held, mode, -sign, min(math.sqrt(2 * energy), MOST))
-        return Sides(*(first, second)[::sign]), None
-    return _hinged(beam, held, mode)
+    return SWINGS[held.joint].sides(beam, held, mode, sign, far)
 
 
-def _hinged(beam: Beam, held: Held, mode: str) -> tuple[Sides, Limit | None]:
+def _walked(beam: Beam, held: Held, mode: str, sign: int, far: float) -> tuple[Sides, Limit | None]:
+    # without friction a swing comes back to where it was let go, but for rounding
+    far = min(far * FARTHER, max(far, MOST))
+    first = _real(beam, held, mode, sign, far)
+    energy = float(first.up.energy(np.array(min(far, first.last)))) if first.up else far**2 / 2
+    alike = both_faces.sense(beam, held.load.name) < 0
+    second = first if alike else _real(beam, held, mode, -sign, min(math.sqrt(2 * energy), MOST))
+    return Sides(*(first, second)[::sign]), None
+
+
+def _hinged(beam: Beam, held: Held, mode: str, _sign: int, _far: float) -> tuple[Sides, Limit | None]:
     kind = held.load
     both = hinge_cycles.senses(beam, kind.name, held.mu, held.law, FINEST, held.ideal)
     found = {sign: hinged.of_path(both.paths[sign], both.bar, mode) for sign in ("+", "-")}
@@ -170,6 +172,23 @@ def _real(beam: Beam, held: Held, mode: str, sign: int, far: float) -> Side:
 def notes(beam: Beam, held: Held, limit: Limit | None, low: float, high: float) -> list[str]:
     """Say where a motion between two angles leaves the model."""
     found = [limit[1]] if limit is not None and -low >= limit[0] else []
-    if held.joint == "compliant":
-        found += real.notes(real.Held.of(beam), beam, max(-low, high), ideal=held.ideal)
-    return found
+    return found + SWINGS[held.joint].notes(beam, held, max(-low, high))
+
+
+def _real_notes(beam: Beam, held: Held, far: float) -> list[str]:
+    return real.notes(real.Held.of(beam), beam, far, ideal=held.ideal)
+
+
+class Swing(NamedTuple):
+    """How a model swings: relative error of a step in time, branches in both senses, notes on a motion so far."""
+
+    tolerance: float
+    sides: Callable[[Beam, Held, str, int, float], tuple[Sides, Limit | None]]
+    notes: Callable[[Beam, Held, float], list[str]]
+
+
+SWINGS = {
+    "hinge": Swing(motion.TOLERANCE, _hinged, lambda *_: []),
+    "compliant": Swing(ROUGH, _walked, _real_notes),
+}
+"""The models of :data:`squama.curves.chosen.MODELS`."""

@@ -109,8 +109,8 @@ class Motion:
         load, law, mu, bend = self.kind.name, setting.law, setting.mu, setting.bend
         sense = setting.sense if self.kind.sided or not own else "+"
         way, one = Way.of(load, [arguments.sense(sense) * math.inf]), None if bend else self.kind
-        how: doors.How = {"mu": mu, "margin": setting.margin, "joint": setting.joint, "ideal": setting.ideal}
-        analysis = doors.analysis(setting.beam, way, one, points=3, law=law, **how)
+        how = doors.How(mu=mu, law=law, margin=setting.margin, joint=setting.joint, ideal=setting.ideal)
+        analysis = doors.analysis(setting.beam, way, one, points=3, **how)
         self.joint, self.ideal = joint, ideal = analysis.joint, analysis.ideal
         scales = idealisation(setting.beam, joint, ideal=thin(self.kind, law, joint, ideal=ideal))
         self.model = self.kind.model(self.kind.law(law), joint, scales)
