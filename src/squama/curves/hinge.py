@@ -174,14 +174,9 @@ def gather(analysis: Analysis, one_face: list[Path]) -> list[Path] | list[Both]:
 
 def solve(analysis: Analysis) -> tuple[list[Path], States]:
     """Solve a beam in one sense, up to the one load angle of its way, for each coefficient of friction."""
-    beam, way, law, margin, mus = (
-        analysis.beam,
-        analysis.way,
-        analysis.law,
-        analysis.margin,
-        np.atleast_1d(analysis.mus),
-    )
+    beam, way, law, mus = analysis.beam, analysis.way, analysis.law, np.atleast_1d(analysis.mus)
     kind, case, to = way.load, Case.of(beam, way.load.name, way.sense), abs(way.values[-1])
+    margin = analysis.margin
     more = States({}, {"margin": margin})
     ratios = beam.ratios | {"lam": kind.height(beam.lam, beam.neutral), "thickness": thickness(analysis)}
     if case.mirrored and not kind.sided:
