@@ -11,7 +11,8 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from tests.oracle.boxes import Vector, apart
+
+from oracle.boxes import Vector, apart
 
 CORNERS = np.array(list(itertools.product((0, 1), (-1, 1), (-1, 1))), float)
 EDGES = np.array([(i, j) for i, j in itertools.combinations(range(8), 2) if abs(CORNERS[i] - CORNERS[j]).sum() in (1, 2)

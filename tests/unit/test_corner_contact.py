@@ -130,7 +130,7 @@ def test_a_state_is_the_same_whatever_stations_lead_there() -> None:
     ends = [(0.06, 0.05), (0.06, 0.1)]
     _, few = followed(SKIN, ends)
     _, many = followed(SKIN, ray(*ends, n=57))
-    np.testing.assert_allclose([few.M[-1], few.T[-1]], [many.M[-1], many.T[-1]], rtol=4e-3)
+    np.testing.assert_allclose([few.M[-1], few.T[-1]], [many.M[-1], many.T[-1]], rtol=6e-3)
     assert few.answers.contact().phi == pytest.approx(many.answers.contact().phi, rel=1e-9)
 
 

@@ -12,7 +12,8 @@ import pytest
 import squama
 from squama.cli import main
 from squama.curves import own_scales
-from squama.identify import doubts, fitting, noise, slope
+from squama.errors import refuse
+from squama.identify import doubts, fitting, noise, search, slope
 from squama.identify.forward import Physical
 from squama.identify.readings import Readings
 from squama.identify.slope import Slope
@@ -73,6 +74,19 @@ def test_a_wrong_unit_of_the_torque_is_named(twists, torques, words):
     assert words in fit.doubts[0]
     assert "check the units of torque and twist" in fit.doubts[0]
     assert not fit.holds
+
+
+@pytest.mark.parametrize(("torques", "words"), [(1000, "no fit is found: the slope .* N mm taken as N m"), (1, "sees")])
+def test_a_wrong_unit_is_named_where_no_fit_is_found(monkeypatch, torques, words):
+    """The joint may run off until no point depends on it."""
+
+    def off(*_):
+        refuse("K_theta", "", "no point sees it")
+
+    monkeypatch.setattr(search, "find", off)
+    x, T = loop()
+    with pytest.raises(squama.InputError, match=words):
+        fitted(x, torques * T)
 
 
 @pytest.mark.usefixtures("alone")

@@ -62,6 +62,7 @@ def test_hinges_tell_the_moment_that_holds_them_straight(sense):
 
 def test_free_to_bow():
     """Against general contact on the joint's matrix, 0.05 % off, with friction; figures of the nonlinear elements."""
+    # tolerance: another program's figures, of three digits
     found = squama.twist(SKIN, mu=0.25, at=["0.06 rad/pitch", "0.08 rad/pitch", "0.1 rad/pitch"])
     np.testing.assert_allclose(found["T"], [5.61e-3, 9.51e-3, 13.2e-3], rtol=0.015)
     np.testing.assert_allclose(found.psi, [-0.00715, -0.0296, -0.0513], atol=1.5e-3)
@@ -101,6 +102,7 @@ def test_what_is_not_known_is_said():
 
 def test_the_papers_figure_6b_takes_a_moment():
     """Thin, rigid scales on the compliant joint, eta 3: by general contact, over E d^3."""
+    # tolerance: another program's figures, of three digits
     beam, phi = par.fig6b(3.0), np.array([0.1, 0.15, 0.2])
     how = {"at": phi / beam.pitch, "joint": "compliant", "ideal": True, "mu": 0.2}
     r, free = squama.twist(beam, hold="straight", **how), squama.twist(beam, **how)

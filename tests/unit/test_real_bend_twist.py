@@ -231,6 +231,19 @@ def test_the_command_sets_the_hinge_beside(tmp_path, capsys):
     assert "at the last point" not in shown
 
 
+def test_the_command_tells_how_far_what_is_free_goes(capsys):
+    """The ends of ways are where each beam is: the real one bows, hinges are held."""
+    path, skin = "twist 0.07 rad/pitch; twist 0.08 rad/pitch", "examples/stiff_skin.toml"
+    assert main(["bend-twist", skin, "--path", path, "--points", "20"]) == 0
+    rows = [line.rsplit(None, 2) for line in capsys.readouterr().out.splitlines() if line.startswith("  bend psi")]
+    r = squama.bend_twist(SKIN, path, points=20, hold="nothing")
+    bows = [float(r.psi.values[r.leg == leg][-1]) for leg in (1, 2)]
+    assert min(map(abs, bows)) > 0.01
+    # tolerance: four digits are printed
+    np.testing.assert_allclose([float(row[1]) for row in rows], bows, rtol=1e-3)
+    assert [row[2] for row in rows] == ["0", "0"]
+
+
 def test_the_picture_keeps_the_scale_of_the_real_beam():
     path = "twist 0.09 rad/pitch; twist 0.25 rad/pitch"
     ours, hinge = (bent_and_twisted(SKIN, path, mu=0.6, **how) for how in ({"neutral": "middle"}, {"joint": "hinge"}))

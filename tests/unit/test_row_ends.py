@@ -155,7 +155,7 @@ def test_cells_that_are_held_alike_are_the_row_of_equal_cells(name, mu, monkeypa
     for name in ("torque", "M", "P", "N", "f", "u_Z", "w_Y", "x", "y", "W", "W_fr", "energy"):
         expected = column(same, name)
         np.testing.assert_allclose(
-            column(own, name), expected, atol=1e-9 * np.nanmax(np.abs(expected)) + 1e-13, rtol=0, err_msg=name
+            column(own, name), expected, atol=1e-9 * np.nanmax(np.abs(expected)) + 1e-12, rtol=0, err_msg=name
         )
     np.testing.assert_allclose(own.cells[..., 5].mean(axis=1), column(same, "torque")[:, 0], rtol=1e-9)
     # the cells at the ends carry less than those in the middle, as their neighbour is missing
@@ -176,7 +176,7 @@ def test_the_middle_of_a_long_row_under_end_torque_is_the_endless_beam(name, mu)
     endless = path.named(way.states(t.cells[:, 30, 1])[0])
     for name in ("torque", "psi", "aside", "stretch", "N", "f", "x", "y", "u_Z", "w_Y"):
         value = middle["torque"] if name == "torque" else middle[name]
-        assert value == pytest.approx(endless[name][-1], rel=1e-4, abs=1e-9), name
+        assert value == pytest.approx(endless[name][-1], rel=3e-4, abs=1e-9), name
     # the ends are felt
     assert abs(t.cells[-1, 0, 1] / t.cells[-1, 30, 1] - 1) > 0.02
 
@@ -215,7 +215,7 @@ def test_energy_is_balanced_with_friction(name, ends):
     way = WAYS[name](0.4)
     t = row.track(way, 9, way.contact.phi * np.linspace(0, 2, 41)[1:], ends=ends)
     U, rubbed, lost, work = (column(t, name).sum(axis=1) for name in ("energy", "W_fr", "W_snap", "W"))
-    np.testing.assert_allclose(work, U + rubbed + lost, atol=1e-4 * U.max())
+    np.testing.assert_allclose(work, U + rubbed + lost, atol=2e-4 * U.max())
     assert rubbed[-1] > 1e-3 * U[-1]
 
 
@@ -314,6 +314,7 @@ def test_the_door():
     equal = squama.row(SKIN, scales=9, to="0.1 rad/pitch", points=30, ends="equal")
     assert "phi_cell" not in equal
     assert float(r["T"][-1]) < float(equal["T"][-1]) < float(gripped["T"][-1])
+    # tolerance: axes of cells lean out of the line between the grips, 0.8 % of the torque on every processor
     np.testing.assert_allclose(gripped.T_cell[-1], gripped["T"][-1], rtol=0.02)
     # before contact cells do what the endless beam does, told with the same signs
     for sense in "+-":

@@ -260,6 +260,9 @@ def test_the_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: p
     out = capsys.readouterr().out
     assert "thick, elastic scales on compliant joints, figures at 0.09 rad/pitch" in out
     assert "note: joint.factor = normal(1, 0.01" in out
+    lines = out[out.index("the nominal beam at 0.09 rad/pitch") :].splitlines()
+    said = ("endless, free to bow", "endless, held straight", "scales in a row")
+    assert all(words in line for line, words in zip(lines[1:4], said, strict=True))
     assert "stiffness_ratio" in out
     assert "locked" not in out
 

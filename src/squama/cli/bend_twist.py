@@ -27,6 +27,8 @@ _FREE = "Load that is left free on hinges, twisting or bending, while the other 
 _MAP = "Pictures and tables are of the plane around the path: contacts, locks, theta, M and T, each straight from rest."
 _KEYS = "load free law joint scales joint_source band neutral hold margin path squama_version"
 _AT_ENDS = {
+    "psi": ("bend psi, rad/pitch", 1.0),
+    "phi": ("twist phi, rad/pitch", 1.0),
     "M": ("moment M, N m", 1.0),
     "T": ("torque T, N m", 1.0),
     "theta": ("theta, deg", math.degrees(1)),
@@ -82,7 +84,7 @@ def bend_twist(
 
 
 def ways(data: Answer) -> dict[str, list[float]]:
-    """Return moment, torque, inclination and stress at the end of each way, NaN where the path ended before.
+    """Return strains, loads, inclination and stress at the end of each way, NaN where the path ended before.
 
     With scales on both faces the stress is the larger of the two.
     """
@@ -123,7 +125,7 @@ def _shown(beam: Beam, found: Mapping[str, Answer]) -> Iterable[str | Table]:
     yield ""
     yield _events(data)
     yield ""
-    yield _ends(beam, found)
+    yield _ends(found)
     yield ""
     for joint, one in found.items():
         end, other = one["end"].item(), one["other_contact"].item()
@@ -162,15 +164,14 @@ def _events(data: Answer) -> Table:
     return output.table(head, rows, left=1, gap=1)
 
 
-def _ends(beam: Beam, found: Mapping[str, Answer]) -> Table:
+def _ends(found: Mapping[str, Answer]) -> Table:
     """Return the table of the ends of ways, a column for each kind of joint."""
     from squama.cli.report import HINGE, IDEAL, REAL
 
     at_ends = {joint: ways(one) for joint, one in found.items()}
     rows = []
-    for i, corner in enumerate(next(iter(found.values())).attrs["path"]):
-        place = ", ".join(number(v * beam.pitch) for v in corner)
-        rows.append([f"end of way {i + 1}: psi, phi = {place}", *[""] * len(found)])
+    for i in range(len(next(iter(found.values())).attrs["path"])):
+        rows.append([f"end of way {i + 1}", *[""] * len(found)])
         for name, (words, factor) in _AT_ENDS.items():
             cells = [factor * one[name][i] if name in one else math.nan for one in at_ends.values()]
             if not all(map(math.isnan, cells)):

@@ -141,7 +141,13 @@ def fit(
             raise
         made, kind, why = prepare.prepared("hinge", wanted), "hinge", f"on the compliant joint: {error}"
     prepare.enough(made)
-    found = search.find(made, starts, candidates)
+    try:
+        found = search.find(made, starts, candidates)
+    except InputError:
+        if not (cause := prepare.wrong_unit(made)):
+            raise
+        # what the points seem not to show is a consequence
+        refuse("data", "", f"no fit is found: {cause}")
     result = _result(made, found, wanted, _rival(_OTHER[kind], wanted, found), why)
     if samples:
         assert isinstance(made.points, Hinged)

@@ -173,8 +173,13 @@ def enough(made: Prepared) -> None:
         turned = np.isfinite(engaged[there])
         remedy = "if the sense was the other, turn the signs of twist and torque" if turned else "find C_f or E_B only"
     reason = f"all {have} points lie before engagement (largest {word} {far:.4g} rad/pitch, {where})"
-    unit = asked.base.rigidity / asked.beam.pitch
-    steep = slope(rec, points, usable, asked.physical(asked.start), unit, None)
-    if steep is not None and steep.wrong_unit:
-        remedy = f"{steep.cause(asked.names, asked.beam.scales)}, or {remedy}"
+    cause = wrong_unit(made)
+    remedy = f"{cause}, or {remedy}" if cause else remedy
     refuse("data", "", f"{reason}, where {' and '.join(hidden)} cannot be seen", remedy)
+
+
+def wrong_unit(made: Prepared) -> str:
+    """Say what unit the slope of the first part of the twist speaks of; empty where a bar may explain it."""
+    asked, unit = made.asked, made.asked.base.rigidity / made.asked.beam.pitch
+    steep = slope(made.record, made.points, made.usable, asked.physical(asked.start), unit, None)
+    return steep.cause(asked.names, asked.beam.scales) if steep is not None and steep.wrong_unit else ""

@@ -84,6 +84,8 @@ CROWDED = 0.85
 """Largest share of the pitch that an embedded scale takes in the law's range."""
 NEAREST = 5
 """Designs of the sample whose distance says how far the law may be off."""
+BORDER, CORNER = 0.1, 1.5
+"""Share of a range that lies near its end, and how much farther the law may be off where all eight numbers do."""
 _SLACK = 1e-9
 """The limits themselves belong to the range, also where a ratio was rounded on its way here."""
 
@@ -134,10 +136,23 @@ def band(shape: Shape, by: Law | None = None) -> Array:
 
     The law is made of designs; the farther they are from a shape, the farther the law may be off. The distance is
     :func:`distance`; what it means was learnt from designs left out in turn and from others that were not fitted.
+    In a corner of the range, where they lie on one side only, it means more (:func:`cornered`).
     """
     found = (by or shipped()).apart
     away = found.scale * distance(shape, by) ** found.power
-    return np.asarray(2 * np.hypot(found.floor, away))
+    return np.asarray(2 * np.hypot(found.floor, away) * (1 + CORNER * cornered(shape)))
+
+
+def cornered(shape: Shape) -> Array:
+    """Return how far shapes lie in a corner of the law's range, of many (n,): 1 where all eight numbers are at an end.
+
+    A number within :data:`BORDER` of an end counts by how near it is; one alone is no corner.
+    """
+    near = sum(
+        np.clip(1 - np.minimum(x - r.low, r.high - x) / (BORDER * (r.high - r.low)), 0.0, 1.0)
+        for r, x in _measured(Shape(*map(np.real, shape)))
+    )
+    return np.asarray(np.maximum(near - 1, 0.0) / (len(RANGES) - 1))
 
 
 def distance(shape: Shape, by: Law | None = None, *, skip: int = 0) -> Array:
