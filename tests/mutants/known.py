@@ -264,6 +264,7 @@ TESTS: dict[str, tuple[str, ...]] = {
     "study/plan.py": ("unit/test_sweep.py", "unit/test_map_cli.py"),
     "study/slices.py": ("unit/test_sweep.py", "unit/test_map_cli.py"),
     "study/columns.py": ("unit/test_columns.py", "unit/test_joint_law.py", "unit/test_sweep.py"),
+    "study/hinge_columns.py": ("unit/test_columns.py", "unit/test_sweep_held.py", "unit/test_sweep.py"),
     "study/parameters.py": ("unit/test_sweep.py", "unit/test_map_cli.py", "unit/test_columns.py"),
     "study/store.py": ("unit/test_sweep.py", "unit/test_sweep_damage.py", "unit/test_sweep_resume.py"),
     "study/chunks.py": ("unit/test_sweep_damage.py",),

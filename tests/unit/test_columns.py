@@ -7,7 +7,8 @@ import pytest
 
 import squama
 from squama.errors import InputError
-from squama.study.columns import beam_at, columns, solved, valid
+from squama.study.columns import beam_at, columns, valid
+from squama.study.hinge_columns import solved
 
 BEAM = squama.Beam.from_toml("examples/pla_on_vps.toml")
 RANGES = {

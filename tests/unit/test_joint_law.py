@@ -13,7 +13,8 @@ from squama.curves import real
 from squama.inverse.space import Space, Variable, stepped
 from squama.loads import LOADS
 from squama.model.sensitivity import STEP
-from squama.study.columns import beam_at, columns, solved
+from squama.study.columns import beam_at, columns
+from squama.study.hinge_columns import solved
 from squama.study.parameters import of_beam
 from squama.web import map as regimes
 from squama.web.fields import FIELDS

@@ -1,8 +1,6 @@
 """Sweeps that are stopped: SIGKILL at any moment, Ctrl-C, a full disk, a dead worker; the result is always the same."""
 
 import errno
-import hashlib
-import json
 import os
 import random
 import shutil
@@ -204,22 +202,6 @@ def test_a_tile_that_another_process_has_is_left_to_it(place):
         assert not again
     assert run(plan, Path("map.zarr")) == (2, 2)
     assert not list(Path("map.zarr").rglob("*.partial"))
-
-
-def test_a_store_of_another_engine_is_read_and_not_gone_on_with(place):
-    plan, path = make_plan(BEAM, {"mu": (0, 1, 4)}, tile=2, joint="hinge"), Path("map.zarr")
-    run(plan, path)
-    before = contents(path)
-    attributes = json.loads((path / "zarr.json").read_text())
-    text = json.dumps(plan.configuration | {"engine": "older"}, sort_keys=True, separators=(",", ":"))
-    digest = hashlib.sha256(text.encode()).hexdigest()
-    attributes["attributes"] |= {"engine": "older", "configuration": text, "configuration_sha256": digest}
-    (path / "zarr.json").write_text(json.dumps(attributes))
-    assert bool((squama.open_sweep(path).status == 1).all())
-    with pytest.raises(InputError, match="belongs to another sweep: engine older against not given ") as caught:
-        store.prepare(path, plan)
-    assert len(caught.value.problems) == 1
-    assert contents(path).keys() == before.keys()
 
 
 def test_what_the_dead_have_left_is_swept_when_no_writer_lives(place):

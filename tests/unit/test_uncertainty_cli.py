@@ -233,7 +233,7 @@ def test_picture(beam):
         (("--vary", "mu=+-.1", "--csv", "beam.toml"), ["beam.toml"]),
         (("--tolerances", "none.toml"), ["none.toml"]),
         (("--tolerances", "beam.toml"), ["beam.toml: holds scale, substrate, beam, friction too"]),
-        (("--tolerances", "bad.toml"), ["bad.toml: is not TOML"]),
+        (("--tolerances", "bad.toml"), ['bad.toml: line 2: "mu = +- 0.1" is not valid TOML']),
         (
             ("--tolerances", "wrong.toml"),
             ['wrong.toml: scale.alpha = "+- 1 mm"', "wrong.toml: nu: nothing of that name"],

@@ -204,7 +204,7 @@ def test_claim_5_red(table):
 def test_red_of_many_designs_is_that_of_the_response(law, mu):
     alphas = A([5.0, 20.0, 45.0])
     r = maps.sweep(par.main(), "alpha", alphas)
-    many, solved = maps.dissipation(par.main(), r, np.full(3, mu), law, 0.01)
+    solved, _ = maps.dissipation(par.main(), r, np.full(3, mu), law, 0.01)
     for index, t in maps.ends(r, mu, law).tracks:
         locks = np.isin(t.code, (CODES.index(End.FRICTIONAL), CODES.index(End.KINEMATIC)))
         x_c = energy.cutoff(t.row, t.x0, t.x_end, locks, 0.01)
@@ -216,7 +216,7 @@ def test_red_of_many_designs_is_that_of_the_response(law, mu):
     for i, alpha in enumerate(alphas):
         one = squama.twist(par.main().replace(scale={"alpha": float(alpha)}), mu=mu, law=law, points=10, joint="hinge")
         if one.end != "other contact":
-            assert many[i] == pytest.approx(float(one.RED_c), rel=1e-8)
+            assert solved.RED[i] == pytest.approx(float(one.RED_c), rel=1e-8)
 
 
 def test_bending_lock_line_is_a_translate(table):
@@ -253,7 +253,7 @@ def test_folder_that_cannot_be_made(place, words, tmp_path):
 
 def test_envelopes_that_stop_are_marked():
     """In Fig. 5b every end of an envelope above the axis has its mark, and the legend tells why it stops."""
-    figure = twisting2020.fig5b().figure
+    figure = twisting2020.FIGURES["fig5b"](None).figure
     words = [t.get_text() for t in figure.legends[0].get_texts()]
     assert "beyond: ends without a lock" in words
     assert any(w.startswith("drawn so far") and "1°" in w and "70°" in w for w in words)

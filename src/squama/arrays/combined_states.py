@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -102,23 +103,15 @@ def combined(
     """
     if not isinstance(toward, tuple | list) or len(toward) != 2:
         refuse("toward", "", "must be two numbers, (dpsi, dphi)", "write e.g. toward=(0, 1) for twisting last")
-    columns, shape = arguments.designs(
-        psi=psi, phi=phi, dpsi=toward[0], dphi=toward[1], neutral_height=neutral_height, eta=eta, beta=beta, lam=lam,
-        alpha=alpha, theta0=theta0, mu=mu,
-    )  # fmt: skip
-    parts = [_states(*(v[i : i + PART] for v in columns)) for i in range(0, max(1, columns[0].size), PART)]
-    return Combined._make(np.concatenate(v).reshape(shape) for v in zip(*parts, strict=True))
+    way = {"psi": psi, "phi": phi, "dpsi": toward[0], "dphi": toward[1], "neutral_height": neutral_height}
+    columns, shape = arguments.designs(**way, eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu)
 
+    def states(part: list[Array]) -> Combined:
+        psi, phi, dpsi, dphi, y_n, *_, mu = part
+        g, pair, turn = _met(psi, phi, *part[4:-1])
+        return Combined(*screw.state(pair, g, *turn, mu, (dpsi, dphi), y_n), *turn)
 
-def _states(
-    psi: Array, phi: Array, dpsi: Array, dphi: Array, y_n: Array, eta: Array, beta: Array, lam: Array, alpha: Array,
-    theta0: Array, mu: Array,
-) -> Combined:  # fmt: skip
-    g = screw.Screw.of(psi, phi, y_n)
-    cos, sin = np.cos(alpha), np.sin(alpha)
-    turn = psi * cos + phi * sin, phi * cos - psi * sin
-    pair = screw.Pair.of(g, eta, beta, lam, alpha, theta0)
-    return Combined(*screw.state(pair, g, *turn, mu, (dpsi, dphi), y_n), *turn)
+    return Combined._make(np.concatenate(v).reshape(shape) for v in _by_parts(states, columns))
 
 
 def held(
@@ -168,20 +161,30 @@ def held(
         psi=psi, phi=phi, neutral_height=neutral_height, eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu
     )
     angles = np.linspace(0.0, 2 * np.pi, n, endpoint=False)
-    parts = [_held(angles, *(v[i : i + PART] for v in columns)) for i in range(0, max(1, columns[0].size), PART)]
-    M, T, cone = (np.concatenate(v, axis=-1) for v in zip(*parts, strict=True))
+
+    def border(part: list[Array]) -> screw.Held:
+        _, _, y_n, *_, theta0, mu = part
+        g, pair, turn = _met(*part[:-1])
+        here = screw.touching(pair, *turn)
+        found = screw.Velocities.of(g, y_n, here).held(here.theta - theta0, mu, angles)
+        return screw.Held(*(np.where(here.contact == screw.NONE, np.nan, v) for v in found))
+
+    with np.errstate(all="ignore"):
+        M, T, cone = (np.concatenate(v, axis=-1) for v in _by_parts(border, columns))
     last = np.moveaxis(cone, -1, 0).reshape(*shape, 2, 2)
     return Held(M.T.reshape(*shape, n), T.T.reshape(*shape, n), last)
 
 
-@np.errstate(all="ignore")
-def _held(
-    angles: Array, psi: Array, phi: Array, y_n: Array, eta: Array, beta: Array, lam: Array, alpha: Array, theta0: Array,
-    mu: Array,
-) -> screw.Held:  # fmt: skip
+def _met(
+    psi: Array, phi: Array, y_n: Array, eta: Array, beta: Array, lam: Array, alpha: Array, theta0: Array
+) -> tuple[screw.Screw, screw.Pair, tuple[Array, Array]]:
+    """Return the screw motion from pitch to pitch, a pair of scales, and its turns: closing and rolling."""
     g = screw.Screw.of(psi, phi, y_n)
     cos, sin = np.cos(alpha), np.sin(alpha)
-    pair = screw.Pair.of(g, eta, beta, lam, alpha, theta0)
-    here = screw.touching(pair, psi * cos + phi * sin, phi * cos - psi * sin)
-    found = screw.Velocities.of(g, y_n, here).held(here.theta - theta0, mu, angles)
-    return screw.Held(*(np.where(here.contact == screw.NONE, np.nan, v) for v in found))
+    return g, screw.Pair.of(g, eta, beta, lam, alpha, theta0), (psi * cos + phi * sin, phi * cos - psi * sin)
+
+
+def _by_parts(f: Callable[[list[Array]], Iterable[Array]], columns: Sequence[Array]) -> Iterator[tuple[Array, ...]]:
+    """Yield each field of what a function returns of columns (n,), as its parts of :data:`PART` rows."""
+    parts = (f([v[i : i + PART] for v in columns]) for i in range(0, max(1, columns[0].size), PART))
+    return zip(*parts, strict=True)

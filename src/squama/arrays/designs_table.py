@@ -1,4 +1,4 @@
-"""Many designs from a spreadsheet: a table in, the same table with engagement and end out.
+"""A table of designs from a spreadsheet, and the same table with engagement and end added.
 
 Bad rows are named with their line, column and value; the good ones are computed all the same, together.
 """
@@ -86,7 +86,7 @@ def write(solved: Solved, path: str | os.PathLike[str]) -> Path:
 
 
 def _checked(table: tabular.Table) -> list[str]:
-    """Return the header, or refuse one without the input columns or with columns of unclear names."""
+    """Return the header; refuse one whose input columns are missing, repeated or named like results."""
     header = table.header.cells
     unused = [name for name in header if name not in INPUTS]
     if len(unused) == len(header) and not any(tabular.close(name, unused) for name in INPUTS):

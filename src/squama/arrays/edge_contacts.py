@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 from squama import arguments
 from squama.arrays import solution
 from squama.model import mechanics, twisting
-from squama.model.outcome import End
 from squama.model.paths import ARRAY, Twist
+from squama.model.plates import Touch
 from squama.types import Array
 
 
@@ -68,17 +68,10 @@ class Ends(NamedTuple):
 
 
 def _row(
-    theta: ArrayLike,
-    eta: ArrayLike,
-    beta: ArrayLike,
-    lam: ArrayLike,
-    alpha: ArrayLike,
-    thickness: ArrayLike,
-    sense: str,
-    neighbour: int,
+    theta: ArrayLike, sizes: dict[str, ArrayLike], alpha: ArrayLike, thickness: ArrayLike, sense: str, neighbour: int
 ) -> Twist:
-    """Row of a neighbour at the inclinations ``theta``, checked."""
-    given = {name: arguments.positive(name, v) for name, v in (("eta", eta), ("beta", beta), ("lam", lam))}
+    """Check the arguments of :func:`contact` and return the row of scales at the inclinations ``theta``."""
+    given = {name: arguments.positive(name, v) for name, v in sizes.items()}
     alpha = arguments.between("alpha", alpha, 0.0, np.pi / 2)
     theta = arguments.between("theta", theta, 0.0, np.pi)
     ts = arguments.not_negative("thickness", thickness)
@@ -130,7 +123,7 @@ def contact(
     >>> print(f"{c.phi:.6f}")
     0.048194
     """
-    row = _row(theta, eta, beta, lam, alpha, thickness, sense, neighbour)
+    row = _row(theta, {"eta": eta, "beta": beta, "lam": lam}, alpha, thickness, sense, neighbour)
     with np.errstate(all="ignore"):
         r = row.root(row.theta0, ARRAY)
         q = np.sqrt(r.q2)
@@ -157,7 +150,7 @@ def forces(
     sense: str = "+",
     neighbour: int = 1,
 ) -> Forces:
-    """Give forces and torque while the contact slides at the inclinations ``theta`` (paper Eqs. 7-14).
+    """Return forces and torque while the contact slides at the inclinations ``theta`` (paper Eqs. 7-14).
 
     Parameters
     ----------
@@ -190,7 +183,7 @@ def forces(
     """
     theta0 = arguments.between("theta0", theta0, 0.0, np.pi / 2)
     mu = arguments.not_negative("mu", mu)
-    row = _row(theta, eta, beta, lam, alpha, thickness, sense, neighbour)
+    row = _row(theta, {"eta": eta, "beta": beta, "lam": lam}, alpha, thickness, sense, neighbour)
     arguments.thin(np.asarray(row.thickness), arguments.law(law))
     with np.errstate(all="ignore"):
         pt = row.point(row.theta0, law, ARRAY)
@@ -247,21 +240,17 @@ def ends(
     arguments.thin(flat[6], arguments.law(law))
     mirrored = arguments.sense(sense) < 0
     arguments.one_of("contacts", contacts, ("tip", "all"))
-    columns = dict(zip((*solution.COLUMNS, "thickness"), flat, strict=True))
-    sol, touched = solution.solve(columns, law=law, sense=sense), {}
+    sol = solution.solve(dict(zip((*solution.COLUMNS, "thickness"), flat, strict=True)), law=law, sense=sense)
+    came = sol.crossing > 0
+    touches: list[Touch | None] = [None] * came.size
     if contacts == "all":
         sol, touches = solution.with_touches(sol, (*flat[:5], flat[6]), sense=sense)
-        touched = {i: hit for i, hit in enumerate(touches) if hit is not None}
-    found, came = sol.found, sol.crossing > 0
+    found, other = sol.found, np.full(came.size, "", dtype="U96")
     phi_touch, theta_touch = np.where(came, found.load_end, np.nan), np.where(came, found.theta_end, np.nan)
-    other = np.full(came.size, "", dtype="U96")
-    for i in {*np.flatnonzero(came).tolist(), *touched}:
-        other[i] = solution.other_words(touched.get(i), int(sol.crossing[i]), mirrored=mirrored)
-    for i, hit in touched.items():
-        phi_touch[i], theta_touch[i] = hit.phi, hit.theta
+    for i in np.flatnonzero(came | np.array([hit is not None for hit in touches], bool)):
+        hit = touches[i]
+        other[i] = solution.other_words(hit, int(sol.crossing[i]), mirrored=mirrored)
+        if hit is not None:
+            phi_touch[i], theta_touch[i] = hit.phi, hit.theta
     view = (found.load_e, found.theta_end, found.load_end, found.end, found.neighbour)
-    more = (other, np.full(came.size, sense), phi_touch, theta_touch)
-    return Ends(*(f.reshape(shape) for f in (*view, *more)))
-
-
-__all__ = ["Contact", "End", "Ends", "Forces", "contact", "ends", "forces"]
+    return Ends(*(f.reshape(shape) for f in (*view, other, np.full(came.size, sense), phi_touch, theta_touch)))

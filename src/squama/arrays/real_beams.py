@@ -12,12 +12,12 @@ from squama import arguments, loads
 from squama.batch.threads import in_parts
 from squama.beam.joint_law import Given
 from squama.beam.parts import PLASTIC
-from squama.contacts import entry, path, states
+from squama.contacts import path, states
 from squama.contacts.moved import moved
 from squama.errors import naming, refuse
 from squama.joints import law
-from squama.joints.factor import K_THETA, pivots
-from squama.loads import NOTHING
+from squama.joints.factor import K_THETA, pivots, scaled
+from squama.loads import LOADS, NOTHING
 from squama.model import section
 from squama.types import Array
 
@@ -28,7 +28,11 @@ COLUMNS = {"torque": "T", "N": "N", "f": "f", "W_fr": "W_fr", "W_snap": "W_snap"
 
 
 class Designs(NamedTuple):
-    """Many real beams, E = d = 1: arrays (n,), arguments of :func:`response` by name."""
+    """Many real beams, E = d = 1: arrays (n,), arguments of :func:`response` by name, and what a beam may say besides.
+
+    ``K_theta`` and ``rigidity`` of the joint in place of the law's, ``factor`` on K_theta; ``psi``: bends per pitch in
+    which beams are held while they are twisted.
+    """
 
     eta: Array
     beta: Array
@@ -42,18 +46,50 @@ class Designs(NamedTuple):
     mu: Array
     modulus_ratio: Array
     scale_nu: Array
+    K_theta: Array | None = None
+    rigidity: Array | None = None
+    factor: Array | None = None
+    psi: Array | None = None
 
     @property
     def shape(self) -> law.Shape:
-        """What their joints depend on."""
+        """The ratios on which the law of the joint depends."""
         return law.Shape(*(getattr(self, name) for name in law.Shape._fields))
 
+    def at(self, i: Array) -> Designs:
+        """Return the designs with the numbers ``i``."""
+        return Designs(**{name: v[i] for name, v in self._asdict().items() if v is not None})
+
     def scales(self, *, ideal: bool) -> path.Scale:
-        """Return their scales, thin and rigid or as they are."""
+        """Return the scales of the designs: as they are or, ``ideal``, thin and rigid."""
         one = path.Scale(self.eta, self.beta, self.lam, self.alpha, self.theta0, self.thickness, nu=self.scale_nu)
         if ideal:
             return one._replace(h=0.0 * self.thickness, D=np.full(self.eta.size, np.inf))
         return one._replace(D=section.plate_rigidity(self.modulus_ratio, self.thickness, self.scale_nu))
+
+    def joints(self, given: Given) -> Array:
+        """Return the joints (n, 9, 9) or (n, 7, 7): the beam's matrix or the law's, scaled to stated figures."""
+        if given.matrix is None:
+            K = law.stiffness(self.shape)
+        else:
+            K = np.tile(given.matrix.K, (self.eta.size, 1, 1)).astype(self.eta.dtype)
+        K_theta = self.K_theta
+        if self.factor is not None:
+            K_theta = self.factor * (pivots(K)[..., K_THETA] if K_theta is None else K_theta)
+        if K_theta is None and self.rigidity is None:
+            return K
+        return scaled(K, K_theta=K_theta, rigidity=self.rigidity, free=given.free("twist"))
+
+    def legs(self, at: Array, load: str) -> tuple[Array, Array | None]:
+        """Return ways (n, m) from rest to twists or bends ``at`` (n, m), bend and twist there (None: twist alone).
+
+        Where a beam is held bent it is bent first, and its ways begin with one more place, where it is.
+        """
+        if self.psi is None:
+            return at, np.stack([at, 0 * at], axis=-1) if load == "bending" else None
+        ways = np.column_stack([0 * self.psi, at]) + np.abs(self.psi)[:, None]
+        # as far as the way goes, to the last digit
+        return ways, np.stack(np.broadcast_arrays(self.psi[:, None], ways - ways[:, :1]), axis=-1)
 
 
 class Response(NamedTuple):
@@ -149,78 +185,75 @@ def response(
     if twists.ndim != 1 or not twists.size or (np.diff(twists) <= 0).any() or twists[-1] >= np.pi:
         refuse("phi", "", "must be a rising sequence of twists below pi", "write e.g. np.linspace(0, 0.2, 40)")
     sign = arguments.sense(sense)
-    columns, shape = arguments.designs(
-        eta=eta, beta=beta, lam=lam, zeta=zeta, alpha=alpha, theta0=theta0, thickness=thickness, width=width, nu=nu,
-        mu=mu, modulus_ratio=modulus_ratio, scale_nu=scale_nu,
-    )  # fmt: skip
+    contact = {"eta": eta, "beta": beta, "lam": lam, "zeta": zeta, "alpha": alpha, "theta0": theta0}
+    rest = {"thickness": thickness, "width": width, "nu": nu, "mu": mu}
+    columns, shape = arguments.designs(**contact, **rest, modulus_ratio=modulus_ratio, scale_nu=scale_nu)
     with naming("hold"):
-        free = Given(None, None, None, held=loads.hold(hold)).free("twist")
-    found = follow(Designs(*columns), twists, free=free, sense=sign, threads=threads)
+        given = Given(None, None, None, held=loads.hold(hold))
+    found = follow(
+        Designs(*columns),
+        np.broadcast_to(twists, (columns[0].size, twists.size)),
+        given,
+        sense=sign,
+        threads=threads,
+    )
     return Response._make(v.reshape((*shape, *v.shape[1:])) for v in found)
 
 
 def follow(
     designs: Designs,
-    twists: Array,
+    at: Array,
+    given: Given,
     *,
-    free: path.Free,
-    K: Callable[[Array], Array] | None = None,
-    known: Array | None = None,
-    most: Array | float | None = None,
+    load: str = "twisting",
+    most: Array | None = None,
     ideal: bool = False,
     sense: int = 1,
     copies: int = 0,
-    held: Array | None = None,
-    load: str = "twisting",
     stressed: slice = slice(None),
     threads: int | None = None,
 ) -> Response:
-    """Follow beams along twists, rising, (m,) for all or (n, m); what :func:`response` returns, nothing checked.
+    """Follow n beams along rising twists ``at`` (n, m); what :func:`response` returns, nothing checked.
+
+    ``given``: what the beams say of their joint, and which strains are held. With ``load`` "bending" beams are bent
+    alone: ``at`` are bends then, torques moments, the rigidity that of bending. Of beams that are held bent twists are
+    above 0, ``W_fr`` and ``W`` from rest, ``phi_e`` and ``phi_end`` 0 where they come while a beam is bent.
 
     With complex steps in designs and twists, each beam ``copies`` times, one after the other, all that depends on them
     is complex: derivatives of what is followed, to all digits (:mod:`squama.contacts.derivatives`). Stresses are taken
-    at some of the twists, ``stressed``. ``free``: strains without a moment or force, joints (i, 9, 9).
-    ``held`` (n,): bends per pitch in which they are held;
-    twists are above 0 then, joints (i, 9, 9), ``W_fr`` and ``W`` from rest, ``phi_e`` and ``phi_end`` 0 where they come
-    while a beam is bent. With ``load`` "bending" beams are bent alone, joints as well: twists are bends then, torques
-    moments, the rigidity that of bending.
-
-    ``K`` returns the joints (i, 9, 9) or (i, 7, 7) of the designs with the numbers (i,), ``known`` (n,) tells which of
-    them have one; by default it is the law's, of designs in its range. First contacts are looked for below the twists
-    ``most``, by default the last ones. ``ideal``: scales are thin and rigid, whatever holds them.
+    at some of the twists, ``stressed``. First contacts are looked for below the twists ``most`` (n,), by default the
+    last ones. ``ideal``: scales are thin and rigid, whatever holds them.
     """
-    n, known = designs.eta.size, law.within(designs.shape) if known is None else known
-    upto = np.broadcast_to(np.real(twists[..., -1]) if most is None else most, n)
-    at_all, scales = np.broadcast_to(twists, (n, twists.shape[-1])), designs.scales(ideal=ideal)
-    m, kind = at_all.shape[1], designs.eta.dtype
+    (n, m), kind = at.shape, designs.eta.dtype
+    known = np.ones(n, bool) if given.matrix else law.within(designs.shape)
+    upto = np.real(at[:, -1]) if most is None else most
+    loaded = (LOADS[load].verb,) if designs.psi is None else ("bend", "twist")
+    strain, before = int(load == "bending"), np.zeros(n) if designs.psi is None else np.abs(designs.psi)
     alone, along = np.full((4, n), np.nan, kind), np.full((len(COLUMNS) + 1, n, m), np.nan, kind)
-    ends, bends = np.full(n, "", dtype=path.WORDS.dtype), load == "bending"
+    ends = np.full(n, "", dtype=path.WORDS.dtype)
     which = np.flatnonzero(known).reshape((-1, copies) if copies else -1)
 
     def begin() -> Callable[[int, int], None]:
         def work(low: int, high: int) -> None:
-            at = which[low:high]
-            joints = law.stiffness(designs.shape.at(at)) if K is None else K(at)
-            joints, at = joints.reshape(-1, *joints.shape[-2:]), at.ravel()
-            scale = path.Scale(*(v[at] for v in scales))
-            aside = (designs.width[at] / (2 * designs.lam[at])) ** 2
-            beams = path.beams(scale, joints, designs.mu[at], sense=sense, free=free, aside=aside)
-            if bends:
-                corners = np.stack([at_all[at], 0 * at_all[at]], axis=-1)
-                found = path.follow_all(beams, at_all[at], corners=corners, most=upto[at])
-            elif held is not None:
-                found = _held_bent(beams, held[at], at_all[at], upto[at])
-            elif copies:
-                found = moved(beams, at_all[at], copies, most=upto[at])
+            i = which[low:high].ravel()
+            some = designs.at(i)
+            joints, scale = some.joints(given), some.scales(ideal=ideal)
+            aside = (some.width / (2 * some.lam)) ** 2
+            beams = path.beams(scale, joints, some.mu, sense=sense, free=given.free(*loaded), aside=aside)
+            ways, corners = some.legs(at[i], load)
+            far = upto[i] + before[i].real
+            if copies:
+                found = moved(beams, ways, copies, most=far, corners=corners)
             else:
-                found = path.follow_all(beams, at_all[at], most=upto[at])
+                found = path.follow_all(beams, ways, most=far, corners=corners)
+            found = found._replace(rows=found.rows[:, -m:])
             places = np.stack([found.contacts[:, 3], found.ends[:, 1]])
-            alone[:2, at] = places if held is None else np.maximum(places - np.abs(held[at]), 0.0)
-            alone[2, at], alone[3, at] = pivots(joints)[:, K_THETA], states.bare(beams)[:, int(bends), int(bends)]
-            ends[at], known = path.endings(found.contacts, found.ends), path.named(found.rows)
-            for i, name in enumerate(COLUMNS.values()):
-                along[i, at] = known[name]
-            along[-1, at, stressed] = states.stresses_of(scale, found._replace(rows=found.rows[:, stressed]))
+            alone[:2, i] = places if designs.psi is None else np.maximum(places - before[i], 0.0)
+            alone[2, i], alone[3, i] = pivots(joints)[:, K_THETA], states.bare(beams)[:, strain, strain]
+            ends[i], columns = path.endings(found.contacts, found.ends), path.named(found.rows)
+            for row, name in zip(along, COLUMNS.values(), strict=False):
+                row[i] = columns[name]
+            along[-1, i, stressed] = states.stresses_of(scale, found._replace(rows=found.rows[:, stressed]))
 
         return work
 
@@ -231,24 +264,12 @@ def follow(
         part = max(1, PART // max(1, copies))
         in_parts(begin, len(which), most=part, least=part, threads=threads)
     phi_e, phi_end, K_theta, rigidity = alone
-    slope = _slopes(at_all, along[0], phi_e) / rigidity[:, None]
+    slope = _slopes(at, along[0], phi_e) / rigidity[:, None]
     return Response(phi_e, phi_end, ends, known, K_theta, rigidity, along[0], slope, *along[1:])
 
 
-def _held_bent(beams: entry.Beams, bends: Array, twists: Array, most: Array) -> path.Answers:
-    """Bend beams by ``bends`` (n,) and twist them to rising twists (n, m) above 0; rows at these.
-
-    What touches first is looked for below the twists ``most`` (n,).
-    """
-    ways = np.column_stack([0 * bends, twists]) + np.abs(bends)[:, None]
-    # as far as the way goes, to the last digit
-    corners = np.stack(np.broadcast_arrays(bends[:, None], ways - ways[:, :1]), axis=-1)
-    found = path.follow_all(beams, ways, corners=corners, most=np.abs(bends) + most)
-    return found._replace(rows=found.rows[:, 1:])
-
-
 def _slopes(x: Array, y: Array, start: Array) -> Array:
-    """Return the slopes of y (n, m) over x (n, m), those before ``start`` (n,) and after it taken apart."""
+    """Return the slopes of y (n, m) over x (n, m), without differences across ``start`` (n,)."""
     steps = np.diff(x)
     each, weights = np.diff(y) / steps, 1 / steps
     touching = np.real(x) >= np.real(start)[:, None]

@@ -1,4 +1,4 @@
-"""From ratios to ends: engagement, the path of the pair that is met first, its end; twisting and bending."""
+"""Arrays of ratios on hinges: engagement, path and end of the first contact, in twisting and bending."""
 
 from __future__ import annotations
 
@@ -50,6 +50,16 @@ class Solution(NamedTuple):
             if (n := np.flatnonzero(index == i)).size
         ]
         return Solution(Solved._make(v[i : i + 1] for v in self.found), self.crossing[i : i + 1], tracks)
+
+    def sampled(self, points: int) -> tuple[Array, Array]:
+        """Return load angle and inclination (n, points), rad, along the path of each design; NaN where it has none."""
+        load, theta = np.full((2, self.crossing.size, points), np.nan)
+        for index, t in self.tracks:
+            x = t.x0 + (t.x_end - t.x0) * np.linspace(0, 1, points)[:, None]
+            with np.errstate(all="ignore"):
+                pt = t.row.point(x, "edge", ARRAY)
+            load[index], theta[index] = pt.load.T, np.broadcast_to(pt.theta, x.shape).T
+        return load, theta
 
 
 def solve(
@@ -183,14 +193,14 @@ def with_touches(
 
 
 def _along(row: Any, t: Track, m: int) -> float:
-    """Return where on the path of ``row`` design ``m`` of a track, alike but for friction, ends."""
+    """Return where, on the path of ``row``, the path of design ``m`` of a track ends; they differ in friction only."""
     if type(t.row) is type(row):
         return float(t.x_end[m])
     return float(np.asarray(row.parameter(take(t.row, m).theta(t.x_end[m]), ARRAY)))
 
 
 def other_words(hit: Touch | None, crossing: int, *, mirrored: bool) -> str:
-    """Pair that ends a path or touches: another contact of plates, or a neighbour's that came in; "" for none."""
+    """Return in words which other pair ends a path: another contact of plates, or a neighbour's; "" for none."""
     if hit is not None:
         return f"{hit.pair} (k = {hit.k})"
     return f"{name(TIP_SIDE, crossing, mirrored)} (k = {crossing})" if crossing else ""

@@ -1,4 +1,4 @@
-"""Answers for arrays of designs.
+"""Arrays of designs on hinges, solved together.
 
 ``solve`` checks and broadcasts its arguments, has the designs answered one by one (:mod:`squama.batch.answers`) and
 gives the results their shape back.
@@ -47,7 +47,7 @@ class Solved(NamedTuple):
 
     @classmethod
     def of(cls, a: Answers, theta0: Array, ratio: Array | float = 0.0) -> Solved:
-        """Return what was answered of designs at rest at ``theta0``, of a ``ratio`` of stiffness; all flat."""
+        """Return results from flat answers; ``theta0`` at rest, ``ratio`` of stiffness as of :func:`solve`."""
         theta_end = np.where(a.kind == FOLDED, a.theta_f - a.x_end**2, a.x_end)
         elastic = (ratio * a.load_c**2 + (a.theta_c - theta0) ** 2) / 2
         total = elastic + a.work
@@ -119,10 +119,8 @@ def solve(
     frictional lock W_fr d/K_theta = 1.77519
     """
     arguments.load(load)
-    columns, shape = arguments.designs(
-        load, eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, stiffness_ratio=stiffness_ratio,
-        thickness=thickness,
-    )  # fmt: skip
+    contact = {"eta": eta, "beta": beta, "lam": lam, "alpha": alpha, "theta0": theta0, "mu": mu}
+    columns, shape = arguments.designs(load, **contact, stiffness_ratio=stiffness_ratio, thickness=thickness)
     margin = arguments.margin(margin)
     arguments.sense(sense)
     arguments.thin(columns[7], arguments.law(law), load)
@@ -141,7 +139,6 @@ def solved(
     few: int | None = None,
 ) -> Solved:
     """Solve flat columns as of :func:`solve`, thickness may be missing; ``threads``, ``few`` as for answers."""
-    a = answers(
-        columns[:6], *columns[7:], law=law, sense=sense, load=load, margin=margin, threads=threads, few=few,
-    )  # fmt: skip
-    return Solved.of(a, columns[4], columns[6])
+    contact, ratio, thick = columns[:6], columns[6], columns[7:]
+    a = answers(contact, *thick, law=law, sense=sense, load=load, margin=margin, threads=threads, few=few)
+    return Solved.of(a, columns[4], ratio)

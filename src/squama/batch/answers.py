@@ -74,25 +74,21 @@ def answers(
     sign = -1.0 if sense == "-" and kind == OPEN else 1.0
     common = Common(kind, sign, NAMES.index(law), margin is not None, margin or 0.0, cut, plain)
     out, whole = np.full((FLOATS, n), np.nan), np.empty((4, n), np.int64)
-    if n <= (FEW if few is None else few):
+    compiled = n > (FEW if few is None else few)
+    if not compiled:
         try:
             with np.errstate(all="ignore"):
                 fill(designs, 0, n, common, Room(), out, whole)
         except ZeroDivisionError:  # of numbers of Python alone; where something vanishes compiled code has 1/0 = inf
-            _compiled(designs, common, out, whole, threads)
-    else:
-        _compiled(designs, common, out, whole, threads)
+            compiled = True
+    if compiled:
+        from squama.batch import entry, keeping
+        from squama.batch.threads import in_parts
+
+        def begin() -> Callable[[int, int], None]:
+            room = entry.room()
+            return lambda low, high: entry.fill(designs, low, high, common, room, out, whole)
+
+        keeping.tell(entry.fill, "many designs")
+        in_parts(begin, n, most=PART, least=LEAST, threads=threads)
     return Answers._make((*out, whole[0].astype(np.int8), *whole[1:]))
-
-
-def _compiled(designs: Array, common: Common, out: Array, whole: Array, threads: int | None) -> None:
-    from squama.batch import entry, keeping
-    from squama.batch.threads import in_parts
-
-    keeping.tell(entry.fill, "many designs")
-
-    def begin() -> Callable[[int, int], None]:
-        room = entry.room()
-        return lambda low, high: entry.fill(designs, low, high, common, room, out, whole)
-
-    in_parts(begin, designs.shape[1], most=PART, least=LEAST, threads=threads)

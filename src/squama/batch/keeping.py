@@ -1,4 +1,4 @@
-"""How functions are compiled: parts of others in one go with them, those called from outside kept on the disk."""
+"""How functions are compiled: inner ones together with their caller, outer ones with a copy on the disk."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class _Part(JITCodeLibrary):
     """Code that only compiled code calls: optimised, and made machine code, in its outermost caller, not before."""
 
     def add_llvm_module(self, module: Any) -> None:
-        """Take in code, without most of what Numba writes in excess: all that follows is quicker then."""
+        """Add code after a few quick passes that remove most of Numba's redundancy; later passes run faster."""
         module.data_layout = self._codegen._data_layout
         passes = llvm.create_new_module_pass_manager()
         passes.add_sroa_pass()
@@ -38,11 +38,11 @@ class _Part(JITCodeLibrary):
         self._final_module.link_in(module)
 
     def finalize(self) -> None:
-        """Leave what is called to the outermost caller."""
+        """Do nothing: the outermost caller links and optimises this code."""
         self._finalized = True
 
     def _get_module_for_linking(self) -> Any:
-        """Return this code with all that it calls, each once and behind a caller of it."""
+        """Return this code and all that it calls, each part once, after a caller of it."""
         parts: dict[Any, None] = {}
         self._gather(parts)
         own: Any = JITCodeLibrary._get_module_for_linking
@@ -61,20 +61,20 @@ class _Part(JITCodeLibrary):
 
     @property
     def codegen(self) -> Any:
-        """What is told of the environment of the machine code, of which there is none."""
+        """Stand in for a code generator: there is no machine code yet whose environment could be set."""
         return self
 
     def set_env(self, *_: Any) -> None:
-        """Take note of nothing."""
+        """Ignore the environment: this code has none."""
 
 
 class _Parts(Compiler):
-    """Compiles such code."""
+    """Compiles functions into parts."""
 
     place: Any = _Part
 
     def define_pipelines(self) -> Any:
-        """Define the usual passes, in that place, without those that have nothing to do."""
+        """Return Numba's passes, with such a library, without those that would have nothing to do."""
         state = self.state
         state.library = self.place(state.targetctx.codegen(), state.func_id.func_qualname)
         # the first one says where references end
@@ -91,7 +91,7 @@ class _Parts(Compiler):
 
 
 class _Flags(Flags):
-    """Flags that are compared often, and quickly."""
+    """Numba's flags with a quick comparison: they are compared often."""
 
     def __hash__(self) -> int:
         return hash(_Flags)
@@ -106,7 +106,7 @@ class _Flags(Flags):
 
 
 def _by_types(fold: Callable[..., Any]) -> Callable[..., Any]:
-    """Return what finds arguments' types, and not the values of constants: of each value there would be a version."""
+    """Wrap the search for argument types: by type alone, else each constant would have a version of its own."""
     plain: Any = types.unliteral
 
     def folded(args: Any, kws: Any) -> Any:
@@ -117,7 +117,7 @@ def _by_types(fold: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _at_once(compile_: Callable[..., Any]) -> Callable[..., Any]:
-    """Return what compiles and meanwhile looks for no garbage: there is little."""
+    """Wrap a compiler: no garbage collection while it works, there is little garbage."""
 
     def compiled(*args: Any) -> Any:
         collects = gc.isenabled()
@@ -166,7 +166,7 @@ def inlined(f: _F) -> _F:
 
 
 class _Copy(FunctionCache):
-    """The copy of compiled code on the disk. Where it cannot be read or written, the code is compiled in memory."""
+    """The copy of compiled code on the disk; where it cannot be read or written, code is compiled in memory."""
 
     def __init__(self, f: FunctionType) -> None:
         parent: Any = super()
@@ -219,7 +219,7 @@ _told: set[str] = set()
 
 
 def tell(f: Any, what: str) -> None:
-    """Say once that the code of something is to be compiled, where it is, and whether that recurs in each process."""
+    """Log once that code will be compiled, if it will, and whether that recurs in each process."""
     if what in _told or is_ready(f):
         return
     _told.add(what)

@@ -16,7 +16,6 @@ from squama.model.outcome import SENTENCES, End
 from squama.units import moment, number
 
 if TYPE_CHECKING:
-    import xarray as xr
     from rich.table import Table
 
     from squama.beam.design import Beam
@@ -55,32 +54,28 @@ def bend_twist(
 
     from squama.curves.polygons import bend_twist_map, bent_and_twisted
 
-    asked: dict[str, Any] = {"path": path, "margin": margin, "points": points}
+    given: dict[str, Any] = {"path": path, "margin": margin, "points": points}
     with flags.laid(flags.arguments("path", "neutral", "free")):
-        data = bent_and_twisted(described, **asked, **vars(joints), free=free)
+        data = bent_and_twisted(described, **given, **vars(joints), free=free)
         found = {data.attrs["joint"]: data}
         if "compliant" in found:
-            found["hinge"] = bent_and_twisted(described, **asked, joint="hinge")
+            found["hinge"] = bent_and_twisted(described, **given, joint="hinge")
         if plane and free:
             refuse("--map", "", "has both loads imposed", "leave out --free")
-    hinge = found["hinge"]
-
-    def mapped(**how: Any) -> xr.Dataset:
-        return bend_twist_map(described, path, neutral=joints.neutral, **how)
-
     if plane:
         shown_in = [data.dataset()] if common.plot else []
-        written = output.write(
-            common, lambda: mapped(joint=data.attrs["joint"], ideal=joints.ideal), "plane_figure", paths=shown_in
-        )
+        how = {"joint": data.attrs["joint"], "neutral": joints.neutral, "ideal": joints.ideal}
+        written = output.write(common, lambda: bend_twist_map(described, path, **how), "plane_figure", paths=shown_in)
     else:
         beside: dict[str, Any] = {}
-        if common.plot:
-            beside = {"hinge": hinge.dataset()} if hinge is not data else {"plane": mapped(joint="hinge", mu=0.0)}
+        if common.plot and len(found) > 1:
+            beside["hinge"] = found["hinge"].dataset()
+        elif common.plot:
+            beside["plane"] = bend_twist_map(described, path, neutral=joints.neutral, joint="hinge", mu=0.0)
         written = output.write(common, data.dataset, "path_figure", lambda d: d.drop_dims("event"), **beside)
-    return output.report(
-        common.json, beam, written, lambda: _record(described, found), lambda: _shown(described, found)
-    )
+    figures, at_ends = output.figures(data), {name: {**ways(one), "end": one["end"]} for name, one in found.items()}
+    record = output.record(described, data, _KEYS, figures=figures, events="event", ways=at_ends, curve="point")
+    return output.report(common.json, beam, written, record, _shown(described, found))
 
 
 def ways(data: Answer) -> dict[str, list[float]]:
@@ -92,23 +87,14 @@ def ways(data: Answer) -> dict[str, list[float]]:
 
     from squama.curves.both_faces import worst
 
-    found: dict[str, list[float]] = {name: [] for name in _AT_ENDS if name in data.variables}
-    whole = str(data["end"].item()) in (End.RANGE, End.NONE)
-    for leg in range(1, len(data.attrs["path"]) + 1):
-        last = np.flatnonzero(data["leg"] == leg)[-1:]
-        reached = last.size and (whole or leg < data["leg"].max())
-        for name, values in found.items():
-            along = worst(data.curves, name) if name == "stress" else data[name]
-            values.append(float(along[last[0]]) if reached else math.nan)
-    return found
-
-
-def _record(beam: Beam, found: Mapping[str, Answer]) -> dict[str, object]:
-    data = next(iter(found.values()))
-    figures = {name: value for name, value in output.part(data).items() if name != "mu"}
-    events, curve = output.part(data, "event"), output.part(data, "point")
-    at_ends = {joint: {**ways(one), "end": one["end"]} for joint, one in found.items()}
-    return output.record(beam, data, _KEYS, figures=figures, events=events, ways=at_ends, curve=curve)
+    along = {name: data[name] for name in _AT_ENDS if name in data.variables}
+    if "stress" in along:
+        along["stress"] = worst(data.curves, "stress")
+    # where the path ended before, its last way was not gone to the end
+    complete = data["leg"].max() - (str(data["end"].item()) not in (End.RANGE, End.NONE))
+    legs = range(1, len(data.attrs["path"]) + 1)
+    lasts = [np.flatnonzero((data["leg"] == leg) & (leg <= complete))[-1:] for leg in legs]
+    return {name: [float(v[last[0]]) if last.size else math.nan for last in lasts] for name, v in along.items()}
 
 
 def _shown(beam: Beam, found: Mapping[str, Answer]) -> Iterable[str | Table]:
@@ -135,47 +121,44 @@ def _shown(beam: Beam, found: Mapping[str, Answer]) -> Iterable[str | Table]:
     if not End(data["end"].item()).locks:
         work, red = number(float(data["W_fr_c"]), "J/m"), float(data["RED_c"])
         yield f"at the last point: frictional work {work}, RED = {red:.4g}"
-    K = moment(float(data["K_theta"]))
-    if attrs["joint"] == "compliant":
+    K = f"K_theta = {moment(float(data['K_theta']))}"
+    if "energy_error" in data.variables:
         yield held(attrs)
-        error = abs(float(data["energy_error"]))
-        yield f"K_theta = {K}; the work is balanced to {error:.1e}"
+        yield f"{K}; the work is balanced to {abs(float(data['energy_error'])):.1e}"
     else:
-        yield f"joint of a scale: K_theta = {K}"
+        yield f"joint of a scale: {K}"
     yield from output.warnings(attrs["warnings"])
 
 
 def _events(data: Answer) -> Table:
     """Return the table of what happens on the way."""
     pairs = [[data[f"{name}_event"] for name in names] for names in (("psi", "phi"), ("kappa", "Phi"))]
-    jumps = [data[name] for name in ("M_jump", "T_jump") if name in data.variables]
+    jumps = [name for name in ("M_jump", "T_jump") if name in data.variables]
     rows = (
         (
             str(data["event"][i]),
             str(data["event_leg"][i]),
             *(", ".join(number(float(v[i])) for v in pair) for pair in pairs),
             number(math.degrees(data["theta_event"][i])),
-            *(moment(float(jump[i])) if jump[i] else "" for jump in jumps),
+            *(moment(float(data[jump][i])) if data[jump][i] else "" for jump in jumps),
         )
         for i in range(data["event"].size)
     )
-    jumping = ("M jumps by", "T jumps by")[: len(jumps)]
-    head = ("", "way", "psi, phi rad/pitch", "kappa, Phi rad/m", "theta deg", *jumping)
-    return output.table(head, rows, left=1, gap=1)
+    head = ("", "way", "psi, phi rad/pitch", "kappa, Phi rad/m", "theta deg")
+    return output.table((*head, *(jump.replace("_jump", " jumps by") for jump in jumps)), rows, left=1, gap=1)
 
 
 def _ends(found: Mapping[str, Answer]) -> Table:
     """Return the table of the ends of ways, a column for each kind of joint."""
     from squama.cli.report import HINGE, IDEAL, REAL
 
-    at_ends = {joint: ways(one) for joint, one in found.items()}
+    data, at_ends = next(iter(found.values())), [ways(one) for one in found.values()]
     rows = []
-    for i in range(len(next(iter(found.values())).attrs["path"])):
+    for i in range(len(data.attrs["path"])):
         rows.append([f"end of way {i + 1}", *[""] * len(found)])
         for name, (words, factor) in _AT_ENDS.items():
-            cells = [factor * one[name][i] if name in one else math.nan for one in at_ends.values()]
+            cells = [factor * one[name][i] if name in one else math.nan for one in at_ends]
             if not all(map(math.isnan, cells)):
                 rows.append([f"  {words}", *map(number, cells)])
-    data = next(iter(found.values()))
     named = {"compliant": REAL if data.attrs["scales"] != THIN else IDEAL, "hinge": HINGE}
     return output.table(["", *(named[joint] for joint in found)], rows)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
 from squama.errors import refuse
-from squama.loads import LOADS, fixed, model
+from squama.loads import LOADS, fixed
 from squama.units import is_number, moment, number, shown
 
 if TYPE_CHECKING:
@@ -52,7 +52,9 @@ def cycle(
         twists = _twists(name, text or "")
         data = cycled(described, twists, margin=margin, points=points, loops=loops, **vars(how))
     written = output.write(common, data.dataset, "cycle_figure", flat_cycle)
-    return output.report(common.json, beam, written, lambda: _record(described, data), lambda: _shown(described, data))
+    balance = {key: data[key] for key in ("energy_error",) if key in data.variables}
+    record = output.record(described, data, _KEYS, loops="loop", senses="sense", curve="point", **balance)
+    return output.report(common.json, beam, written, record, _shown(described, data))
 
 
 def _twists(name: str, text: str) -> str:
@@ -64,26 +66,18 @@ def _twists(name: str, text: str) -> str:
     return text
 
 
-def _record(beam: Beam, data: Answer) -> dict[str, object]:
-    parts = {name: output.part(data, dim) for name, dim in (("loops", "loop"), ("senses", "sense"), ("curve", "point"))}
-    walked = {"energy_error": data["energy_error"]} if "energy_error" in data.variables else {}
-    return output.record(beam, data, _KEYS, **parts, **walked)
-
-
 def _shown(beam: Beam, data: Answer) -> Iterable[str | Table]:
-    """Return the summary: a row per loop, and what holds for the whole history."""
-    kind, compliant = LOADS[data.attrs["load"]], data.attrs["joint"] == "compliant"
+    """Yield the summary: a row per loop, and what holds for the whole history."""
+    kind = LOADS[data.attrs["load"]]
     angle, torque, tangent = kind.angle, kind.torque, kind.tangent
-    yield f" in cycles of {kind.name}: mu = {float(data['mu']):g}, {model(data.attrs)}; {fixed(data.attrs)}"
+    yield f" in cycles of {kind.name}: {output.about(data)}; {fixed(data.attrs)}"
     bases, tops = data[f"{angle}_base"], data[f"{angle}_top"]
     if tops.size:
         cells = [data[name] for name in ("W_d", "U_max", "zeta_eq", "K_sec", f"{torque}_drop", f"{angle}_residual")]
         head = ["loop", f"{angle} rad/pitch", "W_d J/m", "U_max J/m", "damping", "secant N m2", f"{torque} drop N m"]
-        rows = (
-            (str(i + 1), f"{bases[i]:.4g} to {tops[i]:.4g}", *(number(cell[i]) for cell in cells))
-            for i in range(min(tops.size, SHOWN))
-        )
-        yield output.table([*head, "left"], rows, gap=1)
+        loops = enumerate(zip(bases, tops, *cells, strict=True), 1)
+        rows = [(str(i), f"{base:.4g} to {top:.4g}", *map(number, cell)) for i, (base, top, *cell) in loops]
+        yield output.table([*head, "left"], rows[:SHOWN], gap=1)
         if tops.size > SHOWN:
             yield f"the first {SHOWN} of {tops.size} loops"
         yield (
@@ -98,39 +92,32 @@ def _shown(beam: Beam, data: Answer) -> Iterable[str | Table]:
         f"largest {torque}: {moment(float(abs(data[torque]).max()))}; tangent stiffness {data[tangent].min():.4g} "
         f"to {data[tangent].max():.4g} N m2"
     )
-    if compliant:
-        yield from _walked(data)
+    if "energy_error" in data.variables:
+        yield (
+            f"walked in increments of up to {data.attrs['increment']:g} rad/pitch: the work of the {kind.torque_words} "
+            f"is balanced to {abs(float(data['energy_error'])):.1e}"
+        )
+    words_of = _range if f"{angle}_most" in data.variables else _contact
     for i, sense in enumerate(data["sense"]):
-        if f"{angle}_most" in data.variables:
-            yield _one_sense(data, i, str(sense), angle)
+        yield f"sense {sense}: {words_of(data, i, angle)}"
     yield from output.warnings(data.attrs["warnings"])
 
 
-def _one_sense(data: Answer, i: int, sense: str, angle: str) -> str:
+def _contact(data: Answer, i: int, angle: str) -> str:
+    """Return where scales touch first in one sense, and what touches after."""
+    first, other = data["first_contact"][i], data["other_contact"][i]
+    words = f"first contact at {float(data[f'{angle}_e'][i]):.4g} rad/pitch: {first}" if first else "no contact"
+    return f"{words}; then {other}" if other else words
+
+
+def _range(data: Answer, i: int, angle: str) -> str:
     """Return how far a history may go in one sense, and from where it comes back."""
     engaged, jam, end, most = (float(data[f"{angle}_{name}"][i]) for name in ("e", "jam", "end", "most"))
     other = f" ({data['other_contact'][i]})" if data["other_contact"][i] else ""
     upto = f"a history may go to {number(most, 'rad/pitch')}"
     if not math.isfinite(engaged):
-        return f"sense {sense}: {data['end'][i]}{other}; {upto}"
+        return f"{data['end'][i]}{other}; {upto}"
     jams = f"let go beyond {number(jam, 'rad/pitch')} it stays twisted"
     back = jams if math.isfinite(jam) else "let go from anywhere there it comes back"
     ends = f"{data['end'][i]} at {number(end, 'rad/pitch')}"
-    return f"sense {sense}: engagement at {number(engaged, 'rad/pitch')}, {ends}{other}; {upto}; {back}"
-
-
-def _walked(data: Answer) -> Iterable[str]:
-    """Return what only the compliant joint has to say."""
-    kind = LOADS[data.attrs["load"]]
-    yield (
-        f"walked in increments of up to {data.attrs['increment']:g} rad/pitch: the work of the {kind.torque_words} is "
-        f"balanced to {abs(float(data['energy_error'])):.1e}"
-    )
-    for i, sense in enumerate(data["sense"]):
-        words = "no contact"
-        if data["first_contact"][i]:
-            engaged = float(data[f"{kind.angle}_e"][i])
-            words = f"first contact at {engaged:.4g} rad/pitch: {data['first_contact'][i]}"
-        if data["other_contact"][i]:
-            words += f"; then {data['other_contact'][i]}"
-        yield f"sense {sense}: {words}"
+    return f"engagement at {number(engaged, 'rad/pitch')}, {ends}{other}; {upto}; {back}"

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from squama.beam.design import Beam
     from squama.inverse.designing import Design, InverseDesign
-    from squama.inverse.reached import Beside, Reached
+    from squama.inverse.reached import Reached
     from squama.inverse.target import Target
 
 SHOWN = 6
@@ -66,7 +66,7 @@ def design(
         title = f"design {{}} of {len(found)} for {label(target)}"
         written += output.write_beams(out, {i: d.to_toml(title.format(i)) for i, d in enumerate(found.designs, 1)})
     written += output.draw(plot, "inverse_figure", found, read)
-    return output.report(base.json, target, written, lambda: _record(found), lambda: _shown(found))
+    return output.report(base.json, target, written, _record(found), _shown(found))
 
 
 def read_target(base: flags.Base, path: str, out: str | None, *, force: bool, need: str = "target") -> Target | None:
@@ -88,24 +88,20 @@ _DESIGN = (
     *("refused", "warnings"),
 )
 _ALL = ("met", "confirmed", "verdict", "bounds", "tolerance", "settings", "notes")
-_TOLD = ("name", "unit", "sense", "asked", "reached", "difference", "met")
+_GOAL = ("name", "unit", "sense", "asked", "reached", "difference", "met")
 
 
 def _record(found: InverseDesign) -> dict[str, object]:
-    designs = [
-        {name: getattr(d, name) for name in _DESIGN}
-        | {"goals": [vars(goal) for goal in d.goals], "beam": d.beam.model_dump()}
-        | {"beside": {other.key: _other(other) for other in d.beside}}
-        for d in found.designs
-    ]
-    about = {name: getattr(found, name) for name in _ALL}
-    return {**about, **{name: found.settings[name] for name in ("joint", "scales")}, "designs": designs}
-
-
-def _other(other: Beside) -> dict[str, object]:
-    """Return what another model says of a design."""
-    goals = [{name: getattr(goal, name) for name in _TOLD} for goal in other.goals]
-    return {"words": other.words, "agrees": other.agrees, "note": other.note, "goals": goals}
+    designs: list[dict[str, object]] = []
+    for d in found.designs:
+        beside = {}
+        for other in d.beside:
+            goals = [{name: getattr(goal, name) for name in _GOAL} for goal in other.goals]
+            beside[other.key] = {"words": other.words, "agrees": other.agrees, "note": other.note, "goals": goals}
+        own = {"goals": [vars(goal) for goal in d.goals], "beam": d.beam.model_dump(), "beside": beside}
+        designs.append({name: getattr(d, name) for name in _DESIGN} | own)
+    about = {name: getattr(found, name) for name in _ALL} | {key: found.settings[key] for key in ("joint", "scales")}
+    return {**about, "designs": designs}
 
 
 def _shown(found: InverseDesign) -> Iterable[str | Table]:
@@ -208,6 +204,7 @@ def pareto(
     found = inverse.trade(read, population, generations, seed)
     many = found.sizes["design"]
     folder: list[Path] = []
+    wrote = []
     if out is not None:
         chosen = dict.fromkeys(pick or range(1, many + 1))
         if far := [str(i) for i in chosen if i > many]:
@@ -215,12 +212,10 @@ def pareto(
         beams = inverse.beams(found)
         texts = {i: _text(label(target), found, beams[i - 1], i) for i in chosen if i <= many}
         folder = output.write_beams(out, texts)
+        wrote.append(f"wrote {len(folder)} beam files into {label(out)}")
     files = output.write(common, lambda: found, "front_figure")
-    wrote = [f"wrote {len(folder)} beam files into {label(out)}"] if out is not None else []
     wrote += [f"wrote {label(path)}" for path in files]
-    return output.report(
-        common.json, target, [*folder, *files], lambda: _front(found), lambda: _front_shown(found), wrote
-    )
+    return output.report(common.json, target, [*folder, *files], _front(found), _front_shown(found), wrote)
 
 
 def _text(file: str, front: xr.Dataset, beam: Beam, number: int) -> str:

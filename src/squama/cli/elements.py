@@ -139,7 +139,7 @@ def cell(
 
             written.append(write_vtu(state, vtk))
         written += output.draw(picture, "deformed_figure", state)
-    return output.report(common.json, beam, written, lambda: _record(data), lambda: _shown(data))
+    return output.report(common.json, beam, written, _record(data), _shown(data))
 
 
 def _record(data: xr.Dataset) -> dict[str, object]:
@@ -232,14 +232,14 @@ def verify(
             **vars(run),
         )
     written = [*found.written, *output.draw([str(folder / "comparison.png")], "compare_figure", found.table)]
-    status = output.report(base.json, beam, written, lambda: _verified(found), lambda: _beside(found))
+    status = output.report(base.json, beam, written, _verified(found), _beside(found))
     return status or (0 if found.tested else UNTESTED)
 
 
 def _verified(found: Verified) -> dict[str, object]:
     table = found.table
     each = ("words", "within", "last", "dT_last", "dtheta_last", "T", "theta", "dT", "dtheta")
-    names = [str(name) for name in table["model"].values]
+    models = [table.isel(model=i) for i in range(table.sizes["model"])]
     return {
         "title": table.attrs["title"],
         "load": table.attrs["load"],
@@ -249,7 +249,7 @@ def _verified(found: Verified) -> dict[str, object]:
         "elements": {key: found.elements.attrs[key] for key in ("mesh", "sentence", "reached", "energy_error")},
         "share": table.attrs["share"],
         "curve": {name: table[name].values for name in ("phi", "T_elements", "theta_elements")},
-        "models": {name: {key: table[key].sel(model=name).values for key in each} for name in names},
+        "models": {str(one["model"].item()): {key: one[key].values for key in each} for one in models},
         "units": {str(name): v.attrs.get("units", "") for name, v in table.variables.items() if name != "model"},
     }
 
@@ -269,8 +269,7 @@ def _beside(found: Verified) -> Iterable[str | Table]:
     yield _table(data, "dtheta", math.degrees(1.0), "theta_elements", "deg", math.degrees(1.0))
     yield ""
     if found.tested:
-        yield from ranges(data)
-        yield from finite(data)
+        yield from (*ranges(data), *finite(data))
     yield from output.warnings(data.attrs["warnings"])
 
 
@@ -278,14 +277,13 @@ def _table(data: xr.Dataset, name: str, factor: float, own: str, unit: str, scal
     """Return the differences of all models at some twists, beside the elements' own value."""
     import numpy as np
 
-    models, phi = [str(model) for model in data["model"].values], data["phi"].values
     rows = []
-    for i in np.unique(np.linspace(0, phi.size - 1, ROWS + 1).round().astype(int))[1:]:
+    for i in np.unique(np.linspace(0, data.sizes["point"] - 1, ROWS + 1).round().astype(int))[1:]:
         at = data.isel(point=int(i))
-        cells = [factor * float(at[name].sel(model=model)) for model in models]
+        cells = factor * at[name].values
         texts = ["-" if math.isnan(cell) else f"{cell:+.{2 if abs(cell) < 99 else 0}f}" for cell in cells]
-        rows.append([f"{phi[i]:.4g}", f"{scale * float(at[own]):.4g}", *texts])
-    return output.table(("phi", f"elements ({unit})", *models), rows, left=0)
+        rows.append([f"{float(at['phi']):.4g}", f"{scale * float(at[own]):.4g}", *texts])
+    return output.table(("phi", f"elements ({unit})", *map(str, data["model"].values)), rows, left=0)
 
 
 def ranges(data: xr.Dataset) -> list[str]:
@@ -305,7 +303,7 @@ def ranges(data: xr.Dataset) -> list[str]:
 
 
 def finite(data: xr.Dataset) -> list[str]:
-    """Return what there is to say of finite beams: the elements' beside the endless one, the row beside the elements'.
+    """Return a line on the elements' finite beam beside their endless one, and one on the row beside the finite beam.
 
     An endless beam says nothing on how good a short one is, so the row of hinges is held to the elements' beam.
     """
@@ -314,23 +312,18 @@ def finite(data: xr.Dataset) -> list[str]:
     if "beam" not in data["model"].values:
         return []
     beam, row = data.sel(model="beam"), data.sel(model="row")
+    endless = data[["T_elements", "theta_elements"]].rename(T_elements="T", theta_elements="theta")
     lines = []
-    for one, T, theta, other in (
-        (beam, data["T_elements"], data["theta_elements"], "endless one"),
-        (row, beam["T"], beam["theta"], "finite beam"),
-    ):
-        words = f"{one['words'].item()}: beside the {other}"
-        both = np.flatnonzero(np.isfinite(one["T"].values) & np.isfinite(T.values) & (data["phi"].values > 0))
+    for one, other, name in ((beam, endless, "endless one"), (row, beam, "finite beam")):
+        words = f"{one['words'].item()}: beside the {name}"
+        off = 100 * (one["T"] / other["T"] - 1).values
+        both = np.flatnonzero(np.isfinite(off) & (data["phi"].values > 0))
         if not both.size:
             lines.append(f"{words} there is no twist that both have")
             continue
-        off = [100 * float(one["T"][i] / T[i] - 1) for i in both]
-        angle = math.degrees(float(one["theta"][both[-1]] - theta[both[-1]]))
-        first, last = (float(data["phi"][i]) for i in (both[0], both[-1]))
-        lines.append(
-            f"{words} the torque is {off[0]:+.3g} % at {first:.4g} rad/pitch and {off[-1]:+.3g} % at {last:.4g}, "
-            f"theta {angle:+.2f} deg there"
-        )
+        angle = math.degrees(float((one["theta"] - other["theta"])[both[-1]]))
+        first, last = (f"{off[i]:+.3g} % at {float(data['phi'][i]):.4g}" for i in (both[0], both[-1]))
+        lines.append(f"{words} the torque is {first} rad/pitch and {last}, theta {angle:+.2f} deg there")
     return lines
 
 

@@ -89,7 +89,7 @@ def export(
     found = exporting.export(described, out, force=force, **vars(made))
     written = [*found.files, *output.draw(picture, "solids_figure", found)]
     wrote = [f"wrote {len(written)} files: {label(out)}", *(f"  {label(path)}" for path in written)]
-    return output.report(base.json, beam, written, lambda: _record(found), lambda: _shown(found), wrote)
+    return output.report(base.json, beam, written, _record(found), _shown(found), wrote)
 
 
 def _record(made: Export) -> dict[str, object]:

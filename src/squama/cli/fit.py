@@ -149,7 +149,6 @@ def fit(
 
     from squama.identify import decay, fitting, sentences
     from squama.identify.decay_result import DecayFit
-    from squama.identify.parameters import DEFAULT
 
     names = {name: f"--{name}" for name in vars(search)}
     names |= {"parameters": "--find", "bounds:": "--bounds", "data": ", ".join(data), "mode": "--mode"}
@@ -159,29 +158,25 @@ def fit(
     elif swing != SWING:
         refuse("--mode, --ideal", "", "are for decays: no table has a column of time, and no torque")
     read = tables.read(data, beam, search.load, decay=decays)
+    wanted = () if find is None else (find,)
     found: Fit | DecayFit
     with flags.laid(names):
         if decays:
             how = {name: getattr(search, name) for name in _OF_DECAYS} | vars(swing)
-            found = decay.fit_decay(read[0], beam, decay.DEFAULT if find is None else find, **how)
+            found = decay.fit_decay(read[0], beam, *wanted, **how)
         else:
             given = {name: value for name, value in vars(search).items() if value is not None}
             parted = ((name, text.partition(":")) for name, text in limits.items())
             given["bounds"] = {name: (low.strip(), high.strip()) for name, (low, _, high) in parted}
-            found = fitting.fit(read, beam, DEFAULT if find is None else find, **given)
+            found = fitting.fit(read, beam, *wanted, **given)
     written = output.write(common, found.dataset, *(("decay_figure", on_points) if decays else ("fit_figure", flat)))
     if corner:
         written += output.draw([corner], "corner_figure", found.dataset())
     if out is not None:
         written.append(output.write_text(out, sentences.beam_file(found, [label(path) for path in data])))
-    about = {"file": label(beams[0]), "data": data}
-    return output.report(
-        common.json,
-        ", ".join(data),
-        written,
-        lambda: about | (found.record() if isinstance(found, DecayFit) else sentences.record(found)),
-        lambda: _shown(found, label(beams[0])),
-    )
+    record = found.record() if isinstance(found, DecayFit) else sentences.record(found)
+    record = {"file": label(beams[0]), "data": data, **record}
+    return output.report(common.json, ", ".join(data), written, record, _shown(found, label(beams[0])))
 
 
 def _of_tests(data: list[str], search: Search, **others: object) -> None:

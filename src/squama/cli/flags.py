@@ -136,11 +136,10 @@ def number(low: float, high: float, example: str, allowed: str = "") -> Reader[f
 
 def whole(low: int, high: int, example: str) -> Reader[int]:
     """Return a reader of whole numbers within bounds, both of which belong to it."""
-    inside, any_number = number(low, high, example), number(-math.inf, math.inf, example)
+    inside, endless = number(low, high, example), number(-math.inf, math.inf, example)
 
     def read(name: str, text: str) -> int:
-        value = any_number(name, text)
-        if value != int(value):
+        if not endless(name, text).is_integer():
             refuse(name, text, "is not a whole number", f"allowed: {low} to {high}; write e.g. {example}")
         return int(inside(name, text))
 
@@ -238,10 +237,9 @@ _mu = number(0.0, 10.0, "0.25")
 
 def _family(name: str, text: str) -> tuple[float, ...]:
     values = several(_mu)(name, text)
-    twice = [f"{mu:g}" for mu in dict.fromkeys(values) if values.count(mu) > 1]
-    if twice:
-        kept = ",".join(f"{mu:g}" for mu in dict.fromkeys(values))
-        refuse(name, text, f"{' and '.join(twice)} is given twice", f"write {name} {kept}")
+    kept = {f"{mu:g}": values.count(mu) for mu in values}
+    if twice := [mu for mu, count in kept.items() if count > 1]:
+        refuse(name, text, f"{' and '.join(twice)} is given twice", f"write {name} {','.join(kept)}")
     return values
 
 
@@ -302,10 +300,10 @@ Quiet = Annotated[bool, Parameter(help="No lines of progress.")]
 Plot = Annotated[tuple[File, ...], flag("Picture to write: .png, .svg or .pdf; may be repeated.")]
 
 
-def arguments(*others: str, **said: str) -> dict[str, str]:
+def arguments(*others: str, **named: str) -> dict[str, str]:
     """Return what to lay mistakes to: the flags of the names of arguments, and what is said for others."""
     names = ("law", "load", "joint", "sense", "margin", "mu", "points", "to", *others)
-    return {name: f"--{name}" for name in names} | said
+    return {name: f"--{name}" for name in names} | named
 
 
 def points(default: int) -> Parameter:
@@ -364,13 +362,12 @@ class Base:
 
     def overrides(self, mu: float | None = None) -> dict[str, dict[str, object]]:
         """Return the values in place of the file's, by table and key; one that is given twice is refused."""
-        found: dict[str, dict[str, object]] = {}
+        found: dict[str, dict[str, object]] = {} if mu is None else {"friction": {"mu": mu}}
         for one in self.settings:
-            if one.key in found.get(one.table, {}) or (mu is not None and (one.table, one.key) == ("friction", "mu")):
+            table = found.setdefault(one.table, {})
+            if one.key in table:
                 refuse(one.name, "", "is given twice, or by a flag of its own, too", "keep one of them")
-            found.setdefault(one.table, {})[one.key] = one.value
-        if mu is not None:
-            found.setdefault("friction", {})["mu"] = mu
+            table[one.key] = one.value
         return found
 
     def beam(self, path: str, mu: float | None = None, *, friction: bool = True) -> Beam | None:
@@ -380,12 +377,12 @@ class Base:
         """
         from squama.beam.design import Beam
 
-        found = None
         with problems().caught(), laid({f"{s.table}.{s.key}": s.name for s in self.settings}):
             found = Beam.from_toml(path, overrides=self.overrides(mu))
-        if friction and found is not None:
-            check_friction(path, found)
-        return found
+            if friction:
+                check_friction(path, found)
+            return found
+        return None
 
     def turned(
         self,
@@ -403,8 +400,9 @@ class Base:
         found, twist = self.beam(path, mu, friction=friction), None
         if found is not None:
             found = found.replace(scales=scales or found.scales)
+        if found is not None and text is not None:
             with problems().caught():
-                twist = None if text is None else rate(name, text, found, load, still=still)
+                twist = rate(name, text, found, load, still=still)
         return found, twist
 
 
@@ -434,13 +432,14 @@ def check_places(wanted: Iterable[tuple[str | None, tuple[str, ...]]], inputs: I
     from squama.io.datasets import check_place
 
     seen = {os.path.realpath(path): "is read too" for path in inputs}
-    for path, allowed in ((path, allowed) for path, allowed in wanted if path is not None):
-        with problems().caught():
-            check_place(path, allowed)
-            place = os.path.realpath(path)
-            if place in seen:
-                refuse(label(path), "", seen[place], "give the output another name")
-            seen[place] = "is given twice"
+    for path, allowed in wanted:
+        if path is not None:
+            with problems().caught():
+                check_place(path, allowed)
+                place = os.path.realpath(path)
+                if place in seen:
+                    refuse(label(path), "", seen[place], "give the output another name")
+                seen[place] = "is given twice"
 
 
 def check_friction(path: str, beam: Beam) -> None:

@@ -37,7 +37,7 @@ _EDGES = "Elements along the embedded scale's edges in the coarsest mesh, pitche
 _LEVELS = "Number of meshes, each with half the size of the one before (3)."
 _TOML = "Beam file to write: this beam with K_theta and C_f from the elements under [joint]."
 _MATRIX = 'File to write (.csv): the stiffness in all motions, for matrix = "joint.csv" under [joint] of a beam file.'
-_table = partial(output.table, left=1, bold=False)
+_table = partial(output.table, left=1)
 _size = flags.number(1e-3, 0.5, "0.04", "0.001 to 0.5 pitches")
 
 
@@ -63,8 +63,9 @@ def joint(
 
     rest = "" if fresh else "; meshes that are done are kept: run it again to go on"
     with kept(label(beam), rest):
-        told = None if quiet else tell
-        found = stiffness.joint(described, edge_size=edge_size, levels=levels, fresh=fresh, progress=told)
+        found = stiffness.joint(
+            described, edge_size=edge_size, levels=levels, fresh=fresh, progress=None if quiet else print_level
+        )
     written = []
     if toml is not None:
         own = {"stiffness": found.stiffness.value, "inclusion_factor": found.C_f.value, "matrix": None}
@@ -72,10 +73,10 @@ def joint(
         written.append(label(toml))
     if matrix is not None:
         written.append(label(matrixfile.write(matrixfile.stored(described, found.K, matrix), matrix)))
-    return output.report(base.json, beam, written, lambda: _record(described, found), lambda: _shown(described, found))
+    return output.report(base.json, beam, written, _record(described, found), _shown(described, found))
 
 
-def tell(level: Level) -> None:
+def print_level(level: Level) -> None:
     """Say on standard error that a mesh is done."""
     took = f"{level.seconds:.1f} s" if level.seconds else "from the cache"
     print(
@@ -86,24 +87,23 @@ def tell(level: Level) -> None:
     )
 
 
-def laws(beam: Beam) -> tuple[float, float]:
-    """Return K_theta (N m) and C_f by the scaling laws, whatever the file gives."""
+def laws(beam: Beam, found: JointMatrix) -> dict[str, tuple[Value, float]]:
+    """Return K_theta (N m) and C_f by elements, and by the scaling laws, whatever the file gives."""
     bare = beam.replace(joint={"stiffness": None, "inclusion_factor": None, "matrix": None})
-    return bare.joint_stiffness, bare.C_f
+    return {"K_theta": (found.stiffness, bare.joint_stiffness), "C_f": (found.C_f, bare.C_f)}
 
 
 def _record(beam: Beam, found: JointMatrix) -> dict[str, object]:
     """Return all there is."""
-    figures = {
-        name: {"elements": x.value, "error": x.error, "law": law, "difference": x.value / law - 1}
-        for name, x, law in zip(("K_theta", "C_f"), (found.stiffness, found.C_f), laws(beam), strict=True)
-    }
     levels = [
         {"edge_size": x.edge_size, "elements": x.elements, "K_theta": x.K_theta, "C_f": c, "matrix": x.K}
         for x, c in zip(found.levels, found.C_f_levels, strict=True)
     ]
     return {
-        **figures,
+        **{
+            name: {"elements": x.value, "error": x.error, "law": law, "difference": x.value / law - 1}
+            for name, (x, law) in laws(beam, found).items()
+        },
         "matrix": found.K,
         "order": found.order,
         "motions": [*dict(MOTIONS), *LOADS],
@@ -125,13 +125,14 @@ def _record(beam: Beam, found: JointMatrix) -> dict[str, object]:
 
 def _shown(beam: Beam, found: JointMatrix) -> Iterable[str | Table]:
     """Return the summary."""
-    K, C_f, (law_K, law_C) = found.stiffness, found.C_f, laws(beam)
     yield ": the joint of a scale by finite elements"
     yield ""
-    rows = [
-        ("joint stiffness K_theta", moment(K.value), _bar(K), moment(law_K), change(K.value / law_K - 1, "+")),
-        ("inclusion factor C_f", f"{C_f.value:.4f}", _bar(C_f), f"{law_C:.4f}", change(C_f.value / law_C - 1, "+")),
-    ]
+    words = {"K_theta": ("joint stiffness K_theta", moment), "C_f": ("inclusion factor C_f", "{:.4f}".format)}
+    rows = []
+    for name, (x, law) in laws(beam, found).items():
+        share, (text, form) = x.error / x.value, words[name]
+        error = f"{100 * share:.2g} %" if math.isfinite(share) else "unknown"
+        rows.append((text, form(x.value), error, form(law), change(x.value / law - 1, "+")))
     yield _table(("", "elements", "error", "scaling law", "elements to law"), rows)
     yield ""
     yield _table(("motion of the scale", "others free", "others held", "per rad/pitch"), _motions(beam, found.K))
@@ -149,7 +150,7 @@ def _shown(beam: Beam, found: JointMatrix) -> Iterable[str | Table]:
         (f"{x.edge_size:.4g}", str(x.elements), f"{x.K_theta:.6f}", f"{c:.4f}")
         for x, c in zip(found.levels, found.C_f_levels, strict=True)
     ]
-    to_zero = [("to zero", "", f"{found.K_theta.value:.6f}", f"{C_f.value:.4f}")] if len(meshes) > 1 else []
+    to_zero = [("to zero", "", f"{found.K_theta.value:.6f}", f"{found.C_f.value:.4f}")] if len(meshes) > 1 else []
     yield _table(("edge size", "elements", "K_theta/(E d^3)", "C_f"), [*meshes, *to_zero])
     order = "" if math.isnan(found.order) else f"; order seen {found.order:.2f}"
     yield f"sizes in pitches; extrapolated linearly from the last two{order}"
@@ -167,21 +168,18 @@ def _over_bare(beam: Beam, K: Array) -> tuple[float, float]:
     return float(free[factor.BEND] / bend), float(free[factor.STRETCH] / (width * thickness))
 
 
-def _bar(x: Value) -> str:
-    """Return an error bar."""
-    share = x.error / x.value
-    return f"{100 * share:.2g} %" if math.isfinite(share) else "unknown"
-
-
 def _motions(beam: Beam, K: Array) -> list[tuple[str, ...]]:
     """Return a row per motion: stiffness with the others free and held, and motion per twist."""
     import numpy as np
 
     E, d = beam.substrate.youngs_modulus, beam.pitch
-    free, rates = 1 / np.diag(np.linalg.inv(K[:6, :6])), -np.linalg.solve(K[:6, :6], K[:6, 6])
+    free, held = 1 / np.diag(np.linalg.inv(K[:6, :6])), np.diag(K)[:6]
+    rates = -np.linalg.solve(K[:6, :6], K[:6, 6])
     rows = []
     for i, (_, words) in enumerate(MOTIONS):
-        shift = i < 3
-        texts = [f"{x * E * d:.4g} N/m" if shift else moment(x * E * d**3) for x in (free[i], K[i, i])]
-        rows.append((words, *texts, f"{rates[i] * d * 1e3:+.4g} mm" if shift else f"{rates[i]:+.4g} rad"))
+        if i < 3:
+            cells = [f"{x[i] * E * d:.4g} N/m" for x in (free, held)] + [f"{rates[i] * d * 1e3:+.4g} mm"]
+        else:
+            cells = [moment(x[i] * E * d**3) for x in (free, held)] + [f"{rates[i]:+.4g} rad"]
+        rows.append((words, *cells))
     return rows

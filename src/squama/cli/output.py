@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from squama.errors import printable, refuse
 from squama.io import files
 from squama.io.files import label
+from squama.loads import model
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -105,8 +106,8 @@ def report(
     as_json: bool,
     file: str,
     written: Iterable[Path | str],
-    record: Callable[[], Mapping[str, object]],
-    shown: Callable[[], Iterable[str | Table]],
+    record: Mapping[str, object],
+    shown: Iterable[str | Table],
     wrote: Iterable[str] | None = None,
 ) -> int:
     """Print a result, and say which files were written; return the exit status.
@@ -117,13 +118,13 @@ def report(
     """
     paths = list(written)
     if as_json:
-        return say(True, {"file": label(file), **record(), "written": [str(path) for path in paths]}, ())
+        return say(True, {"file": label(file), **record, "written": [str(path) for path in paths]}, ())
     from rich.console import Console
 
     console = Console(highlight=False, markup=False, emoji=False)
     # no digit is cut off: where the window is narrower than a table, it is the window that folds the lines
     console.width = max(console.width, 100)
-    title, *parts = shown()
+    title, *parts = shown
     console.print(f"{label(file)}{_clean(str(title))}", style="bold", soft_wrap=True)
     for part in (*parts, *(wrote or (f"wrote {label(path)}" for path in paths))):
         if isinstance(part, str):
@@ -138,16 +139,29 @@ def part(data: xr.Dataset | Answer, *dims: str) -> dict[str, object]:
     return {str(name): v.values for name, v in data.variables.items() if v.dims == dims}
 
 
+def figures(data: xr.Dataset | Answer) -> dict[str, object]:
+    """Return the single figures of a result without friction, by name."""
+    return {name: value for name, value in part(data).items() if name != "mu"}
+
+
 def record(beam: Beam, data: xr.Dataset | Answer, attrs: str, **parts: object) -> dict[str, object]:
-    """Return a result for other programs: attributes by name, friction, warnings, beam, parts of its own, units."""
+    """Return a result for other programs: attributes by name, friction, warnings, beam, parts of its own, units.
+
+    A part that is text stands for the variables along the dimensions that it names.
+    """
     return {
         **{key: data.attrs[key] for key in attrs.split() if key in data.attrs},
         "mu": data.variables["mu"].values,
         "warnings": data.attrs["warnings"].splitlines(),
         "beam": beam.model_dump(),
-        **parts,
+        **{name: part(data, *one.split()) if isinstance(one, str) else one for name, one in parts.items()},
         "units": units(data.variables.items()),
     }
+
+
+def about(data: xr.Dataset | Answer) -> str:
+    """Return friction and model of a result, for its title."""
+    return f"mu = {float(data['mu']):g}, {model(data.attrs)}"
 
 
 def units(variables: Iterable[tuple[Hashable, xr.Variable | xr.DataArray | Labelled]]) -> dict[str, str]:
@@ -187,16 +201,14 @@ def _clean(text: str) -> str:
     return "\n".join(map(printable, text.split("\n")))
 
 
-def table(
-    head: Sequence[str], rows: Iterable[Sequence[str]], *, left: int | None = None, gap: int = 2, bold: bool = True
-) -> Table:
+def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, left: int | None = None, gap: int = 2) -> Table:
     """Return a table: so many first columns to the left, all if not given, the others to the right."""
     from rich.table import Table
 
     made = Table(box=None, pad_edge=False, padding=(0, gap, 0, 0), show_header=any(head))
     for i, name in enumerate(head):
         first = left is None or i < left
-        made.add_column(name, header_style="bold" * bold, justify="left" if first else "right", no_wrap=first)
+        made.add_column(name, header_style="bold", justify="left" if first else "right", no_wrap=first)
     for row in rows:
         made.add_row(*map(_clean, row))
     return made

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 REAL, IDEAL, HINGE = "real", "thin, rigid", "hinge"
 """What the steps from the beam as it is to the paper's model are called."""
+_KEEPS = "  torque T that keeps it from twisting, N m"
 
 
 def covered(beam: Beam) -> str:
@@ -46,16 +47,12 @@ def covered(beam: Beam) -> str:
 def beside(beam: Beam, laws: Mapping[str, Answer]) -> Bench | None:
     """Return what stands beside the compliant joint's curve on the bench; None of hinges and of families."""
     data = next(iter(laws.values()))
-    if HINGE not in laws or data.family is not None:
-        return None
-    return bench.bench(beam, data, ideal=data.attrs["scales"] == THIN)
+    real = HINGE in laws and data.family is None
+    return bench.bench(beam, data, ideal=data.attrs["scales"] == THIN) if real else None
 
 
 def summary(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None = None) -> Shown:
-    """Return the summary: a table, sentences, warnings; of the answers by law ``law`` is the one saved and drawn.
-
-    ``found``: what stands beside the endless beam.
-    """
+    """Yield the summary; of the answers ``laws`` that of ``law`` is saved and drawn; ``found``: on the bench."""
     data = laws[law]
     words = LOADS[data.attrs["load"]]
     mus = ", ".join(f"{mu:g}" for mu in data["mu"].ravel())
@@ -86,7 +83,7 @@ def summary(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | Non
             f"margin {margin:g}"
         )
     else:
-        yield _steps(words, beam, laws) if HINGE in laws else _single(words, beam, margin, laws)
+        yield _table(words, beam, margin, laws)
         yield ""
     yield from _notes(words, beam, law, laws)
     yield from warnings(data.attrs["warnings"])
@@ -97,59 +94,17 @@ def column(name: str) -> str:
     return name if name in (REAL, IDEAL, HINGE) else f"{name} law"
 
 
-def _figure(data: Answer, name: str, factor: float = 1.0, unit: str = "") -> str:
+def singles(data: Answer) -> list[Answer]:
+    """Return the curves of a family, or the one that there is."""
+    return [data] if data.family is None else [data.pick(i) for i in range(data.family)]
+
+
+def _figure(data: Answer, name: str, factor: float = 1.0) -> str:
     """Return a single figure of a curve; without engagement it has no end and no cut-off, it is as long as drawn."""
-    ended = name.endswith(("_end", "_c"))
-    if name not in data.variables or (ended and data["end"].item() == End.NONE):
-        return "-" if name else ""
+    if name not in data.variables or (name.endswith(("_end", "_c")) and data["end"].item() == End.NONE):
+        return "-"
     value = data[name].item()
-    if isinstance(value, str):
-        return value
-    return moment(value) if unit == "N m" else number(value * factor, unit)
-
-
-def _inclination(beam: Beam, data: Answer, angle: str) -> str:
-    """Return the inclination at engagement: on a compliant joint a scale turns before it touches."""
-    engaged, theta = data[f"{angle}_e"].item(), beam.scale.theta0
-    if "w_Y" in data.variables:
-        theta = float(np.interp(engaged, data[angle], data["theta"]))
-    return number(math.degrees(theta), "deg") if math.isfinite(engaged) else "-"
-
-
-def _single(words: Load, beam: Beam, margin: float, laws: Mapping[str, Answer]) -> Table:
-    """Return the table with a row per figure and a column per law."""
-    angle, rate, torque = words.angle, words.rate, words.torque
-
-    def row(label: str, name: str = "", factor: float = 1.0, unit: str = "") -> list[str]:
-        return [label, *(_figure(data, name, factor, unit) for data in laws.values())]
-
-    def places(at: str) -> list[list[str]]:
-        return [
-            row(f"  {words.angle_words} {angle}", f"{angle}_{at}", 1, "rad/pitch"),
-            row(f"  {words.rate_words} {rate}", f"{rate}_{at}", 1, "rad/m"),
-            row(f"  in total over {beam.scales} scales", f"{rate}_{at}", math.degrees(beam.length), "deg"),
-        ]
-
-    rows = [
-        row("end", "end"),
-        row("engagement"),
-        *places("e"),
-        *([row("  phi by the small-angle formula", "phi_e_small", 1, "rad/pitch")] if words.sided else []),
-        ["  inclination theta", *(_inclination(beam, data, angle) for data in laws.values())],
-        row("at the end"),
-        *places("end"),
-        row("  inclination theta", "theta_end", math.degrees(1), "deg"),
-        row(f"at the cut-off, margin {margin:g}"),
-        row(f"  {words.rate_words} {rate}", f"{rate}_c", 1, "rad/m"),
-        row(f"  {words.torque_words} {torque}", f"{torque}_c", 1, "N m"),
-        row("  over the bare beam's", "stiffening"),
-        *([] if words.sided else [row("  torque T that keeps it from twisting", "T_c", 1, "N m")]),
-        row("  relative energy dissipation RED", "RED_c"),
-        row("mu that locks at engagement", "mu_static"),
-        row("neighbour in contact", "neighbour"),
-    ]
-    head = ["", *(column(name) for name in laws)] if len(laws) > 1 else ["", ""]
-    return table(head, rows)
+    return value if isinstance(value, str) else number(value * factor)
 
 
 def _family(words: Load, beam: Beam, data: Answer, *, loads: bool) -> Table:
@@ -164,11 +119,9 @@ def _family(words: Load, beam: Beam, data: Answer, *, loads: bool) -> Table:
     }
     if loads:
         columns |= {f"{torque} N m": (f"{torque}_c", 1.0), f"{torque}/{torque}0": ("stiffening", 1.0)}
-    rows = (
-        [f"{mu:g}", *(_figure(data.pick(i), *figure) for figure in columns.values()), number(data["RED_c"][i].item())]
-        for i, mu in enumerate(data["mu"])
-    )
-    return table(["mu", *columns, "RED"], rows, gap=1)
+    columns["RED"] = ("RED_c", 1.0)
+    rows = ([f"{one['mu']:g}", *(_figure(one, *figure) for figure in columns.values())] for one in singles(data))
+    return table(["mu", *columns], rows, gap=1)
 
 
 def _notes(kind: Load, beam: Beam, law: str, laws: Mapping[str, Answer]) -> list[str]:
@@ -189,17 +142,16 @@ def _others(laws: Mapping[str, Answer]) -> list[str]:
     """Return a line for each other contact, with the laws and the frictions that it belongs to."""
     found: dict[str, dict[str, list[str]]] = {}
     for name, data in laws.items():
-        touch = data["phi_touch"].ravel() if "phi_touch" in data.variables else np.full(data["mu"].size, np.nan)
-        for mu, other, phi in zip(data["mu"].ravel(), data["other_contact"].ravel(), touch, strict=True):
-            if other:
-                at = f" at {number(float(phi), 'rad/pitch')}" if math.isfinite(phi) else ""
-                found.setdefault(f"{other}{at}", {}).setdefault(name, []).append(f"{mu:g}")
+        for one in singles(data):
+            if other := one["other_contact"].item():
+                phi = float(one["phi_touch"]) if "phi_touch" in one.variables else math.nan
+                at = f" at {number(phi, 'rad/pitch')}" if math.isfinite(phi) else ""
+                found.setdefault(f"{other}{at}", {}).setdefault(name, []).append(f"{one['mu']:g}")
     lines = []
     for text, by_law in found.items():
-        frictions = [", ".join(mus) for mus in by_law.values()]
-        pieces = [f"{column(name)}, mu = {mus}" for name, mus in zip(by_law, frictions, strict=True)]
-        if len(by_law) == len(laws) and len(set(frictions)) == 1:
-            pieces = [f"mu = {frictions[0]}"]
+        pieces = [f"{column(name)}, mu = {', '.join(mus)}" for name, mus in by_law.items()]
+        if len(by_law) == len(laws) and len({*map(tuple, by_law.values())}) == 1:
+            pieces = [f"mu = {', '.join(next(iter(by_law.values())))}"]
         lines += [f"other contact ({piece}): {text}" for piece in pieces]
     return lines
 
@@ -230,9 +182,8 @@ def record(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None
     if data.attrs.get("joint") == "compliant":
         derived |= {key: data.attrs[key] for key in ("K_theta", "rigidity")}
         # how far simpler models are off, a record per coefficient of friction
-        derived["off"] = {
-            name: [d._asdict() for d in differences(laws[name], data)] for name in laws if laws[name] is not data
-        }
+        others = {name: answer for name, answer in laws.items() if answer is not data}
+        derived["off"] = {name: [d._asdict() for d in differences(answer, data)] for name, answer in others.items()}
     figures = {name: _figures(response) for name, response in laws.items()}
     keys = "load law joint scales sense margin neutral hold followed squama_version"
     parts = {"laws": figures, "curve": data.curves, "bench": found and found.record}
@@ -240,9 +191,8 @@ def record(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None
 
 
 def _figures(data: Answer) -> dict[str, object]:
-    ends = data["end"].tolist()
-    words = [SENTENCES[End(end)] for end in ends] if isinstance(ends, list) else SENTENCES[End(ends)]
-    return {**data.figures, "sentence": words}
+    words = [SENTENCES[End(end)] for end in data["end"].ravel()]
+    return {**data.figures, "sentence": words[0] if data.family is None else words}
 
 
 def responses(load: str, beam: Beam, law: str, sense: str, numbers: dict[str, Any]) -> dict[str, Answer]:
@@ -272,53 +222,34 @@ def ladder(load: str, beam: Beam, law: str, sense: str, numbers: dict[str, Any],
     return {**found, HINGE: respond(beam, load, joint="hinge", ideal=True, **hinged)}
 
 
-def _steps(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Table:
-    """Return the table of the real beam beside simpler ones, at loads of the real one."""
-    angle, rate, torque = words.angle, words.rate, words.torque
-    first = next(iter(laws.values()))
-    engaged, last = float(first[f"{angle}_e"]), float(first[angle][np.isfinite(first[torque])].max())
+def _table(words: Load, beam: Beam, margin: float, laws: Mapping[str, Answer]) -> Table:
+    """Return the table with a row per figure and a column per model, at loads of the first; empty rows are left out."""
+    angle, torque, first = words.angle, words.torque, next(iter(laws.values()))
+    degrees = math.degrees(1)
 
-    def row(label: str, name: str) -> list[str]:
-        return [label, *(_figure(data, name) for data in laws.values())]
+    def row(label: str, name: str, factor: float = 1.0) -> list[str]:
+        return [label, *(_figure(data, name, factor) for data in laws.values())]
 
-    def at(label: str, name: str, twist: float, factor: float = 1.0) -> list[str]:
-        cells = [label]
-        for data in laws.values():
-            value, reach = math.nan, float(data[angle][np.isfinite(data[torque])].max(initial=0.0))
-            if name in data.variables and twist <= reach * (1 + 1e-9):
-                along = worst(data.curves, name) if name in ("stress", "strain") else data[name]
-                value = float(np.interp(twist, data[angle], along)) * factor
-            cells.append("-" if math.isnan(value) else number(value))
-        return cells
+    def total(at: str) -> list[str]:
+        return row(f"  in total over {beam.scales} scales, deg", f"{angle}_{at}", degrees * beam.scales)
 
-    held = loads.holds(first.attrs["hold"], words)
-    if words.sided:
-        unloaded = ("  moment M that holds it straight, N m", "M") if held else ("  bend psi, rad/pitch", "psi")
-    else:
-        unloaded = ("  torque T that keeps it from twisting, N m", "T") if held else ("  twist phi, rad/pitch", "phi")
-
-    def state(place: str, twist: float) -> list[list[str]]:
-        total = math.degrees(twist / beam.pitch * beam.length)
-        return [
-            [f"{place} {twist:.4g} ({total:.4g} deg in total)", *[""] * len(laws)],
-            at(f"  {words.torque_words} {torque}, N m", torque, twist),
-            at(*unloaded, twist),
-            at(f"  d{torque}/d{rate}, N m^2", words.tangent, twist),
-            at(f"  d{torque}/d{rate} over that without contact", "stiffness_ratio", twist),
-            at("  theta, deg", "theta", twist, math.degrees(1)),
-            at("  largest stress in a scale, MPa", "stress", twist, 1e-6),
-            at("  largest strain around a scale", "strain", twist),
-        ]
-
+    cut_off = [
+        row("  theta at the end, deg", "theta_end", degrees),
+        row(f"{words.torque_words} {torque} at the cut-off, margin {margin:g}, N m", f"{torque}_c"),
+        row(f"{words.torque_words} over the bare beam's", "stiffening"),
+        *([] if words.sided else [row(_KEEPS, "T_c")]),
+    ]
     rows = [
         row("end", "end"),
         row(f"  at {angle}, rad/pitch", f"{angle}_end"),
+        total("end"),
         row(f"engagement {angle}_e", f"{angle}_e"),
-    ]
-    if math.isfinite(engaged) and 2 * engaged < last:
-        rows += state(f"at 2 {angle}_e =", 2 * engaged)
-    rows += state(f"at the end, {angle} =", last)
-    rows += [
+        total("e"),
+        row(f"  {angle} by the small-angle formula", f"{angle}_e_small"),
+        *(_states(words, beam, laws) if "stiffness_ratio" in first.variables else cut_off),
+        row("relative energy dissipation RED", "RED_c"),
+        row("mu that locks at engagement", "mu_static"),
+        row("neighbour in contact", "neighbour"),
         row(f"twice as stiff as bare from {angle}", f"{angle}_twofold"),
         row(f"five times as stiff from {angle}", f"{angle}_fivefold"),
         row(f"{words.torque_words} has its peak at {angle}", f"{angle}_peak"),
@@ -327,8 +258,39 @@ def _steps(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Table:
         row(f"a second contact comes in at {angle}", f"{angle}_second"),
         row(f"a scale is bent by a tenth of its length at {angle}", f"{angle}_bent"),
     ]
-    kept = [line for line in rows if line[1] == "" or any(cell not in ("-", "nan") for cell in line[1:])]
-    return table(["", *laws], kept)
+    kept = [line for line in rows if line[1] == "" or {*line[1:]} != {"-"}]
+    return table(["", *map(column, laws)] if len(laws) > 1 else ["", ""], kept)
+
+
+def _states(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Iterable[list[str]]:
+    """Yield rows of what models say at twice the engagement of the first, and at its end."""
+    angle, rate, torque, first = words.angle, words.rate, words.torque, next(iter(laws.values()))
+    if loads.holds(first.attrs["hold"], words):
+        unloaded = ("  moment M that holds it straight, N m", "M") if words.sided else (_KEEPS, "T")
+    else:
+        unloaded = ("  bend psi, rad/pitch", "psi") if words.sided else ("  twist phi, rad/pitch", "phi")
+    figures = {
+        f"  {words.torque_words} {torque}, N m": (torque, 1.0),
+        unloaded[0]: (unloaded[1], 1.0),
+        f"  d{torque}/d{rate}, N m^2": (words.tangent, 1.0),
+        f"  d{torque}/d{rate} over that without contact": ("stiffness_ratio", 1.0),
+        "  theta, deg": ("theta", math.degrees(1)),
+        "  largest stress in a scale, MPa": ("stress", 1e-6),
+        "  largest strain around a scale": ("strain", 1.0),
+    }
+    reach = [float(data[angle][np.isfinite(data[torque])].max(initial=0.0)) for data in laws.values()]
+
+    def at(name: str, load: float, factor: float) -> Iterable[str]:
+        for data, last in zip(laws.values(), reach, strict=True):
+            known = name in data.variables and load <= last * (1 + 1e-9)
+            along = (worst(data.curves, name) if name in ("stress", "strain") else data[name]) if known else None
+            yield number(math.nan if along is None else float(np.interp(load, data[angle], along)) * factor)
+
+    engaged = float(first[f"{angle}_e"])
+    places = {f"at 2 {angle}_e =": 2 * engaged} if 2 * engaged < reach[0] else {}
+    for place, load in (places | {f"at the end, {angle} =": reach[0]}).items():
+        yield [f"{place} {load:.4g} ({math.degrees(load) * beam.scales:.4g} deg in total)", *[""] * len(laws)]
+        yield from ([label, *at(name, load, factor)] for label, (name, factor) in figures.items())
 
 
 def held(attrs: Mapping[str, Any]) -> str:
@@ -347,7 +309,6 @@ def _real(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
     ours = next(iter(laws.values()))
     attrs = ours.attrs
     K, rigidity = (float(attrs[key]) for key in ("K_theta", "rigidity"))
-    rest = list(laws)[1:]
     lines = [
         held(attrs),
         f"K_theta = {moment(K)} per rad (hinge {moment(beam.joint_stiffness)}); "
@@ -355,17 +316,16 @@ def _real(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
     ]
     if attrs["scales"] == "thick, rigid scales":
         lines.append("scale.youngs_modulus is not given: real scales bend, and give less torque than these")
-    for i, mu in enumerate(ours["mu"].ravel()):
-        of_mu = f"mu = {mu:g}: " if ours.family is not None else ""
-        first, error = ours["first_contact"].ravel()[i], float(ours["energy_error"].ravel()[i])
-        if first:
-            work = f"the {words.torque_words}'s work is balanced to {abs(error):.1e}"
+    off = {name: differences(answer, ours) for name, answer in laws.items() if answer is not ours}
+    for i, one in enumerate(singles(ours)):
+        of_mu = f"mu = {one['mu']:g}: " if ours.family is not None else ""
+        if first := one["first_contact"].item():
+            work = f"the {words.torque_words}'s work is balanced to {abs(float(one['energy_error'])):.1e}"
             lines.append(f"{of_mu}first contact: {first}; {work}")
-            lines += [f"{of_mu}{line}" for line in _borne(words, ours if ours.family is None else ours.pick(i))]
-        for other in rest:
-            d = differences(laws[other], ours)[i]
-            if not math.isnan(d.within):
-                lines.append(f"{of_mu}{other}: {apart(*d[1:], torque=words.torque_words)}")
+            lines += [f"{of_mu}{line}" for line in _borne(words, one)]
+        for name, found in off.items():
+            if not math.isnan(found[i].within):
+                lines.append(f"{of_mu}{name}: {apart(*found[i][1:], torque=words.torque_words)}")
     return lines
 
 
@@ -421,13 +381,12 @@ def differences(answer: Answer, reference: Answer, share: float = SHARE) -> list
     """Compare curves of one load, one result per friction; ``share`` of the torque or moment is free."""
     found, words = [], LOADS[reference.attrs["load"]]
     angle, torque = words.angle, words.torque
-    for i, mu in enumerate(np.atleast_1d(answer["mu"])):
-        one, two = (a if a.family is None else a.pick(i) for a in (answer, reference))
+    for one, two in zip(singles(answer), singles(reference), strict=True):
         # in a family the curve may stand at the twists of another friction
         phi, theta = two[angle], np.interp(two[angle], one[angle], one["theta"], right=np.nan)
         with np.errstate(divide="ignore", invalid="ignore"):
             off = np.where(phi > 0, np.interp(phi, one[angle], one[torque], right=np.nan) / two[torque] - 1, np.nan)
         within, end = holds(phi, off, share)
-        last = np.array([phi[end], off[end], theta[end] - two["theta"][end]])
-        found.append(Difference(float(mu), within, *(last if math.isfinite(within) else np.full(3, np.nan)).tolist()))
+        last = (phi[end], off[end], theta[end] - two["theta"][end]) if math.isfinite(within) else [math.nan] * 3
+        found.append(Difference(float(one["mu"]), within, *map(float, last)))
     return found

@@ -70,8 +70,8 @@ def ends(
         print(f"squama: error: {line}", file=sys.stderr)
     counts = ", ".join(f"{count} {end}" for end, count in solved.ends.items())
     left = f"; {solved.bad} bad left out" if solved.bad else ""
-    said = f"wrote {label(out)}" if solved.rows else f"{label(out)} is not written"
-    summary = f"{said}: {len(solved.rows)} designs{f' ({counts})' if counts else ''}{left}"
+    written = f"wrote {label(out)}" if solved.rows else f"{label(out)} is not written"
+    summary = f"{written}: {len(solved.rows)} designs{f' ({counts})' if counts else ''}{left}"
     place = out if solved.rows else None
     output.say(json, {"out": place, "rows": len(solved.rows), "bad": solved.bad, "ends": solved.ends}, [summary])
     return 2 if solved.bad else 0

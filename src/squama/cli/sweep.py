@@ -159,9 +159,9 @@ def map(  # noqa: A001 - the command's name
         written.append(save(slices.worded(part.data.load()), csv))
     facts = {"variable": variable, **axes, "cells": size, "tiles": tiles, "tiles_missing": missing}
     facts |= {key: dataset.attrs[key] for key in ("joint", "scales", "at") if key in dataset.attrs}
-    told = [f"squama: warning: {name}: {missing} of {tiles} tiles are not computed yet"] if missing else []
-    told += [f"wrote {label(path)}" for path in written]
-    return output.say(json, {"file": name, **facts, "written": [str(path) for path in written]}, told)
+    notes = [f"squama: warning: {name}: {missing} of {tiles} tiles are not computed yet"] if missing else []
+    notes += [f"wrote {label(path)}" for path in written]
+    return output.say(json, {"file": name, **facts, "written": [str(path) for path in written]}, notes)
 
 
 def _lines(part: Slice, lines: str | None) -> list[float]:

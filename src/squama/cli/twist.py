@@ -17,8 +17,6 @@ from squama.units import moment, number, shown
 if TYPE_CHECKING:
     import xarray as xr
 
-    from squama.beam.design import Beam
-
 
 _DATA = 'Measured points to draw too: CSV with a header such as "Phi (deg/mm), T (N mm)".'
 _TO = f"Where to stop: {flags.TWISTS} (0.3 rad/pitch; on the hinge where the endless beam's curve is cut off)."
@@ -98,9 +96,9 @@ def respond(
 
     family = list(mu) if len(mu) > 1 else None
     numbers: dict[str, Any] = {"margin": curve.margin, "points": curve.points, "to": stop, "mu": family}
+    numbers["neutral"] = joints.neutral
     with flags.laid(flags.arguments("neutral")):
         means = chosen(beam, LOADS[load], law=law, joint=joints.joint, neutral=joints.neutral)
-        numbers["neutral"] = joints.neutral
         if means.note:
             print(f"squama: warning: {means.note}", file=sys.stderr)
         if means.real:
@@ -110,11 +108,8 @@ def respond(
             laws = report.responses(load, beam, law, sense, numbers)
     beside = laws[report.HINGE].dataset() if common.plot and report.HINGE in laws else None
     written = output.write(common, laws[law].dataset, "response_figure", measured=measured, hinge=beside)
-    found = report.beside(beam, laws)
-    record, shown = report.record, report.summary
-    return output.report(
-        common.json, path, written, lambda: record(beam, law, laws, found), lambda: shown(beam, law, laws, found)
-    )
+    answer = beam, law, laws, report.beside(beam, laws)
+    return output.report(common.json, path, written, report.record(*answer), report.summary(*answer))
 
 
 def _without(tables: Tables) -> None:
@@ -146,25 +141,21 @@ def row(
 
     from squama.curves import finite_rows
 
-    asked: dict[str, Any] = {"to": stop, "sense": sense, "points": points, "joint": joint, "ideal": ideal or None}
+    how: dict[str, Any] = {"to": stop, "sense": sense, "points": points, "joint": joint, "ideal": ideal or None}
     with flags.laid(flags.arguments()):
-        data = finite_rows.row(described, scales=scales, ends=ends, **asked)
+        data = finite_rows.row(described, scales=scales, ends=ends, **how)
     written = output.write(common, lambda: data, "row_figure", lambda d: output.flat(d.reset_coords("phi"), "theta"))
-    return output.report(common.json, beam, written, lambda: _record(described, data), lambda: _shown(data))
+    keys = "load law joint sense ends squama_version"
+    parts = {"figures": output.figures(data), "curve": "point", "scales": "point scale"}
+    record = output.record(described, data, keys, **parts) | {"idealisation": data.attrs["scales"]}
+    return output.report(common.json, beam, written, record, _shown(data))
 
 
-_SAID = {
+_ROW_ENDS = {
     "free": "free ends: a torque at both ends, and each cell has its own twist and bow",
     "gripped": "gripped ends: the grips stay on one axis, and each cell has its own twist and bow",
     "equal": "equal cells: all have the same twist and bow",
 }
-
-
-def _record(beam: Beam, data: xr.Dataset) -> dict[str, object]:
-    figures = {name: value for name, value in output.part(data).items() if name != "mu"}
-    curve, scales = output.part(data, "point"), output.part(data, "point", "scale")
-    own = {"idealisation": data.attrs["scales"], "figures": figures, "curve": curve, "scales": scales}
-    return output.record(beam, data, "load law joint sense ends squama_version", **own)
 
 
 def _shown(data: xr.Dataset) -> Iterable[str]:
@@ -185,7 +176,7 @@ def _shown(data: xr.Dataset) -> Iterable[str]:
     about = f"mu = {float(data['mu']):g}, sense {data.attrs['sense']}, edge law; {fixed(data.attrs)}"
     yield f" as a row of {n} scales: {about}"
     yield held(data.attrs)
-    yield _SAID[data.attrs["ends"]]
+    yield _ROW_ENDS[data.attrs["ends"]]
     yield f"engagement at phi = {number(float(data['phi_e']), 'rad/pitch')}"
     yield f"end: {end}{place}{which}"
     yield SENTENCES[End(end)] + (f" ({other})" if other else "")

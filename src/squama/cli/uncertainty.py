@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 import math
-import tomllib
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Annotated
 
+from squama.beam import beamfile
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, pair, settled, whole
 from squama.errors import naming, refuse
@@ -91,9 +91,7 @@ def uncertainty(
         found = solve(described, given, margin=margin, keep=keep, bare=False, **vars(study))
     written = output.write(common, lambda: found, "uncertainty_figure", flat)
     nominal = _bench(found, described, given)
-    return output.report(
-        common.json, beam, written, lambda: _record(found, nominal), lambda: _shown(found, described, nominal)
-    )
+    return output.report(common.json, beam, written, _record(found, nominal), _shown(found, described, nominal))
 
 
 def _bench(u: xr.Dataset, beam: Beam, given: Mapping[str, object]) -> Bench | None:
@@ -127,8 +125,8 @@ def _tolerances(vary: Iterable[flags.Pair], path: str | None, beam: Beam, study:
     def read(group: Mapping[str, object]) -> None:
         # a distribution in SI units reads back as itself
         if group:
-            told = tolerances(group, beam, bare=False, joint=means.joint, ideal=means.ideal)
-            found.update({t.name: (t.kind, *t.numbers) for t in told})
+            parts = tolerances(group, beam, bare=False, joint=means.joint, ideal=means.ideal)
+            found.update({t.name: (t.kind, *t.numbers) for t in parts})
 
     if path is not None:
         with flags.problems().caught():
@@ -147,10 +145,8 @@ def _table(path: str) -> dict[str, object]:
     """Return the table [tolerance] of a file."""
     name = label(path)
     text = read_text(path, missing='write one with [tolerance] and e.g. mu = "normal(0.25, 0.03)"')
-    try:
-        tables = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        refuse(name, "", f"is not TOML: {error}", 'write e.g. mu = "normal(0.25, 0.03)" under [tolerance]')
+    with naming(source=name):
+        tables = beamfile.loads(text)
     found = tables.pop("tolerance", None)
     if tables or not isinstance(found, dict) or not found:
         what = f"holds {', '.join(tables)} too" if tables else "has no tolerances"
@@ -182,8 +178,8 @@ def _record(u: xr.Dataset, nominal: Bench | None = None) -> dict[str, object]:
     figures: dict[str, object] = {}
     for name in u["figure"].values:
         f = u.sel(figure=name)
-        levels = zip(*(f[key].values.tolist() for key in ("level", "quantile", "quantile_se")), strict=True)
-        quantiles = [dict(zip(("level", "value", "se"), row, strict=True)) for row in levels]
+        levels = zip(f["level"].values, f["quantile"].values, f["quantile_se"].values, strict=True)
+        quantiles = [{"level": level, "value": value, "se": se} for level, value, se in levels]
         known = {key: f[key].item() for key in _FIGURE}
         figures[str(name)] = {"unit": f["units"].item(), **known, "quantiles": quantiles}
     before = u.attrs["before"] and {
@@ -192,7 +188,6 @@ def _record(u: xr.Dataset, nominal: Bench | None = None) -> dict[str, object]:
         "locked": _share(u, "P_locked_before")._asdict(),
         "ended_otherwise": _share(u, "P_ended_before")._asdict(),
     }
-    names = u["parameter"].values.tolist()
     indices: dict[str, object] | None = None
     if "S1" in u:
         table = u[["S1", "S1_conf", "ST", "ST_conf"]].reset_coords(drop=True).to_dataframe()
@@ -201,7 +196,7 @@ def _record(u: xr.Dataset, nominal: Bench | None = None) -> dict[str, object]:
     same = ("load", "law", "joint", "scales", "at", "sense", "margin", "samples", "sampler", "seed", "nominal_end")
     return {
         **{key: u.attrs[key] for key in same if key in u.attrs},
-        "tolerances": dict(zip(names, u["distribution"].values.tolist(), strict=True)),
+        "tolerances": {name: u["distribution"].sel(parameter=name).item() for name in u["parameter"].values},
         "ends": {name: p._asdict() for name, p in _ends(u).items()},
         **{name: _share(u, f"P_{name}")._asdict() for name in _SHARES if f"P_{name}" in u},
         "before": before or None,
@@ -269,10 +264,8 @@ def _figures(u: xr.Dataset, scales: int) -> Table:
         if unit == "rad":
             shown = [(name, "rad/pitch", 1.0), ("  in total", "deg", math.degrees(scales))]
         values = [*(float(f[key]) for key in ("nominal", "mean", "sd")), *f["quantile"].values]
-        rows += [
-            [head, unit, *(number(v * factor) for v in values), f"{float(f['share']):.4g}"]
-            for head, unit, factor in shown
-        ]
+        for head, unit, factor in shown:
+            rows.append([head, unit, *(number(v * factor) for v in values), f"{float(f['share']):.4g}"])
     head = ("figure", "unit", "nominal", "mean", "sd", *(f"{p * 100:g} %" for p in u["level"].values), "in")
     return output.table(head, rows, left=2, gap=1)
 

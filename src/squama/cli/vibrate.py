@@ -8,22 +8,19 @@ from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, settled, whole
-from squama.loads import LOADS, model
+from squama.loads import LOADS
 from squama.units import number as shown_number
 
 if TYPE_CHECKING:
     import xarray as xr
     from rich.table import Table
 
-    from squama.beam.design import Beam
-
 _KEYS = "load law joint scales mode faces damping inertia K_theta rigidity squama_version"
 SHOWN = 12
 """Cycles in the table of the summary at most."""
-_LAID = {
-    name: f"--{name}" for name in ("rotor", "density", "damping", "release", "impulse", "mode", "swings", "static")
-}
-_LAID |= {"torque": "--torque", "release, impulse": "--release, --impulse", "static, torque": "--static, --torque"}
+_NAMES = "rotor density damping release impulse mode swings static torque"
+_BOTH = {"release, impulse": "--release, --impulse", "static, torque": "--static, --torque"}
+_LAID = flags.arguments(*_NAMES.split(), **_BOTH, frequencies="--lowest, --highest")
 
 
 @flags.group
@@ -57,35 +54,26 @@ def vibrate(
     from squama.curves.labelled import flat_cycle
     from squama.dynamics.doors import vibrate
 
-    with flags.laid(flags.arguments(**_LAID)):
+    with flags.laid(_LAID):
         data = vibrate(described, release=release, impulse=impulse, damping=damping, swings=swings, **vars(swinging))
     written = output.write(common, lambda: data, "vibration_figure", flat_cycle)
-    return output.report(common.json, beam, written, lambda: _record(described, data), lambda: _shown(data))
+    record = output.record(described, data, _KEYS, figures="", turns="turn", cycles="cycle", record="point")
+    return output.report(common.json, beam, written, record, _cycles(data))
 
 
-def _record(beam: Beam, data: xr.Dataset) -> dict[str, object]:
-    dims = (("turns", "turn"), ("cycles", "cycle"), ("record", "point"))
-    parts = {name: output.part(data, dim) for name, dim in dims}
-    return output.record(beam, data, _KEYS, figures=output.part(data), **parts)
-
-
-def _shown(data: xr.Dataset) -> Iterable[str | Table]:
-    """Return the summary: a row per cycle, and how the record ends."""
-    kind = LOADS[data.attrs["load"]]
-    angle, attrs = kind.angle, data.attrs
-    yield f" swings in {kind.name} ({attrs['mode']}): mu = {float(data['mu']):g}, {model(attrs)}"
+def _cycles(data: xr.Dataset) -> Iterable[str | Table]:
+    """Yield the summary: a row per cycle, and how the record ends."""
+    kind, attrs = LOADS[data.attrs["load"]], data.attrs
+    angle = kind.angle
+    yield f" swings in {kind.name} ({attrs['mode']}): {output.about(data)}"
     columns = ("t_turn", f"{angle}_turn", "U_turn", "zeta_cycle", "period")
     t, y, U, zeta, period = (data[name].values for name in columns)
-    rows = [
-        [
-            str(i + 1),
-            *map(shown_number, (t[2 * i], y[2 * i], y[2 * i + 1], U[2 * i], round(float(zeta[i]), 9), 1 / period[i])),
-        ]
-        for i in range(min(zeta.size, SHOWN))
-    ]
-    if rows:
+    n = min(zeta.size, SHOWN)
+    peaks, troughs = slice(0, 2 * n, 2), slice(1, 2 * n, 2)
+    cycles = zip(t[peaks], y[peaks], y[troughs], U[peaks], zeta[:n].round(9), 1 / period[:n], strict=True)
+    if n:
         head = ("cycle", "at s", f"peak {angle} rad/pitch", "trough", "energy J", "damping", "frequency Hz")
-        yield output.table(head, rows)
+        yield output.table(head, ([str(i), *map(shown_number, row)] for i, row in enumerate(cycles, 1)))
     if zeta.size > SHOWN:
         yield f"the first {SHOWN} of {zeta.size} cycles"
     f_0, engaged = float(data["f_0"]), float(data[f"{angle}_e"])
@@ -126,10 +114,11 @@ def shake(
         last = frequency("--highest", highest)
     described = settled(common.beam(beam, mu))
     frequencies = np.linspace(first, last, points)
-    with flags.laid(flags.arguments(**_LAID, frequencies="--lowest, --highest")):
+    with flags.laid(_LAID):
         data = shake(described, frequencies, static=static, torque=torque, damping=damping, **vars(swinging))
     written = output.write(common, lambda: data, "shaken_figure", _table)
-    return output.report(common.json, beam, written, lambda: _steady(described, data), lambda: _states(data))
+    record = output.record(described, data, _KEYS, figures="", frequency=frequencies, states="way frequency")
+    return output.report(common.json, beam, written, record, _states(data))
 
 
 def _table(data: xr.Dataset) -> xr.Dataset:
@@ -139,29 +128,19 @@ def _table(data: xr.Dataset) -> xr.Dataset:
     return data.drop_dims("way").assign(ways)
 
 
-def _steady(beam: Beam, data: xr.Dataset) -> dict[str, object]:
-    states = output.part(data, "way", "frequency")
-    return output.record(
-        beam, data, _KEYS, figures=output.part(data), frequency=data["frequency"].values, states=states
-    )
-
-
 def _states(data: xr.Dataset) -> Iterable[str | Table]:
-    """Return the summary: a row per frequency, upwards and downwards."""
+    """Yield the summary: a row per frequency, upwards and downwards."""
     kind, attrs = LOADS[data.attrs["load"]], data.attrs
-    yield f" shaken in {kind.name} ({attrs['mode']}): mu = {float(data['mu']):g}, {model(attrs)}"
-    high, low = (data[f"{kind.angle}_{end}"].values for end in ("high", "low"))
-    share = (data["W_rubbed"] / data["W_fed"]).where(data["settled"]).values
-    rows = []
-    for i, f in enumerate(data["frequency"].values):
-        row = [shown_number(f)]
-        for way in range(2):
-            loose = "" if data["settled"].values[way, i] else " *"
-            row += [shown_number(high[way, i]), shown_number(low[way, i]) + loose, shown_number(share[way, i])]
-        rows.append(row)
-    both = [(f"{way}: {kind.angle} largest", "smallest", "friction") for way in ("up", "down")]
-    head = ("Hz", *both[0], *both[1])
-    yield output.table(head, rows)
+    yield f" shaken in {kind.name} ({attrs['mode']}): {output.about(data)}"
+    head, columns = ["Hz"], [map(shown_number, data["frequency"].values)]
+    for way in ("up", "down"):
+        one = data.sel(way=way)
+        high, low = (map(shown_number, one[f"{kind.angle}_{end}"].values) for end in ("high", "low"))
+        loose = ["" if settled else " *" for settled in one["settled"].values]
+        share = (one["W_rubbed"] / one["W_fed"]).where(one["settled"])
+        head += [f"{way}: {kind.angle} largest", "smallest", "friction"]
+        columns += [high, map(str.__add__, low, loose), map(shown_number, share.values)]
+    yield output.table(head, zip(*columns, strict=True))
     yield (
         f"{kind.angle}: largest and smallest, rad/pitch; friction: its share of the torque's work; without contact "
         f"{float(data['f_0']):.4g} Hz"

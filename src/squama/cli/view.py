@@ -40,14 +40,14 @@ def view(
     with flags.problems().caught():
         if any(path.lower().endswith(".html") for path in out):
             standalone.find()
-    described, asked = base.turned(beam, mu, "--twist", twist, load=how.load, still=True)
+    described, rate = base.turned(beam, mu, "--twist", twist, load=how.load, still=True)
     held = 0.0 if bend is None else bend
     described = settled(described)
     with flags.laid(flags.arguments("bend")):
         found = picture.view(
             described,
             *out,
-            to=asked,
+            to=rate,
             bend=held,
             sense=sense,
             margin=margin,
@@ -56,15 +56,15 @@ def view(
             frames=frames,
             **vars(how),
         )
-    return output.report(base.json, beam, found.files, lambda: _record(how.load, found), lambda: _shown(found))
+    return output.report(base.json, beam, found.files, _record(how.load, found), _shown(found))
 
 
 def _record(load: str, found: View) -> dict[str, object]:
     state, other = found.state, found.state.other
-    told = {key: getattr(state, key) for key in ("load", "theta", "N", "f", "torque")} | {"scales": state.name}
+    shown = {key: getattr(state, key) for key in ("load", "theta", "N", "f", "torque")} | {"scales": state.name}
     if other:
-        told["other"] = {"theta": other.theta, "N": other.N, "f": other.f, "scales": other.name}
-    data = {"load": load, "bend": found.motion.setting.bend, "asked": found.asked, "state": told}
+        shown["other"] = {"theta": other.theta, "N": other.N, "f": other.f, "scales": other.name}
+    data = {"load": load, "bend": found.motion.setting.bend, "asked": found.asked, "state": shown}
     return {**data, "model": found.model, "warnings": found.notes, "end": str(found.end), "last": found.last}
 
 

@@ -1,4 +1,4 @@
-"""Datasets to files and back; the file's extension chooses the format, a row of :data:`FORMATS`.
+"""Datasets to and from files; the extension chooses the format, a row of :data:`FORMATS`.
 
 A CSV file has one row per point for people, and all the rest in comments that a program reads back. It begins with
 ``# squama file: 1``. Then follow, one JSON value to a line, the sizes of the dimensions, the attributes (among them the
@@ -22,7 +22,7 @@ import subprocess
 import sys
 import warnings
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -144,12 +144,12 @@ def write_csv(dataset: xr.Dataset, place: Path) -> None:
 
 
 def _json(value: object) -> str:
-    """Return JSON in which no comma is followed by what a spreadsheet would take for the begin of a formula."""
+    """Return JSON in which no cell begins like a formula when a spreadsheet splits it at commas."""
     return _JOINED.sub(lambda found: f"{found[1]}\\u{ord(found[2]):04x}", _encode(value))
 
 
 def _hash(text: str) -> str:
-    """Return the hash of the lines of a CSV file but that of the hash itself, however they end."""
+    """Return the hash of the lines of a CSV file without the line of the hash; line ends do not matter."""
     lines = re.sub(r"\r\n?", "\n", text).rstrip().split("\n")
     kept = "\n".join(line for line in lines if not line.startswith(CSV_HASH))
     return hashlib.sha256(kept.encode()).hexdigest()
@@ -167,13 +167,13 @@ def read_csv(path: str | os.PathLike[str]) -> xr.Dataset:
     sizes: dict[str, int] = {}
     attrs: dict[str, object] = {}
     found: dict[str, dict[str, tuple[list[str], Array, dict[str, object]]]] = {"coordinate": {}, "variable": {}}
-    told = ""
+    digest, digest_line = "", 0
     for number, line in enumerate(table.comments[1:], start=2):
         with _damage(table, number):
             alone, role, key, entry = _LINE.fullmatch(line).groups()  # type: ignore[union-attr]
             value = json.loads(entry)
             if alone == "sha256":
-                told, told_in = value, number
+                digest, digest_line = value, number
             elif alone == "sizes":
                 sizes = {str(dim): int(size) for dim, size in value.items()}
                 _check_rows(table, sizes)
@@ -183,15 +183,15 @@ def read_csv(path: str | os.PathLike[str]) -> xr.Dataset:
                 found[role][key] = _variable(table, value, sizes, entry.count(",") + 1)
     with _damage(table, table.header.line):
         dataset = xr.Dataset(found["variable"], coords=found["coordinate"], attrs=attrs)
-    if told and told != _hash(text):
+    if digest and digest != _hash(text):
         reason = "is damaged: the file is not as squama wrote it, by its hash"
-        raise table.error(told_in, reason, "write the file anew, or remove this line if it was changed on purpose")
+        raise table.error(digest_line, reason, "write the file anew, or remove this line if it was changed on purpose")
     return dataset
 
 
 @contextmanager
 def _damage(table: tabular.Table, line: int) -> Iterator[None]:
-    """Turn what goes wrong with a line into the error that names it."""
+    """Turn any error about a line into an InputError that names the line."""
     try:
         yield
     except InputError:
@@ -235,7 +235,7 @@ def _variable(
 
 
 def _finite(value: object) -> object:
-    """Return nested numbers with NaN and infinity as words, which JSON has no numbers for."""
+    """Return nested numbers with NaN and infinity as text, for JSON has no numbers for them."""
     if isinstance(value, list):
         return [_finite(item) for item in value]
     return repr(value) if isinstance(value, float) and not np.isfinite(value) else value
@@ -263,15 +263,12 @@ def read_netcdf(path: str | os.PathLike[str]) -> xr.Dataset:
     noted = {0: 40, 1: 44}.get(head[8], 28) if len(head) == 64 else 64
     if noted == 64 or int.from_bytes(head[noted : noted + 8], "little") > size:
         raise _refused(path, "is damaged: it is cut off")
-    with Path(path).open("rb") as file:
-        digest, left = hashlib.sha256(), size - files.SEALED
-        while left > 0 and (part := file.read(min(left, 1 << 20))):
-            digest.update(part)
-            left -= len(part)
-        seal = file.read()
+    data = files.read_bytes(path, size)
+    with suppress(ValueError):
+        data = files.unsealed(data)
+    sealed = len(data) < size
     begin, end = files.SEAL.split(b"%s")
-    sealed = digest.hexdigest().encode() in seal
-    if not sealed and seal.startswith(begin) and seal.endswith(end):
+    if data[-files.SEALED :].startswith(begin) and data.endswith(end):
         raise _refused(path, "is damaged: it is not as squama wrote it, by its hash")
     try:
         if not sealed:
@@ -292,14 +289,14 @@ def read_netcdf(path: str | os.PathLike[str]) -> xr.Dataset:
 
 
 def stored(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Return what a netCDF file holds, the mark of squama too; refuse values that take far more than the file."""
+    """Return the dataset of a netCDF file with the mark of squama; refuse far more values than the file is large."""
     import h5netcdf
     import xarray as xr
 
     with h5netcdf.File(os.fspath(path), "r") as file:
-        taken = sum(math.prod(v.shape) * v.dtype.itemsize for v in file.variables.values())
-    if taken > max(LARGEST, 2 * Path(path).stat().st_size):
-        raise _refused(path, f"would take {taken / 1e9:.3g} GB of memory, {LARGEST / 1e9:g} GB at most")
+        size = sum(math.prod(v.shape) * v.dtype.itemsize for v in file.variables.values())
+    if size > max(LARGEST, 2 * Path(path).stat().st_size):
+        raise _refused(path, f"would take {size / 1e9:.3g} GB of memory, {LARGEST / 1e9:g} GB at most")
     with xr.open_dataset(Path(path), engine="h5netcdf", decode_times=False) as opened:
         dataset = opened.load()
     for variable in dataset.variables.values():
@@ -314,7 +311,7 @@ def stored(path: str | os.PathLike[str]) -> xr.Dataset:
 
 
 def _plain(value: object) -> object:
-    """Return an attribute as it was before it went through HDF5, which keeps NumPy scalars."""
+    """Return an attribute as it was saved; HDF5 returns NumPy scalars."""
     return value.item() if isinstance(value, np.generic | np.ndarray) and value.ndim == 0 else value
 
 

@@ -1,4 +1,4 @@
-"""Reading and writing files: what goes wrong is one clear line, and nothing is left half-written."""
+"""Reading and writing files: an error is one clear line, and no file is left half-written."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import secrets
 import select
 import stat
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 
 from squama.errors import InputError, Problem
@@ -36,11 +36,23 @@ _PLACE = (OSError, ValueError, RuntimeError)
 PATIENCE = 30.0
 """Seconds without a byte after which a pipe is given up."""
 _ODD = "is not an ordinary file"
-_NAMES = {
+_WIDE = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+_PLAIN, _ELSEWHERE = "save it as plain text in UTF-8", "give another path"
+Known = Mapping[int, tuple[str, str]]
+"""Reasons and remedies by the number of an error of the system."""
+_ALWAYS: Known = {
     errno.ELOOP: ("is a loop of symbolic links", "give the name of a file"),
     errno.ENAMETOOLONG: ("is too long for a name", "give a shorter one"),
 }
-"""What is wrong with a name, whatever it is wanted for."""
+"""What is wrong with a name, in reading and in writing."""
+_TO_READ: Known = {
+    errno.EISDIR: ("is a folder", "give the name of a file in it"),
+    errno.EACCES: ("may not be read", "check its permissions"),
+}
+_TO_WRITE: Known = {
+    **dict.fromkeys((errno.ENOSPC, errno.EDQUOT), ("the disk is full", "make room or give another path")),
+    **dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS), ("the place is read-only", _ELSEWHERE)),
+}
 
 
 def label(path: str | os.PathLike[str]) -> str:
@@ -56,7 +68,7 @@ def read_text(path: str | os.PathLike[str], *, limit: int = LARGEST_TEXT, missin
     """
     data = _text_bytes(path, limit, missing)
     try:
-        return _plain(path, data).decode("utf-8-sig")
+        return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise _error(path, f"is not UTF-8 text (line {line})", "save it in UTF-8") from None
@@ -67,36 +79,30 @@ def read_any_text(path: str | os.PathLike[str], *, limit: int = LARGEST_TEXT) ->
 
     Refused as by :func:`read_text`, and what holds control characters.
     """
-    data = _text_bytes(path, limit, "check the name")
-    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        try:
-            text, encoding = data.decode("utf-16"), "utf-16"
-        except UnicodeDecodeError:
-            raise _error(path, "begins as UTF-16 text but is none", "save it as plain text in UTF-8") from None
-    else:
-        try:
-            text, encoding = _plain(path, data).decode("utf-8-sig"), "utf-8"
-        except UnicodeDecodeError:
-            text, encoding = data.decode("latin-1"), "latin-1"
+    data = _text_bytes(path, limit, wide=True)
+    encoding = "utf-16" if data.startswith(_WIDE) else "utf-8"
+    try:
+        text = data.decode("utf-16" if encoding == "utf-16" else "utf-8-sig")
+    except UnicodeDecodeError:
+        if encoding == "utf-16":
+            raise _error(path, "begins as UTF-16 text but is none", _PLAIN) from None
+        text, encoding = data.decode("latin-1"), "latin-1"
     if _CONTROL.search(text):
-        raise _error(path, "is a binary file", "save it as plain text in UTF-8")
+        raise _error(path, "is a binary file", _PLAIN)
     return text, encoding
 
 
-def _text_bytes(path: str | os.PathLike[str], limit: int, missing: str) -> bytes:
-    """Return the bytes of a file that holds more than white space and is not larger than the limit."""
+def _text_bytes(
+    path: str | os.PathLike[str], limit: int, missing: str = "check the name", *, wide: bool = False
+) -> bytes:
+    """Return the bytes of a text; refuse one that is empty, too large or binary (``wide``: UTF-16 is text)."""
     data = read_bytes(path, limit + 1, missing=missing)
     if len(data) > limit:
         raise _error(path, f"is larger than {limit:,} bytes", "check the name")
     if not data.strip():
         raise _error(path, "is empty", missing)
-    return data
-
-
-def _plain(path: str | os.PathLike[str], data: bytes) -> bytes:
-    """Refuse bytes that no text of one byte a character has."""
-    if b"\0" in data:
-        raise _error(path, "is a binary file (or UTF-16 text)", "save it as plain text in UTF-8")
+    if b"\0" in data and not (wide and data.startswith(_WIDE)):
+        raise _error(path, "is a binary file (or UTF-16 text)", _PLAIN)
     return data
 
 
@@ -183,29 +189,39 @@ def _at_once(path: str, flags: int) -> int:
 
 
 @contextmanager
-def _reading(path: str | os.PathLike[str], missing: str) -> Iterator[None]:
-    """Turn what goes wrong with a file that is to be read into the error that names it."""
+def naming(
+    path: str | os.PathLike[str], known: Known, other: tuple[str, str], kinds: tuple[type[Exception], ...] = _PLACE
+) -> Iterator[None]:
+    """Turn an error of the system into an InputError that names the path: with a known reason, or the other one."""
     try:
         yield
     except InputError:
         raise
-    except _PLACE as error:
-        reasons = _NAMES | {
-            errno.ENOENT: ("no such file", missing),
-            errno.ENOTDIR: ("no such file", missing),
-            errno.EISDIR: ("is a folder", "give the name of a file in it"),
-            errno.EACCES: ("may not be read", "check its permissions"),
-        }
-        raise _error(path, *reasons.get(_number(error), (f"cannot be read ({_why(error)})", ""))) from None
+    except kinds as error:
+        number = errno.ELOOP if isinstance(error, RuntimeError) else getattr(error, "errno", None)
+        said = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        reason, remedy = other
+        because = f"{reason} ({shown(said).strip(chr(34)).lower()})", remedy
+        raise _error(path, *{**_ALWAYS, **known}.get(number or 0, because)) from None
+
+
+def _reading(path: str | os.PathLike[str], missing: str) -> AbstractContextManager[None]:
+    """Name the path in errors of reading; ``missing`` is the remedy where there is no such file."""
+    none = "no such file", missing
+    return naming(path, {**_TO_READ, errno.ENOENT: none, errno.ENOTDIR: none}, ("cannot be read", ""))
+
+
+def _writing(path: str | os.PathLike[str], kinds: tuple[type[Exception], ...] = _PLACE) -> AbstractContextManager[None]:
+    """Name the path in errors of writing; errors of other kinds pass."""
+    return naming(path, _TO_WRITE, ("cannot be written", _ELSEWHERE), kinds)
 
 
 def atomic_write(path: str | os.PathLike[str], writer: Callable[[Path], object]) -> Path:
     """Write a file beside its place and move it there when it is complete; return its path as given.
 
     The writer is given a temporary name in the same folder, of the same ending; such files of killed writers are taken
-    away. Where the place cannot take the file (a
-    folder, read-only, disk full, ...) that is an InputError and an old file is as it was; an error of the writer that
-    is no OSError passes unchanged.
+    away. Where the place cannot take the file (a folder, read-only, disk full, ...) that is an InputError and an old
+    file is as it was; an error of the writer that is no OSError passes unchanged.
 
     Examples
     --------
@@ -254,7 +270,7 @@ def _places(path: str | os.PathLike[str]) -> tuple[Path, Path]:
 
 @contextmanager
 def _at_work(folder: Path) -> Iterator[None]:
-    """Take away what killed writers have left in a folder, unless another one is at work there; be one meanwhile.
+    """Remove what killed writers left in a folder, unless another writer is at work there; hold a lock meanwhile.
 
     A writer has a lock on the folder, which ends with its process. Where the system has no such locks all is left.
     """
@@ -287,7 +303,7 @@ def _at_work(folder: Path) -> Iterator[None]:
 def _check_place(target: Path, path: str | os.PathLike[str]) -> None:
     """Refuse a place that cannot take the file; mode bits are looked at because root may write anything."""
     folder = target.parent
-    name, other = label(folder), "give another path"
+    name = label(folder)
     if target.is_dir():
         raise _error(path, "is a folder", "give the name of a file in it")
     if target.exists() and not target.is_file():
@@ -295,39 +311,12 @@ def _check_place(target: Path, path: str | os.PathLike[str]) -> None:
     if target.exists() and not target.stat().st_mode & _WRITE_BITS:
         raise _error(path, "is read-only", "give another name or make it writable")
     if not folder.exists():
-        raise _error(path, f"its folder {name} does not exist", f"make it first or {other}")
+        raise _error(path, f"its folder {name} does not exist", f"make it first or {_ELSEWHERE}")
     if not folder.is_dir():
-        raise _error(path, f"{name} is not a folder", other)
+        raise _error(path, f"{name} is not a folder", _ELSEWHERE)
     if not stat.S_IMODE(folder.stat().st_mode) & _WRITE_BITS or not os.access(folder, os.W_OK):
-        raise _error(path, f"its folder {name} is read-only", other)
-
-
-@contextmanager
-def _writing(path: str | os.PathLike[str], kinds: tuple[type[Exception], ...] = _PLACE) -> Iterator[None]:
-    """Turn what goes wrong with a place into the error that names it; an error of another kind passes."""
-    try:
-        yield
-    except InputError:
-        raise
-    except kinds as error:
-        number = _number(error)
-        reason, remedy = _NAMES.get(number, (f"cannot be written ({_why(error)})", "give another path"))
-        if number in {errno.ENOSPC, errno.EDQUOT}:
-            reason, remedy = "the disk is full", "make room or give another path"
-        elif number in {errno.EACCES, errno.EPERM, errno.EROFS}:
-            reason = "the place is read-only"
-        raise _error(path, reason, remedy) from None
+        raise _error(path, f"its folder {name} is read-only", _ELSEWHERE)
 
 
 def _error(path: str | os.PathLike[str], reason: str, remedy: str) -> InputError:
     return InputError(Problem("", "", reason, remedy, label(path)))
-
-
-def _number(error: Exception) -> int:
-    """Return the number of an error of the system; 0 if it has none."""
-    return errno.ELOOP if isinstance(error, RuntimeError) else getattr(error, "errno", None) or 0
-
-
-def _why(error: Exception) -> str:
-    text = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-    return shown(text).strip('"').lower()

@@ -1,4 +1,4 @@
-"""Tables of text as laboratories write them, brought to one form: a header with units, cells with decimal points.
+"""Tables as laboratories write them, brought to one form: a header with units, and decimal points.
 
 What a file does not say is guessed from its text, and the guess is kept in words: encoding, decimal comma, lines above
 the header, a second line of units. Line numbers stay those of the file.
@@ -21,7 +21,6 @@ COMMENTS = ("#", "%", "//")
 LOOK = 100
 """Lines among which a header is looked for."""
 _NUMBER = re.compile(r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?")
-_COMMA = re.compile(r"[+-]?\d*,\d+(?:[eE][+-]?\d+)?")
 _CELL = re.compile(r"(.*?)\s*(?:\((.*)\)|\[(.*)\])?")
 _BRACKETS = re.compile(r"[(\[](.*)[)\]]")
 _WORDS = {"U": "rev", "Umdr": "rev", "Umdr.": "rev", "Grad": "deg"}
@@ -48,7 +47,7 @@ def split(cell: str) -> tuple[str, str]:
 
 
 def dimension(unit: str) -> Dimension | None:
-    """Return what a unit measures of what a test has: an angle, a torque, a twist rate, a time; else None."""
+    """Return the dimension of a unit: angle, torque, twist rate or time; None for any other."""
     found = look_up(unit) if unit else None
     return found[0] if found and found[0] in MEASURED else None
 
@@ -90,7 +89,7 @@ def read(path: str | os.PathLike[str], known: set[str], columns: str | Mapping[s
 
 
 def number(cell: str, decimal: str, gap: str = "") -> float:
-    """Return a number whose decimals are set off by ``decimal``, "." or ","; ``gap`` as in :func:`tabular.number`.
+    """Read a number with the decimal sign ``decimal``, "." or ","; ``gap`` as in :func:`tabular.number`.
 
     >>> number("1,25e3", ","), number("-.5", ".")
     (1250.0, -0.5)
@@ -104,12 +103,12 @@ def number(cell: str, decimal: str, gap: str = "") -> float:
 
 
 def decimal_of(cells: Sequence[str], given: str | None) -> str:
-    """Return what sets decimals off in cells, "." or ",": as it is given, or a comma if no number has a point."""
+    """Return the decimal sign of cells: as given; else a comma if some number has one and none has a point."""
     if given is not None:
         if given not in (".", ","):
             refuse("decimal", shown(given), 'must be "." or ","')
         return given
-    commas = any(_COMMA.fullmatch(cell.strip()) for cell in cells)
+    commas = any(tabular.DECIMAL_COMMA.fullmatch(cell) for cell in cells)
     return "," if commas and not any("." in cell for cell in cells) else "."
 
 
@@ -129,8 +128,8 @@ def _header(rows: Mapping[int, Sequence[str]], known: set[str], wanted: Mapping[
     for i, cells in rows.items():
         names = {split(cell)[0] for cell in cells}
         if not any(map(_is_number, cells)):
-            told = any(name in known or name.casefold() in known for name in names)
-            if told or {old for old in wanted if not old.isdecimal()} & {*names, *(c.strip() for c in cells)}:
+            named = any(name in known or name.casefold() in known for name in names)
+            if named or {old for old in wanted if not old.isdecimal()} & {*names, *(c.strip() for c in cells)}:
                 return i
             if any(name and dimension(unit) for name, unit in map(split, cells)):
                 return i
@@ -142,12 +141,12 @@ def _header(rows: Mapping[int, Sequence[str]], known: set[str], wanted: Mapping[
 
 
 def _units(cells: Sequence[str]) -> bool:
-    """Say whether a line holds units and nothing else that could be read."""
+    """Say whether a line holds units, and no numbers."""
     return not any(map(_is_number, cells)) and any(dimension(_unit(cell)) for cell in cells)
 
 
 def _unit(text: str) -> str:
-    """Return a unit without brackets, in a word that is known."""
+    """Return a unit without brackets, by its symbol."""
     text = text.strip()
     match = _BRACKETS.fullmatch(text)
     text = (match[1] if match else text).strip()
@@ -159,7 +158,7 @@ def _is_number(cell: str) -> bool:
 
 
 def _renamed(table: tabular.Table, units: Sequence[str], wanted: Mapping[str, str]) -> tabular.Table:
-    """Return a table whose header has the units of a second line, and the names that are wanted."""
+    """Return a table whose header has the units of a second line and the names that the user gives."""
     cells = list(table.header.cells)
     for i, unit in enumerate(units[: len(cells)]):
         if unit and not split(cells[i])[1]:

@@ -61,7 +61,7 @@ class Measured(NamedTuple):
 
 
 class Ordinate(NamedTuple):
-    """What is read beside the twist: noun, names of its column, what it measures, and a header's cell."""
+    """The quantity beside the twist: noun, names of its column, dimension, and a cell of a header as example."""
 
     noun: str
     names: tuple[str, ...]
@@ -79,7 +79,7 @@ def torque(load: Load) -> Ordinate:
 
 
 def swings(path: str | os.PathLike[str], columns: str | Mapping[str, str] | None = None) -> bool:
-    """Tell whether a table is the record of a decay: it has a column of time, and none of a torque."""
+    """Say whether a table is the record of a decay: it has a column of time and none of a torque."""
     names = {name for load in LOADS.values() for name in (*_over(load), *torque(load).names)} | {*TIME.names}
     cells = [laboratory.split(cell) for cell in laboratory.read(path, names, columns).table.header.cells]
     found = {laboratory.dimension(unit) for _, unit in cells}
@@ -201,7 +201,7 @@ def read(
 
 
 def _over(load: Load) -> dict[str, str]:
-    """Return the names of an abscissa, with what it is over."""
+    """Return the names of an abscissa, each with the length that its angle belongs to."""
     over = {load.rate: "", load.rate_words: "", load.angle: "/pitch", load.angle_words: "/pitch"}
     return over | dict.fromkeys(("total", f"total {load.verb}"), " total")
 
@@ -252,7 +252,7 @@ def _places(table: tabular.Table, load: Load, ordinate: Ordinate, example: str) 
 
 
 def _factor(cell: str, over: str | Dimension, pitch: float, scales: int, example: str) -> float:
-    """Return what a column is multiplied with to be in SI units; ``over`` is the dimension of an ordinate."""
+    """Return the factor from a column to SI units; ``over``: an ordinate's dimension, or what an angle is over."""
     name, unit = laboratory.split(cell)
     where, remedy = f"column {shown(cell)}", f"write a header like: {example}"
     if not unit:
@@ -275,7 +275,7 @@ def _factor(cell: str, over: str | Dimension, pitch: float, scales: int, example
 
 
 def _settle(problems: Problems, file: str) -> None:
-    """Raise what was found; of very many mistakes the first, and how many there are."""
+    """Raise the mistakes; of very many the first ones, and how many more there are."""
     if (more := len(problems) - SHOWN) > 0:
         problems[SHOWN:] = [Problem(reason=f"and {more} more mistakes of this kind", source=file)]
     problems.settle()

@@ -18,7 +18,7 @@ LARGEST_TABLE = 500_000_000
 DELIMITERS = (";", "\t", ",")
 """What sets cells apart; of two that are as frequent the first: a comma may belong to numbers or names."""
 _FORMULA = re.compile(r"'*[=+\-@\t\r\n](?s:.)")
-_DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+(?:[eE][+-]?\d+)?\s*")
+DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+(?:[eE][+-]?\d+)?\s*")
 
 
 class Row(NamedTuple):
@@ -108,7 +108,7 @@ def no_header(table: Table, wanted: str) -> InputError:
 
 
 def ragged(table: Table, row: Row) -> list[Problem]:
-    """Say that a row has not as many cells as the header; nothing if it has."""
+    """Return the mistake of a row that has not as many cells as the header; none if it has."""
     width, have = len(table.header.cells), len(row.cells)
     if have == width:
         return []
@@ -131,7 +131,7 @@ def number(cell: str, example: str = "0.25", gap: str = "") -> float:
         reason = "is not a number" if cell.strip() else "is empty"
     if "_" in cell:
         reason, remedy = "is not a number", "write it without _"
-    elif _DECIMAL_COMMA.fullmatch(cell):
+    elif DECIMAL_COMMA.fullmatch(cell):
         reason, remedy = "has a decimal comma", f"write {cell.strip().replace(',', '.')}"
     elif gap and reason != "is not a number":
         # a gap in a record is not filled by an example
@@ -165,18 +165,18 @@ def numbers(
 
 
 def shown_cell(cell: str) -> str:
-    """Return a cell as messages show it: a number as it is, text in quotes."""
+    """Return a cell for a message: a number as it is, text in quotes."""
     text = cell.strip()
     return text if is_number(text) else shown(text)
 
 
 def close(name: str, known: Iterable[str]) -> str:
-    """Return the known name that a misspelt one is meant to be, or nothing."""
+    """Return the known name that is most like a misspelt one, or ""."""
     by_fold = {other.casefold(): other for other in known}
     return next((by_fold[found] for found in difflib.get_close_matches(name.casefold(), list(by_fold), n=1)), "")
 
 
 def guess(name: str, known: Iterable[str], form: str = "{}") -> str:
-    """Return "did you mean ...? " for a misspelt name, or nothing."""
+    """Return "did you mean ...? " for a misspelt name, or ""."""
     meant = close(name, known)
     return f"did you mean {form.format(meant)}? " if meant else ""

@@ -224,7 +224,7 @@ def fig7a(data: xr.Dataset) -> Iterator[Claim]:
     r = maps.sweep(par.main(), "eta", [3.0])
     for law in par.LAWS:
         steps = (1e-1, 1e-2, 1e-3, 1e-4)
-        values = [float(maps.dissipation(par.main(), r, np.array([0.5]), law, m)[0][0]) for m in steps]
+        values = [float(maps.dissipation(par.main(), r, np.array([0.5]), law, m)[0].RED[0]) for m in steps]
         yield Claim("fig7a", text, law, what, numbers(values), "", "no", note, at("margin", steps))
 
 

@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -139,12 +139,9 @@ def straight(etas: Sequence[float]) -> Iterator[Claim]:
     rows = []
     for eta in etas:
         beam = par.fig6b(float(eta))
-        held, free = (
-            doors.respond(
-                beam, "twisting", mu=HELD_MU, at=phi / beam.pitch, joint="compliant", ideal=True, hold=hold
-            ) for hold in (STRAIGHT, NOTHING)
-        )  # fmt: skip
-        rows.append(np.array([held["M"], free["T"]]) / held["T"])
+        thin: dict[str, Any] = {"mu": HELD_MU, "at": phi / beam.pitch, "joint": "compliant", "ideal": True}
+        kept, free = (doors.respond(beam, "twisting", hold=hold, **thin) for hold in (STRAIGHT, NOTHING))
+        rows.append(np.array([kept["M"], free["T"]]) / kept["T"])
     moment, torque = np.concatenate(rows, axis=1)
     text, law = f"the beam is in pure twist (mu = {HELD_MU:g})", "compliant"
     note = "one end of a beam that is fixed, and one that is turned, hold the ends coaxial, not each pitch straight"

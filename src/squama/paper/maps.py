@@ -7,14 +7,15 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.optimize import elementwise
 
 from squama.arrays import edge_contacts, solution
-from squama.batch import Solved, solved
+from squama.batch import Solved
+from squama.batch.answers import answers
 from squama.beam.design import Beam
+from squama.model.evaluation import FOLDED
 from squama.model.outcome import CODES, End
-from squama.model.paths import ARRAY, FoldedTwist, Twist
+from squama.model.paths import ARRAY, Twist
 from squama.symbols import SYMBOLS
 from squama.types import Array
 
@@ -39,18 +40,9 @@ def sweep(beam: Beam, over: str, values: Sequence[float] | Array) -> Ratios:
 
 
 def ends(r: Ratios, mu: float | Array, law: str) -> solution.Solution:
-    """Follow the tip-side contact that is met first in each design."""
+    """Solve the first tip-side contact of each design."""
     mus = np.broadcast_to(np.asarray(mu, float), r["eta"].shape)
     return solution.solve({**r, "mu": mus}, law=law, sense="+")
-
-
-def past_fold(r: Ratios, mu: Array, law: str) -> NDArray[np.bool_]:
-    """Whether each design's path has passed a fold at its end; the margin counts otherwise there, and RED jumps."""
-    found = np.zeros(mu.size, bool)
-    for index, track in ends(r, mu, law).tracks:
-        if isinstance(track.row, FoldedTwist):
-            found[index] = track.x_end > 0
-    return found
 
 
 def touch(r: Ratios) -> tuple[Array, Array]:
@@ -98,18 +90,6 @@ def _coords(over: str, laws: Sequence[str], mus: Any, **along: Any) -> dict[str,
     return {**found, **known("mu", mu=np.asarray(mus, float)), "law": list(laws)}
 
 
-def _paths(r: Ratios) -> tuple[Array, Array, Array]:
-    """Twist and inclination along each geometric path, to its kinematic lock or to where the contact goes."""
-    sol = ends(r, 0.0, "edge")
-    phi, theta = np.full((2, r["eta"].size, POINTS), np.nan)
-    for index, t in sol.tracks:
-        x = t.x0 + (t.x_end - t.x0) * np.linspace(0, 1, POINTS)[:, None]
-        with np.errstate(all="ignore"):
-            pt = t.row.point(x, "edge", ARRAY)
-        phi[index], theta[index] = pt.load.T, np.broadcast_to(pt.theta, x.shape).T
-    return phi, theta, sol.found.end
-
-
 def regimes(
     beam: Beam,
     over: str,
@@ -123,8 +103,9 @@ def regimes(
     ``over`` names the ratio that is varied ("eta" or "alpha"), ``values`` are its values for the paths,
     ``scan`` those along the lock lines, increasing; ``mus`` (above 0) and ``laws`` of the frictional lines.
     """
-    r, c = sweep(beam, over, scan), sweep(beam, over, values)
-    phi, theta, how = _paths(c)
+    r, free = sweep(beam, over, scan), ends(sweep(beam, over, values), 0.0, "edge")
+    # each geometric path goes to its kinematic lock or to where the contact goes
+    phi, theta = free.sampled(POINTS)
     found = [[ends(r, mu, law).found for mu in mus] for law in laws]
     along = ("load_end", "theta_end", "end")
     phi_end, theta_end, end = (np.array([[getattr(s, name) for s in row] for row in found]) for name in along)
@@ -139,7 +120,7 @@ def regimes(
         "touch": (np.where(np.isfinite(phi_touch), phi_touch, np.nan), theta_touch, "where other plates touch"),
     }
     data = known(("value", "point"), phi=phi, theta=theta)
-    data["path_end"] = "value", how, SYMBOLS["end"].attrs
+    data["path_end"] = "value", free.found.end, SYMBOLS["end"].attrs
     data |= known(("law", "mu", "scan"), phi_end=phi_end, theta_end=theta_end, end=end)
     for name, (phi, theta, where) in lines.items():
         for base, line in (("phi", phi), ("theta", theta)):
@@ -200,11 +181,14 @@ def _line(x: Array, y: Array, at: Array) -> Array:
     return np.where(outside, np.nan, CubicSpline(x, y)(np.clip(at, x[0], x[-1])))
 
 
-def dissipation(beam: Beam, r: Ratios, mu: Array, law: str, margin: float) -> tuple[Array, Solved]:
-    """RED at the cut-off of many designs on one substrate (paper Eqs. 15, 16), and all that was solved."""
+def dissipation(beam: Beam, r: Ratios, mu: Array, law: str, margin: float) -> tuple[Solved, Array]:
+    """Solve many designs on one substrate up to the cut-off (RED: paper Eqs. 15, 16).
+
+    Returned beside: whether each path has passed a fold at its end; the margin counts otherwise there, and RED jumps.
+    """
     softness = np.full(mu.size, beam.torsional_rigidity / (beam.joint_stiffness * beam.pitch))
-    found = solved((*r.values(), mu, softness), law=law, sense="+", margin=margin, load="twisting")
-    return found.RED, found
+    a = answers((*r.values(), mu), law=law, sense="+", margin=margin, load="twisting")
+    return Solved.of(a, r["theta0"], softness), (a.kind == FOLDED) & (a.x_end > 0)
 
 
 def red_map(
@@ -218,14 +202,13 @@ def red_map(
     v, m = (a.ravel() for a in np.meshgrid(values, mus, indexing="ij"))
     shape = (len(laws), values.size, mus.size)
     every = sweep(beam, over, v)
-    found = [dissipation(beam, every, m, law, margin)[1] for law in laws]
+    solved, folds = zip(*(dissipation(beam, every, m, law, margin) for law in laws), strict=True)
     columns = {"RED": "RED", "phi_end": "load_end", "end": "end"}
-    arrays = {name: np.array([getattr(s, own) for s in found]).reshape(shape) for name, own in columns.items()}
+    arrays = {name: np.array([getattr(s, own) for s in solved]).reshape(shape) for name, own in columns.items()}
     data = known(("law", "value", "mu"), **arrays)
     one = sweep(beam, over, values)
     about = {"long_name": "whether the path has passed a fold at its end", "units": "1"}
-    folded = np.array([past_fold(every, m, law) for law in laws]).reshape(shape)
-    data["folded"] = ("law", "value", "mu"), folded, about
+    data["folded"] = ("law", "value", "mu"), np.array(folds).reshape(shape), about
     about = {"long_name": "twist per pitch where other plates touch", "units": "rad"}
     data["phi_touch"] = "value", touch(one)[0], about
     data |= known(("law", "value"), mu_static=np.stack([mu_static(one, law) for law in laws]))

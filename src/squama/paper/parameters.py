@@ -1,4 +1,4 @@
-"""The designs of the paper's figures, what its text leaves open, as chosen here, and what a claim is."""
+"""Parameters of the paper's figures, with choices where its text leaves them open; the record of a claim."""
 
 from __future__ import annotations
 
@@ -94,5 +94,5 @@ def fixed(beam: Beam, *varied: str) -> dict[str, str]:
 
 
 def words(fixed: dict[str, str]) -> str:
-    """Write what is fixed in a line of text."""
+    """Return fixed ratios as one line of text."""
     return ", ".join(f"{'lambda' if name == 'lam' else name} = {text}" for name, text in fixed.items())

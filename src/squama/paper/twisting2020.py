@@ -72,6 +72,7 @@ def fig4(_points: FePoints | None = None) -> Made:
 
 
 def _regimes(over: str, values: Any, scan: Any, mus: Any, claims: Iterable[Claim]) -> Made:
+    """Regimes for several values of a ratio or an angle."""
     data = maps.regimes(par.main(), over, values, scan, mus, par.LAWS)
 
     def piece(part: xr.Dataset, words: str, law: str, mu: float, at: str, name: str, end: Any = "") -> Table:
@@ -91,15 +92,9 @@ def _regimes(over: str, values: Any, scan: Any, mus: Any, claims: Iterable[Claim
     return Made(regime_figure(data), table, claims, par.fixed(par.main(), over))
 
 
-def fig5a(_points: FePoints | None = None) -> Made:
-    """Regimes for several overlap ratios."""
-    drops = {law: maps.lock_lines(par.main(), par.BENDING_MUS, par.BENDING_ETAS, law) for law in par.LAWS}
-    return _regimes("eta", par.FIG5_ETAS, par.FIG5_SCAN, par.FIG5A_MUS, claims.fig5a(drops))
-
-
-def fig5b(_points: FePoints | None = None) -> Made:
-    """Regimes for several angles alpha."""
-    return _regimes("alpha", par.FIG5_ALPHAS, par.FIG5_ALPHA_SCAN, par.FIG5B_MUS, claims.fig5b())
+def _drops() -> dict[str, xr.Dataset]:
+    """Return the lock lines of both laws as eta varies."""
+    return {law: maps.lock_lines(par.main(), par.BENDING_MUS, par.BENDING_ETAS, law) for law in par.LAWS}
 
 
 def fig6a(_points: FePoints | None = None) -> Made:
@@ -143,21 +138,12 @@ def fig6b(points: FePoints | None = None) -> Made:
 
 
 def _red(over: str, values: Any, claims: Callable[[xr.Dataset], Iterable[Claim]]) -> Made:
+    """RED over mu and a ratio or an angle."""
     data = maps.red_map(par.main(), over, values, par.FIG7_MUS, par.LAWS, par.MARGIN)
     data["touched"] = data["phi_end"] > data["phi_touch"]
     columns = {"law": "law", _OVER[over]: "value", "mu (1)": "mu", f"RED at margin {par.MARGIN:g} (1)": "RED"}
     columns |= {"end": "end", "phi_end (rad)": "phi_end", "other plates touch first": "touched"}
     return Made(red_figure(data), flat(data, columns), claims(data), par.fixed(par.main(), over))
-
-
-def fig7a(_points: FePoints | None = None) -> Made:
-    """RED over mu and eta."""
-    return _red("eta", par.FIG7_ETAS, claims.fig7a)
-
-
-def fig7b(_points: FePoints | None = None) -> Made:
-    """RED over mu and alpha."""
-    return _red("alpha", par.FIG7_ALPHAS, claims.fig7b)
 
 
 def bending(_points: FePoints | None = None) -> Made:
@@ -169,7 +155,14 @@ def bending(_points: FePoints | None = None) -> Made:
 
 
 FIGURES: dict[str, Callable[[FePoints | None], Made]] = {
-    make.__name__: make for make in (fig4, fig5a, fig5b, fig6a, fig6b, fig7a, fig7b, bending)
+    "fig4": fig4,
+    "fig5a": lambda _: _regimes("eta", par.FIG5_ETAS, par.FIG5_SCAN, par.FIG5A_MUS, claims.fig5a(_drops())),
+    "fig5b": lambda _: _regimes("alpha", par.FIG5_ALPHAS, par.FIG5_ALPHA_SCAN, par.FIG5B_MUS, claims.fig5b()),
+    "fig6a": fig6a,
+    "fig6b": fig6b,
+    "fig7a": lambda _: _red("eta", par.FIG7_ETAS, claims.fig7a),
+    "fig7b": lambda _: _red("alpha", par.FIG7_ALPHAS, claims.fig7b),
+    "bending": bending,
 }
 """Figures by their names."""
 

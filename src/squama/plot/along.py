@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from squama.errors import refuse
 from squama.loads import LOADS
-from squama.plot.style import axes_for, label
+from squama.plot.style import label, panel
 from squama.symbols import SYMBOLS
 from squama.units import look_up, shown
 
@@ -61,7 +61,7 @@ def line(
     first = (LOADS[load].rate,) if load in LOADS and LOADS[load].rate in there and "t" not in there else ()
     over = x or next((key for key in (*first, *ACROSS) if key in there), "")
     along(dataset, over, "x")
-    ax = axes_for(ax, dataset, name, "")
+    ax, _ = panel(ax, dataset, name, "")
     factor, y_words = _unit(dataset, name, unit)
     x_factor, x_words = _unit(dataset, over, x_unit)
     drawn, across = dataset[name].transpose(..., "point"), dataset[over].transpose(..., "point")
@@ -76,11 +76,11 @@ def line(
     return ax
 
 
-def along(dataset: xr.Dataset, asked: str, where: str = "name") -> list[str]:
+def along(dataset: xr.Dataset, name: str, where: str = "name") -> list[str]:
     """Return the numbers along the points of a result; another name is refused."""
     there = [str(key) for key, v in dataset.variables.items() if "point" in v.dims and v.dtype.kind in "fi"]
-    if asked not in there:
-        refuse(where, shown(asked), "is no number along the points of this result", f"allowed: {', '.join(there)}")
+    if name not in there:
+        refuse(where, shown(name), "is no number along the points of this result", f"allowed: {', '.join(there)}")
     return there
 
 
@@ -90,10 +90,10 @@ def _unit(dataset: xr.Dataset, name: str, unit: str | None) -> tuple[float, str]
     own = attrs.get("units", "1")
     factor = 1.0
     if unit is not None:
-        there, asked = look_up(own), look_up(unit)
-        if there is None or asked is None or there[0] is not asked[0]:
+        there, wanted = look_up(own), look_up(unit)
+        if there is None or wanted is None or there[0] is not wanted[0]:
             refuse("unit", shown(unit), f"is no unit of {name}, which is in {own}", "leave it out")
-        factor = asked[2] / asked[1]
+        factor = wanted[2] / wanted[1]
     if name in SYMBOLS:
         return factor, label(name, unit)
     words = str(attrs.get("long_name", name))

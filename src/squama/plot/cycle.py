@@ -8,24 +8,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from squama.beam.design import Beam
-from squama.loads import LOADS, model
+from squama.plot import style
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
-from squama.plot.style import (
-    PAGE,
-    TICKS,
-    Look,
-    angle_label,
-    axes_for,
-    headline,
-    label,
-    new_figure,
-    prefixed,
-    styled,
-)
 from squama.types import Array
 
 
-@styled
+@style.styled
 def cycle_figure(dataset: xr.Dataset) -> Figure:
     """Draw the loops of a history of loading and unloading from :func:`squama.cycle`, and its energies.
 
@@ -33,12 +21,11 @@ def cycle_figure(dataset: xr.Dataset) -> Figure:
     beam without contact grey; engagement, and twist that is left when the beam is let go, marked. Right: elastic energy
     and frictional work along the way.
     """
-    figure = new_figure(PAGE, 3.1)
+    figure = style.new_figure(style.PAGE, 3.1)
     left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))
     loops(dataset, left)
     energies(dataset, right)
-    title = f"Cycles of {dataset.attrs['load']}, {model(dataset.attrs)}, $\\mu$ = {float(dataset['mu']):g}"
-    return headline(figure, title, (left, right))
+    return style.headline(figure, f"Cycles of {dataset.attrs['load']}, {style.about(dataset)}", (left, right))
 
 
 def loops(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
@@ -46,17 +33,16 @@ def loops(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
 
     Ways up and down in colours of their own, with engagement and what is left when the beam is let go.
     """
-    ax = axes_for(ax, dataset, "loop", "squama.cycle")
-    names = LOADS[dataset.attrs["load"]]
+    ax, names = style.panel(ax, dataset, "loop", "squama.cycle")
     angle = names.angle
     load, values = dataset[angle].values, dataset[names.torque].values
-    factor, text = prefixed(names.torque, float(np.abs(values).max()))
+    factor, text = style.prefixed(names.torque, float(np.abs(values).max()))
     values = factor * values
     branch = dataset["branch"].values
     beam = Beam.from_toml_text(dataset.attrs["beam"])
     # torque per twist without contact
     slope = factor * dataset.attrs.get("rigidity", names.rigidity(beam)) / beam.pitch
-    for name, words, style in (
+    for name, words, look in (
         ("straight", "scales apart", {"color": GREY}),
         ("loading", "loading", {"color": INK}),
         ("unloading", "unloading", {"color": UNLOADED}),
@@ -64,22 +50,20 @@ def loops(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     ):
         mask = branch[1:] == name
         if mask.any():
-            ax.plot(*_parted(load, values, mask), zorder=2, label=words, **style)
+            ax.plot(*_parted(load, values, mask), zorder=2, label=words, **look)
     _arrows(ax, load, values, branch)
     engaged = np.sort(dataset[f"{angle}_e"].values * np.where(dataset["sense"].values == "-", -1, 1))
     engaged = engaged[(engaged >= load.min()) & (engaged <= load.max())]
-    point: Look = {"linestyle": "", "markersize": 4, "zorder": 4}
     if engaged.size:
-        ax.plot(engaged, slope * engaged, color=INK, marker="o", markerfacecolor="white", label="engagement", **point)
+        ax.plot(engaged, slope * engaged, color=INK, label="engagement", zorder=4, **style.ENGAGED)
     rest = np.unique(dataset[f"{angle}_residual"].values)
     rest = rest[rest != 0]
     if rest.size:
-        ax.plot(rest, 0 * rest, color=ACCENT, marker="s", label="left when let go", **point)
+        ax.plot(rest, 0 * rest, "s", color=ACCENT, markersize=4, zorder=4, label="left when let go")
     ends = np.array([load.min(), load.max()])
-    bare: Look = {"color": GREY, "linestyle": (0, (4, 2)), "linewidth": 0.8, "label": "no contact"}
-    ax.plot(ends, slope * ends, zorder=1, **bare)
+    ax.plot(ends, slope * ends, zorder=1, label="no contact", **style.BARE | {"linewidth": 0.8})
     ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)
-    ax.set(xlabel=angle_label(names.name), ylabel=text)
+    ax.set(xlabel=style.angle_label(names.name), ylabel=text)
     ax.legend(loc="upper left")
     return ax
 
@@ -109,17 +93,16 @@ def _arrows(ax: Axes, load: Array, values: Array, branch: Array) -> None:
 
 def energies(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw elastic energy and frictional work along the way of a history of :func:`squama.cycle`."""
-    ax = axes_for(ax, dataset, "loop", "squama.cycle")
-    names = LOADS[dataset.attrs["load"]]
+    ax, names = style.panel(ax, dataset, "loop", "squama.cycle")
     load = dataset[names.angle].values
     way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(load)))])
     elastic, work = dataset["U_el"].values, dataset["W_fr"].values
     largest = float(max(elastic.max(), work.max()))
-    factor, text = prefixed("U_el", largest)
+    factor, text = style.prefixed("U_el", largest)
     for name, values, colour in (("U_el", elastic, GREY), ("W_fr", work, ACCENT)):
-        ax.plot(way, factor * values, color=colour, label=label(name).rpartition(" (")[0])
-    ax.locator_params(axis="x", nbins=TICKS)
+        ax.plot(way, factor * values, color=colour, label=style.label(name).rpartition(" (")[0])
+    ax.locator_params(axis="x", nbins=style.TICKS)
     ax.set(xlim=(0, way[-1]), ylim=(0, 1.3 * factor * largest))
-    ax.set(xlabel=f"Way gone {names.name} (rad per pitch)", ylabel=f"Energy per length {text[text.rindex('(') :]}")
+    ax.set(xlabel=f"Way gone {names.name} (rad per pitch)", ylabel=f"Energy per length {style.unit_of(text)}")
     ax.legend(loc="upper left")
     return ax

@@ -16,31 +16,18 @@ from matplotlib.ticker import MaxNLocator
 from squama.fe.agreement import FINITE
 from squama.fe.deformed import IMAGES, Deformed
 from squama.fe.plate import Turn
+from squama.plot import style
 from squama.plot.palette import ACCENT, GREY, INK
-from squama.plot.style import (
-    PAGE,
-    Dash,
-    Look,
-    angle_label,
-    finite_max,
-    headline,
-    key,
-    label,
-    new_figure,
-    prefixed,
-    scaled_above,
-    shades,
-    styled,
-)
 from squama.types import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
-BARE = {"color": GREY, "linestyle": (0, (4, 2)), "linewidth": 1}
-LINES: tuple[Dash, ...] = ((0, (4, 1.6)), "-", (0, (1, 1.1)), (0, (5, 1.5, 1, 1.5)), (0, (7, 2)))
+LINES: tuple[style.Dash, ...] = ((0, (4, 1.6)), "-", (0, (1, 1.1)), (0, (5, 1.5, 1, 1.5)), (0, (7, 2)))
 """Lines of the models, in their order."""
-MARKS: tuple[Dash, ...] = (":", (0, (5, 2)), (0, (4, 1.5, 1, 1.5)))
+_FINITE: tuple[tuple[str, str, style.Dash], ...] = (("beam", GREY, "-"), ("row", GREY, (0, (3, 1.5))))
+"""Names, colours and lines of finite beams."""
+MARKS: tuple[style.Dash, ...] = (":", (0, (5, 2)), (0, (4, 1.5, 1, 1.5)))
 """Vertical lines where the contact changes."""
 FAR = 40.0
 """Differences of the torque are drawn up to this, percent."""
@@ -52,7 +39,7 @@ MOST = 97.0
 _LIGHT = np.array([0.35, 0.85, 0.4])
 
 
-@styled
+@style.styled
 def elements_figure(data: xr.Dataset) -> Figure:
     """Draw a run of finite elements of one pitch, from :func:`squama.fe.runs.cell`.
 
@@ -60,132 +47,120 @@ def elements_figure(data: xr.Dataset) -> Figure:
     energies per length. Ticks at the foot of the inclination: increments. Vertical lines: from there on another pair
     touches.
     """
-    figure = new_figure(PAGE, 5.2)
+    figure = style.new_figure(style.PAGE, 5.2)
     axes = figure.subplots(2, 2, sharex=True)
     load, inclination, forces, energies = axes.flat
     rate = np.asarray(data["Phi"].values, float)
-    right = 1.04 * finite_max(rate) or 1.0
+    right = 1.04 * style.finite_max(rate) or 1.0
     T, N, f, W, U_el, W_fr = (np.asarray(data[name].values, float) for name in ("T", "N", "f", "W", "U_el", "W_fr"))
-    factor, text = prefixed("T", finite_max(np.abs(T)))
+    factor, text = style.prefixed("T", style.finite_max(np.abs(T)))
     for i in np.flatnonzero(rate > 0)[:1]:
-        load.plot([0, right], [0, factor * T[i] / rate[i] * right], **BARE)
+        load.plot([0, right], [0, factor * T[i] / rate[i] * right], **style.BARE)
     load.plot(rate, factor * T, color=INK)
     load.set_ylabel(text)
     inclination.plot(rate, np.degrees(data["theta"].values), color=INK)
-    inclination.set_ylabel(label("theta", "deg"))
-    factor, text = prefixed("N", max(finite_max(N), finite_max(f)))
-    forces.plot(rate, factor * N, color=INK)
-    forces.plot(rate, factor * f, color=ACCENT)
+    inclination.set_ylabel(style.label("theta", "deg"))
+    ticks: style.Look = {"color": GREY, "linestyle": "", "marker": "|", "markersize": 4}
+    inclination.plot(rate, np.zeros_like(rate), transform=inclination.get_xaxis_transform(), **ticks)
+    factor, text = style.prefixed("N", max(style.finite_max(N), style.finite_max(f)))
+    forces.plot(rate, factor * N, color=INK, label="normal $N$")
+    forces.plot(rate, factor * f, color=ACCENT, label="friction $f$")
     forces.set_ylabel(text.replace("Normal force $N$", "Force of a contact"))
-    forces.legend(handles=[key("normal $N$"), key("friction $f$", color=ACCENT)], loc="center left")
-    factor, text = prefixed("W", finite_max(W))
-    first, second, _ = shades(3)
+    factor, text = style.prefixed("W", style.finite_max(W))
+    first, second, _ = style.shades(3)
     energies.plot(rate, factor * W, color=first, label="torque's work $W$")
     energies.plot(rate, factor * U_el, color=second, label=r"elastic $U_\mathrm{el}$")
     energies.plot(rate, factor * W_fr, color=ACCENT, label=r"frictional $W_\mathrm{fr}$")
     energies.plot(rate, factor * (U_el + W_fr), color=INK, linestyle=(0, (1, 1.5)), label="sum")
     energies.set_ylabel(text.replace("Work of the torque per length $W$", "Energy per length"))
-    energies.legend(loc="center left")
-    inclination.plot(
-        rate, np.zeros_like(rate), "|", color=GREY, markersize=4, transform=inclination.get_xaxis_transform()
-    )
-    met = data["contact"].values
-    starts = np.flatnonzero(met != np.append("", met[:-1]))
-    changes = [(rate[i], met[i], mark) for i, mark in zip(starts, MARKS * 8, strict=False)]
+    for ax in (forces, energies):
+        ax.legend(loc="center left")
+    contact = data["contact"].values
+    starts = np.flatnonzero(contact != np.append("", contact[:-1]))
+    changes = [(rate[i], contact[i], mark) for i, mark in zip(starts, MARKS * 8, strict=False)]
     for ax in axes.flat:
         ax.set_xlim(0, right)
         if ax is not inclination:
             ax.set_ylim(0, None)
         for at, _, mark in changes:
             ax.axvline(at, color=GREY, linewidth=0.8, linestyle=mark, zorder=0)
-    for ax in axes[1]:
-        ax.set_xlabel(label("Phi"))
     pitch = float(data["phi"][-1] / data["Phi"][-1]) if data["Phi"][-1] else 1.0
-    for ax in axes[0]:
-        top = scaled_above(ax, pitch, angle_label("twisting"))
+    for ax, below in zip(axes[0], axes[1], strict=True):
+        below.set_xlabel(style.label("Phi"))
+        top = style.scaled_above(ax, pitch, style.angle_label("twisting"))
         top.xaxis.label.set_fontsize(7)
         top.xaxis.set_major_locator(MaxNLocator(6))
-    handles = [key("slope at the start", **BARE), key("increment", color=GREY, linestyle="", marker="|", markersize=4)]
-    handles += [
-        key(f"from {pitch * at:.4g} rad/pitch: {words or 'no contact'}", color=GREY, linestyle=mark, linewidth=0.8)
-        for at, words, mark in changes
-    ]
+    handles = [style.key("slope at the start", **style.BARE), style.key("increment", **ticks)]
+    for at, words, mark in changes:
+        text = f"from {pitch * at:.4g} rad/pitch: {words or 'no contact'}"
+        handles.append(style.key(text, color=GREY, linestyle=mark, linewidth=0.8))
     figure.legend(handles=handles, loc="outside lower center", ncols=2 if changes else 3)
-    blocked = ", roll and yaw blocked" if "blocked" in data.attrs["joint"] else ""
-    stopped = "" if data.attrs["reached"] else f"\n{data.attrs['sentence']}"
-    what = f"sense {data.attrs['sense']}, $\\mu$ = {float(data['mu']):g}: {data.attrs['mesh']}{stopped}"
-    return headline(
-        figure, f"Periodic cell of finite elements{blocked}, {what}\nScales: {data.attrs['plates']}", axes.flat
-    )
+    attrs = data.attrs
+    blocked = ", roll and yaw blocked" if "blocked" in attrs["joint"] else ""
+    stopped = "" if attrs["reached"] else f"\n{attrs['sentence']}"
+    what = f"sense {attrs['sense']}, $\\mu$ = {float(data['mu']):g}: {attrs['mesh']}{stopped}"
+    title = f"Periodic cell of finite elements{blocked}, {what}\nScales: {attrs['plates']}"
+    return style.headline(figure, title, axes.flat)
 
 
-@styled
+@style.styled
 def compare_figure(table: xr.Dataset) -> Figure:
     """Draw models beside a curve by finite elements, from :func:`squama.fe.agreement.compare`.
 
     Torque, its difference from the elements' with the band within which a model counts as holding, inclination and its
     difference, all over the twist per pitch. Finite beams have no differences.
     """
-    figure = new_figure(PAGE, 5.4)
+    figure = style.new_figure(style.PAGE, 5.4)
     axes = figure.subplots(2, 2, sharex=True)
+    (torque, off), (theta, apart) = axes
     phi = np.asarray(table["phi"].values, float)
-    factor, text = prefixed("T", finite_max(table["T_elements"].values))
-    own: Look = {"color": INK, "marker": "o", "markersize": 2.6, "linewidth": 0.8}
-    axes[0, 0].plot(phi, factor * table["T_elements"].values, **own)
-    axes[1, 0].plot(phi, np.degrees(table["theta_elements"].values), **own)
+    highest = style.finite_max(table["T_elements"].values)
+    factor, text = style.prefixed("T", highest)
+    own: style.Look = {"color": INK, "marker": "o", "markersize": 2.6, "linewidth": 0.8}
+    torque.plot(phi, factor * table["T_elements"].values, **own)
+    theta.plot(phi, np.degrees(table["theta_elements"].values), **own)
+    handles = [style.key(f"finite elements: {table.attrs['elements']}", **own)]
     names = [str(name) for name in table["model"].values]
-    looks = _looks(names)
-    for name, style in looks.items():
+    for name, look in _looks(names).items():
         one = table.sel(model=name)
-        axes[0, 0].plot(phi, factor * one["T"].values, **style)
-        axes[1, 0].plot(phi, np.degrees(one["theta"].values), **style)
+        torque.plot(phi, factor * one["T"].values, **look)
+        theta.plot(phi, np.degrees(one["theta"].values), **look)
         if name not in FINITE:
-            axes[0, 1].plot(phi, 100 * one["dT"].values, **style)
-            axes[1, 1].plot(phi, np.degrees(one["dtheta"].values), **style)
+            off.plot(phi, 100 * one["dT"].values, **look)
+            apart.plot(phi, np.degrees(one["dtheta"].values), **look)
+        handles.append(style.key(str(one["words"].item()), **look))
     share = 100 * float(table.attrs["share"])
-    axes[0, 1].axhspan(-share, share, color=GREY, alpha=0.18, linewidth=0)
-    axes[1, 1].axhline(0, color=GREY, linewidth=0.7)
+    off.axhspan(-share, share, color=GREY, alpha=0.18, linewidth=0)
+    apart.axhline(0, color=GREY, linewidth=0.7)
     # the whole of the elements' curve is shown; a model that runs away leaves the panel
-    axes[0, 0].set_ylim(0, min(1.6 * factor * finite_max(table["T_elements"].values), axes[0, 0].get_ylim()[1]))
-    off = 100 * np.asarray(table["dT"].sel(model=[name for name in names if name not in FINITE]).values, float)
-    top, low = (min(FAR, 1.1 * finite_max(np.maximum(s * off, 0), share)) for s in (1, -1))
-    axes[0, 1].set_ylim(-max(low, 1.6 * share), max(top, 1.6 * share))
-    axes[0, 0].set_ylabel(text)
-    axes[0, 1].set_ylabel("Difference of the torque (%)")
-    axes[1, 0].set_ylabel(label("theta", "deg"))
-    axes[1, 1].set_ylabel(r"Difference of $\theta$ (deg)")
-    for ax in axes.flat:
-        ax.set_xlim(0, 1.03 * finite_max(phi))
-    for ax in axes[1]:
-        ax.set_xlabel(angle_label("twisting"))
-    handles = [key(f"finite elements: {table.attrs['elements']}", **own)]
-    handles += [key(str(table["words"].sel(model=name).item()), **look) for name, look in looks.items()]
+    torque.set_ylim(0, min(1.6 * factor * highest, torque.get_ylim()[1]))
+    percent = 100 * np.asarray(table["dT"].sel(model=[name for name in names if name not in FINITE]).values, float)
+    top, low = (min(FAR, 1.1 * style.finite_max(np.maximum(s * percent, 0), share)) for s in (1, -1))
+    off.set_ylim(-max(low, 1.6 * share), max(top, 1.6 * share))
+    torque.set_ylabel(text)
+    off.set_ylabel("Difference of the torque (%)")
+    theta.set(ylabel=style.label("theta", "deg"), xlabel=style.angle_label("twisting"))
+    apart.set(ylabel=r"Difference of $\theta$ (deg)", xlabel=style.angle_label("twisting"))
+    torque.set_xlim(0, 1.03 * style.finite_max(phi))
     figure.legend(handles=handles, loc="outside lower center", ncols=2)
-    return headline(figure, str(table.attrs["title"]), axes.flat)
+    return style.headline(figure, str(table.attrs["title"]), axes.flat)
 
 
-def _looks(names: list[str]) -> dict[str, Look]:
+def _looks(names: list[str]) -> dict[str, style.Look]:
     """Return how each model is drawn; finite beams are grey."""
     endless = [name for name in names if name not in FINITE]
-    colours = [*shades(max(len(endless) - 1, 1)), ACCENT][-len(endless) :]
-    looks = {
-        name: {"color": colour, "linestyle": line}
-        for name, colour, line in zip(endless, colours, LINES * len(names), strict=False)
-    }
-    return looks | {
-        name: {"color": GREY, "linestyle": line}
-        for name, line in zip(FINITE, ("-", (0, (3, 1.5))), strict=True)
-        if name in names
-    }
+    colours = [*style.shades(max(len(endless) - 1, 1)), ACCENT][-len(endless) :]
+    looks = [*zip(endless, colours, LINES * len(names), strict=False), *_FINITE]
+    return {name: {"color": colour, "linestyle": line} for name, colour, line in looks if name in names}
 
 
-@styled
+@style.styled
 def deformed_figure(state: Deformed) -> Figure:
     """Draw a deformed pitch (a run's ``last``) with its images before and behind, and the scales on them.
 
     Coloured by the largest principal stretch less 1, in percent, averaged at nodes.
     """
-    figure = new_figure(0.78 * PAGE, 4.4)
+    figure = style.new_figure(0.78 * style.PAGE, 4.4)
     ax = figure.subplots()
     # right, up and towards the eye as rows; y is up
     ca, sa, ce, se = np.cos(AZIMUTH), np.sin(AZIMUTH), np.cos(ELEVATION), np.sin(ELEVATION)
@@ -225,10 +200,10 @@ def deformed_figure(state: Deformed) -> Figure:
     ax.autoscale_view()
     ax.set_axis_off()
     _bar(ax, state, polygons)
-    shades = ScalarMappable(norm, mpl.colormaps["viridis"])
-    figure.colorbar(shades, ax=ax, shrink=0.7, extend="max", label="Largest principal strain (%)")
+    bar = ScalarMappable(norm, mpl.colormaps["viridis"])
+    figure.colorbar(bar, ax=ax, shrink=0.7, extend="max", label="Largest principal strain (%)")
     phi = rf"$\varphi$ = {abs(state.phi):.3g} rad per pitch"
-    return headline(figure, f"Deformed at {phi}; one pitch of elements, its images pale")
+    return style.headline(figure, f"Deformed at {phi}; one pitch of elements, its images pale")
 
 
 def _exposed(state: Deformed) -> Array:

@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from squama.loads import LOADS, model
+from squama.loads import model
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
-from squama.plot.style import PAGE, Look, angle_label, axes_for, headline, key, new_figure, prefixed, styled
+from squama.plot.style import PAGE, Look, angle_label, headline, key, new_figure, panel, prefixed, styled, unit_of
 from squama.types import Array
 
 _POINTS: dict[str, tuple[str, Look]] = {
@@ -31,6 +31,8 @@ NAMES = {
     "twist_zero": "zero of the twist",
     "backlash": "backlash",
     "drift": "drift",
+    "damping": r"$\zeta$ of the material",
+    "f_0": "$f_0$",
 }
 """What parameters are called in pictures."""
 
@@ -47,9 +49,7 @@ def fit_figure(dataset: xr.Dataset) -> Figure:
     fitted(dataset, upper)
     residuals(dataset, lower)
     upper.set_xlabel("")
-    found = (line.split(" = ") for line in dataset.attrs["estimates"].replace("+-", "±").split(", "))
-    estimates = ", ".join(f"{NAMES[name]} = {value}" for name, value in found)
-    return headline(figure, f"Fit in {dataset.attrs['load']}, {model(dataset.attrs)}: {estimates}", (upper, lower))
+    return headline(figure, f"Fit in {dataset.attrs['load']}, {model(dataset.attrs)}: {found(dataset)}", (upper, lower))
 
 
 def fitted(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
@@ -57,13 +57,12 @@ def fitted(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
 
     About the curve twice its standard error (dark) and twice the noise of a point (light).
     """
-    ax = axes_for(ax, dataset, "residual", "Fit.dataset()")
-    names = LOADS[dataset.attrs["load"]]
+    ax, names = panel(ax, dataset, "residual", "Fit.dataset()")
     angle, torque = names.angle, names.torque
-    largest = float(np.abs(dataset[torque].values).max())
-    factor, text = prefixed(torque, largest)
+    factor, text = prefixed(torque, float(np.abs(dataset[torque].values).max()))
+    values = factor * dataset[torque].values
     _curve(ax, dataset, angle, torque, factor)
-    _points(ax, dataset, angle, factor * dataset[torque].values)
+    _points(ax, dataset, angle, values)
     handles = [
         *ax.get_legend_handles_labels()[0],
         key("fitted", color=ACCENT),
@@ -72,23 +71,32 @@ def fitted(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     ]
     ax.set(xlabel=angle_label(names.name), ylabel=text)
     ax.legend(handles=handles, loc="upper left")
-    _zoom(ax, dataset, angle, factor * dataset[torque].values)
+    _zoom(ax, dataset, angle, values)
     return ax
 
 
 def residuals(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw measured less fitted torque (moment), with twice the noise of a point, from :meth:`squama.Fit.dataset`."""
-    ax = axes_for(ax, dataset, "residual", "Fit.dataset()")
-    names = LOADS[dataset.attrs["load"]]
+    ax, names = panel(ax, dataset, "residual", "Fit.dataset()")
     noise = float(dataset["noise"])
-    shown = dataset["residual"].values[np.isfinite(dataset["residual"].values)]
-    small, words = prefixed(names.torque, float(np.max(np.abs(shown), initial=2 * noise)))
-    ax.axhspan(-2 * small * noise, 2 * small * noise, color=ACCENT, alpha=0.12, linewidth=0)
-    ax.axhline(0, color=ACCENT, linewidth=0.8)
+    small, words = prefixed(names.torque, float(np.nanmax(np.abs(dataset["residual"].values), initial=2 * noise)))
+    noise_band(ax, small * noise)
     used = dataset.isel(point=np.flatnonzero(dataset["used"].values))
     _points(ax, used, names.angle, small * used["residual"].values)
-    ax.set(ylabel=f"Residual {words[words.rindex('(') :]}", xlabel=angle_label(names.name))
+    ax.set(ylabel=f"Residual {unit_of(words)}", xlabel=angle_label(names.name))
     return ax
+
+
+def noise_band(ax: Axes, noise: float) -> None:
+    """Draw twice the noise of a point on either side of a fit."""
+    ax.axhspan(-2 * noise, 2 * noise, color=ACCENT, alpha=0.12, linewidth=0)
+    ax.axhline(0, color=ACCENT, linewidth=0.8)
+
+
+def found(dataset: xr.Dataset, left_out: str = "") -> str:
+    """Return the estimates of a fit in words, for its title; without that of one name."""
+    estimates = (line.split(" = ") for line in dataset.attrs["estimates"].replace("+-", "±").split(", "))
+    return ", ".join(f"{NAMES[name]} = {value}" for name, value in estimates if name in NAMES and name != left_out)
 
 
 def _zoom(ax: Axes, dataset: xr.Dataset, angle: str, values: Array) -> None:

@@ -18,7 +18,7 @@ from squama.errors import refuse
 from squama.loads import LOADS, model
 from squama.model.outcome import End
 from squama.plot.palette import ACCENT, GREY, INK
-from squama.plot.style import COLUMN, PAGE, Look, axes_for, headline, key, new_figure, shades, styled
+from squama.plot.style import COLUMN, DASHED, PAGE, Look, headline, key, new_figure, panel, shades, styled
 from squama.study.parameters import people
 from squama.types import Array
 from squama.units import for_people, shown
@@ -49,7 +49,7 @@ SYMBOL = {
 }
 """Labels of the objectives."""
 _LOCK: Look = {"linewidth": 0.9, "linestyle": (0, (1, 1.5))}
-_ASKED: Look = {"linewidth": 1.0, "linestyle": (0, (4, 2)), "zorder": 0}
+_GOAL: Look = {"linewidth": 1.0, "linestyle": DASHED, "zorder": 0}
 BEYOND = 1.1
 """How far the curves of real beams go, over the farthest twist that is asked for."""
 ROOM = 1.7
@@ -77,24 +77,20 @@ def inverse_figure(found: InverseDesign, target: Target) -> Figure:
 
 def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
     """Draw the curves with what was asked; return the model they are of in words."""
-    names = LOADS[target.space.load]
-    options, first = target.options, found[0].beam
+    kind, options, first = LOADS[target.space.load], target.options, found[0].beam
     # twists of the whole beam, the numbers of whose scales may differ
     degrees, own = 180 / np.pi * first.scales, (first.pitch, first.scales)
+    how: Look = {"law": options.law, "sense": options.sense, "margin": options.margin, "joint": options.joint}
     lines, handles, which = [], [], ""
     for i, (d, colour) in enumerate(zip(found.designs[:CURVES], shades(min(len(found), CURVES)), strict=False)):
-        curve = doors.respond(
-            d.beam, target.space.load, law=options.law, sense=options.sense, margin=options.margin, joint=options.joint,
-            to=_far(d.beam, target),
-        )  # fmt: skip
+        curve = doors.respond(d.beam, kind.name, to=_far(d.beam, target), **how)
         which = model(curve.attrs)
-        x, y = curve[names.angle] * np.degrees(d.beam.scales), curve[names.torque]
-        lines.append((x, y, d, colour))
+        lines.append((curve[kind.angle] * np.degrees(d.beam.scales), curve[kind.torque], d, colour))
         handles.append(key(f"design {i + 1}{'' if target.real and d.end == End.RANGE else f': {d.end}'}", color=colour))
     # what is asked as "at most" may be far above the curves: it is told, not drawn
-    asked = [goal for goal in target.goals if goal.want.figure == "torque" and goal.sense == "="]
-    told = [goal for goal in target.goals if goal.want.at is not None and goal not in asked]
-    points = np.array([[g.want.at.per_pitch(*own) * degrees, g.asked] for g in asked if g.want.at]).reshape(-1, 2)
+    at = {i: float(goal.want.at.per_pitch(*own)) * degrees for i, goal in enumerate(target.goals) if goal.want.at}
+    drawn = [i for i, goal in enumerate(target.goals) if goal.want.figure == "torque" and goal.sense == "="]
+    points = np.array([[at[i], target.goals[i].asked] for i in drawn if i in at]).reshape(-1, 2)
     # curves climb without bound towards a lock: show the part in which the target lies
     part, room = (1.0, ROOM) if target.real else (0.9, 1.0)
     least = room * max((float(np.interp(part * x[-1], x, y)) for x, y, _, _ in lines), default=1.0)
@@ -107,21 +103,22 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
     if any(d.end.endswith("lock") for *_, d, _ in lines):
         handles.append(key("lock of a design", **_LOCK))
     if points.size:
-        ax.plot(points[:, 0], factor * points[:, 1], linestyle="", marker="o", color=ACCENT, markersize=4, zorder=5)
-        handles.append(key("asked", linestyle="", marker="o", color=ACCENT, markersize=4))
-    for goal in target.goals:
+        mark: Look = {"linestyle": "", "marker": "o", "color": ACCENT, "markersize": 4}
+        ax.plot(points[:, 0], factor * points[:, 1], zorder=5, **mark)
+        handles.append(key("asked", **mark))
+    for i, goal in enumerate(target.goals):
         sense = {"=": "", ">=": " at least", "<=": " at most"}[goal.sense]
-        words = f"asked: {goal.name}{sense} {goal.number:g} {goal.unit}"
+        place = at.get(i) if i not in drawn else None
+        colour = GREY
         if goal.twist is not None:
-            at = float(goal.twist.per_pitch(*own)) * degrees
-            ax.axvline(at, color=ACCENT, **_ASKED)
-            handles.append(key(words, color=ACCENT, **_ASKED))
-        elif goal in told and goal.want.at is not None:
-            ax.axvline(float(goal.want.at.per_pitch(*own)) * degrees, color=GREY, **_ASKED)
-            handles.append(key(words, color=GREY, **_ASKED))
+            place, colour = float(goal.twist.per_pitch(*own)) * degrees, ACCENT
+        if place is not None:
+            ax.axvline(place, color=colour, **_GOAL)
+            words = f"asked: {goal.name}{sense} {goal.number:g} {goal.unit}"
+            handles.append(key(words, color=colour, **_GOAL))
     scales = f"{first.scales} scales" if len({d.beam.scales for d in found.designs}) == 1 else "the beam"
-    ax.set(ylim=(0, factor * top), xlim=(0, None), xlabel=f"{names.verb.capitalize()} of {scales} (deg)")
-    ax.set_ylabel(f"{names.torque_words.capitalize()} ({unit})")
+    ax.set(ylim=(0, factor * top), xlim=(0, None), xlabel=f"{kind.verb.capitalize()} of {scales} (deg)")
+    ax.set_ylabel(f"{kind.torque_words.capitalize()} ({unit})")
     ax.legend(handles=handles, loc="upper left", fontsize=6, frameon=target.real, framealpha=1.0, edgecolor="none")
     return which
 
@@ -203,7 +200,7 @@ def tradeoff(front: xr.Dataset, x: str, y: str, ax: Axes | None = None, *, by: s
     The colour is that of ``by``: an objective or a dimension; another objective if not given, or the dimension that
     changes most along the front.
     """
-    ax = axes_for(ax, front, "design", "squama.pareto")
+    ax, _ = panel(ax, front, "design", "squama.pareto")
     names = _objectives(front)
     for where, name, known in (("x", x, names), ("y", y, names), ("by", by or x, [*map(str, front.data_vars)])):
         if name not in known:

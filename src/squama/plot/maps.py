@@ -104,10 +104,9 @@ def hatch_region(ax: Axes, x: Array, y: Array, inside: Array, end: str, *, blank
 
 def hatch_ground(ax: Axes, x: Array, y: Array, inside: Array, end: str) -> None:
     """Hatch the ground of a region of whose cells nothing is known, up to the cells beside it, which lie over it."""
+    look: Look = {"levels": [1e-6, 1.5], "colors": "white", "hatches": [HATCHES[end][0]]}
     with mpl.rc_context({"hatch.color": GREY}):
-        ax.contourf(
-            x, y, inside.astype(float), levels=[1e-6, 1.5], colors="white", hatches=[HATCHES[end][0]], zorder=0.5
-        )
+        ax.contourf(x, y, inside.astype(float), zorder=0.5, **look)
 
 
 def _border(ax: Axes, x: Array, y: Array, own: Array, unknown: Array) -> Path:
@@ -136,15 +135,15 @@ def contours(ax: Axes, x: Array, y: Array, values: Array, groups: Iterable[Array
     """
     from scipy.ndimage import distance_transform_edt
 
-    levels, taken = np.asarray(look["levels"], float), np.empty((0, 2)) if avoid is None else avoid
+    levels, kept_free = np.asarray(look["levels"], float), np.empty((0, 2)) if avoid is None else avoid
     for group in groups:
         own = group & np.isfinite(values)
         if not own.any():
             continue
-        border, near = None, taken
+        border, near = None, kept_free
         if not own.all():
             border = _border(ax, x, y, own, np.zeros_like(own) if unknown is None else unknown)
-            near = np.concatenate([taken, np.asarray(border.vertices)])
+            near = np.concatenate([kept_free, np.asarray(border.vertices)])
         nearest = distance_transform_edt(~own, return_distances=False, return_indices=True)
         whole = np.clip(values[tuple(nearest)], levels[0], levels[-1])
         drawn = [ax.contourf(x, y, whole, **look)]
@@ -156,14 +155,18 @@ def contours(ax: Axes, x: Array, y: Array, values: Array, groups: Iterable[Array
             part.set_clip_path(border, ax.transData)
 
 
+def _joined(pieces: Iterable[Array]) -> Array:
+    """Return the points of all pieces of a line (n, 2)."""
+    return np.concatenate([np.empty((0, 2)), *pieces])
+
+
 def _number(ax: Axes, x: Array, y: Array, lines: QuadContourSet, own: Array, border: Array) -> None:
     """Write each line's number where it is farthest from other lines, from the border and from other numbers."""
     from scipy.spatial import cKDTree
 
     low, size = np.array([x[0], y[0]]), np.array([x[-1] - x[0], y[-1] - y[0]])
-    points = [(np.concatenate([np.empty((0, 2)), *segments]) - low) / size for segments in lines.allsegs]
-    ways = [np.concatenate([np.empty((0, 2)), *(np.gradient(s / size, axis=0) for s in segments)])
-            for segments in lines.allsegs]  # fmt: skip
+    points = [(_joined(segments) - low) / size for segments in lines.allsegs]
+    ways = [_joined(np.gradient(s / size, axis=0) for s in segments) for segments in lines.allsegs]
     placed: list[Array] = []
     for i, (level, line, way) in enumerate(zip(lines.levels, points, ways, strict=True)):
         if not len(line):
@@ -204,24 +207,20 @@ def _panel(ax: Axes, x: Array, y: Array, part: xr.Dataset) -> list[str]:
     contours(ax, x, y, red, [locks & ~folded, locks & folded, *(end == e for e in ends)], look, avoid)
     if (locks & folded).any():
         ax.contour(x, y, (locks & folded).astype(float), levels=[0.5], colors=ACCENT, linewidths=0.9, zorder=4)
-    found = []
-    for name, (hatch, _) in HATCHES.items():
-        inside = end == name
-        if not inside.any():
-            continue
-        found.append(name)
-        if name == "static lock":
-            line = part["mu_static"].values
-            ax.fill_between(x, line, y[-1], facecolor="white", edgecolor=GREY, hatch=hatch, linewidth=0, zorder=5)
-            ax.plot(x, line, color=INK, linewidth=1.0, zorder=6)
-            _name_region(ax, x, line, float(y[-1]))
-            continue
-        hatch_region(ax, x, y, inside, name)
+    found = [name for name in HATCHES if (end == name).any()]
+    for name in found:
+        if name == End.STATIC:
+            _static(ax, x, part["mu_static"].values, float(y[-1]))
+        else:
+            hatch_region(ax, x, y, end == name, name)
     return found
 
 
-def _name_region(ax: Axes, x: Array, line: Array, top: float) -> None:
-    """Write the name of the region above a line where it is highest, away from the sides, if there is room."""
+def _static(ax: Axes, x: Array, line: Array, top: float) -> None:
+    """Hatch the static lock above its line, with its name where that is highest and there is room."""
+    look: Look = {"facecolor": "white", "edgecolor": GREY, "hatch": HATCHES[End.STATIC][0], "linewidth": 0}
+    ax.fill_between(x, line, top, zorder=5, **look)
+    ax.plot(x, line, color=INK, linewidth=1.0, zorder=6)
     room = np.where((x > x[0] + 0.18 * np.ptp(x)) & (x < x[0] + 0.82 * np.ptp(x)), top - line, 0.0)
     col = int(room.argmax())
     if room[col] > 0.06 * top:

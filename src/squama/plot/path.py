@@ -9,19 +9,18 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from squama.beam.design import Beam
 from squama.loads import HELD, covering
 from squama.model.outcome import End
+from squama.plot import style
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
-from squama.plot.plane import CONTACTS, regimes
+from squama.plot.plane import CONTACTS, flush, regimes
 from squama.plot.response import BESIDE, READABLE
-from squama.plot.style import PAGE, TICKS, Look, angle_label, axes_for, headline, new_figure, prefixed, styled
 from squama.types import Array
 
 WAY = "Way gone (rad per pitch)"
 
 
-@styled
+@style.styled
 def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.Dataset | None = None) -> Figure:
     """Draw a path from :func:`squama.bend_twist`: in the plane of bend and twist, and moment and torque along it.
 
@@ -36,7 +35,7 @@ def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.
     >>> len(path_figure(r).axes)
     3
     """
-    figure = new_figure(PAGE, 3.2)
+    figure = style.new_figure(style.PAGE, 3.2)
     grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.15), height_ratios=(1.5, 1))
     left, loads = figure.add_subplot(grid[:, 0]), figure.add_subplot(grid[0, 1])
     theta = figure.add_subplot(grid[1, 1], sharex=loads)
@@ -49,13 +48,12 @@ def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.
         theta.plot(way, np.degrees(dataset["theta_other"].values), color=ACCENT, label="other face")
         theta.legend(loc="best")
     if hinge is not None:
-        limits = theta.get_ylim()
-        theta.plot(_gone(hinge), np.degrees(hinge["theta"].values), color=INK, **BESIDE)
-        theta.set_ylim(limits)
+        with style.within(theta):
+            theta.plot(_gone(hinge), np.degrees(hinge["theta"].values), color=INK, **BESIDE)
     theta.set(xlabel=WAY, ylabel=r"$\theta$ (deg)")
     loads.tick_params(labelbottom=False)
     held = f"{dataset.attrs['scales']} on {HELD[dataset.attrs['joint']]}{covering(dataset.attrs)}"
-    return headline(figure, f"Bent and twisted: {held}, $\\mu$ = {float(dataset['mu']):g}", (left, loads, theta))
+    return style.headline(figure, f"Bent and twisted: {held}, $\\mu$ = {float(dataset['mu']):g}", (left, loads, theta))
 
 
 def _gone(dataset: xr.Dataset) -> Array:
@@ -69,7 +67,7 @@ def plane_path(dataset: xr.Dataset, ax: Axes | None = None, *, plane: xr.Dataset
 
     Behind it, if ``plane`` is given, what :func:`squama.bend_twist_map` found; the left of its figure.
     """
-    ax = axes_for(ax, dataset, "event", "squama.bend_twist")
+    ax, _ = style.panel(ax, dataset, "event", "squama.bend_twist")
     if plane is not None:
         regimes(ax, plane, (plane["psi"].values, plane["phi"].values))
     psi, phi, contact = (dataset[name].values for name in ("psi", "phi", "contact"))
@@ -81,18 +79,16 @@ def plane_path(dataset: xr.Dataset, ax: Axes | None = None, *, plane: xr.Dataset
         whole = slice(max(0, start - 1), stop)
         ax.plot(psi[whole], phi[whole], color=CONTACTS.get(name, UNLOADED), linewidth=1.6, label=text)
     low, high, bottom, top = psi.min(), psi.max(), phi.min(), phi.max()
-    slope = np.tan(Beam.from_toml_text(dataset.attrs["beam"]).scale.alpha)
-    line: Look = {"color": GREY, "linestyle": (0, (4, 2)), "linewidth": 0.8, "zorder": 1}
-    ax.axline((0, 0), slope=slope, label=r"$\varphi = \psi\,\tan\alpha$", **line)
-    point: Look = {"linestyle": "", "markersize": 3.5, "zorder": 4, "color": INK}
-    ax.plot(dataset["psi_event"], dataset["phi_event"], marker="o", markerfacecolor="white", **point)
-    if dataset["end"].item() != "range end":
-        end = str(dataset["end"].item())
-        ax.plot(dataset["psi_end"], dataset["phi_end"], **(point | {"marker": "X", "color": ACCENT}), label=end)
+    line: style.Look = {"label": r"$\varphi = \psi\,\tan\alpha$", "color": GREY, "linewidth": 0.8, "zorder": 1}
+    flush(ax, dataset, line)
+    point: style.Look = {"linestyle": "", "markersize": 3.5, "zorder": 4}
+    ax.plot(dataset["psi_event"], dataset["phi_event"], color=INK, marker="o", markerfacecolor="white", **point)
+    if (end := str(dataset["end"].item())) != End.RANGE:
+        ax.plot(dataset["psi_end"], dataset["phi_end"], color=ACCENT, marker="X", label=end, **point)
     room = 0.1 * max(high - low, top - bottom)
     ax.set(xlim=(low - room, high + room), ylim=(bottom - room, top + room))
-    ax.set(xlabel=angle_label("bending"), ylabel=angle_label("twisting"))
-    ax.locator_params(nbins=TICKS)
+    ax.set(xlabel=style.angle_label("bending"), ylabel=style.angle_label("twisting"))
+    ax.locator_params(nbins=style.TICKS)
     ax.legend(loc="best", frameon=True, framealpha=0.85, edgecolor="none")
     return ax
 
@@ -102,24 +98,23 @@ def path_loads(dataset: xr.Dataset, ax: Axes | None = None, *, hinge: xr.Dataset
 
     ``hinge``, the answer of hinges for the same path, is drawn thin as far as these axes go.
     """
-    ax = axes_for(ax, dataset, "event", "squama.bend_twist")
+    ax, _ = style.panel(ax, dataset, "event", "squama.bend_twist")
     way = _gone(dataset)
     both = {name: dataset[name].values for name in ("M", "T")}
-    factor, text = prefixed("M", max(float(np.abs(v).max()) for v in both.values()))
+    factor, text = style.prefixed("M", max(float(np.abs(v).max()) for v in both.values()))
     for (name, values), colour in zip(both.items(), (UNLOADED, INK), strict=True):
         ax.plot(way, factor * values, color=colour, label=f"${name}$")
     ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)
-    ax.set(xlabel=WAY, xlim=(0, way[-1]), ylabel=f"$M$, $T$ {text[text.rindex('(') :]}")
+    ax.set(xlabel=WAY, xlim=(0, way[-1]), ylabel=f"$M$, $T$ {style.unit_of(text)}")
     if End(dataset["end"].item()).locks:
         before = way <= READABLE * way[-1]
         shown = np.array([values[before] for values in both.values()]) * factor
         ax.set_ylim(1.1 * min(0.0, shown.min()), 1.3 * max(shown.max(), 0.0))
     if hinge is not None:
-        limits = ax.get_ylim()
-        for name, colour in zip(both, (UNLOADED, INK), strict=True):
-            text = f"${name}$ on hinges"
-            ax.plot(_gone(hinge), factor * hinge[name].values, color=colour, label=text, **BESIDE)
-        ax.set_ylim(limits)
+        with style.within(ax):
+            for name, colour in zip(both, (UNLOADED, INK), strict=True):
+                text = f"${name}$ on hinges"
+                ax.plot(_gone(hinge), factor * hinge[name].values, color=colour, label=text, **BESIDE)
     # over the hinge's lines, which leave the axes early
     ax.legend(loc="upper left" if hinge is None else "best", frameon=True, framealpha=0.85, edgecolor="none")
     return ax

@@ -14,21 +14,9 @@ from matplotlib.patches import Patch
 from squama.beam.design import Beam
 from squama.errors import refuse
 from squama.loads import HELD
+from squama.model.outcome import End
+from squama.plot import style
 from squama.plot.palette import ACCENT, ENDS, GREY, INK, KEPT, UNLOADED
-from squama.plot.style import (
-    PAGE,
-    TICKS,
-    Look,
-    axes_for,
-    headline,
-    label,
-    legend_below,
-    legend_under,
-    letter,
-    new_figure,
-    prefixed,
-    styled,
-)
 from squama.types import Array
 from squama.units import shown
 
@@ -42,7 +30,7 @@ LINES = 11
 """Contours of a load, about."""
 
 
-@styled
+@style.styled
 def plane_figure(dataset: xr.Dataset, paths: Sequence[xr.Dataset] = ()) -> Figure:
     """Draw a map from :func:`squama.bend_twist_map`: (a) contacts, locks, inclination; (b) moment; (c) torque.
 
@@ -56,31 +44,28 @@ def plane_figure(dataset: xr.Dataset, paths: Sequence[xr.Dataset] = ()) -> Figur
     >>> len(plane_figure(m, [squama.bend_twist(beam, way, joint="hinge")]).axes)
     5
     """
-    figure = new_figure(PAGE, 3.3)
+    figure = style.new_figure(style.PAGE, 3.3)
     axes = figure.subplots(1, 3, sharex=True, sharey=True)
-    beam = Beam.from_toml_text(dataset.attrs["beam"])
-    turns = (lambda v: v * np.degrees(beam.pitch), lambda v: v / np.degrees(beam.pitch))
+    degrees = np.degrees(Beam.from_toml_text(dataset.attrs["beam"]).pitch)
     handles = _contacts(axes[0], dataset, paths)
     for ax, name in zip(axes[1:], ("M", "T"), strict=True):
         plane_load(dataset, name, ax, paths=paths)
         ax.set_ylabel("")
     for ax, words in zip(axes, ("(a) contacts, locks, $\\theta$", "(b) moment", "(c) torque"), strict=True):
-        letter(ax, words)
-        above = ax.secondary_xaxis("top", functions=turns)
-        above.set_xlabel("deg per pitch", fontsize=7)
-        above.tick_params(labelsize=7)
-    beside = axes[0].secondary_yaxis("right", functions=turns)
+        style.letter(ax, words)
+        style.scaled_above(ax, degrees, "deg per pitch").xaxis.label.set_fontsize(7)
+    beside = axes[0].secondary_yaxis("right", functions=(lambda v: v * degrees, lambda v: v / degrees))
     beside.set_ylabel("deg per pitch", fontsize=7)
     beside.tick_params(labelsize=7)
-    legend_below(figure, handles, 5)
+    style.legend_below(figure, handles, 5)
     held = f"{dataset.attrs['scales']} on {HELD[dataset.attrs['joint']]}"
-    return headline(figure, f"{held}, $\\mu$ = {float(dataset['mu']):g}; every state straight from rest")
+    return style.headline(figure, f"{held}, $\\mu$ = {float(dataset['mu']):g}; every state straight from rest")
 
 
 def plane_contacts(dataset: xr.Dataset, ax: Axes | None = None, *, paths: Sequence[xr.Dataset] = ()) -> Axes:
     """Draw contacts, locks and inclinations of :func:`squama.bend_twist_map`, with paths of ``bend_twist`` in them."""
-    ax = axes_for(ax, dataset, "state", "squama.bend_twist_map")
-    legend_under(ax, _contacts(ax, dataset, paths))
+    ax, _ = style.panel(ax, dataset, "state", "squama.bend_twist_map")
+    style.legend_under(ax, _contacts(ax, dataset, paths))
     return ax
 
 
@@ -89,7 +74,7 @@ def plane_load(dataset: xr.Dataset, name: str, ax: Axes | None = None, *, paths:
 
     ``paths`` of :func:`squama.bend_twist` are drawn in.
     """
-    ax = axes_for(ax, dataset, "state", "squama.bend_twist_map")
+    ax, _ = style.panel(ax, dataset, "state", "squama.bend_twist_map")
     if name not in ("M", "T"):
         refuse("name", shown(name), "is no load of this plane", "allowed: M, T")
     _load(ax, dataset, name)
@@ -104,15 +89,20 @@ def _contacts(ax: Axes, dataset: xr.Dataset, paths: Sequence[xr.Dataset]) -> lis
     return handles
 
 
+def flush(ax: Axes, dataset: xr.Dataset, look: style.Look) -> None:
+    """Draw the line on which a scale's tip edge lies flush in the next face."""
+    slope = np.tan(Beam.from_toml_text(dataset.attrs["beam"]).scale.alpha)
+    ax.axline((0, 0), slope=slope, linestyle=style.DASHED, **look)
+
+
 def _frame(ax: Axes, dataset: xr.Dataset, paths: Sequence[xr.Dataset]) -> None:
     """Draw where a scale's tip edge lies flush in the next face, paths, and the axes."""
-    slope = np.tan(Beam.from_toml_text(dataset.attrs["beam"]).scale.alpha)
-    ax.axline((0, 0), slope=slope, color=INK, linestyle=(0, (4, 2)), linewidth=0.7)
+    flush(ax, dataset, {"color": INK, "linewidth": 0.7})
     for path in paths:
         _path(ax, path)
     (left, right), (low, high) = (dataset[name].values[[0, -1]] for name in ("kappa", "Phi"))
-    ax.set(xlim=(left, right), ylim=(low, high), xlabel=label("kappa"), ylabel=label("Phi"))
-    ax.locator_params(nbins=TICKS)
+    ax.set(xlim=(left, right), ylim=(low, high), xlabel=style.label("kappa"), ylabel=style.label("Phi"))
+    ax.locator_params(nbins=style.TICKS)
 
 
 def regimes(ax: Axes, plane: xr.Dataset, where: tuple[Array, Array]) -> list[Patch]:
@@ -142,7 +132,7 @@ def _load(ax: Axes, dataset: xr.Dataset, name: str) -> None:
     if not np.isfinite(values).any():
         return
     low, high = float(np.nanmin(values)), float(np.nanpercentile(values, READABLE))
-    factor, text = prefixed(name, max(abs(low), abs(high)))
+    factor, text = style.prefixed(name, max(abs(low), abs(high)))
     # closer together where little has happened yet
     levels = low + (high - low) * np.linspace(0, 1, LINES) ** 2
     # in numbers that can be read, none of them -0
@@ -156,8 +146,8 @@ def _load(ax: Axes, dataset: xr.Dataset, name: str) -> None:
 
 def _path(ax: Axes, path: xr.Dataset) -> None:
     """Draw a path and its events, the end crossed where it is not that of the path."""
-    line: Look = {"color": ACCENT, "zorder": 4}
+    line: style.Look = {"color": ACCENT, "zorder": 4}
     ax.plot(path["kappa"], path["Phi"], linewidth=1.4, **line)
     ax.plot(path["kappa_event"], path["Phi_event"], "o", markersize=3, markerfacecolor="white", **line)
-    if path["end"].item() != "range end":
+    if path["end"].item() != End.RANGE:
         ax.plot(path["kappa_end"], path["Phi_end"], "X", markersize=4.5, **line)

@@ -10,23 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from squama.loads import model
+from squama.plot import style
 from squama.plot.palette import ACCENT, GREY, INK
-from squama.plot.style import (
-    PAGE,
-    Look,
-    angle_label,
-    axes_for,
-    finite_max,
-    headline,
-    key,
-    label,
-    legend_below,
-    legend_under,
-    new_figure,
-    prefixed,
-    shades,
-    styled,
-)
 from squama.types import Array
 
 PLACE, TWISTS = "Scale, counted from the first", r"twist per pitch $\varphi$ (rad)"
@@ -34,70 +19,69 @@ LINES = 6
 """Twists at which values along the row are drawn."""
 
 
-@styled
+@style.styled
 def row_figure(dataset: xr.Dataset) -> Figure:
     """Draw the inclinations along a finite row of :func:`squama.row` at some twists, and its torque.
 
     Left: inclination against the scale's number, a line per twist; ticks at the right: the endless beam. Right: torque
     of the row, of the endless beam dashed, and where the scales engage.
     """
-    figure = new_figure(PAGE, 3.3)
+    figure = style.new_figure(style.PAGE, 3.3)
     left, right = figure.subplots(1, 2)
     inclinations(dataset, left)
     phi, count = dataset["phi"].values, dataset.sizes["scale"]
-    factor, text = prefixed("T", finite_max(dataset["T"].values))
+    factor, text = style.prefixed("T", style.finite_max(dataset["T"].values))
     right.plot(phi, factor * dataset["T"].values, color=INK, label=f"row of {count} scales")
     right.plot(phi, factor * dataset["T_periodic"].values, color=GREY, linestyle="--", label="endless beam")
-    right.set_ylim(0, 1.25 * factor * finite_max(dataset["T"].values))
+    right.set_ylim(0, 1.25 * factor * style.finite_max(dataset["T"].values))
     right.axvline(float(dataset["phi_e"]), color=ACCENT, linewidth=0.7, linestyle=":", label="engagement")
-    right.set(xlabel=angle_label("twisting"), ylabel=text)
-    legend_under(right, right.get_legend_handles_labels()[0])
-    which = model({**dataset.attrs, "load": "twisting"})
-    about = f"sense {dataset.attrs['sense']}, $\\mu$ = {float(dataset['mu']):g}"
-    return headline(figure, f"Twisting of a row of {count} scales: {which}, {about}", (left, right))
+    right.set(xlabel=style.angle_label("twisting"), ylabel=text)
+    style.legend_under(right, right.get_legend_handles_labels()[0])
+    about = f"{model(dataset.attrs)}, sense {dataset.attrs['sense']}, $\\mu$ = {float(dataset['mu']):g}"
+    return style.headline(figure, f"Twisting of a row of {count} scales: {about}", (left, right))
 
 
 def inclinations(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the inclination of every scale of :func:`squama.row`, a line per twist, beside the endless beam's."""
-    ax = axes_for(ax, dataset, "theta_periodic", "squama.row")
+    ax, _ = style.panel(ax, dataset, "theta_periodic", "squama.row")
     touching = np.flatnonzero(dataset["phi"].values >= float(dataset["phi_e"]))
     chosen = _some(touching) if touching.size else np.array([0])
     handles = _inclinations(ax, dataset, chosen)
-    for i, colour in zip(chosen, shades(len(chosen)), strict=True):
+    for i, colour in zip(chosen, style.shades(len(chosen)), strict=True):
         endless = np.degrees(float(dataset["theta_periodic"][i]))
         ax.plot([dataset.sizes["scale"] + 0.5], [endless], color=colour, marker="_", markersize=8)
-    handles.append(key("endless beam", linestyle="", marker="_", markersize=8))
-    legend_under(ax, handles, TWISTS)
+    handles.append(style.key("endless beam", linestyle="", marker="_", markersize=8))
+    style.legend_under(ax, handles, TWISTS)
     return ax
 
 
-@styled
+@style.styled
 def finite_figure(data: xr.Dataset) -> Figure:
     """Draw a finite beam of elements, from :func:`squama.fe.runs.cell`.
 
     Inclination and twist of every scale's pitch against the scale's number, a line per twist; torque over the mean
     twist, with the start's slope dashed.
     """
-    figure = new_figure(PAGE, 3.0)
+    figure = style.new_figure(style.PAGE, 3.0)
     left, middle, right = figure.subplots(1, 3)
     phi = data["phi"].values
     chosen = _some(np.arange(phi.size))
     handles = _inclinations(left, data, chosen)
-    for i, colour in zip(chosen, shades(len(chosen)), strict=True):
+    for i, colour in zip(chosen, style.shades(len(chosen)), strict=True):
         middle.plot(data["scale"].values, data["twist"].values[i], color=colour, marker=".")
     middle.set(ylabel="Twist of a pitch (rad)", xlabel=PLACE)
     middle.xaxis.set_major_locator(MaxNLocator(integer=True))
-    factor, text = prefixed("T", finite_max(np.abs(data["T"].values)))
+    factor, text = style.prefixed("T", style.finite_max(np.abs(data["T"].values)))
     T = factor * data["T"].values
     if phi.size > 1:
         start = T[1] / phi[1] * phi[-1]
         right.plot([0, phi[-1]], [0, start], color=GREY, linestyle="--")
-        handles.append(key("slope of the torque at the start", color=GREY, linestyle="--"))
+        handles.append(style.key("slope of the torque at the start", color=GREY, linestyle="--"))
     right.plot(phi, T, color=INK)
-    right.set(xlabel=angle_label("twisting"), ylabel=text)
-    legend_below(figure, handles, 7)
+    right.set(xlabel=style.angle_label("twisting"), ylabel=text)
+    style.legend_below(figure, handles, 7)
     about = f"Twisting of a beam of {data.sizes['scale']} scales by finite elements; a line for each {TWISTS}"
-    return headline(figure, f"{about}\nScales: {data.attrs['plates']}", (left, middle, right))
+    return style.headline(figure, f"{about}\nScales: {data.attrs['plates']}", (left, middle, right))
 
 
 def _some(places: Array) -> Array:
@@ -108,10 +92,10 @@ def _some(places: Array) -> Array:
 def _inclinations(ax: Axes, dataset: xr.Dataset, chosen: Array) -> list[Artist]:
     """Draw the inclination of every scale, a line per twist; return what a legend says of them."""
     handles: list[Artist] = []
-    for i, colour in zip(chosen, shades(len(chosen)), strict=True):
-        look: Look = {"color": colour, "marker": "."}
+    for i, colour in zip(chosen, style.shades(len(chosen)), strict=True):
+        look: style.Look = {"color": colour, "marker": "."}
         ax.plot(dataset["scale"].values, np.degrees(dataset["theta"].values[i]), **look)
-        handles.append(key(f"{dataset['phi'].values[i]:.3g}", **look))
-    ax.set(xlabel=PLACE, ylabel=label("theta", "deg"))
+        handles.append(style.key(f"{dataset['phi'].values[i]:.3g}", **look))
+    ax.set(xlabel=PLACE, ylabel=style.label("theta", "deg"))
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     return handles

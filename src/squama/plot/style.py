@@ -5,7 +5,8 @@ from __future__ import annotations
 import functools
 import io
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, ParamSpec
 
@@ -22,7 +23,7 @@ from matplotlib.transforms import ScaledTranslation
 
 from squama.errors import refuse
 from squama.io import files
-from squama.loads import LOADS
+from squama.loads import LOADS, Load, model
 from squama.plot.palette import GREY, INK
 from squama.symbols import SYMBOLS
 from squama.types import Array
@@ -61,6 +62,11 @@ AXIS = {
 }
 """Labels where that of the table of symbols is too long for an axis or has its formula in words."""
 
+DASHED: Dash = (0, (4, 2))
+BARE: Look = {"color": GREY, "linestyle": DASHED, "linewidth": 1}
+"""The beam without contact."""
+ENGAGED: Look = {"linestyle": "", "marker": "o", "markerfacecolor": "white", "markersize": 4}
+"""Where scales engage."""
 DASHES: dict[str, Dash] = {"plate": "-", "edge": (0, (4, 1.6))}
 LAWS = {"plate": "plate law (the paper's)", "edge": "edge law"}
 """Line and name of each force law."""
@@ -97,14 +103,28 @@ def new_figure(width: float, height: float) -> Figure:
     return figure
 
 
-def axes_for(ax: Axes | None, dataset: xr.Dataset, mark: str, made_by: str) -> Axes:
-    """Return the axes to draw a result into: those of a new figure if none are given.
+def panel(ax: Axes | None, dataset: xr.Dataset, mark: str, made_by: str) -> tuple[Axes, Load]:
+    """Return the axes to draw a result into, those of a new figure if none are given, and the kind of its load.
 
     Raises InputError: the dataset lacks the name ``mark``, so it is of another kind.
     """
     if mark not in {*map(str, dataset.variables), *map(str, dataset.dims)}:
         refuse("", "", f"this dataset is no result of {made_by}", "its .squama.plot() draws what it is")
-    return new_figure(COLUMN, 0.75 * COLUMN).subplots() if ax is None else ax
+    kind = LOADS.get(dataset.attrs.get("load", ""), LOADS["twisting"])
+    return new_figure(COLUMN, 0.75 * COLUMN).subplots() if ax is None else ax, kind
+
+
+@contextmanager
+def within(ax: Axes) -> Iterator[None]:
+    """Draw into axes that stay as high as they are."""
+    limits = ax.get_ylim()
+    yield
+    ax.set_ylim(limits)
+
+
+def about(dataset: xr.Dataset) -> str:
+    """Return model and friction of a result, for its title."""
+    return f"{model(dataset.attrs)}, $\\mu$ = {float(dataset['mu']):g}"
 
 
 def save_figure(figure: Figure, path: str | os.PathLike[str]) -> Path:
@@ -141,6 +161,11 @@ def prefixed(name: str, largest: float) -> tuple[float, str]:
     """Return the factor and the axis label that bring a quantity to a readable size (N m to mN m, kN m ...)."""
     factor, sign = prefix(largest)
     return factor, label(name, sign + SYMBOLS[name].unit)
+
+
+def unit_of(text: str) -> str:
+    """Return the unit at the end of an axis label, in its brackets."""
+    return text[text.rindex("(") :]
 
 
 def label(name: str, unit: str | None = None) -> str:

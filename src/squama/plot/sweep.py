@@ -21,23 +21,10 @@ from squama.beam.design import Beam
 from squama.errors import refuse
 from squama.loads import LOADS, model
 from squama.model.outcome import End
+from squama.plot import style
 from squama.plot.maps import BOUNDARY, COLOURS, HATCHES, LEVELS, SWATCH, contours, hatch_ground, hatch_region, hatched
 from squama.plot.palette import ACCENT, ENDS, GREY, INK, LOCKS
 from squama.plot.regimes import ROTATION, over_pi, tag
-from squama.plot.style import (
-    LABELS,
-    PAGE,
-    Look,
-    axes_for,
-    headline,
-    key,
-    legend_below,
-    legend_under,
-    letter,
-    new_figure,
-    shades,
-    styled,
-)
 from squama.study.models import Twist
 from squama.study.slices import ends
 from squama.symbols import SYMBOLS
@@ -52,9 +39,9 @@ _JUMPS = ("tangent", "stiffness_ratio")
 TOUCHING = "here scales begin to touch: stiffness jumps"
 _AT_CUTOFF = ("f0", "torque", "U_el", "W_fr", "RED")
 """Variables that depend on the margin."""
-_NAMES = re.compile(r"\b(?:nu|[A-Z]|t)_\w+")
-"""Symbols in the words of a beam file's keys, such as t_s."""
-_ENVELOPES: dict[str, tuple[tuple[End, ...], Look]] = {
+_NAMES, _GREEK = re.compile(r"\b(?:nu|[A-Z]|t)_\w+"), r"\\\g<0>"
+"""Symbols in the words of a beam file's keys, such as t_s, and how a Greek letter of them is set."""
+_ENVELOPES: dict[str, tuple[tuple[End, ...], style.Look]] = {
     "kinematic lock": ((End.KINEMATIC,), {"linewidth": 2.4}),
     "frictional lock; on the axis static": ((End.FRICTIONAL, End.STATIC), {"linewidth": 1.3}),
     "contact leaves its edge": ((End.OFF_TIP, End.OFF_SIDE), {"color": GREY, "linewidth": 1.2, "linestyle": "-."}),
@@ -64,7 +51,7 @@ Paths = Mapping[float, tuple[Array, Array]]
 """Load angle and inclination along the paths of some beams, by a value of each."""
 
 
-@styled
+@style.styled
 def map_figure(
     dataset: xr.Dataset,
     variable: str = "RED",
@@ -81,23 +68,23 @@ def map_figure(
     beams along x lock, a line for each of the values ``lines`` of y, with the ``paths`` of single beams. Without y a
     line is drawn; with panels a panel for each value of that dimension.
     """
-    dataset = _asked(dataset, variable, (panels, y, x))
+    dataset = _ordered(dataset, variable, (panels, y, x))
     parts = [dataset] if panels is None else [dataset.isel({panels: i}) for i in range(dataset.sizes[panels])]
     count, columns = len(parts), min(len(parts), 3)
     rows = -(-count // columns)
-    width = PAGE if count > 1 or variable in ("end", "lock") else 0.68 * PAGE
-    figure = new_figure(width, 0.7 + rows * (3.0 if columns < 3 else 2.5))
+    width = style.PAGE if count > 1 or variable in ("end", "lock") else 0.68 * style.PAGE
+    figure = style.new_figure(width, 0.7 + rows * (3.0 if columns < 3 else 2.5))
     axes = np.atleast_1d(np.asarray(figure.subplots(rows, columns, sharex=True, sharey=True))).ravel()
     for ax in axes[count:]:
         ax.set_visible(False)
     for ax, part, name in zip(axes, parts, "abcdef", strict=False):
-        letter(ax, f"({name}) {_word(panels, part)}" if panels else "")
+        style.letter(ax, f"({name}) {_word(panels, part)}" if panels else "")
     drawn = list(axes[:count])
     handles = _drawn(drawn, parts, variable, x, y, lines or [], paths or {})
     if handles and variable in ("end", "lock") and y is not None:
         figure.legend(handles=handles, loc="outside right center")
     elif handles:
-        legend_below(figure, handles, 3 if y else 4, **(SWATCH if y else {}))
+        style.legend_below(figure, handles, 3 if y else 4, **(SWATCH if y else {}))
     across = drawn[-1].get_xlabel()
     for i, ax in enumerate(drawn):
         ax.label_outer(remove_inner_ticks=False)
@@ -105,7 +92,7 @@ def map_figure(
             ax.xaxis.set_tick_params(labelbottom=True)
             # side by side, long labels would run into each other
             ax.set_xlabel("\n".join(wrap(across, 200 if columns < 2 else 96 // columns)))
-    return headline(figure, _title(dataset, variable, (x, y, panels)))
+    return style.headline(figure, _title(dataset, variable, (x, y, panels)))
 
 
 def map_slice(
@@ -123,25 +110,20 @@ def map_slice(
     Contours with a bar of colours, ``end`` as named colours, ``lock`` as envelopes; a line without ``y``. The legend
     stands under it.
     """
-    ax = axes_for(ax, dataset, "status", "squama.sweep")
-    dataset = _asked(dataset, variable, (y, x))
+    ax, _ = style.panel(ax, dataset, "status", "squama.sweep")
+    dataset = _ordered(dataset, variable, (y, x))
     handles = _drawn([ax], [dataset], variable, x, y, lines or [], paths or {})
-    ax.set_xlabel(_wrapped(ax.get_xlabel(), ax, LABELS * ax.bbox.width))
+    ax.set_xlabel(_wrapped(ax.get_xlabel(), ax, style.LABELS * ax.bbox.width))
     if handles:
-        legend_under(ax, handles)
+        style.legend_under(ax, handles)
     return ax
 
 
-def _asked(dataset: xr.Dataset, variable: str, names: tuple[str | None, ...]) -> xr.Dataset:
+def _ordered(dataset: xr.Dataset, variable: str, names: tuple[str | None, ...]) -> xr.Dataset:
     """Return a slice with its dimensions in this order; another one, or no such variable, is refused."""
     order = [name for name in names if name]
-    if variable != "lock" and variable not in dataset.data_vars:
-        refuse(
-            "variable",
-            shown(variable),
-            "is not in this sweep",
-            f"allowed: lock, {', '.join(map(str, dataset.data_vars))}",
-        )
+    if variable not in (known := ["lock", *map(str, dataset.data_vars)]):
+        refuse("variable", shown(variable), "is not in this sweep", f"allowed: {', '.join(known)}")
     if (found := {*map(str, dataset["end"].dims)}) != {*order}:
         words = f"this slice has the dimensions {', '.join(sorted(found))}, to be drawn over {', '.join(sorted(order))}"
         refuse("", "", words, "choose one value of every other with .sel(), or name it")
@@ -163,14 +145,10 @@ def _drawn(
 def axis_values(part: xr.Dataset, name: str) -> tuple[Array, str]:
     """Return the values of a dimension in units for people, and the label of its axis."""
     factor, text = for_people(part[name].attrs.get("units", "1"))
-    words = _NAMES.sub(_formula, part[name].attrs.get("long_name", name))
+    words = _NAMES.sub(lambda one: f"${re.sub('nu|theta', _GREEK, one[0])}$", part[name].attrs.get("long_name", name))
     tex = SYMBOLS[name].tex if name in SYMBOLS else ""
     label = f"{words[0].upper()}{words[1:]}" + (f" ${tex}$" if tex else "") + (f" ({text})" if text else "")
     return part[name].values * factor, label
-
-
-def _formula(name: re.Match[str]) -> str:
-    return "$" + re.sub("nu|theta", r"\\\g<0>", name[0]) + "$"
 
 
 def _label(dataset: xr.Dataset, variable: str) -> str:
@@ -268,20 +246,19 @@ def _contours(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, 
     blank = [_UNDONE] if "at" in parts[0].attrs else [_UNDONE, End.NONE]
     for grid, code in zip(grids, codes, strict=True):
         grid[np.isin(code, blank)] = np.nan
-    every, code = (np.concatenate([v.ravel() for v in values]) for values in (grids, codes))
+    every, code = np.ravel(grids), np.ravel(codes)
+    seen = {*np.unique(code).tolist()}
     levels = levels_of(every if variable == "phi_e" else every[code != End.STATIC], variable)
     norm = BoundaryNorm(levels, len(levels) - 1 if variable == "RED" else 256)
     colours = COLOURS if variable == "RED" else COLOURS.resampled(256)
-    seen: list[str] = []
     # regions without a value stand on white
     empty = {end for end in HATCHES if end == End.STATIC or not np.isfinite(every[code == end]).any()}
     jumps = False
     for ax, part, grid, code in zip(axes, parts, grids, codes, strict=True):
         xs, ys = _frame(ax, part, x, y)
-        look: Look = {"levels": levels, "norm": norm, "cmap": colours}
+        look: style.Look = {"levels": levels, "norm": norm, "cmap": colours}
         unknown, touching = np.isin(code, _UNKNOWN), _touching(part, variable)
         contours(ax, xs, ys, grid, _groups(code, touching), look, unknown=unknown)
-        seen += [str(c) for c in np.unique(code) if c not in seen]
         if len(np.unique(touching[~unknown])) > 1:
             jumps = True
             side = np.where(unknown, np.nan, touching)
@@ -303,10 +280,8 @@ def _contours(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, 
     ]
     if _UNDONE in seen:
         handles.append(Patch(facecolor="white", edgecolor=INK, label="not computed yet"))
-    ended = len({*seen} - {*_UNKNOWN}) > 1
-    if ended or jumps:
-        words = "; ".join([BOUNDARY] * ended + [TOUCHING] * jumps)
-        handles.append(key(words, color=ACCENT, linewidth=0.9))
+    if words := "; ".join([BOUNDARY] * (len(seen - {*_UNKNOWN}) > 1) + [TOUCHING] * jumps):
+        handles.append(style.key(words, color=ACCENT, linewidth=0.9))
     return handles
 
 
@@ -314,18 +289,17 @@ def _regimes(axes: list[Axes], parts: list[xr.Dataset], x: str, y: str) -> list[
     names = list(ENDS)
     colours = ListedColormap(list(ENDS.values()))
     norm = BoundaryNorm(np.arange(-0.5, len(names)), len(names))
-    seen: set[int] = set()
-    for ax, part in zip(axes, parts, strict=True):
-        (xs, ys), words = _frame(ax, part, x, y), ends(part)
-        code = np.vectorize(names.index, otypes=[int])(words)
+    codes = [np.vectorize(names.index, otypes=[int])(ends(part)) for part in parts]
+    for ax, part, code in zip(axes, parts, codes, strict=True):
+        xs, ys = _frame(ax, part, x, y)
         # beneath regions with slanted borders, so that no gap is left where three of them meet
         ax.pcolormesh(xs, ys, code, shading="nearest", cmap=colours, norm=norm, rasterized=True)
         for c in np.unique(code):
-            seen.add(int(c))
             if not (own := code == c).all():
                 ax.contourf(xs, ys, own.astype(float), levels=[0.5, 1.5], colors=[colours(int(c))])
                 ax.contour(xs, ys, own.astype(float), levels=[0.5], colors=INK, linewidths=0.6)
-    return [Patch(facecolor=ENDS[names[c]], edgecolor=INK, linewidth=0.5, label=names[c]) for c in sorted(seen)]
+    seen = [names[c] for c in np.unique(codes)]
+    return [Patch(facecolor=ENDS[name], edgecolor=INK, linewidth=0.5, label=name) for name in seen]
 
 
 def _envelopes(
@@ -333,7 +307,7 @@ def _envelopes(
 ) -> list[Artist]:
     load_end = LOADS[parts[0].attrs["load"]].variable("load_end")
     theta0 = Beam.from_toml_text(parts[0].attrs["beam"]).scale.theta0
-    coloured = list(zip(lines, shades(len(lines)), strict=True))
+    coloured = list(zip(lines, style.shades(len(lines)), strict=True))
     there: set[str] = set()
     top = right = 0.0
     for ax, part in zip(axes, parts, strict=True):
@@ -356,12 +330,12 @@ def _envelopes(
         ax.set(xlabel=over_pi(part.attrs["load"]), ylabel=ROTATION)
     for ax in axes:
         ax.set(xlim=(0, 1.03 * right or 1), ylim=(-0.01 * top, 1.05 * top or 1))
-    handles: list[Artist] = [key(_word(y, parts[0].sel({y: value})), color=colour) for value, colour in coloured]
-    handles += [key(words, **_ENVELOPES[words][1]) for words in _ENVELOPES if words in there]
+    handles: list[Artist] = [style.key(_word(y, parts[0].sel({y: value})), color=colour) for value, colour in coloured]
+    handles += [style.key(words, **_ENVELOPES[words][1]) for words in _ENVELOPES if words in there]
     low, high = (_value(parts[0], x, float(parts[0][x][i])) for i in (0, -1))
-    handles.append(key(f"along a line {_tex(x)} = {low} to {high}", linestyle=""))
+    handles.append(style.key(f"along a line {_tex(x)} = {low} to {high}", linestyle=""))
     if paths:
-        handles.append(key(f"path of the scales for one {_tex(x)}", color=GREY, linewidth=0.8))
+        handles.append(style.key(f"path of the scales for one {_tex(x)}", color=GREY, linewidth=0.8))
     return handles
 
 
@@ -371,7 +345,6 @@ def _theta0(part: xr.Dataset, otherwise: float) -> Array:
 
 
 def _lines(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str) -> list[Artist]:
-    seen: list[str] = []
     colours = {**ENDS, End.STATIC: GREY, End.NONE: GREY}
     for ax, part in zip(axes, parts, strict=True):
         xs, across = axis_values(part, x)
@@ -382,6 +355,6 @@ def _lines(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str) -> 
             # one cell more joins the pieces
             joined = where | np.r_[False, where[:-1]]
             ax.plot(xs, np.where(joined & np.isfinite(v), v, np.nan), color=colours[c])
-            seen += [str(c)] if c not in seen else []
         ax.set(xlabel=across, ylabel="Code of the end" if variable == "end" else _label(part, variable))
-    return [key(end, color=colours[end]) for end in colours if end in seen]
+    seen = {*np.ravel([ends(part) for part in parts]).tolist()} - {_UNDONE}
+    return [style.key(end, color=colour) for end, colour in colours.items() if end in seen]

@@ -8,22 +8,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from squama.beam.design import Beam
-from squama.loads import LOADS, model
+from squama.loads import model
 from squama.model.outcome import End
+from squama.plot import style
 from squama.plot.palette import ACCENT, GREY, INK
-from squama.plot.style import (
-    PAGE,
-    TICKS,
-    Look,
-    angle_label,
-    axes_for,
-    headline,
-    key,
-    legend_within,
-    new_figure,
-    shades,
-    styled,
-)
 from squama.study.models import Twist
 from squama.symbols import SYMBOLS
 
@@ -34,10 +22,10 @@ SHOWN_REAL = ("phi_e", "torque", "stiffness_ratio", "stress", "RED")
 _WORDS = {"K_e": "$K_e$", "RED_c": "RED", "engaged": "engages", "locked": "locks", "locked before": "locks\nbefore"}
 _LEAST = 0.01
 _ROOM = 1.4
-_MARK: Look = {"color": ACCENT, "linewidth": 0.9, "linestyle": (0, (3, 2))}
+_MARK: style.Look = {"color": ACCENT, "linewidth": 0.9, "linestyle": (0, (3, 2))}
 
 
-@styled
+@style.styled
 def uncertainty_figure(dataset: xr.Dataset) -> Figure:
     """Draw what tolerances do to where a beam ends, and which of them matter, from :func:`squama.uncertainty`.
 
@@ -47,14 +35,14 @@ def uncertainty_figure(dataset: xr.Dataset) -> Figure:
     tolerance, with its 95 % interval, and the first-order index inside it.
     """
     indexed = "S1" in dataset and dataset.sizes["indexed"]
-    figure = new_figure(PAGE, 5.9 if indexed else 3.0)
+    figure = style.new_figure(style.PAGE, 5.9 if indexed else 3.0)
     panels = figure.subplot_mosaic("ab;cc" if indexed else "ab")
     histogram(dataset, panels["a"])
     cumulative(dataset, panels["b"])
     if indexed:
         sobol(dataset, panels["c"])
     kind = f"{dataset.attrs['load']}, {model(dataset.attrs)}"
-    return headline(figure, f"{dataset.attrs['samples']} beams within their tolerances, {kind}", panels.values())
+    return style.headline(figure, f"{dataset.attrs['samples']} beams within their tolerances, {kind}", panels.values())
 
 
 def _ends(dataset: xr.Dataset) -> list[str]:
@@ -69,13 +57,13 @@ def _percent(share: float) -> str:
 
 def histogram(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the histogram of :func:`squama.uncertainty`: end twists by named end, or stiffness ratios at the twist."""
-    ax = axes_for(ax, dataset, "bin", "squama.uncertainty")
+    ax, kind = style.panel(ax, dataset, "bin", "squama.uncertainty")
     # no more bars than the samples fill evenly
     wide = max(1, round(dataset.sizes["bin"] / (2 * dataset.attrs["samples"] ** (1 / 3))))
     low, high = dataset["bin_low"].values[::wide], dataset["bin_high"].values[wide - 1 :: wide]
     high = np.append(high, dataset["bin_high"].values[-1:])[: low.size]
     ends = _ends(dataset)
-    colours = shades(max(len(ends), 2))
+    colours = style.shades(max(len(ends), 2))
     under = np.zeros(low.size)
     handles = []
     for end, colour in zip(ends, colours, strict=False):
@@ -85,19 +73,19 @@ def histogram(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
         ax.stairs(under + density, np.append(low, high[-1:]), baseline=under, fill=True, color=colour, linewidth=0)
         under = under + density
         share = float(dataset["probability"].sel(end=end))
-        handles.append(key(f"{end}, {_percent(share)}", color=colour, linewidth=5))
+        handles.append(style.key(f"{end}, {_percent(share)}", color=colour, linewidth=5))
     if End.NONE in dataset["end"].values:
         share = float(dataset["probability"].sel(end=str(End.NONE)))
-        handles.append(key(f"no engagement, {_percent(share)}", color="none", linewidth=0))
-    real, load = "at" in dataset.attrs, dataset.attrs["load"]
-    figure = "stiffness_ratio" if real else LOADS[load].variable("load_end")
+        handles.append(style.key(f"no engagement, {_percent(share)}", color="none", linewidth=0))
+    real = "at" in dataset.attrs
+    figure = "stiffness_ratio" if real else kind.variable("load_end")
     if figure in dataset["figure"].values and np.isfinite(nominal := float(dataset["nominal"].sel(figure=figure))):
         ax.axvline(nominal, 0, 1 / _ROOM, **_MARK)
-        handles.append(key("nominal beam", **_MARK))
-    across = SYMBOLS[figure].axis if real else f"{angle_label(load)} at the end"
+        handles.append(style.key("nominal beam", **_MARK))
+    across = SYMBOLS[figure].axis if real else f"{style.angle_label(kind.name)} at the end"
     ax.set(xlabel=across, ylabel=f"Probability density{'' if real else ' (1/rad)'}")
     ax.set_ylim(0, _ROOM * float(under.max()) if under.size else 1)
-    ax.locator_params(axis="x", nbins=TICKS)
+    ax.locator_params(axis="x", nbins=style.TICKS)
     ax.legend(handles=handles, loc="upper left")
     return ax
 
@@ -107,11 +95,11 @@ def cumulative(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
 
     On compliant joints: that its stiffness ratio is so large at least.
     """
-    ax = axes_for(ax, dataset, "bin", "squama.uncertainty")
+    ax, kind = style.panel(ax, dataset, "bin", "squama.uncertainty")
     edges = np.append(dataset["bin_low"].values, dataset["bin_high"].values[-1:])
     n = dataset.attrs["samples"]
     every = dataset["count"].sum("end").values / n
-    across = angle_label(dataset.attrs["load"])
+    across = style.angle_label(kind.name)
     if "at" in dataset.attrs:
         across = SYMBOLS["stiffness_ratio"].axis
         ax.plot(edges, np.append(np.cumsum(every[::-1])[::-1], 0), color=INK, label="is so stiff at least")
@@ -120,15 +108,15 @@ def cumulative(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
         locked = dataset["count"].sel(end=locks).sum("end").values / n
         ax.plot(edges, np.append(0, np.cumsum(locked)), color=INK, label="has locked")
         if len(locks) < len(_ends(dataset)):
-            look: Look = {"color": GREY, "linestyle": (0, (4, 2)), "label": "its curve has ended"}
-            ax.plot(edges, np.append(0, np.cumsum(every)), **look)
+            ended = np.append(0, np.cumsum(every))
+            ax.plot(edges, ended, color=GREY, linestyle=style.DASHED, label="its curve has ended")
     if dataset.attrs["before"] and (place := _place(dataset)) is not None:
         p = float(dataset["P_locked_before"])
         ax.axvline(place, 0, 1 / _ROOM, label=f"{dataset.attrs['before']}: {100 * p:.3g} % locked", **_MARK)
         if edges.size and edges[0] <= place <= edges[-1]:
             ax.plot([place], [p], marker="o", color=ACCENT, markersize=4, linestyle="")
     ax.set(ylim=(0, _ROOM), yticks=[0, 0.25, 0.5, 0.75, 1], xlabel=across, ylabel="Probability")
-    ax.locator_params(axis="x", nbins=TICKS)
+    ax.locator_params(axis="x", nbins=style.TICKS)
     ax.legend(loc="upper left")
     return ax
 
@@ -143,8 +131,8 @@ def _place(dataset: xr.Dataset) -> float | None:
 
 def sobol(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the Sobol indices of :func:`squama.uncertainty`: total with its 95 % interval, first-order inside it."""
-    ax = axes_for(ax, dataset, "S1", "squama.uncertainty with Sobol indices")
-    name = LOADS[dataset.attrs["load"]].variable
+    ax, kind = style.panel(ax, dataset, "S1", "squama.uncertainty with Sobol indices")
+    name = kind.variable
     wanted = SHOWN_REAL if "at" in dataset.attrs else map(name, SHOWN)
     figures = [f for f in (*wanted, "engaged", "locked", "locked before") if f in dataset["indexed"].values]
     total, first = (dataset[name].sel(indexed=figures).values for name in ("ST", "S1"))
@@ -152,17 +140,17 @@ def sobol(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     names = list(dataset["parameter"].values)
     order = [i for i in np.argsort(-total.max(axis=0)) if total[:, i].max() > _LEAST]
     width = 0.84 / max(len(order), 1)
-    colours = shades(max(len(order), 2))
+    colours = style.shades(max(len(order), 2))
     x = np.arange(len(figures))
     for j, i in enumerate(order):
         at = x + (j - (len(order) - 1) / 2) * width
         ax.bar(at, np.maximum(total[:, i], 0), 0.9 * width, color=colours[j], alpha=0.45, linewidth=0)
         ax.bar(at, np.clip(first[:, i], 0, None), 0.9 * width, color=colours[j], linewidth=0)
         ax.errorbar(at, total[:, i], error[:, i], color=INK, linestyle="", linewidth=0.7, capsize=1.5)
-    handles = [key(names[i], color=colours[j], linewidth=5) for j, i in enumerate(order)]
-    handles.append(key("pale: total index, 95 %", color=GREY, alpha=0.45, linewidth=5))
+    handles = [style.key(names[i], color=colours[j], linewidth=5) for j, i in enumerate(order)]
+    handles.append(style.key("pale: total index, 95 %", color=GREY, alpha=0.45, linewidth=5))
     ax.set_xticks(x, [_WORDS.get(f) or f"${SYMBOLS[name(f)].tex}$" for f in figures])
     ax.tick_params(axis="x", length=0)
     ax.set(ylim=(0, _ROOM * min(max(float((total + error).max()), 1e-3), 1.2)), ylabel="Sobol index")
-    legend_within(ax, 4, handles=handles, loc="upper left")
+    style.legend_within(ax, 4, handles=handles, loc="upper left")
     return ax

@@ -12,16 +12,13 @@ from matplotlib.figure import Figure
 
 from squama.beam.faces import sense
 from squama.loads import LOADS, Load, model
-from squama.plot.fit import NAMES
+from squama.plot.fit import found, noise_band
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
-from squama.plot.style import PAGE, Look, angle_label, axes_for, headline, label, new_figure, styled
+from squama.plot.style import BARE, PAGE, Look, about, angle_label, headline, label, new_figure, panel, styled, within
 from squama.types import Array
 
 NOTHING = 1e-6
 """Damping ratio that is none in a picture."""
-_FOUND = {name: words for name, words in NAMES.items() if name != "twist_zero"}
-_FOUND |= {"damping": r"$\zeta$ of the material", "f_0": "$f_0$"}
-"""What is said of the fit of a decay above its picture."""
 _POINTS: Look = {"linestyle": "", "marker": "o", "markersize": 3}
 
 
@@ -32,22 +29,20 @@ def vibration_figure(dataset: xr.Dataset) -> Figure:
     Above the record with the envelope of its peaks; below the damping of every cycle against its amplitude, never one
     number alone, and the phase plane. Grey is the load angle at which scales engage.
     """
-    names = LOADS[dataset.attrs["load"]]
     figure = new_figure(PAGE, 4.6)
     axes = figure.subplot_mosaic([["record", "record"], ["damping", "plane"]])
     record(dataset, axes["record"])
     damping(dataset, axes["damping"])
     phase_plane(dataset, axes["plane"])
-    about = f"{model(dataset.attrs)}, $\\mu$ = {float(dataset['mu']):g}"
-    material = f", $\\zeta$ of the material {dataset.attrs['damping']:g}" if dataset.attrs["damping"] else ""
-    title = f"Free vibration in {names.name}, {dataset.attrs['mode']}, {about}{material}"
+    attrs = dataset.attrs
+    material = f", $\\zeta$ of the material {attrs['damping']:g}" if attrs["damping"] else ""
+    title = f"Free vibration in {attrs['load']}, {attrs['mode']}, {about(dataset)}{material}"
     return headline(figure, title, axes.values())
 
 
 def record(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the load angle of a free vibration of :func:`squama.vibrate` over time, with the envelope of its peaks."""
-    ax = axes_for(ax, dataset, "turn", "squama.vibrate")
-    names = LOADS[dataset.attrs["load"]]
+    ax, names = panel(ax, dataset, "turn", "squama.vibrate")
     angle = names.angle
     t, y = dataset["t_turn"].values, dataset[f"{angle}_turn"].values
     ax.plot(dataset["t"], dataset[angle], color=INK, linewidth=0.9)
@@ -71,8 +66,7 @@ def _engaged(dataset: xr.Dataset, names: Load, line: Callable[..., object], ways
 
 def damping(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the damping ratio of every cycle of :func:`squama.vibrate` against the peak at which it begins."""
-    ax = axes_for(ax, dataset, "turn", "squama.vibrate")
-    names = LOADS[dataset.attrs["load"]]
+    ax, names = panel(ax, dataset, "turn", "squama.vibrate")
     turns = dataset[f"{names.angle}_turn"].values
     zeta = dataset["zeta_cycle"].values
     ax.plot(np.abs(turns[0 : 2 * zeta.size : 2]), zeta, color=ACCENT, **_POINTS)
@@ -87,8 +81,7 @@ def damping(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
 
 def phase_plane(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the speed of a free vibration of :func:`squama.vibrate` over its load angle."""
-    ax = axes_for(ax, dataset, "turn", "squama.vibrate")
-    names = LOADS[dataset.attrs["load"]]
+    ax, names = panel(ax, dataset, "turn", "squama.vibrate")
     ax.plot(dataset[names.angle], dataset[f"{names.angle}_speed"], color=INK, linewidth=0.4)
     ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)
     _engaged(dataset, names, ax.axvline)
@@ -110,14 +103,11 @@ def decay_figure(dataset: xr.Dataset) -> Figure:
     upper.plot(t, fitted, color=ACCENT, linewidth=0.9, label="fitted")
     upper.set(ylabel=angle_label(names.name), xlim=(t[0], t[-1]))
     upper.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2)
-    noise = 2 * float(dataset["noise"])
-    lower.axhspan(-noise, noise, color=ACCENT, alpha=0.12, linewidth=0)
-    lower.axhline(0, color=ACCENT, linewidth=0.8)
+    noise_band(lower, float(dataset["noise"]))
     lower.plot(t, y - fitted, color=INK, linestyle="", marker=".", markersize=2.5)
     lower.set(xlabel=label("t"), ylabel="Residual (rad per pitch)")
-    found = [text.split(" = ") for text in attrs["estimates"].replace("+-", "±").split(", ")]
-    told = ", ".join(f"{_FOUND[name]} = {value}" for name, value in found if name in _FOUND)
-    return headline(figure, f"Decay in {names.name}, {attrs['mode']}, {model(attrs)}: {told}", (upper, lower))
+    title = f"Decay in {names.name}, {attrs['mode']}, {model(attrs)}: {found(dataset, 'twist_zero')}"
+    return headline(figure, title, (upper, lower))
 
 
 @styled
@@ -136,8 +126,8 @@ def shaken_figure(dataset: xr.Dataset) -> Figure:
     looks = {"up": (ACCENT, "o", "frequency growing"), "down": (UNLOADED, "v", "frequency falling")}
     for way, (colour, marker, words) in looks.items():
         one = dataset.sel(way=way)
-        for bound, said in (("high", words), ("low", None)):
-            _branch(left, f, one[f"{names.angle}_{bound}"].values, one["settled"].values, colour, marker, said)
+        for bound, text in (("high", words), ("low", None)):
+            _branch(left, f, one[f"{names.angle}_{bound}"].values, one["settled"].values, colour, marker, text)
         share = (one["W_rubbed"] / one["W_fed"]).where(one["settled"]).values
         _branch(right, f, share, one["settled"].values, colour, marker, words)
     fine = np.linspace(f[0], f[-1], 400)
@@ -145,15 +135,15 @@ def shaken_figure(dataset: xr.Dataset) -> Figure:
     with np.errstate(divide="ignore"):
         linear = static / np.hypot(1 - ratio**2, 2 * zeta * ratio)
     low, high = left.get_ylim()
-    for sign in (1, -1):
-        grey: Look = {"color": GREY, "linewidth": 0.8, "linestyle": (0, (4, 2)), "zorder": 0}
-        left.plot(fine, sign * linear, label="no contact" if sign > 0 else None, **grey)
     left.set_ylim(low, high + 0.3 * (high - low))
+    with within(left):
+        for sign in (1, -1):
+            grey = BARE | {"linewidth": 0.8, "zorder": 0}
+            left.plot(fine, sign * linear, label="no contact" if sign > 0 else None, **grey)
     left.set(xlabel=label("frequency"), ylabel=f"Largest, smallest {angle_label(names.name).lower()}")
     right.set(xlabel=label("frequency"), ylabel="Work of friction over that of the torque", ylim=(0, 1))
     left.legend(loc="upper right", fontsize=7)
-    about = f"{model(dataset.attrs)}, $\\mu$ = {float(dataset['mu']):g}"
-    title = f"Steady states in {names.name}, {dataset.attrs['mode']}, {about}, $\\zeta$ = {zeta:g}"
+    title = f"Steady states in {names.name}, {dataset.attrs['mode']}, {about(dataset)}, $\\zeta$ = {zeta:g}"
     return headline(figure, title, (left, right))
 
 

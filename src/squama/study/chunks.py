@@ -1,4 +1,4 @@
-"""The chunks of a store, held against their checksums when they are read and when a sweep is gone on with.
+"""The chunks of a store: each is checked against its checksums when it is read and when a sweep is resumed.
 
 The last four bytes of a chunk are the CRC-32C of those before. Of each chunk of a finished tile the array of checksums
 keeps the same sum with the name of its place after the chunk, so a chunk in the place of another is noticed too.
@@ -18,7 +18,7 @@ from zarr.storage import LocalStore
 
 from squama.errors import refuse
 from squama.io import files
-from squama.study.plan import AGAIN, CHECKSUMS, STATUS, Plan, arrays, coordinates
+from squama.study.plan import CHECKSUMS, STATUS, Plan, arrays, coordinates
 
 if TYPE_CHECKING:
     from zarr.abc.store import ByteRequest
@@ -28,78 +28,60 @@ _SUM = 4
 """Bytes of a checksum."""
 _DONE = b"\x01"
 _ANEW = "run the same sweep again: it does this tile anew"
-_REMOVE = "remove it and run the same sweep again: it does this tile anew"
 _MOST = 2**20
 """Bytes of a chunk beyond those of its numbers, at most."""
 
 
 def sum_at(place: str, chunk: bytes) -> bytes:
-    """Return the checksum of a chunk, of which the end suffices, and of the name of its place (``RED/c.0.1``)."""
+    """Return the CRC-32C (4 bytes) of a chunk followed by the name of its place (``RED/c.0.1``)."""
     own = int.from_bytes(chunk[-_SUM:], "little")
     return int(crc32c.extend(own, place.encode())).to_bytes(_SUM, "little")
 
 
-def end_of(file: Path) -> bytes:
-    """Return the end of a chunk, which is its checksum."""
-    with file.open("rb") as chunk:
-        chunk.seek(-_SUM, 2)
-        return chunk.read()
-
-
 def sums_of(tile: str) -> str:
-    """Return the place of the checksums of a tile: their array has a dimension more, the variables."""
+    """Return the place of the checksums of a tile; their array has one more dimension, the variables."""
     return f"{CHECKSUMS}/{tile}.0"
 
 
-class Chunks:
-    """The chunks of one store; a tile is named as the file of each of its chunks, ``c.0.1``."""
+def check(path: Path, plan: Plan, tile: str, only: str | None = None) -> None:
+    """Refuse a damaged tile (``c.0.1``) that is marked as done; ``only``: check this variable alone."""
+    names = list(plan.variables)
+    mark, sums = (_sound(path, plan, tile, place)[:-_SUM] for place in (f"{STATUS}/{tile}", sums_of(tile)))
+    if mark != _DONE or len(sums) != _SUM * len(names):
+        _refuse(path, tile, "its mark does not fit its checksum")
+    for i, name in enumerate(names):
+        place = f"{name}/{tile}"
+        if only in (None, name) and sum_at(place, _sound(path, plan, tile, place)) != sums[_SUM * i : _SUM * (i + 1)]:
+            _refuse(path, tile, f"{place} does not fit the checksum of its place")
 
-    def __init__(self, path: Path, plan: Plan) -> None:
-        self.path, self.plan = path, plan
 
-    def check(self, tile: str, only: str | None = None) -> None:
-        """Refuse a tile that bears a mark and is not whole, in all its variables or one of them."""
-        names = list(self.plan.variables)
-        mark = self._chunk(tile, f"{STATUS}/{tile}")
-        sums = b""
-        if self.plan.format > 1:
-            sums = self._chunk(tile, sums_of(tile))[:-_SUM]
-            if mark[:-_SUM] != _DONE or len(sums) != _SUM * len(names):
-                self._refuse(tile, "its mark does not fit its checksum")
-        for i, name in enumerate(names):
-            if only in (None, name):
-                place = f"{name}/{tile}"
-                chunk = self._chunk(tile, place)
-                if sums and sum_at(place, chunk) != sums[_SUM * i : _SUM * (i + 1)]:
-                    self._refuse(tile, f"{place} does not fit the checksum of its place")
+def _sound(path: Path, plan: Plan, tile: str, place: str) -> bytes:
+    """Return the bytes of a chunk, or refuse one that is missing or does not fit its own checksum."""
+    try:
+        chunk = files.read_ordinary(path / place, _MOST + 16 * math.prod(plan.tile))
+    except FileNotFoundError:
+        _refuse(path, tile, f"{place} is missing")
+    except IsADirectoryError:
+        _refuse(path, tile, f"{place} is a folder", f"remove it and {_ANEW}")
+    except OSError as error:
+        known = error.errno in {errno.EINVAL, errno.EFBIG}
+        why = error.strerror if known else f"cannot be read, {str(error.strerror).lower()}"
+        _refuse(path, tile, f"{place} {why}")
+    if len(chunk) <= _SUM or crc32c.value(chunk[:-_SUM]) != int.from_bytes(chunk[-_SUM:], "little"):
+        _refuse(path, tile, f"{place} does not fit its checksum")
+    return chunk
 
-    def _chunk(self, tile: str, place: str) -> bytes:
-        """Return a chunk that fits its own checksum."""
-        try:
-            chunk = files.read_ordinary(self.path / place, _MOST + 16 * math.prod(self.plan.tile))
-        except FileNotFoundError:
-            self._refuse(tile, f"{place} is missing")
-        except IsADirectoryError:
-            self._refuse(tile, f"{place} is a folder", _REMOVE)
-        except OSError as error:
-            known = error.errno in {errno.EINVAL, errno.EFBIG}
-            why = error.strerror if known else f"cannot be read, {str(error.strerror).lower()}"
-            self._refuse(tile, f"{place} {why}")
-        if len(chunk) <= _SUM or crc32c.value(chunk[:-_SUM]) != int.from_bytes(chunk[-_SUM:], "little"):
-            self._refuse(tile, f"{place} does not fit its checksum")
-        return chunk
 
-    def _refuse(self, tile: str, what: str, remedy: str = _ANEW) -> NoReturn:
-        remedy = AGAIN if self.plan.format == 1 else remedy
-        refuse(files.label(self.path), "", f"is damaged (tile {tile.removeprefix('c.')}: {what})", remedy)
+def _refuse(path: Path, tile: str, what: str, remedy: str = _ANEW) -> NoReturn:
+    refuse(files.label(path), "", f"is damaged (tile {tile.removeprefix('c.')}: {what})", remedy)
 
 
 class Checked(LocalStore):
-    """The files of a store for reading: no chunk of a tile without a mark, none that is damaged, nothing foreign."""
+    """A store for reading: hides tiles that are not marked and foreign files, and refuses damaged chunks."""
 
     def __init__(self, root: Path, plan: Plan) -> None:
         super().__init__(root, read_only=True)
-        self._chunks = Chunks(root, plan)
+        self._plan = plan
         self._own = {"zarr.json", *arrays(plan), *coordinates(plan)}
 
     def with_read_only(self, read_only: bool = True) -> Checked:  # noqa: ARG002 - the shape of a store
@@ -107,21 +89,21 @@ class Checked(LocalStore):
         return self
 
     async def list_dir(self, prefix: str) -> AsyncIterator[str]:
-        """Yield the names in a folder; of the store's own, those that the plan tells."""
+        """Yield the names in a folder; in the root, only arrays of the plan."""
         async for name in super().list_dir(prefix):
             if prefix.strip("/") or name in self._own:
                 yield name
 
     def _there(self, key: str) -> bool:
-        """Say whether a file may be read: one that the plan tells, but for a chunk of a tile that is not done."""
+        """Say whether a file may be read: it follows from the plan, and its tile is done."""
         name, _, tile = key.rpartition("/")
         if key.partition("/")[0] not in self._own:
             return False
-        if not tile.startswith("c.") or name not in (STATUS, *self._chunks.plan.variables):
+        if not tile.startswith("c.") or name not in (STATUS, *self._plan.variables):
             return True
         if not (self.root / STATUS / tile).exists():
             return False
-        self._chunks.check(tile, name)
+        check(self.root, self._plan, tile, name)
         return True
 
     async def get(

@@ -1,4 +1,4 @@
-"""The tiles of a sweep on dask.distributed: workers that see the same folder write them."""
+"""Tiles of a sweep on dask.distributed: workers write them into a folder that all of them see."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ WAIT = 10
 
 
 def check(address: object) -> None:
-    """Refuse what is no cluster: not "local:n", not "tcp://host:port" (or tls://), and no dask client."""
+    """Refuse anything but "local:n", "tcp://host:port" (or tls://) and a dask client."""
     if not isinstance(address, str):
         if hasattr(address, "submit") and hasattr(address, "scheduler_info"):
             return
@@ -37,13 +37,13 @@ def check(address: object) -> None:
 
 
 def remote(address: object) -> bool:
-    """Say whether a cluster is there already, and has to be reached, not started."""
+    """Say whether a cluster exists already, so that it is contacted and not started."""
     return not (isinstance(address, str) and address.startswith("local:"))
 
 
 @contextmanager
 def client(address: Any) -> Iterator[Any]:
-    """Yield a client of the cluster, or refuse where nothing answers; what was started for it is stopped after."""
+    """Yield a client of the cluster and stop afterwards what was started; refuse an address that does not answer."""
     check(address)
     if not isinstance(address, str):
         yield address
@@ -69,7 +69,7 @@ def client(address: Any) -> Iterator[Any]:
 
 @contextmanager
 def _silent() -> Iterator[None]:
-    """Keep dask's own log off the error stream: what goes wrong is said in one line."""
+    """Keep dask's log off the error stream: squama reports an error in one line."""
     # the client's logger has a level of its own, all others take that of the first
     loggers = [logging.getLogger(name) for name in ("distributed", "distributed.client")]
     before = [logger.level for logger in loggers]
@@ -83,7 +83,7 @@ def _silent() -> Iterator[None]:
 
 
 def _knock(address: str) -> None:
-    """Shake hands with a scheduler; a client would wait for ever for one that takes the call and says nothing."""
+    """Connect to a scheduler; a client would wait for ever for one that accepts and never answers."""
     connect = import_module("distributed.comm").connect
     how = import_module("distributed.security").Security().get_connection_args("client")
 
@@ -98,7 +98,7 @@ def _knock(address: str) -> None:
 
 @contextmanager
 def _deaf() -> Iterator[None]:
-    """Let processes that are started inside ignore Ctrl-C: it is meant for the one that hands out the tiles."""
+    """Start processes that ignore Ctrl-C: the process that hands out the tiles handles it."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -117,7 +117,7 @@ def run(
     finished: Callable[[Tile, bool], None],
     stopped: Callable[[], bool],
 ) -> None:
-    """Run a task for every tile, a few ahead of the workers; the tile of a worker that dies is given to another.
+    """Run a task for every tile, a few ahead of the workers; another worker takes the tile of one that dies.
 
     Workers may come and go meanwhile, or come only later. The task takes the store and a tile and says whether it wrote
     it; ``finished`` is told of each, and once ``stopped`` says so no new tile is begun. A tile that fails on its

@@ -2,7 +2,7 @@
 
 :func:`columns` says for arrays what :class:`squama.Beam` says of one. Every array is an open mesh: it spans only the
 dimensions that it depends on, so the laws of joint and section are evaluated once for each combination that they see.
-:func:`solved` has the columns solved, :func:`valid` tells which rows are a beam at all, :func:`beam_at` builds one.
+:func:`valid` tells which rows are a beam at all, :func:`beam_at` builds one.
 """
 
 from __future__ import annotations
@@ -13,14 +13,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama import arguments, batch
-from squama.batch import Solved
 from squama.beam import beamfile, joint_law
 from squama.beam.design import Beam
 from squama.errors import InputError, refuse
 from squama.loads import LOADS
 from squama.model import reach
-from squama.study.parameters import FACTOR, HELD, Axis, canonical, text_of
+from squama.study.parameters import BEND, FACTOR, Axis, canonical, text_of
 from squama.types import Array
 
 _OPTIONAL = {"scale": ("youngs_modulus", "poisson_ratio", "strength"), "substrate": ("strength", "strain_limit")}
@@ -28,7 +26,7 @@ _OPTIONAL = {"scale": ("youngs_modulus", "poisson_ratio", "strength"), "substrat
 
 
 class Cells(NamedTuple):
-    """What the response of each cell depends on; SI units, radians, arrays that broadcast against each other.
+    """All that the response of many beams depends on: arrays that broadcast against each other, SI units, radians.
 
     ``lam`` is :meth:`squama.loads.Load.height`, ``K`` stiffness of a joint, ``d`` pitch, ``rigidity`` of the beam
     without contact; the rest are sizes and ratios.
@@ -53,8 +51,8 @@ class Cells(NamedTuple):
     @property
     def arrays(self) -> dict[str, Array]:
         """All but the sizes and what is given; the joint's factor and the bend where there is one."""
-        names = (*self._fields[:-4], *(name for name in self._fields[-2:] if getattr(self, name) is not None))
-        return {name: getattr(self, name) for name in names}
+        found = {name: value for name, value in self._asdict().items() if name not in ("sizes", "given")}
+        return {name: value for name, value in found.items() if value is not None}
 
     def changed(self, arrays: Mapping[str, Any], sizes: dict[str, dict[str, Array]]) -> Cells:
         """Return cells with other arrays and sizes."""
@@ -80,7 +78,7 @@ class Cells(NamedTuple):
 def columns(
     beam: Beam, values: Mapping[str, object], *, load: str = "twisting", each: joint_law.Each = joint_law.whole
 ) -> Cells:
-    """Return the designs of a beam with some values replaced; complex where values are complex.
+    """Return the columns of a beam with some values replaced; complex where values are complex.
 
     ``values`` are numbers or arrays that broadcast, by the names of :data:`squama.study.parameters.PARAMETERS` or its
     aliases, SI units. Nothing is checked; see :func:`valid`. ``each`` says how the laws of joint and section are
@@ -92,44 +90,51 @@ def columns(
     [3.013 2.667] (2,)
     """
     values = {canonical(name): value for name, value in values.items()}
-    scale, bar = beam.scale, beam.substrate
 
-    def v(name: str, otherwise: object) -> Array:
+    def v(name: str, otherwise: object = None) -> Array:
         return _numbers(values.get(name, otherwise))
 
-    pitch, t = v("beam.pitch", beam.pitch), v("substrate.thickness", bar.thickness) / 2
-    embedded, thickness = v("scale.embedded", scale.embedded), v("scale.thickness", scale.thickness)
-    width = v("scale.width", scale.width)
-    eta, beta = v("eta", v("scale.length", scale.length) / pitch), v("beta", width / 2 / pitch)
-    lam, zeta = v("lam", t / pitch), v("zeta", embedded / pitch)
+    def own(table: str, key: str) -> Array:
+        return v(f"{table}.{key}", getattr(getattr(beam, table), key))
+
+    pitch, t = v("beam.pitch", beam.pitch), own("substrate", "thickness") / 2
+    d = t / v("lam") if "lam" in values else pitch
+    grown = d / pitch if "lam" in values else 1.0
+
+    def sized(ratio: str, size: Array) -> tuple[Array, Array]:
+        """Return a ratio and the size behind it: as swept, or the beam's own, which keeps its ratio to the pitch."""
+        if ratio in values:
+            return v(ratio), np.asarray(v(ratio) * d)
+        return np.asarray(size / pitch), np.asarray(size * grown)
+
+    embedded, thickness = own("scale", "embedded"), own("scale", "thickness")
     slenderness = v("slenderness", embedded / thickness)
-    # a ratio that is not swept stays, whatever lam does to the pitch
-    d = t / lam if "lam" in values else pitch
-    if {"zeta", "lam"} & set(values):
-        embedded = zeta * d
-    if {"zeta", "lam", "slenderness"} & set(values):
-        thickness = np.where(slenderness > 0, embedded / slenderness, thickness * d / pitch)
-    half = beta * d if {"beta", "lam"} & set(values) else width / 2
-    E, nu = v("substrate.youngs_modulus", bar.youngs_modulus), v("substrate.poisson_ratio", bar.poisson_ratio)
-    across = v("substrate.width", bar.width)
+    eta, length = sized("eta", own("scale", "length"))
+    beta, half = sized("beta", own("scale", "width") / 2)
+    zeta, embedded = sized("zeta", embedded)
+    thickness = np.asarray(thickness * grown)
+    if {"zeta", "slenderness"} & set(values):
+        thickness = np.where(slenderness > 0, embedded / slenderness, thickness)
+    lam = v("lam", t / pitch)
+    across, E, nu = (own("substrate", key) for key in ("width", "youngs_modulus", "poisson_ratio"))
     bar_sizes = joint_law.Sizes(E, nu, across, 2 * t, d, half, thickness, embedded, beta, lam, zeta)
-    own = beam.given
-    stated = (values.get("joint.stiffness", own.stiffness), values.get("joint.inclusion_factor", own.inclusion_factor))
+    said = beam.given
+    stated = [values.get(f"joint.{key}", getattr(said, key)) for key in ("stiffness", "inclusion_factor")]
     known = [None if value is None else _numbers(value) for value in stated]
-    given = joint_law.Given(known[0], known[1], own.matrix, held=own.held)
+    given = joint_law.Given(known[0], known[1], said.matrix, held=said.held)
     K = _numbers(joint_law.stiffness(bar_sizes, given, each))
     rigidity = _numbers(joint_law.rigidity(load, bar_sizes, given, each))
-    alpha, theta0 = v("alpha", scale.alpha), v("theta0", scale.theta0)
+    alpha, theta0 = v("alpha", beam.scale.alpha), v("theta0", beam.scale.theta0)
+    scale = {"length": length, "embedded": embedded, "width": 2 * half, "thickness": thickness}
     sizes = {
-        "scale": {"length": eta * d, "embedded": embedded, "width": 2 * half, "thickness": thickness},
+        "scale": {**scale, "alpha": alpha, "theta0": theta0},
         "substrate": {"width": across, "thickness": 2 * t, "youngs_modulus": E, "poisson_ratio": nu},
     }
-    sizes["scale"] |= {"alpha": alpha, "theta0": theta0}
     for table, keys in _OPTIONAL.items():
         more = {key: values.get(f"{table}.{key}", getattr(getattr(beam, table), key)) for key in keys}
         sizes[table] |= {key: _numbers(value) for key, value in more.items() if value is not None}
     mu = v("mu", 0.0 if beam.friction.mu is None else beam.friction.mu)
-    factor, psi = (_numbers(values[name]) if name in values else None for name in (FACTOR, HELD))
+    factor, psi = (_numbers(values[name]) if name in values else None for name in (FACTOR, BEND))
     height = LOADS[load].height(lam, beam.neutral)
     return Cells(eta, beta, height, alpha, theta0, mu, K, d, rigidity, sizes, given, factor, psi)
 
@@ -156,14 +161,14 @@ def check(beam: Beam, load: str, swept: Sequence[Axis]) -> None:
 
 
 def _corners(limits: Mapping[str, tuple[float, float]]) -> Iterator[dict[str, float]]:
-    """Yield the corners of what varies, without what belongs to no beam."""
-    named = {name: limit for name, limit in limits.items() if name not in ("mu", "margin", HELD)}
+    """Yield the corners of the ranges of a beam's parameters; friction, margin and bend are left out."""
+    named = {name: limit for name, limit in limits.items() if name not in ("mu", "margin", BEND)}
     for corner in itertools.product(*named.values()):
         yield {name: float(value) for name, value in zip(named, corner, strict=True)}
 
 
 def matrix_warnings(beam: Beam, load: str, limits: Mapping[str, tuple[float, float]]) -> list[str]:
-    """Say what :class:`squama.Beam` says of a joint's matrix where its shape varies: it stays that of its own shape."""
+    """Return the warnings about a joint's matrix at the corners of a range: it stays that of its own shape."""
     if beam.joint.matrix is None:
         return []
     for here in _corners(limits):
@@ -173,69 +178,37 @@ def matrix_warnings(beam: Beam, load: str, limits: Mapping[str, tuple[float, flo
 
 
 def at(values: Mapping[str, float]) -> str:
-    """Return a place among the parameters, for people."""
+    """Return values of parameters as text with units."""
     return ", ".join(f"{name} = {text_of(canonical(name), value)}" for name, value in values.items())
 
 
 def beam_at(beam: Beam, load: str, values: Mapping[str, float]) -> Beam:
     """Return the beam of one cell, validated; ``margin`` is left out."""
     values = {canonical(name): value for name, value in values.items()}
-    c = columns(beam, values, load=load, each=joint_law.one_by_one)
-    parts = {table: {key: float(value) for key, value in content.items()} for table, content in c.sizes.items()}
-    changes: dict[str, Any] = {**parts, "pitch": float(c.d)}
-    keys = ("stiffness", "inclusion_factor")
-    changes["joint"] = {key: values[f"joint.{key}"] for key in keys if f"joint.{key}" in values}
-    if "mu" in values:
-        changes["friction"] = {"mu": values["mu"]}
+    found = beam_of(beam, columns(beam, values, load=load, each=joint_law.one_by_one))
+    return found.replace(friction={"mu": values["mu"]}) if "mu" in values else found
+
+
+def beam_of(beam: Beam, c: Cells, shape: tuple[int, ...] = (), cell: tuple[int, ...] = ()) -> Beam:
+    """Return the validated beam of one cell of a shape, with the friction of ``beam``."""
+
+    def number(v: Any) -> float:
+        return float(np.broadcast_to(v, shape)[cell])
+
+    parts = {table: {key: number(v) for key, v in content.items()} for table, content in c.sizes.items()}
+    stated = {"stiffness": c.given.stiffness, "inclusion_factor": c.given.inclusion_factor}
+    changes: dict[str, Any] = {**parts, "pitch": number(c.d)}
+    changes["joint"] = {key: number(v) for key, v in stated.items() if v is not None}
     return beam.replace(**changes)
 
 
-def solved(
-    c: Cells,
-    *,
-    law: str = "edge",
-    sense: str = "+",
-    margin: float = 0.01,
-    load: str = "twisting",
-    few: int | None = None,
-    ideal: bool = True,
-) -> dict[str, Array]:
-    """Solve columns; arguments as of :func:`squama.solve`; ``ideal``: scales are thin.
-
-    Returned are the fields of its result with their units: torque in N m, energies in J/m; twists stay in rad per pitch
-    (divide by ``c.d`` for rates). A joint without stiffness leaves the beam as it is without contact.
-
-    Up to ``few`` rows are solved by Python, more by its compiled copy, whose last digits differ: what is solved in
-    parts says by its whole size which (0: compiled) for answers that do not depend on the parts. Rows that are no beam
-    (see :func:`valid`) are refused.
-    """
-    names = ("eta", "beta", "lam", "alpha", "theta0", "mu")
-    given = {name: getattr(c, name) for name in names} | {"stiffness_ratio": c.ratio}
-    if not ideal:
-        given["thickness"] = c.sizes["scale"]["thickness"] / c.d
-    rows, shape = arguments.designs(load, **given)
-    flat = batch.solved(tuple(rows), law=law, sense=sense, margin=margin, load=load, few=few)
-    s = Solved._make(v.reshape(shape) for v in flat)
-    found: dict[str, Array] = s._asdict()
-    per_length = c.K / c.d
-    found |= {"torque": s.torque * c.K, "U_el": s.U_el * per_length, "W_fr": s.W_fr * per_length}
-    if not np.all(c.K > 0):
-        bare = np.broadcast_to(c.K > 0, np.broadcast_shapes(c.K.shape, s.torque.shape)) == 0
-        rate = s.load_c / c.d
-        found["torque"] = np.where(bare, c.rigidity * rate, found["torque"])
-        found["U_el"] = np.where(bare, c.rigidity * rate**2 / 2, found["U_el"])
-        found["RED"] = np.where(bare, 0.0, s.RED)
-    return found
-
-
 def valid(c: Cells) -> Array:
-    """Tell which rows :class:`squama.Beam` would take: every value in its bounds, eta and beta, the tab inside."""
+    """Say which rows :class:`squama.Beam` accepts: every number and ratio within its bounds, the tab inside the bar."""
     with np.errstate(all="ignore"):
         good = (c.eta <= reach.MOST) & (c.beta <= reach.MOST)
         good = good & (c.sizes["scale"]["embedded"] * np.sin(c.theta0) < c.sizes["substrate"]["thickness"])
-        held = {f"{table}.{key}": value for table in ("scale", "substrate") for key, value in c.sizes[table].items()}
-        held |= {"scale.alpha": c.alpha, "scale.theta0": c.theta0, "friction.mu": c.mu, "beam.pitch": c.d}
-        for name, value in held.items():
+        numbers = {f"{table}.{key}": v for table in ("scale", "substrate") for key, v in c.sizes[table].items()}
+        for name, value in (numbers | {"friction.mu": c.mu, "beam.pitch": c.d}).items():
             low, high, _, closed, _ = beamfile.NUMBERS[name][1]
             good = good & ((value >= low) & (value <= high) if closed else (value > low) & (value < high))
         # a soft joint may be 0 with no embedded part; one that is not finite is none

@@ -1,4 +1,4 @@
-"""The files that follow from the plan of a store: its arrays, empty, and its coordinates, as zarr writes them."""
+"""The files of a store that its plan determines: metadata of arrays, and coordinates, as zarr writes them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def fill(place: object, plan: Plan) -> None:
     group = library.create_group(place, zarr_format=3, attributes=attributes(plan))
     for name, about in arrays(plan).items():
         # a mark and checksums are the same bytes whatever compresses
-        plain = plan.format > 1 and name in {STATUS, CHECKSUMS}
+        plain = name in {STATUS, CHECKSUMS}
         codecs = [*([] if plain else [library.codecs.ZstdCodec(level=1)]), library.codecs.Crc32cCodec()]
         how = {"chunk_key_encoding": {"name": "default", "separator": "."}, "config": {"write_empty_chunks": True}}
         group.create_array(name=name, compressors=codecs, **how, **about)
@@ -30,14 +30,14 @@ def fill(place: object, plan: Plan) -> None:
 
 
 def following(plan: Plan) -> dict[str, bytes]:
-    """Return the files of a store that the plan tells but for the plan's own: of each array, and its coordinates."""
+    """Return the files that the plan determines, by place: of each array, but not of the group."""
     made: dict[str, Buffer] = {}
     fill(need("zarr").storage.MemoryStore(store_dict=made), plan)
     return {name: data.to_bytes() for name, data in made.items() if "/" in name}
 
 
 def alike(found: Mapping[str, bytes], plan: Plan, name: str) -> bool:
-    """Say whether files of an array mean what the plan tells, in other letters: those of another version of zarr."""
+    """Say whether files of an array mean what the plan says, though another version of zarr wrote them."""
     library = need("zarr")
     made = library.storage.MemoryStore()
     fill(made, plan)

@@ -1,7 +1,7 @@
-"""By which model the beams of a study are answered: the joint, its scales, and the twist at which figures are taken.
+"""The model of a study: the kind of joint, thin or thick scales, and the twist at which figures are taken.
 
 Many beams on compliant joints are followed by :mod:`squama.study.real_columns`, which knows the joint by a beam's
-matrix or the law; those on hinges are solved in closed form, by :func:`squama.study.columns.solved`.
+matrix or the law; those on hinges are solved by :mod:`squama.study.hinge_columns`.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from squama.beam import joint_law
 from squama.beam.design import Beam
 from squama.contacts.path import RANGE
 from squama.curves import real
@@ -20,8 +21,8 @@ from squama.errors import naming, refuse
 from squama.joints import choice
 from squama.loads import LOADS
 from squama.model.outcome import End
-from squama.study import real_columns
-from squama.study.columns import columns
+from squama.study import hinge_columns, real_columns
+from squama.study.columns import Cells, columns
 from squama.types import Array
 from squama.units import shown
 
@@ -57,7 +58,7 @@ class Twist(NamedTuple):
         return f"{self.value!r} {self.unit}"
 
     def words(self, scales: int) -> str:
-        """Return the twist for people, of a beam of some scales: per pitch or in all, as it is a round number.
+        """Return the twist as text, per pitch or of the whole beam of some scales, whichever is the rounder number.
 
         >>> Twist(math.radians(130) / 25, "rad/pitch").words(25), Twist(0.08, "rad/pitch").words(25)
         ('130 deg total', '0.08 rad/pitch')
@@ -74,7 +75,7 @@ class Twist(NamedTuple):
         return f"{number:.{6 if digits((number, unit)) < 7 else 4}g} {unit}"
 
     def per_pitch(self, d: Array | float) -> Array:
-        """Return the load angle per pitch of beams of some pitches."""
+        """Return the load angle (rad) per pitch; ``d``: pitches (m)."""
         return np.asarray(self.value * d if self.unit == "rad/m" else self.value)
 
 
@@ -90,7 +91,7 @@ class Model(NamedTuple):
         cls, beam: Beam, load: str, laws: Sequence[str], sense: str, joint: str | None, ideal: bool | None,
         at: float | str | None, *, bent: bool = False,
     ) -> Model:  # fmt: skip
-        """Return what is meant, as :func:`squama.twist` means it, of a beam that is ``bent``, too; see :func:`note`.
+        """Return the model for a load, laws and options as of :func:`squama.twist`; ``bent``: beams are held bent, too.
 
         Raises
         ------
@@ -98,14 +99,15 @@ class Model(NamedTuple):
             The joint does not cover the load or the law, or ``at`` is no twist of it.
         """
         law = LOADS[load].law(max(laws))
-        _, held, ideal, _ = _chosen(beam, load, laws, joint, ideal, bent=bent)
-        if held == "hinge":
+        found = _chosen(beam, load, laws, joint, ideal, bent=bent)
+        ideal = found.ideal
+        if not found.real:
             if at is not None:
                 refuse("at", shown(at), "is of compliant joints; figures of hinges are at the cut-off", "leave it out")
             if bent and (law != "edge" or not ideal):
                 what = ("law", law) if law != "edge" else ("ideal", "False")
                 refuse(*what, "is not covered by hinges that are bent", "leave it out, or do not sweep psi")
-            return cls(held, thin(LOADS[load], law, held, ideal=ideal))
+            return cls(found.joint, thin(LOADS[load], law, found.joint, ideal=ideal))
         if at is not None:
             twist = Twist.read("at", at, load, beam)
         elif 0 < (engaged := _engagement(beam, load, sense, ideal=ideal)) < RANGE:
@@ -114,16 +116,33 @@ class Model(NamedTuple):
             refuse("at", "", f"the beam itself does not engage below {RANGE:g} rad/pitch", "give the twist")
         if (angle := float(twist.per_pitch(beam.pitch))) >= np.pi:
             refuse("at", f"{angle:.6g} rad/pitch", "must be below half a turn per pitch")
-        return cls(held, ideal, twist)
+        return cls(found.joint, ideal, twist)
 
     @property
     def real(self) -> bool:
         """Whether joints are compliant."""
         return self.joint == "compliant"
 
+    def cells(self, beam: Beam, load: str, values: Mapping[str, Any], each: joint_law.Each = joint_law.whole) -> Cells:
+        """Return the columns of a beam with some values replaced; real beams need those of twisting under any load."""
+        return columns(beam, values, load="twisting" if self.real else load, each=each)
+
+    def solved(
+        self, beam: Beam, c: Cells, shape: tuple[int, ...], *, load: str, law: str, sense: str, margin: float, few: int
+    ) -> dict[str, Array]:
+        """Return the figures of cells of a beam in arrays of a shape, by role, SI units; ``few`` as for batches."""
+        if self.at is not None:
+            at = np.broadcast_to(self.at.per_pitch(c.d), shape)
+            found = real_columns.solved(c, at, load=load, sense=sense, ideal=self.ideal)._asdict()
+            return {name: v.reshape(shape) for name, v in found.items()}
+        if c.psi is not None:
+            return hinge_columns.bent(beam, c, shape, sense=sense, margin=margin)
+        found = hinge_columns.solved(c, load=load, law=law, sense=sense, margin=margin, few=few, ideal=self.ideal)
+        return {name: np.broadcast_to(v, shape) for name, v in found.items()}
+
     @property
     def record(self) -> dict[str, object]:
-        """The model as plain data; nothing of the paper's."""
+        """The model as plain data; empty for the paper's, thin scales on hinges."""
         if self == Model():
             return {}
         return {"joint": self.joint, "ideal": self.ideal, "at": self.at and self.at.text}
@@ -137,13 +156,13 @@ class Model(NamedTuple):
         return cls(record["joint"], record["ideal"], at and Twist.from_text(at))
 
     def attrs(self, beam: Beam) -> dict[str, str]:
-        """Return what datasets say of it."""
+        """Return the attributes of a dataset that name the model."""
         found = {"joint": self.joint, "scales": idealisation(beam, self.joint, ideal=self.ideal)}
         found |= {"neutral": beam.given.line} if self.real else {}
         return found | ({"at": self.at.text} if self.at else {})
 
     def warnings(self, beam: Beam, load: str, sense: str) -> list[str]:
-        """Say where the beam itself leaves what the model was compared with."""
+        """Return warnings about where the beam itself leaves the range in which the model was verified."""
         lines = beam.warnings(load, sense, self.joint)
         if self.at and choice.known(beam):
             far = float(self.at.per_pitch(beam.pitch))
@@ -152,14 +171,12 @@ class Model(NamedTuple):
 
 
 def note(beam: Beam, load: str, laws: Sequence[str], joint: str | None, *, bent: bool = False) -> str:
-    """Return a warning where the compliant joint is meant and not known, empty elsewhere."""
+    """Return why hinges answer where the compliant joint is the default and is not known; empty elsewhere."""
     return _chosen(beam, load, laws, joint, None, bent=bent).note
 
 
-def _chosen(
-    beam: Beam, load: str, laws: Sequence[str], joint: str | None, ideal: bool | None, *, bent: bool
-) -> Chosen:  # fmt: skip
-    """Return what is meant of many beams, whose joints elements do not make; of both laws the plate law says."""
+def _chosen(beam: Beam, load: str, laws: Sequence[str], joint: str | None, ideal: bool | None, *, bent: bool) -> Chosen:
+    """Choose the model of many beams; no elements make their joints, and of two laws the plate law decides."""
     kind = LOADS[load]
     return chosen(beam, None if bent else kind, law=kind.law(max(laws)), joint=joint, ideal=ideal, elements=False)
 
@@ -175,7 +192,7 @@ def _engagement(beam: Beam, load: str, sense: str, *, ideal: bool) -> float:
 
 
 def shares(counts: Array) -> list[str]:
-    """Say how many beams of the real model have no figures, or not all, by the counts of their ends' codes."""
+    """Return notes on the share of real beams that lack figures, from the counts of each end's code."""
     lines = []
     of = {
         real_columns.UNKNOWN: "the law of the joint does not know them: they have no figures",

@@ -1,4 +1,4 @@
-"""What may be swept: names, bounds and words of every parameter, and the values that are given for it.
+"""Parameters of sweeps: their names, bounds and meaning, and how ranges of values are read.
 
 A ratio keeps the other ratios and the substrate's section as they are, like ``Beam.from_ratios``: eta changes the
 scale's length, beta its width, zeta its embedded length and its thickness, slenderness its thickness, lam the pitch
@@ -27,7 +27,7 @@ MOST_VALUES, LONGEST_LIST = 10_000_000, 100_000
 
 
 class Parameter(NamedTuple):
-    """A parameter that may be swept: what it measures, its bounds, its words."""
+    """A parameter of sweeps: its dimension, bounds and symbol."""
 
     dimension: Dimension
     bounds: Bounds
@@ -48,7 +48,7 @@ ELASTIC = ("scale.youngs_modulus", "scale.poisson_ratio", "scale.strength")
 """Those on which figures of elastic scales alone depend."""
 FACTOR = "joint.factor"
 """Factor on the K_theta of a compliant joint: how far the law of the joint may be off."""
-HELD = "psi"
+BEND = "psi"
 """Bend per pitch in which a beam is held while it is twisted: of sweeps alone."""
 SCALES = "beam.scales"
 """Number of scales: of designs alone, figures of sweeps do not depend on it."""
@@ -58,10 +58,10 @@ PARAMETERS: dict[str, Parameter] = {
     **{n: Parameter(Dimension.RATIO, bounds, SYMBOLS[n]) for n, bounds in parts.RATIOS.items()},
     **{n: Parameter(*beamfile.NUMBERS[name], SYMBOLS[n]) for n, name in FULL.items()},
     "margin": Parameter(Dimension.RATIO, MARGIN, SYMBOLS["margin"]),
-    HELD: Parameter(
+    BEND: Parameter(
         Dimension.ANGLE,
         Bounds(-1.0, 1.0, "-1 to 1 rad", closed=True, example="2 deg"),
-        SYMBOLS[HELD]._replace(long_name="bend per pitch in which the beam is held"),
+        SYMBOLS[BEND]._replace(long_name="bend per pitch in which the beam is held"),
     ),
     **{name: _key(name) for name in beamfile.NUMBERS if name not in (*FULL.values(), *UNUSED)},
     SCALES: Parameter(
@@ -121,7 +121,7 @@ class Axis(NamedTuple):
 
 
 def text_of(name: str, value: float) -> str:
-    """Return a value of a parameter with its unit, for people."""
+    """Return a value of a parameter (SI) as text with a handy unit."""
     dimension = PARAMETERS[name].dimension
     text = as_text(float(value), dimension)
     if len(text) <= 14 and dimension is not Dimension.RATIO:
@@ -131,12 +131,12 @@ def text_of(name: str, value: float) -> str:
 
 
 def people(name: str) -> tuple[float, str]:
-    """Return factor and unit in which people read a parameter, by any of its names."""
+    """Return the factor from SI, and the unit, in which texts show a parameter."""
     return for_people(PARAMETERS[ALIASES.get(name, name)].symbol.unit)
 
 
 def own(beam: Beam, name: str) -> float | None:
-    """Return a dimension that a beam has of its own, by any of its names, SI; None where it has none."""
+    """Return a dimension that a beam states (SI), by any of its names; None where it states none."""
     if name == FACTOR:
         return 1.0
     table, _, key = FULL.get(name, name).partition(".")
@@ -145,7 +145,7 @@ def own(beam: Beam, name: str) -> float | None:
 
 
 def of_beam(beam: Beam, load: str, name: str) -> float:
-    """Return a dimension of a beam, SI; of a joint also where it follows from a law or a matrix, 0 for none."""
+    """Return a dimension of a beam (SI), of its joint by law or matrix if not stated; 0 for none."""
     if name == "joint.stiffness":
         return beam.joint_stiffness
     if name == "joint.inclusion_factor":
@@ -154,7 +154,7 @@ def of_beam(beam: Beam, load: str, name: str) -> float:
 
 
 def canonical(name: str) -> str:
-    """Return the one name of a parameter, or refuse a name that is none and suggest which was meant."""
+    """Return the name of a parameter for any of its names; refuse an unknown name with a suggestion."""
     if name in _NO_EFFECT:
         refuse(name, "", _NO_EFFECT[name])
     if name in PARAMETERS:
@@ -167,7 +167,7 @@ def canonical(name: str) -> str:
 
 
 def meant(name: str, known: Iterable[str], short: Mapping[str, str] = MappingProxyType({})) -> str:
-    """Return "did you mean ...? " with the known names that end so, or the one most like it, or nothing."""
+    """Return "did you mean ...? " with the known names of that ending, or the most similar one; else ""."""
     near = close(name, [*known, *short])
     names = [full for full in known if full.endswith(f".{name}")] or [short.get(near, near)]
     return f"did you mean {' or '.join(names)}? " if names != [""] else ""
@@ -176,7 +176,7 @@ def meant(name: str, known: Iterable[str], short: Mapping[str, str] = MappingPro
 def effective(name: str, joint: str, *, ideal: bool, load: str = "twisting") -> None:
     """Refuse a parameter on which no figure of a model depends."""
     rigid = ideal or joint == "hinge"
-    if name == HELD and load != "twisting":
+    if name == BEND and load != "twisting":
         refuse(name, "", "is what bending changes", 'leave it out, or write load="twisting"')
     why = dict.fromkeys(ELASTIC, "changes nothing where scales are rigid; leave it out") if rigid else {}
     why |= (

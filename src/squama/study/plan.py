@@ -25,9 +25,7 @@ from squama.types import Array
 from squama.units import shown
 
 FORMAT = 2
-"""Version of the layout of a store; one of layout 1, which has no checksums beside its marks, is read only."""
-AGAIN = "remove it and run the sweep again"
-"""What to do about a store that cannot be mended."""
+"""Version of the layout of a store."""
 Tile = tuple[int, ...]
 """Number of a tile along each dimension."""
 
@@ -84,7 +82,7 @@ _STATUS_ATTRS = {"long_name": "state of each tile", "flag_values": [0, 1], "flag
 
 
 class Plan(NamedTuple):
-    """All that determines the numbers of a sweep, and nothing else."""
+    """All that determines the numbers in a store, and nothing else: equal plans give equal bytes."""
 
     beam_toml: str
     load: str
@@ -94,7 +92,6 @@ class Plan(NamedTuple):
     axes: tuple[Axis, ...]
     tile: tuple[int, ...]
     versions: dict[str, str]
-    format: int = FORMAT
     model: Model = Model()
 
     @property
@@ -129,7 +126,7 @@ class Plan(NamedTuple):
         return tuple(-(-n // m) for n, m in zip(self.shape, self.tile, strict=True))
 
     def tiles(self, shard: tuple[int, int] = (1, 1)) -> Iterator[Tile]:
-        """Tiles in their order; of shard i of n those whose number is i - 1 modulo n."""
+        """Tiles in order; shard (i, n) has every n-th tile from the i-th on."""
         every = itertools.product(*(range(n) for n in self.grid))
         return itertools.islice(every, shard[0] - 1, None, shard[1])
 
@@ -146,7 +143,7 @@ class Plan(NamedTuple):
     def configuration(self) -> dict[str, object]:
         """The plan as plain data."""
         return {
-            "format": self.format,
+            "format": FORMAT,
             "load": self.load,
             "law": list(self.laws),
             "sense": self.sense,
@@ -160,7 +157,7 @@ class Plan(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The configuration as JSON, always in the same letters."""
+        """The configuration as JSON; equal plans give equal text."""
         return json.dumps(self.configuration, sort_keys=True, separators=(",", ":"))
 
     @property
@@ -173,11 +170,10 @@ class Plan(NamedTuple):
         """Read back :attr:`text`."""
         c = json.loads(text)
         swept = tuple(Axis.from_record(name, v) for name, v in c["over"])
-        # stores of before name one of several engines, which tells the last digits as a version does
-        made_by = c["versions"] | {key: c[key] for key in ("engine",) if key in c}
-        alike = {key: c[key] for key in ("load", "sense", "margin", "format")}
-        alike["model"] = Model.from_record(c)
-        return cls(c["beam"], laws=tuple(c["law"]), axes=swept, tile=tuple(c["tile"]), versions=made_by, **alike)
+        alike = {key: c[key] for key in ("load", "sense", "margin", "versions")}
+        return cls(
+            c["beam"], laws=tuple(c["law"]), axes=swept, tile=tuple(c["tile"]), model=Model.from_record(c), **alike
+        )
 
 
 def arrays(plan: Plan) -> dict[str, dict[str, object]]:
@@ -186,13 +182,10 @@ def arrays(plan: Plan) -> dict[str, dict[str, object]]:
     found: dict[str, tuple[object, ...]] = {}
     for name, (_, dtype, attrs) in plan.variables.items():
         found[name] = plan.shape, plan.tile, dtype, plan.dims, attrs, np.nan if dtype == "float64" else -1
-    tiles = tuple(f"tile_{dim}" for dim in plan.dims)
-    ones = (1,) * len(plan.grid)
+    tiles, ones, names = tuple(f"tile_{dim}" for dim in plan.dims), (1,) * len(plan.grid), list(plan.variables)
     found[STATUS] = plan.grid, ones, "int8", tiles, _STATUS_ATTRS, 0
-    if plan.format > 1:
-        names = list(plan.variables)
-        about = {"long_name": "CRC-32C of the chunks of each tile", "variables": " ".join(names)}
-        found[CHECKSUMS] = (*plan.grid, len(names)), (*ones, len(names)), "uint32", (*tiles, "variable"), about, 0
+    about = {"long_name": "CRC-32C of the chunks of each tile", "variables": " ".join(names)}
+    found[CHECKSUMS] = (*plan.grid, len(names)), (*ones, len(names)), "uint32", (*tiles, "variable"), about, 0
     for name, (values, own) in coordinates(plan).items():
         found[name] = values.shape, values.shape, str(values.dtype), (name,), own, 0
     return {name: dict(zip(keys, about, strict=True)) for name, about in found.items()}
@@ -224,14 +217,14 @@ def attributes(plan: Plan) -> dict[str, object]:
         "versions": plan.versions,
         "configuration": plan.text,
         "configuration_sha256": plan.digest,
-        MARK: plan.format,
+        MARK: FORMAT,
         **({} if plan.model == Model() else plan.model.attrs(Beam.from_toml_text(plan.beam_toml))),
     }
     return {key: value for key, value in about.items() if value is not None}
 
 
 def tile_shape(shape: tuple[int, ...], dims: tuple[str, ...], most: int) -> tuple[int, ...]:
-    """Return a tile of at most so many cells, as even as can be; one law and one margin to a tile."""
+    """Return the shape of tiles of at most ``most`` cells, as even as possible, with one law and one margin each."""
     parts = [n if dim in ("law", "margin") else 1 for n, dim in zip(shape, dims, strict=True)]
     while True:
         sides = [-(-n // k) for n, k in zip(shape, parts, strict=True)]
@@ -242,7 +235,7 @@ def tile_shape(shape: tuple[int, ...], dims: tuple[str, ...], most: int) -> tupl
 
 
 def versions() -> dict[str, str]:
-    """Versions of what the last digits depend on."""
+    """Versions of the packages on which the last digits depend."""
     return {**{name: metadata.version(name) for name in ("numba", "numpy", "scipy")}, "squama": __version__}
 
 
@@ -259,7 +252,7 @@ def differences(stored: Plan, asked: Plan) -> list[str]:
 
 
 def _entries(plan: Plan) -> dict[tuple[str, str], tuple[object, str]]:
-    """Return the entries of a configuration by their word and what tells them apart, each with its text."""
+    """Return the entries of a configuration by name (and parameter), each with its value and its text."""
     found: dict[tuple[str, str], tuple[object, str]] = {}
     for key, value in {**plan.model._asdict(), **plan.configuration}.items():
         if key == "over":

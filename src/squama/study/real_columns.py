@@ -1,6 +1,6 @@
 """Columns of real beams: thick, elastic scales on a joint that gives, followed to a twist, with figures in SI units.
 
-The counterpart of :func:`squama.study.columns.solved` for the real model.
+The counterpart of :mod:`squama.study.hinge_columns` for the real model.
 """
 
 from __future__ import annotations
@@ -9,12 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.arrays.real_beams import Designs, follow
+from squama.arrays.real_beams import Designs, Response, follow
 from squama.beam.parts import PLASTIC
 from squama.contacts import path
-from squama.joints import law
-from squama.joints.factor import K_THETA, pivots, scaled
-from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.study.columns import Cells
 from squama.types import Array
@@ -66,23 +63,9 @@ class Figures(NamedTuple):
     rigidity: Array
 
 
-class _Beams(NamedTuple):
-    """Flat columns of beams: what :func:`squama.arrays.real_beams.follow` takes, and what has units."""
-
-    designs: Designs
-    unit: Array
-    pitch: Array
-    to: Array
-    strength: Array
-    K_theta: Array
-    rigidity: Array
-    factor: Array
-    psi: Array
-
-
 def solved(
     c: Cells, at: Array | float, *, load: str = "twisting", sense: str = "+", ideal: bool = False, copies: int = 0,
-    along: bool = True, threads: int | None = None,
+    along: bool = True,
 ) -> Figures:  # fmt: skip
     """Follow beams to the twists, or bends, ``at`` (rad per pitch); all arrays broadcast, the result is flat.
 
@@ -95,57 +78,48 @@ def solved(
     """
     scale, bar = c.sizes["scale"], c.sizes["substrate"]
     E, d = bar["youngs_modulus"], c.d
-    columns = (
-        c.eta, c.beta, c.lam, scale["embedded"] / d, c.alpha, c.theta0, scale["thickness"] / d, bar["width"] / d,
-        bar["poisson_ratio"], c.mu, scale.get("youngs_modulus", np.inf) / E, scale.get("poisson_ratio", PLASTIC),
-        E * d**3, d, at, scale.get("strength", np.inf) / E, c.K / (E * d**3), c.rigidity / (E * d**4),
-        1.0 if c.joint_factor is None else c.joint_factor, np.nan if c.psi is None else c.psi,
-    )  # fmt: skip
-    flat = [v.ravel() for v in np.broadcast_arrays(*columns)]
-    ratios = len(Designs._fields)
+    columns = {
+        **{name: getattr(c, name) for name in ("eta", "beta", "lam", "alpha", "theta0", "mu")},
+        "zeta": scale["embedded"] / d,
+        "thickness": scale["thickness"] / d,
+        "width": bar["width"] / d,
+        "nu": bar["poisson_ratio"],
+        "modulus_ratio": scale.get("youngs_modulus", np.inf) / E,
+        "scale_nu": scale.get("poisson_ratio", PLASTIC),
+        "K_theta": None if c.given.stiffness is None else c.K / (E * d**3),
+        "rigidity": None if c.given.inclusion_factor is None else c.rigidity / (E * d**4),
+        "factor": c.joint_factor,
+        "psi": c.psi,
+        "unit": E * d**3,
+        "pitch": d,
+        "to": at,
+        "strength": scale.get("strength", np.inf) / E,
+    }
+    there = {name: v for name, v in columns.items() if v is not None}
+    flat = dict(zip(there, (v.ravel() for v in np.broadcast_arrays(*there.values())), strict=True))
+    kind, n = np.result_type(*flat.values()), flat["to"].size
+    most = AT_ONCE // max(1, copies) * max(1, copies)
 
     def part(low: int) -> Figures:
-        some = [np.ascontiguousarray(v[low : low + most], np.result_type(*flat)) for v in flat]
-        b = _Beams(Designs(*some[:ratios]), *some[ratios:])
-        return _part(c, b, load, -1 if sense == "-" else 1, ideal, copies, along, threads)
+        some = {name: np.ascontiguousarray(v[low : low + most], kind) for name, v in flat.items()}
+        designs = Designs(**{name: some.pop(name) for name in Designs._fields if name in some})
+        to, strength = some["to"], some["strength"]
+        twists = to[:, None] * (_GRID if designs.psi is None else np.maximum(_GRID, _BEHIND))
+        # a curve of stresses is for the twist at which a scale reaches its strength
+        stressed = slice(None if along and np.isfinite(strength).any() else STEPS, STEPS + 1)
+        r = follow(
+            designs, twists, c.given, load=load, most=np.maximum(to.real, path.RANGE), ideal=ideal,
+            sense=-1 if sense == "-" else 1, copies=copies, stressed=stressed,
+        )  # fmt: skip
+        return _figures(r, twists, strength, some["unit"], some["pitch"])
 
-    most = AT_ONCE // max(1, copies) * max(1, copies)
-    parts = [part(low) for low in range(0, max(1, flat[0].size), most)]
+    parts = [part(low) for low in range(0, max(1, n), most)]
     return Figures(*map(np.concatenate, zip(*parts, strict=True)))
 
 
-def _joints(c: Cells, b: _Beams, i: Array) -> Array:
-    """Return the joints of some of the beams."""
-    stiffness, inclusion, matrix = c.given[:3]
-    if matrix is None:
-        K = law.stiffness(b.designs.shape.at(i))
-    else:
-        K = np.broadcast_to(matrix.K, (*i.shape, *matrix.K.shape)).astype(b.unit.dtype)
-    K_theta = None if stiffness is None else b.K_theta[i]
-    if c.joint_factor is not None:
-        K_theta = b.factor[i] * (pivots(K)[..., K_THETA] if K_theta is None else K_theta)
-    rigidity = None if inclusion is None else b.rigidity[i]
-    if K_theta is None and rigidity is None:
-        return K
-    return scaled(K, K_theta=K_theta, rigidity=rigidity, free=c.given.free("twist"))
-
-
-def _part(
-    c: Cells, b: _Beams, load: str, sense: int, ideal: bool, copies: int, along: bool, threads: int | None
-) -> Figures:  # fmt: skip
-    """Return the figures of so many beams as are followed at once."""
-    _, unit, pitch, to, strength, *_, psi = b
-    known = law.within(b.designs.shape) if c.given.matrix is None else np.ones(unit.size, bool)
-    held = None if c.psi is None else psi
-    twists = to[:, None] * (_GRID if held is None else np.maximum(_GRID, _BEHIND))
-    # a curve of stresses is for the twist at which a scale reaches its strength
-    along = along and bool(np.isfinite(strength).any())
-    r = follow(
-        b.designs, twists, K=lambda i: _joints(c, b, i), known=known, most=np.maximum(to.real, path.RANGE), ideal=ideal,
-        sense=sense, copies=copies, held=held, load=load,
-        free=c.given.free(*(("bend", "twist") if held is not None else (LOADS[load].verb,))), threads=threads,
-        stressed=slice(None if along else STEPS, STEPS + 1),
-    )  # fmt: skip
+def _figures(r: Response, twists: Array, strength: Array, unit: Array, pitch: Array) -> Figures:
+    """Return the figures of curves at ``STEPS`` twists and two more; ``unit`` of torque, strength over E."""
+    to = twists[:, STEPS]
     code = np.array([ENDS.index(word or UNKNOWN) for word in r.end.tolist()])
     # what comes behind the twist is of no interest
     code = np.where(r.phi_end.real >= to.real, np.where(np.isfinite(r.phi_e), _RANGE, _NONE), code)

@@ -1,4 +1,4 @@
-"""Slices of a sweep: two dimensions, perhaps a panel for each value of a third, the rest held at one value.
+"""Slices of a sweep: two dimensions, a panel for each value of a third, and one value of all others.
 
 And the paths of single beams of a slice: inclination against load angle, without friction.
 """
@@ -14,9 +14,8 @@ from squama.arrays import solution
 from squama.beam.design import Beam
 from squama.errors import refuse
 from squama.loads import PAPER
-from squama.model.paths import ARRAY
 from squama.study.columns import columns
-from squama.study.parameters import HELD, PARAMETERS, canonical, read_value, text_of
+from squama.study.parameters import BEND, PARAMETERS, canonical, read_value, text_of
 from squama.types import Array
 from squama.units import shown
 
@@ -46,7 +45,7 @@ def take(
     at: Mapping[str, object] | None = None,
     bare: bool = True,
 ) -> Slice:
-    """Choose a slice of a sweep by names; it is not read from the store yet.
+    """Choose a slice of a sweep by the names of its dimensions; no value is read from the store yet.
 
     ``x`` and ``y`` are the last and the first dimension that are left over unless they are named, ``panels`` is ``law``
     if there are several. ``at`` holds the others at the values of the grid that lie nearest; a number without a unit is
@@ -54,10 +53,10 @@ def take(
     that are neither shown nor held.
     """
     dims = [str(dim) for dim in dataset["RED"].dims]
-    held = {_dimension(name, dims, "at"): value for name, value in (at or {}).items()}
+    fixed = {_dimension(name, dims, "at"): value for name, value in (at or {}).items()}
     named = {"x": x, "y": y, "panels": panels}
     chosen = {role: _dimension(name, dims, role) for role, name in named.items() if name is not None}
-    used = [*chosen.values(), *held]
+    used = [*chosen.values(), *fixed]
     for name in used:
         if used.count(name) > 1:
             refuse(name, "", "is used twice", "give each dimension one place among x, y, panels and at")
@@ -66,8 +65,8 @@ def take(
             refuse(role, "law", "has no order", "write panels law")
     if "panels" not in chosen and "law" in dims and "law" not in used:
         chosen["panels"] = "law"
-    data = dataset.isel({name: _index(dataset, name, value, bare) for name, value in held.items()})
-    rest = [dim for dim in dims if dim not in (*held, *chosen.values())]
+    data = dataset.isel({name: _index(dataset, name, value, bare) for name, value in fixed.items()})
+    rest = [dim for dim in dims if dim not in (*fixed, *chosen.values())]
     if "x" not in chosen:
         if not rest:
             refuse("", "", "no dimension is left for x", "hold fewer with at")
@@ -85,7 +84,7 @@ def take(
 
 
 def thinned(part: Slice, most: int) -> Slice:
-    """Return a slice with at most so many values along x and y, read from the store."""
+    """Return a slice with at most ``most`` values along x and y, read from the store."""
     steps = {dim: slice(None, None, -(-part.data.sizes[dim] // most)) for dim in (part.x, part.y) if dim}
     return part._replace(data=part.data.isel(steps).load())
 
@@ -104,7 +103,7 @@ def worded(data: xr.Dataset) -> xr.Dataset:
 
 
 def values_of(part: Slice, texts: Sequence[object], *, bare: bool) -> list[float]:
-    """Return the values of y that lie nearest to the given ones."""
+    """Return the values of y on the grid that lie nearest to the given ones."""
     assert part.y is not None
     places = dict.fromkeys(_index(part.data, part.y, text, bare) for text in texts)
     return [float(part.data[part.y].values[i]) for i in places]
@@ -118,26 +117,19 @@ def paths(part: Slice, texts: Sequence[str], *, bare: bool) -> dict[float, tuple
     """
     if part.data.attrs["joint"] != PAPER["joint"] or part.data.attrs["scales"] != PAPER["scales"]:
         refuse("paths", "", "are of thin, rigid scales on hinges; this sweep is not of them")
-    if HELD in part.data.coords:
+    if BEND in part.data.coords:
         refuse("paths", "", "are of beams that are not bent", "leave it out")
     if part.y != "mu" or part.panels not in (None, "law", "margin"):
         refuse("paths", "", "needs y = mu, and no panels but law and margin: else there is a path for each line")
     data, load = part.data, part.data.attrs["load"]
     beam = Beam.from_toml_text(data.attrs["beam"])
-    held = {str(n): float(data[n]) for n in data.coords if n in PARAMETERS and data[n].ndim == 0}
+    fixed = {str(n): float(data[n]) for n in data.coords if n in PARAMETERS and data[n].ndim == 0}
     at = np.array([read_value(part.x, text, bare=bare) for text in texts])
-    c = columns(beam, held | {part.x: at}, load=load)._replace(mu=np.zeros(at.size))
+    c = columns(beam, fixed | {part.x: at}, load=load)._replace(mu=np.zeros(at.size))
     flat = {name: np.array(np.broadcast_to(getattr(c, name), at.size)) for name in solution.COLUMNS}
     found = solution.solve(flat, load=load, law="edge", sense=data.attrs["sense"])
-    answer: dict[float, tuple[Array, Array]] = {}
-    for index, track in found.tracks:
-        x = track.x0 + (track.x_end - track.x0) * np.linspace(0, 1, POINTS)[:, None]
-        with np.errstate(all="ignore"):
-            pt = track.row.point(x, "edge", ARRAY)
-        theta = np.broadcast_to(pt.theta, x.shape)
-        for column, i in enumerate(index):
-            answer[float(at[i])] = pt.load[:, column], theta[:, column]
-    return answer
+    found_at = zip(at.tolist(), *found.sampled(POINTS), strict=True)
+    return {value: (angle, theta) for value, angle, theta in found_at if np.isfinite(angle[0])}
 
 
 def _dimension(name: str, dims: Sequence[str], role: str) -> str:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import hashlib
+import functools
 import json
 import os
 import re
@@ -34,18 +34,7 @@ from squama.loads import PAPER
 from squama.needs import need
 from squama.study.columns import matrix_warnings
 from squama.study.layout import alike, fill, following
-from squama.study.plan import (
-    AGAIN,
-    CHECKSUMS,
-    FORMAT,
-    MARK,
-    STATUS,
-    Plan,
-    Tile,
-    arrays,
-    attributes,
-    differences,
-)
+from squama.study.plan import CHECKSUMS, FORMAT, MARK, STATUS, Plan, Tile, arrays, attributes, differences
 from squama.types import Array
 from squama.units import shown
 
@@ -58,7 +47,18 @@ _MOST = 2**26
 """Bytes of the plan of a store, and of a file that follows from it beyond those that it should have, at most."""
 _PARTIAL = ".partial"
 """Ending of a chunk that zarr has not finished, and of the claim on a tile."""
-REWRITE = "run the same sweep again: it writes this anew"
+_TROUBLE: files.Known = {
+    **dict.fromkeys(
+        (errno.ENOSPC, errno.EDQUOT),
+        ("the disk is full", "make room and run the same command again, finished tiles are kept"),
+    ),
+    **dict.fromkeys(
+        (errno.EACCES, errno.EPERM, errno.EROFS), ("is read-only", "make it writable or give another path")
+    ),
+}
+_AGAIN = "remove it and run the sweep again"
+"""What to do about a store that cannot be mended."""
+_REWRITE = "run the same sweep again: it writes this anew"
 
 
 class Writer:
@@ -76,7 +76,7 @@ class Writer:
 
     @contextlib.contextmanager
     def claim(self, tile: Tile) -> Iterator[bool]:
-        """Take a tile, and the mark from one that is damaged; False if it is done or another writer has it."""
+        """Lock a tile and unmark a damaged one; False if it is done or another writer has it."""
         mark = self.path / STATUS / key(tile)
         claimed = mark.with_name(mark.name + _PARTIAL)
         # while any writer holds the store nobody sweeps it
@@ -93,8 +93,8 @@ class Writer:
                     claimed.unlink(missing_ok=True)
 
     def write(self, tile: Tile, values: Mapping[str, Array]) -> None:
-        """Write data and checksums of a tile, then its mark; where the disk fails what was written is taken away."""
-        from squama.study.chunks import end_of, sum_at, sums_of
+        """Write data and checksums of a tile, then its mark; if that fails remove all of them."""
+        from squama.study.chunks import sum_at, sums_of
 
         data = [f"{name}/{key(tile)}" for name in self.plan.variables]
         places = [self.path / place for place in (f"{STATUS}/{key(tile)}", *data, sums_of(key(tile)))]
@@ -102,7 +102,7 @@ class Writer:
         try:
             for name, array in values.items():
                 self._arrays[name][region] = array
-            sums = b"".join(sum_at(place, end_of(self.path / place)) for place in data)
+            sums = b"".join(sum_at(place, (self.path / place).read_bytes()) for place in data)
             self._arrays[CHECKSUMS][tile] = np.frombuffer(sums, "<u4")
             for place in (*places[1:], *(place.parent for place in places[1:])):
                 flush(place)
@@ -117,7 +117,7 @@ class Writer:
 
 
 def sweep_orphans(path: Path, plan: Plan) -> None:
-    """Take away what killed writers have left in a store, unless a living one is at work there."""
+    """Remove what killed writers left in a store, unless another writer is at work there."""
     with contextlib.suppress(OSError), _opened(path / "zarr.json") as store:
         if not _locked(store):
             return
@@ -157,7 +157,7 @@ def _same(handle: int | None, path: Path) -> bool:
 
 
 def _locked(handle: int | None, *, wait: bool = False) -> bool | None:
-    """Lock an open file, for one or (``wait``) with others; False if another has it, None where locks are unknown."""
+    """Lock an open file, alone or (``wait``) shared; False if another has it, None where there are no locks."""
     if handle is None:
         return None
     library = need("portalocker")
@@ -172,7 +172,7 @@ def _locked(handle: int | None, *, wait: bool = False) -> bool | None:
 
 
 def flush(place: Path) -> None:
-    """Wait until the disk has a file or a folder."""
+    """Wait until a file or a folder is on the disk."""
     # Windows flushes only what may be written
     with _opened(place, os.O_RDWR if os.name == "nt" else os.O_RDONLY) as handle:
         if handle is not None:
@@ -184,18 +184,13 @@ def _writable(path: Path) -> bool:
     return bool(stat.S_IMODE(path.stat().st_mode) & _WRITE_BITS) and os.access(path, os.W_OK)
 
 
-def refused(path: Path, error: OSError) -> InputError:
-    """Return the line for an error of the file system."""
-    if error.errno in {errno.ENOSPC, errno.EDQUOT}:
-        return _no(path, "the disk is full", "make room and run the same command again, finished tiles are kept")
-    if error.errno in {errno.EACCES, errno.EPERM, errno.EROFS}:
-        return _no(path, "is read-only", "make it writable or give another path")
-    said = shown(error.strerror or str(error)).strip(chr(34)).lower()
-    return _no(path, f"cannot be written ({said})", "check the place")
+def writing(path: Path) -> contextlib.AbstractContextManager[None]:
+    """Name the store in errors of writing it."""
+    return files.naming(path, _TROUBLE, ("cannot be written", "check the place"), (OSError,))
 
 
 def _create(path: Path, plan: Plan) -> None:
-    """Make an empty store, or refuse the place; another process may be first, and then it is that one's."""
+    """Make an empty store; another process may be first, and then it is that one's."""
     for attempt in range(_TRIES):
         beside = path.with_name(f".{path.name}.{secrets.token_hex(6)}.new")
         try:
@@ -211,18 +206,18 @@ def _create(path: Path, plan: Plan) -> None:
                     if error.errno not in {errno.ENOTEMPTY, errno.EEXIST}:
                         raise
             flush(path.parent)
-        except OSError as error:
+        except FileNotFoundError:
             # a run that cannot see the lock, on another machine, may have taken the folder for a leftover
-            if isinstance(error, FileNotFoundError) and not beside.exists() and attempt < _TRIES - 1:
-                continue
-            raise refused(path, error) from None
+            if beside.exists() or attempt == _TRIES - 1:
+                raise
+        else:
+            return
         finally:
             shutil.rmtree(beside, ignore_errors=True)
-        return
 
 
 def _clear(path: Path) -> None:
-    """Take away what makers of this store have left beside it that were killed; never what a living one holds."""
+    """Remove the unfinished copies of this store that killed runs left beside it; a living run has its copy locked."""
     ours = re.compile(re.escape(f".{path.name}.") + r"[0-9a-f]{12}\.new")
     with contextlib.suppress(OSError):
         for beside in path.absolute().parent.iterdir():
@@ -233,31 +228,25 @@ def _clear(path: Path) -> None:
 
 
 def read_plan(path: Path) -> Plan:
-    """Return the plan of a store; refuse what is none, what squama did not write, and a damaged one."""
+    """Return the plan of a store; refuse a missing, foreign or damaged one."""
     if not files.exists(path):
         raise _no(path, "no such store", "make it with: squama sweep beam.toml --over mu=0:2:401 -o map.zarr")
     text = ""
     try:
         text = files.read_ordinary(path / "zarr.json", _MOST).decode()
         document = json.loads(text)
-        about = document["attributes"]
+        about, node = document["attributes"], (document["zarr_format"], document["node_type"])
         version = about[MARK]
-        node = document["zarr_format"], document["node_type"]
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         if MARK in text or (path.is_dir() and {STATUS, "end", "RED"} <= {entry.name for entry in path.iterdir()}):
             raise _damaged(path, "zarr.json") from None
         raise _no(path, "is no store that squama sweep has written", "give another name") from None
-    if version not in (1, FORMAT):
-        raise _old(path, version)
-    text = about.get("configuration")
-    digest = hashlib.sha256(str(text).encode()).hexdigest()
-    sound = node == (3, "group") and about.get("configuration_sha256") == digest
+    if version != FORMAT:
+        said = f"was written by another version of squama (layout {shown(version)})"
+        raise _no(path, said, "make a new store")
     try:
-        plan = Plan.from_text(text if sound else "")
-        as_told = {"configuration": text, "configuration_sha256": digest}
-        if "engine" in plan.versions:
-            as_told |= {key: about[key] for key in ("engine", "versions")}
-        sound = attributes(plan) | as_told == about
+        plan = Plan.from_text(about["configuration"])
+        sound = node == (3, "group") and attributes(plan) == about
     except (ValueError, KeyError, TypeError, AttributeError):
         sound = False
     if not sound:
@@ -265,8 +254,8 @@ def read_plan(path: Path) -> Plan:
     return plan
 
 
-def check(path: Path, plan: Plan, remedy: str = REWRITE) -> Array:
-    """Look at every part of a store but the tiles; return which of these bear a mark, in the shape of the grid.
+def check(path: Path, plan: Plan, remedy: str = _REWRITE) -> Array:
+    """Check all of a store but the tiles; return which tiles are marked as done, in the shape of the grid.
 
     A damaged store is refused; ``remedy`` is for a file that follows from the plan.
     """
@@ -279,50 +268,43 @@ def check(path: Path, plan: Plan, remedy: str = REWRITE) -> Array:
         except Exception:  # damage shows itself in zarr as errors of many kinds
             sound = False
         if not sound:
-            mends = (path / name).is_dir() and not (path / place).is_dir() and plan.format == FORMAT
+            mends = (path / name).is_dir() and not (path / place).is_dir()
             raise _damaged(path, place, remedy) if mends else _damaged(path, name)
     return marked(path, plan)
 
 
 def _mend(path: Path, plan: Plan) -> None:
-    """Write the files anew that follow from the plan, where they are not as they should be and the place allows it."""
+    """Rewrite damaged files that the plan determines, where the place can be written."""
     for place, data in following(plan).items():
         file = path / place
-        with contextlib.suppress(OSError), _opened(path / "zarr.json") as store:
-            if not file.parent.is_dir():
+        with contextlib.suppress(OSError):
+            if files.read_ordinary(file, len(data)) == data:
                 continue
-            with contextlib.suppress(OSError):
-                if files.read_ordinary(file, len(data)) == data:
-                    continue
-            _locked(store, wait=True)
-            beside = file.with_name(f"{file.name}.{secrets.token_hex(6)}{_PARTIAL}")
-            try:
-                beside.write_bytes(data)
-                flush(beside)
-                beside.replace(file)
-                flush(file.parent)
-            finally:
-                beside.unlink(missing_ok=True)
+        with contextlib.suppress(OSError, InputError):
+            if file.is_symlink() or not file.is_file():
+                file.unlink(missing_ok=True)
+            files.atomic_write(file, functools.partial(Path.write_bytes, data=data))
 
 
 def whole(path: Path, plan: Plan, tile: Tile) -> bool:
-    """Say whether a tile has its mark and all that the mark stands for; a folder in the place of a chunk is refused."""
-    from squama.study.chunks import Chunks, sums_of
+    """Say whether a tile is marked as done and undamaged; refuse a folder in the place of a chunk."""
+    from squama.study import chunks
 
     name = key(tile)
     if not (path / STATUS / name).exists():
         return False
     try:
-        Chunks(path, plan).check(name)
+        chunks.check(path, plan, name)
     except InputError:
-        if any((path / f"{v}/{name}").is_dir() for v in (STATUS, *plan.variables)) or (path / sums_of(name)).is_dir():
+        places = (*(f"{part}/{name}" for part in (STATUS, *plan.variables)), chunks.sums_of(name))
+        if any((path / place).is_dir() for place in places):
             raise
         return False
     return True
 
 
 def marked(path: Path, plan: Plan) -> Array:
-    """Say of each tile whether it has the mark of a finished one."""
+    """Say of each tile whether it is marked as done."""
     return _chunks(path / STATUS, plan.grid)
 
 
@@ -340,32 +322,27 @@ def _chunks(folder: Path, grid: tuple[int, ...]) -> Array:
 
 
 def there(path: Path) -> bool:
-    """Say whether something is in the place of a store; refuse one that cannot take a store."""
+    """Say whether a path exists; refuse one that cannot become a store."""
     need("zarr")
     if path.suffix.lower() != ".zarr":
         refuse(files.label(path) or '""', "", "has not the extension .zarr", "write e.g. map.zarr")
     if files.exists(path):
         return True
-    folder = path.absolute().parent
-    if not folder.is_dir():
-        raise _no(path, f"its folder {files.label(folder)} does not exist", "make it first or give another path")
-    if not _writable(folder):
-        raise _no(path, f"its folder {files.label(folder)} is read-only", "give another path")
+    files.try_place(path)
     return False
 
 
 def prepare(path: Path, plan: Plan, shard: tuple[int, int] = (1, 1)) -> Array:
-    """Make the store of a plan, or find it to go on with; return which tiles are done.
+    """Make the store of a plan, or open it to resume; return which tiles are done.
 
     Those of the shard are held against their checksums. A place that cannot take the store, or that holds anything
     else, is refused and left as it was.
     """
     if not there(path):
         _clear(path)
-        _create(path, plan)
+        with writing(path):
+            _create(path, plan)
     stored = read_plan(path)
-    if stored.format != FORMAT:
-        raise _old(path, stored.format)
     if different := differences(stored, plan):
         raise _no(path, f"belongs to another sweep: {'; '.join(different)} (stored against asked)", "give another name")
     _clear(path)
@@ -391,15 +368,15 @@ def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
     done = check(place, plan)
     import xarray as xr
 
-    from squama.study.chunks import Checked, Chunks
+    from squama.study import chunks
 
     for variable in plan.variables:
         for missing in np.argwhere(done & ~_chunks(place / variable, plan.grid))[:1]:
-            Chunks(place, plan).check(key(tuple(missing)), variable)
+            chunks.check(place, plan, key(tuple(missing)), variable)
     with warnings.catch_warnings():
         # what else lies in the folder does no harm
         warnings.simplefilter("ignore")
-        found: Any = xr.open_zarr(Checked(place, plan), consolidated=False, zarr_format=3, chunks=None)
+        found: Any = xr.open_zarr(chunks.Checked(place, plan), consolidated=False, zarr_format=3, chunks=None)
     # in the order of the plan: that of a folder is any
     coords = {dim: found.variables[dim] for dim in plan.dims}
     if "law" in coords:
@@ -418,9 +395,5 @@ def _no(path: Path, reason: str, remedy: str) -> InputError:
     return InputError(Problem(files.label(path), "", reason, remedy))
 
 
-def _damaged(path: Path, what: str, remedy: str = AGAIN) -> InputError:
+def _damaged(path: Path, what: str, remedy: str = _AGAIN) -> InputError:
     return _no(path, f"is damaged ({what})", remedy)
-
-
-def _old(path: Path, layout: object) -> InputError:
-    return _no(path, f"was written by another version of squama (layout {shown(layout)})", "make a new store")

@@ -31,7 +31,7 @@ from squama.io import files
 from squama.loads import LOADS
 from squama.needs import need
 from squama.progress import bars
-from squama.study import cluster, columns, held, models, parameters, real_columns, store
+from squama.study import cluster, columns, models, parameters, real_columns, store
 from squama.study.plan import Plan, Tile, tile_shape, versions
 from squama.types import Array
 from squama.units import shown
@@ -47,7 +47,7 @@ MOST_TILES = 1_000_000
 
 
 class State(NamedTuple):
-    """Where a run stands: tiles and cells of its share, those done (also by earlier runs), seconds gone and left."""
+    """Progress of a run: tiles and cells of its share, those done (by earlier runs too), seconds elapsed and left."""
 
     tiles: int
     tiles_done: int
@@ -163,7 +163,7 @@ def make_plan(
     tile: int | None = None,
     bare: bool = True,
 ) -> Plan:
-    """Check the arguments of :func:`sweep` and every corner of its grid; return what is to be computed."""
+    """Check the arguments of :func:`sweep` and the corners of its grid; return the plan."""
     only_one(beam.faces, "a sweep")
     arguments.load(load)
     arguments.sense(sense)
@@ -175,7 +175,7 @@ def make_plan(
     margin = arguments.margin(margin)
     if tile is not None and (isinstance(tile, bool) or not isinstance(tile, int | np.integer) or tile < 1):
         refuse("tile", shown(tile), "must be a whole number of cells, 1 or more")
-    model = models.Model.chosen(beam, load, laws, sense, joint, ideal, at, bent=parameters.HELD in over)
+    model = models.Model.chosen(beam, load, laws, sense, joint, ideal, at, bent=parameters.BEND in over)
     swept = parameters.axes(over, bare=bare, joint=model.joint, ideal=model.ideal, load=load)
     names = {axis.name for axis in swept}
     if not LOADS[load].sided:
@@ -185,10 +185,10 @@ def make_plan(
     columns.check(beam, load, swept)
     margins = None if "margin" in names or model.real else margin
     plan = Plan(beam.to_toml(), load, laws, sense, margins, tuple(swept), (), versions(), model=model)
-    asked = max(SMALLEST_TILE, min(LARGEST_TILE, plan.cells // PARTS)) if tile is None else int(tile)
-    plan = plan._replace(tile=tile_shape(plan.shape, plan.dims, asked))
+    most = max(SMALLEST_TILE, min(LARGEST_TILE, plan.cells // PARTS)) if tile is None else int(tile)
+    plan = plan._replace(tile=tile_shape(plan.shape, plan.dims, most))
     if (tiles := math.prod(plan.grid)) > MOST_TILES:
-        refuse("tile", str(asked), f"makes {tiles:,} tiles, more than {MOST_TILES:,}", "give larger tiles")
+        refuse("tile", str(most), f"makes {tiles:,} tiles, more than {MOST_TILES:,}", "give larger tiles")
     return plan
 
 
@@ -226,7 +226,7 @@ def run(
                     state = State(share, state.tiles_done + 1, cells, solved, gone, left)
                     tell(state)
 
-            try:
+            with store.writing(path):
                 if dask is None:
                     for tile in todo:
                         finished(tile, one_tile(str(path), tile, *early.pop(tile, ())))
@@ -235,8 +235,6 @@ def run(
                 elif old < share:
                     found = found or stack.enter_context(cluster.client(dask))
                     cluster.run(found, one_tile, path, todo, finished, stopped)
-            except OSError as error:
-                raise store.refused(path, error) from None
             if stopped() and (now := state.tiles_done) < share:
                 message = f"stopped after {now} of {share} tiles; the same command goes on from there"
                 raise Interrupted(message)
@@ -255,32 +253,21 @@ def compute(plan: Plan, tile: Tile) -> dict[str, Array]:
     mesh = np.ix_(*(axis.values[place[axis.name]] for axis in plan.axes))
     values: dict[str, Any] = {axis.name: v for axis, v in zip(plan.axes, mesh, strict=True)}
     margin = float(np.asarray(values.pop("margin", plan.margin) or 0.0).item())
-    model = plan.model
-    load = "twisting" if model.real else plan.load
-    c = columns.columns(_beam(plan.beam_toml), values, load=load, each=joint_law.one_by_one)
+    beam = _beam(plan.beam_toml)
+    c = plan.model.cells(beam, plan.load, values, joint_law.one_by_one)
     shape = tuple(part.stop - part.start for part in plan.place(tile))
-    if model.at:
-        over_all = np.broadcast_to(model.at.per_pitch(c.d), shape)
-        figures = real_columns.solved(c, over_all, load=plan.load, sense=plan.sense, ideal=model.ideal)
-        found = {name: v.reshape(shape) for name, v in figures._asdict().items()}
-    elif c.psi is not None:
-        found = held.twisted(_beam(plan.beam_toml), values, shape, sense=plan.sense, margin=margin)
-    else:
-        how: dict[str, Any] = {"law": law, "sense": plan.sense, "margin": margin}
-        few = FEW if plan.cells <= FEW else 0
-        found = columns.solved(c, load=plan.load, few=few, ideal=model.ideal, **how)
+    how: dict[str, Any] = {"load": plan.load, "law": law, "sense": plan.sense, "margin": margin}
+    found = plan.model.solved(beam, c, shape, few=FEW if plan.cells <= FEW else 0, **how)
+    if "neighbour" in found:
         found["neighbour"] = np.minimum(found["neighbour"], _FAR)
-    return {
-        name: np.broadcast_to(found[variable.field], shape).astype(variable.dtype)
-        for name, variable in plan.variables.items()
-    }
+    return {name: found[variable.field].astype(variable.dtype) for name, variable in plan.variables.items()}
 
 
 def notes(plan: Plan, joint: str | None, data: xr.Dataset) -> list[str]:
-    """Say why the joint that is asked for is not taken, or how many cells lack figures, and why; read tile by tile."""
+    """Return notes: why hinges answer instead of the joint, or which share of the cells lacks figures and why."""
     if not plan.model.real:
-        told = models.note(_beam(plan.beam_toml), plan.load, plan.laws, joint, bent=parameters.HELD in plan.dims)
-        return [told] if told else []
+        note = models.note(_beam(plan.beam_toml), plan.load, plan.laws, joint, bent=parameters.BEND in plan.dims)
+        return [note] if note else []
     most = len(real_columns.ENDS)
     counts = np.zeros(most + 1, int)
     for tile in plan.tiles():
@@ -301,20 +288,18 @@ def _writer(path: str, digest: str) -> store.Writer:  # noqa: ARG001 - another s
 
 
 def one_tile(path: str, tile: Tile, values: Mapping[str, Array] | None = None) -> bool:
-    """Solve one tile of a store, unless its values are given, and write it; False if it is done or another has it."""
+    """Solve (if no values are given) and write one tile; False if it is done or another writer has it."""
     place = Path(path)
-    try:
+    with store.writing(place):
         writer = _writer(path, store.read_plan(place).digest)
         with writer.claim(tile) as mine:
             if mine:
                 writer.write(tile, values or compute(writer.plan, tile))
             return mine
-    except OSError as error:
-        raise store.refused(place, error) from None
 
 
 def read_shard(text: str | None) -> tuple[int, int]:
-    """Return i and n of "i/n", 1 <= i <= n."""
+    """Read a shard "i/n", 1 <= i <= n."""
     match = re.fullmatch(r"\s*(\d{1,9})\s*/\s*(\d{1,9})\s*", str(text or "1/1"))
     if match is None:
         refuse("shard", shown(text), "is not i/n", "write e.g. 1/4")
@@ -341,16 +326,16 @@ def _bar() -> Iterator[Listener]:
 
 
 def known(name: str) -> None:
-    """Refuse a name that is none of a listener."""
+    """Refuse a name other than bar, json and none."""
     if name not in ("bar", "json", "none"):
         refuse("progress", shown(name), "must be bar, json or none")
 
 
-def listener(asked: str | Listener | None) -> AbstractContextManager[Listener]:
-    """Return the listener of a name, or of a function, to be used within ``with``."""
-    if callable(asked):
-        return nullcontext(asked)
-    known(asked or "none")
-    if asked == "bar":
+def listener(progress: str | Listener | None) -> AbstractContextManager[Listener]:
+    """Return a context in which progress is reported: by a bar, lines of JSON, a function, or not at all."""
+    if callable(progress):
+        return nullcontext(progress)
+    known(progress or "none")
+    if progress == "bar":
         return _bar()
-    return nullcontext(_json_lines if asked == "json" else lambda _: None)
+    return nullcontext(_json_lines if progress == "json" else lambda _: None)

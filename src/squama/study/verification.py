@@ -120,9 +120,8 @@ def verify(
     made = not Path(folder).exists()
     place = files.make_folder(folder)
     say("periodic cell of finite elements")
-    common: dict[str, Any] = {
-        "mu": friction, "to": to, "sense": sense, "increment": increment, "hinged": hinged, "ideal": ideal,
-    }  # fmt: skip
+    common: dict[str, Any] = {"mu": friction, "to": to, "sense": sense, "increment": increment}
+    common |= {"hinged": hinged, "ideal": ideal}
     try:
         elements = runs.cell(beam, mesh=mesh, restart=place / "elements.npz", progress=progress, **common)
     except InputError:
@@ -133,20 +132,20 @@ def verify(
         raise
     written = [datasets.save(elements, place / "elements.nc")]
     rates = np.asarray(elements["Phi"].values, float)
-    asked: dict[str, Any] = {"mu": friction, "sense": sense, "at": rates}
+    points: dict[str, Any] = {"mu": friction, "sense": sense, "at": rates}
     K = own_matrix(beam, mesh)
     own = beam.replace(joint=hinge_of(K, beam, hinged=hinged))
     # hinges hold thick scales as well, where the elements have nothing else either
-    held: dict[str, Any] = {"joint": "hinge", "ideal": ideal or not hinged, **asked}
+    hinge: dict[str, Any] = {"joint": "hinge", "ideal": ideal or not hinged, **points}
     curves = {
-        "edge": ("", doors.twist(beam, **held)),
-        "plate": ("", doors.twist(beam, law="plate", joint="hinge", **asked)),
-        "own": (", K_theta and C_f of this mesh", doors.twist(own, **held)),
+        "edge": ("", doors.twist(beam, **hinge)),
+        "plate": ("", doors.twist(beam, law="plate", joint="hinge", **points)),
+        "own": (", K_theta and C_f of this mesh", doors.twist(own, **hinge)),
     }
     if not hinged:
         say("compliant joint")
         # a periodic cell of elements is held straight, its length too
-        straight: dict[str, Any] = {"joint": "compliant", "ideal": ideal, "hold": STRAIGHT, **asked}
+        straight: dict[str, Any] = {"joint": "compliant", "ideal": ideal, "hold": STRAIGHT, **points}
         if not ideal:
             curves["thin"] = "", doors.twist(beam, **straight | {"ideal": True})
         curves["compliant"] = "", doors.twist(beam, **straight)
@@ -154,8 +153,9 @@ def verify(
     models = {name: (f"{model(data.attrs)}{more}", data) for name, (more, data) in curves.items()}
     if scales is not None:
         say(f"finite beam of {scales} scales")
-        asked_of_it: dict[str, Any] = {"scales": scales, "mesh": beam_mesh, "restart": place / "beam.npz"}
-        data = runs.cell(beam, progress=progress, announce=say, **asked_of_it, **common)
+        data = runs.cell(
+            beam, scales=scales, mesh=beam_mesh, restart=place / "beam.npz", progress=progress, announce=say, **common
+        )
         written.append(datasets.save(data, place / "beam.nc"))
         row = finite_rows.row(beam, scales=scales, mu=friction, to=to, sense=sense, joint="hinge")
         middle = scales // 2

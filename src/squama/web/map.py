@@ -18,7 +18,7 @@ from squama.errors import refuse
 from squama.loads import LOADS
 from squama.model.outcome import CODES, End
 from squama.plot.palette import ENDS, KEPT, THEMES
-from squama.study import columns
+from squama.study import columns, hinge_columns
 from squama.types import Array
 from squama.web import charts, live
 from squama.web.fields import FIELDS, placed
@@ -126,7 +126,7 @@ def grid(wanted: Key) -> Grid:
     values = dict(placed(wanted.beam, name, FIELDS[name].factor * v) for name, v in over.items())
     cells = columns.columns(wanted.beam, values, load=wanted.load)
     w = wanted
-    done = columns.solved(cells, law=w.law, sense=w.sense, margin=w.margin, load=w.load, ideal=w.ideal)
+    done = hinge_columns.solved(cells, law=w.law, sense=w.sense, margin=w.margin, load=w.load, ideal=w.ideal)
     return Grid(x, y, *(np.broadcast_to(done[name], SIZE[::-1]) for name in Grid._fields[2:]))
 
 

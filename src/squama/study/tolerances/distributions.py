@@ -1,4 +1,4 @@
-"""How the dimensions of a beam scatter: distributions, and how they are written.
+"""Distributions of the dimensions of a beam, and how they are read from text.
 
 "60 deg +- 1 deg" are limits, between which every value is as likely as any other (the rule of the Guide to the
 Expression of Uncertainty in Measurement, 4.3.7, where nothing else is known); a word behind tells otherwise.
@@ -85,7 +85,7 @@ class Tolerance(NamedTuple):
 
     @property
     def notes(self) -> list[str]:
-        """Say that something was cut off, if it was."""
+        """Return a note on what the bounds cut off a normal distribution, if anything."""
         if self.outside < _NOTED:
             return []
         bounds = PARAMETERS[canonical(self.name)].bounds
@@ -95,7 +95,7 @@ class Tolerance(NamedTuple):
 def tolerances(
     given: Mapping[str, object], beam: Beam, *, bare: bool = True, joint: str = "hinge", ideal: bool = True
 ) -> list[Tolerance]:
-    """Read distributions by the names of the beam file; nested tables are taken as their keys.
+    """Read distributions of numbers of the beam file, by name; nested tables count as dotted names.
 
     A value is text as in the module's head or ``(kind, number, ..)``; "+- 1 deg" alone refers to the beam's own value,
     and a number without a unit is SI (``bare``) or refused. All mistakes are named at once.
@@ -116,7 +116,7 @@ def tolerances(
 
 
 def _key(name: str) -> str:
-    """Return the name as in the beam file."""
+    """Return the name of the beam file for any name of a number that may scatter, or refuse it."""
     key = _SHORT.get(name, name)
     if name in PARAMETERS and key not in KEYS and "." not in name:
         instead = "give tolerances of lengths, e.g. scale.length"
@@ -128,7 +128,7 @@ def _key(name: str) -> str:
 
 
 def _read(key: str, name: str, given: object, beam: Beam, *, bare: bool) -> Tolerance:
-    """Return the distribution of a parameter, which was given by a name; a bare number is SI or refused."""
+    """Return the distribution of a parameter, by the user's ``name`` for it; a bare number is SI or refused."""
     dimension, bounds, _ = PARAMETERS[canonical(key)]
     _, value, spread = EXAMPLES[dimension]
     example = f'write e.g. "{value} +- {spread}" (limits), "{value} +- {spread} sd" or "normal({value}, {spread})"'
@@ -177,7 +177,7 @@ def _read(key: str, name: str, given: object, beam: Beam, *, bare: bool) -> Tole
 
 
 def _form(value: object, no: Callable[..., NoReturn]) -> tuple[str, list[Any], float | None]:
-    """Return kind and values; for "a +- b" the number of standard deviations in b (0: b is a limit), else None."""
+    """Return kind and values; of "a +- b" also how many standard deviations b is (0: a limit), else None."""
     if isinstance(value, str) and len(value) > LONGEST:
         no(f"is longer than {LONGEST} characters")
     if isinstance(value, list | tuple) and value and isinstance(value[0], str):

@@ -1,4 +1,4 @@
-"""What tolerances do: Monte Carlo over the dimensions of a beam and its friction, through :mod:`squama.batch`.
+"""Monte Carlo over the tolerances of a beam's dimensions, joint and friction.
 
 Samples come in :data:`REPLICATES` independent sets, so that the scatter between the sets gives the standard error of
 every statistic, for scrambled Sobol points as for random ones. A sample depends on the seed and its number alone, not
@@ -25,7 +25,7 @@ from squama.model.outcome import CODES, End
 from squama.model.paths import ARRAY
 from squama.model.paths import Twist as Tip
 from squama.progress import work
-from squama.study import columns, real_columns
+from squama.study import columns
 from squama.study.models import Model, Twist, note, shares
 from squama.study.parameters import FACTOR
 from squama.study.tolerances import statistics
@@ -69,7 +69,7 @@ def uncertainty(
     keep: bool = False,
     bare: bool = True,
 ) -> xr.Dataset:
-    """Say what the tolerances of a beam do to its engagement, end, torque, stiffness and dissipation.
+    """Compute how the tolerances of a beam scatter its engagement, end, torque, stiffness and dissipation.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def uncertainty(
 
 
 def _of_law(beam: Beam, known: Sequence[Tolerance], model: Model) -> tuple[Tolerance, ...]:
-    """Return the scatter of a joint whose K_theta is the law's; none where it is known better, or scatters already."""
+    """Return the scatter of K_theta where it is the law's; none where it is stated, measured or given a tolerance."""
     better = beam.joint.matrix is not None or beam.joint.stiffness is not None
     if not model.real or better or {t.name for t in known} & {FACTOR, "joint.stiffness"}:
         return ()
@@ -240,7 +240,7 @@ def _notes(case: Case, summarised: Sequence[str], code: Array) -> list[str]:
 
 
 def size(wanted: int, sampler: str) -> int:
-    """Return the number of samples of a replicate: Sobol points are balanced by powers of two."""
+    """Return the samples of each set for at least ``wanted`` in all: a power of two for Sobol points."""
     each = -(-wanted // REPLICATES)
     return 1 << (each - 1).bit_length() if sampler == "sobol" else each
 
@@ -261,8 +261,8 @@ def _points(dimensions: int, each: int, sampler: str, seed: int) -> Iterator[Arr
 
 
 def solved(case: Case, dimensions: dict[str, Array]) -> dict[str, Array]:
-    """Solve samples of some dimensions, (n,) each in SI units; figures by role. One that is no beam is refused."""
-    c = columns.columns(case.beam, dimensions, load="twisting" if case.model.real else case.load)
+    """Return figures by role of samples, whose dimensions (n,) are in SI units; refuse a sample that is no beam."""
+    c = case.model.cells(case.beam, case.load, dimensions)
     n = next(iter(dimensions.values())).size
     good = np.broadcast_to(columns.valid(c), n)
     if not good.all():
@@ -274,37 +274,33 @@ def solved(case: Case, dimensions: dict[str, Array]) -> dict[str, Array]:
             why = "; ".join(map(str, error.problems))
         reason = f"some samples are no valid beam; at {columns.at(here)}: {why}"
         refuse("tolerances", "", reason, "make the tolerances narrower")
-    return _followed(case, c, n) if case.model.at else _hinged(case, c, n)
+    how: dict[str, Any] = {"load": case.load, "law": case.law, "sense": case.sense, "margin": case.margin}
+    found = case.model.solved(case.beam, c, (n,), few=0, **how)
+    found["code"] = found["code"].astype(np.int8)
+    return _before(found, case.model.at.per_pitch(c.d)) if case.model.at else _hinged(case, c, found)
 
 
-def _followed(case: Case, c: columns.Cells, n: int) -> dict[str, Array]:
-    """Follow samples to the twist: fields of :class:`squama.study.real_columns.Figures`.
+def _before(found: dict[str, Array], to: Array) -> dict[str, Array]:
+    """Return fields of :class:`squama.study.real_columns.Figures`, NaN where an engagement or end is not before ``to``.
 
-    No engagement (before the twist) is NaN, and so is an end that is but the twist.
+    An end there is but the twist at which figures are taken.
     """
-    assert case.model.at is not None
-    to = np.broadcast_to(case.model.at.per_pitch(c.d), n)
-    found = real_columns.solved(c, to, load=case.load, sense=case.sense, ideal=case.model.ideal)._asdict()
     found["load_e"] = np.where(found["load_e"] <= to, found["load_e"], np.nan)
     found["load_end"] = np.where(found["load_end"] < to, found["load_end"], np.nan)
-    return found | {"code": found["code"].astype(np.int8)}
+    return found
 
 
-def _hinged(case: Case, c: columns.Cells, n: int) -> dict[str, Array]:
-    """Solve samples on hinges.
+def _hinged(case: Case, c: columns.Cells, si: dict[str, Array]) -> dict[str, Array]:
+    """Return the figures of samples on hinges, from what was solved.
 
     ``stiffness`` is that without contact, ``stiffness_e`` right after engagement (inf where it locks there), ``code``
     that of the end. NaN, besides those of the stiffness, where nothing engages.
     """
-    how: dict[str, Any] = {"law": case.law, "sense": case.sense, "margin": case.margin, "ideal": case.model.ideal}
-    si = columns.solved(c, load=case.load, few=0, **how)
-    code = np.broadcast_to(si["code"], n)
-    engaged = code != CODES.index(End.NONE)
     found = {name: si[name] for name in ("load_e", "load_end", "torque", "RED", "U_el", "W_fr")}
     found |= {"rate_e": si["load_e"] / c.d, "rate_end": si["load_end"] / c.d}
     found["stiffness_e"] = c.rigidity + c.K * c.d * _engaged_slope(case, c, si["neighbour"])
-    found = {name: np.where(engaged, v, np.nan) for name, v in found.items()}
-    return {**found, "stiffness": np.broadcast_to(c.rigidity, n), "code": code.astype(np.int8)}
+    found = {name: np.where(si["code"] != CODES.index(End.NONE), v, np.nan) for name, v in found.items()}
+    return {**found, "stiffness": np.broadcast_to(c.rigidity, si["code"].shape), "code": si["code"]}
 
 
 def _engaged_slope(case: Case, c: columns.Cells, neighbour: Array) -> Array:

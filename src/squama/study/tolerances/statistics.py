@@ -95,10 +95,9 @@ def summary(x: Array, levels: Sequence[float], replicates: int) -> Summary | Non
     same = whole[0] == whole[-1]
     mean, sd = (float(whole[0]), 0.0) if same else (float(whole.mean()), float(whole.std(ddof=1)))
     se, quantiles_se = se * (not same), quantiles_se * (not same)
-    return Summary(
-        float(counts.sum() / x.size), mean, float(se[0]), sd, float(se[1]), quantiles, quantiles_se,
-        float(whole[0]), float(whole[-1]),
-    )  # fmt: skip
+    share, (mean_se, sd_se) = float(counts.sum() / x.size), se.tolist()
+    low, high = float(whole[0]), float(whole[-1])
+    return Summary(share, mean, mean_se, sd, sd_se, quantiles, quantiles_se, low, high)
 
 
 def _quantile_errors(whole: Array, parts: list[Array], levels: Sequence[float], quantiles: Array) -> Array:
@@ -216,7 +215,7 @@ BINNED = {"hinge": "load_end", "compliant": "stiffness_ratio"}
 
 
 class Limit(NamedTuple):
-    """What a lock is compared with: the text given, its value and the role of the figure."""
+    """The twist before which locks are counted: as text, its value, and the role of the figure that has its unit."""
 
     text: str
     value: float
@@ -224,7 +223,7 @@ class Limit(NamedTuple):
 
 
 class Case(NamedTuple):
-    """What is asked of every sample and of all together."""
+    """A tolerance study: the beam, its tolerances, load, model and statistics."""
 
     beam: Beam
     tolerances: tuple[Tolerance, ...]
@@ -245,12 +244,12 @@ class Case(NamedTuple):
 
     @property
     def unknown(self) -> int:
-        """Code of a sample of which nothing is known."""
+        """Code of a sample whose joint the law does not know; -1 where there is none."""
         return ENDS.index(UNKNOWN) if self.model.real else -1
 
     @property
     def figures(self) -> tuple[Figure, ...]:
-        """What is known of a sample."""
+        """The figures of a sample."""
         if self.model.real:
             stored = VARIABLES[self.model.joint, self.load].items()
             known = [(v.field, name, v.attrs["units"], v.attrs["long_name"]) for name, v in stored if name != "end"]
@@ -259,7 +258,7 @@ class Case(NamedTuple):
         return tuple(Figure(role, of.variable(name), unit, text.format(of.verb)) for role, name, unit, text in _FIGURES)
 
     def properties(self, found: Mapping[str, Array]) -> dict[str, tuple[Array, str]]:
-        """Return what may be so of a sample: truths by name, and words."""
+        """Return properties of samples by name: truth values (n,) and words."""
         engaged = np.isfinite(found["load_e"])
         if self.model.real:
             has = {"engaged": (engaged, "scales engage before the twist")}
