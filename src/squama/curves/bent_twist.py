@@ -27,7 +27,7 @@ _ROLES = {"T": "torque", "T_scales": "scales", "theta": "theta", "N": "N", "f": 
 
 
 class Twisted(NamedTuple):
-    """A bent beam's path as it is twisted, see :class:`squama.curves.path.Solved`; ``sign`` of the twist, its leg."""
+    """A bent beam's path as it is twisted, see :class:`squama.curves.way.Solved`; ``sign`` of the twist, its leg."""
 
     case: Case
     answer: Answer
