@@ -13,8 +13,8 @@ import squama
 from squama.cli import main
 from squama.curves import own_scales
 from squama.errors import refuse
-from squama.identify import doubts, fitting, noise, search, slope
-from squama.identify.forward import Physical
+from squama.identify import doubts, fitting, noise, selection, slope
+from squama.identify.hinge_points import Physical
 from squama.identify.readings import Readings
 from squama.identify.slope import Slope
 
@@ -83,7 +83,7 @@ def test_a_wrong_unit_is_named_where_no_fit_is_found(monkeypatch, torques, words
     def off(*_):
         refuse("K_theta", "", "no point sees it")
 
-    monkeypatch.setattr(search, "find", off)
+    monkeypatch.setattr(selection, "find", off)
     x, T = loop()
     with pytest.raises(squama.InputError, match=words):
         fitted(x, torques * T)
