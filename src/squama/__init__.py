@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from squama.arrays.real_beams import Response, response
     from squama.batch import Solved, solve
     from squama.beam.design import Beam, Friction, Joint, Scale, Substrate
-    from squama.curves.doors import bend, cycle, twist
+    from squama.curves.doors import bend, twist
     from squama.curves.finite_rows import row
-    from squama.curves.planes import bend_twist_map
-    from squama.curves.polygons import bend_twist
+    from squama.curves.histories import cycle
+    from squama.curves.polygons import bend_twist, bend_twist_map
     from squama.dynamics.doors import shake, vibrate
     from squama.dynamics.ratios import FreeVibration, free_vibration
     from squama.fabrication.exporting import Export, export
@@ -52,10 +52,10 @@ _NAMES = {
     "batch": "solve Solved",
     "arrays.derivatives": "gradient Gradient",
     "model.outcome": "End",
-    "curves.doors": "twist bend cycle",
+    "curves.doors": "twist bend",
     "curves.finite_rows": "row",
-    "curves.planes": "bend_twist_map",
-    "curves.polygons": "bend_twist",
+    "curves.histories": "cycle",
+    "curves.polygons": "bend_twist bend_twist_map",
     "dynamics.doors": "vibrate shake",
     "dynamics.ratios": "free_vibration FreeVibration",
     "fe.runs": "cell",

@@ -191,12 +191,6 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     },
     ("model/bending.py", "b = A1 - c / 2"): {"- -> +": _BEGINS},
     ("model/tracks.py", "small, x = not np.any(np.abs(new - x) > 1e-8 * np.abs(x)), new"): {"*": _SHARP},
-    (
-        "curves/follow.py",
-        "asked = Asked(beam, way, mus, kind.law(law), margin, 3, ideal=ideal)",
-    ): {
-        "3 -> (3 * 2 + 1)": "the number of points is given again to the path that comes back",
-    },
     ("curves/hinge_cycles.py", "[(piece, _evaluate(senses, piece, 1)) for piece in _pieces(senses, *ends)]"): {
         "1 -> 2": _ENDS,
     },
@@ -236,7 +230,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ): {"2 -> 1": "the order in which candidates are solved; the earliest wins in any order"},
     (
         "curves/hinge_cycles.py",
-        "asked = Asked(beam, LoadPath.of(load, [end]), np.asarray(mu), LOADS[load].law(law), margin, 3, None, ideal)",
+        "analysis = Analysis(beam, Way.of(load, [end]), np.asarray(mu), LOADS[load].law(law), margin, 3, None, ideal)",
     ): {"3 -> (3 * 2 + 1)": "points of a curve that is not asked for: only the path is solved"},
     (
         "fe/contact.py",
@@ -245,8 +239,8 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("batch/answers.py", "thin = np.zeros_like(columns[0]) if thickness is None else thickness"): {"0 -> 1": _ZERO},
     ("fe/stiffness.py", "_SCHEME = 2"): {"*": "names what is kept: any number does that was not in use before"},
     ("fe/contact.py", "reach = min(4 * reach, within, _FAR)"): {"4 -> (4 * 2 + 1)": _TUNING},
-    ("curves/real_path.py", "_NEAR, _SAME = 1e-5, 1e-6"): {"*": _ROUNDING},
-    ("curves/cycle_points.py", "return (v - start) * way > least and (stop - v) * way > least"): {
+    ("curves/real_walk.py", "_NEAR, _SAME = 1e-5, 1e-6"): {"*": _ROUNDING},
+    ("curves/real_cycles.py", "return (v - start) * way > least and (stop - v) * way > least"): {
         "* -> /": "the way is 1 or -1",
         "* -> / #2": "the way is 1 or -1",
     },

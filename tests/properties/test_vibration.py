@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 import squama
 from squama.arrays import solution
 from squama.curves import hinge
-from squama.curves.path import Case
+from squama.curves.way import Case
 from squama.dynamics import hinge_branches, motion
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.decay import Sides, decay

@@ -13,7 +13,7 @@ import pytest
 import squama
 from squama.arrays import solution
 from squama.curves import hinge
-from squama.curves.path import Case
+from squama.curves.way import Case
 from squama.dynamics import hinge_branches, motion
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.decay import Sides, decay

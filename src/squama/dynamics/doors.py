@@ -12,9 +12,11 @@ from squama import arguments
 from squama.beam import beamfile
 from squama.beam.design import Beam
 from squama.beam.parts import Quantity
-from squama.curves.chosen import chosen
-from squama.curves.labelled import Answer, attributes, labelled
-from squama.curves.path import Asked, LoadPath, States
+from squama.curves import labelled
+from squama.curves.chosen import MODELS
+from squama.curves.doors import analysis
+from squama.curves.labelled import Answer
+from squama.curves.way import Analysis, States, Way
 from squama.dynamics import motion, systems
 from squama.dynamics.branches import Side
 from squama.dynamics.decay import BEYOND, JAMS, RINGS, Decay, Sides, damping, decay
@@ -52,7 +54,7 @@ class Swinging(NamedTuple):
     mode: str
     bar: Bar
     sides: Sides
-    asked: Asked
+    analysis: Analysis
 
     def answer(self, title: str, by_dim: ByDim, low: float, high: float, **attrs: float | str) -> Answer:
         """Return the answer to a motion between two angles."""
@@ -60,11 +62,11 @@ class Swinging(NamedTuple):
         load, own = self.model.load, {"f_0": np.asarray(self.bar.omega / (2 * math.pi))}
         engaged = {"load_e": np.asarray(self.sides.plus.y_e)}
         by_dim = {**by_dim, (): {**engaged, **own, **by_dim[()]}}
-        said = attributes(self.asked, f"{title} of a scale-covered beam in {load.name}", "+", self.model.joint, notes)
-        said |= {"mode": self.mode, "inertia": self.bar.inertia}
-        if self.model.joint == "compliant" and not load.sided:
+        said: dict[str, float | str] = {"mode": self.mode, "inertia": self.bar.inertia}
+        if not (load.sided or MODELS[self.model.joint].straight):
             said["neutral"] = self.beam.given.line
-        return Answer(labelled(load, States(by_dim), self.asked.mus), {**said, **attrs})
+        title = f"{title} of a scale-covered beam in {load.name}"
+        return labelled.answer(self.analysis, States(by_dim, attrs, notes), title, said, page="")
 
 
 def vibrate(
@@ -141,7 +143,7 @@ def vibrate(
     n = arguments.whole("swings", swings, 1, MOST_SWINGS)
     zeta = _bounded("damping", damping, Dimension.RATIO, DAMPING)
     read = _quantities(beam, load, mode, release=release, impulse=impulse, rotor=rotor, density=density)
-    model, asked = model_of(beam, mu, law, load, joint, ideal)
+    model, request = model_of(beam, mu, law, load, joint, ideal)
     bar = systems.bar(beam, model, mode, read.get("rotor", beam.rotor), read.get("density", beam.density))
     if impulse is not None and mode != "uniform":
         refuse("impulse", "", "acts on a rotor, and a mode has none", "give release")
@@ -149,7 +151,7 @@ def vibrate(
     share = beam.scales / (1 if model.load.sided else 2)
     start, speed = read.get("release", 0.0), read.get("impulse", 0.0) / (bar.inertia * bar.omega * share)
     sides = systems.sides(beam, model, mode, -1 if start < 0 else 1, min(speed, FAR) if speed else abs(start))
-    one = Swinging(beam, model, mode, bar, sides, asked)
+    one = Swinging(beam, model, mode, bar, sides, request)
     _within(one, start)
     first, drive = State(0.0, start, speed), Drive(zeta, tolerance=systems.tolerance(model))
     found = _damped(one, drive, first, n) if zeta else decay(sides, start=start, speed=speed, turns=2 * n + 1).single()
@@ -179,15 +181,12 @@ def _quantities(beam: Beam, load: str, mode: str, **given: Quantity | None) -> d
 
 def model_of(
     beam: Beam, mu: float | None, law: str, load: str, joint: str | None, ideal: bool | None
-) -> tuple[Model, Asked]:
-    """Return the model of a beam under a load, and the request of its answer."""
+) -> tuple[Model, Analysis]:
+    """Return the model of a beam under a load, and the analysis that it answers."""
     kind = arguments.load(load)
-    law = kind.law(arguments.law(law))
-    m = arguments.friction(beam.friction.mu, mu)
-    means = chosen(beam, kind, law=law, joint=joint, ideal=ideal)
-    way = LoadPath.of(kind.name, [1.0])
-    asked = Asked(means.beam, way, np.asarray(m), law, FINEST, 3, ideal=means.ideal, note=means.note)
-    return Model(kind, m, law, means.joint, means.ideal), asked
+    way = Way.of(kind.name, [1.0])
+    one = analysis(beam, way, kind, mu=mu, law=law, margin=FINEST, points=3, joint=joint, ideal=ideal)
+    return Model(kind, float(one.mus), one.law, one.joint, one.ideal), one
 
 
 def _bounded(name: str, value: object, dimension: Dimension, bounds: Bounds) -> float:
@@ -327,13 +326,13 @@ def shake(
         refuse("frequencies", "", f"must be 1 to {MOST_FREQUENCIES} growing numbers", "write e.g. [2, 2.5, 3]")
     zeta = _bounded("damping", damping, Dimension.RATIO, DAMPING)
     read = _quantities(beam, load, mode, static=static, torque=torque, rotor=rotor, density=density)
-    model, asked = model_of(beam, mu, law, load, joint, ideal)
+    model, request = model_of(beam, mu, law, load, joint, ideal)
     bar = systems.bar(beam, model, mode, read.get("rotor", beam.rotor), read.get("density", beam.density))
     if torque is not None and mode != "uniform":
         refuse("torque", "", "acts on a rotor, and a mode has none", "give static")
     # of a torque the load angle of the bar without contact
     force = abs(read["static"]) if torque is None else read["torque"] / (bar.rigidity / beam.pitch)
-    one = Swinging(beam, model, mode, bar, systems.sides(beam, model, mode, 1, FAR), asked)
+    one = Swinging(beam, model, mode, bar, systems.sides(beam, model, mode, 1, FAR), request)
     ratios = hertz * 2 * math.pi / one.bar.omega
     there_and_back = np.concatenate([ratios, ratios[::-1]])
     found = _steady_states(one, zeta, force, steps(there_and_back.tolist(), 2 * hertz.size, "frequencies"))

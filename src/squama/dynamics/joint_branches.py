@@ -1,6 +1,6 @@
 r"""Branches of a real beam: thick, elastic scales on joints, walked along the load and back.
 
-By the same model as ``squama.twist``, ``bend`` and ``cycle`` (:mod:`squama.curves.real_path`); each way back from a
+By the same model as ``squama.twist``, ``bend`` and ``cycle`` (:mod:`squama.curves.real_walk`); each way back from a
 turning point is walked from there. The scales' torque or moment, and their energy, are over the beam's rigidity.
 
 Along a mode of bending the largest curvature a is the coordinate, and each place x follows its own bend a chi(x):
@@ -26,7 +26,7 @@ from squama.beam.design import Beam
 from squama.contacts import increments, path, states
 from squama.curves import real
 from squama.curves.real_cycles import INCREMENT
-from squama.curves.real_path import Stations, direction
+from squama.curves.way import Stations, direction
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.modes import SHAPES, gauss
 from squama.loads import Load

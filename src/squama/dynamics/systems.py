@@ -10,6 +10,7 @@ import numpy as np
 from squama.beam import mass
 from squama.beam.design import Beam
 from squama.curves import both_faces, hinge_cycles, real
+from squama.curves.chosen import MODELS
 from squama.dynamics import hinge_branches, joint_branches, motion
 from squama.dynamics.branches import APART, Side
 from squama.dynamics.decay import Limit, Sides
@@ -41,9 +42,7 @@ class Model(NamedTuple):
 
     def rigidity(self, beam: Beam) -> float:
         """Return the rigidity of a beam without contact, N m^2."""
-        if self.joint != "compliant":
-            return self.load.rigidity(beam)
-        return real.Path.of(beam, 0.0, (self.load.verb,), ideal=True).case(self.load).rigidity
+        return MODELS[self.joint].programs().case(beam, self.load).rigidity
 
 
 class Bar(NamedTuple):
@@ -61,7 +60,7 @@ class Bar(NamedTuple):
 
 def tolerance(model: Model) -> float:
     """Return the relative error of a step in time."""
-    return ROUGH if model.joint == "compliant" else motion.TOLERANCE
+    return motion.TOLERANCE if MODELS[model.joint].straight else ROUGH
 
 
 def bar(beam: Beam, model: Model, mode: str, rotor: float | None, density: float | None) -> Bar:
@@ -134,7 +133,7 @@ def sides(beam: Beam, model: Model, mode: str, sign: int, far: float) -> Sides:
 
     A sense in which hinged scales run into another contact is taken as bare; that contact is the limit.
     """
-    if model.joint == "compliant":
+    if not MODELS[model.joint].straight:
         # without friction a swing comes back to where it was let go, but for rounding
         far = min(far * FARTHER, max(far, MOST))
         first = _real(beam, model, mode, sign, far)
@@ -166,6 +165,6 @@ def _real(beam: Beam, model: Model, mode: str, sign: int, far: float) -> Side:
 def notes(beam: Beam, model: Model, limit: Limit | None, low: float, high: float) -> list[str]:
     """Return notes where a motion between two angles (rad per pitch) leaves the model."""
     found = [limit[1]] if limit is not None and -low >= limit[0] else []
-    if model.joint == "compliant":
+    if not MODELS[model.joint].straight:
         found += real.notes(real.Held.of(beam), beam, max(-low, high), ideal=model.ideal)
     return found

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from squama._version import __version__
 from squama.beam.design import Beam
-from squama.curves.path import idealisation
+from squama.curves.chosen import idealisation
 from squama.dynamics.systems import Model
 from squama.identify.result import Estimated
 from squama.identify.unknowns import Parameter

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.curves.path import idealisation
+from squama.curves.chosen import idealisation
 from squama.identify import noise
 from squama.identify.prepare import Prepared
 from squama.identify.selection import Found

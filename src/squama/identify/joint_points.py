@@ -22,6 +22,7 @@ import numpy as np
 from squama.beam.design import Beam
 from squama.contacts import path
 from squama.curves import real, real_cycles
+from squama.curves.way import Stations
 from squama.errors import InputError
 from squama.identify.hinge_points import Physical
 from squama.identify.readings import Readings
@@ -104,7 +105,7 @@ class Walked:
     def engaged(self) -> dict[str, float]:
         """Twist per pitch at which plates first touch, by sense."""
         both = real_cycles.paths(self.beam, _TWISTING, self.start.mu, [-1.0, 1.0], ideal=False)
-        return {"-" if sign < 0 else "+": one.way.engaged for sign, one in both.items()}
+        return {sense: one.way.engaged for sense, one in both.items()}
 
     def drawn(self, points: int, *, once: bool) -> tuple[Walked, Array]:
         """Return readings of each way to be drawn, and the number of their way."""
@@ -134,7 +135,7 @@ class Walked:
             nodes = [_nodes(x[way], self.readings.direction[way.start]) for way in ways]
             twists, places = _joined(nodes)
             real_cycles.check(twists.tolist())
-            state = path.named(real_cycles.follow(one, _TWISTING, twists).rows[0])
+            state = path.named(real_cycles.follow(one, Stations.along(_TWISTING, twists)).rows[0])
             signed = state["torque"] * beam.unit_moment
             for way, at, place in zip(ways, nodes, places, strict=True):
                 order = np.argsort(at)

@@ -15,7 +15,7 @@ from squama.beam.card import card
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
 from squama.curves import doors
-from squama.curves.path import idealisation
+from squama.curves.chosen import idealisation
 from squama.errors import refuse
 from squama.inverse import beside, joint_figures, making, search
 from squama.inverse.goals import Pitches

@@ -14,7 +14,7 @@ from squama import arguments
 from squama._version import __version__
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
-from squama.curves.path import idealisation
+from squama.curves.chosen import idealisation
 from squama.errors import Problems, refuse
 from squama.inverse import joint_figures, making
 from squama.inverse.named_figures import AT_TWIST, OF_BEAM, OF_LOCKS, At, Found, Want
