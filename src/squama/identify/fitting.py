@@ -30,7 +30,7 @@ from squama.needs import need
 _MOST = 0.9
 """Part of the points that the other model has to cover."""
 _HOPELESS = 4.0
-"""Residual rms of a search from one start, over that of the fit, from which on the other model is not fitted to the end."""
+"""Residual rms of a search from one start, over that of the fit, beyond which the other model is not fitted further."""
 _OTHER = {"hinge": "compliant", "compliant": "hinge"}
 
 
