@@ -7,7 +7,7 @@ import numpy as np
 import squama
 from squama.arrays.solution import solve
 from squama.curves.hinge import path
-from squama.curves.path import Case
+from squama.curves.way import Case
 
 BEAM = squama.Beam.from_ratios()
 

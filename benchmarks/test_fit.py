@@ -6,9 +6,9 @@ import numpy as np
 
 import squama
 from squama.identify.estimate import derivatives
-from squama.identify.parameters import ask
 from squama.identify.prepare import placed
 from squama.identify.records import read, record
+from squama.identify.unknowns import ask
 
 BEAM = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.3)
 NAMES = ("mu", "K_theta", "theta0")

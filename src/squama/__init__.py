@@ -19,16 +19,16 @@ if TYPE_CHECKING:
     from squama.arrays.real_beams import Response, response
     from squama.batch import Solved, solve
     from squama.beam.design import Beam, Friction, Joint, Scale, Substrate
-    from squama.curves.doors import bend, cycle, twist
+    from squama.curves.doors import bend, twist
     from squama.curves.finite_rows import row
-    from squama.curves.planes import bend_twist_map
-    from squama.curves.polygons import bend_twist
+    from squama.curves.histories import cycle
+    from squama.curves.polygons import bend_twist, bend_twist_map
     from squama.dynamics.doors import shake, vibrate
     from squama.dynamics.ratios import FreeVibration, free_vibration
     from squama.fabrication.exporting import Export, export
     from squama.fe.runs import cell
     from squama.fe.stiffness import joint
-    from squama.identify.decay import fit_decay
+    from squama.identify.decay_fit import fit_decay
     from squama.identify.decay_result import DecayFit
     from squama.identify.fitting import fit
     from squama.identify.result import Fit
@@ -52,10 +52,10 @@ _NAMES = {
     "batch": "solve Solved",
     "arrays.derivatives": "gradient Gradient",
     "model.outcome": "End",
-    "curves.doors": "twist bend cycle",
+    "curves.doors": "twist bend",
     "curves.finite_rows": "row",
-    "curves.planes": "bend_twist_map",
-    "curves.polygons": "bend_twist",
+    "curves.histories": "cycle",
+    "curves.polygons": "bend_twist bend_twist_map",
     "dynamics.doors": "vibrate shake",
     "dynamics.ratios": "free_vibration FreeVibration",
     "fe.runs": "cell",
@@ -63,7 +63,7 @@ _NAMES = {
     "study.verification": "verify",
     "inverse.designing": "inverse_design",
     "inverse.front": "pareto",
-    "identify.decay": "fit_decay",
+    "identify.decay_fit": "fit_decay",
     "identify.decay_result": "DecayFit",
     "identify.fitting": "fit",
     "identify.result": "Fit",

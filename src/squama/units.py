@@ -27,6 +27,8 @@ class Dimension(StrEnum):
     IMPULSE = "angular impulse"
     FREQUENCY = "frequency"
     TIME = "time"
+    RIGIDITY = "stiffness of a beam"  # torque per twist rate, moment per curvature
+    LINE_WORK = "work per length"
     RATIO = "ratio"
 
 
@@ -45,23 +47,24 @@ UNITS: dict[str, tuple[Dimension, float, float]] = {
         Dimension.IMPULSE: {"N m s": (1.0, 1.0), "N mm s": (1.0, 1e3)},
         Dimension.FREQUENCY: {"Hz": (1.0, 1.0), "kHz": (1e3, 1.0), "mHz": (1.0, 1e3)},
         Dimension.TIME: {"s": (1.0, 1.0), "ms": (1.0, 1e3), "us": (1.0, 1e6), "min": (60.0, 1.0)},
+        Dimension.LINE_WORK: {"J/m": (1.0, 1.0), "mJ/m": (1.0, 1e3), "mJ/mm": (1.0, 1.0), "J/mm": (1e3, 1.0)},
         Dimension.RATIO: {"%": (1.0, 1e2), "": (1.0, 1.0)},
     }.items()
     for unit, scale in scales.items()
 }
-_MOMENTS = {"N m": (1.0, 1.0), "N cm": (1.0, 1e2), "N mm": (1.0, 1e3), "mN m": (1.0, 1e3), "kN m": (1e3, 1.0)}
-for _name, (_newton, _metre) in _MOMENTS.items():
+_MOMENTS = {"N m": (1.0, 1.0, 1.0), "N cm": (1.0, 1e2, 1e4), "N mm": (1.0, 1e3, 1e6), "mN m": (1.0, 1e3, 1e3)}
+for _name, (_newton, _metre, _square) in (_MOMENTS | {"kN m": (1e3, 1.0, 1.0)}).items():
     for _per, _divisor in (("", 1.0), ("/rad", 1.0), ("/deg", DEGREE)):
         UNITS[_name + _per] = (Dimension.TORQUE, _newton, _metre * _divisor)
+        UNITS[f"{_name}^2{_per}"] = (Dimension.RIGIDITY, _newton, _square * _divisor)
 for _angle, _radian in (("rad", 1.0), ("deg", DEGREE)):
     for _length, _multiple in (("m", 1.0), ("cm", 1e2), ("mm", 1e3)):
         UNITS[f"{_angle}/{_length}"] = (Dimension.TWIST_RATE, _radian * _multiple, 1)
 
-_ALIASES = {"Nm": "N m", "Ncm": "N cm", "Nmm": "N mm", "mNm": "mN m", "kNm": "kN m"}
-_ALIASES |= {"degree": "deg", "degrees": "deg", "radian": "rad", "radians": "rad"}
+_ALIASES = {"degree": "deg", "degrees": "deg", "radian": "rad", "radians": "rad"}
 _ALIASES |= dict.fromkeys(("revs", "revolution", "revolutions", "turn", "turns"), "rev")
 _LONGEST_UNIT = 40
-LONGEST = 100
+LONGEST, _TOO_LONG = 100, "is longer than 100 characters"
 """Characters of a quantity in text: patterns and messages of longer ones would take their time."""
 # names with powers of one digit, one level of brackets: pint computes what stands in a unit, 9**9**9 too
 _SUPERSCRIPT = r"\u2070\xb9²³\u2074-\u2079"
@@ -81,8 +84,8 @@ def look_up(unit: str) -> tuple[Dimension, float, float] | None:
     if len(unit) > _LONGEST_UNIT:
         return None
     key = re.sub(r"\s*(?:/|\bper\b)\s*", "/", unit).replace("°", "deg")
-    key = re.sub(r"(?<=N)[-.](?=[cm]?m\b)", " ", key)
     key = re.sub(r"\s*[*·⋅]\s*|\s+", " ", key).replace("µ", "u").replace("μ", "u").replace("²", "^2")
+    key = re.sub(r"(?<=N)[-. ]?([cm]?m)(2?)\b", lambda m: f" {m[1]}{'^2' if m[2] else ''}", key)
     key = "/".join(_ALIASES.get(part, part) for part in key.split("/"))
     if key in UNITS:
         return UNITS[key]
@@ -137,10 +140,8 @@ class Bounds(NamedTuple):
 
 
 MARGIN = Bounds(1e-9, 1 - 1e-12, "at least 1e-9 and below 1", closed=True, example="0.01")
-"""Where a curve that locks is cut off: fraction of its path left before the lock.
-
-A lock is known to some 1e-15 of the inclination: nearer to it no digit of the force would be right.
-"""
+"""Fraction of the path left before a lock where a curve is cut off: a lock is known to some 1e-15 of the inclination,
+and nearer to it no digit of the force would be right."""
 
 
 class _Kind(NamedTuple):
@@ -181,6 +182,8 @@ _KINDS = {
     Dimension.IMPULSE: _Kind(Dimension.IMPULSE, "an angular impulse", "N m s", "0.01", "N m s"),
     Dimension.FREQUENCY: _Kind(Dimension.FREQUENCY, "a frequency", "Hz", "3", "Hz"),
     Dimension.TIME: _Kind(Dimension.TIME, "a time", "s", "0.5", "s"),
+    Dimension.RIGIDITY: _Kind(Dimension.RIGIDITY, "a stiffness of a beam", "N m^2", "0.5", "N m^2"),
+    Dimension.LINE_WORK: _Kind(Dimension.LINE_WORK, "a work per length of the beam", "J/m", "0.2", "J/m"),
     Dimension.RATIO: _Kind(Dimension.RATIO, "a plain number", "", "0.25", ""),
 }
 _TYPES = {"NoneType": "nothing", "bool": "no number", "list": "a list", "dict": "a table", "date": "a date"}
@@ -301,7 +304,8 @@ def twist(value: object, *, pitch: float, scales: int, bare: bool = True, what: 
         As `quantity`; a bare angle ("90 deg") is refused, because it does not say over which length.
     """
     if isinstance(value, str):
-        _check_length(value, _RATE)
+        if len(value) > LONGEST:
+            raise _RATE.error(value, _TOO_LONG)
         for ending, length in ((r"(?:/|\bper\b)\s*(?:pitch|scale)", pitch), (r"\btotal", scales * pitch)):
             if match := re.fullmatch(rf"(.*?)\s*{ending}", value.strip(), re.DOTALL):
                 # "0.2 1/pitch" is 0.2 rad per pitch
@@ -369,7 +373,8 @@ def _read(value: object, kind: _Kind, bare: bool) -> float:
 
 def _split(value: str, kind: _Kind) -> tuple[str, str, tuple[Dimension, float, float]]:
     """Split text into number and unit, and look that up."""
-    _check_length(value, kind)
+    if len(value) > LONGEST:
+        raise kind.error(value, _TOO_LONG)
     match = _NUMBER.fullmatch(value)
     if match is None:
         raise kind.error(value, f"is not {kind.noun}")
@@ -381,11 +386,6 @@ def _split(value: str, kind: _Kind) -> tuple[str, str, tuple[Dimension, float, f
     if (found := look_up(unit)) is None:
         raise kind.error(value, f"is not {kind.noun}: {shown(unit)} is not known as a unit of one")
     return number, unit, found
-
-
-def _check_length(value: str, kind: _Kind) -> None:
-    if len(value) > LONGEST:
-        raise kind.error(value, f"is longer than {LONGEST} characters")
 
 
 def _advice(si: float, kind: _Kind, number: str) -> str:

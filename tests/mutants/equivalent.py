@@ -134,7 +134,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("model/evaluation.py", "square = 1.0"): {
         "*": "there is no root of the contact condition in bending: any number above 0",
     },
-    ("inverse/figures.py", "return np.where(total > 0, work / total, 0.0), partials"): {
+    ("inverse/hinge_figures.py", "return np.where(total.real > 0, work / total, 0.0)"): {
         "0.0 -> 1.0": "a bar that is twisted as far as a lock has energy",
     },
     (
@@ -179,11 +179,11 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("identify/estimate.py", "p[theta0] = asked.low[theta0] + share * (asked.high[theta0] - asked.low[theta0])"): {
         "+ -> -": "where a search starts",
     },
-    ("inverse/figures.py", "x = t.x0 + (t.x_end - t.x0) * np.linspace(0.0, 1.0, GRID)[:, None]"): {
+    ("inverse/hinge_figures.py", "x = t.x0 + (t.x_end - t.x0) * np.linspace(0.0, 1.0, GRID)[:, None]"): {
         "1.0 -> 2.0": "a wider grid brackets the same places",
     },
     (
-        "inverse/figures.py",
+        "inverse/named_figures.py",
         "return c.changed({name: np.where(good, v, fill.get(name, 1.0)) for name, v in c.arrays.items()}, c.sizes)",
     ): {"1.0 -> 2.0": "any number does: the row is ruled out"},
     ("model/bracket.py", "straight = abs(f * moved + step * (f - value_before)) <= 1e-3 * abs(f * moved)"): {
@@ -191,12 +191,6 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     },
     ("model/bending.py", "b = A1 - c / 2"): {"- -> +": _BEGINS},
     ("model/tracks.py", "small, x = not np.any(np.abs(new - x) > 1e-8 * np.abs(x)), new"): {"*": _SHARP},
-    (
-        "curves/follow.py",
-        "asked = Asked(beam, way, mus, kind.law(law), margin, 3, ideal=ideal)",
-    ): {
-        "3 -> (3 * 2 + 1)": "the number of points is given again to the path that comes back",
-    },
     ("curves/hinge_cycles.py", "[(piece, _evaluate(senses, piece, 1)) for piece in _pieces(senses, *ends)]"): {
         "1 -> 2": _ENDS,
     },
@@ -236,7 +230,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ): {"2 -> 1": "the order in which candidates are solved; the earliest wins in any order"},
     (
         "curves/hinge_cycles.py",
-        "asked = Asked(beam, LoadPath.of(load, [end]), np.asarray(mu), LOADS[load].law(law), margin, 3, None, ideal)",
+        "analysis = Analysis(beam, Way.of(load, [end]), np.asarray(mu), LOADS[load].law(law), margin, 3, None, ideal)",
     ): {"3 -> (3 * 2 + 1)": "points of a curve that is not asked for: only the path is solved"},
     (
         "fe/contact.py",
@@ -245,8 +239,8 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("batch/answers.py", "thin = np.zeros_like(columns[0]) if thickness is None else thickness"): {"0 -> 1": _ZERO},
     ("fe/stiffness.py", "_SCHEME = 2"): {"*": "names what is kept: any number does that was not in use before"},
     ("fe/contact.py", "reach = min(4 * reach, within, _FAR)"): {"4 -> (4 * 2 + 1)": _TUNING},
-    ("curves/real_path.py", "_NEAR, _SAME = 1e-5, 1e-6"): {"*": _ROUNDING},
-    ("curves/cycle_points.py", "return (v - start) * way > least and (stop - v) * way > least"): {
+    ("curves/real_walk.py", "_NEAR, _SAME = 1e-5, 1e-6"): {"*": _ROUNDING},
+    ("curves/real_cycles.py", "return (v - start) * way > least and (stop - v) * way > least"): {
         "* -> /": "the way is 1 or -1",
         "* -> / #2": "the way is 1 or -1",
     },
@@ -258,7 +252,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         "1e-12 -> (1e-12 * 1.1)": _ROUNDING,
     },
     (
-        "dynamics/hinged.py",
+        "dynamics/hinge_branches.py",
         "last, *rows = self.c.reshape(len(self.c), -1).take(i * self.n + self.own, axis=1)[::-1]",
     ): {"1 -> 2": _UNKNOWN},
     ("dynamics/doors.py", "height = float(np.max(side.height())) * unit"): {"max -> min": "it is one number"},
@@ -267,11 +261,11 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     },
     ("dynamics/systems.py", "ROUGH = 1e-7"): {"*": _TUNING},
     ("dynamics/systems.py", "FARTHER = 1.001"): {"*": _TUNING},
-    ("dynamics/walked.py", "STEPS = 256"): {"*": _TUNING},
-    ("dynamics/walked.py", "ALONG = 24"): {"*": _TUNING},
-    ("dynamics/walked.py", "NEAR = 0.3"): {"*": _TUNING},
-    ("dynamics/walked.py", "SMALL = 1e-4"): {"*": _TUNING},
-    ("dynamics/walked.py", "FIRST, LEAST = 4e-6, 1e-6"): {"*": _TUNING},
+    ("dynamics/joint_branches.py", "STEPS = 256"): {"*": _TUNING},
+    ("dynamics/joint_branches.py", "ALONG = 24"): {"*": _TUNING},
+    ("dynamics/joint_branches.py", "NEAR = 0.3"): {"*": _TUNING},
+    ("dynamics/joint_branches.py", "SMALL = 1e-4"): {"*": _TUNING},
+    ("dynamics/joint_branches.py", "FIRST, LEAST = 4e-6, 1e-6"): {"*": _TUNING},
     ("dynamics/motion.py", "sign = 1 if state.y > 0 else -1"): {"1 -> 2 #4": "only its sign is looked at"},
     ("dynamics/motion.py", "SETTLED, POLISHED = 1e-3, 10.0"): {"*": _TUNING},
     ("dynamics/motion.py", "return 0, None"): {"0 -> 1 #2": "without a branch nobody asks for the way"},
@@ -283,14 +277,12 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         "0 -> 1 #2": "any point at which it is held",
     },
     ("identify/swings.py", "last = max(int(held[0]) - 1, 0) if held.size else 0"): {"- -> +": _BEGINS},
-    ("identify/decay.py", "if len(turned) > 1:"): {"1 -> 2": "in two periods it turns four times"},
-    ("identify/decay.py", '_STEP = {"hinge": 1e-5, "compliant": 3e-3}'): {"*": _TUNING},
-    ("identify/decay.py", '_STILL = {"hinge": 1e-8, "compliant": 1e-6}'): {"*": _TUNING},
-    ("identify/decay.py", "_STARTS = (0.4, 2.5)"): {"*": _TUNING},
-    (
-        "identify/decay.py",
-        'own |= {"twist_zero": abs(swung.release) * trials.beam.scales, "start": (t[swung.turns[0]] - swung.start) / '
-        "math.pi}",
-    ): {"0 -> 1": "sizes that parameters are measured over"},
+    ("identify/decay_fit.py", "if len(turned) > 1:"): {"1 -> 2": "in two periods it turns four times"},
+    ("identify/decay_fit.py", '_STEP = {"hinge": 1e-5, "compliant": 3e-3}'): {"*": _TUNING},
+    ("identify/decay_fit.py", '_STILL = {"hinge": 1e-8, "compliant": 1e-6}'): {"*": _TUNING},
+    ("identify/decay_fit.py", "_STARTS = (0.4, 2.5)"): {"*": _TUNING},
+    ("identify/decay_fit.py", '"start": (t[record.turns[0]] - record.start) / math.pi,'): {
+        "0 -> 1": "sizes that parameters are measured over",
+    },
 }
 """Changes that are no error: (file, line) -> {change, or "*" for all of the line: reason}."""

@@ -12,8 +12,8 @@ from scipy.optimize import brentq
 import squama
 from squama.arrays import solution
 from squama.curves import hinge
-from squama.curves.path import Case
-from squama.dynamics import hinged, motion
+from squama.curves.way import Case
+from squama.dynamics import hinge_branches, motion
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.decay import Sides, decay
 from squama.dynamics.modes import SHAPES
@@ -115,13 +115,13 @@ def test_a_mode_is_the_mean_over_the_beam(mode: str) -> None:
 
 
 def of_ratios(d: dict[str, float], kappa: float, load: str = "bending", mode: str = "uniform") -> Side:
-    return hinged.of_path(followed(d, kappa, load), kappa, mode)
+    return hinge_branches.of_path(followed(d, kappa, load), kappa, mode)
 
 
 def followed(d: dict[str, float], kappa: float, load: str) -> hinge.Path:
     columns = {name: np.array([d[name]]) for name in solution.COLUMNS}
     sol = solution.solve(columns, load=load, law="edge", sense="+")
-    return hinge.path(Case(1.0, kappa, 1.0, d["eta"], d["theta0"]), sol, None, d["mu"], "edge", hinged.FINEST)
+    return hinge.path(Case(1.0, kappa, 1.0, d["eta"], d["theta0"]), sol, None, d["mu"], "edge", hinge_branches.FINEST)
 
 
 @pytest.mark.parametrize(("load", "mode"), [("twisting", "uniform"), *(("bending", mode) for mode in MODES)])
@@ -238,7 +238,7 @@ def test_the_real_beam_with_stiff_joints_is_the_hinge() -> None:
     y = np.linspace(way.contact.phi, 0.15, 200)
     q = way.states(np.append(0.0, y), 5e-4)[0][1:, 1] / states.rigidity(way) - y
     hinge = of_ratios({**MAIN, "mu": 0.3}, 2.0, "twisting")
-    assert q[-1] == pytest.approx(float(hinge.rising().force(0.15)), rel=2e-3)
+    assert q[-1] == pytest.approx(float(hinge.up.force(0.15)), rel=2e-3)
 
 
 def test_speed_is_no_group() -> None:

@@ -13,8 +13,8 @@ import pytest
 import squama
 from squama.arrays import solution
 from squama.curves import hinge
-from squama.curves.path import Case
-from squama.dynamics import hinged, motion
+from squama.curves.way import Case
+from squama.dynamics import hinge_branches, motion
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.decay import Sides, decay
 
@@ -48,7 +48,7 @@ def path(case: dict) -> hinge.Path:
 
 def side(case: dict) -> Side:
     """Branches of a case."""
-    return hinged.of_path(path(case), case["kappa"])
+    return hinge_branches.of_path(path(case), case["kappa"])
 
 
 @pytest.mark.parametrize("case", FREE, ids=[c["case"] for c in FREE])
@@ -81,9 +81,7 @@ def test_slopes_at_engagement(case: dict) -> None:
     assert plateau == pytest.approx(case["zeta_plateau_kappa_1"], abs=case["tolerance"])
     # the splines that motion in time goes along
     found = side({**case, "kappa": 1.0})
-    assert [float(b.force(found.y_e, 1)) for b in (found.rising(), found.falling(0.25))] == pytest.approx(
-        wanted, rel=2e-7
-    )
+    assert [float(b.force(found.y_e, 1)) for b in (found.up, found.falling(0.25))] == pytest.approx(wanted, rel=2e-7)
 
 
 def test_piecewise_linear_scales_are_exact() -> None:
@@ -133,5 +131,5 @@ def test_two_states_at_one_frequency() -> None:
 def test_a_loop_of_bending_has_the_recorded_work() -> None:
     (case,) = named("W ")
     found = side({**case, "kappa": 1.0})
-    work = found.rising().work(0.16) - found.falling(0.16).work(0.16)
+    work = found.up.work(0.16) - found.falling(0.16).work(0.16)
     assert float(work) == pytest.approx(case["W_d_over_K"], abs=10 * case["tolerance"])

@@ -258,7 +258,9 @@ def run(folder: Path, code: str = RUN) -> subprocess.CompletedProcess[str]:
     )
 
 
-@pytest.mark.parametrize(("code", "said"), [(RUN, "frictional lock\n"), (ELEMENTS, "at rest\n")])
+@pytest.mark.parametrize(
+    ("code", "said"), [pytest.param(RUN, "frictional lock\n", marks=pytest.mark.slow), (ELEMENTS, "at rest\n")]
+)
 def test_no_folder_for_compiled_code_can_be_written(tmp_path: Path, code: str, said: str) -> None:
     """A file stands in the place of the folder; one line tells of the compilation, and that it recurs."""
     place = tmp_path / "file"
@@ -316,6 +318,7 @@ def test_a_damaged_copy_of_compiled_code_is_made_anew(
     assert not caplog.messages
 
 
+@pytest.mark.slow
 def test_compiled_code_is_kept(tmp_path: Path) -> None:
     first, again = run(tmp_path), run(tmp_path)
     assert first.stdout == again.stdout == "frictional lock\n"

@@ -7,7 +7,8 @@ import pytest
 
 import squama
 from squama.beam import matrixfile
-from squama.inverse.figures import Options, Want, evaluate, flat
+from squama.inverse.hinge_figures import evaluate
+from squama.inverse.named_figures import Options, Want, flat
 from squama.loads import LOADS
 from squama.study.columns import columns
 from squama.web import live

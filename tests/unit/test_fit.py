@@ -13,9 +13,9 @@ from oracle import bending as oracle_bending
 from oracle.twisting import forces, phi
 from oracle.vectors import FP, MP, Design
 from squama.identify.estimate import derivatives
-from squama.identify.parameters import PARAMETERS, ask
 from squama.identify.prepare import placed
 from squama.identify.records import read, record
+from squama.identify.unknowns import PARAMETERS, ask
 
 hinged = functools.partial(squama.fit, joint="hinge")
 BEAM = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.3)

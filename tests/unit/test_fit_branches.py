@@ -9,11 +9,11 @@ import pytest
 
 import squama
 from squama.curves import real
-from squama.identify.forward import Physical
-from squama.identify.parameters import with_error
+from squama.identify.hinge_points import Physical
+from squama.identify.joint_points import Walked
 from squama.identify.readings import Readings
 from squama.identify.records import turning_points, ways
-from squama.identify.walked import Walked
+from squama.identify.unknowns import with_error
 
 
 def test_a_noisy_twist_needs_to_be_told():

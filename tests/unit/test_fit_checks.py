@@ -11,10 +11,10 @@ import pytest
 
 import squama
 from squama.cli import main
-from squama.curves import finite_rows
+from squama.curves import own_scales
 from squama.errors import refuse
-from squama.identify import doubts, fitting, noise, search, slope
-from squama.identify.forward import Physical
+from squama.identify import fitting, noise, selection, slope
+from squama.identify.hinge_points import Physical
 from squama.identify.readings import Readings
 from squama.identify.slope import Slope
 
@@ -83,7 +83,7 @@ def test_a_wrong_unit_is_named_where_no_fit_is_found(monkeypatch, torques, words
     def off(*_):
         refuse("K_theta", "", "no point sees it")
 
-    monkeypatch.setattr(search, "find", off)
+    monkeypatch.setattr(selection, "find", off)
     x, T = loop()
     with pytest.raises(squama.InputError, match=words):
         fitted(x, torques * T)
@@ -183,7 +183,7 @@ def test_the_ends_of_the_beam_are_told():
     assert line.endswith("(squama row): mu and K_theta are those of an endless beam and biased by it")
     assert fit.dataset().attrs["checked"].splitlines()[0] == line
     # of a long beam the ends take the less
-    long = finite_rows.ends(fit.beam.replace(scales=1000), TOP / BEAM.pitch)
+    long = own_scales.ends(fit.beam.replace(scales=1000), TOP / BEAM.pitch)
     row = squama.row(fit.beam, scales=200, to=f"{TOP} rad/pitch", points=30)
     share = float(row["T"][-1] / row.T_periodic[-1])
     assert 1 - long.torque == pytest.approx((1 - share) / 5, rel=0.3)
@@ -192,15 +192,15 @@ def test_the_ends_of_the_beam_are_told():
 
 def test_where_the_row_ends_before_the_data_that_is_told():
     row = squama.Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness=45, mu=0.2)
-    ended = finite_rows.ends(row, 0.4 / row.pitch, joint="hinge")
+    ended = own_scales.ends(row, 0.4 / row.pitch, joint="hinge")
     assert ended.end == "side entry"
     assert 0.2 < ended.load < 0.2676
     beam = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(friction={"mu": 0.3})
-    found = finite_rows.ends(beam, 0.14 / beam.pitch)
+    found = own_scales.ends(beam, 0.14 / beam.pitch)
     assert (found.end, found.load) == ("", pytest.approx(0.14))
     assert 0.3 < found.torque < 1
     # before engagement there are no ends to speak of
-    assert finite_rows.ends(beam, 0.01 / beam.pitch) is None
+    assert own_scales.ends(beam, 0.01 / beam.pitch) is None
 
 
 def test_the_first_half_is_told_where_scales_touch_before_the_model_does():
@@ -219,8 +219,12 @@ def test_the_first_half_is_told_where_scales_touch_before_the_model_does():
 def test_a_rival_that_does_not_describe_the_points_is_not_told(tmp_path, capsys):
     x, T = loop()
     fit = fitted(x, T)
-    assert fit.rival.found.rms > doubts._AS_WELL * fit.rms
+    assert fit.rival is None
     assert not fit.disagreement
+    # beside so much noise it is within reach of a search from one start, and is fitted to the end
+    noisy = T + 0.3 * np.abs(T).max() * np.random.default_rng(3).normal(size=T.size)
+    near = fitted(x, noisy)
+    assert near.rival.found.rms < fitting._HOPELESS * near.rms
     assert "disagree" not in fit.summary()
     assert fit.summary().startswith("mu ")
     rows = "".join(f"{a:.9g},{b:.9g}\n" for a, b in zip(x, T, strict=True))

@@ -13,7 +13,7 @@ from scipy.interpolate import CubicHermiteSpline
 import squama
 from squama.cli import main
 from squama.dynamics import systems
-from squama.identify import decay, noise
+from squama.identify import decay_fit, noise
 from squama.loads import LOADS
 
 BEAM = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.3)
@@ -193,8 +193,8 @@ def test_the_way_back_of_the_real_beam_is_as_smooth_as_its_top():
     """The energy of the way back grows evenly with the top; it jumped by 2 % there, and no search could follow."""
     skin = squama.Beam.from_toml("examples/stiff_skin.toml")
     beam = skin.replace(joint={"stiffness": 0.0854}, hold="bend, lateral bend")
-    held = systems.Held(LOADS["twisting"], 0.2152, "edge", "compliant", False)
-    side = systems.sides(beam, held, "uniform", 1, 0.0923721)[0].plus
+    held = systems.Model(LOADS["twisting"], 0.2152, "edge", "compliant", False)
+    side = systems.sides(beam, held, "uniform", 1, 0.0923721).plus
     tops = 0.0707014 + 1e-6 * np.arange(-6, 6)
     # over the whole way, and over the part behind the point where the scales slide again
     for energy in (lambda b, y: float(b.work(y)), lambda b, y: float(b.work(y - 1e-3))):
@@ -209,14 +209,14 @@ def test_the_way_back_of_the_real_beam_is_as_smooth_as_its_top():
 def test_derivatives_are_above_the_noise_of_the_walk():
     """Of a motion on the real beam: central differences of two steps agree."""
     t, _, v = sampled(release="0.15 rad/pitch", damping=0.01, swings=2)
-    held = systems.Held(LOADS["twisting"], 0.3, "edge", "compliant", False)
-    trials = decay.Trials(BEAM, held, "uniform", ("mu", "K_theta", *decay.OWN))
+    held = systems.Model(LOADS["twisting"], 0.3, "edge", "compliant", False)
+    trials = decay_fit.Trials(BEAM, held, "uniform", ("mu", "K_theta", *decay_fit.OWN))
     p = np.array([0.3, squama.twist(BEAM, points=3).attrs["K_theta"], 0.01, float(v.f_0), 0.15, 0.0, 0.0])
     sizes, limits = np.abs(p) + 0.01, (p - 1, p + 1)
     found = []
     for step in (1.0, 3.0):
         with pytest.MonkeyPatch.context() as patch:
-            patch.setitem(decay._STEP, "compliant", step * decay._STEP["compliant"])
+            patch.setitem(decay_fit._STEP, "compliant", step * decay_fit._STEP["compliant"])
             found.append(trials.derivatives(p, t[:100], sizes, limits, central=True))
     apart = np.linalg.norm(found[1] - found[0], axis=0) / np.linalg.norm(found[0], axis=0)
     assert apart.max() < 0.1
@@ -226,7 +226,7 @@ def test_other_starts_are_tried_while_residuals_are_above_the_noise(monkeypatch)
     t, y, _ = sampled(release="0.15 rad/pitch", damping=0.01, swings=2, **HINGE)
     read = y + np.random.default_rng(2).normal(0, 3e-4, t.size)
     true = squama.fit_decay({"t": t, "phi": read}, BEAM, "mu, damping", **HINGE)
-    begun, descend = [], decay._Search.descend
+    begun, descend = [], decay_fit._Search.descend
 
     def stuck(self, p, n):
         begun.append(p[0])
@@ -234,7 +234,7 @@ def test_other_starts_are_tried_while_residuals_are_above_the_noise(monkeypatch)
         # the first start leads into another valley
         return found._replace(p=np.append(0.6, found.p[1:])) if len(begun) == 1 or p[0] == 0.6 else found
 
-    monkeypatch.setattr(decay._Search, "descend", stuck)
+    monkeypatch.setattr(decay_fit._Search, "descend", stuck)
     found = squama.fit_decay({"t": t, "phi": read}, GUESS, "mu, damping", **HINGE)
     assert len(begun) >= 3
     assert found.values["mu"] == pytest.approx(true.values["mu"], rel=1e-5)
@@ -246,8 +246,8 @@ def test_a_search_that_does_not_end_is_not_a_model_that_misses(monkeypatch):
     record = {"t": t, "phi": y * (1 + 0.1 * np.sin(9 * t))}
     misses = squama.fit_decay(record, BEAM, "damping", **HINGE).notes
     assert any("the model misses something" in note for note in misses)
-    descend = decay._Search.descend
-    monkeypatch.setattr(decay._Search, "descend", lambda *a: descend(*a)._replace(ended=False))
+    descend = decay_fit._Search.descend
+    monkeypatch.setattr(decay_fit._Search, "descend", lambda *a: descend(*a)._replace(ended=False))
     notes = squama.fit_decay(record, BEAM, "damping", **HINGE).notes
     assert any(note.startswith("the search did not come to an end") for note in notes)
     assert not any("misses" in note for note in notes)

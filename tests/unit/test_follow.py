@@ -9,8 +9,8 @@ import pytest
 
 import squama
 from squama.arrays import solution
-from squama.curves import doors, follow, hinge
-from squama.curves.path import Asked, LoadPath
+from squama.curves import doors, hinge
+from squama.curves.way import Analysis, Way
 from squama.errors import InputError
 from squama.loads import LOADS
 
@@ -30,8 +30,8 @@ def designs(n: int, seed: int) -> list[squama.Beam]:
 
 
 def paths(beam: squama.Beam, load: str, mus: list[float], law: str = "edge", sense: str = "+") -> list[hinge.Path]:
-    way = LoadPath.of(load, [math.inf if sense == "+" else -math.inf])
-    return hinge.solve(Asked(beam, way, np.array(mus), law, 0.01, 3))[0]
+    way = Way.of(load, [math.inf if sense == "+" else -math.inf])
+    return hinge.solve(Analysis(beam, way, np.array(mus), law, 0.01, 3))[0]
 
 
 @pytest.mark.parametrize("law", ["edge", "plate"])
@@ -69,23 +69,23 @@ def test_what_touches_when_is_looked_for_once(monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_a_load_path_knows_its_load_and_its_sense() -> None:
-    back = LoadPath.of("bending", [0.0, 0.2, -0.1])
-    assert back.points == ((0.0, 0.0), (0.2, 0.0), (-0.1, 0.0))
+    back = Way.of("bending", [0.0, 0.2, -0.1])
+    assert back.corners == ((0.0, 0.0), (0.2, 0.0), (-0.1, 0.0))
     assert (back.load.name, back.values, back.sense) == ("bending", [0.0, 0.2, -0.1], "+")
-    far = LoadPath.of("twisting", [-math.inf])
+    far = Way.of("twisting", [-math.inf])
     assert (far.load.name, far.values, far.sense) == ("twisting", [-math.inf], "-")
 
 
 @pytest.mark.parametrize("load", ["twisting", "bending"])
 def test_the_solved_path_is_that_of_the_door(load: str) -> None:
     beam = squama.Beam.from_ratios(mu=0.3)
-    path = follow.solved(beam, load, mu=0.3, to=0.1, joint="hinge", ideal=True)
+    kind = LOADS[load]
+    path, _ = doors.solved(doors.analysis(beam, Way.of(load, [0.1]), kind, points=3, joint="hinge"))
     answer = doors.respond(beam, load, points=7, to="0.1 rad/pitch", joint="hinge")
     curve = path.curve(points=7)
     torque = (answer.attrs["load"] == "twisting" and "T") or "M"
     np.testing.assert_array_equal(curve.along["torque"], answer[torque])
     assert curve.figures["end"] == answer["end"].item()
-    kind = LOADS[load]
     assert (path.case.rigidity, path.case.stiffness) == (kind.rigidity(beam), beam.joint_stiffness)
 
 

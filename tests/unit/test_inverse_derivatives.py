@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import squama
-from squama.inverse import real
-from squama.inverse.figures import At, Options, Want
+from squama.inverse import joint_figures
+from squama.inverse.named_figures import AT_TWIST, OF_BEAM, At, Options, Want
 from squama.inverse.residuals import Residuals
 from squama.inverse.space import cells_of, stepped
 from squama.inverse.target import read_target
@@ -28,7 +28,7 @@ RANGES = {
     "substrate.thickness": (0.013, 0.015),
 }
 AT = At(0.0, 0.09)
-WANTS = [*(Want(name, AT) for name in real.AT_TWIST), *(Want(name) for name in ("stiffness", "engagement", "length"))]
+WANTS = [*(Want(name, AT) for name in AT_TWIST), *(Want(name) for name in OF_BEAM)]
 OPTIONS = Options(joint="compliant")
 
 
@@ -39,7 +39,7 @@ def sample(n):
 
 def evaluate(values, moved=()):
     c = cells_of(BEAM, "twisting", values, len(values["mu"]))
-    return real.evaluate(c, moved, WANTS, OPTIONS, plates=True)
+    return joint_figures.evaluate(c, moved, WANTS, OPTIONS, plates=True)
 
 
 def test_figures_are_those_of_each_beams_curve():
@@ -50,9 +50,9 @@ def test_figures_are_those_of_each_beams_curve():
     assert len(known) > 4
     for i, beam in enumerate(beams):
         if i not in known:
-            assert np.isnan(found.values[: len(real.AT_TWIST), i]).all()
+            assert np.isnan(found.values[: len(AT_TWIST), i]).all()
             continue
-        own, answer = real.followed(beam, WANTS, OPTIONS)
+        own, answer = joint_figures.followed(beam, WANTS, OPTIONS)
         # tolerance: points of curves beside steps to the figures, 0.15 % measured, on every processor
         np.testing.assert_allclose(found.values[:, i], own, rtol=6e-3)
         assert float(answer["T"][0]) == pytest.approx(float(squama.twist(beam, at="0.09 rad/pitch")["T"][0]), rel=1e-12)
@@ -102,11 +102,11 @@ def test_derivatives_by_the_number_of_scales():
 
     def at(scales):
         c = cells_of(BEAM, "twisting", values | {"beam.scales": scales}, 40)
-        return real.evaluate(c, [], wants, OPTIONS, plates=True).values
+        return joint_figures.evaluate(c, [], wants, OPTIONS, plates=True).values
 
     c = cells_of(BEAM, "twisting", values, 40)
     moved = [stepped(BEAM, "twisting", values, "beam.scales", 1.0, 40)]
-    found = real.evaluate(c, moved, wants, OPTIONS, plates=True)
+    found = joint_figures.evaluate(c, moved, wants, OPTIONS, plates=True)
     slope = (at(25.0 + 1e-3) - at(25.0 - 1e-3)) / 2e-3
     there = np.isfinite(found.values[0]) & (found.load_e < 0.085)
     assert there.sum() > 20

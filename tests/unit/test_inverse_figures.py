@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import squama
-from squama.inverse.figures import At, Options, Want, evaluate, flat, harmless, take
 from squama.inverse.goals import MISSING
+from squama.inverse.hinge_figures import evaluate
 from squama.inverse.limits import LIMITS, Sizes, shear_factor
+from squama.inverse.named_figures import At, Options, Want, flat, harmless
 from squama.inverse.residuals import Residuals
 from squama.inverse.search import lsi
 from squama.inverse.space import Space, Variable, cells_of
@@ -55,7 +56,6 @@ def test_the_factor_of_a_joint_is_a_column_as_the_others_are():
     c = flat(columns(BEAM, {FACTOR: np.array([0.5, 1.0, 2.0]), "scale.length": np.array([[0.05], [0.06]])}))
     assert c.joint_factor.tolist() == [0.5, 1.0, 2.0] * 2
     assert c.eta.shape == (6,)
-    assert take(c, np.array([5, 0])).joint_factor.tolist() == [2.0, 0.5]
     assert harmless(c, np.array([True, True, False] * 2)).joint_factor.tolist() == [0.5, 1.0, 1.0] * 2
 
 

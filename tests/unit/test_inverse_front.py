@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("pymoo")
 
 import squama
-from squama.inverse.front import Trade, beams, dominated, read_settings, spread
+from squama.inverse.front import Trade, beams, read_settings, spread, undominated
 from squama.inverse.target import read_target
 from squama.inverse.targetfile import Context
 from squama.model.outcome import CODES
@@ -55,7 +55,7 @@ def brute(data, y):
     values = seen.values * np.array([-o.sense for o in trade.chosen.objectives])
     other = CODES.index(squama.End.OTHER)
     while True:
-        best = left[~dominated(values[left], values[left])]
+        best = left[undominated(values[left])]
         alone = trade.evaluate(y[best], plates=True).found.code != other
         if alone.all():
             return values[best], values[left]
@@ -158,7 +158,8 @@ def test_where_there_is_no_front_it_is_said_what_is_in_the_way():
 
 def test_domination_and_spreading_by_hand():
     points = np.array([[0, 2], [1, 1], [2, 0], [1, 2], [2, 2], [1, 1]], float)
-    assert dominated(points, points).tolist() == [False, False, False, True, True, False]
+    assert undominated(points).tolist() == [0, 1, 2, 5]
+    assert undominated(points[:0]).size == 0
     line = np.stack([np.linspace(0, 1, 50) ** 3, -np.linspace(0, 1, 50)], axis=1)
     keep = spread(line, 9)
     assert keep.size == 9

@@ -10,8 +10,9 @@ import pytest
 
 import squama
 from squama.cli import main
-from squama.inverse.targetfile import Context, rigidity
+from squama.inverse.targetfile import Context, quantity
 from squama.plot import front_figure, inverse_figure
+from squama.units import Dimension
 
 BEAM = Path("examples/pla_on_vps.toml").read_text(encoding="utf-8")
 GOOD = """start = "beam.toml"
@@ -73,7 +74,7 @@ def run(text, capsys, *flags, command="design"):
         (
             'lock = "120 deg total"',
             'stiffness = "0.5 N m"',
-            'target.stiffness = "0.5 N m": is not a stiffness of a beam',
+            'target.stiffness = "0.5 N m": is a torque, but a stiffness of a beam is needed',
         ),
         ('lock = "120 deg total"', "stiffness = 0.5", "target.stiffness = 0.5: has no unit"),
         (
@@ -170,12 +171,12 @@ def test_several_mistakes_are_told_together(folder, capsys):
 def test_stiffnesses_are_read():
     context = Context(25, "twisting", bare=False)
     for text in ("0.5 N m^2", "0.5 N m2", "0.5 Nm^2", "0.5 N*m^2/rad", "500000 N mm^2", "0.5 N m²", "500 mN m^2"):
-        assert rigidity("x", text, context).si == pytest.approx(0.5), text
-    assert rigidity("x", "at most 2 N m^2", context).sense == "<="
-    assert rigidity("x", 0.5, context._replace(bare=True)).si == 0.5
+        assert quantity("x", text, Dimension.RIGIDITY, context).si == pytest.approx(0.5), text
+    assert quantity("x", "at most 2 N m^2", Dimension.RIGIDITY, context).sense == "<="
+    assert quantity("x", 0.5, Dimension.RIGIDITY, context._replace(bare=True)).si == 0.5
     for text in ("0.5 N m^3", "0.5 mm^2", "x", "0.5", True, None, "-1 N m^2", 0.5):
         with pytest.raises(squama.InputError, match="N m"):
-            rigidity("x", text, context)
+            quantity("x", text, Dimension.RIGIDITY, context)
 
 
 def test_the_command_design(folder, capsys):

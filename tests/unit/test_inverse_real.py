@@ -15,8 +15,8 @@ from squama.fabrication import refuse
 from squama.fabrication.plan import plan
 from squama.fabrication.solids import PARTS
 from squama.inverse import making
-from squama.inverse.figures import flat
 from squama.inverse.limits import known_rooms, printed_rooms
+from squama.inverse.named_figures import flat
 from squama.inverse.residuals import Residuals
 from squama.inverse.space import Grid, Variable
 from squama.inverse.target import read_target

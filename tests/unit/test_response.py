@@ -13,7 +13,7 @@ from properties.designs import Drawn
 from squama.arrays import solution
 from squama.curves.doors import respond as respond_to
 from squama.curves.hinge import path
-from squama.curves.path import Case
+from squama.curves.way import Case
 
 BEAM = squama.Beam.from_ratios(mu=0.5)
 BEAM_THICK = squama.Beam.from_ratios(slenderness=10, mu=0.5)

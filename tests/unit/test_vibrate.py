@@ -13,7 +13,7 @@ from refusals import refused
 import squama
 from squama.cli import main
 from squama.curves.real import STRAIN_LIMIT
-from squama.dynamics import motion, systems, walked
+from squama.dynamics import joint_branches, motion, systems
 from squama.dynamics.modes import SHAPES
 from squama.loads import LOADS
 
@@ -182,9 +182,9 @@ def test_the_real_beam_is_shaken_too():
 
 def test_the_way_back_begins_a_hair_beyond_a_place_on_the_way_up():
     beam = squama.Beam.from_toml(ROOT / "src/squama/cli/example.toml")
-    held = systems.Held(LOADS["twisting"], 0.25, "edge", "compliant", False)
-    side = systems.sides(beam, held, "uniform", 1, 0.6)[0].plus
-    places = np.linspace(side.y_e, 0.6, walked.STEPS)[1:40]
+    held = systems.Model(LOADS["twisting"], 0.25, "edge", "compliant", False)
+    side = systems.sides(beam, held, "uniform", 1, 0.6).plus
+    places = np.linspace(side.y_e, 0.6, joint_branches.STEPS)[1:40]
     for top in places + 1.5e-7:
         back = side.falling(top)
         assert float(back.force(top)) == pytest.approx(float(side.up.force(top)), rel=1e-4)

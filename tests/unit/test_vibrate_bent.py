@@ -75,7 +75,7 @@ def test_scales_on_both_faces_swing_alike():
     one, other = (squama.vibrate(both, release=f"{a} rad/pitch", swings=1, **HOW) for a in (0.09, -0.09))
     np.testing.assert_allclose(one.psi_turn, -other.psi_turn, rtol=1e-9)
     c = squama.cycle(both, "0.05 rad/pitch", load="bending")
-    held = systems.Held(LOADS["bending"], 0.25, "edge", "compliant", False)
+    held = systems.Model(LOADS["bending"], 0.25, "edge", "compliant", False)
     # before contact it is the bar, with the tabs of both faces
     np.testing.assert_allclose(c.stiffness_ratio[1:], 1.0, rtol=1e-9)
     assert c.attrs["rigidity"] == pytest.approx(held.rigidity(both), rel=1e-9)

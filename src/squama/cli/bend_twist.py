@@ -52,8 +52,7 @@ def bend_twist(
     common.check(beam)
     described = settled(common.beam(beam, mu))
 
-    from squama.curves.planes import bend_twist_map
-    from squama.curves.polygons import bent_and_twisted
+    from squama.curves.polygons import bend_twist_map, bent_and_twisted
 
     given: dict[str, Any] = {"path": path, "margin": margin, "points": points}
     with flags.laid(flags.arguments("path", "neutral", "free")):

@@ -45,7 +45,7 @@ def cycle(
     described = settled(common.beam(beam, mu))
     name, text = ("--history", history) if to is None else ("--to", to)
 
-    from squama.curves.doors import cycled
+    from squama.curves.histories import cycled
     from squama.curves.labelled import flat_cycle
 
     with flags.laid(flags.arguments(twist=name)):

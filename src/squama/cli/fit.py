@@ -147,8 +147,7 @@ def fit(
     flags.check_places([(out, (".toml",))], files)
     beam = settled(common.beam(beams[0], friction=False) if len(beams) == 1 else None)
 
-    from squama.identify import decay, fitting, sentences
-    from squama.identify.decay_result import DecayFit
+    from squama.identify import decay_fit, fitting
 
     names = {name: f"--{name}" for name in vars(search)}
     names |= {"parameters": "--find", "bounds:": "--bounds", "data": ", ".join(data), "mode": "--mode"}
@@ -163,7 +162,7 @@ def fit(
     with flags.laid(names):
         if decays:
             how = {name: getattr(search, name) for name in _OF_DECAYS} | vars(swing)
-            found = decay.fit_decay(read[0], beam, *wanted, **how)
+            found = decay_fit.fit_decay(read[0], beam, *wanted, **how)
         else:
             given = {name: value for name, value in vars(search).items() if value is not None}
             parted = ((name, text.partition(":")) for name, text in limits.items())
@@ -173,9 +172,8 @@ def fit(
     if corner:
         written += output.draw([corner], "corner_figure", found.dataset())
     if out is not None:
-        written.append(output.write_text(out, sentences.beam_file(found, [label(path) for path in data])))
-    record = found.record() if isinstance(found, DecayFit) else sentences.record(found)
-    record = {"file": label(beams[0]), "data": data, **record}
+        written.append(output.write_text(out, found.beam_file([label(path) for path in data])))
+    record = {"file": label(beams[0]), "data": data, **found.report()}
     return output.report(common.json, ", ".join(data), written, record, _shown(found, label(beams[0])))
 
 

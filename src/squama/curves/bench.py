@@ -9,13 +9,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import NamedTuple, TypedDict, Unpack
+from typing import NamedTuple, Unpack
 
 import numpy as np
 
+from squama import arguments
 from squama.beam.design import Beam
 from squama.curves import doors
+from squama.curves.chosen import REAL
+from squama.curves.doors import How
 from squama.curves.labelled import Answer
+from squama.curves.own_scales import own_scales
 from squama.errors import InputError
 from squama.loads import LOADS, NOTHING, STRAIGHT, Load, holds
 from squama.units import torque_unit
@@ -36,12 +40,6 @@ class State(NamedTuple):
     stiffness_ratio: float
     strain: float = math.nan
     holding: float = math.nan
-
-
-class _How(TypedDict):
-    mu: float
-    ideal: bool
-    sense: str
 
 
 class Bench(NamedTuple):
@@ -106,12 +104,14 @@ def bench(beam: Beam, answer: Answer, *, ideal: bool, at: float | None = None) -
     if not engaged < at <= last * (1 + 1e-9):
         return None
     held = holds(str(answer.attrs["hold"]), load)
-    how: _How = {"mu": float(answer["mu"]), "ideal": ideal, "sense": str(answer.attrs.get("sense", "+"))}
-    other, notes = _other(beam, load, at, held=held, **how)
+    how, sense = How(mu=float(answer["mu"]), ideal=ideal, joint=REAL), str(answer.attrs.get("sense", "+"))
+    other, notes = _other(beam, load, at, sense, held=held, **how)
     row = State(math.nan, math.nan)
     if load.sided and not beam.other and beam.scales <= MOST:
-        row, why = _row(beam, at, hold=str(answer.attrs["hold"]), **how)
-        notes += why
+        one = beam.replace(hold=str(answer.attrs["hold"]))
+        own = own_scales(one, [at / beam.pitch], sense=sense, **how)
+        row = State(float(own.T[0]), float(own.stiffness_ratio[0]))
+        notes += (own.note,) * bool(own.note)
     return Bench(load, at, _state(answer, load, at), other, row, beam.scales, notes, held)
 
 
@@ -127,22 +127,16 @@ def _state(answer: Answer, load: Load, at: float) -> State:
     return State(*map(there, names))
 
 
-def _other(beam: Beam, load: Load, at: float, *, held: bool, **how: Unpack[_How]) -> tuple[State, tuple[str, ...]]:
+def _other(
+    beam: Beam, load: Load, at: float, sense: str, *, held: bool, **how: Unpack[How]
+) -> tuple[State, tuple[str, ...]]:
     """Return what the beam does that is held straight, or free where it was ``held``."""
     none, free = State(math.nan, math.nan), "bow" if load.sided else "twist"
     if held and not beam.replace(hold=NOTHING).given.may:
         return none, (f"free to {free}: {SEVEN}",)
     try:
-        hold = NOTHING if held else STRAIGHT
-        found = doors.respond(beam, load.name, at=[at / beam.pitch], joint="compliant", hold=hold, **how)
+        one = arguments.held_by(beam, NOTHING if held else STRAIGHT)
+        found = doors.respond(one, load.name, at=[at / beam.pitch], sense=sense, **how)
     except InputError as error:
         return none, (str(error),)
     return _state(found, load, at), ()
-
-
-def _row(beam: Beam, at: float, *, hold: str, **how: Unpack[_How]) -> tuple[State, tuple[str, ...]]:
-    from squama.curves.own_scales import own_scales
-
-    one = beam.replace(hold=hold)
-    own = own_scales(one, [at / beam.pitch], joint="compliant", **how)
-    return State(float(own.T[0]), float(own.stiffness_ratio[0])), (own.note,) * bool(own.note)

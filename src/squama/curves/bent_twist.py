@@ -3,31 +3,31 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import NamedTuple, Unpack
 
 import numpy as np
 
 from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
-from squama.contacts.path import RANGE
+from squama.curves.chosen import MODELS, REAL
+from squama.curves.curve_figures import figures
+from squama.curves.doors import How
 from squama.curves.labelled import Answer
-from squama.curves.path import Case, Curve, figures
 from squama.curves.polygons import bent_and_twisted
+from squama.curves.way import Case, Curve
 from squama.errors import refuse
 from squama.model.outcome import End
 from squama.symbols import OTHER
 from squama.types import Array
 
-FAR = 1.0
-"""Twist per pitch, rad, to which a bent beam on hinges is followed at most."""
 _ROLES = {"T": "torque", "T_scales": "scales", "theta": "theta", "N": "N", "f": "f"} | {
     name: name for name in ("U_el", "W_fr", "RED", "stress", "strain", "p", "s", *MOTIONS)
 }
 
 
 class Twisted(NamedTuple):
-    """A bent beam's path as it is twisted, see :class:`squama.curves.path.Solved`; ``sign`` of the twist, its leg."""
+    """A bent beam's path as it is twisted, see :class:`squama.curves.way.Solved`; ``sign`` of the twist, its leg."""
 
     case: Case
     answer: Answer
@@ -35,12 +35,9 @@ class Twisted(NamedTuple):
     legs: int
 
     @classmethod
-    def of(
-        cls, beam: Beam, bend: float, *, mu: float, sense: str = "+", margin: float = 0.01, joint: str | None = None,
-        ideal: bool | None = None,
-    ) -> Twisted:  # fmt: skip
+    def of(cls, beam: Beam, bend: float, *, sense: str = "+", **how: Unpack[How]) -> Twisted:
         """Bend a beam by ``bend`` (rad per pitch, signed) and twist it; refuse a bend that it does not come to."""
-        found = cls.tried(beam, bend, mu=mu, sense=sense, margin=margin, joint=joint, ideal=ideal)
+        found = cls.tried(beam, bend, sense=sense, **how)
         if not found.bent:
             answer = found.answer
             where = f"{float(answer['psi_end']):.4g} rad per pitch"
@@ -48,17 +45,13 @@ class Twisted(NamedTuple):
         return found
 
     @classmethod
-    def tried(
-        cls, beam: Beam, bend: float, *, mu: float, sense: str = "+", margin: float = 0.01, joint: str | None = None,
-        ideal: bool | None = None,
-    ) -> Twisted:  # fmt: skip
+    def tried(cls, beam: Beam, bend: float, *, sense: str = "+", **how: Unpack[How]) -> Twisted:
         """Do as :meth:`of`, and take the path as far as it goes: see :attr:`bent`."""
-        sign, d = arguments.sense(sense), beam.pitch
-        legs = 2 if bend else 1
-        asked = [(bend / d, 0.0), (bend / d, sign * (FAR if joint == "hinge" else RANGE) / d)][-legs:]
-        answer = bent_and_twisted(beam, asked, mu=mu, margin=margin, joint=joint, ideal=ideal)
-        rigidity = answer.attrs["rigidity"] if answer.attrs["joint"] == "compliant" else beam.torsional_rigidity
-        case = Case(d, float(rigidity), float(answer["K_theta"]), beam.eta, beam.scale.theta0, sign < 0)
+        sign, d, legs = arguments.sense(sense), beam.pitch, 2 if bend else 1
+        far = MODELS[how.get("joint") or REAL].programs().far
+        answer = bent_and_twisted(beam, [(bend / d, 0.0), (bend / d, sign * far / d)][-legs:], **how)
+        rigidity = float(answer.attrs.get("rigidity", beam.torsional_rigidity))
+        case = Case(d, rigidity, float(answer["K_theta"]), beam.eta, beam.scale.theta0, sign < 0)
         return cls(case, answer, sign, legs)
 
     @property
@@ -85,11 +78,10 @@ class Twisted(NamedTuple):
         twisting[max(0, np.flatnonzero(twisting)[0] - 1)] = True
         loads = self.sign * a["phi"][twisting]
         at = np.linspace(0.0, float(loads[-1]), points) if at is None else at
-        sided = ("T", "T_scales", *MOTIONS)
         along: dict[str, Array] = {}
         for name, role in (_ROLES | {name + OTHER: _ROLES[name] + OTHER for name in _ROLES}).items():
             if name in a.variables:
-                values = a[name][twisting] * (self.sign if name in sided[:2] else 1)
+                values = a[name][twisting] * (self.sign if name in ("T", "T_scales") else 1)
                 along[role] = np.interp(at, loads, values, right=np.nan)
         along |= {"load": at, "rate": at / self.case.pitch}
         # where the last point is; rigid scales have no stress

@@ -1,22 +1,125 @@
-"""Which model answers what is asked of a beam: the paper's hinges, or the real beam where nothing else is meant."""
+"""The table of models, and which one answers: the paper's hinges, or the real beam where nothing else is meant."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from squama import arguments
 from squama.beam.design import Beam
 from squama.errors import refuse
 from squama.joints import choice
-from squama.loads import LINES, LOADS, NEUTRAL, Load
+from squama.loads import ENDS, LINES, LOADS, NEUTRAL, THIN, Load
 
+if TYPE_CHECKING:
+    from squama.curves.way import Analysis, Case, Solved, States
+    from squama.types import Array
+
+REAL = "compliant"
+"""The joint of the real beam, which answers by default."""
 HINGED = 'write joint="hinge" (--joint hinge)'
-STRETCHES = ("free", "middle")
-"""Which line of a real beam keeps its length: none, there being no axial force, or that in the bar's middle."""
+
+
+class Programs(NamedTuple):
+    """What a model does.
+
+    ``solve`` gives a solved path for each coefficient of friction, and what attributes and warnings it adds, on hinges
+    of the scaled face alone, and ``gather`` those of the whole beam by these; ``walk`` the states of a history of one
+    load, ``polygon`` those of bends and twists one after the other, ``plane`` those at bends and twists (n,), ``row``
+    those of a finite row whose ends are as a word says. ``case``: what a beam brings to a load; ``far``: twist per
+    pitch, rad, to which a bent beam is twisted.
+    """
+
+    solve: Callable[[Analysis], tuple[Sequence[Solved], States]]
+    gather: Callable[[Analysis, Any], Sequence[Solved]]
+    walk: Callable[[Analysis], States]
+    polygon: Callable[[Analysis], States]
+    plane: Callable[[Analysis, Array, Array], States]
+    row: Callable[[Analysis, str], States]
+    case: Callable[[Beam, Load], Case]
+    far: float
+
+
+class Model(NamedTuple):
+    """A way to hold a scale, and what is known of it.
+
+    ``pages`` of the theory by load, empty for the paper's own; ``thick``: loads in which thickness counts; ``elastic``:
+    whether scales bend; ``straight``: whether a beam is held so; ``lines`` of the bar that may keep their length, and
+    ``ends`` of a row, the first by default; ``programs`` are imported when they are asked for.
+    """
+
+    pages: Mapping[str, str]
+    thick: tuple[str, ...]
+    elastic: bool
+    straight: bool
+    lines: tuple[str, ...]
+    ends: tuple[str, ...]
+    programs: Callable[[], Programs]
+
+
+def _hinge() -> Programs:
+    from squama.curves import hinge, hinge_cycles, hinge_polygons
+
+    return Programs(
+        solve=hinge.solve,
+        gather=hinge.gather,
+        walk=hinge_cycles.walk,
+        polygon=hinge_polygons.polygon,
+        plane=hinge_polygons.plane,
+        row=_hinge_row,
+        case=hinge.case,
+        far=1.0,
+    )
+
+
+def _hinge_row(analysis: Analysis, ends: str) -> States:
+    # by the contact solver, which is compiled: other questions of hinges are answered without it
+    from squama.curves import hinge_rows
+
+    return hinge_rows.solve(analysis, ends)
+
+
+def _compliant() -> Programs:
+    from squama.contacts.path import RANGE
+    from squama.curves import real_cycles, real_rows, real_walk
+
+    return Programs(
+        solve=real_walk.solve,
+        gather=real_walk.gather,
+        walk=real_cycles.walk,
+        polygon=real_walk.polygon,
+        plane=real_walk.plane,
+        row=real_rows.solve,
+        case=real_walk.case,
+        far=RANGE,
+    )
+
+
+MODELS = {
+    "hinge": Model(
+        pages={"twisting": "", "bending": "bending"},
+        thick=("twisting",),
+        elastic=False,
+        straight=True,
+        lines=tuple(NEUTRAL),
+        ends=("equal",),
+        programs=_hinge,
+    ),
+    REAL: Model(
+        pages=dict.fromkeys(LOADS, "real beam"),
+        thick=tuple(LOADS),
+        elastic=True,
+        straight=False,
+        lines=("free", "middle"),
+        ends=ENDS,
+        programs=_compliant,
+    ),
+}
+"""A hinge with one spring (closed form), or six motions of a scale against the substrate."""
 
 
 class Chosen(NamedTuple):
-    """A beam and the model that answers: its joint, "compliant" or "hinge", and whether scales are thin and rigid.
+    """A beam and the model that answers: its joint, a key of :data:`MODELS`, and whether scales are thin and rigid.
 
     ``beam`` knows the line of its bar that keeps its length; ``note``: why it is hinges where nobody asks for them.
     """
@@ -28,8 +131,8 @@ class Chosen(NamedTuple):
 
     @property
     def real(self) -> bool:
-        """Whether the real beam answers."""
-        return self.joint == "compliant"
+        """Whether the real beam answers, which nothing holds straight unasked."""
+        return not MODELS[self.joint].straight
 
 
 def chosen(
@@ -71,8 +174,8 @@ def chosen(
     if joint is None:
         unknown = choice.impossible if elements else choice.unknown
         note = "" if hinged else unknown(beam) or (choice.unbent(beam) if bends else "")
-        joint = "hinge" if hinged or note else "compliant"
-    elif joint == "compliant":
+        joint = "hinge" if hinged or note else REAL
+    elif joint == REAL:
         why = (choice.impossible(beam) if elements else "") or (choice.unbent(beam) if bends else "")
         for name, value, reason, remedy in (
             ("joint", joint, why, HINGED),
@@ -93,7 +196,7 @@ def chosen(
 
 def _lined(beam: Beam, joint: str, line: str | None) -> Beam:
     """Return a beam that knows which line of its bar keeps its length; by default the first that the joint has."""
-    lines = tuple(NEUTRAL) if joint == "hinge" else STRETCHES
+    lines = MODELS[joint].lines
     line = arguments.one_of("neutral", line or lines[0], lines)
     if joint == "hinge":
         if beam.other and line == "face":
@@ -104,3 +207,16 @@ def _lined(beam: Beam, joint: str, line: str | None) -> Beam:
     if beam.given.line == line:
         return beam
     return beam.replace(substrate={"neutral": None if line == "free" else line})
+
+
+def thin(load: Load, law: str, joint: str, *, ideal: bool) -> bool:
+    """Whether scales are taken as thin: as asked, or because the model knows of no thickness."""
+    return ideal or law == "plate" or load.name not in MODELS[joint].thick
+
+
+def idealisation(beam: Beam, joint: str, *, ideal: bool) -> str:
+    """Say in words how a beam's scales are taken by a model."""
+    if ideal:
+        return THIN
+    elastic = MODELS[joint].elastic and beam.scale.youngs_modulus is not None
+    return f"thick, {'elastic' if elastic else 'rigid'} scales"

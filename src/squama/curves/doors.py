@@ -1,35 +1,45 @@
-"""The doors: from a beam and what is asked of it in words and units to a dataset; twist, bend and cycle.
+"""The doors of one load: from a beam and arguments in words and units to a dataset; twist and bend.
 
-Each makes a load path and hands it to :mod:`squama.curves.follow`. ``respond`` and ``cycled`` give the answer before it
-is a dataset.
+``respond`` gives the answer before it is a dataset, ``solved`` the path that is drawn; ``analysis`` reads the arguments
+that all doors have in common.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from squama import arguments
 from squama.beam.design import Beam
-from squama.curves import follow
-from squama.curves.chosen import chosen
-from squama.curves.given_history import items, read, repeated
+from squama.curves import both_faces, labelled
+from squama.curves.chosen import MODELS, chosen
 from squama.curves.labelled import Answer
-from squama.curves.path import Asked, LoadPath
+from squama.curves.way import Analysis, Solved, States, Way
 from squama.errors import naming, refuse
-from squama.loads import LOADS, Load
+from squama.loads import Load
+from squama.types import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST = 1_000_000
-"""Most points of a history."""
 Rates = ArrayLike | Sequence[float | str] | str
 """Rates in rad/m, or texts with their units."""
+
+
+class How(TypedDict, total=False):
+    """Arguments that all doors have, as of :func:`twist`."""
+
+    mu: ArrayLike | None
+    law: str
+    margin: float
+    joint: str | None
+    ideal: bool | None
+    neutral: str | None
+    hold: str | None
 
 
 def twist(
@@ -112,7 +122,6 @@ def twist(
     >>> print(r.end.item(), f"at {float(r.phi_end):.4f} rad per pitch, RED = {float(r.RED_c):.3f}")
     frictional lock at 0.2691 rad per pitch, RED = 0.740
     """
-    arguments.beam(beam)
     return respond(
         beam,
         "twisting",
@@ -188,7 +197,6 @@ def bend(
     >>> print(m.end.item(), f"at {float(5 * m.psi_end):.5f} / eta")
     frictional lock at 0.96228 / eta
     """
-    arguments.beam(beam)
     return respond(
         beam, "bending", mu=mu, margin=margin, points=points, at=at, to=to, joint=joint, ideal=ideal, neutral=neutral,
         hold=hold,
@@ -199,34 +207,51 @@ def respond(
     beam: Beam,
     load: str,
     *,
-    mu: ArrayLike | None = None,
-    law: str = "edge",
-    margin: float = 0.01,
     points: int = 200,
     at: Rates | None = None,
     to: float | str | None = None,
     sense: str = "+",
+    **how: Unpack[How],
+) -> Answer:
+    """Return what :func:`twist` or :func:`bend` returns, before it is a dataset."""
+    arguments.beam(beam)
+    kind = arguments.load(load)
+    sign = arguments.sense(sense) if kind.sided else 1
+    way = Way.of(load, [sign * (math.inf if to is None else far(to, kind, beam.pitch, beam.scales))])
+    loads = None if at is None else _angles(at, kind, beam)
+    return _curves(analysis(beam, way, kind, points=points, most=1e6, family=True, **how)._replace(at=loads))
+
+
+def analysis(
+    beam: Beam,
+    way: Way,
+    load: Load | None,
+    *,
+    points: int,
+    most: float = 1e5,
+    family: bool = False,
+    mu: ArrayLike | None = None,
+    law: str = "edge",
+    margin: float = 0.01,
     joint: str | None = None,
     ideal: bool | None = None,
     neutral: str | None = None,
     hold: str | None = None,
-) -> Answer:
-    """Return what :func:`twist` or :func:`bend` returns, before it is a dataset."""
-    kind, d = arguments.load(load), beam.pitch
-    sign = arguments.sense(sense) if kind.sided else 1
+    free: str | None = None,
+) -> Analysis:
+    """Return the analysis of a beam on a way: its arguments checked, and the model that answers.
+
+    ``load`` as of :func:`squama.curves.chosen.chosen`; ``most`` points are allowed; ``family``: there may be several
+    coefficients of friction. Others as of the doors.
+    """
     arguments.law(law)
-    stop = math.inf if to is None else far(to, kind, beam.pitch, beam.scales)
-    mus, margin = arguments.frictions(beam.friction.mu, mu), arguments.margin(margin)
-    loads = None
-    if at is not None:
-        loads = np.atleast_1d(arguments.not_negative("at", _rates(at, load, beam))) * d
-        if loads.ndim != 1:
-            refuse("at", "", f"must be one number or a sequence of numbers, not an array of shape {loads.shape}")
-    way = LoadPath.of(load, [sign * stop])
-    points = arguments.whole("points", points, 3, 1e6)
-    means = chosen(arguments.held_by(beam, hold), kind, law=kind.law(law), joint=joint, ideal=ideal, neutral=neutral)
-    asked = Asked(means.beam, way, mus, kind.law(law), margin, points, loads, means.ideal, means.note)
-    return follow.curves(asked, means.joint)
+    law = load.law(law) if load else law
+    own = beam.friction.mu
+    mus = arguments.frictions(own, mu) if family else np.asarray(arguments.friction(own, mu))
+    margin, points = arguments.margin(margin), arguments.whole("points", points, 3, most)
+    held = arguments.held_by(beam, hold)
+    means = chosen(held, load, law=law, joint=joint, ideal=ideal, neutral=neutral, free=free)
+    return Analysis(means.beam, way, mus, law, margin, points, None, means.ideal, means.note, means.joint)
 
 
 def far(to: float | str, load: Load, pitch: float, scales: int) -> float:
@@ -238,127 +263,53 @@ def far(to: float | str, load: Load, pitch: float, scales: int) -> float:
     return stop
 
 
-def _rates(at: Rates, load: str, beam: Beam) -> ArrayLike:
-    """Return rates in rad/m where texts such as "0.2 rad/pitch" are given."""
+def _angles(at: Rates, load: Load, beam: Beam) -> Array:
+    """Return load angles per pitch of rates in rad/m, or of texts such as "0.2 rad/pitch" among them."""
     given = [at] if isinstance(at, str) else at
-    if not isinstance(given, list | tuple) or not any(isinstance(value, str) for value in given):
-        return at
-    with naming("at"):
-        return [LOADS[load].read(value, pitch=beam.pitch, scales=beam.scales) for value in given]
+    if isinstance(given, list | tuple) and any(isinstance(value, str) for value in given):
+        with naming("at"):
+            at = [load.read(value, pitch=beam.pitch, scales=beam.scales) for value in given]
+    loads = np.atleast_1d(arguments.not_negative("at", at)) * beam.pitch
+    if loads.ndim != 1:
+        refuse("at", "", f"must be one number or a sequence of numbers, not an array of shape {loads.shape}")
+    return loads
 
 
-def cycle(
-    beam: Beam,
-    twist: float | str | Sequence[float | str],
-    *,
-    mu: float | None = None,
-    law: str = "edge",
-    load: str = "twisting",
-    margin: float = 0.01,
-    points: int = 60,
-    loops: int = 1,
-    joint: str | None = None,
-    ideal: bool | None = None,
-    hold: str | None = None,
-) -> xr.Dataset:
-    """Load and unload a beam through any history of twists: loops, stick intervals, dissipation, jamming.
+def solved(analysis: Analysis) -> tuple[Solved, Sequence[str]]:
+    """Return the path of a beam in one sense, which `squama.view` and the explorer go along, and its warnings.
 
-    Parameters
-    ----------
-    beam
-        The beam.
-    twist
-        Twists one after the other, from rest at 0: rates in rad/m or texts such as "0.2 rad/pitch", or one text as
-        "0, 0.15, 0.05, 0.2, 0 rad/pitch". A single twist is gone to and back. Negative: the other sense. In bending
-        curvatures, positive towards the scales.
-    mu
-        Coefficient of friction; the beam's own if not given.
-    law
-        "edge" (satisfies virtual work) or "plate" (the paper's); in bending they coincide.
-    load
-        "twisting" or "bending".
-    margin
-        How near to a lock a history may go: fraction of the path left.
-    points
-        Number of points in contact of each way between two twists; a straight part has a quarter of it.
-    loops
-        How many times the history is gone through.
-    joint
-        "compliant" or "hinge", as in :func:`squama.twist`, in bending as in :func:`bend`.
-    ideal, hold
-        Thin, rigid scales, and what is held, as in :func:`squama.twist`.
-
-    Returns
-    -------
-    xarray.Dataset
-        Dimension ``point``: ``branch`` (how the point was reached: "straight", "loading", "unloading", "stick"),
-        ``leg``, ``phi``, ``Phi``, ``T``, ``T_scales``, ``K_t``, ``theta``, ``N``, ``f`` (negative while the twist
-        falls), ``p``, ``s``, ``U_el``, ``W_fr`` (from the start on); every turning point twice, before and after the
-        drop of torque. Dimension ``loop``, closed loops in the order in which they close: ``phi_base``, ``phi_top``,
-        ``W_d``, ``U_max``, ``zeta_eq``, ``K_sec``, ``T_drop``, ``phi_residual``. Dimension ``sense``: ``phi_e``,
-        ``phi_most``, ``phi_jam``, ``phi_end``, ``end``, ``other_contact``, ``neighbour``. In bending ``psi``,
-        ``kappa``, ``M``, ``K_b``, ``r``. With the compliant joint every turning point stands once, "stick" are the
-        points until the contact slides back, ``phi_most`` and ``phi_jam`` are not there, ``W_snap`` is;
-        ``energy_error``: work that is neither stored, rubbed away nor lost in snaps, relative to W_fr.
-        See docs, theory: cycles.
-
-    Raises
-    ------
-    InputError
-        An argument is out of range; the history goes beyond a lock, on hinges to a contact that is not followed, else
-        to where no equilibrium is found; or the scales do not slide back on it.
-
-    Examples
-    --------
-    >>> import squama
-    >>> beam = squama.Beam.from_ratios(youngs_modulus="2 MPa")
-    >>> c = squama.cycle(beam, "0, 0.2, 0 rad/pitch", mu=0.3, joint="hinge", ideal=True)
-    >>> print(f"{float(c.W_d[0]):.3g} J/m a loop, damping ratio {float(c.zeta_eq[0]):.3f}")
-    9.32 J/m a loop, damping ratio 0.043
+    Of hinges on both faces that of the scaled one alone.
     """
-    arguments.beam(beam)
-    return cycled(
-        beam,
-        twist,
-        mu=mu,
-        law=law,
-        load=load,
-        margin=margin,
-        points=points,
-        loops=loops,
-        ideal=ideal,
-        joint=joint,
-        hold=hold,
-    ).dataset()
+    found, more = MODELS[analysis.joint].programs().solve(analysis)
+    return found[0], more.notes
 
 
-def cycled(
-    beam: Beam,
-    twist: float | str | Sequence[float | str],
-    *,
-    mu: float | None = None,
-    law: str = "edge",
-    load: str = "twisting",
-    margin: float = 0.01,
-    points: int = 60,
-    loops: int = 1,
-    joint: str | None = None,
-    ideal: bool | None = None,
-    hold: str | None = None,
-) -> Answer:
-    """Return what :func:`cycle` returns, before it is a dataset."""
-    kind = arguments.load(load)
-    law = kind.law(arguments.law(law))
-    m, margin = np.asarray(arguments.friction(beam.friction.mu, mu)), arguments.margin(margin)
-    points = arguments.whole("points", points, 3, 1e5)
-    once = read(twist, beam, load)
-    ends = once[1:2] if len(once) == 3 and len(items(twist)) == 1 else once[::-1]
-    typed = {v: text for v, text in zip(ends, items(twist)[::-1], strict=False) if isinstance(text, str)}
-    values = repeated(once, arguments.whole("loops", loops, 1, 1e4))
-    if len(values) * points > MOST:
-        reason = f"{len(values)} twists of {points} points are too many"
-        refuse("twist", "", reason, "ask for fewer points or loops")
-    means = chosen(arguments.held_by(beam, hold), kind, law=law, joint=joint, ideal=ideal)
-    way = LoadPath.of(load, values, typed)
-    asked = Asked(means.beam, way, m, law, margin, points, ideal=means.ideal, note=means.note)
-    return follow.cycles(asked, means.joint)
+def _curves(analysis: Analysis) -> Answer:
+    """Follow a way in one sense: a curve for each coefficient of friction."""
+    way, programs = analysis.way, MODELS[analysis.joint].programs()
+    one_face, more = programs.solve(analysis)
+    found = programs.gather(analysis, one_face)
+    curves = [path.curve(points=analysis.points, at=analysis.at) for path in found]
+    family = ("mu",) * analysis.mus.ndim
+
+    def stack(values: Sequence[object]) -> Array:
+        return np.stack([np.asarray(v) for v in values]) if family else np.asarray(values[0])
+
+    along = {role: stack([c.along[role] for c in curves]) for role in curves[0].along}
+    figures = {role: stack([c.figures[role] for c in curves]) for role in curves[0].figures}
+    by_dim, attrs = {(*family, "point"): along, family: figures}, dict(more.attrs)
+    if way.load.sided:
+        by_dim.setdefault((), {})["phi_e_small"] = np.asarray(_small(analysis.beam, way.sign))
+        attrs["sense"] = way.sense
+    title = f"{way.load.name} of a scale-covered beam"
+    states = States(by_dim, attrs, more.notes)
+    return labelled.answer(analysis, states, title, {"mu": analysis.mus.tolist()}, sense=way.sense)
+
+
+def _small(beam: Beam, sign: int) -> float:
+    """Twist per pitch at engagement by the paper's formula for small angles."""
+    alpha = beam.scale.alpha
+    # with scales on both faces that of the one whose scales touch first
+    signs = {sign, sign * (both_faces.sense(beam, "twisting") or 1)}
+    slope = max(s * (beam.eta * math.tan(alpha) - math.sin(alpha)) + beam.beta for s in signs)
+    return beam.scale.theta0 / slope if slope > 0 else math.inf

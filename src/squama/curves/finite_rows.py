@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 
 from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
-from squama.curves import doors, follow
-from squama.curves.chosen import chosen
-from squama.curves.labelled import Answer, Labelled, attributes, labelled
-from squama.curves.path import Asked, LoadPath
-from squama.errors import InputError, refuse
+from squama.curves import doors, labelled
+from squama.curves.chosen import MODELS
+from squama.curves.doors import How
+from squama.curves.labelled import Answer, Labelled
+from squama.curves.way import Way
+from squama.errors import refuse
 from squama.loads import ENDS, LOADS
 from squama.units import shown
 
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
 
 MOST = 2000
 """Largest number of scales of a row."""
-_ENOUGH, _POINTS = 100, 30
-"""Scales from which on more of them only share the ends' part among more; points of a row that is compared."""
 
 
 def row(
@@ -104,84 +103,35 @@ def rowed(
     beam: Beam,
     *,
     scales: int | None = None,
-    mu: float | None = None,
     to: float | str | None = None,
     points: int = 100,
     sense: str = "+",
-    joint: str | None = None,
-    ideal: bool | None = None,
-    hold: str | None = None,
     ends: str | None = None,
+    **how: Unpack[How],
 ) -> Answer:
     """Return what :func:`row` returns, before it is a dataset."""
     arguments.beam(beam)
     only_one(beam.faces, "a finite row")
-    n = arguments.whole("scales", beam.scales if scales is None else scales, 2, MOST)
-    points = arguments.whole("points", points, 3, 1e5)
-    sign = arguments.sense(sense)
-    m = np.asarray(arguments.friction(beam.friction.mu, mu))
-    stop = math.inf if to is None else doors.far(to, LOADS["twisting"], beam.pitch, n)
-    means = chosen(beam, LOADS["twisting"], joint=joint, ideal=ideal)
-    ends = _ends(ends, means.joint)
-    way = LoadPath.of("twisting", [sign * stop])
-    beam = arguments.held_by(beam.replace(scales=n), hold)
-    asked = Asked(beam, way, m, "edge", 0.0, points, ideal=means.ideal, note=means.note)
-    if means.real:
-        from squama.curves import real_rows
-
-        states = real_rows.solve(asked, ends)
-    else:
-        from squama.curves import hinge_rows
-
-        states = hinge_rows.solve(asked)
+    twisting, n = LOADS["twisting"], arguments.whole("scales", beam.scales if scales is None else scales, 2, MOST)
+    stop = math.inf if to is None else doors.far(to, twisting, beam.pitch, n)
+    way = Way.of("twisting", [arguments.sense(sense) * stop])
+    analysis = doors.analysis(beam.replace(scales=n), way, twisting, points=points, **how)
+    ends = _ends(ends, analysis.joint)
+    states = MODELS[analysis.joint].programs().row(analysis, ends)
     single = states.by_dim[()]
     single |= {f"Phi_{name}": single[f"phi_{name}"] / beam.pitch for name in ("e", "end")}
-    variables = labelled(way.load, states, m, follow.theory(way.load, means.joint))
-    variables["scale"] = Labelled(("scale",), np.arange(1, n + 1), {"long_name": "scale, counted along the beam"})
-    attrs = attributes(asked, "twisting of a row of scales", sense, means.joint, states.notes)
-    attrs |= {"load": "row", "mu": float(m), "sense": sense, "ends": ends, **states.attrs}
-    return Answer(variables, attrs)
+    attrs = {"load": "row", "mu": float(analysis.mus), "sense": sense, "ends": ends}
+    answer = labelled.answer(analysis, states, "twisting of a row of scales", attrs, sense=sense)
+    counted = {"long_name": "scale, counted along the beam"}
+    answer.variables["scale"] = Labelled(("scale",), np.arange(1, n + 1), counted)
+    return answer
 
 
 def _ends(word: str | None, joint: str) -> str:
-    """Return how the ends are held, by what is asked; refuse what a joint does not know."""
-    if word is None:
-        return "equal" if joint == "hinge" else "free"
-    if word not in ENDS:
+    """Return how the ends are held, by what is asked; refuse what a model does not know."""
+    allowed = MODELS[joint].ends
+    if word is not None and word not in ENDS:
         refuse("ends", shown(word), f"must be one of {', '.join(map(shown, ENDS))}", 'write e.g. ends="free"')
-    if joint == "hinge" and word != "equal":
+    if word is not None and word not in allowed:
         refuse("ends", shown(word), "a row on hinges has one twist in all cells", 'leave it out, or write ends="equal"')
-    return word
-
-
-class Ends(NamedTuple):
-    """What a beam's own ends take away: ``torque`` and ``tangent`` of its N ``scales`` over those of an endless beam.
-
-    At the twist ``load``, rad per pitch; ``end`` says why the row goes no farther, empty where it goes as far as asked.
-    """
-
-    scales: int
-    load: float
-    torque: float
-    tangent: float
-    end: str
-
-
-def ends(
-    beam: Beam, to: float, *, sense: str = "+", joint: str | None = None, ideal: bool | None = None
-) -> Ends | None:
-    """Compare a beam's row with the endless one at a twist (rad/m) or where it ends before; None without contact."""
-    n = min(beam.scales, _ENOUGH)
-    try:
-        found = row(beam, scales=n, to=to, points=_POINTS, sense=sense, joint=joint, ideal=ideal)
-    except InputError:
-        return None
-    phi, own, endless = (found[name].values for name in ("phi", "T", "T_periodic"))
-    there = np.isfinite(own) & np.isfinite(endless) & (phi > float(found.phi_e))
-    phi, own, endless = phi[there], own[there], endless[there]
-    if phi.size < 3 or not endless[-1] > 0:
-        return None
-    steep, other = (np.gradient(torque, phi)[-1] for torque in (own, endless))
-    torque, tangent = (1 - (1 - float(share)) * n / beam.scales for share in (own[-1] / endless[-1], steep / other))
-    far = math.isclose(phi[-1], to * beam.pitch, rel_tol=1e-6)
-    return Ends(beam.scales, float(phi[-1]), torque, tangent, "" if far else str(found.end.item()))
+    return word or allowed[0]

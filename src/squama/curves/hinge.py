@@ -7,13 +7,17 @@ of friction: what touches when is geometry.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from squama.arrays import solution
-from squama.curves.path import Asked, Case, Curve, States, figures
-from squama.loads import neutral_height
+from squama.beam.design import Beam
+from squama.curves import both_faces
+from squama.curves.curve_figures import dissipation, figures
+from squama.curves.way import Analysis, Case, Curve, States, Way, spaced
+from squama.loads import Load, neutral_height
 from squama.model import energy, history, mechanics, screw
 from squama.model.mechanics import Row
 from squama.model.outcome import CODES, End
@@ -32,6 +36,8 @@ LOCKS = (End.FRICTIONAL, End.KINEMATIC)
 """Ends towards which a curve steepens."""
 BENT_BY, TWISTED_BY = "BF", "TS"
 """Contacts of a bent and of a twisted beam, of those of :mod:`squama.model.screw`."""
+_NEAR = 1e-9
+"""Relative difference of the ends of two faces that is none."""
 _NOT_MET = (np.nan, np.nan)
 
 
@@ -87,38 +93,92 @@ class Path(NamedTuple):
         """Return the path parameters at which the path reaches load angles, all between its ends."""
         return invert(self.row, load, self.x0, self.x_end, self.law)
 
+    def at(self, load: Array) -> dict[str, Array]:
+        """Return the states at load angles, see :func:`states`; NaN beyond the end."""
+        # a load that meets the end but for rounding belongs to the curve; at a lock the forces have no bounds
+        reach = self.load_end * (1 if self.end in LOCKS else 1 + SAME)
+        before = load <= (self.load_e if self.engaged else reach)
+        contact = ~before & (load <= reach)
+        x = self.place(load[contact]) if contact.any() else np.empty(0)
+        order = np.concatenate([np.flatnonzero(before), np.flatnonzero(contact)])
+        found = {}
+        for role, v in states(self, load[before], x).items():
+            found[role] = np.full(load.size, "" if v.dtype.kind == "U" else np.nan, v.dtype)
+            found[role][order] = v
+        return found | {"load": load}
+
     def curve(self, *, points: int, at: Array | None = None) -> Curve:
         """Return the curve at ``points`` of its own, from load 0 to the cut-off, or at load angles; figures there."""
+        v = states(self, *samples(self, points)) if at is None else self.at(at)
+        end = (np.empty(0), np.array([self.x_c])) if self.engaged else (np.array([self.last]), np.empty(0))
+        return Curve(in_si(self.case, [v]), _figures(self, in_si(self.case, [states(self, *end)])))
+
+
+class Both(NamedTuple):
+    """The path of a beam with scales on both faces, solved: each face's own, of which the bar is counted once.
+
+    ``lead``: the face whose scales touch first; ``turns`` are the signs with which the faces see the load that is held.
+    What is told of a scale is of the leading face, with that of the other beside it. The curve ends where one of the
+    two does.
+    """
+
+    lead: Path
+    other: Path
+    turns: tuple[int, int]
+
+    @property
+    def case(self) -> Case:
+        """What the beam and the model bring."""
+        return self.lead.case
+
+    @property
+    def load_e(self) -> float:
+        """Load angle per pitch at engagement."""
+        return self.lead.load_e
+
+    def curve(self, *, points: int, at: Array | None = None) -> Curve:
+        """Return the curve at points of its leading face's own, or at load angles: NaN beyond its end."""
+        lead, other = self.lead, self.other
+        sooner = other.last < lead.last * (1 - _NEAR)
+        cut = other.last if sooner else lead.last
         if at is None:
-            load, x = samples(self, points)
-        else:
-            # a load that meets the end but for rounding belongs to the curve; at a lock the forces have no bounds
-            reach = self.load_end * (1 if self.end in LOCKS else 1 + SAME)
-            before = at <= (self.load_e if self.engaged else reach)
-            contact = ~before & (at <= reach)
-            load = at[before]
-            x = self.place(at[contact]) if contact.any() else np.empty(0)
-        # the cut-off goes along as the last point
-        cut = min(self.load_e, self.load_end)
-        load, x = (load, np.append(x, self.x_c)) if self.engaged else (np.append(load, cut), x)
-        values = evaluate(self, load, x)
-        last = {name: v[-1].item() for name, v in values.items()}
-        along = {name: v[:-1] for name, v in values.items()}
-        if at is not None:
-            order = np.concatenate([np.flatnonzero(before), np.flatnonzero(contact)])
-            for name, v in along.items():
-                along[name] = np.full(at.size, "" if v.dtype.kind == "U" else np.nan, v.dtype)
-                along[name][order] = v
-            along["load"], along["rate"] = at, at / self.case.pitch
-        return Curve(along, _figures(self, last))
+            at = spaced(cut, points, self.load_e) if sooner else states(lead, *samples(lead, points))["load"]
+        along, last = (
+            in_si(self.case, [face.at(x) for face in self[:2]], turns=self.turns) for x in (at, np.array([cut]))
+        )
+        found = _figures(lead, last)
+        if sooner:
+            end, words = other.load_end if math.isfinite(other.load_end) else cut, other.other
+            found |= {"load_end": end, "rate_end": end / self.case.pitch, "theta_end": last["theta"].item()}
+            found["end"] = str(End.OTHER if other.end is End.NONE else other.end)
+            found["other_contact"] = both_faces.WHOSE * bool(words) + words
+        return Curve(along, found | {"load_e_other": other.load_e})
 
 
-def solve(asked: Asked) -> tuple[list[Path], States]:
-    """Solve what is asked in one sense, up to the one load angle of its path, for each coefficient of friction."""
-    beam, way, law, margin, mus = asked.beam, asked.path, asked.law, asked.margin, np.atleast_1d(asked.mus)
+def gather(analysis: Analysis, one_face: list[Path]) -> list[Path] | list[Both]:
+    """Return the paths of a beam by those of its scaled face, for each coefficient of friction."""
+    beam, load = analysis.beam, analysis.way.load
+    if not (seen := both_faces.sense(beam, load.name)):
+        return one_face
+    assert beam.other is not None
+    # the other face sees the load in its own sense
+    mirror = analysis._replace(way=Way.of(load.name, [-v for v in analysis.way.values]))
+    others = one_face if seen > 0 else solve(mirror)[0]
+    across = 1, beam.other.seen[1 - load.axis]
+    found = []
+    for pair in zip(one_face, others, strict=True):
+        lead = int(pair[1].load_e < pair[0].load_e)
+        found.append(Both(pair[lead], pair[1 - lead], (across[lead], across[1 - lead])))
+    return found
+
+
+def solve(analysis: Analysis) -> tuple[list[Path], States]:
+    """Solve a beam in one sense, up to the one load angle of its way, for each coefficient of friction."""
+    beam, way, law, mus = analysis.beam, analysis.way, analysis.law, np.atleast_1d(analysis.mus)
     kind, case, to = way.load, Case.of(beam, way.load.name, way.sense), abs(way.values[-1])
+    margin = analysis.margin
     more = States({}, {"margin": margin})
-    ratios = beam.ratios | {"lam": kind.height(beam.lam, beam.neutral), "thickness": asked.thickness}
+    ratios = beam.ratios | {"lam": kind.height(beam.lam, beam.neutral), "thickness": thickness(analysis)}
     if case.mirrored and not kind.sided:
         plates = Plates(beam.eta, beam.beta, ratios["lam"], math.sin(beam.scale.alpha), math.cos(beam.scale.alpha))
         hit = solution.touch(plates, case.theta0, SEARCH, None, 0, mirrored=True, bent=True)
@@ -129,7 +189,7 @@ def solve(asked: Asked) -> tuple[list[Path], States]:
         sol = solution.solve({**shapes, "mu": mus}, load=kind.name, law=law, sense=way.sense)
         sol, touches = solution.with_touches(sol, [*shapes.values()], load=kind.name, sense=way.sense, alike=True)
         paths = [path(case, sol.one(i), touches[i], float(m), law, margin, to) for i, m in enumerate(mus)]
-    if kind.sided and (law != "edge" or asked.thickness):
+    if kind.sided and (law != "edge" or ratios["thickness"]):
         return paths, more
     # twisting has the axis in the bar's middle; the other sense is the mirror image
     y_n, sides = (0.0, (0.0, 1.0)) if kind.sided else (neutral_height(beam.neutral, beam.lam), (1.0, 0.0))
@@ -164,6 +224,17 @@ def path(
     met = (load_end, theta_end) if other else _NOT_MET
     k = int(found.neighbour[0])
     return Path(case, row, x0, x_end, x_c, pole, load_e, load_end, theta_end, end, k, other, mu, law, met)
+
+
+def case(beam: Beam, load: Load) -> Case:
+    """Return what a beam and its hinges bring to a load."""
+    return Case.of(beam, load.name)
+
+
+def thickness(analysis: Analysis) -> float:
+    """Return the thickness of scales in pitches, where the hinge knows of it: twisted, by the edge law."""
+    thin = analysis.ideal or analysis.law == "plate" or not analysis.way.load.sided
+    return 0.0 if thin else analysis.beam.scale.thickness / analysis.beam.pitch
 
 
 def _open(case: Case, touch: Touch | None, other: str, to: float, mu: float, law: str) -> Path:
@@ -238,17 +309,44 @@ def straight(case: Case, load: Array) -> dict[str, Array]:
     return {**found, **dict.fromkeys(("N", "f"), zero), **dict.fromkeys(("p", "s", "mu_lock"), none)}
 
 
-def in_si(case: Case, v: dict[str, Array], work: Array, sign: int = 1) -> dict[str, Array]:
-    """Give values of :func:`touching` or :func:`straight` their units; ``sign`` that of the load where it counts."""
-    d, K, rate = case.pitch, case.stiffness, v["load"] / case.pitch
-    W_fr, U_el = work * K / d, (case.rigidity * rate**2 + K / d * (v["theta"] - case.theta0) ** 2) / 2
-    scales, total = sign * K * v["scales"], U_el + W_fr
-    return {
+def in_si(
+    case: Case, faces: Sequence[Mapping[str, Array]], *, sign: int = 1, turns: Sequence[int] = (1, 1)
+) -> dict[str, Array]:
+    """Give the states of each face's scales at the same loads their units: sums, and the bar once.
+
+    ``sign``: that of the load where it counts; ``turns`` those with which faces see the load that is held.
+    """
+    d, K, own = case.pitch, case.stiffness, faces[0]
+    rate = own["load"] / d
+    added, tangent, work = (np.sum([face[role] for face in faces], axis=0) for role in ("scales", "tangent", "work"))
+    scales, W_fr = sign * K * added, work * K / d
+    joints = np.sum([K / d * (face["theta"] - case.theta0) ** 2 for face in faces], axis=0)
+    U_el = (case.rigidity * rate**2 + joints) / 2
+    found = {
         "rate": rate,
-        "load": v["load"],
+        "load": own["load"],
         "torque": case.rigidity * rate + scales,
         "scales": scales,
-        "tangent": case.rigidity + K * d * v["tangent"],
+        "tangent": case.rigidity + K * d * tangent,
+        **_of_scale(case, own),
+        "U_el": U_el,
+        "W_fr": W_fr,
+        "RED": dissipation(U_el, W_fr),
+    }
+    for name in ("T", "M"):
+        # what holds a beam of oblique scales from twisting, or straight
+        if name in own:
+            found[name] = np.sum([turn * (K * face[name]) for turn, face in zip(turns, faces, strict=False)], axis=0)
+    for other in faces[1:]:
+        found |= both_faces.of_other(_of_scale(case, other))
+    return found
+
+
+def _of_scale(case: Case, v: Mapping[str, Array]) -> dict[str, Array]:
+    """Return the figures of a scale with their units."""
+    d, K = case.pitch, case.stiffness
+    contact = {"contact": v["contact"]} if "contact" in v else {}
+    return {
         "p": v["p"] * d,
         "s": v["s"] * d,
         "theta": v["theta"],
@@ -256,21 +354,26 @@ def in_si(case: Case, v: dict[str, Array], work: Array, sign: int = 1) -> dict[s
         "f": v["f"] * K / d,
         "f0": v["f"] * case.eta,
         "mu_lock": v["mu_lock"],
-        "U_el": U_el,
-        "W_fr": W_fr,
-        "RED": np.divide(W_fr, total, out=np.zeros_like(work), where=total > 0),
+        **contact,
     }
 
 
-def evaluate(p: Path, load: Array, x: Array) -> dict[str, Array]:
-    """Every variable at the load angles before engagement, followed by the path parameters in contact."""
-    values, work = straight(p.case, load), np.zeros(load.size + x.size)
+def states(p: Path, load: Array, x: Array) -> dict[str, Array]:
+    """Return the states at load angles before engagement, and then at path parameters in contact, by role.
+
+    As :func:`straight` and :func:`touching`, with the work of friction and what holds the other load at zero.
+    """
+    v, work = straight(p.case, load), np.zeros(load.size + x.size)
     if x.size:
         contact = touching(p.row, p.law, x, p.mu)
-        values = {role: np.concatenate([v, contact[role]]) for role, v in values.items()}
-        work[load.size :] = energy.work(p.row, p.x0, float(x.max()), p.pole, p.mu, p.law)(x)
-    along = in_si(p.case, values, work)
-    return along if p.leg is None else along | _held(p, p.leg, values, load.size)
+        v = {role: np.concatenate([one, contact[role]]) for role, one in v.items()}
+        work[load.size :] = energy.work(p.row, p.x0, max(p.x_c, float(x.max())), p.pole, p.mu, p.law)(x)
+    return v | {"work": work} | ({} if p.leg is None else _held(p, p.leg, v, load.size))
+
+
+def evaluate(p: Path, load: Array, x: Array) -> dict[str, Array]:
+    """Every variable at the load angles before engagement, followed by the path parameters in contact; SI units."""
+    return in_si(p.case, [states(p, load, x)])
 
 
 def _held(p: Path, leg: Leg, v: dict[str, Array], engaged: int) -> dict[str, Array]:
@@ -291,11 +394,12 @@ def _held(p: Path, leg: Leg, v: dict[str, Array], engaged: int) -> dict[str, Arr
         toward = leg.step[0] * same, leg.step[1] * same
         sliding = velocities.sliding(v["theta"][engaged:] - s.theta0, s.mu * same, toward)
         held[engaged:] = k * (sliding.T if bends else sliding.M)
-    return {"T": p.case.stiffness * held, "contact": contact} if bends else {"M": p.case.stiffness * held}
+    return {"T": held, "contact": contact} if bends else {"M": held}
 
 
-def _figures(p: Path, last: dict[str, Any]) -> dict[str, float | int | str]:
-    mu_static = np.nan
+def _figures(p: Path, end: Mapping[str, Array]) -> dict[str, float | int | str]:
+    """Return the single figures of a curve by its variables at its end."""
+    last, mu_static = {role: v[-1].item() for role, v in end.items()}, np.nan
     if p.row is not None:
         pt = p.row.point(p.x0, p.law, FLOAT)
         mu_static = mechanics.mu_lock(pt) if pt.M_f > 0 else np.inf

@@ -9,15 +9,15 @@ from __future__ import annotations
 import functools
 import itertools
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from squama.beam.design import Beam
 from squama.curves import both_faces
+from squama.curves.curve_figures import loop_figures, loop_table, table, used_senses
 from squama.curves.hinge import LOCKS, SAME, Path, in_si, solve, straight, touching
-from squama.curves.path import Asked, Case, LoadPath, States, loop_figures, loop_table, used_senses
+from squama.curves.way import Analysis, Case, States, Way
 from squama.errors import refuse
 from squama.loads import LOADS
 from squama.model import history
@@ -46,7 +46,7 @@ _BEYOND = {
 class Senses(NamedTuple):
     """Both senses of loading of a beam, by "+" and "-": solved paths, sides in contact, largest load angles allowed.
 
-    ``faces``: on how many of the bar's faces scales do the same.
+    ``faces``: on how many of the bar's faces scales do the same, where those of two do not act one at a time.
     """
 
     case: Case
@@ -61,10 +61,6 @@ class Senses(NamedTuple):
         """Rigidity of the bar without contact over K_theta d of what touches."""
         return self.case.rigidity / (self.faces * self.case.stiffness * self.case.pitch)
 
-    def in_si(self, values: dict[str, Array], work: Array, sign: int = 1) -> dict[str, Array]:
-        """Give values of one face their units, see :func:`squama.curves.hinge.in_si`; sums of all faces that touch."""
-        return both_faces.total([in_si(self.case, values, work, sign)] * self.faces, self.case.rigidity)
-
     def place(self, sign: str, load: float) -> float:
         """Path parameter at a load angle (magnitude, beyond engagement)."""
         p = self.paths[sign]
@@ -78,8 +74,8 @@ def senses(beam: Beam, load: str, mu: float, law: str, margin: float, ideal: boo
     """
 
     def path(end: float) -> Path:
-        asked = Asked(beam, LoadPath.of(load, [end]), np.asarray(mu), LOADS[load].law(law), margin, 3, None, ideal)
-        return solve(asked)[0][0]
+        analysis = Analysis(beam, Way.of(load, [end]), np.asarray(mu), LOADS[load].law(law), margin, 3, None, ideal)
+        return solve(analysis)[0][0]
 
     found = {"+": path(math.inf), "-": path(-math.inf)}
     seen = both_faces.sense(beam, load)
@@ -93,22 +89,22 @@ def senses(beam: Beam, load: str, mu: float, law: str, margin: float, ideal: boo
         found = {"+": closed, "-": closed}
     most = {sign: p.last if p.engaged and p.end in LOCKS else p.load_end for sign, p in found.items()}
     sides = {sign: p.side for sign, p in found.items() if p.engaged}
-    return Senses(Case.of(beam, load), mu, found, sides, most, both_faces.alike(beam, load))
+    return Senses(Case.of(beam, load), mu, found, sides, most, 1 + (seen > 0))
 
 
-def walk(asked: Asked) -> States:
+def walk(analysis: Analysis) -> States:
     """Return the states along a history, its loops, and what holds for each sense."""
-    values = asked.path.values
-    both = senses(asked.beam, asked.path.load.name, float(asked.mus), asked.law, asked.margin, asked.ideal)
+    values = analysis.way.values
+    both = senses(
+        analysis.beam, analysis.way.load.name, float(analysis.mus), analysis.law, analysis.margin, analysis.ideal
+    )
     check(values, both)
-    used = used_senses(values)
-    by_sense = {role: np.array([figure(both, sign) for sign in used]) for role, figure in _SENSE.items()}
     by_dim: dict[tuple[str, ...], dict[str, Array]] = {
-        ("point",): _along(both, values, asked.points),
+        ("point",): _along(both, values, analysis.points),
         ("loop",): _loops(both, values),
-        ("sense",): {**by_sense, "sense": np.array(used)},
+        ("sense",): table([_of_sense(both, sign) for sign in used_senses(values)]),
     }
-    return States(by_dim, {"margin": asked.margin})
+    return States(by_dim, {"margin": analysis.margin})
 
 
 def check(values: list[float], found: Senses) -> None:
@@ -165,15 +161,14 @@ def _jam(senses: Senses, sign: str) -> float:
     return math.inf if side is None or x is None else float(side.row.point(x, side.law, FLOAT).load)
 
 
-_SENSE: dict[str, Callable[[Senses, str], float | int | str]] = {
-    "load_e": lambda s, sign: s.paths[sign].load_e,
-    "most": lambda s, sign: s.most[sign],
-    "jam": _jam,
-    "load_end": lambda s, sign: math.inf if s.paths[sign].row is None else s.paths[sign].load_end,
-    "end": lambda s, sign: str(s.paths[sign].end),
-    "other_contact": lambda s, sign: s.paths[sign].other,
-    "neighbour": lambda s, sign: s.paths[sign].neighbour,
-}
+def _of_sense(senses: Senses, sign: str) -> dict[str, float | int | str]:
+    """Return what holds for a sense, by role."""
+    p = senses.paths[sign]
+    return {
+        "sense": sign, "load_e": p.load_e, "most": senses.most[sign], "jam": _jam(senses, sign),
+        "load_end": math.inf if p.row is None else p.load_end, "end": str(p.end), "other_contact": p.other,
+        "neighbour": p.neighbour,
+    }  # fmt: skip
 
 
 class _Piece(NamedTuple):
@@ -231,12 +226,13 @@ def _evaluate(senses: Senses, piece: _Piece, points: int) -> dict[str, Array]:
             w = 1 - (1 - w) ** 2 if way > 0 else w**2
         x = a + (b - a) * w
         x[-1] = b
-        values, work = touching(side.row, side.law, x, side.friction(way)), history.work(side, a, b)(x)
-        load = sign * values["load"]
+        v = touching(side.row, side.law, x, side.friction(way))
+        load, work = sign * v["load"], history.work(side, a, b)(x)
         load[0], load[-1] = piece.start, piece.stop
-        out = senses.in_si({**values, "load": load}, work, sign)
     else:
-        out = senses.in_si(straight(senses.case, piece.start + (piece.stop - piece.start) * w), np.zeros(n + 1))
+        load, work = piece.start + (piece.stop - piece.start) * w, np.zeros(n + 1)
+        v = straight(senses.case, load)
+    out = in_si(senses.case, [v | {"load": load, "work": work}] * senses.faces, sign=sign)
     branch = BRANCHES[{0: 0, 1: 1, -1: 2}[way if piece.sign else 0]]
     return {"branch": np.full(n + 1, branch, "U9"), **{role: out[role] for role in _ALONG[1:-1]}}
 

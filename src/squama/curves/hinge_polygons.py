@@ -9,12 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from squama.arrays.combined_states import Combined, combined
 from squama.curves import both_faces
-from squama.curves.path import VERBS, Asked, States
+from squama.curves.curve_figures import PLACES, dissipation, path_figures, table
+from squama.curves.way import OPEN, SLIDING, VERBS, Analysis, States
 from squama.loads import LOADS, STRAINS, holding, neutral_height
 from squama.model import energy
 from squama.model.outcome import End
-from squama.model.screw import CONTACTS, NONE
+from squama.model.screw import CONTACTS, LOCKED, NONE
 from squama.model.screw_free import relaxed
 from squama.model.screw_path import Design, Piece, follow
 from squama.types import Array
@@ -22,7 +24,9 @@ from squama.types import Array
 FEWEST = 4
 """Points of a piece at least, both its ends among them."""
 SOFT = "contact {} bears on the root of the next scale, where a real bar bulges"
-_FIGURES = ("psi", "phi", "kappa", "Phi", "theta")
+SAMPLES, HALVINGS = 32, 8
+"""Places on the way to a state of a plane at which a lock is looked for, and how often it is then closed in on."""
+_NEXT = "on hinges the next scale's eight contacts are looked at; other pairs of plates are not"
 _SAME = 1e-9
 """Places of a way that are one but for rounding."""
 
@@ -46,45 +50,40 @@ class Span(NamedTuple):
         return tuple(piece.contact for piece in self.pieces)
 
 
-def walk(asked: Asked) -> States:
-    """Return the states along a path, its events, and how it ends."""
-    beam, spans = asked.beam, _spans(asked)
+def polygon(analysis: Analysis) -> States:
+    """Return the states along a way, its events, and how it ends; of one on which a load is free those alone."""
+    if analysis.way.free is not None:
+        return relax(analysis, analysis.way.free)
+    beam, spans = analysis.beam, _spans(analysis)
     parts: list[dict[str, Array]] = []
     done = 0.0
     for span in spans:
-        part = _evaluate(asked, span, done)
+        part = _evaluate(analysis, span, done)
         done = float(part["W_fr"][-1]) if part["W_fr"].size else done
         parts.append(part | {"leg": np.full(part["theta"].size, span.leg)})
     along = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     last = spans[-1]
-    figures: dict[str, Array] = {
-        "end": np.asarray(str(last.end or End.RANGE)),
-        "other_contact": np.asarray(last.other),
-        "K_theta": np.asarray(beam.joint_stiffness),
-    }
-    ends = dict(zip(_FIGURES, _place(asked, last, last.x1), strict=True))
-    first = next((span for span in spans if any(span.contacts)), None)
-    engaged = _place(asked, first, first.x0) if first else [math.nan] * len(_FIGURES)
-    figures |= {f"{name}_end": np.asarray(v) for name, v in ends.items()}
-    figures |= {f"{name}_e": np.asarray(v) for name, v in zip(_FIGURES[:-1], engaged, strict=False)}
-    figures |= {f"{name}_c": along[name][-1] for name in ("M", "T", "W_fr", "RED")}
+    ended, first = _place(analysis, last, last.x1), next((span for span in spans if any(span.contacts)), None)
+    engaged = _place(analysis, first, first.x0) if first else dict.fromkeys(PLACES, math.nan)
+    end, K = str(last.end or End.RANGE), beam.joint_stiffness
+    figures = path_figures(along, engaged, ended, end, last.other, K)
     attrs: dict[str, float | str] = {
-        "margin": asked.margin,
-        "neutral": asked.beam.neutral,
+        "margin": analysis.margin,
+        "neutral": analysis.beam.neutral,
         "load": "bending and twisting",
     }
     return States(
-        {("point",): along, ("event",): _events(asked, spans, parts), (): figures},
+        {("point",): along, ("event",): _events(analysis, spans, parts), (): figures},
         attrs,
         soft([piece for span in spans for piece in span.pieces]),
     )
 
 
-def _spans(asked: Asked) -> list[Span]:
+def _spans(analysis: Analysis) -> list[Span]:
     """Follow a path on every face, up to where the first of them ends."""
-    design, faces = of(asked, float(asked.mus)), []
-    for bend, twist in both_faces.views(asked.beam):
-        pieces = list(follow(design, [(bend * psi, twist * phi) for psi, phi in asked.path.points]))
+    design, faces = of(analysis, float(analysis.mus)), []
+    for bend, twist in both_faces.views(analysis.beam):
+        pieces = list(follow(design, [(bend * psi, twist * phi) for psi, phi in analysis.way.corners]))
         legs = np.cumsum([1, *(a.leg != b.leg for a, b in pairwise(pieces))]).tolist()
         faces.append([Span((p,), leg, p.x0, p.x1, p.end, p.other) for leg, p in zip(legs, pieces, strict=True)])
     if len(faces) == 1:
@@ -106,9 +105,9 @@ def _spans(asked: Asked) -> list[Span]:
     return [*found[:-1], found[-1]._replace(end=last.end, other=other)]
 
 
-def of(asked: Asked, mu: float) -> Design:
+def of(analysis: Analysis, mu: float) -> Design:
     """Return the ratios of a beam."""
-    beam = asked.beam
+    beam = analysis.beam
     return Design(**beam.ratios, mu=mu, y_n=neutral_height(beam.neutral, beam.lam))
 
 
@@ -124,24 +123,24 @@ def pole_of(piece: Piece) -> float:
     return float(energy.pole(piece, *ends)[0])
 
 
-def _place(asked: Asked, span: Span, x: float) -> list[float]:
-    """Return bend and twist per pitch and per length, and inclination."""
-    piece = span.pieces[0]
+def _place(analysis: Analysis, span: Span, x: float) -> dict[str, float]:
+    """Return where a span is at a place on its way."""
+    piece, d = span.pieces[0], analysis.beam.pitch
     psi, phi = (float(v) for v in piece.leg.loads(np.asarray(x)))
-    d = asked.beam.pitch
-    return [psi, phi, psi / d, phi / d, float(piece.states(np.array([x]))["theta"][0])]
+    theta = float(piece.states(np.array([x]))["theta"][0])
+    return dict(zip(PLACES, (psi, phi, psi / d, phi / d, theta), strict=True))
 
 
-def _evaluate(asked: Asked, span: Span, done: float) -> dict[str, Array]:
+def _evaluate(analysis: Analysis, span: Span, done: float) -> dict[str, Array]:
     """Return every variable on a span, ends (the cut-off before a lock) included."""
-    beam, mu, x0, x1 = asked.beam, float(asked.mus), span.x0, span.x1
+    beam, mu, x0, x1 = analysis.beam, float(analysis.mus), span.x0, span.x1
     d, K = beam.pitch, beam.joint_stiffness
     if span.end in (End.FRICTIONAL, End.KINEMATIC):
         locks = [p for p in span.pieces if p.end == span.end]
         start, stop, unbounded = np.array([x0]), np.array([x1]), np.array([True])
-        x1 = min(float(energy.cutoff(p, start, stop, unbounded, asked.margin)[0]) for p in locks)
+        x1 = min(float(energy.cutoff(p, start, stop, unbounded, analysis.margin)[0]) for p in locks)
     # what locks as soon as it touches or turns has no forces
-    w = np.linspace(0, 1, max(FEWEST, round(asked.points * (span.x1 - x0)))) if x1 > x0 else np.zeros(0)
+    w = np.linspace(0, 1, max(FEWEST, round(analysis.points * (span.x1 - x0)))) if x1 > x0 else np.zeros(0)
     # closer together where the curve steepens
     x = x0 + (x1 - x0) * (1 - (1 - w) ** 2 if span.end else w)
     psi, phi = span.pieces[0].leg.loads(x)
@@ -150,11 +149,11 @@ def _evaluate(asked: Asked, span: Span, done: float) -> dict[str, Array]:
         if piece.contact and mu and x.size:
             work += energy.work(piece, x0, x1, pole_of(piece), mu, "")(x)
     contacts = [np.full(x.size, contact, "U5") for contact in span.contacts]
-    return in_si(asked, contacts, psi, phi, states, done + work * K / d)
+    return in_si(analysis, contacts, psi, phi, states, done + work * K / d)
 
 
 def in_si(
-    asked: Asked,
+    analysis: Analysis,
     contacts: Sequence[Array],
     psi: Array,
     phi: Array,
@@ -162,7 +161,7 @@ def in_si(
     W_fr: Array,
 ) -> dict[str, Array]:
     """Give states of all faces their units, with the bar's part, energies and RED."""
-    beam = asked.beam
+    beam = analysis.beam
     d, K = beam.pitch, beam.joint_stiffness
     kappa, Phi = psi / d, phi / d
     bar = {"M": LOADS["bending"].rigidity(beam) * kappa, "T": LOADS["twisting"].rigidity(beam) * Phi}
@@ -171,36 +170,35 @@ def in_si(
     joints = K / d * np.sum([(one["theta"] - beam.scale.theta0) ** 2 for one in states], axis=0)
     other = {}
     if len(states) > 1:
-        other = both_faces.of_other({"contact": contacts[1], **_of_scale(asked, states[1])})
+        other = both_faces.of_other({"contact": contacts[1], **_of_scale(analysis, states[1])})
     U_el = (bar["M"] * kappa + bar["T"] * Phi + joints) / 2
-    total = U_el + W_fr
     return {
         "contact": contacts[0],
-        "psi": psi, "phi": phi, "kappa": kappa, "Phi": Phi, **_of_scale(asked, states[0]),
+        "psi": psi, "phi": phi, "kappa": kappa, "Phi": Phi, **_of_scale(analysis, states[0]),
         "M": bar["M"] + M, "M_scales": M, "T": bar["T"] + T, "T_scales": T,
-        "U_el": U_el, "W_fr": W_fr, "RED": np.divide(W_fr, total, out=np.zeros(psi.size), where=total > 0),
+        "U_el": U_el, "W_fr": W_fr, "RED": dissipation(U_el, W_fr),
         **other,
     }  # fmt: skip
 
 
-def _of_scale(asked: Asked, state: Mapping[str, Array]) -> dict[str, Array]:
+def _of_scale(analysis: Analysis, state: Mapping[str, Array]) -> dict[str, Array]:
     """Return the figures of a scale with their units."""
-    N = asked.beam.joint_stiffness / asked.beam.pitch * state["N"]
-    return {"theta": state["theta"], "N": N, "f": float(asked.mus) * N, "mu_lock": state["mu_lock"]}
+    N = analysis.beam.joint_stiffness / analysis.beam.pitch * state["N"]
+    return {"theta": state["theta"], "N": N, "f": float(analysis.mus) * N, "mu_lock": state["mu_lock"]}
 
 
-def relax(asked: Asked, free: int) -> States:
+def relax(analysis: Analysis, free: int) -> States:
     """Return the states of one load imposed and the other left free (axis ``free``), up to where it has no value."""
-    beam = asked.beam
+    beam = analysis.beam
     load = LOADS["twisting" if free else "bending"]
     K, d = beam.joint_stiffness, beam.pitch
-    imposed = np.linspace(0.0, asked.path.points[0][1 - free], asked.points)
-    found = relaxed(of(asked, float(asked.mus)), imposed, load.rigidity(beam) / (K * d), free=free)
+    imposed = np.linspace(0.0, analysis.way.corners[0][1 - free], analysis.points)
+    found = relaxed(of(analysis, float(analysis.mus)), imposed, load.rigidity(beam) / (K * d), free=free)
     kept = np.isfinite(found.theta)
     psi, phi, contact = found.psi[kept], found.phi[kept], found.contact[kept]
     none = np.full(psi.size, np.nan)
     state = {"theta": found.theta[kept], "N": found.N[kept], "M": found.M[kept], "T": found.T[kept], "mu_lock": none}
-    along = in_si(asked, [contact], psi, phi, [state], 0 * psi) | {"leg": np.ones(psi.size, int)}
+    along = in_si(analysis, [contact], psi, phi, [state], 0 * psi) | {"leg": np.ones(psi.size, int)}
     # rounding of the balance
     along["T" if free else "M"] *= 0
     changed = np.flatnonzero(contact[1:] != contact[:-1]) + 1
@@ -209,29 +207,27 @@ def relax(asked: Asked, free: int) -> States:
         f"engagement ({b})" if not a else f"{a} to {b}" if b else "release" for a, b in pairwise(contact[[0, *changed]])
     ]
     places = np.append(changed, psi.size - 1)
-    events = {name: along[name.removesuffix("_event")][places] for name in (f"{n}_event" for n in _FIGURES)}
+    events = {f"{name}_event": along[name][places] for name in PLACES}
     events |= {"event": np.array([*words, end]), "event_leg": np.ones(places.size, int)}
-    first = changed[0] if changed.size else None
-    figures = {"end": np.asarray(end), "other_contact": np.asarray(""), "K_theta": np.asarray(K)}
-    figures |= {f"{name}_end": along[name][-1] for name in _FIGURES}
-    figures |= {f"{n}_e": np.asarray(math.nan) if first is None else along[n][first] for n in _FIGURES[:-1]}
-    figures |= {f"{name}_c": along[name][-1] for name in ("M", "T", "W_fr", "RED")}
-    attrs = {"neutral": asked.beam.neutral, "load": "bending and twisting", "free": load.name}
+    engaged, ended = ({name: float(along[name][i]) for name in PLACES} for i in (changed[0] if changed.size else 0, -1))
+    engaged = engaged if changed.size else dict.fromkeys(PLACES, math.nan)
+    figures = path_figures(along, engaged, ended, end, "", K)
+    attrs = {"neutral": analysis.beam.neutral, "load": "bending and twisting", "free": load.name}
     attrs["hold"] = holding(name for name in STRAINS if name not in VERBS)
     return States({("point",): along, ("event",): events, (): figures}, attrs)
 
 
-def _events(asked: Asked, spans: Sequence[Span], parts: Sequence[dict[str, Array]]) -> dict[str, Array]:
+def _events(analysis: Analysis, spans: Sequence[Span], parts: Sequence[dict[str, Array]]) -> dict[str, Array]:
     """Return what happens at the ends of spans, where, and by how much M and T jump there."""
-    rows = []
+    rows: list[dict[str, float | int | str]] = []
     for i, span in enumerate(spans):
         after = spans[i + 1] if i + 1 < len(spans) else None
         # no force where scales come together or part
         held = after and parts[i + 1]["M"].size and any(map(min, zip(span.contacts, after.contacts, strict=True)))
-        jumps = [float(parts[i + 1][name][0] - parts[i][name][-1]) if held else 0.0 for name in ("M", "T")]
-        rows.append((_words(span, after), span.leg, *_place(asked, span, span.x1), *jumps))
-    names = ("event", "event_leg", *(f"{name}_event" for name in _FIGURES), "M_jump", "T_jump")
-    return {name: np.array(column) for name, column in zip(names, zip(*rows, strict=True), strict=True)}
+        jumps = {f"{v}_jump": float(parts[i + 1][v][0] - parts[i][v][-1]) if held else 0.0 for v in ("M", "T")}
+        places = {f"{name}_event": v for name, v in _place(analysis, span, span.x1).items()}
+        rows.append({"event": _words(span, after), "event_leg": span.leg, **places, **jumps})
+    return table(rows)
 
 
 def _words(span: Span, after: Span | None) -> str:
@@ -243,3 +239,33 @@ def _words(span: Span, after: Span | None) -> str:
         if a != b:
             found.append(face + (f"engagement ({b})" if a == NONE else f"{a} to {b}" if b else "release"))
     return "; ".join(found) or "corner"
+
+
+def plane(analysis: Analysis, psi: Array, phi: Array) -> States:
+    """Return the states at bends and twists (n,), each straight from rest, or what ends the way there."""
+    beam, mu, height = analysis.beam, float(analysis.mus), neutral_height(analysis.beam.neutral, analysis.beam.lam)
+
+    def at(w: Array, which: Array) -> Combined:
+        ways = psi[which][:, None], phi[which][:, None]
+        return combined(w * ways[0], w * ways[1], **beam.ratios, mu=mu, toward=ways, neutral_height=height)
+
+    def stops(s: Combined) -> Array:
+        return np.asarray((s.contact == LOCKED) | ((s.contact != "") & (s.mu_lock > 0) & (s.mu_lock <= mu)))
+
+    w, every = np.arange(1, SAMPLES + 1) / SAMPLES, np.arange(psi.size)
+    s = at(w, every)
+    ended = stops(s).any(axis=1)
+    which = np.flatnonzero(ended)
+    high = w[stops(s)[which].argmax(axis=1)][:, None]
+    low = high - 1 / SAMPLES
+    for _ in range(HALVINGS):
+        beyond = stops(at((low + high) / 2, which))
+        low, high = np.where(beyond, low, (low + high) / 2), np.where(beyond, (low + high) / 2, high)
+    state = np.where(s.contact[:, -1] == "", OPEN, SLIDING).astype("U40")
+    state[which] = np.where(at(high, which).contact[:, 0] == LOCKED, End.LINE, End.FRICTIONAL)
+    forces = {"N": s.normal, "M": s.bending_moment, "T": s.torque, "theta": s.theta, "mu_lock": s.mu_lock}
+    last = {name: np.where(ended, np.nan, v[:, -1]) for name, v in forces.items()}
+    contact = np.where(s.contact[:, -1] == LOCKED, "", s.contact[:, -1])
+    v = in_si(analysis, [contact], psi, phi, [last], np.full(psi.size, np.nan))
+    kept = ("contact", "theta", "N", "M", "M_scales", "T", "T_scales", "mu_lock")
+    return States({(): {"state": state} | {name: v[name] for name in kept}}, notes=[_NEXT])

@@ -1,6 +1,6 @@
-"""A row of N scales on hinges, in SI units: rigid scales that turn about their base lines only.
+"""A row of N scales on hinges: rigid scales that turn about their base lines only.
 
-It is the row of :mod:`squama.contacts.row` with all other motions blocked, in units of K_theta and the pitch.
+It is the row of :mod:`squama.curves.real_rows` with all other motions blocked, in units of K_theta and the pitch.
 """
 
 from __future__ import annotations
@@ -9,55 +9,36 @@ import math
 
 import numpy as np
 
-from squama.contacts import path, states
-from squama.curves import doors, real
-from squama.curves.path import Asked, States
-from squama.curves.real_rows import figures, followed
+from squama.contacts import path
+from squama.curves import hinge, real
+from squama.curves.real_rows import GIVES, followed, row_states
+from squama.curves.way import Analysis, States, Way
+from squama.joints.choice import Joint
 from squama.model.elastic_plate import SIDE_D, TIP
 from squama.model.reach import SEARCH
-from squama.types import Array
 
 BLOCKED = (1.0, 1.0, 1.0, 1.0, 0.0, 1.0)
 """Motions of a scale that a hinge blocks: all but the rotation about n_Y."""
 
 
-def solve(asked: Asked) -> States:
-    """Follow a row to the asked twist, or to the cut-off of the endless beam's curve."""
-    beam, n, d, m = asked.beam, asked.beam.scales, asked.beam.pitch, float(asked.mus)
-    (to,), sense = asked.path.values, asked.path.sense
-    sign = -1 if sense == "-" else 1
-    endless = doors.respond(beam, "twisting", mu=m, points=3, sense=sense, joint="hinge", ideal=asked.ideal)
-    far = float(endless["Phi_c"]) * d if math.isinf(to) else abs(to)
-    scale = real.scale(beam, ideal=True)._replace(h=asked.thickness)
-    way = path.Path.of(scale, np.diag([1.0] * 6 + [0.0]), m, toward=(0.0, sign), most=max(far, SEARCH), masked=BLOCKED)
-    track = followed(way, n, far, asked.points, sign)
-    along, each = _values(asked, way, track.rows)
-    each["Q"] = track.held * beam.joint_stiffness
-    same = doors.respond(beam, "twisting", mu=m, at=along["rate"], sense=sense, joint="hinge", ideal=asked.ideal)
-    along |= {"T_periodic": same["T"], "theta_periodic": same["theta"]}
-    found, first = figures(way, track), way.contact if sign > 0 else way.contact.mirrored
+def solve(analysis: Analysis, _: str) -> States:
+    """Follow a row to the asked twist, or to the cut-off of the endless beam's curve; all its cells are alike."""
+    beam, d, m, sign = analysis.beam, analysis.beam.pitch, float(analysis.mus), analysis.way.sign
+    (to,), K_theta, toward = analysis.way.values, beam.joint_stiffness, (0.0, float(sign))
+    (endless,), _more = hinge.solve(analysis._replace(way=Way.of("twisting", [sign * math.inf])))
+    far = float(endless.curve(points=3).figures["rate_c"]) * d if math.isinf(to) else abs(to)
+    K = np.diag([1.0] * 6 + [beam.torsional_rigidity / (d * K_theta)])
+    held = real.Held(Joint(None, "hinge", "", 0.0), K, K_theta / d**3, K_theta, beam.torsional_rigidity, path.HELD, 1.0)
+    scale = real.scale(beam, ideal=True)._replace(h=hinge.thickness(analysis))
+    way = path.Path.of(scale, K, m, toward=toward, most=max(far, SEARCH), masked=BLOCKED)
+    one = real.Path(beam, held, way, toward)
+    track = followed(way, beam.scales, far, analysis.points, sign)
+    same = endless.curve(points=analysis.points, at=track.rows[:, 0, 0] / d * d).along
+    by_dim, first = row_states(one, track, same, left=GIVES), one.contact(0)
+    # before contact what is left of the torque is rounding
+    by_dim["point",]["scales"][np.nansum(by_dim["point", "scale"]["N"], axis=1) == 0] = 0.0
     if first.first >= 0 and first[:3] != (TIP, SIDE_D, 1) and first.phi <= track.end.phi:
         # hinges are known to touch by tip edges on the next side edges
-        found |= {"scale_end": 1, "other_contact": f"{first.words} at {first.phi:.4g} rad/pitch"}
-    single = {name: np.asarray(value) for name, value in found.items()}
-    return States({("point",): along, ("point", "scale"): each, (): single})
-
-
-def _values(asked: Asked, way: path.Path, rows: Array) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Return everything along the twist in SI units by role: of the row (points,), of each scale (points, scales)."""
-    beam, d, v = asked.beam, asked.beam.pitch, path.named(rows)
-    moment, force = beam.joint_stiffness, beam.joint_stiffness / d
-    phi = v["phi"][:, 0]
-    scales, bar = v["torque"].mean(axis=1) * moment, beam.torsional_rigidity * phi / d
-    stored, rubbed = v["energy"].mean(axis=1) * force + bar * phi / (2 * d), v["W_fr"].mean(axis=1) * force
-    total = stored + rubbed
-    along = {
-        "load": phi, "rate": phi / d, "torque": bar + scales, "scales": scales, "U_el": stored, "W_fr": rubbed,
-        "RED": np.divide(rubbed, total, out=np.zeros(phi.size), where=total > 0),
-    }  # fmt: skip
-    each = {
-        "theta": states.inclinations(way, rows.reshape(-1, rows.shape[2])).reshape(rows.shape[:2]),
-        "N": v["N"] * force, "f": v["f"] * force, "p": v["x"] * d, "s": v["y"] * d,
-    }  # fmt: skip
-    each["N"][:, -1] = each["f"][:, -1] = math.nan
-    return along, each
+        words = f"{first.words} at {first.phi:.4g} rad/pitch"
+        by_dim[()] |= {"scale_end": np.asarray(1), "other_contact": np.asarray(words)}
+    return States(by_dim)

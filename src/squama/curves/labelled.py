@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Hashable, Iterable, Sequence
+from collections.abc import Hashable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from squama._version import __version__
 from squama.beam.design import Beam
-from squama.curves.path import Asked, States, idealisation, thin
+from squama.curves.chosen import MODELS, idealisation, thin
+from squama.curves.way import Analysis, States
 from squama.loads import STRAIGHT, Load
 from squama.symbols import SYMBOLS
 from squama.types import Array
@@ -78,7 +79,7 @@ class Answer:
         return xr.Dataset(data, coords={"mu": data.pop("mu")}, attrs=self.attrs)
 
 
-def labelled(load: Load, states: States, mus: Array, theory: str = "") -> dict[str, Labelled]:
+def _labelled(load: Load, states: States, mus: Array, page: str) -> dict[str, Labelled]:
     """Return the variables of states: names by the load's table, units and words by that of symbols.
 
     Equations are the paper's where that twists hinges, else those of a page of the theory. Along a curve the load comes
@@ -90,8 +91,8 @@ def labelled(load: Load, states: States, mus: Array, theory: str = "") -> dict[s
         first = _FIRST if "kappa" in values else _FIRST[len(_BOTH) :]
         for role, name in sorted(load.variables(tuple(values)).items(), key=lambda one: _place(first, *one)):
             attrs = SYMBOLS[name].attrs
-            if theory and attrs.get("equation", "").startswith("paper"):
-                attrs = attrs | {"equation": f"theory: {theory}"}
+            if page and attrs.get("equation", "").startswith("paper"):
+                attrs = attrs | {"equation": f"theory: {page}"}
             found[name] = Labelled(dims, np.asarray(values[role]), attrs)
     return found
 
@@ -101,24 +102,44 @@ def _place(first: tuple[str, ...], role: str, name: str) -> tuple[int, int]:
     return first.index(role) if role in first else len(first), _SYMBOLS[name]
 
 
-def attributes(
-    asked: Asked, title: str, sense: str, joint: str = "hinge", notes: Sequence[str] = (), load: Load | None = None
-) -> dict[str, Any]:
-    """Return what every answer says of the beam and of how it was loaded, by the path unless ``load`` says it."""
-    load = load or asked.path.load
-    return {
+def answer(
+    analysis: Analysis, states: States, title: str, attrs: Mapping[str, object] = {}, *, load: Load | None = None,
+    sense: str = "+", page: str | None = None,
+) -> Answer:  # fmt: skip
+    """Return what a model's states say under their names, with what every answer says of the beam and of its loading.
+
+    Parameters
+    ----------
+    analysis, states
+        The analysis, and the states that it gave.
+    title
+        What is answered.
+    attrs
+        More attributes; those of the states come after them.
+    load
+        By which names are given, that of the way if not given.
+    sense
+        In which a beam is loaded.
+    page
+        Of the theory, for equations; that of the model if not given.
+    """
+    load, joint, beam = load or analysis.way.load, analysis.joint, analysis.beam
+    model = MODELS[joint]
+    about = {
         "title": title,
         "load": load.name,
-        "law": load.law(asked.law),
+        "law": load.law(analysis.law),
         "joint": joint,
-        "scales": idealisation(asked.beam, joint, ideal=thin(load, asked.law, joint, ideal=asked.ideal)),
-        "beam": text(asked.beam),
-        **({"faces": asked.beam.faces} if asked.beam.other else {}),
-        **({"hold": STRAIGHT} if joint == "hinge" else {}),
+        "scales": idealisation(beam, joint, ideal=thin(load, analysis.law, joint, ideal=analysis.ideal)),
+        "beam": text(beam),
+        **({"faces": beam.faces} if beam.other else {}),
+        **({"hold": STRAIGHT} if model.straight else {}),
         "squama_version": __version__,
-        **({} if load.sided else {"neutral": asked.beam.neutral}),
-        "warnings": "\n".join([*filter(None, [asked.note]), *asked.beam.warnings(load.name, sense, joint), *notes]),
+        **({} if load.sided else {"neutral": beam.neutral}),
+        "warnings": "\n".join([*filter(None, [analysis.note]), *beam.warnings(load.name, sense, joint), *states.notes]),
     }
+    page = model.pages[load.name] if page is None else page
+    return Answer(_labelled(load, states, analysis.mus, page), {**about, **attrs, **states.attrs})
 
 
 @functools.lru_cache(maxsize=64)

@@ -1,35 +1,34 @@
-"""The door to bending and twisting at once: from a beam and a path in words and units to a dataset."""
+"""The doors to bending and twisting at once: from a beam and a path in words and units to a dataset."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 
 from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
-from squama.curves import hinge_polygons, real_polygons
-from squama.curves.chosen import chosen
-from squama.curves.labelled import Answer, attributes, labelled
-from squama.curves.path import VERBS, Asked, LoadPath
-from squama.errors import naming, refuse
+from squama.curves import doors, given, labelled
+from squama.curves.chosen import MODELS
+from squama.curves.doors import How
+from squama.curves.labelled import Answer
+from squama.curves.way import Analysis, States
+from squama.errors import refuse
 from squama.loads import LOADS
-from squama.units import shown
+from squama.types import Array
 
 if TYPE_CHECKING:
     import xarray as xr
 
-EXAMPLE = '"bend 5 rad/m; twist 8 rad/m"'
-Stations = str | Sequence[tuple[float | str, float | str]]
-"""Where a path goes: text, or pairs of curvature and twist rate in rad/m or as texts with their units."""
+ROOM = 0.15
+"""Room around a path on a map of its plane, as a part of the path's size."""
+_BOTH = "bending and twisting"
 
 
 def bend_twist(
     beam: Beam,
-    path: Stations,
+    path: given.Path,
     *,
     mu: float | None = None,
     margin: float = 0.01,
@@ -106,7 +105,6 @@ def bend_twist(
     BF to TS at phi = 0.1000
     frictional lock at phi = 0.1868
     """
-    arguments.beam(beam)
     return bent_and_twisted(
         beam, path, mu=mu, margin=margin, points=points, joint=joint, ideal=ideal, neutral=neutral, hold=hold,
         free=free,
@@ -114,89 +112,91 @@ def bend_twist(
 
 
 def bent_and_twisted(
+    beam: Beam, path: given.Path, *, points: int = 200, free: str | None = None, **how: Unpack[How]
+) -> Answer:
+    """Return what :func:`bend_twist` returns, before it is a dataset."""
+    arguments.beam(beam)
+    analysis = doors.analysis(beam, given.path(path, beam), None, points=points, free=free, **how)
+    if free is not None:
+        analysis = _freed(free, analysis)
+    states = MODELS[analysis.joint].programs().polygon(analysis)
+    corners = [(psi / beam.pitch, phi / beam.pitch) for psi, phi in analysis.way.corners]
+    title, attrs = f"{_BOTH} of a scale-covered beam", {"load": _BOTH, "path": corners}
+    return labelled.answer(analysis, states, title, attrs, load=LOADS["twisting"], page="combined")
+
+
+def _freed(free: str, analysis: Analysis) -> Analysis:
+    """Return the analysis with a load left free, checked against the rest."""
+    axis, mu = LOADS[arguments.one_of("free", free, tuple(LOADS))].axis, float(analysis.mus)
+    only_one(analysis.beam.faces, "a load that is left free")
+    if mu:
+        refuse("mu", f"{mu:g}", f'must be 0 with free="{free}": friction holds what is free', "write mu=0")
+    if len(analysis.way.corners) > 1 or analysis.way.corners[0][axis]:
+        refuse("path", "", f'must be one way of the other load with free="{free}"', 'write e.g. "bend 5 rad/m"')
+    return analysis._replace(way=analysis.way._replace(free=axis))
+
+
+def bend_twist_map(
     beam: Beam,
-    path: Stations,
+    path: given.Path,
     *,
     mu: float | None = None,
-    margin: float = 0.01,
-    points: int = 200,
     joint: str | None = None,
     ideal: bool | None = None,
     neutral: str | None = None,
-    hold: str | None = None,
-    free: str | None = None,
-) -> Answer:
-    """Return what :func:`bend_twist` returns, before it is a dataset."""
-    way = read(path, beam)
-    m, margin = np.asarray(arguments.friction(beam.friction.mu, mu)), arguments.margin(margin)
-    points = arguments.whole("points", points, 3, 1e5)
-    twisting = LOADS["twisting"]
-    means = chosen(arguments.held_by(beam, hold), joint=joint, ideal=ideal, neutral=neutral, free=free)
-    asked = Asked(means.beam, way, m, "edge", margin, points, ideal=means.ideal, note=means.note)
-    if free is not None:
-        states = hinge_polygons.relax(asked, _freed(free, asked))
-    else:
-        states = (real_polygons if means.real else hinge_polygons).walk(asked)
-    title = "bending and twisting of a scale-covered beam"
-    attrs = attributes(asked, title, "+", means.joint, states.notes, twisting)
-    attrs |= {"path": [(psi / beam.pitch, phi / beam.pitch) for psi, phi in way.points], **states.attrs}
-    return Answer(labelled(twisting, states, m, "combined"), attrs)
+    points: int = 81,
+) -> xr.Dataset:
+    """Map the plane of bend and twist around a path: contacts, locks, inclination, moment and torque.
 
+    Every state is reached straight from rest, on its own ray: with friction, moment and torque depend on the way.
 
-def _freed(free: str, asked: Asked) -> int:
-    """Return the axis of the load that is left free, checked against the rest."""
-    axis = LOADS[arguments.one_of("free", free, tuple(LOADS))].axis
-    only_one(asked.beam.faces, "a load that is left free")
-    if float(asked.mus):
-        refuse(
-            "mu", f"{float(asked.mus):g}", f'must be 0 with free="{free}": friction holds what is free', "write mu=0"
-        )
-    if len(asked.path.points) > 1 or asked.path.points[0][axis]:
-        refuse("path", "", f'must be one way of the other load with free="{free}"', 'write e.g. "bend 5 rad/m"')
-    return axis
+    Parameters
+    ----------
+    beam, mu, joint, ideal, neutral
+        As in :func:`bend_twist`.
+    path
+        As in :func:`bend_twist`; the map is the box around rest and its corners, with some room. A ray such as
+        "bend 8 rad/m, twist 10 rad/m" names the far corner.
+    points
+        Points each way.
 
+    Returns
+    -------
+    xarray.Dataset
+        Over ``psi`` and ``phi`` (rad per pitch; ``kappa``, ``Phi`` in rad/m along them): ``state`` ("open", "sliding",
+        or what ends the way to it, such as "frictional lock", "no equilibrium"), ``contact``, ``theta``, ``N``, ``M``,
+        ``T`` and the scales' parts of them, NaN where the way ends before; on hinges ``mu_lock``, too. Attributes as of
+        :func:`bend_twist`.
 
-def read(path: Stations, beam: Beam) -> LoadPath:
-    """Return a path as bends and twists per pitch; no two stations in a row are equal."""
-    items = [part.strip() for part in path.split(";")] if isinstance(path, str) else path
-    if not isinstance(items, Sequence | np.ndarray) or not len(items):
-        refuse("path", "", "is not a path", f"write e.g. {EXAMPLE}")
-    points, loaded = [(0.0, 0.0)], set[str]()
-    for i, item in enumerate(items):
-        name = f"path[{i}]" if len(items) > 1 else "path"
-        with naming(name):
-            point, verbs = _named(item, points[-1], beam) if isinstance(item, str) else (_pair(item, beam), VERBS)
-            loaded.update(verbs)
-            if point == points[-1]:
-                refuse("", shown(item), "goes nowhere: it is where the path stands", "leave it out")
-            if max(map(abs, point)) >= math.pi:
-                refuse("", shown(item), "is half a turn per pitch or more", "give less")
-        points.append(point)
-    return LoadPath(tuple(points[1:]), loaded=tuple(verb for verb in VERBS if verb in loaded))
+    Raises
+    ------
+    InputError
+        An argument is out of range.
 
-
-def _named(text: str, here: tuple[float, float], beam: Beam) -> tuple[tuple[float, float], Sequence[str]]:
-    """Return where a text such as "bend 5 rad/m, twist 8 rad/m" goes from here, per pitch, and what it names."""
-    verbs = {load.verb: load for load in LOADS.values()}
-    found = list(here)
-    said: list[str] = []
-    for part in text.split(","):
-        verb, _, value = part.strip().partition(" ")
-        if verb not in verbs or verb in said or not value:
-            refuse("", shown(text.strip()), "is not a way", f"write e.g. {EXAMPLE}, each word once between semicolons")
-        said.append(verb)
-        load = verbs[verb]
-        found[load.axis] = load.read(value.strip(), pitch=beam.pitch, scales=beam.scales, bare=False) * beam.pitch
-    return (found[0], found[1]), said
-
-
-def _pair(item: object, beam: Beam) -> tuple[float, float]:
-    """Return a pair of curvature and twist rate per pitch."""
-    if not isinstance(item, Sequence | np.ndarray) or len(item) != 2:
-        refuse("", shown(item), "is not a pair of curvature and twist rate", "write e.g. (5, 8), in rad/m")
-    psi, phi = (
-        load.read(value.item() if isinstance(value, np.generic) else value, pitch=beam.pitch, scales=beam.scales)
-        * beam.pitch
-        for load, value in zip(sorted(LOADS.values(), key=lambda load: load.axis), item, strict=True)
-    )
-    return psi, phi
+    Examples
+    --------
+    >>> import squama
+    >>> beam = squama.Beam.from_ratios(eta=3, beta=1.25, lam=0.45, alpha="45 deg", theta0="10 deg")
+    >>> m = squama.bend_twist_map(beam, "bend 0.2 rad/pitch, twist 0.3 rad/pitch", mu=0.5, joint="hinge", points=21)
+    >>> print(m["T"].dims, *m.state.sel(psi=0.1, phi=[0.1, 0.3], method="nearest").values, sep=", ")
+    ('psi', 'phi'), sliding, frictional lock
+    """
+    arguments.beam(beam)
+    only_one(beam.faces, "the map of bend and twist")
+    way, n = given.path(path, beam), arguments.whole("points", points, 3, 1000)
+    analysis = doors.analysis(beam, way, None, mu=mu, points=n, joint=joint, ideal=ideal, neutral=neutral)
+    corners = np.array([(0.0, 0.0), *way.corners])
+    room = ROOM * float(np.ptp(corners, axis=0).max())
+    psi, phi = (np.linspace(v.min() - room, v.max() + room, n) for v in corners.T)
+    # at rest itself there is no way, and nothing in contact
+    grid = np.meshgrid(np.where(psi == 0, 1e-9 * room, psi), phi, indexing="ij")
+    found = MODELS[analysis.joint].programs().plane(analysis, *(v.ravel() for v in grid))
+    by_dim: dict[tuple[str, ...], dict[str, Array]] = {
+        ("psi", "phi"): {role: np.reshape(v, (n, n)) for role, v in found.by_dim[()].items()},
+        ("psi",): {"psi": psi, "kappa": psi / beam.pitch},
+        ("phi",): {"load": phi, "rate": phi / beam.pitch},
+    }
+    states, title = States(by_dim, found.attrs, found.notes), "plane of bend and twist of a scale-covered beam"
+    attrs = {"load": _BOTH, "neutral": analysis.beam.neutral}
+    answer = labelled.answer(analysis, states, title, attrs, load=LOADS["twisting"], page="combined")
+    return answer.dataset().set_coords(["psi", "phi", "kappa", "Phi"])

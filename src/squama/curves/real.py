@@ -16,7 +16,7 @@ from squama.beam.design import Beam
 from squama.beam.joint_law import Free
 from squama.beam.matrixfile import SHAPE, inclination_stiffness, twisting_stiffness
 from squama.contacts import path, states
-from squama.curves.path import Case
+from squama.curves.way import Case
 from squama.errors import refuse
 from squama.joints.choice import Joint, joint_of
 from squama.loads import LOADS, STRAIGHT, STRAINS, Load, holding
@@ -33,13 +33,14 @@ TWIST = LOADS["twisting"].verb
 class Held(NamedTuple):
     """What holds a beam's scales, and its figures in SI units.
 
-    ``K`` is of scales on one face, ``rigidity`` is the beam's, in twisting. ``free``: strains without a moment or
-    force; ``aside``: the bar's stiffness against lateral bend over that against bend. With scales on both faces
-    ``seen`` and ``own`` as of :func:`squama.contacts.path.beams`.
+    ``K`` is of scales on one face, over ``modulus`` d^3; ``rigidity`` is the beam's, in twisting. ``free``: strains
+    without a moment or force; ``aside``: the bar's stiffness against lateral bend over that against bend. With scales
+    on both faces ``seen`` and ``own`` as of :func:`squama.contacts.path.beams`.
     """
 
     joint: Joint
     K: Array
+    modulus: float
     K_theta: float
     rigidity: float
     free: Free
@@ -63,7 +64,8 @@ class Held(NamedTuple):
         K_theta = inclination_stiffness(K[:7, :7]) * beam.unit_moment
         bar, free = beam.substrate, beam.given.free(*(loaded or (TWIST,)))
         aside = (bar.width / bar.thickness) ** 2
-        return cls(joint, K, K_theta, _rigidity(beam, K, own), free, aside, beam.given.seen, own)
+        E, rigidity = bar.youngs_modulus, _rigidity(beam, K, own)
+        return cls(joint, K, E, K_theta, rigidity, free, aside, beam.given.seen, own)
 
 
 def _rigidity(beam: Beam, K: Array, own: Sequence[float]) -> float:
@@ -140,9 +142,14 @@ class Path(NamedTuple):
         return self.as_twisted(self.way.contacts[face], face)
 
     @property
+    def unit_moment(self) -> float:
+        """What moments of the contact solver are over, N m."""
+        return self.held.modulus * self.beam.pitch**3
+
+    @property
     def rigidities(self) -> Array:
         """Stiffness without contact against twist and bend (2, 2), N m^2; (1, 1) where the joint knows the twist."""
-        return np.asarray(states.bare(self.way.beams)[0] * (self.beam.unit_moment * self.beam.pitch))
+        return np.asarray(states.bare(self.way.beams)[0] * (self.unit_moment * self.beam.pitch))
 
     def case(self, load: Load) -> Case:
         """Return what the beam and its joint bring to a load."""

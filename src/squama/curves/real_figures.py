@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from itertools import pairwise
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -12,15 +11,13 @@ from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
 from squama.contacts import events, path, states
 from squama.curves.both_faces import of_other, worst
-from squama.curves.path import first_at, stiffened
+from squama.curves.curve_figures import dissipation, first_at, stiffened
 from squama.curves.real import Held, Path
 from squama.loads import LOADS, Load
 from squama.model.elastic_plate import BASE, TIP
 from squama.symbols import OF_A_SCALE, OTHER
 from squama.types import Array
 
-NEAR = 1e-5
-"""Least distance of steps between which a slope is taken, rad per pitch."""
 _LENGTHS = (*MOTIONS[:3], "p", "s", "slip", "deflection", "stress_x", "stress_y")
 _PER_LENGTH = ("N", "f", "P", "U_el", "U_joint", "U_plate", "U_bar", "W_fr", "W_snap", "work")
 _MOMENTS = ("T", "M", "M_lat", "onset")
@@ -56,8 +53,8 @@ def values(one: Path, strains: Array, *faces: Array, turned: Array | float = 0.0
 
 def _along_the_bar(one: Path, v: Mapping[str, Array], column: Mapping[str, Array], strains: Array) -> dict[str, Array]:
     """Return bend and twist per pitch and per length, and the parts of moment and torque that the scales add."""
-    asked = zip(("psi", "twist"), one.held.free, strains.T, strict=False)
-    bend, twist = (column[name] if free else given for name, free, given in asked)
+    analysis = zip(("psi", "twist"), one.held.free, strains.T, strict=False)
+    bend, twist = (column[name] if free else given for name, free, given in analysis)
     d, bare = one.beam.pitch, one.rigidities
     found = {"phi": twist, "Phi": twist / d}
     if len(bare) == 1:
@@ -97,15 +94,13 @@ def exchanged(v: Mapping[str, Array], where: Array | bool) -> dict[str, Array]:
 
 
 def in_si(beam: Beam, held: Held, own: Mapping[str, Array]) -> dict[str, Array]:
-    """Give values where d = 1 and E = 1 is the substrate's modulus their units, by name; f0 and RED are added."""
-    d, E = beam.pitch, beam.substrate.youngs_modulus
+    """Give values where d = 1 and the joint's modulus is 1 their units, by name; f0 and RED are added."""
+    d, E = beam.pitch, held.modulus
     units = dict.fromkeys(_LENGTHS, d) | dict.fromkeys(_PER_LENGTH, E * d**2) | dict.fromkeys(_MOMENTS, E * d**3)
     units["stress"] = E
     v = {role: x * units.get(role.removesuffix(OTHER), 1.0) for role, x in own.items()}
     v |= {f"f0{face}": v[f"f{face}"] * beam.eta * d / held.K_theta for face in ("", OTHER) if f"f{face}" in v}
-    total = v["U_el"] + v["W_fr"]
-    out = np.where(np.isfinite(v["U_el"]), 0.0, np.nan)
-    v["RED"] = np.divide(v["W_fr"], total, out=out, where=total > 0)
+    v["RED"] = dissipation(v["U_el"], v["W_fr"])
     return v
 
 
@@ -148,7 +143,7 @@ def loads(held: Held, column: Mapping[str, Array]) -> dict[str, Array]:
 def embedded(one: Path, q: Array) -> dict[str, Array]:
     """Return what acts on the embedded part, and strains around it, by role (:func:`squama.contacts.path.motions`)."""
     force, moment = states.on_tab(one.way, q)
-    moment_unit = one.beam.unit_moment
+    moment_unit = one.unit_moment
     unit = moment_unit / one.beam.pitch
     strain = np.full(len(q), np.nan)
     if one.held.joint.strain is not None:
@@ -162,29 +157,6 @@ def embedded(one: Path, q: Array) -> dict[str, Array]:
         "tab_torsion": moment[:, 0] * moment_unit,
         "strain": strain,
     }
-
-
-def tangents(
-    rigidity: float, d: float, engaged: Sequence[float] | Array, steps: Array, at: Array, v: Mapping[str, Array]
-) -> dict[str, Array]:
-    """Return the tangent stiffness at load angles, from the steps among them, and over that without contact.
-
-    ``rigidity`` is the one without contact, N m^2, ``engaged`` the rising load angles per pitch at engagement of each
-    face, ``d`` the pitch.
-    """
-    torque = np.interp(steps, at, v["torque"])
-    slope = np.where(np.isfinite(torque), rigidity, np.nan)
-    # it jumps at engagement
-    jumps = [x for i, x in enumerate(engaged) if i == 0 or x - engaged[i - 1] > NEAR]
-    for begin, end in pairwise([*jumps, math.inf]):
-        contact = np.flatnonzero((steps >= begin) & (steps <= end))
-        if contact.size > 1:
-            slopes = np.gradient(torque[contact], steps[contact] / d, edge_order=2 if contact.size > 2 else 1)
-            slope[contact[steps[contact] < end]] = slopes[steps[contact] < end]
-    found = np.interp(at, steps, slope)
-    found[at < engaged[0]] = rigidity
-    found[np.isnan(v["torque"])] = np.nan
-    return {"tangent": found, "stiffness_ratio": found / rigidity}
 
 
 def thresholds(engaged: float, beam: Beam, at: Array, v: Mapping[str, Array]) -> dict[str, float]:

@@ -7,25 +7,28 @@ touch anywhere, with several contacts at once.
 from __future__ import annotations
 
 import math
+from collections.abc import Container, Mapping
 
 import numpy as np
 
 from squama.contacts import increments, path, row
 from squama.contacts.row import Track
 from squama.contacts.system import EQUAL, GRIPPED, LOOSE, PHI, STRAINS
-from squama.curves import real, real_path
+from squama.curves import real, real_walk
+from squama.curves.curve_figures import dissipation
 from squama.curves.hinge import before
-from squama.curves.path import Asked, States
 from squama.curves.real_figures import by_load, values
-from squama.curves.real_path import Stations
+from squama.curves.way import Analysis, States, Stations
 from squama.errors import refuse
 from squama.loads import ENDS, LOADS
 from squama.model.outcome import End
 from squama.types import Array
 
 _TAB = "pull_out", "tab_force", "tab_bending", "tab_torsion"
-_EACH = ("theta", "N", "f", "p", "s", "deflection", "stress", "strain", *_TAB)
+_EACH = ("theta", "N", "f", "p", "s", "deflection", "stress", "strain", *_TAB, "Q")
 _SHARED = ("torque", "scales", "U_el", "U_joint", "U_plate", "U_bar", "W_fr")
+GIVES = ("deflection", "stress", "strain", *_TAB, "U_joint", "U_plate", "U_bar")
+"""Figures of scales that give in all motions, or bend."""
 _CELLS = "psi_cell", "phi_cell", "chi_cell", "stretch_cell"
 _CARRIED = "M_cell", "T_cell", "M_lat_cell", "P_cell"
 _MANY, _NEAR = 20_000, 1e-9
@@ -34,28 +37,36 @@ GRIPPED_MOST = 60
 _KINDS = dict(zip(ENDS, (LOOSE, GRIPPED, EQUAL), strict=True))
 
 
-def solve(asked: Asked, ends: str) -> States:
+def solve(analysis: Analysis, ends: str) -> States:
     """Follow a row to the asked twist, 0.3 rad per pitch if none is asked, or to its end; ``ends``: how they are."""
-    (loaded,), more = real_path.solve(asked)
-    one, n, way, d = loaded.one, asked.beam.scales, loaded.one.way, asked.beam.pitch
-    kind, sign = _KINDS[ends], int(loaded.one.toward[1])
+    (loaded,), more = real_walk.solve(analysis)
+    one, load, kind, sign = loaded.one, analysis.way.load, _KINDS[ends], analysis.way.sign
     if kind == GRIPPED:
-        _may_be_gripped(one.held, n)
-    track = followed(way, n, loaded.far, asked.points, sign, kind)
+        _may_be_gripped(one.held, analysis.beam.scales)
+    track = followed(one.way, analysis.beam.scales, loaded.far, analysis.points, sign, kind)
+    strains = Stations.along(load, sign * track.rows[:, 0, 0]).strains
+    endless = by_load(values(one, strains, one.way.along(strains).rows[0], turned=sign), load, sign)
+    notes = [*more.notes, *_beyond(track, loaded.far)]
+    return States(row_states(one, track, endless, kind), more.attrs, notes)
+
+
+def row_states(
+    one: real.Path, track: Track, endless: Mapping[str, Array], ends: int = EQUAL, left: Container[str] = ()
+) -> dict[tuple[str, ...], dict[str, Array]]:
+    """Return what is told of a row, by dimension and role, without the roles ``left``.
+
+    ``endless``: the endless beam's curve at the same twists.
+    """
     phi = track.rows[:, 0, 0]
-    each = _values(one, sign * phi, track)
-    along = {role: each[role].mean(axis=1) for role in _SHARED}
-    total = along["U_el"] + along["W_fr"]
-    along["RED"] = np.divide(along["W_fr"], total, out=np.zeros(phi.size), where=total > 0)
-    strains = Stations.along(asked.path.load, sign * phi).strains
-    endless = by_load(values(one, strains, way.along(strains).rows[0], turned=sign), asked.path.load, sign)
-    along |= {"load": phi, "rate": phi / d, "T_periodic": endless["torque"], "theta_periodic": endless["theta"]}
-    by_dim: dict[tuple[str, ...], dict[str, Array]] = {
+    each = _values(one, one.toward[1] * phi, track)
+    along = {role: each[role].mean(axis=1) for role in _SHARED if role not in left}
+    along |= {"RED": dissipation(along["U_el"], along["W_fr"]), "load": phi, "rate": phi / one.beam.pitch}
+    along |= {f"{name}_periodic": endless[role] for name, role in (("T", "torque"), ("theta", "theta"))}
+    return {
         ("point",): along,
-        ("point", "scale"): {role: each[role] for role in (*_EACH, "Q")} | _cells(one, track, kind),
-        (): {name: np.asarray(v) for name, v in figures(way, track, kind).items()},
+        ("point", "scale"): {role: each[role] for role in _EACH if role not in left} | _cells(one, track, ends),
+        (): {name: np.asarray(v) for name, v in figures(one.way, track, ends).items()},
     }
-    return States(by_dim, more.attrs, [*more.notes, *_beyond(track, loaded.far)])
 
 
 def _beyond(track: Track, far: float) -> list[str]:
@@ -86,8 +97,7 @@ def _cells(one: real.Path, track: Track, ends: int) -> dict[str, Array]:
     senses = (1.0, one.toward[1], 1.0, 1.0)
     known = [True] * 4 if len(one.held.K) > 7 else [False, True, False, False]
     there = [known[e] and (ends == GRIPPED or (not free[e] and e != PHI)) for e in range(STRAINS)]
-    moment = one.beam.unit_moment
-    units = moment * np.append(np.ones(3), 1 / d)
+    units = one.unit_moment * np.append(np.ones(3), 1 / d)
     strains, carried = (np.moveaxis(v, -1, 0) for v in (track.cells[..., :4], track.cells[..., 4:]))
     # (adding 0 leaves no -0)
     rows = zip(_CELLS, _CARRIED, strains, carried, senses, units, known, there, strict=False)
@@ -130,7 +140,7 @@ def _values(one: real.Path, phi: Array, track: Track) -> dict[str, Array]:
     parts = (slice(i, i + _MANY) for i in range(0, points * n, _MANY))
     found = [by_load(values(one, strains[part], flat[part], turned=sign), load, sign) for part in parts]
     each = {role: np.concatenate([v[role] for v in found]).reshape(points, n) for role in found[0]}
-    each["Q"] = track.held * one.beam.unit_moment
+    each["Q"] = track.held * one.unit_moment
     each["N"][:, -1] = each["f"][:, -1] = math.nan
     return each
 

@@ -55,6 +55,10 @@ class Branch:
     def __init__(self, y: Array, q: Array) -> None:
         self.force = CubicSpline(y, q)
         self.work = self.force.antiderivative()
+        self.load: Callable[[Array], Array] = lambda s: s
+        self.rate: Callable[[Array], Array] = np.ones_like
+        self.energy: Callable[[Array], Array] = lambda s: np.asarray(s * s / 2 + self.work(s))
+        self.slope: Callable[[Array], Array] = lambda s: np.asarray(s + self.force(s))
         self.places = y[:, None]
         self.energies = self.energy(self.places)
         self.last = float(y[-1])
@@ -72,22 +76,6 @@ class Branch:
 
         return force
 
-    def load(self, s: Array) -> Array:
-        """See :class:`Way`."""
-        return s
-
-    def rate(self, s: Array) -> Array:
-        """See :class:`Way`."""
-        return np.ones_like(s)
-
-    def energy(self, s: Array) -> Array:
-        """See :class:`Way`."""
-        return np.asarray(s * s / 2 + self.work(s))
-
-    def slope(self, s: Array) -> Array:
-        """See :class:`Way`."""
-        return np.asarray(s + self.force(s))
-
 
 class Side(NamedTuple):
     """One sense of load of n systems: engagement ``y_e`` (inf for none), the last angle that is followed, what ends it.
@@ -104,11 +92,6 @@ class Side(NamedTuple):
     fall: Callable[[Any], Any] | None = None
     elastic: Callable[[Any], Any] | None = None
     endless: Any = False
-
-    def rising(self) -> Any:
-        """Return the loading branch."""
-        assert self.up is not None
-        return self.up
 
     def falling(self, top: Any) -> Any:
         """Return the unloading branch from a turning point."""

@@ -30,11 +30,16 @@ POINTS = 32
 """Points of the quadrature of a time."""
 
 
+Limit = tuple[float, str]
+"""A note for motions beyond an angle below 0, which is a magnitude."""
+
+
 class Sides(NamedTuple):
-    """Both senses of load of a system, or of n."""
+    """Both senses of load of a system, or of n; ``limit`` says beyond what something is left out of the other sense."""
 
     plus: Side
     minus: Side
+    limit: Limit | None = None
 
     def of(self, sign: int) -> Side:
         """Return the side of a sign."""
@@ -62,7 +67,7 @@ class Decay(NamedTuple):
         return cls(t, y, stored, end, rest, energy)
 
     def single(self) -> Decay:
-        """Return the decay of the one system that it is of, to its end."""
+        """Return the decay of one system (n = 1) without the NaN beyond its end."""
         own = ~np.isnan(self.y[:, 0])
         t, y, stored = (v[own, 0] for v in self[:3])
         return Decay(t, y, stored, str(self.end[0]), float(self.rest[0]), float(self.energy[0]))

@@ -12,15 +12,17 @@ from squama import arguments
 from squama.beam import beamfile
 from squama.beam.design import Beam
 from squama.beam.parts import Quantity
-from squama.curves.chosen import chosen
-from squama.curves.labelled import Answer, attributes, labelled
-from squama.curves.path import Asked, LoadPath, States
+from squama.curves import labelled
+from squama.curves.chosen import MODELS
+from squama.curves.doors import analysis
+from squama.curves.labelled import Answer
+from squama.curves.way import Analysis, States, Way
 from squama.dynamics import motion, systems
-from squama.dynamics.branches import APART, Side
+from squama.dynamics.branches import Side
 from squama.dynamics.decay import BEYOND, JAMS, RINGS, Decay, Sides, damping, decay
-from squama.dynamics.hinged import FINEST
+from squama.dynamics.hinge_branches import FINEST
 from squama.dynamics.motion import Drive, State
-from squama.dynamics.systems import Bar, Held
+from squama.dynamics.systems import Bar, Model
 from squama.errors import naming, refuse
 from squama.loads import MODES
 from squama.progress import steps
@@ -40,39 +42,31 @@ _UNITS = {"impulse": (Dimension.IMPULSE, IMPULSE), "torque": beamfile.NUMBERS["j
 _UNITS |= {name: beamfile.NUMBERS[f"beam.{name}"] for name in ("rotor", "density")}
 """Dimensions and bounds of what is no load, by the name of its argument."""
 
+ByDim = dict[tuple[str, ...], dict[str, Array]]
+"""Values by dimensions and role."""
+
 
 class Swinging(NamedTuple):
     """A beam ready to swing: how it is answered, its bar, its branches, what the answer says of it."""
 
     beam: Beam
-    held: Held
+    model: Model
     mode: str
     bar: Bar
     sides: Sides
-    asked: Asked
-    limit: systems.Limit | None
+    analysis: Analysis
 
-    @property
-    def per_pitch(self) -> float:
-        """Torque of the bar per load angle per pitch, N m."""
-        return self.bar.rigidity / self.beam.pitch
-
-    @property
-    def tolerance(self) -> float:
-        """Relative error of a step in time."""
-        return systems.tolerance(self.held)
-
-    def answer(self, title: str, states: States, low: float, high: float, **attrs: float | str) -> Answer:
+    def answer(self, title: str, by_dim: ByDim, low: float, high: float, **attrs: float | str) -> Answer:
         """Return the answer to a motion between two angles."""
-        notes = [*self.bar.notes, *systems.notes(self.beam, self.held, self.limit, low, high)]
-        load, own = self.held.load, {"f_0": np.asarray(self.bar.omega / (2 * math.pi))}
+        notes = [*self.bar.notes, *systems.notes(self.beam, self.model, self.sides.limit, low, high)]
+        load, own = self.model.load, {"f_0": np.asarray(self.bar.omega / (2 * math.pi))}
         engaged = {"load_e": np.asarray(self.sides.plus.y_e)}
-        by_dim = {**states.by_dim, (): {**engaged, **own, **states.by_dim.get((), {})}}
-        said = attributes(self.asked, f"{title} of a scale-covered beam in {load.name}", "+", self.held.joint, notes)
-        said |= {"mode": self.mode, "inertia": self.bar.inertia}
-        if self.held.joint == "compliant" and not load.sided:
+        by_dim = {**by_dim, (): {**engaged, **own, **by_dim[()]}}
+        said: dict[str, float | str] = {"mode": self.mode, "inertia": self.bar.inertia}
+        if not (load.sided or MODELS[self.model.joint].straight):
             said["neutral"] = self.beam.given.line
-        return Answer(labelled(load, States(by_dim), self.asked.mus), {**said, **attrs})
+        title = f"{title} of a scale-covered beam in {load.name}"
+        return labelled.answer(self.analysis, States(by_dim, attrs, notes), title, said, page="")
 
 
 def vibrate(
@@ -148,86 +142,56 @@ def vibrate(
         refuse("release, impulse", "", "one of them is to be given", 'write e.g. release="0.1 rad/pitch"')
     n = arguments.whole("swings", swings, 1, MOST_SWINGS)
     zeta = _bounded("damping", damping, Dimension.RATIO, DAMPING)
-    _legible(beam, load, mode, release=release, impulse=impulse, rotor=rotor, density=density)
-    held, asked = answered(beam, mu, law, load, joint, ideal)
-    start = _angle("release", release, beam, held)
-    swinging = _bar(beam, held, asked, mode, rotor, density)
+    read = _quantities(beam, load, mode, release=release, impulse=impulse, rotor=rotor, density=density)
+    model, request = model_of(beam, mu, law, load, joint, ideal)
+    bar = systems.bar(beam, model, mode, read.get("rotor", beam.rotor), read.get("density", beam.density))
     if impulse is not None and mode != "uniform":
         refuse("impulse", "", "acts on a rotor, and a mode has none", "give release")
-    push = 0.0 if impulse is None else _bounded("impulse", impulse, Dimension.IMPULSE, IMPULSE)
-    bar = swinging.bar
     # the rotor's angle is that of all pitches; of two rotors each has half of it
-    share = beam.scales / (1 if held.load.sided else 2)
-    speed = push / (bar.inertia * bar.omega * share)
-    one = _ready(swinging, start, min(speed, FAR) if push else abs(start))
+    share = beam.scales / (1 if model.load.sided else 2)
+    start, speed = read.get("release", 0.0), read.get("impulse", 0.0) / (bar.inertia * bar.omega * share)
+    sides = systems.sides(beam, model, mode, -1 if start < 0 else 1, min(speed, FAR) if speed else abs(start))
+    one = Swinging(beam, model, mode, bar, sides, request)
     _within(one, start)
-    how = {"start": start} if push == 0 else {"speed": speed}
-    found = (
-        _damped(one, Drive(zeta, tolerance=one.tolerance), **how, cycles=n)
-        if zeta
-        else decay(one.sides, **how, turns=2 * n + 1).single()
-    )
+    first, drive = State(0.0, start, speed), Drive(zeta, tolerance=systems.tolerance(model))
+    found = _damped(one, drive, first, n) if zeta else decay(sides, start=start, speed=speed, turns=2 * n + 1).single()
     if found.end == BEYOND:
-        _beyond(one, found, "release" if push == 0 else "impulse")
-    return _told(one, Drive(zeta, tolerance=one.tolerance), found, State(0.0, start, speed)).dataset()
+        _beyond(one, found, "impulse" if speed else "release")
+    return _free_vibration(one, drive, found, first).dataset()
 
 
-def _legible(beam: Beam, load: str, mode: str, **given: Quantity | None) -> None:
-    """Refuse what cannot be read before the joint is looked for, which may take finite elements."""
-    kind = arguments.load(load)
+def _quantities(beam: Beam, load: str, mode: str, **given: Quantity | None) -> dict[str, float]:
+    """Read the quantities that are given, in SI units and load angles per pitch.
+
+    It comes before the joint is looked for, which may take finite elements.
+    """
+    kind, found = arguments.load(load), dict[str, float]()
     arguments.one_of("mode", mode, MODES)
     for name, value in given.items():
         if value is not None and name in _UNITS:
-            _bounded(name, value, *_UNITS[name])
+            found[name] = _bounded(name, value, *_UNITS[name])
         elif value is not None:
             with naming(name):
-                kind.read(value, pitch=beam.pitch, scales=beam.scales)
+                found[name] = kind.read(value, pitch=beam.pitch, scales=beam.scales) * beam.pitch
+            arguments.moves(name, found[name])
+            if abs(found[name]) >= math.pi:
+                refuse(name, f"{found[name]:.6g} rad/pitch", "must be below half a turn per pitch")
+    return found
 
 
-def answered(
+def model_of(
     beam: Beam, mu: float | None, law: str, load: str, joint: str | None, ideal: bool | None
-) -> tuple[Held, Asked]:
-    """Read how a beam is answered."""
+) -> tuple[Model, Analysis]:
+    """Return the model of a beam under a load, and the analysis that it answers."""
     kind = arguments.load(load)
-    law = kind.law(arguments.law(law))
-    m = arguments.friction(beam.friction.mu, mu)
-    means = chosen(beam, kind, law=law, joint=joint, ideal=ideal)
-    way = LoadPath.of(kind.name, [1.0])
-    asked = Asked(means.beam, way, np.asarray(m), law, FINEST, 3, ideal=means.ideal, note=means.note)
-    return Held(kind, m, law, means.joint, means.ideal), asked
-
-
-def _bar(beam: Beam, held: Held, asked: Asked, mode: str, rotor: Quantity | None, density: Quantity | None) -> Swinging:
-    """Read what swings; the branches are not there yet."""
-    arguments.one_of("mode", mode, MODES)
-    own = {"rotor": beam.rotor, "density": beam.density}
-    for name, given in (("rotor", rotor), ("density", density)):
-        if given is not None:
-            own[name] = _bounded(name, given, *beamfile.NUMBERS[f"beam.{name}"])
-    bar = systems.bar(beam, held, mode, own["rotor"], own["density"])
-    return Swinging(beam, held, mode, bar, Sides(APART, APART), asked, None)
-
-
-def _ready(one: Swinging, start: float, far: float) -> Swinging:
-    sides, limit = systems.sides(one.beam, one.held, one.mode, -1 if start < 0 else 1, far)
-    return one._replace(sides=sides, limit=limit)
+    way = Way.of(kind.name, [1.0])
+    one = analysis(beam, way, kind, mu=mu, law=law, margin=FINEST, points=3, joint=joint, ideal=ideal)
+    return Model(kind, float(one.mus), one.law, one.joint, one.ideal), one
 
 
 def _bounded(name: str, value: object, dimension: Dimension, bounds: Bounds) -> float:
     with naming(name):
         return bounded(value, dimension, bounds)
-
-
-def _angle(name: str, value: Quantity | None, beam: Beam, held: Held) -> float:
-    """Read a load angle per pitch; 0 where none is given."""
-    if value is None:
-        return 0.0
-    with naming(name):
-        angle = held.load.read(value, pitch=beam.pitch, scales=beam.scales) * beam.pitch
-    arguments.moves(name, angle)
-    if abs(angle) >= math.pi:
-        refuse(name, f"{angle:.6g} rad/pitch", "must be below half a turn per pitch")
-    return angle
 
 
 def _within(one: Swinging, start: float) -> None:
@@ -251,22 +215,26 @@ def _beyond(one: Swinging, found: Decay, name: str) -> NoReturn:
 
 
 def _further(side: Side) -> str:
-    """Say why a beam was followed no further on a side."""
+    """Return why a beam was followed no further in one sense."""
     if not side.ends:
         return "no further was the beam followed"
     return f"where the contact ends: {side.ends}; what comes then (an impact, another contact) is not in the model"
 
 
-def _damped(one: Swinging, drive: Drive, *, start: float = 0.0, speed: float = 0.0, cycles: int) -> Decay:
+def _damped(one: Swinging, drive: Drive, state: State, cycles: int) -> Decay:
     """Return the turning points of a motion with material damping, by integration with events."""
     sides = one.sides
-    rows = [(0.0, start, sides.of(-1 if start < 0 else 1).stored(abs(start), abs(start)))] if start else []
+
+    def turn(at: State) -> tuple[float, float, float]:
+        return at.t, at.y, sides.of(-1 if at.y < 0 else 1).stored(abs(at.y), abs(at.y))
+
+    rows = [turn(state)] if state.y else []
     # a cycle takes less than twice the undamped bare bar's
-    until, end, rest, state = (2 * cycles + 1) * 2 * math.pi, RINGS, math.nan, State(0.0, start, speed)
+    until, end, rest = (2 * cycles + 1) * 2 * math.pi, RINGS, math.nan
     for part in motion.follow(sides, drive, state, until):
         state = part.last
         if part.why == motion.TURNED:
-            rows.append((state.t, state.y, sides.of(-1 if state.y < 0 else 1).stored(abs(state.y), abs(state.y))))
+            rows.append(turn(state))
         if part.why == motion.STUCK:
             end, rest = JAMS, state.y
         if part.why == motion.BEYOND:
@@ -276,19 +244,19 @@ def _damped(one: Swinging, drive: Drive, *, start: float = 0.0, speed: float = 0
     return Decay.of(rows, end, rest, state.y**2 / 2 + state.v**2 / 2)
 
 
-def _told(one: Swinging, drive: Drive, found: Decay, start: State) -> Answer:
+def _free_vibration(one: Swinging, drive: Drive, found: Decay, start: State) -> Answer:
     """Return the answer to a free vibration, with its record in time."""
     # a beam that jams is seen to stay, for a period of the bare bar
     second, until = 1 / one.bar.omega, float(found.t[-1]) + (2 * math.pi if found.end == JAMS else 0.0)
     t, y, v = motion.joined(start, motion.follow(one.sides, drive, start, until, dense=motion.DENSE))
     peaks = slice(0, None, 2)
-    states = States({
+    by_dim: ByDim = {
         ("point",): {"t": t * second, "load": y, "load_speed": v / second},
         ("turn",): {"t_turn": found.t * second, "load_turn": found.y, "U_turn": found.stored * one.bar.energy},
         ("cycle",): {"zeta_cycle": damping(found.stored[peaks]), "period": np.diff(found.t[peaks]) * second},
         (): {"load_rest": np.asarray(found.rest), "end": np.asarray(found.end)},
-    })  # fmt: skip
-    return one.answer("free vibration", states, float(y.min()), float(y.max()), damping=drive.zeta)
+    }
+    return one.answer("free vibration", by_dim, float(y.min()), float(y.max()), damping=drive.zeta)
 
 
 # ---- forced -----------------------------------------------------------------------------------------------
@@ -357,33 +325,34 @@ def shake(
     if hertz.ndim != 1 or not 1 <= hertz.size <= MOST_FREQUENCIES or (np.diff(hertz) <= 0).any():
         refuse("frequencies", "", f"must be 1 to {MOST_FREQUENCIES} growing numbers", "write e.g. [2, 2.5, 3]")
     zeta = _bounded("damping", damping, Dimension.RATIO, DAMPING)
-    _legible(beam, load, mode, static=static, torque=torque, rotor=rotor, density=density)
-    held, asked = answered(beam, mu, law, load, joint, ideal)
-    force = abs(_angle("static", static, beam, held))
-    swinging = _bar(beam, held, asked, mode, rotor, density)
-    if torque is not None:
-        if mode != "uniform":
-            refuse("torque", "", "acts on a rotor, and a mode has none", "give static")
-        force = _bounded("torque", torque, *beamfile.NUMBERS["joint.stiffness"]) / swinging.per_pitch
-    one = _ready(swinging, 1.0, FAR)
+    read = _quantities(beam, load, mode, static=static, torque=torque, rotor=rotor, density=density)
+    model, request = model_of(beam, mu, law, load, joint, ideal)
+    bar = systems.bar(beam, model, mode, read.get("rotor", beam.rotor), read.get("density", beam.density))
+    if torque is not None and mode != "uniform":
+        refuse("torque", "", "acts on a rotor, and a mode has none", "give static")
+    # of a torque the load angle of the bar without contact
+    force = abs(read["static"]) if torque is None else read["torque"] / (bar.rigidity / beam.pitch)
+    one = Swinging(beam, model, mode, bar, systems.sides(beam, model, mode, 1, FAR), request)
     ratios = hertz * 2 * math.pi / one.bar.omega
     there_and_back = np.concatenate([ratios, ratios[::-1]])
-    states_at = _through(one, zeta, force, steps(there_and_back.tolist(), 2 * hertz.size, "frequencies"))
-    both = list(zip(states_at[: hertz.size], states_at[: hertz.size - 1 : -1], strict=True))
+    found = _steady_states(one, zeta, force, steps(there_and_back.tolist(), 2 * hertz.size, "frequencies"))
 
     def table(name: str, factor: float = 1.0) -> Array:
-        return np.array([[getattr(s, name) for s in pair] for pair in both]).T * factor
+        values = np.array([getattr(state, name) for state in found]) * factor
+        return np.array([values[: hertz.size], values[: hertz.size - 1 : -1]])
 
     unit = one.bar.energy
     along = {"load_high": table("high"), "load_low": table("low"), "settled": table("settled") > 0}
     along |= {"W_fed": table("fed", unit), "W_damped": table("damped", unit), "W_rubbed": table("rubbed", unit)}
     along |= {"periods": table("periods"), "turns": table("parts")}
-    states = States({
-        ("way", "frequency"): along, ("way",): {"way": np.array(["up", "down"])}, ("frequency",): {"frequency": hertz},
+    by_dim: ByDim = {
+        ("way", "frequency"): along,
+        ("way",): {"way": np.array(["up", "down"])},
+        ("frequency",): {"frequency": hertz},
         (): {"load_static": np.asarray(force)},
-    })  # fmt: skip
+    }
     low, high = float(along["load_low"].min()), float(along["load_high"].max())
-    return one.answer("steady states", states, low, high, damping=zeta).dataset()
+    return one.answer("steady states", by_dim, low, high, damping=zeta).dataset()
 
 
 def frequency(name: str, text: str) -> float:
@@ -391,21 +360,21 @@ def frequency(name: str, text: str) -> float:
     return _bounded(name, text, Dimension.FREQUENCY, FREQUENCY)
 
 
-def _through(one: Swinging, zeta: float, force: float, ratios: Iterable[float]) -> list[motion.Steady]:
+def _steady_states(one: Swinging, zeta: float, force: float, ratios: Iterable[float]) -> list[motion.Steady]:
     """Go through frequencies one after the other, each from the steady state before."""
     y, v = 0.0, 0.0
     found = []
     for ratio in ratios:
         try:
-            state = motion.steady(one.sides, Drive(zeta, force, ratio, one.tolerance), y, v)
+            state = motion.steady(one.sides, Drive(zeta, force, ratio, systems.tolerance(one.model)), y, v)
         except motion.LeftError as error:
-            _left(one, error, ratio)
+            _unsteady(one, error, ratio)
         found.append(state)
         y, v = state.y, state.v
     return found
 
 
-def _left(one: Swinging, error: motion.LeftError, ratio: float) -> NoReturn:
+def _unsteady(one: Swinging, error: motion.LeftError, ratio: float) -> NoReturn:
     at = f"{ratio * one.bar.omega / (2 * math.pi):.4g} Hz"
     if error.why == motion.EVENTS:
         reason = f"the motion turns and sticks more than {motion.MOST_PARTS} times in a period"

@@ -50,10 +50,9 @@ def _cantilever_far(chi: Array) -> Array:
     return s
 
 
-SHAPES = dict(zip(MODES[1:], (
-    Mode(lambda s: np.cos(np.pi * s), lambda c: np.arccos(c) / np.pi, 2.0, 0.5, math.pi, math.pi**2),
-    Mode(_cantilever, _cantilever_far, 1.0, 0.25, _B, _B * _S * (2 + _B * _S)),
-), strict=True))  # fmt: skip
+_SIMPLE = Mode(lambda s: np.cos(np.pi * s), lambda c: np.arccos(c) / np.pi, 2.0, 0.5, math.pi, math.pi**2)
+_CANTILEVER = Mode(_cantilever, _cantilever_far, 1.0, 0.25, _B, _B * _S * (2 + _B * _S))
+SHAPES = dict(zip(MODES[1:], (_SIMPLE, _CANTILEVER), strict=True))
 """First bending modes (<chi^2> of the cantilever is 1/4 exactly)."""
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -42,7 +42,7 @@ class Drive(NamedTuple):
     tolerance: float = TOLERANCE
 
     def at(self, t: float) -> float:
-        """Return the force."""
+        """Return the force at a time."""
         return self.force * math.sin(self.frequency * t) if self.force else 0.0
 
     def steady(self) -> tuple[float, float, float]:
@@ -74,7 +74,7 @@ class Part(NamedTuple):
 
 
 def follow(sides: Sides, drive: Drive, state: State, until: float, *, dense: int = 0) -> Iterator[Part]:
-    """Go along a motion to the time ``until``, part by part; ``dense`` points of each are given, or its ends.
+    """Follow a motion to the time ``until``, part by part, with ``dense`` points of each part, or its two ends.
 
     The last part ends at ``until``, or where the motion stays for good or goes beyond a side's last angle.
     """
@@ -126,7 +126,7 @@ def _turn(sides: Sides, drive: Drive, state: State, way: int, branch: Branch | N
     side, u = sides.of(sign), abs(state.y)
     if branch is None or u <= side.y_e:
         return 0, None
-    up, down = side.rising(), (side.falling(u) if way > 0 else branch)
+    up, down = side.up, (side.falling(u) if way > 0 else branch)
     bare = sign * drive.at(state.t) - u
     if bare > float(up.force(u)):
         return 1, up
@@ -135,11 +135,24 @@ def _turn(sides: Sides, drive: Drive, state: State, way: int, branch: Branch | N
     return 0, down
 
 
+class _Event:
+    """The end of a part: the signed angle (``index`` 0) or the speed (1) passes a value in a direction."""
+
+    terminal = True
+
+    def __init__(self, index: int, value: float, direction: int, why: str) -> None:
+        self.index, self.value, self.direction, self.why = index, value, direction, why
+
+    def __call__(self, _: float, s: Array) -> float:
+        """Return the distance from the value."""
+        return float(s[self.index]) - self.value
+
+
 def _part(sides: Sides, drive: Drive, state: State, until: float, way: int, branch: Branch | None, dense: int) -> Part:
     """Integrate to the next event."""
     zeta2 = 2 * drive.zeta
     sign = 1 if state.y > 0 else -1
-    pull: Callable[[float], float] = _nothing if branch is None else branch.quick
+    pull: Callable[[float], float] = (lambda _: 0.0) if branch is None else branch.quick
 
     def rates(t: float, s: Array) -> list[float]:
         y, v = float(s[0]), float(s[1])
@@ -147,24 +160,22 @@ def _part(sides: Sides, drive: Drive, state: State, until: float, way: int, bran
         return [v, f - zeta2 * v - y - sign * pull(sign * y), f * v, zeta2 * v * v]
 
     if branch is None:
-        events = [_crossing(s.y_e, k, k) for k, s in ((1, sides.plus), (-1, sides.minus)) if s.y_e < math.inf]
-        events += [_crossing(s.last, k, k, why=BEYOND) for k, s in ((1, sides.plus), (-1, sides.minus))
-                   if s.up is None and s.last < math.inf]  # fmt: skip
+        both = [(k, sides.of(k)) for k in (1, -1)]
+        events = [_Event(0, k * s.y_e, k, APART) for k, s in both if s.y_e < math.inf]
+        events += [_Event(0, k * s.last, k, BEYOND) for k, s in both if s.up is None and s.last < math.inf]
         heading = state.v or drive.at(state.t) - state.y or drive.force
-        events.append(_turning(-1 if heading > 0 else 1))
+        events.append(_Event(1, 0.0, -1 if heading > 0 else 1, TURNED))
     else:
         side = sides.of(sign)
         last = min(side.last, branch.last)
         stops = TURNED if side.endless else BEYOND
-        bound = _crossing(last, sign, sign, why=stops) if way > 0 else _crossing(side.y_e, sign, -sign)
-        events = [bound, _turning(-sign * way)]
+        bound = _Event(0, sign * last, sign, stops) if way > 0 else _Event(0, sign * side.y_e, -sign, APART)
+        events = [bound, _Event(1, 0.0, -sign * way, TURNED)]
     x0 = np.array([state.y, state.v, state.fed, state.damped])
 
     def solve(stop: float) -> Any:
-        return solve_ivp(
-            rates, (state.t, stop), x0, method="DOP853", rtol=drive.tolerance,
-            atol=drive.tolerance / 100, events=events, dense_output=dense > 0,
-        )  # fmt: skip
+        steps: dict[str, Any] = {"method": "DOP853", "rtol": drive.tolerance, "atol": drive.tolerance / 100}
+        return solve_ivp(rates, (state.t, stop), x0, events=events, dense_output=dense > 0, **steps)
 
     found = solve(until)
     hit = _hit(found)
@@ -174,10 +185,10 @@ def _part(sides: Sides, drive: Drive, state: State, until: float, way: int, bran
         hit = _hit(found)
     t = float(found.t[-1])
     y, v, fed, damped = map(float, found.y[:, -1])
-    why = "" if hit is None else str(events[hit].why)
-    if hit is not None:
+    why = "" if hit is None else events[hit].why
+    if hit is not None and events[hit].index == 0:
         # a swing that a lock turns ends at the lock, too
-        y = float(getattr(events[hit], "value", y))
+        y = events[hit].value
     if why == TURNED:
         v = 0.0
     work = 0.0 if branch is None else float(branch.work(sign * y)) - float(branch.work(sign * state.y))
@@ -186,33 +197,10 @@ def _part(sides: Sides, drive: Drive, state: State, until: float, way: int, bran
     return Part(times, ends[0], ends[1], State(t, y, v, fed, damped, state.scales + work), why)
 
 
-def _nothing(_: float) -> float:
-    return 0.0
-
-
 def _hit(found: Any) -> int | None:
     """Return the number of the event that ended an integration."""
     hits = [(float(times[-1]), i) for i, times in enumerate(found.t_events) if len(times)]
     return max(hits)[1] if hits and found.status == 1 else None
-
-
-def _crossing(at: float, sign: int, direction: int, why: str = APART) -> Any:
-    """Return an event where the signed angle passes sign * at."""
-    value = sign * at
-
-    def event(_: float, s: Sequence[float]) -> float:
-        return s[0] - value
-
-    event.__dict__.update(terminal=True, direction=direction, value=value, why=why)
-    return event
-
-
-def _turning(direction: int) -> Any:
-    def event(_: float, s: Sequence[float]) -> float:
-        return s[1]
-
-    event.__dict__.update(terminal=True, direction=direction, why=TURNED)
-    return event
 
 
 def _stick(sides: Sides, drive: Drive, state: State, until: float) -> tuple[Part, int]:
@@ -222,7 +210,7 @@ def _stick(sides: Sides, drive: Drive, state: State, until: float) -> tuple[Part
     down = side.falling(u)
     low = float(down.force(u)) if u <= down.last else -math.inf
     # the force's phase at which sign * F sin(phase) - u comes to a branch
-    leaves = [(_reaches(drive, state.t, sign * (u + float(side.rising().force(u))), sign), 1)]
+    leaves = [(_reaches(drive, state.t, sign * (u + float(side.up.force(u))), sign), 1)]
     leaves.append((_reaches(drive, state.t, sign * (u + low), -sign), -1))
     t, way = min(leaves)
     why = "" if t < math.inf else STUCK
@@ -248,11 +236,11 @@ SETTLED, POLISHED = 1e-3, 10.0
 """Change of the state over a period, relative to its size: from there on Newton's method is used; and at the end, over
 the error of a step."""
 MOST_PERIODS, LAST = 400, 50
-"""Periods after which a motion is told as not settled; extremes are then those of so many last ones."""
+"""Periods after which a motion counts as not settled; extremes are then those of so many last ones."""
 
 
 class Steady(NamedTuple):
-    """A steady state: largest and smallest angle, state where a period begins, works over a period, periods gone.
+    """A steady state: largest and smallest angle, state where a period begins, works over a period, number of periods.
 
     ``settled``: the state comes back after a period; ``parts`` smooth parts of the way in it.
     """
@@ -292,12 +280,12 @@ def period(sides: Sides, drive: Drive, y: float, v: float) -> Steady:
 def steady(sides: Sides, drive: Drive, y: float = 0.0, v: float = 0.0) -> Steady:
     """Follow a forced motion until it is periodic.
 
-    Periods are gone through one by one, so that what is found is stable; Newton's method only finds the last digits.
+    Periods follow one another, so that what is found is stable; Newton's method only finds the last digits.
     Where no contact is left the linear oscillator's steady state is the answer, exactly. A motion that repeats after
     several periods, or never, does not settle.
     """
     reach, y_s, v_s = drive.steady()
-    engaged = min(side.y_e for side in sides)
+    engaged = min(sides.plus.y_e, sides.minus.y_e)
     seen: deque[tuple[float, float]] = deque(maxlen=LAST)
     for n in range(1, MOST_PERIODS + 1):
         if drive.zeta and reach + _swing(drive, y - y_s, v - v_s) < engaged:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from squama import arguments
 from squama.arrays import solution
 from squama.beam.faces import FACES, sense
-from squama.dynamics import hinged
+from squama.dynamics import hinge_branches
 from squama.dynamics.branches import APART, Side
 from squama.dynamics.decay import BEYOND, RINGS, Sides, damping, decay
 from squama.errors import refuse
@@ -109,13 +109,12 @@ def free_vibration(
         refuse("amplitude, impulse", "", "one of them is to be given", "write e.g. amplitude=0.2")
     given = amplitude if impulse is None else impulse
     assert given is not None
-    columns, shape = arguments.designs(
-        load, eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, kappa=kappa, thickness=thickness,
-        **{"amplitude" if impulse is None else "impulse": given},
-    )  # fmt: skip
-    arguments.thin(columns[7], arguments.law(law), load)
+    asked = {"eta": eta, "beta": beta, "lam": lam, "alpha": alpha, "theta0": theta0, "mu": mu, "kappa": kappa}
+    asked |= {"thickness": thickness, "amplitude" if impulse is None else "impulse": given}
+    columns, shape = arguments.designs(load, **asked)
+    named = dict(zip(asked, columns, strict=True))
+    arguments.thin(named["thickness"], arguments.law(law), load)
     n = arguments.whole("swings", swings, 1, 10_000)
-    named = dict(zip((*solution.COLUMNS, "kappa", "thickness"), columns, strict=False))
     law = kind.law(law)
     sol = solution.solve(named, load=kind.name, law=law, sense="+")
     given, kappa = columns[-1], named["kappa"]
@@ -146,7 +145,7 @@ def _groups(
     # where nothing touches, or what is given does not engage, the bar is linear
     bare = np.where(sol.found.code == solution.TOUCHING, 0.0, np.inf)
     for every, track in sol.tracks:
-        whole = hinged.Paths.solved(track, law, mu[every], kappa[every])
+        whole = hinge_branches.Paths.solved(track, law, mu[every], kappa[every])
         engages = given[every] > sol.found.load_e[every]
         bare[every] = np.where(engages, track.load_end, np.inf)
         far = np.flatnonzero(engages & (whole.x1 > whole.x0))
@@ -154,7 +153,7 @@ def _groups(
             some = far[low : low + AT_ONCE]
             index = every[some]
             bare[index] = np.nan
-            for own, side in hinged.sides(whole.take(some).up_to(given[index]), mode):
+            for own, side in hinge_branches.sides(whole.take(some).up_to(given[index]), mode):
                 yield index[own], side
     index = np.flatnonzero(~np.isnan(bare))
     if index.size:

@@ -10,10 +10,11 @@ import numpy as np
 from squama.beam import mass
 from squama.beam.design import Beam
 from squama.curves import both_faces, hinge_cycles, real
-from squama.dynamics import hinged, motion, walked
+from squama.curves.chosen import MODELS
+from squama.dynamics import hinge_branches, joint_branches, motion
 from squama.dynamics.branches import APART, Side
-from squama.dynamics.decay import Sides
-from squama.dynamics.hinged import FINEST
+from squama.dynamics.decay import Limit, Sides
+from squama.dynamics.hinge_branches import FINEST
 from squama.dynamics.modes import SHAPES
 from squama.errors import refuse
 from squama.loads import Load
@@ -27,14 +28,11 @@ FARTHER = 1.001
 TOO_HIGH = 0.11
 """By how much a frequency is too high without any rotor, by the shapes assumed: 120 for pi^4 in bending."""
 NOTED = 0.005
-"""Share of the frequency from which on a mass that is left out is told."""
-
-Limit = tuple[float, str]
-"""A note for motions beyond an angle below 0, which is a magnitude."""
+"""Share of the frequency from which on a mass that is left out is reported."""
 
 
-class Held(NamedTuple):
-    """What a beam is answered by: kind of load, friction, law, joint, thin and rigid scales."""
+class Model(NamedTuple):
+    """The model of a beam: kind of load, friction, law, joint; whether scales are thin and rigid."""
 
     load: Load
     mu: float
@@ -44,9 +42,7 @@ class Held(NamedTuple):
 
     def rigidity(self, beam: Beam) -> float:
         """Return the rigidity of a beam without contact, N m^2."""
-        if self.joint != "compliant":
-            return self.load.rigidity(beam)
-        return real.Path.of(beam, 0.0, (self.load.verb,), ideal=True).case(self.load).rigidity
+        return MODELS[self.joint].programs().case(beam, self.load).rigidity
 
 
 class Bar(NamedTuple):
@@ -62,44 +58,44 @@ class Bar(NamedTuple):
     notes: tuple[str, ...] = ()
 
 
-def tolerance(held: Held) -> float:
+def tolerance(model: Model) -> float:
     """Return the relative error of a step in time."""
-    return ROUGH if held.joint == "compliant" else motion.TOLERANCE
+    return motion.TOLERANCE if MODELS[model.joint].straight else ROUGH
 
 
-def bar(beam: Beam, held: Held, mode: str, rotor: float | None, density: float | None) -> Bar:
+def bar(beam: Beam, model: Model, mode: str, rotor: float | None, density: float | None) -> Bar:
     """Return what swings: a rotor (kg m^2) at the end of a twisted bar, one at either end of a bent one, or a mode.
 
     ``inertia`` is the rotor's, or in a mode the mass per length (kg/m), with what bar and scales add to it
     (:func:`swinging`); ``density`` (kg/m^3) is the bar's.
     """
-    kind, L = held.load, beam.length
-    rigidity = held.rigidity(beam)
+    kind, L = model.load, beam.length
+    rigidity = model.rigidity(beam)
     stiffness = rigidity / beam.pitch * beam.scales
     if mode == "uniform":
         if rotor is None:
             remedy = 'give e.g. "1e-4 kg m2", or write rotor under [beam]'
             refuse("rotor", "", "is not given: uniform load comes of a rotor at the end", remedy)
-        inertia = swinging(beam, held, mode, rotor, (density or 0.0, beam.scale.density or 0.0))
+        inertia = swinging(beam, model, mode, rotor, (density or 0.0, beam.scale.density or 0.0))
         omega = math.sqrt((1 if kind.sided else 2) * rigidity / (L * inertia))
-        notes = _left_out(beam, held, mode, rotor, density)
+        notes = _left_out(beam, model, mode, rotor, density)
         if inertia > 2 * rotor:
-            how = "a twist that grows evenly along it" if kind.sided else "an arc"
-            notes.append(f"the beam has more inertia than its rotor: it is taken to swing as {how}, which gives "
-                         f"frequencies up to {TOO_HIGH:.0%} too high")  # fmt: skip
+            shape = "a twist that grows evenly along it" if kind.sided else "an arc"
+            error = f"which gives frequencies up to {TOO_HIGH:.0%} too high"
+            notes.append(f"the beam has more inertia than its rotor: it is taken to swing as {shape}, {error}")
         return Bar(rigidity, inertia, omega, stiffness, tuple(notes))
     if kind.sided:
         refuse("mode", f'"{mode}"', "is one of bending", 'write load="bending", or mode="uniform"')
     if density is None:
         remedy = 'give e.g. "1150 kg/m3", or write density under [beam]'
         refuse("density", "", f"is not given: a {mode} bar swings by its own mass", remedy)
-    notes = _left_out(beam, held, mode, 0.0, density)
-    shape, inertia = SHAPES[mode], swinging(beam, held, mode, 0.0, (density, beam.scale.density or 0.0))
-    omega = (shape.number / L) ** 2 * math.sqrt(rigidity / inertia)
-    return Bar(rigidity, inertia, omega, stiffness * shape.square, tuple(notes))
+    notes = _left_out(beam, model, mode, 0.0, density)
+    first, inertia = SHAPES[mode], swinging(beam, model, mode, 0.0, (density, beam.scale.density or 0.0))
+    omega = (first.number / L) ** 2 * math.sqrt(rigidity / inertia)
+    return Bar(rigidity, inertia, omega, stiffness * first.square, tuple(notes))
 
 
-def swinging(beam: Beam, held: Held, mode: str, rotor: float, densities: tuple[float, float]) -> float:
+def swinging(beam: Beam, model: Model, mode: str, rotor: float, densities: tuple[float, float]) -> float:
     """Return the moment of inertia of a rotor, or in a mode the mass per length, with those of bar and scales.
 
     ``densities`` of bar and scales, 0 for one that is left out. By the kinetic energy of the shape: the twist grows
@@ -109,15 +105,15 @@ def swinging(beam: Beam, held: Held, mode: str, rotor: float, densities: tuple[f
     m, L = mass.of(beam, *densities), beam.length
     if mode != "uniform":
         return m.mass + m.across * SHAPES[mode].slope / L**2
-    return rotor + (m.polar * L / 3 if held.load.sided else m.mass * L**3 / 60 + m.across * L / 6)
+    return rotor + (m.polar * L / 3 if model.load.sided else m.mass * L**3 / 60 + m.across * L / 6)
 
 
-def _left_out(beam: Beam, held: Held, mode: str, rotor: float, density: float | None) -> list[str]:
-    """Say by how much the frequency would be lower with the masses that are not known, if they were typical."""
+def _left_out(beam: Beam, model: Model, mode: str, rotor: float, density: float | None) -> list[str]:
+    """Return a note on unknown masses: by how much typical ones would lower the frequency."""
     own = (density, beam.scale.density)
     missing = [i for i, given in enumerate(own) if given is None]
     known, typical = (
-        swinging(beam, held, mode, rotor, (own[0] or bar, own[1] or scale))
+        swinging(beam, model, mode, rotor, (own[0] or bar, own[1] or scale))
         for bar, scale in ((0.0, 0.0), (mass.SILICONE, mass.PLASTIC))
     )
     share = 1 - math.sqrt(known / typical)
@@ -132,44 +128,43 @@ def _left_out(beam: Beam, held: Held, mode: str, rotor: float, density: float | 
     ]
 
 
-def sides(beam: Beam, held: Held, mode: str, sign: int, far: float) -> tuple[Sides, Limit | None]:
+def sides(beam: Beam, model: Model, mode: str, sign: int, far: float) -> Sides:
     """Return the branches of a beam in both senses; ``far`` is the largest angle on the side of ``sign``.
 
-    A sense in which hinged scales run into another contact is taken as bare; that contact is told as a limit.
+    A sense in which hinged scales run into another contact is taken as bare; that contact is the limit.
     """
-    if held.joint == "compliant":
+    if not MODELS[model.joint].straight:
         # without friction a swing comes back to where it was let go, but for rounding
         far = min(far * FARTHER, max(far, MOST))
-        first = _real(beam, held, mode, sign, far)
+        first = _real(beam, model, mode, sign, far)
         energy = float(first.up.energy(np.array(min(far, first.last)))) if first.up else far**2 / 2
-        alike = both_faces.sense(beam, held.load.name) < 0
-        second = first if alike else _real(beam, held, mode, -sign, min(math.sqrt(2 * energy), MOST))
-        return Sides(*(first, second)[::sign]), None
-    return _hinged(beam, held, mode)
+        alike = both_faces.sense(beam, model.load.name) < 0
+        second = first if alike else _real(beam, model, mode, -sign, min(math.sqrt(2 * energy), MOST))
+        return Sides(first, second) if sign > 0 else Sides(second, first)
+    return _hinged(beam, model, mode)
 
 
-def _hinged(beam: Beam, held: Held, mode: str) -> tuple[Sides, Limit | None]:
-    kind = held.load
-    both = hinge_cycles.senses(beam, kind.name, held.mu, held.law, FINEST, held.ideal)
-    found = {sign: hinged.of_path(both.paths[sign], both.bar, mode) for sign in ("+", "-")}
+def _hinged(beam: Beam, model: Model, mode: str) -> Sides:
+    """Return the branches of scales on hinges in both senses."""
+    kind = model.load
+    both = hinge_cycles.senses(beam, kind.name, model.mu, model.law, FINEST, model.ideal)
+    found = {sign: hinge_branches.of_path(both.paths[sign], both.bar, mode) for sign in ("+", "-")}
     other = both.paths["-"]
-    limit: Limit | None = None
     if found["-"].up is None and math.isfinite(other.load_end) and (kind.sided or other.other):
         text = f"in the other sense another contact comes in at {other.load_end:.4g} rad per pitch ({other.other})"
-        limit = (other.load_end, f"{text}; on hinges the bar goes on without it")
-        found["-"] = APART
-    return Sides(found["+"], found["-"]), limit
+        return Sides(found["+"], APART, (other.load_end, f"{text}; on hinges the bar goes on without it"))
+    return Sides(found["+"], found["-"])
 
 
-def _real(beam: Beam, held: Held, mode: str, sign: int, far: float) -> Side:
+def _real(beam: Beam, model: Model, mode: str, sign: int, far: float) -> Side:
     """Return the branches of the real beam in one sense."""
-    swung = walked.Swung.of(beam, held.load, held.mu, sign, far, ideal=held.ideal)
-    return walked.side(swung, far, mode)
+    loaded = joint_branches.LoadedBeam.of(beam, model.load, model.mu, sign, far, ideal=model.ideal)
+    return joint_branches.side(loaded, far, mode)
 
 
-def notes(beam: Beam, held: Held, limit: Limit | None, low: float, high: float) -> list[str]:
-    """Say where a motion between two angles leaves the model."""
+def notes(beam: Beam, model: Model, limit: Limit | None, low: float, high: float) -> list[str]:
+    """Return notes where a motion between two angles (rad per pitch) leaves the model."""
     found = [limit[1]] if limit is not None and -low >= limit[0] else []
-    if held.joint == "compliant":
-        found += real.notes(real.Held.of(beam), beam, max(-low, high), ideal=held.ideal)
+    if not MODELS[model.joint].straight:
+        found += real.notes(real.Held.of(beam), beam, max(-low, high), ideal=model.ideal)
     return found

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from squama._version import __version__
 from squama.beam.design import Beam
-from squama.curves.path import idealisation
-from squama.dynamics.systems import Held
-from squama.identify.parameters import Parameter
+from squama.curves.chosen import idealisation
+from squama.dynamics.systems import Model
 from squama.identify.result import Estimated
+from squama.identify.unknowns import Parameter
 from squama.types import Array
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ class DecayFit(Estimated):
 
     beam: Beam
     initial: Beam
-    held: Held
+    model: Model
     mode: str
     found: tuple[Parameter, ...]
     estimates: Array
@@ -63,25 +63,27 @@ class DecayFit(Estimated):
     @property
     def attrs(self) -> dict[str, str]:
         """What the fit is made with, in words."""
-        held = self.held
+        model = self.model
         return {
-            "load": held.load.name,
-            "law": held.law,
-            "joint": held.joint,
-            "scales": idealisation(self.beam, held.joint, ideal=held.ideal),
+            "load": model.load.name,
+            "law": model.law,
+            "joint": model.joint,
+            "scales": idealisation(self.beam, model.joint, ideal=model.ideal),
             "mode": self.mode,
             **({"faces": self.beam.faces} if self.beam.other else {}),
         }
 
-    def record(self) -> dict[str, Any]:
-        """Return all there is to say, for JSON."""
-        rows = zip(self.rows, self.estimates.tolist(), self.errors.values(), self.at_bound.tolist(), strict=True)
-        found = {r.name: {"estimate": v, "error": e, "unit": r.unit, "at_bound": b} for r, v, e, b in rows}
-        points = {"t": self.t, "load": self.angle, "fitted": self.fitted}
+    def report(self) -> dict[str, Any]:
+        """Return the whole result as plain data, for JSON."""
         return {
-            **self.attrs, "parameters": found, "correlation": self.correlation, "noise": self.noise, "rms": self.rms,
-            "points": points, "notes": list(self.notes), "beam": self.beam.model_dump(), "squama_version": __version__,
-        }  # fmt: skip
+            **self.attrs,
+            "parameters": self._parameters(at_bound=self.at_bound),
+            **{name: getattr(self, name) for name in ("correlation", "noise", "rms")},
+            "points": {"t": self.t, "load": self.angle, "fitted": self.fitted},
+            "notes": list(self.notes),
+            "beam": self.beam.model_dump(),
+            "squama_version": __version__,
+        }
 
     def __repr__(self) -> str:
         return f"DecayFit({', '.join(self.lines)}; {self.t.size} points, rms {self.rms:.3g} rad/pitch)"
@@ -95,20 +97,19 @@ class DecayFit(Estimated):
         """Return everything as an ``xarray.Dataset``: dimensions ``point`` and ``parameter``."""
         import xarray as xr
 
-        names, angle = list(self.parameters), self.held.load.angle
-        error = np.sqrt(np.diag(self.covariance))
+        names, angle = list(self.parameters), self.model.load.angle
         data = {
             "t": ("point", self.t, {"long_name": "time", "units": "s"}),
-            angle: ("point", self.angle, {"long_name": self.held.load.angle_words, "units": "rad"}),
+            angle: ("point", self.angle, {"long_name": self.model.load.angle_words, "units": "rad"}),
             f"{angle}_fit": ("point", self.fitted, {"long_name": f"fitted {angle}", "units": "rad"}),
             "estimate": ("parameter", self.estimates, {"long_name": "estimate"}),
-            "error": ("parameter", error, {"long_name": "standard error"}),
+            "error": ("parameter", self._deviations, {"long_name": "standard error"}),
             "unit": ("parameter", [row.unit for row in self.rows], {"long_name": "unit of estimate and error"}),
             "correlation": (("parameter", "other"), self.correlation, {"long_name": "correlation of the estimates"}),
             "noise": ((), self.noise, {"long_name": "noise of a point", "units": "rad"}),
         }
         said = {"estimates": ", ".join(self.lines), "notes": "\n".join(self.notes), "beam": self.beam.to_toml()}
-        title = f"parameters of a scale-covered beam from a decay in {self.held.load.name}"
+        title = f"parameters of a scale-covered beam from a decay in {self.model.load.name}"
         attrs = {"title": title, **self.attrs, **said, "squama_version": __version__}
         return xr.Dataset(data, coords={"parameter": names, "other": names}, attrs=attrs)
 

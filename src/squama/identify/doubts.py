@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.curves.path import idealisation
+from squama.curves.chosen import idealisation
 from squama.identify import noise
 from squama.identify.prepare import Prepared
-from squama.identify.search import Found
+from squama.identify.selection import Found
 from squama.identify.slope import Slope
 from squama.units import moment
 
@@ -22,7 +22,7 @@ _LOUD = 1.5
 _SAME = 2.0
 """Standard errors of a difference that is one."""
 _AS_WELL = 1.5
-"""Residual over that of the fit up to which the other model describes the points as well, and is told."""
+"""Residual over that of the fit up to which the other model describes the points as well, and is reported."""
 _SPARE = 6
 """Points beyond the number of parameters from which on the residual tells the noise: two standard errors then hold 91
 of 100 truths or more."""

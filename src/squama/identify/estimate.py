@@ -8,7 +8,7 @@ added that have not been measured.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from squama.curves import hinge_cycles
 from squama.curves.hinge_cycles import Senses
 from squama.errors import refuse
-from squama.identify.forward import Forward, Hinged, build
-from squama.identify.parameters import OF_TWIST, Asked, ask
-from squama.identify.walked import Walked
+from squama.identify.hinge_points import Forward, Hinged, build
+from squama.identify.joint_points import Walked
+from squama.identify.unknowns import OF_TWIST, Asked, ask
 from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.model.paths import ARRAY
@@ -82,17 +82,16 @@ def solve(
         return derivatives(points, asked, u * scale) * scale / size
 
     still = 1e-13 if isinstance(points, Hinged) else 1e-8
-    loss: dict[str, Any] = {} if robust is None else {"loss": "soft_l1", "f_scale": robust / size}
+    how: dict[str, Any] = {"bounds": (low, high), "x_scale": "jac", "max_nfev": 300}
     if robust is not None:
         still = max(still, _ROUGH)
+        how |= {"loss": "soft_l1", "f_scale": robust / size, "max_nfev": 60}
+    how |= dict.fromkeys(("ftol", "xtol", "gtol"), still)
     found = []
     for start in steps(starts, len(starts), "starts of the fit"):
         inside = np.clip(start / scale, low + 1e-9 * (high - low), high - 1e-9 * (high - low))
         inside = np.where((start / scale > low) & (start / scale < high), start / scale, inside)
-        fit = least_squares(
-            residual, inside, slope, bounds=(low, high), x_scale="jac", ftol=still, xtol=still, gtol=still,
-            max_nfev=300 if robust is None else 60, **loss,
-        )  # fmt: skip
+        fit = least_squares(residual, inside, slope, **how)
         found.append((float(fit.cost), np.clip(fit.x, low, high)))
     best, u = min(found, key=lambda pair: pair[0])
     agreed = sum(cost <= best * (1 + _AGREE) + 1e-28 for cost, _ in found)
@@ -219,39 +218,40 @@ def remedies(
     ``senses`` are both senses at the estimates; ``forward`` the points that are used, with the derivatives there. The
     nuisances of this test are not those of the further ones.
     """
-    theta0 = asked.physical(values).theta0
-    touching = forward.theta > theta0
-    pitch = senses.case.pitch
-    added: list[tuple[str, Forward]] = []
-    loaded, back = touching & (forward.way > 0), touching & (forward.way < 0)
-    for one, other, seen, missing in ((loaded, back, "loading", "unloading"), (back, loaded, "unloading", "loading")):
-        if one.any() and np.count_nonzero(other) < FEW * np.count_nonzero(one):
-            turned = forward.take(np.flatnonzero(one))
-            added.append((f"{missing} measured too, at the twists of the {seen}", turned._replace(way=-turned.way)))
-    n = max(int(np.count_nonzero(loaded)), 10)
-    sign = "-" if touching.any() and np.all(forward.sign[touching] < 0) else "+"
-    path, s = senses.paths[sign], -1.0 if sign == "-" else 1.0
-    if np.isfinite(path.load_e) and np.count_nonzero(~touching) < FEW * forward.rate.size:
-        load = s * np.linspace(0, path.load_e, n)
-        added.append((f"{n} points before engagement", build(senses, load, np.ones(n))))
-    far = float(np.abs(forward.rate).max()) * pitch
-    end = max(far, path.load_e)
-    end += FAR * (senses.most[sign] - end)
-    if path.end is not End.NONE and np.isfinite(path.load_e) and end > 1.02 * far:
-        load = s * np.linspace(max(far, path.load_e), end, n + 1)[1:]
-        added.append((f"{n} points more of loading, up to {end:.3g} rad/pitch", build(senses, load, np.ones(n))))
-    at, chain = asked.physical(values), asked.chain(values)[:4]
-    further = [(what, np.asarray(more.jacobian(at) @ chain)) for what, more in added]
-    if LOADS[asked.load].sided and touching.any():
-        further += _bending(asked, values, float(forward.theta.max()), forward, n)
     found = []
     with np.errstate(all="ignore"):
-        for what, more in further:
+        for what, more in _further(asked, values, senses, forward):
             J = np.concatenate([jacobian, more])
             norm = np.linalg.norm(J, axis=0)
             half = np.linalg.pinv(J / norm)
             found.append(Remedy(what, noise * np.linalg.norm(half, axis=1) / norm))
     return found
+
+
+def _further(asked: Asked, values: Array, senses: Senses, forward: Forward) -> Iterator[tuple[str, Array]]:
+    """Yield further measurements, with the derivatives of their torques to the parameters."""
+    at, chain = asked.physical(values), asked.chain(values)[:4]
+    touching = forward.theta > at.theta0
+    loaded, back = touching & (forward.way > 0), touching & (forward.way < 0)
+    for one, other, seen, missing in ((loaded, back, "loading", "unloading"), (back, loaded, "unloading", "loading")):
+        if one.any() and np.count_nonzero(other) < FEW * np.count_nonzero(one):
+            turned = forward.take(np.flatnonzero(one))
+            turned = turned._replace(way=-turned.way)
+            yield f"{missing} measured too, at the twists of the {seen}", turned.jacobian(at) @ chain
+    n = max(int(np.count_nonzero(loaded)), 10)
+    sign = "-" if touching.any() and np.all(forward.sign[touching] < 0) else "+"
+    path, s = senses.paths[sign], -1.0 if sign == "-" else 1.0
+    far = float(np.abs(forward.rate).max()) * senses.case.pitch
+    end = max(far, path.load_e)
+    end += FAR * (senses.most[sign] - end)
+    if np.isfinite(path.load_e) and np.count_nonzero(~touching) < FEW * forward.rate.size:
+        straight = build(senses, s * np.linspace(0, path.load_e, n), np.ones(n))
+        yield f"{n} points before engagement", straight.jacobian(at) @ chain
+    if np.isfinite(path.load_e) and path.end is not End.NONE and end > 1.02 * far:
+        beyond = build(senses, s * np.linspace(max(far, path.load_e), end, n + 1)[1:], np.ones(n))
+        yield f"{n} points more of loading, up to {end:.3g} rad/pitch", beyond.jacobian(at) @ chain
+    if LOADS[asked.load].sided and touching.any():
+        yield from _bending(asked, values, float(forward.theta.max()), forward, n)
 
 
 def _bending(asked: Asked, values: Array, theta: float, forward: Forward, n: int) -> list[tuple[str, Array]]:

@@ -11,24 +11,26 @@ import numpy as np
 from squama import arguments, units
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
-from squama.curves import finite_rows, hinge_cycles
-from squama.curves.finite_rows import Ends
+from squama.curves import hinge_cycles, own_scales
+from squama.curves.own_scales import Ends
 from squama.errors import InputError, naming, refuse
-from squama.identify import doubts, estimate, prepare, records, search, sentences
+from squama.identify import doubts, estimate, prepare, records, selection, sentences
 from squama.identify.doubts import Rival
-from squama.identify.forward import Hinged
-from squama.identify.parameters import DEFAULT, NUISANCES, OF_TWIST, ask
+from squama.identify.hinge_points import Hinged
 from squama.identify.posterior import sample
 from squama.identify.prepare import Prepared, Wanted
 from squama.identify.result import Fit, SpecimenFit
-from squama.identify.search import Found
+from squama.identify.selection import Found
 from squama.identify.slope import slope
+from squama.identify.unknowns import DEFAULT, NUISANCES, OF_TWIST, ask
 from squama.joints.choice import known
 from squama.loads import LOADS
 from squama.needs import need
 
 _MOST = 0.9
 """Part of the points that the other model has to cover."""
+_HOPELESS = 4.0
+"""Residual rms of a search from one start, over that of the fit, beyond which the other model is not fitted further."""
 _OTHER = {"hinge": "compliant", "compliant": "hinge"}
 
 
@@ -126,12 +128,10 @@ def fit(
     if samples and moved:
         refuse("posterior", str(samples), f"no samples are drawn with {' and '.join(moved)}", "leave one out")
     candidates = tuple(n for n in NUISANCES if automatic and not (samples and n in OF_TWIST))
-    wanted = Wanted(
-        beam, [], asked.names, load, law, bounds,
-        {"to": to, "reversal": reversal, "stick": stick}, sigma, starts, candidates,
-    )  # fmt: skip
+    limits = {"to": to, "reversal": reversal, "stick": stick}
     # before the joint is looked for, which may take finite elements
-    records.limits(beam, load, **wanted.limits)
+    records.limits(beam, load, **limits)
+    wanted = Wanted(beam, [], asked.names, load, law, bounds, limits, sigma, starts, candidates)
     kind, why = prepare.kind(joint, wanted, samples)
     wanted = wanted._replace(specimens=records.read(data, beam, load))
     try:
@@ -142,7 +142,7 @@ def fit(
         made, kind, why = prepare.prepared("hinge", wanted), "hinge", f"on the compliant joint: {error}"
     prepare.enough(made)
     try:
-        found = search.find(made, starts, candidates)
+        found = selection.find(made, starts, candidates)
     except InputError:
         if not (cause := prepare.wrong_unit(made)):
             raise
@@ -160,7 +160,7 @@ def fit(
 
 
 def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
-    """Fit the other model to the same points; None where it does not cover what is asked."""
+    """Fit the other model to the same points; None where it does not cover what is asked, or not nearly as well."""
     if not LOADS[wanted.load].sided or wanted.law != "edge" or "theta0" in wanted.names:
         return None
     try:
@@ -173,9 +173,11 @@ def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
             refuse("data", "", f"{np.count_nonzero(found.usable & ~usable)} of the points are not covered")
         made = made._replace(usable=usable)
         prepare.enough(made)
+        if not selection.comes_near(made, found.added, _HOPELESS * found.rms):
+            return None
         # to look for what hinges would want, too, takes longer than the fit
         candidates = found.added if joint == "hinge" else wanted.candidates
-        other = search.find(made, min(wanted.starts, 3), candidates)
+        other = selection.find(made, min(wanted.starts, 3), candidates)
     except InputError as error:
         return Rival(joint, None, str(error))
     return Rival(joint, other, "")
@@ -244,7 +246,7 @@ def _ends(made: Prepared, found: Found, beam: Beam) -> Ends | None:
         return None
     far, hinged = float(max(load, key=abs)), isinstance(made.points, Hinged)
     joint = "hinge" if hinged else "compliant"
-    return finite_rows.ends(beam, abs(far) / beam.pitch, sense="-" if far < 0 else "+", joint=joint, ideal=hinged)
+    return own_scales.ends(beam, abs(far) / beam.pitch, sense="-" if far < 0 else "+", joint=joint, ideal=hinged)
 
 
 def _alone(made: Prepared, found: Found) -> tuple[SpecimenFit, ...]:
@@ -256,7 +258,7 @@ def _alone(made: Prepared, found: Found) -> tuple[SpecimenFit, ...]:
         mine = made._replace(usable=found.usable & (rec.specimen == i), asked=found.asked)
         try:
             prepare.enough(mine)
-            one = search.settle(mine, found.best.values)
+            one = selection.settle(mine, found.best.values)
             out.append(SpecimenFit(specimen.label, one.best.values, np.sqrt(np.diag(one.covariance))))
         except InputError as error:
             out.append(SpecimenFit(specimen.label, None, None, str(error)))

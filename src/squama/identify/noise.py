@@ -120,12 +120,12 @@ def dependence(residual: Array, way: Array) -> float:
 
 def uneven(residual: Array, slope: Array) -> bool:
     """Tell whether residuals grow with the slope, by the correlation of their ranks (Spearman)."""
-    from scipy.stats import rankdata
+    from scipy.stats import spearmanr
 
     steep = np.abs(slope)
     if residual.size < 2 * _LEAST or not np.ptp(steep) > 1e-9 * steep.max():
         return False
-    r = np.corrcoef(rankdata(np.abs(residual)), rankdata(np.round(steep / steep.max(), 9)))[0, 1]
+    r = spearmanr(np.abs(residual), np.round(steep / steep.max(), 9)).statistic
     return bool(r * math.sqrt(residual.size - 1) > _UNEVEN)
 
 

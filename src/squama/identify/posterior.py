@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from squama import progress
-from squama.identify.forward import Hinged
-from squama.identify.parameters import Asked
+from squama.identify.hinge_points import Hinged
+from squama.identify.unknowns import Asked
 from squama.interrupt import Interrupted, until_interrupted
 from squama.needs import need
 from squama.types import Array

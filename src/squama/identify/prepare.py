@@ -16,12 +16,12 @@ from squama.curves.chosen import chosen
 from squama.errors import InputError, refuse
 from squama.identify import records
 from squama.identify.estimate import Points
-from squama.identify.forward import Hinged
-from squama.identify.parameters import Asked, ask
+from squama.identify.hinge_points import Hinged
+from squama.identify.joint_points import Walked
 from squama.identify.readings import Readings
 from squama.identify.records import Record
 from squama.identify.slope import slope
-from squama.identify.walked import Walked
+from squama.identify.unknowns import Asked, ask
 from squama.io.measured import Measured
 from squama.loads import LOADS
 from squama.types import Array
@@ -66,7 +66,7 @@ class Prepared(NamedTuple):
 
 
 def kind(joint: str | None, wanted: Wanted, samples: int) -> tuple[str, str]:
-    """Return the joint that is meant, and why it is the hinge where none is given and the load has both."""
+    """Return the joint of the fit, and why it is the hinge where no joint is given and the load has both."""
     if joint is not None and arguments.joint(joint) == "compliant":
         _covered(wanted, samples)
     kind = LOADS[wanted.load]

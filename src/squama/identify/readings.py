@@ -24,7 +24,7 @@ class Readings(NamedTuple):
     """Points of a test, arrays of length n.
 
     ``load`` the reading, signed, rad per pitch; ``direction`` +1 or -1 in which it moved; ``specimen`` whose it is;
-    ``order`` how far its record had gone, 0 to 1; ``scales`` of the beam.
+    ``order`` its share of its record, 0 to 1; ``scales`` of the beam.
     """
 
     load: Array
@@ -95,7 +95,7 @@ class Readings(NamedTuple):
     def drawn(self, points: int, *, once: bool, same: float = 0.02) -> tuple[Readings, Array]:
         """Return evenly spaced readings of each way, and the number of their way; 0 for what is not drawn.
 
-        Ways that are gone again are drawn once if that is asked, and very short ones not.
+        Repeated ways are drawn once with ``once``; very short ways are left out.
         """
         size, seen = float(np.abs(self.load).max()), list[tuple[float, float]]()
         parts: list[tuple[Array, ...]] = []

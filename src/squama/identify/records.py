@@ -28,7 +28,7 @@ MOST = 1_000_000
 """Most points of all specimens."""
 _LEAST_LEG = 3
 _FEWEST, _TIMES, _WIDEST = 20, 6.0, 0.05
-"""Points from which the noise of a twist is told, way back over it, and that over the range at most."""
+"""Points from which on the noise of a twist is known, way back over it, and that over the range at most."""
 TORQUES = Bounds(1e-30, 1e30, "1e-30 to 1e30 N m", closed=True, example="5 N mm")
 """Magnitudes of torques: squares and ratios of them are finite."""
 _OUTLIER = 1e6
@@ -267,6 +267,6 @@ def ways(values: Array, *, tolerance: float = 0.0, stick: float = 0.0) -> Ways:
         # a record that begins with unloading: nobody saw how its first point was reached
         if number or way * values[a] < 0:
             first = a + 1 if number else a
-            gone = way * (values[first : b + 1] - values[a]) > width
-            stuck[first : first + (int(gone.argmax()) if gone.any() else gone.size)] = True
+            away = way * (values[first : b + 1] - values[a]) > width
+            stuck[first : first + (int(away.argmax()) if away.any() else away.size)] = True
     return Ways(direction, stuck, turns)

@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 from squama._version import __version__
 from squama.beam.card import card
 from squama.beam.design import Beam
-from squama.curves.finite_rows import Ends
-from squama.curves.path import idealisation
+from squama.curves.chosen import idealisation
+from squama.curves.own_scales import Ends
 from squama.identify import estimate
 from squama.identify.doubts import Rival
 from squama.identify.estimate import Points, Remedy
-from squama.identify.parameters import Asked, Parameter
+from squama.identify.joint_points import Walked
 from squama.identify.posterior import Posterior
 from squama.identify.records import Record
 from squama.identify.slope import Slope
-from squama.identify.walked import Walked
+from squama.identify.unknowns import Asked, Parameter
 from squama.loads import LOADS
 from squama.types import Array
 from squama.units import moment
@@ -55,6 +55,7 @@ class SpecimenFit(NamedTuple):
 class Estimated(ABC):
     """Parameters with their estimates and the covariance of these."""
 
+    beam: Beam
     estimates: Array
     covariance: Array
 
@@ -71,23 +72,44 @@ class Estimated(ABC):
     @property
     def values(self) -> dict[str, float]:
         """Estimates by name, SI units."""
-        return dict(zip(self.parameters, self.estimates.tolist(), strict=True))
+        return self._by_name(self.estimates)
 
     @property
     def errors(self) -> dict[str, float]:
         """Standard errors by name, SI units."""
-        return dict(zip(self.parameters, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
+        return self._by_name(self._deviations)
 
     @property
     def correlation(self) -> Array:
         """Correlation matrix of the estimates."""
-        error = np.sqrt(np.diag(self.covariance))
-        return np.asarray(self.covariance / np.outer(error, error))
+        return np.asarray(self.covariance / np.outer(self._deviations, self._deviations))
 
     @property
     def lines(self) -> list[str]:
         """Estimates with their errors: "mu = 0.251 +- 0.013"."""
-        return self._written(self.estimates, np.sqrt(np.diag(self.covariance)))
+        return self._written(self.estimates, self._deviations)
+
+    @property
+    def _deviations(self) -> Array:
+        """Standard errors, in the order of the estimates."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    def _by_name(self, values: Array) -> dict[str, float]:
+        return dict(zip(self.parameters, values.tolist(), strict=True))
+
+    def _parameters(self, **columns: Array) -> dict[str, dict[str, object]]:
+        """Return estimates by name, with errors, units and further columns."""
+        rows = zip(self.rows, self.estimates, self._deviations, *columns.values(), strict=True)
+        return {
+            row.name: {"estimate": float(value), "error": float(error), "unit": row.unit}
+            | dict(zip(columns, (v.item() for v in more), strict=True))
+            for row, value, error, *more in rows
+        }
+
+    def beam_file(self, sources: list[str]) -> str:
+        """Return the text of the beam file with the estimates put in; comments tell where they come from."""
+        head = f"# Fitted by squama fit to {', '.join(sources)}: estimates and standard errors"
+        return "\n".join([head, *(f"# {line}" for line in self.lines)]) + "\n\n" + self.beam.to_toml()
 
     def _written(self, values: Array, errors: Array) -> list[str]:
         rows = zip(self.rows, values, errors, strict=True)
@@ -197,9 +219,9 @@ class Fit(Estimated):
         return f"Fit({', '.join(self.lines)}; {used}, rms {self.rms:.3g} N m)"
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows."""
+        """Return the card of a notebook."""
         notes = [*self._doubted, *self._checked, *self.notes]
-        rows = zip(self.asked.rows, self.estimates, np.sqrt(np.diag(self.covariance)), strict=True)
+        rows = zip(self.asked.rows, self.estimates, self._deviations, strict=True)
         found = [(f"{row.name}, {row.words}", row.written(value, error)) for row, value, error in rows]
         used = f"{np.count_nonzero(self.used)} of {self.used.size} points, residual rms {moment(self.rms, 3)}"
         return card(f"Fit: {used}; {self.scales}", found, notes)
@@ -211,7 +233,7 @@ class Fit(Estimated):
 
     @property
     def _checked(self) -> list[str]:
-        """Return what the record says of the bar, and what the beam's own ends take away."""
+        """Sentences on the slope before engagement and on the ends of the beam's own number of scales."""
         steep = self.slope.sentence if self.slope else "slope before engagement: too few points there to check the bar"
         if self.ends is None:
             return [steep]
@@ -245,6 +267,55 @@ class Fit(Estimated):
             lines += [f"note: {note}"] if note else []
         return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
 
+    def report(self) -> dict[str, Any]:
+        """Return the whole result as plain data, for JSON."""
+        rec, samples, asked = self.record, self.posterior, self.asked
+        columns = (asked.low, asked.high, asked.start, self.at_bound)
+        limits = dict(zip(("low", "high", "initial", "at_bound"), columns, strict=True))
+        labels = [specimen.label for specimen in rec.specimens]
+        return {
+            **{name: getattr(self, name) for name in ("load", "law", "joint", "scales")},
+            "parameters": self._parameters(**limits),
+            **{name: getattr(self, name) for name in ("correlation", "condition", "noise")},
+            "noise_given": self.given_noise,
+            "rms": self.rms,
+            "dependence": self.dependence,
+            "nuisances": list(self.added),
+            "starts": {"agreed": self.starts[0], "of": self.starts[1]},
+            "points": {
+                "specimen": [labels[i] for i in rec.specimen.tolist()],
+                "load": rec.load,
+                "torque": rec.torque,
+                "fitted": self.fitted,
+                "error": self.band,
+                "residual": self.residuals,
+                "branch": self.branch,
+                "used": self.used,
+            },
+            "specimens": [
+                {"label": s.label, "estimates": s.values, "errors": s.errors, "problem": s.problem}
+                for s in self.specimens
+            ],
+            "remedies": [{"what": r.what, "errors": self._by_name(r.errors)} for r in self.remedies],
+            "disagreement": self.disagreement,
+            "slope": self.slope and self.slope._asdict(),
+            "ends": self.ends and self.ends._asdict(),
+            "doubts": list(self.doubts),
+            "notes": list(self.notes),
+            "posterior": samples
+            and {
+                "samples": len(samples.samples),
+                "effective": samples.effective,
+                "mean": self._by_name(samples.samples.mean(axis=0)),
+                "sd": self._by_name(samples.samples.std(axis=0, ddof=1)),
+                "acceptance": samples.acceptance,
+                "autocorrelation": samples.autocorrelation,
+            },
+            "beam": self.beam.model_dump(),
+            "squama_version": __version__,
+            "warnings": self.beam.warnings(self.load, joint=self.joint),
+        }
+
     def dataset(self) -> xr.Dataset:
         """Return everything as an ``xarray.Dataset``: dimensions ``point``, ``parameter``, ``curve``, ``sample``."""
         import xarray as xr
@@ -264,7 +335,7 @@ class Fit(Estimated):
             f"{T}_error": ("point", self.band, error, "N m"),
             "residual": ("point", self.residuals, "measured less fitted", "N m"),
             "estimate": ("parameter", self.estimates, "estimate", None),
-            "error": ("parameter", np.sqrt(np.diag(self.covariance)), "standard error", None),
+            "error": ("parameter", self._deviations, "standard error", None),
             "low": ("parameter", self.asked.low, "lower bound", None),
             "high": ("parameter", self.asked.high, "upper bound", None),
             "initial": ("parameter", self.asked.start, "value in the beam as given", None),
@@ -307,7 +378,7 @@ class Fit(Estimated):
         return fit_figure(self.dataset())
 
     def curve(self) -> Curve:
-        """Return the fitted curve as it is read along the ways of the records; ways that are gone again stand once.
+        """Return the fitted curve as it is read along the ways of the records; repeated ways stand once.
 
         A way that begins at a reversal begins with the drop there.
         """

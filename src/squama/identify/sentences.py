@@ -1,19 +1,15 @@
-"""What is said of a fit beside its summary: notes on what is to be known, a beam file, a record for JSON."""
+"""Notes on what is to be known about a fit."""
 
 from __future__ import annotations
 
 import itertools
-from typing import Any
 
 import numpy as np
 
-from squama._version import __version__
 from squama.curves.hinge_cycles import Senses
 from squama.identify import estimate
-from squama.identify.decay_result import DecayFit
-from squama.identify.parameters import NUISANCES
 from squama.identify.result import Fit
-from squama.types import Array
+from squama.identify.unknowns import NUISANCES
 
 _ALIKE = 1.5
 """Points that are worth one independent one, from which on it is said."""
@@ -25,7 +21,7 @@ _GAIN = 0.7
 
 
 def notes(fit: Fit, senses: Senses | None) -> list[str]:
-    """Say what is to be known about a fit; ``senses`` are those of the fitted beam, on hinges."""
+    """Return the notes on a fit; ``senses`` are those of the fitted beam on hinges."""
     seen = {name: abs(fit.values[name]) > 2 * fit.errors[name] for name in fit.added}
     out = [f"{n} is found too: {'the residual shows it' if yes else _HIDDEN}" for n, yes in seen.items()]
     if fit.rival is not None and fit.rival.problem:
@@ -77,7 +73,7 @@ def notes(fit: Fit, senses: Senses | None) -> list[str]:
 
 
 def _locked(fit: Fit, senses: Senses) -> list[str]:
-    """Say where the fitted beam does not follow the data as the model takes them."""
+    """Return a note where the fitted beam ends before the farthest point."""
     rec = fit.record
     for sign, path in senses.paths.items():
         there = fit.used & ((rec.load < 0) == (sign == "-"))
@@ -91,7 +87,7 @@ def _locked(fit: Fit, senses: Senses) -> list[str]:
 
 
 def _scatter(fit: Fit) -> list[str]:
-    """Say where specimens differ by more than their errors."""
+    """Return notes on parameters whose specimens differ by more than their errors."""
     alone = [s for s in fit.specimens if s.values is not None]
     if len(alone) < 2:
         return []
@@ -105,70 +101,3 @@ def _scatter(fit: Fit) -> list[str]:
                 f"{row.written(values[:, i].mean(), scatter)} is mean and scatter of the specimens"
             )
     return out
-
-
-def beam_file(fit: Fit | DecayFit, sources: list[str]) -> str:
-    """Return the beam with the estimates put in as the text of a beam file; comments tell where they come from."""
-    lines = [f"# Fitted by squama fit to {', '.join(sources)}: estimates and standard errors"]
-    return "\n".join([*lines, *(f"# {line}" for line in fit.lines)]) + "\n\n" + fit.beam.to_toml()
-
-
-def record(fit: Fit) -> dict[str, Any]:
-    """Return all there is to say about a fit, for JSON."""
-    samples, asked = fit.posterior, fit.asked
-    columns = (column.tolist() for column in (asked.low, asked.high, asked.start, fit.at_bound))
-    limits = [dict(zip(("low", "high", "initial", "at_bound"), row, strict=True)) for row in zip(*columns, strict=True)]
-
-    def by_name(values: Array) -> dict[str, float]:
-        return dict(zip(fit.parameters, values.tolist(), strict=True))
-
-    return {
-        "load": fit.load,
-        "law": fit.law,
-        "joint": fit.joint,
-        "scales": fit.scales,
-        "parameters": {
-            row.name: {"estimate": fit.values[row.name], "error": fit.errors[row.name], "unit": row.unit, **bounds}
-            for row, bounds in zip(fit.asked.rows, limits, strict=True)
-        },
-        "correlation": fit.correlation,
-        "condition": fit.condition,
-        "noise": fit.noise,
-        "noise_given": fit.given_noise,
-        "rms": fit.rms,
-        "dependence": fit.dependence,
-        "nuisances": list(fit.added),
-        "starts": {"agreed": fit.starts[0], "of": fit.starts[1]},
-        "points": {
-            "specimen": [fit.record.specimens[int(s)].label for s in fit.record.specimen],
-            "load": fit.record.load,
-            "torque": fit.record.torque,
-            "fitted": fit.fitted,
-            "error": fit.band,
-            "residual": fit.residuals,
-            "branch": fit.branch,
-            "used": fit.used,
-        },
-        "specimens": [
-            {"label": s.label, "estimates": s.values, "errors": s.errors, "problem": s.problem} for s in fit.specimens
-        ],
-        "remedies": [{"what": r.what, "errors": by_name(r.errors)} for r in fit.remedies],
-        "disagreement": fit.disagreement,
-        "slope": fit.slope and fit.slope._asdict(),
-        "ends": fit.ends and fit.ends._asdict(),
-        "doubts": list(fit.doubts),
-        "notes": list(fit.notes),
-        "posterior": None
-        if samples is None
-        else {
-            "samples": len(samples.samples),
-            "effective": samples.effective,
-            "mean": by_name(samples.samples.mean(axis=0)),
-            "sd": by_name(samples.samples.std(axis=0, ddof=1)),
-            "acceptance": samples.acceptance,
-            "autocorrelation": samples.autocorrelation,
-        },
-        "beam": fit.beam.model_dump(),
-        "squama_version": __version__,
-        "warnings": fit.beam.warnings(fit.load, joint=fit.joint),
-    }

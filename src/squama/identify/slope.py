@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from squama.identify import noise
 from squama.identify.estimate import Points
-from squama.identify.forward import Physical
-from squama.identify.parameters import with_error
+from squama.identify.hinge_points import Physical
 from squama.identify.records import Record
+from squama.identify.unknowns import with_error
 from squama.types import Array
 
 _FEWEST = 6
@@ -96,7 +96,7 @@ def slope(
 
     Of the points that are usable, with what is found, ``at``, and the noise ``least`` of a point, N m. Where that is
     None, of the first part of the twist, since no engagement in a wrong unit is known. Where the slope of the first
-    half is another one the scales touch before the model's do, and that half is told.
+    half is another one the scales touch before the model's do, and the slope of that half is returned.
     """
     readings, size = points.readings, np.abs(record.load)
     straight = usable & ~points.touching(at)
@@ -109,14 +109,14 @@ def slope(
         line = _line(twist[part], torque[part], readings.numbers[part], least or 0.0)
         return None if line is None else Slope(line[0] / unit, line[1] / unit, int(np.count_nonzero(part)))
 
-    told = of(straight)
+    found = of(straight)
     for _ in range(_HALVES):
         straight = straight & (size <= float(np.max(size, where=straight, initial=0.0)) / 2)
         first = of(straight)
-        if told is None or first is None or abs(first.ratio - told.ratio) < _BENT * first.error:
+        if found is None or first is None or abs(first.ratio - found.ratio) < _BENT * first.error:
             break
-        told = first
-    return told
+        found = first
+    return found
 
 
 def _line(x: Array, y: Array, way: NDArray[np.int64], least: float) -> tuple[float, float] | None:

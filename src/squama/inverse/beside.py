@@ -15,31 +15,23 @@ from squama.beam.design import Beam
 from squama.curves.doors import respond
 from squama.curves.own_scales import own_scales
 from squama.errors import InputError
-from squama.inverse import real
+from squama.inverse import joint_figures
 from squama.inverse.goals import Goal, Pitches
-from squama.inverse.reached import Beside, Reached, reached
+from squama.inverse.named_figures import OF_LOCKS
+from squama.inverse.reached import Beside, reached
 from squama.inverse.target import Target
 from squama.joints import law
 from squama.joints.choice import impossible, known, said, shape
 from squama.loads import LOADS, NOTHING, holds
-from squama.types import Array
 
-OF_ROW = {
-    "torque": "T",
-    "tangent": "K_t",
-    "stiffness_ratio": "stiffness_ratio",
-    "stress": "stress",
-    "strength_share": "stress",
-    "W_fr": "W_fr",
-    "RED": "RED",
-}
-"""Figures at a twist that a row has, by their names there."""
+_NAMES = {"torque": "T", "tangent": "K_t", "strength_share": "stress"}
+"""Names that figures at a twist have in a row and in a response, where they are others."""
 OF_BOW = ("torque", "tangent", "stiffness_ratio")
 """Figures at a twist that are known of a beam that is free to bow."""
 
 
 def found_by(target: Target) -> str:
-    """Say of what a target's figures are: "(endless, held straight)", "on hinges (endless)"."""
+    """Name the beam of a target's figures: "(endless, held straight)", "on hinges (endless)"."""
     load = LOADS[target.space.load]
     straight = not target.real or holds(target.space.beam.holding, load)
     place = f"(endless, {'held straight' if straight else 'free to bow'})" if load.sided else "(endless)"
@@ -47,31 +39,32 @@ def found_by(target: Target) -> str:
 
 
 def beside(target: Target, beam: Beam, *, elements: bool) -> tuple[Beside, ...]:
-    """Return what other models say of a design.
+    """Return what a design reaches by other models than that of the search.
 
     With ``elements`` of one, too, whose joint is not known without them: they take a minute, and are kept.
     """
     load = LOADS[target.space.load]
     # no beam of thick scales on joints that give has a lock: that needs no elements
-    locks = any(goal.want.at is None and goal.want.figure in real.OF_LOCKS for goal in target.goals)
+    locks = any(goal.want.at is None and goal.want.figure in OF_LOCKS for goal in target.goals)
     ask = target.real or known(beam) or (elements and not locks)
     found = [] if target.real else [_door(target, beam, ask=ask)]
-    goals = [goal for goal in target.goals if goal.want.at is not None and goal.want.figure in OF_ROW]
+    goals = [goal for goal in target.goals if goal.want.at is not None]
     if load.sided and goals and ask and not impossible(beam):
-        found.append(_row(target, beam, goals))
+        found.append(_at_twists("row", f"with {beam.scales} scales", target, beam, goals))
         bowing = [goal for goal in goals if goal.want.figure in OF_BOW]
-        found += [_bow(target, beam, bowing)] * bool(bowing and holds(beam.holding, load))
+        if bowing and holds(beam.holding, load):
+            found.append(_at_twists("free_to_bow", "free to bow", target, beam, bowing))
     return tuple(found)
 
 
 def _door(target: Target, beam: Beam, *, ask: bool) -> Beside:
-    """Return what ``squama.twist`` or ``squama.bend`` of the file says, if it is to be asked."""
+    """Return what ``squama.twist`` or ``squama.bend`` of the file gives; without ``ask`` why it is not asked."""
     words = f"squama {LOADS[target.space.load].verb} of this file"
     if not ask:
-        return Beside("door", words, (), f"not asked: its joint needs elements, {_outside(beam)}")
+        return Beside("door", words, (), f"not asked: its joint needs elements, {said(law.outside(shape(beam)))}")
     wants = [goal.want for goal in target.goals]
     try:
-        values, answer = real.followed(beam, wants, target.options, joint=None)
+        values, answer = joint_figures.followed(beam, wants, target.options, joint=None)
     except InputError as error:
         return Beside("door", words, (), str(error))
     goals = tuple(reached(target.goals, np.array(values), Pitches(beam.pitch, beam.scales), target.accept))
@@ -81,40 +74,20 @@ def _door(target: Target, beam: Beam, *, ask: bool) -> Beside:
     return Beside("door", words, goals)
 
 
-def _outside(beam: Beam) -> str:
-    """Return why a beam's joint is not known by the law."""
-    return said(law.outside(shape(beam)))
-
-
-def _row(target: Target, beam: Beam, goals: Sequence[Goal]) -> Beside:
-    """Return what a row of the beam's own scales does."""
-    words = f"with {beam.scales} scales"
+def _at_twists(key: str, words: str, target: Target, beam: Beam, goals: Sequence[Goal]) -> Beside:
+    """Return what a row of the beam's own scales, or the endless beam free to bow, reaches of goals at twists."""
+    rates, sense = [g.want.at.per_length(beam) for g in goals if g.want.at is not None], target.options.sense
+    names = [_NAMES.get(goal.want.figure, goal.want.figure) for goal in goals]
     try:
-        own = own_scales(beam, _rates(beam, goals), sense=target.options.sense)
+        if key == "row":
+            row = own_scales(beam, rates, sense=sense)
+            values, note = np.array([getattr(row, name)[i] for i, name in enumerate(names)]), row.note
+        else:
+            bowed = respond(beam, "twisting", at=rates, sense=sense, hold=NOTHING)
+            values = np.array([bowed[name][i] for i, name in enumerate(names)])
+            note = "" if np.isfinite(values).all() else str(bowed["end"].item())
     except InputError as error:
-        return Beside("row", words, (), str(error))
-    values = np.array([getattr(own, OF_ROW[goal.want.figure])[i] for i, goal in enumerate(goals)])
-    return Beside("row", words, _reached(target, beam, goals, values), own.note)
-
-
-def _bow(target: Target, beam: Beam, goals: Sequence[Goal]) -> Beside:
-    """Return what the endless beam does without the bending moment that holds it straight."""
-    words, names = "free to bow", {"torque": "T", "tangent": "K_t"}
-    try:
-        bowed = respond(beam, "twisting", at=_rates(beam, goals), sense=target.options.sense, hold=NOTHING)
-    except InputError as error:
-        return Beside("free_to_bow", words, (), str(error))
-    figures = [goal.want.figure for goal in goals]
-    values = np.array([bowed[names.get(figure, figure)][i] for i, figure in enumerate(figures)])
-    note = "" if np.isfinite(values).all() else str(bowed["end"].item())
-    return Beside("free_to_bow", words, _reached(target, beam, goals, values), note)
-
-
-def _reached(target: Target, beam: Beam, goals: Sequence[Goal], values: Array) -> tuple[Reached, ...]:
+        return Beside(key, words, (), str(error))
     shares = [1.0 if goal.want.figure != "strength_share" else beam.scale.strength or np.nan for goal in goals]
-    return tuple(reached(goals, values / shares, Pitches(beam.pitch, beam.scales), target.accept))
-
-
-def _rates(beam: Beam, goals: Sequence[Goal]) -> list[float]:
-    """Return the twist rates (rad/m) of goals at a twist."""
-    return [float(g.want.at.per_pitch(beam.pitch, beam.scales)) / beam.pitch for g in goals if g.want.at is not None]
+    found = reached(goals, values / shares, Pitches(beam.pitch, beam.scales), target.accept)
+    return Beside(key, words, tuple(found), note)

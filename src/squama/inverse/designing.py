@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
@@ -15,11 +15,11 @@ from squama.beam.card import card
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
 from squama.curves import doors
-from squama.curves.path import idealisation
+from squama.curves.chosen import idealisation
 from squama.errors import refuse
-from squama.inverse import beside, making, real, search
+from squama.inverse import beside, joint_figures, making, search
 from squama.inverse.goals import Pitches
-from squama.inverse.limits import LIMITS, law_ranges
+from squama.inverse.limits import LIMITS
 from squama.inverse.reached import Beside, Reached, reached
 from squama.inverse.residuals import Look, Residuals
 from squama.inverse.target import Target, read_target
@@ -78,17 +78,17 @@ class Design:
 
     @property
     def confirmed(self) -> bool:
-        """Whether it meets the target by the model of the search and by all others that were asked."""
+        """Whether it meets the target by the model of the search and by all others."""
         return self.met and all(other.agrees for other in self.beside)
 
     def said(self, goal: Reached, *, missed: bool = False) -> list[str]:
-        """Return what other models say of a goal, in words; ``missed``: only those by which it is not met."""
+        """Return a goal by other models, in words; with ``missed`` only by those that miss it."""
         pairs = ((other, one) for other in self.beside for one in other.goals if one.name == goal.name)
         return [other.says(one) for other, one in pairs if not (missed and one.met)]
 
     @property
     def verdict(self) -> str:
-        """Whether the target is reached, by which model, and what others say against it or for it."""
+        """Whether the target is reached: by the model of the search, and by the others."""
         if not self.met:
             return f"target not reached, nearest attainable {self.found_by}".strip()
         against = [(goal, self.said(goal, missed=True)) for goal in self.goals]
@@ -100,7 +100,7 @@ class Design:
 
     @property
     def words(self) -> str:
-        """What it reaches of each goal, and with which values."""
+        """Reached goals, values of the varied dimensions and choices, in one line."""
         goals = (
             ", ".join([f"{goal.name} {goal.reached:.4g} {goal.unit}".strip(), *self.said(goal)]) for goal in self.goals
         )
@@ -108,7 +108,7 @@ class Design:
         return "; ".join([*goals, *values, *(f"{k} {v}" for k, v in self.chosen.items())])
 
     def to_toml(self, title: str = "") -> str:
-        """Return the text of a beam file, with what it is to do as a comment."""
+        """Return the text of a beam file; comments name the goals."""
         lines = [f"# {title}"] if title else []
         for goal in self.goals:
             unit = f" {goal.unit}" if goal.unit else ""
@@ -137,7 +137,7 @@ class InverseDesign:
 
     @property
     def verdict(self) -> str:
-        """What is said of the first design: :attr:`Design.verdict`."""
+        """Verdict on the first design: :attr:`Design.verdict`."""
         return self.designs[0].verdict
 
     @property
@@ -152,7 +152,7 @@ class InverseDesign:
         return self.designs[i]
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows: the designs, each with what it reaches."""
+        """Return the card of a notebook: the designs with their goals."""
         rows = [(f"design {i + 1}{'' if d.met else ', not on target'}", d.words) for i, d in enumerate(self.designs)]
         return card(f"{self.verdict}; {self.settings['scales']}", rows, self.notes)
 
@@ -213,7 +213,7 @@ def inverse_design(
 def find(
     target: Target, *, designs: int | None = None, starts: int = 4096, seed: int = 1, elements: bool = False
 ) -> InverseDesign:
-    """Return what :func:`inverse_design` returns, for a target that was read."""
+    """Return the result of :func:`inverse_design` for a target that was read."""
     only_one(target.space.beam.faces, "inverse design")
     count = arguments.whole("designs", target.designs if designs is None else designs, 1, 100)
     starts, seed = arguments.whole("starts", starts, 16, 1 << 20), arguments.whole("seed", seed, 0, 2**31)
@@ -246,7 +246,12 @@ def find(
     found = tuple(made.get(i) or refined.design(i) for i in chosen)
     asked = steps(enumerate(found), len(found), "designs asked by other models")
     found = tuple(replace(d, beside=beside.beside(target, d.beam, elements=i < ASKED)) for i, d in asked)
-    checked = _elements(target, found[0].beam) if elements else []
+    notes = [f"{space.variables[j].name} has no effect on what is asked" for j in idle.tolist()]
+    if any(goal.want.figure == "lock" for goal in target.goals):
+        notes.append(LOCK)
+    if elements:
+        rates = {goal.want.at.per_length(found[0].beam) for goal in target.goals if goal.want.at is not None}
+        notes += making.by_elements(found[0].beam, target.options.sense, sorted(rates))
     sizes = residuals.tolerances(look.y[chosen[:1]])
     return InverseDesign(
         source=target.source,
@@ -265,22 +270,8 @@ def find(
             "seed": seed,
             "squama_version": __version__,
         },
-        notes=(*_notes(target, [space.variables[int(j)].name for j in idle]), *checked),
+        notes=tuple(notes),
     )
-
-
-def _elements(target: Target, beam: Beam) -> list[str]:
-    """Return what elements say of a beam at the twists that are asked for."""
-    asked = {goal.want.at for goal in target.goals if goal.want.at is not None}
-    rates = {float(at.per_pitch(beam.pitch, beam.scales)) / beam.pitch for at in asked}
-    return making.by_elements(beam, target.options.sense, sorted(rates))
-
-
-def _notes(target: Target, idle: Sequence[str]) -> Iterator[str]:
-    """Yield what a reader has to know of a target."""
-    yield from (f"{name} has no effect on what is asked" for name in idle)
-    if any(goal.want.figure == "lock" for goal in target.goals):
-        yield LOCK
 
 
 def _idle(look: Look) -> Array:
@@ -304,7 +295,7 @@ class _Refined(NamedTuple):
         return self.look.g[: len(self.look.g) - len(self.residuals.inside)]
 
     def broken(self) -> str:
-        """Say which limits no beam within the bounds keeps together."""
+        """Name the limits that the nearest beam breaks."""
         look, target = self.look, self.residuals.target
         least = np.maximum(-self.limits, 0).sum(axis=0)
         i = int(np.argmin(np.where(np.isfinite(look.merit), least, np.inf)))
@@ -314,7 +305,7 @@ class _Refined(NamedTuple):
             if g >= -BROKEN:
                 continue
             if name not in LIMITS:
-                words.append(f"joint_law ({name})" if name in law_ranges(target.laws) else name)
+                words.append(name)
                 continue
             limit, value = LIMITS[name], target.limits[name]
             has = float(np.ravel(limit.measure(sizes))[0])
@@ -324,7 +315,7 @@ class _Refined(NamedTuple):
         return f"the nearest breaks {' and '.join(words)}"
 
     def chosen(self, kept: Array, count: int, made: Mapping[int, Design]) -> list[int]:
-        """Return the designs that are reported, the best first; ``made`` are those that are made up already."""
+        """Return the numbers of the reported designs, the best first; ``made`` holds designs that are complete."""
         look = self.look
         met = np.array([made[i].met if i in made else self.meets(i) for i in kept.tolist()])
         if met.any():
@@ -350,24 +341,23 @@ class _Refined(NamedTuple):
         for k, goal in enumerate(target.goals):
             size = np.sqrt((self.effects[k] ** 2).sum(axis=0))
             if goal.sense != "=":
-                asked = goal.value(self.look.d, self.look.scales)
-                room = (self.look.found.values[k] - asked) / (goal.scale or asked)
+                room = goal.relative(self.look.found.values[k], self.look.d, self.look.scales)
                 size = np.maximum(size - room * (1 if goal.sense == ">=" else -1), 0.0) * target.real
             found += (goal.weight * size) ** 2
         return np.sqrt(found)
 
     def meets(self, i: int) -> bool:
-        """Whether a design does all that is asked, as the search sees it."""
+        """Whether a design meets every goal by the figures of the search."""
         return all(goal.met for goal in self.reached(i, self.look.found.values[:, i], self._pitches(i)))
 
     def design(self, i: int) -> Design:
-        """Return one design with all there is to say about it."""
+        """Return one complete design."""
         space, target = self.residuals.space, self.residuals.target
         options, y = target.options, self.look.y[i]
         beam = space.beam_of(y)
         if target.real:
             # all contacts, and steps of its own
-            reached, answer = real.followed(beam, [goal.want for goal in target.goals], options)
+            reached, answer = joint_figures.followed(beam, [goal.want for goal in target.goals], options)
             values = np.array(reached)
             lines = making.refused(beam, target.printer)
         else:
@@ -392,7 +382,7 @@ class _Refined(NamedTuple):
         )
 
     def _pitches(self, i: int) -> Pitches:
-        """Return pitch and number of scales of a design as the search sees it."""
+        """Return pitch and number of scales of a design before it is rounded."""
         return Pitches(float(self.look.d[i]), float(self.look.scales[i]))
 
     def reached(self, i: int, values: Array, own: Pitches) -> list[Reached]:
@@ -402,7 +392,7 @@ class _Refined(NamedTuple):
         return reached(target.goals, values, own, target.accept, self.effects[:, :, i], names)
 
     def active(self, i: int) -> list[str]:
-        """Name bounds and limits on which a design lies, and what a real beam just does."""
+        """Name the bounds and limits on which a design lies, and the goals that it just meets."""
         found, target = [], self.residuals.target
         for v, share in zip(self.residuals.space.variables, self.look.y[i], strict=False):
             if share <= ACTIVE or share >= 1 - ACTIVE:
@@ -418,6 +408,5 @@ class _Refined(NamedTuple):
                 value = target.limits[name]
                 found.append(f"limit {name} {as_text(value, LIMITS[name].dimension)}")
             elif g <= ACTIVE:
-                law = name in law_ranges(target.laws)
-                found.append(f"limit joint_law, {name}" if law else name)
+                found.append(name)
         return found

@@ -8,16 +8,16 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squama import arguments
 from squama._version import __version__
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
-from squama.curves.path import idealisation
+from squama.curves.chosen import idealisation
 from squama.errors import Problems, refuse
-from squama.inverse import making, real
-from squama.inverse.figures import FIGURES, At, Found, Want, harmless
-from squama.inverse.limits import Sizes, farthest, rooms
+from squama.inverse import joint_figures, making
+from squama.inverse.named_figures import AT_TWIST, OF_BEAM, OF_LOCKS, At, Found, Want
 from squama.inverse.search import sobol
 from squama.inverse.space import built
 from squama.inverse.target import Target, read_target
@@ -41,9 +41,13 @@ NEAR = 0.002
 """A design counts as new on the front where it is better than what is there by this share of the front's range."""
 DECADES = ("tangent", "torque", "stiffness", "stiffness_ratio", "W_fr")
 """Objectives that span decades: spread over a front by their logarithm."""
-TABLES = {"hinge": FIGURES, "compliant": real.FIGURES}
-"""What may be an objective, by the joint."""
-AT_TWIST = {"hinge": ("tangent", "torque"), "compliant": tuple(real.AT_TWIST)}
+OBJECTIVES = {
+    "hinge": {name: AT_TWIST[name] for name in ("tangent", "torque")}
+    | {name: OF_BEAM[name] for name in ("stiffness", "engagement")}
+    | OF_LOCKS,
+    "compliant": AT_TWIST | OF_BEAM,
+}
+"""Figures that may be traded off, by the joint."""
 AGREES = 0.02
 """Figures of a real beam on a front are those of its curve with all contacts, up to this share."""
 SCREENED = 256
@@ -111,7 +115,7 @@ def pareto(
 def trade(
     target: Target, population: int | None = None, generations: int | None = None, seed: int | None = None
 ) -> xr.Dataset:
-    """Return what :func:`pareto` returns, for a target that was read."""
+    """Return the result of :func:`pareto` for a target that was read."""
     if find_spec("pymoo") is None:
         refuse("pareto", "", "pymoo is not installed", "pip install squama[fit]")
     assert target.front is not None
@@ -153,7 +157,8 @@ class Settings(NamedTuple):
 def read_settings(table: FrontTable, context: Context, source: str = "") -> Settings:
     """Read the table [front]; all mistakes are named at once."""
     problems = Problems()
-    known, at_twist = TABLES[context.joint], AT_TWIST[context.joint]
+    known = OBJECTIVES[context.joint]
+    at_twist = [name for name in known if known[name] == AT_TWIST.get(name)]
     at: At | None = None
     if table.at is not None:
         with problems.caught():
@@ -222,19 +227,16 @@ class Trade:
         """Evaluate points (n, m) of the unit cube."""
         c = self.space.cells(y)
         good = valid(c)
-        safe = harmless(c, good)
-        found = real.EVALUATE[self.target.options.joint](safe, [], self.wants, self.target.options, plates=plates)
+        found = self.target.figures(c, [], self.wants, plates=plates)
         k = len(self.chosen.objectives)
         values = found.values[:k].T
         if self.chosen.at is not None:
             # stiffness is traded off in contact: before engagement it is "stiffness"
-            apart = found.load_e >= self.chosen.at.per_pitch(safe.d, safe.sizes["beam"]["scales"])
+            apart = found.load_e >= self.chosen.at.per_pitch(c.d, c.sizes["beam"]["scales"])
             of_contact = [o.name in ("tangent", "stiffness_ratio") for o in self.chosen.objectives]
             values[np.ix_(apart, of_contact)] = np.nan
         at = [] if self.chosen.at is None else [self.chosen.at]
-        rate = farthest(c, at, found.values[-1] if self.lock else None)
-        s = Sizes.of(c, self.space.load, rate)
-        room = rooms(s, self.target.limits, self.target.laws) | self.target.made_rooms(c)
+        room = self.target.rooms(c, self.target.sizes(c, at, found.values[-1] if self.lock else None))
         short = {name: np.maximum(-np.broadcast_to(v, len(y)), 0.0) for name, v in room.items()}
         missing = {f"no {o.name}": ~np.isfinite(v) for o, v in zip(self.chosen.objectives, values.T, strict=True)}
         violation = np.where(good, np.nan_to_num(sum(short.values()), nan=1.0), 2.0) + np.any(
@@ -249,8 +251,8 @@ class Trade:
             good = np.isfinite(column)
             if o.name in DECADES:
                 good &= column > 0
-                column = np.log(np.where(good, column, 1.0))  # noqa: PLW2901
-            columns.append(-o.sense * np.where(good, column, 0.0))
+            value = np.log(np.where(good, column, 1.0)) if o.name in DECADES else column
+            columns.append(-o.sense * np.where(good, value, 0.0))
         return np.stack(columns, axis=1)
 
     def ask(self, y: Array) -> tuple[Array, Array]:
@@ -260,32 +262,33 @@ class Trade:
         costs, there = self.costs(values), self.best[1]
         # testing plates against each other takes longest: only what comes to the front by more than NEAR is tested
         new = np.flatnonzero(violation <= 0)
-        near = NEAR * np.ptp(there, axis=0) if len(there) else 0.0
-        new = new[~dominated(costs[new], there - near)]
-        new = new[~dominated(costs[new], costs[new])]
+        known = there - NEAR * np.ptp(there, axis=0) if len(there) else there
+        first = undominated(np.vstack([known, costs[new]])) - len(known)
+        new = new[first[first >= 0]]
         if new.size and not self.target.real:
             # where another contact comes first, what is left of the design is what counts
             violation[new] = self.evaluate(y[new], plates=True).violation
             new = new[violation[new] <= 0]
         if new.size:
-            stay = ~dominated(there, costs[new])
             columns = zip(self.best, (y, costs, values), strict=True)
-            self.best = [np.vstack([old[stay], rows[new]]) for old, rows in columns]
+            every = [np.vstack([old, rows[new]]) for old, rows in columns]
+            stay = undominated(every[1])
+            self.best = [rows[stay] for rows in every]
         return costs, violation
 
     def screened(self) -> Array:
-        """Return the start and points all over the bounds."""
+        """Return the starting beam and points all over the bounds, of the unit cube."""
         start = self.space.start
         return np.vstack([start, sobol(max(SCREENED, 2 * self.chosen.population), start.size, self.chosen.seed)])
 
     def in_the_way(self) -> str:
-        """Say what most points of the bounds lack or break."""
+        """Name the limits and figures that most beams within the bounds break or lack."""
         shares = {name: float(v.mean()) for name, v in self.evaluate(self.screened(), plates=True).broken.items()}
         worst = sorted((name for name in shares if shares[name]), key=lambda name: -shares[name])[:NAMED]
         return f"in the way all over the bounds: {', '.join(f'{name} ({shares[name]:.0%})' for name in worst)}"
 
     def made(self, y: Array) -> tuple[Array, Array]:
-        """Return real beams rounded to what can be made, that still are on a front, and their objectives.
+        """Return the points of rounded beams that still are on a front (n, m), and their objectives (n, k).
 
         Each keeps all limits, passes what the printer files ask and has the figures of its curve with all contacts.
         """
@@ -294,14 +297,14 @@ class Trade:
         kept = np.flatnonzero(violation <= 0)
         kept = kept[[self._sound(y[i], values[i]) for i in kept.tolist()]] if kept.size else kept
         costs = self.costs(values[kept])
-        kept = kept[~dominated(costs, costs)]
+        kept = kept[undominated(costs)]
         return y[kept], values[kept]
 
     def _sound(self, y: Array, values: Array) -> bool:
         beam = self.space.beam_of(y)
         if making.refused(beam, self.target.printer):
             return False
-        again, _ = real.followed(beam, [o.want for o in self.chosen.objectives], self.target.options)
+        again, _ = joint_figures.followed(beam, [o.want for o in self.chosen.objectives], self.target.options)
         return bool(np.allclose(again, values, rtol=AGREES))
 
 
@@ -334,21 +337,21 @@ def search(trade: Trade, chosen: Settings) -> tuple[Array, Array]:
     return trade.made(y[keep]) if trade.target.real else (y[keep], values[keep])
 
 
-def spread(costs: Array, most: int) -> Array:
-    """Return which points to keep: drop the most crowded one after the other until there are ``most``."""
-    unique = np.unique(costs, axis=0, return_index=True)[1]
-    left = np.sort(unique)
-    width = np.maximum(np.ptp(costs, axis=0), 1e-300) if len(costs) else 1.0
+def undominated(costs: Array) -> NDArray[np.int64]:
+    """Return the places of the points (n, k) that no other one dominates, in their order; less is better."""
+    from pymoo.util.nds.non_dominated_sorting import NonDominatedSorting
+
+    return np.sort(np.asarray(NonDominatedSorting().do(costs, only_non_dominated_front=True), int))
+
+
+def spread(costs: Array, most: int) -> NDArray[np.int64]:
+    """Return the places of the points to keep: the most crowded are dropped until there are ``most``, none twice."""
+    from pymoo.operators.survival.rank_and_crowding.metrics import get_crowding_function
+
+    left = np.sort(np.unique(costs, axis=0, return_index=True)[1])
     while left.size > most:
-        c = costs[left] / width
-        crowd = np.zeros(left.size)
-        for column in c.T:
-            order = np.argsort(column, kind="stable")
-            gaps = np.full(left.size, np.inf)
-            gaps[1:-1] = column[order][2:] - column[order][:-2]
-            crowd[order] += gaps
-        drop = max(1, (left.size - most) // 8)
-        left = np.sort(left[np.argsort(crowd, kind="stable")[drop:]])
+        room = get_crowding_function("cd").do(costs[left])
+        left = np.sort(left[np.argsort(room, kind="stable")[max(1, (left.size - most) // 8) :]])
     return left
 
 
@@ -361,7 +364,7 @@ def _dataset(target: Target, chosen: Settings, y: Array, values: Array) -> xr.Da
     c, found = seen.cells, seen.found
     variables: dict[str, Any] = {}
     for o, column in zip(chosen.objectives, values.T, strict=True):
-        unit, words = TABLES[target.options.joint][o.name]
+        unit, words = OBJECTIVES[target.options.joint][o.name]
         about: dict[str, Any] = {"units": unit, "long_name": words, "objective": WAYS[o.sense]}
         variables[o.name] = ("design", column, about | ({"at": chosen.given} if o.want.at else {}))
     for v in space.variables:
@@ -403,13 +406,3 @@ def beams(front: xr.Dataset) -> list[Beam]:
     names = [str(name) for name in front.data_vars if "." in str(name) and not str(name).startswith("chosen.")]
     columns = zip(*(front[name].values.tolist() for name in names), strict=True)
     return [built(start, dict(zip(names, row, strict=True))) for row in columns]
-
-
-def dominated(values: Array, by: Array) -> Array:
-    """Tell which points (n, k) are dominated by one of the points ``by`` (m, k), all to be as small as possible."""
-    out = np.zeros(len(values), bool)
-    for low in range(0, len(values), 256):
-        part = values[low : low + 256, None]
-        worse = np.all(by <= part, axis=2) & np.any(by < part, axis=2)
-        out[low : low + 256] = np.any(worse, axis=1)
-    return out

@@ -8,12 +8,11 @@ from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
-from squama.errors import Problems
-from squama.errors import refuse as fail
+from squama.errors import Problems, refuse
 from squama.inverse import targetfile
-from squama.inverse.figures import At, Want
+from squama.inverse.named_figures import At, Want
 from squama.inverse.space import Space
-from squama.inverse.targetfile import AT_POINTS, Context, Given, PointTable, TargetTable, refuse
+from squama.inverse.targetfile import AT_POINTS, Context, Given, PointTable, TargetTable
 from squama.io import files, measured
 from squama.loads import LOADS
 from squama.model.sensitivity import STEP
@@ -26,12 +25,15 @@ MISSING = 100.0
 ACCEPT = 0.01
 """Largest difference, relative to what is asked, of a goal that counts as reached."""
 LABELS = {"tangent": "tangent", "stiffness_ratio": "stiffness ratio", "strength_share": "stress over strength"}
-_KINDS = {
-    "torque": (Dimension.TORQUE, "N m"),
-    "stress": (Dimension.PRESSURE, "Pa"),
-    "length": (Dimension.LENGTH, ""),
+_DIMENSIONS = {
+    "torque": Dimension.TORQUE,
+    "stress": Dimension.PRESSURE,
+    "length": Dimension.LENGTH,
+    "stiffness": Dimension.RIGIDITY,
+    "tangent": Dimension.RIGIDITY,
+    "W_fr": Dimension.LINE_WORK,
 }
-"""What figures that are no ratios are measured in; SI unit of a bare number."""
+"""Dimensions of the figures that are no ratios and no twists."""
 MOST_POINTS = 24
 """Points of a measured curve that are used; more are thinned out evenly."""
 
@@ -44,7 +46,7 @@ class Pitches(NamedTuple):
 
     @classmethod
     def of(cls, every: Sequence[Cells], n: int) -> Pitches:
-        """Return those of columns, (columns, n)."""
+        """Return pitches and numbers of scales of columns, shape (columns, n)."""
         d, scales = [c.d for c in every], [c.sizes["beam"]["scales"] for c in every]
         return cls(np.reshape(d, (-1, n)), np.reshape(scales, (-1, n)))
 
@@ -77,17 +79,19 @@ class Goal(NamedTuple):
         return float(self.number * reached / self.value(d, scales))
 
     def met(self, reached: float, d: float, scales: float, accept: float) -> bool:
-        """Whether a reached figure counts as what was asked."""
-        asked = float(self.value(d, scales))
-        difference = (reached - asked) / (self.scale or asked)
+        """Whether a reached figure (SI) meets the goal to within the share ``accept``."""
+        difference = float(self.relative(reached, d, scales))
         return (difference >= -accept or self.sense == "<=") and (difference <= accept or self.sense == ">=")
 
-    def moves(self, reached: Array, moved: Pitches) -> Array | float:
-        """Return what the asked value's change (variables, designs) makes of a reached figure over it."""
-        if self.twist is None:
-            return 0.0
-        asked = self.value(*moved)
-        return np.asarray(-reached * np.imag(asked) / STEP / np.real(asked) ** 2)
+    def relative(self, reached: Any, d: Any, scales: Any) -> Any:
+        """Difference of a figure (SI) from the goal over ``scale``, or over the goal; complex steps go through it."""
+        asked = self.value(d, scales)
+        return (reached - asked) / (self.scale or asked)
+
+    def slope(self, reached: Array, slopes: Array, moved: Pitches) -> Array:
+        """Return the derivatives (variables, designs) of the relative difference; 0 where there is no figure."""
+        known = np.where(np.isfinite(reached), reached, 0.0)
+        return np.asarray(np.imag(self.relative(known + 1j * STEP * slopes, *moved)) / STEP)
 
 
 def residual(
@@ -108,10 +112,7 @@ def residual(
     """
     r, J = np.empty_like(values), np.zeros_like(slopes)
     for i, goal in enumerate(goals):
-        asked = goal.value(*at)
-        scale = goal.scale or asked
-        difference = (values[i] - asked) / scale
-        slope = slopes[i] / scale + goal.moves(values[i], moved)
+        difference, slope = goal.relative(values[i], *at), goal.slope(values[i], slopes[i], moved)
         if goal.sense != "=":
             difference = difference - inside if goal.sense == ">=" else difference + inside
             slack = difference >= 0 if goal.sense == ">=" else difference <= 0
@@ -144,33 +145,28 @@ def _single(name: str, value: object, context: Context) -> Goal:
     where, weight = f"target.{name}", 1.0
     if isinstance(value, dict):
         if unknown := [key for key in value if key not in ("value", "weight")]:
-            fail(f"{where}.{unknown[0]}", "", "unknown key", "allowed: value, weight")
+            refuse(f"{where}.{unknown[0]}", "", "unknown key", "allowed: value, weight")
         if "value" not in value:
-            fail(where, "", "has no value", "write { value = ..., weight = 2 }")
+            refuse(where, "", "has no value", "write { value = ..., weight = 2 }")
         weight, value = _weight(where, value.get("weight", 1.0)), value["value"]
     got = _value(where, name, value, context)
     return Goal(name, Want(name), got.number, got.unit, got.si, got.at, got.sense, weight)
 
 
 def _value(where: str, figure: str, value: object, context: Context) -> Given:
-    """Read the value that is asked of a figure."""
+    """Read the goal value of a figure."""
     if figure in ("lock", "engagement"):
         return targetfile.twist(where, value, context)
-    if figure in ("stiffness", "tangent"):
-        return targetfile.rigidity(where, value, context)
-    if figure == "W_fr":
-        return targetfile.work(where, value, context)
-    kind, unit = _KINDS.get(figure, (Dimension.RATIO, ""))
-    got = targetfile.quantity(where, value, kind, context, unit)
+    got = targetfile.quantity(where, value, _DIMENSIONS.get(figure, Dimension.RATIO), context)
     if figure == "RED" and got.si >= 1:
-        refuse(where, got.number, "a part of the work cannot be 1 or more", "write e.g. 0.4")
+        refuse(where, shown(got.number), "a part of the work cannot be 1 or more", "write e.g. 0.4")
     if figure == "critical_mu" and got.si > 10:
-        refuse(where, value, "is out of range (up to 10)", "write e.g. 0.6")
+        refuse(where, shown(value), "is out of range (up to 10)", "write e.g. 0.6")
     return got
 
 
 def _points(where: str, table: PointTable, kind: str, context: Context) -> list[Goal]:
-    """Read what is asked at a twist: figures of points, or a tangent stiffness."""
+    """Read the goals at one twist: figures of a point, or a tangent stiffness."""
     at = targetfile.twist(f"{where}.twist", table.twist, context).at
     words = LOADS[context.load].torque_words
     known = {"points": ("torque", *AT_POINTS), "tangent": ("stiffness",)}[kind]
@@ -178,11 +174,11 @@ def _points(where: str, table: PointTable, kind: str, context: Context) -> list[
     allowed = dict.fromkeys([*known, *(words for _ in known if kind == "points")])
     for key in given:
         if key not in allowed:
-            fail(f"{where}.{key}", "", "does not belong here", f"allowed: twist, {', '.join(allowed)}, weight")
+            refuse(f"{where}.{key}", "", "does not belong here", f"allowed: twist, {', '.join(allowed)}, weight")
         if key in AT_POINTS and context.joint == "hinge":
-            fail(f"{where}.{key}", "", *_not_on_hinges(key, context))
+            refuse(f"{where}.{key}", "", *_not_on_hinges(key, context))
     if not given:
-        fail(f"{where}.{known[0]}", "", "is missing", f"write e.g. {targetfile.EXAMPLES[kind]}")
+        refuse(f"{where}.{known[0]}", "", "is missing", f"write e.g. {targetfile.EXAMPLES[kind]}")
     twist = table.twist.strip() if isinstance(table.twist, str) else f"{shown(table.twist)} rad/m"
     weight, found = _weight(where, table.weight), []
     for key, value in given.items():
@@ -194,7 +190,7 @@ def _points(where: str, table: PointTable, kind: str, context: Context) -> list[
 
 
 def _not_on_hinges(key: str, context: Context) -> tuple[str, str]:
-    """Say why a figure of the real beam cannot be asked for, and what can be done in this file."""
+    """Return why a figure of the real beam cannot be a goal, and the remedy in this file."""
     if LOADS[context.load].sided:
         return "is not a figure of hinges", f"leave out {' and '.join(context.hinged)}"
     instead = "a stiffness under [[target.tangent]]" if key == "stiffness_ratio" else "a moment"
@@ -211,13 +207,13 @@ def _figure(key: str, value: object) -> str:
 def _curve(value: object, context: Context, folder: Path) -> list[Goal]:
     """Read a measured curve; points before any twist are left out."""
     if not isinstance(value, str):
-        refuse("target.curve", value, "is no file name", 'write e.g. curve = "test.csv"')
+        refuse("target.curve", shown(value), "is no file name", 'write e.g. curve = "test.csv"')
     path = folder / value
-    every = [measured.read(path, pitch=p, scales=n, load=context.load) for p, n in context.ways]
+    every = [measured.read(path, pitch=p, scales=n, load=context.load) for p, n in context.beams]
     one = every[0]
 
     def bad(reason: str, remedy: str = "") -> NoReturn:
-        fail("", "", reason, remedy, files.label(path))
+        refuse("", "", reason, remedy, files.label(path))
 
     seen: dict[float, int] = {}
     for i, (rate, load) in enumerate(zip(one.rate, one.load, strict=True)):
@@ -234,7 +230,7 @@ def _curve(value: object, context: Context, folder: Path) -> list[Goal]:
     made = []
     for i in keep.tolist():
         load = float(one.load[i])
-        at = targetfile.meant([float(read.rate[i]) for read in every], context)
+        at = targetfile.common_twist([float(read.rate[i]) for read in every], context)
         want = Want("torque", at)
         made.append(Goal(f"curve[{i}]", want, load, "N m", asked=load, weight=weight, scale=scale, group="curve"))
     return made
@@ -242,12 +238,12 @@ def _curve(value: object, context: Context, folder: Path) -> list[Goal]:
 
 def _weight(where: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < np.inf:
-        refuse(f"{where}.weight", value, "must be a number above 0", "write e.g. 2")
+        refuse(f"{where}.weight", shown(value), "must be a number above 0", "write e.g. 2")
     return float(value)
 
 
 def conflicts(found: tuple[Goal, ...], space: Space, problems: Problems) -> None:
-    """Add every pair of goals that no beam can meet, and goals that friction alone excludes."""
+    """Add pairs of goals that no beam can meet, and goals that need friction, to the problems."""
     if not found and not problems:
         known = "allowed: lock, engagement, stiffness, RED, critical_mu, length, points, tangent, curve"
         problems.add("[target]", "", "asks for nothing", known)

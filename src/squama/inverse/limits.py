@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.fabrication.plan import Plan
-from squama.inverse.figures import At
+from squama.inverse.named_figures import At
 from squama.joints.law import Shape
 from squama.joints.law import rooms as law_rooms
 from squama.model import joint
@@ -142,18 +142,8 @@ ALWAYS = {"edge": 0.0, "cover": 0.0}
 """Limits that hold unless others are given: scales no wider than the bar, tabs inside it."""
 
 
-def law_ranges(laws: Sequence[str]) -> dict[str, tuple[str, int, float]]:
-    """Return the ends of the ranges of scaling laws by their words: ratio, -1 for an upper end, the end."""
-    found: dict[str, tuple[str, int, float]] = {}
-    for limit in (limit for law in laws for limit in joint.LAWS[law].limits):
-        found[f"{limit.ratio} <= {limit.high:g}"] = limit.ratio, -1, limit.high
-        if limit.low > 0:
-            found[f"{limit.ratio} >= {limit.low:g}"] = limit.ratio, 1, limit.low
-    return found
-
-
 def rooms(s: Sizes, limits: Mapping[str, float], laws: Sequence[str]) -> dict[str, Array]:
-    """Room to every limit by name, and to the ends of the ranges of scaling laws (the limit ``joint_law``)."""
+    """Room to every limit by name, and to the ends of the ranges of scaling laws ("joint_law (t_s/d <= 0.016)")."""
     ratios = {
         "t_s/d": s.thickness / s.d,
         "L/d": s.embedded / s.d,
@@ -162,7 +152,12 @@ def rooms(s: Sizes, limits: Mapping[str, float], laws: Sequence[str]) -> dict[st
         "zeta beta/lambda": s.embedded * s.width / (s.d * s.height),
     }
     found = {name: LIMITS[name].room(s, value) for name, value in limits.items()}
-    return found | {name: sign * (ratios[r] - end) / end for name, (r, sign, end) in law_ranges(laws).items()}
+    for limit in (limit for law in laws for limit in joint.LAWS[law].limits):
+        share = ratios[limit.ratio]
+        found[f"joint_law ({limit.ratio} <= {limit.high:g})"] = 1 - share / limit.high
+        if limit.low > 0:
+            found[f"joint_law ({limit.ratio} >= {limit.low:g})"] = share / limit.low - 1
+    return found
 
 
 def known_rooms(c: Cells) -> dict[str, Array]:

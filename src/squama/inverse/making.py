@@ -37,7 +37,7 @@ AWAY = 1e-9
 
 
 def rounded(residuals: Residuals, y: Array, seed: int = 1) -> Array:
-    """Return designs (n, m) on the grid of what can be made: the best of the neighbours of each."""
+    """Return designs (n, m) on the grid of the steps: of each the best neighbour."""
     space = residuals.space
     on_grid = [j for j, v in enumerate(space.variables) if v.step]
     if not on_grid:
@@ -76,7 +76,7 @@ def rounded(residuals: Residuals, y: Array, seed: int = 1) -> Array:
 
 
 def nearest(space: Space, y: Array) -> Array:
-    """Return points (n, m) with every dimension rounded to the nearest that can be made."""
+    """Return points (n, m) with every dimension rounded to the nearest multiple of its step."""
     values = space.values(y)
     for v in space.variables:
         values[v.key] = np.array([v.rounded(x) for x in values[v.key].tolist()])
@@ -98,7 +98,7 @@ def _around(k: int) -> Array:
 
 
 def refused(beam: Beam, sizes: dict[str, float] | None, *, sided: bool = True) -> list[str]:
-    """Return in lines why a real beam cannot be made or answered for: with sizes of a workshop, or by its joint.
+    """Return reasons, one a line, why a beam cannot be printed with a workshop's sizes, or its joint is not known.
 
     The joint is looked at where the load is ``sided``: the law is that of twisting.
     """
@@ -113,7 +113,7 @@ def refused(beam: Beam, sizes: dict[str, float] | None, *, sided: bool = True) -
 
 
 def by_elements(beam: Beam, sense: str, rates: Sequence[float]) -> list[str]:
-    """Return in lines what finite elements say of a beam at twist rates (rad/m), beside the real beam's curve.
+    """Return lines that compare finite elements with the real beam's curve at twist rates (rad/m).
 
     Both are of one pitch that is held straight.
 

@@ -36,7 +36,7 @@ class Reached:
 
     @property
     def wanted(self) -> str:
-        """What was asked: "at least 5", "45 deg total"."""
+        """Goal in words: "at least 5", "45 deg total"."""
         return f"{SENSES[self.sense]}{self.asked:.5g} {self.unit}".strip()
 
 
@@ -60,7 +60,7 @@ class Beside:
         return all(goal.met for goal in self.goals) and bool(self.goals or not self.note)
 
     def says(self, goal: Reached) -> str:
-        """Say what is reached of a goal here: "4.9 with 10 scales"."""
+        """Return what is reached of a goal here, in words: "4.9 with 10 scales"."""
         value = f"{goal.reached:.3g} {goal.unit}".strip()
         if self.key == "door":
             return f"{self.words} has none" if math.isnan(goal.reached) else f"{self.words} says {value}"
@@ -75,7 +75,7 @@ def reached(
     effects: Array | None = None,
     names: Sequence[str] = (),
 ) -> list[Reached]:
-    """Return what is reached of goals with the figures (goals,) of a design, those of a curve together.
+    """Return the reached goals of a design by its figures (goals,) in SI; points of a curve are one goal.
 
     ``own`` are the design's pitch and number of scales, ``effects`` (goals, dimensions) what tolerances do, over the
     asked values, by the ``names`` of the dimensions.

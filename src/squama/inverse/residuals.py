@@ -7,10 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.inverse.figures import Found, Want, harmless
 from squama.inverse.goals import Pitches, residual
-from squama.inverse.limits import Sizes, farthest, rooms
-from squama.inverse.real import EVALUATE
+from squama.inverse.limits import Sizes
+from squama.inverse.named_figures import OF_LOCKS, Found, Want
 from squama.inverse.space import stepped
 from squama.inverse.target import Target
 from squama.loads import LOADS
@@ -23,8 +22,6 @@ ROOM = 1e-9
 """Limits are kept with this much room, so that rounding does not break them."""
 EDGE = 1e-6
 """The same for the border of the domain where a figure is there."""
-LOCKED = ("lock", "RED", "range", "W_fr")
-"""Figures that only beams that lock have."""
 PRICE = 1e4
 """What a broken limit costs, in residuals."""
 BORDERS = {
@@ -63,8 +60,7 @@ class Residuals:
         wants = [goal.want for goal in target.goals]
         self.rates = [w.at for w in wants if w.at is not None]
         hinge = target.options.joint == "hinge"
-        self.evaluate = EVALUATE[target.options.joint]
-        locks = hinge and any(w.figure in LOCKED for w in wants)
+        locks = hinge and any(w.figure in OF_LOCKS and w.figure != "critical_mu" for w in wants)
         self.lock = "strain" in target.limits and locks
         self.wants = [*wants, Want("lock")] if self.lock else wants
         self.tangents = [w.at for w in wants if w.figure == "tangent" and w.at is not None]
@@ -77,13 +73,11 @@ class Residuals:
         """Names of the limits in the order of ``Look.g``."""
 
     def look(self, y: Array, *, slopes: bool, plates: bool) -> Look:
-        """Evaluate points (n, m) of the unit cube."""
+        """Evaluate points (n, m) of the unit cube, with derivatives if ``slopes``, and all plates if ``plates``."""
         c = self.space.cells(y)
         moved = self.space.moved(y) if slopes else []
         good = valid(c)
-        # rows that are no beam are computed as something harmless and then ruled out
-        wants = [*self.inside, *self.wants]
-        every = self.evaluate(harmless(c, good), moved, wants, self.target.options, plates=plates)
+        every = self.target.figures(c, moved, [*self.inside, *self.wants], plates=plates)
         at, k, (n, m) = len(self.inside), len(self.target.goals), y.shape
         found = every._replace(values=every.values[at:], slopes=every.slopes[at:])
         own, by = Pitches(c.d, c.sizes["beam"]["scales"]), Pitches.of(moved, n)
@@ -102,7 +96,7 @@ class Residuals:
         return Look(y, r, J, g, G, merit, found, *own)
 
     def _inside(self, every: Found, d: Array, d_slopes: Array) -> tuple[Array, Array]:
-        """Room to the border of the domain where the figures are there, and its derivatives; 1 where it has no say."""
+        """Room to the borders of the figures' domain, and its derivatives; 1 where there is no border."""
         k = len(self.inside)
         room, slopes = np.array(every.values[:k]), np.array(every.slopes[:k])
         tangents = iter(self.tangents)
@@ -126,7 +120,7 @@ class Residuals:
         return np.where(missing, 1.0, room) - EDGE, slopes
 
     def _short(self, c: Cells, found: Found) -> Array:
-        """How much of the twist a goal needs a design lacks, as a share; 0 where it does not lack any."""
+        """Missing share (goals, n) of the twist that a goal needs; 0 where the curve goes far enough."""
         short = np.zeros((len(self.target.goals), c.d.size))
         for i, goal in enumerate(self.target.goals):
             at = goal.want.at or goal.twist
@@ -136,9 +130,8 @@ class Residuals:
         return short
 
     def sizes(self, c: Cells, values: Array) -> Sizes:
-        """Return what limits look at; ``values`` as in :class:`Found`, moved where the columns are."""
-        rate = farthest(c, self.rates, values[-1] if self.lock else None)
-        return Sizes.of(c, self.space.load, rate)
+        """Return the sizes that limits need; ``values`` as in :class:`Found`, with the columns' complex steps."""
+        return self.target.sizes(c, self.rates, values[-1] if self.lock else None)
 
     def _limits(self, c: Cells, moved: Sequence[Cells], found: Found) -> tuple[Array, Array]:
         """Room to every limit (limits, n) and its derivatives."""
@@ -151,7 +144,7 @@ class Residuals:
         return g, np.stack(slopes, axis=1).reshape(len(g), -1, c.d.size) if moved else np.zeros((len(g), 0, c.d.size))
 
     def _rooms(self, c: Cells, values: Array) -> dict[str, Array]:
-        return rooms(self.sizes(c, values), self.target.limits, self.target.laws) | self.target.made_rooms(c)
+        return self.target.rooms(c, self.sizes(c, values))
 
     def tolerances(self, y: Array) -> dict[str, Array]:
         """Return the tolerance of every dimension (by key) for designs y (n, m), SI."""
@@ -170,9 +163,6 @@ class Residuals:
         """
         goals, values = self.target.goals, self.space.values(y)
         moved = [stepped(*self.space[:2], values, key, size, len(y)) for key, size in self.tolerances(y).items()]
-        c = self.space.cells(y)
-        found = self.evaluate(c, moved, [goal.want for goal in goals], self.target.options, plates=False)
-        by = Pitches.of(moved, len(y))
-        scales = [goal.scale or goal.value(c.d, c.sizes["beam"]["scales"]) for goal in goals]
-        rows = zip(goals, found.values, found.slopes, scales, strict=True)
-        return np.array([s / scale + goal.moves(v, by) for goal, v, s, scale in rows])
+        found = self.target.figures(self.space.cells(y), moved, [goal.want for goal in goals], plates=False)
+        rows, by = zip(goals, found.values, found.slopes, strict=True), Pitches.of(moved, len(y))
+        return np.array([goal.slope(value, slopes, by) for goal, value, slopes in rows])

@@ -58,7 +58,7 @@ def screen(target: Residuals, first: Array, n: int, keep: int, seed: int) -> Arr
 
 
 def refine(target: Residuals, y: Array) -> Look:
-    """Return the points that are reached from the starts (n, m)."""
+    """Return the designs at which the search ends, from starts (n, m) in the unit cube."""
     # arrays of its own, which may be written to
     best = copy.deepcopy(target.look(y, slopes=True, plates=True))
     n = len(y)
@@ -89,7 +89,7 @@ def refine(target: Residuals, y: Array) -> Look:
 
 
 def _adopt(best: Look, look: Look, to: Array, of: Array) -> None:
-    """Take over the points that are better."""
+    """Replace points ``to`` by the better ones ``of`` another evaluation."""
     best.y[to] = look.y[of]
     for name in ("r", "J", "g", "G", "merit", "d", "scales"):
         getattr(best, name)[..., to] = getattr(look, name)[..., of]
@@ -98,7 +98,7 @@ def _adopt(best: Look, look: Look, to: Array, of: Array) -> None:
 
 
 def _step(look: Look, i: int, radius: float) -> Array:
-    """Return the step of one point."""
+    """Return the step (m,) of point i inside a box of half width ``radius``."""
     m = look.y.shape[1]
     # a residual without a slope (a figure that is not there) has nothing to say
     J, r = look.J[:, :, i], look.r[:, i]
@@ -119,7 +119,7 @@ def _step(look: Look, i: int, radius: float) -> Array:
 
 
 def _model(look: Look, i: int, step: Array) -> float:
-    """Merit that is expected after a step."""
+    """Return the merit of point i after a step, by the linear model."""
     r = look.r[:, i] + look.J[:, :, i] @ step
     g = look.g[:, i] + look.G[:, :, i] @ step
     return float(0.5 * r @ r + PRICE * np.maximum(-g, 0).sum())

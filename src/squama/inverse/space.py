@@ -10,7 +10,7 @@ import numpy as np
 
 from squama import units
 from squama.beam.design import Beam
-from squama.inverse.figures import flat
+from squama.inverse.named_figures import flat
 from squama.model.sensitivity import STEP
 from squama.study.columns import Cells, columns
 from squama.study.parameters import ALIASES, FACTOR, FULL, PARAMETERS, SCALES, of_beam
@@ -41,7 +41,7 @@ class Variable(NamedTuple):
 
     @property
     def key(self) -> str:
-        """Name of the parameter."""
+        """Name of the parameter in sweeps."""
         return ALIASES.get(self.name, self.name)
 
     @property
@@ -83,6 +83,11 @@ class Choice(NamedTuple):
     words: tuple[str, ...]
     options: tuple[dict[str, float], ...]
 
+    @property
+    def columns(self) -> dict[str, Array]:
+        """Values of all options, by the keys of what they set."""
+        return {ALIASES.get(name, name): np.array([one[name] for one in self.options]) for name in self.options[0]}
+
     def number(self, share: Array) -> Array:
         """Return which option each share (n,) of the unit cube stands for."""
         return np.asarray(np.minimum((share * len(self.options)).astype(int), len(self.options) - 1))
@@ -98,11 +103,9 @@ class Space(NamedTuple):
 
     def values(self, y: Array) -> dict[str, Array]:
         """Return dimensions (SI, by key) of points (n, m) of the unit cube."""
-        found = {}
+        found: dict[str, Array] = {}
         for choice, share in zip(self.choices, y.T[len(self.variables) :], strict=True):
-            number = choice.number(share)
-            for name in choice.options[0]:
-                found[ALIASES.get(name, name)] = np.array([option[name] for option in choice.options])[number]
+            found |= {key: column[choice.number(share)] for key, column in choice.columns.items()}
         for v, share in zip(self.variables, y.T, strict=False):
             value = v.low * (v.high / v.low) ** share if v.geometric else v.low + (v.high - v.low) * share
             # rounding must not leave the bounds
@@ -120,21 +123,23 @@ class Space(NamedTuple):
             whole = np.log(v.high / v.low) if v.geometric else v.high - v.low
             shares.append((np.log(value / v.low) if v.geometric else value - v.low) / whole)
         for choice in self.choices:
-            name = next(iter(choice.options[0]))
-            options = np.array([option[name] for option in choice.options])
-            nearest = np.abs(np.asarray(values[ALIASES.get(name, name)])[..., None] - options).argmin(axis=-1)
+            key, options = next(iter(choice.columns.items()))
+            nearest = np.abs(np.asarray(values[key])[..., None] - options).argmin(axis=-1)
             shares.append((nearest + 0.5) / len(options))
         return np.stack(shares, axis=-1)
 
     @property
     def start(self) -> Array:
         """The point (m,) of the starting beam."""
-        keys = [v.key for v in self.variables]
-        keys += [ALIASES.get(name, name) for choice in self.choices for name in choice.options[0]]
-        return self.place({key: of_beam(self.beam, self.load, key) for key in keys})
+        return self.place({key: of_beam(self.beam, self.load, key) for key in self.keys})
+
+    @property
+    def keys(self) -> list[str]:
+        """Keys of all that is varied or chosen."""
+        return [*(v.key for v in self.variables), *(key for choice in self.choices for key in choice.columns)]
 
     def cells(self, y: Array) -> Cells:
-        """Return the columns of points (n, m)."""
+        """Return the columns of the beams of points (n, m)."""
         return cells_of(self.beam, self.load, self.values(y), len(y))
 
     def moved(self, y: Array) -> list[Cells]:
@@ -147,7 +152,7 @@ class Space(NamedTuple):
         return found
 
     def beam_of(self, y: Array) -> Beam:
-        """Return the beam of one point (m,), rounded to what can be made."""
+        """Return the beam of one point (m,), its dimensions rounded to their steps."""
         at = self.values(y[None])
         varied = {v.name: v.rounded(float(at[v.key][0])) for v in self.variables}
         return built(self.beam, {**varied, **{name: x for one in self.chosen(y) for name, x in one[1].items()}})

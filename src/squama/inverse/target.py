@@ -14,15 +14,16 @@ from squama.errors import InputError, Problems, naming, refuse
 from squama.fabrication.plan import SIZES, plan
 from squama.fabrication.plan import read as read_sizes
 from squama.inverse import goals, targetfile, varied
-from squama.inverse.figures import LOCKS, Options
 from squama.inverse.goals import ACCEPT, Goal
-from squama.inverse.limits import ALWAYS, LIMITS, known_rooms, printed_rooms
+from squama.inverse.joint_figures import EVALUATE
+from squama.inverse.limits import ALWAYS, LIMITS, Sizes, farthest, known_rooms, printed_rooms, rooms
+from squama.inverse.named_figures import AT_TWIST, LOCKS, OF_LOCKS, At, Found, Options, Want, harmless
 from squama.inverse.space import DIMENSIONS, Space
 from squama.inverse.targetfile import Context, File, FrontTable
 from squama.io import files
 from squama.loads import LOADS
 from squama.model.outcome import CODES, End
-from squama.study.columns import Cells
+from squama.study.columns import Cells, valid
 from squama.study.parameters import ALIASES, ELASTIC, PARAMETERS, SCALES, flattened, own
 from squama.types import Array
 from squama.units import Dimension, shown
@@ -36,8 +37,7 @@ _LOCKS = {
     **{e.value.split()[0]: (CODES.index(e),) for e in (End.FRICTIONAL, End.STATIC)},
     "kinematic": (CODES.index(End.KINEMATIC), CODES.index(End.LINE)),
 }
-LOCK_FIGURES = ("lock", "range", "critical_mu")
-"""Objectives that only hinges have; RED and W_fr without a twist are theirs, too."""
+_HINGED = {"joint": "hinge", "law": "plate"}
 LOCK_GOALS = ("lock", "lock_by", "RED", "critical_mu")
 
 
@@ -63,7 +63,7 @@ class Target(NamedTuple):
 
     @property
     def real(self) -> bool:
-        """Whether it is answered by the real beam."""
+        """Whether the figures are those of the real beam (thick, elastic scales)."""
         return self.options.joint == "compliant"
 
     @property
@@ -71,9 +71,20 @@ class Target(NamedTuple):
         """By how much "at least" and "at most" are sought within: rounding takes some of it."""
         return self.accept if self.real else 0.0
 
-    def made_rooms(self, c: Cells) -> dict[str, Array]:
-        """Room to what the law of the joint knows and to what can be printed, of real beams."""
-        found: dict[str, Array] = {}
+    def figures(self, c: Cells, moved: Sequence[Cells], wants: Sequence[Want], *, plates: bool) -> Found:
+        """Evaluate figures of designs; rows that are no beam are computed as something harmless.
+
+        Arguments as of :func:`squama.inverse.hinge_figures.evaluate`.
+        """
+        return EVALUATE[self.options.joint](harmless(c, valid(c)), moved, wants, self.options, plates=plates)
+
+    def sizes(self, c: Cells, at: Sequence[At], lock: Array | None) -> Sizes:
+        """Return the sizes of designs that limits look at, up to the twists ``at`` and the twist (n,) of the lock."""
+        return Sizes.of(c, self.space.load, farthest(c, at, lock))
+
+    def rooms(self, c: Cells, s: Sizes) -> dict[str, Array]:
+        """Room to every limit by name, to what the law of the joint knows, and to what can be printed."""
+        found = rooms(s, self.limits, self.laws)
         if self.real and self.space.beam.joint.matrix is None:
             found |= known_rooms(c)
         if self.printer is not None:
@@ -120,8 +131,9 @@ def read_target(
     context = Context(start.scales, common["load"], bare)
     names = _of_locks(file, need)
     common["joint"] = _joint(file, common, names, problems)
-    hinged = [*(f"{key} = {shown(value)}" for key, value in _hinges(file)), *names]
-    context = context._replace(joint=common["joint"], hinged=tuple(hinged))
+    # the keys for which hinges answer
+    keys = [f'{key} = "{value}"' for key, value in _HINGED.items() if getattr(file, key) == value]
+    context = context._replace(joint=common["joint"], hinged=(*keys, *names))
     found = _read(file, start, common, context, folder, problems)
     found = found._replace(source=source)
     problems.settle(source)
@@ -150,22 +162,17 @@ def _start(
 
 
 def _of_locks(file: File, need: str) -> list[str]:
-    """Return what is asked that only hinges have, by its place in the file."""
+    """Return the places in the file of goals or objectives that only hinges have."""
     if need == "target":
         return [f"target.{k}" for k in LOCK_GOALS if file.target is not None and getattr(file.target, k) is not None]
     table = file.front or FrontTable()
     listed = [names for names in (table.maximise, table.minimise) if isinstance(names, list | tuple)]
-    locks = [*LOCK_FIGURES, *(("RED", "W_fr") if table.at is None else ())]
+    locks = [name for name in OF_LOCKS if table.at is None or name not in AT_TWIST]
     return [f"front: {name}" for names in listed for name in names if name in locks]
 
 
-def _hinges(file: File) -> list[tuple[str, object]]:
-    """Return the keys of a file that mean hinges, with their values."""
-    return [(key, value) for key, value in (("joint", "hinge"), ("law", "plate")) if getattr(file, key) == value]
-
-
 def _joint(file: File, common: Mapping[str, Any], locks: Sequence[str], problems: Problems) -> str:
-    """Return what answers: the hinge where a lock, bending, or the plate law is asked for, else the real beam."""
+    """Return the joint: "hinge" for locks, bending or the plate law, else "compliant"."""
     covered = LOADS[common["load"]].sided and common["law"] == "edge"
     joint = "compliant" if covered and not locks else "hinge"
     if file.joint is None:
@@ -181,7 +188,7 @@ def _joint(file: File, common: Mapping[str, Any], locks: Sequence[str], problems
 
 
 def _common(file: File, problems: Problems) -> dict[str, Any]:
-    """Return what is not in a table: load, law, sense, margin and number of designs."""
+    """Read the keys outside of tables: load, law, sense, margin and number of designs."""
     found: dict[str, Any] = {}
     words = {"load": tuple(LOADS), "law": ("edge", "plate"), "sense": ("+", "-")}
     for name, allowed in words.items():
@@ -201,8 +208,8 @@ def _read(file: File, beam: Beam, common: dict[str, Any], context: Context, fold
     variables = varied.variables(file, problems, context)
     choices = varied.choices(file.choose, problems, context)
     space = Space(beam, context.load, variables, choices)
-    keys = {v.key for v in variables} | {ALIASES.get(n, n) for c in choices for n in c.options[0]}
-    if len(keys) < len(variables) + sum(len(c.options[0]) for c in choices):
+    keys = set(space.keys)
+    if len(keys) < len(space.keys):
         problems.add("[choose]", "", "sets what is varied or chosen elsewhere, too", "keep one")
     if beam.friction.mu is None and "mu" not in keys:
         remedy = "write mu = 0.25 under [friction] of the beam, or vary friction.mu"

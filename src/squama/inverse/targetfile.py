@@ -5,22 +5,20 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from squama import errors, units
+from squama import units
 from squama.beam.beamfile import TABLES
-from squama.errors import Problem
-from squama.inverse.figures import At
+from squama.errors import Problem, naming, refuse
+from squama.inverse.named_figures import At
 from squama.io.tabular import guess
 from squama.loads import LOADS
 from squama.units import LONGEST, Dimension, shown
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL | re.ASCII)
 _SENSE = re.compile(r"\s*(at least|at most|>=|<=)\s+(.*)", re.DOTALL | re.IGNORECASE)
-_WORKS = {"J/m": 1.0, "mJ/m": 1e-3, "mJ/mm": 1.0, "J/mm": 1e3}
-_RIGIDITIES = {"N m^2": 1.0, "N cm^2": 1e-4, "N mm^2": 1e-6, "kN m^2": 1e3, "mN m^2": 1e-3}
 
 
 AT_POINTS = ("stiffness_ratio", "stress", "RED", "W_fr")
@@ -144,7 +142,7 @@ def _misfit(kind: str, path: list[int | str], value: object) -> Problem:
 
 
 def unknown(where: str, name: str, known: Iterable[str], reason: str, also: str = "") -> Problem:
-    """Say that a name is not known, which was meant, and which are allowed."""
+    """Return the mistake of an unknown name: the likely one, and those that are allowed."""
     known = list(known)
     meant = guess(name, [*known, *TABLES] if also else known)
     return Problem(where, "", reason, f"{meant}allowed: {', '.join(known)}{also}")
@@ -173,80 +171,44 @@ class Context(NamedTuple):
     hinged: tuple[str, ...] = ()
 
     @property
-    def ways(self) -> tuple[tuple[float, int], ...]:
-        """Pitch and number of scales of three beams whose twists tell a rate, an angle per pitch and one in all."""
+    def beams(self) -> tuple[tuple[float, int], ...]:
+        """Pitch (m) and number of scales of three beams, on which a rate, an angle per pitch and one in all differ."""
         return (1.0, self.scales), (2.0, self.scales), (1.0, 2 * self.scales)
 
 
-def quantity(where: str, value: object, dimension: Dimension, context: Context, unit: str = "") -> Given:
-    """Read a positive quantity; ``unit`` is the SI unit of a bare number."""
+def quantity(where: str, value: object, dimension: Dimension, context: Context) -> Given:
+    """Read a positive quantity."""
     sense, rest = _sense(value)
-    with errors.naming(where):
+    with naming(where):
         si = units.quantity(rest, dimension, bare=context.bare)
     if si <= 0:
-        refuse(where, rest, "must be more than 0", f"write e.g. {units.example(dimension)}")
+        refuse(where, shown(rest), "must be more than 0", f"write e.g. {units.example(dimension)}")
+    unit = "" if dimension is Dimension.RATIO else units.si_unit(dimension)
     return Given(si, *_split(rest, unit), sense)
-
-
-def rigidity(where: str, value: object, context: Context) -> Given:
-    """Read a torsional (bending) stiffness of the beam, N m^2."""
-    sense, rest = _sense(value)
-    number, unit = _split(rest, "N m^2" if context.bare else "")
-    key = re.sub(r"\s*[*·⋅]\s*|\s+", " ", unit.replace("²", "^2")).removesuffix("/rad")
-    key = re.sub(r"m2$", "m^2", re.sub(r"^(k|m)?N(?=[a-z]+\^?2)", r"\1N ", key))
-    remedy = 'write e.g. "0.5 N m^2"'
-    words = "a stiffness of a beam, torque per twist rate"
-    return Given(_scaled(where, rest, (number, unit, key), _RIGIDITIES, (words, remedy)), number, unit, sense)
-
-
-def work(where: str, value: object, context: Context) -> Given:
-    """Read a work per length of the beam, J/m."""
-    sense, rest = _sense(value)
-    number, unit = _split(rest, "J/m" if context.bare else "")
-    words = "a work per length of the beam", 'write e.g. "0.2 J/m"'
-    return Given(_scaled(where, rest, (number, unit, unit.replace(" ", "")), _WORKS, words), number, unit, sense)
-
-
-def _scaled(
-    where: str, value: object, given: tuple[float, str, str], factors: Mapping[str, float], words: tuple[str, str]
-) -> float:
-    """Return a positive number in SI units by the factor of its unit, which is told as it is given and as a key."""
-    (number, unit, key), (what, remedy) = given, words
-    if not math.isfinite(number) or key not in factors:
-        none = math.isfinite(number) and not unit
-        refuse(where, value, "has no unit" if none else f"is not {what}", remedy)
-    if number <= 0:
-        refuse(where, value, "must be more than 0", remedy)
-    return number * factors[key]
 
 
 def twist(where: str, value: object, context: Context) -> Given:
     """Read a twist (curvature): a rate, or an angle per pitch or over the beam, which then hold for every pitch."""
     sense, rest = _sense(value)
     load = LOADS[context.load]
-    with errors.naming(where):
-        rates = [load.read(rest, pitch=p, scales=n, bare=context.bare) for p, n in context.ways]
+    with naming(where):
+        rates = [load.read(rest, pitch=p, scales=n, bare=context.bare) for p, n in context.beams]
     if rates[0] <= 0:
         turned = load.other_way('sense = "-"')
-        refuse(where, rest, f"must be more than 0{turned}", 'write e.g. "0.2 rad/pitch"')
-    at = meant(rates, context)
+        refuse(where, shown(rest), f"must be more than 0{turned}", 'write e.g. "0.2 rad/pitch"')
+    at = common_twist(rates, context)
     if at.per_pitch(0.0, context.scales) >= math.pi:
         most = f'write less than "{180 * context.scales:g} deg total"'
-        refuse(where, rest, "is half a turn per pitch or more, beyond the model", most)
+        refuse(where, shown(rest), "is half a turn per pitch or more, beyond the model", most)
     return Given(0.0, *_split(rest, "rad/m"), sense, at)
 
 
-def meant(rates: Sequence[float], context: Context) -> At:
-    """Return a twist by the rates that it is on the beams of :attr:`Context.ways`."""
+def common_twist(rates: Sequence[float], context: Context) -> At:
+    """Return a twist from its rates (rad/m) on the beams of :attr:`Context.beams`: a rate, one per pitch, or in all."""
     rate, shorter, more = rates
     if more != rate and context.joint == "compliant":
         return At(0.0, 0.0, rate * context.scales)
     return At(rate, 0.0) if rate == shorter else At(0.0, rate)
-
-
-def refuse(where: str, value: object, reason: str, remedy: str = "") -> NoReturn:
-    """Refuse a value of the file."""
-    errors.refuse(where, shown(value), reason, remedy)
 
 
 def _sense(value: object) -> tuple[str, object]:

@@ -12,7 +12,7 @@ from squama.inverse.space import DIMENSIONS, Choice, Grid, Variable
 from squama.inverse.targetfile import Context, File
 from squama.io.tabular import guess
 from squama.study.parameters import ALIASES, PARAMETERS, SCALES, effective, flattened, text_of
-from squama.units import Dimension, shown, si_unit
+from squama.units import Dimension, shown
 
 MATERIAL = ("youngs_modulus", "poisson_ratio", "strength")
 GROUPS = {str(kind): kind for kind in (Dimension.LENGTH, Dimension.ANGLE, Dimension.PRESSURE, Dimension.RATIO)}
@@ -28,12 +28,7 @@ def variables(file: File, problems: Problems, context: Context) -> tuple[Variabl
         problems.add("[vary]", "", "nothing to vary", f"add this table with e.g. {targetfile.EXAMPLES['vary']}")
     for name, bounds in flat.items():
         with problems.caught():
-            if context.joint == "hinge":
-                _counted(f"vary.{name}", name)
-            one = _variable(f"vary.{name}", name, bounds, bare=context.bare)
-            if context.joint == "hinge":
-                effective(one.key, "hinge", ideal=True)
-            found.append(one)
+            found.append(_variable(f"vary.{name}", name, bounds, context))
     grids: dict[str, Grid] = dict(ROUNDED) if context.joint == "compliant" else {}
     for name, step in sorted(flattened(file.rounding), key=lambda item: item[0] not in GROUPS):
         where = f"rounding.{name}"
@@ -43,7 +38,7 @@ def variables(file: File, problems: Problems, context: Context) -> tuple[Variabl
             if step is False:
                 grids[key] = Grid()
                 continue
-            got = targetfile.quantity(where, step, kind, context, si_unit(kind).replace("1", ""))
+            got = targetfile.quantity(where, step, kind, context)
             if got.si < FINEST:
                 refuse(where, shown(step), "is finer than any workshop", f"write at least {FINEST:g} in SI units")
             grids[key] = Grid(got.number, got.unit)
@@ -67,11 +62,10 @@ def choices(table: dict[str, object], problems: Problems, context: Context) -> t
                     refuse(where, "", "does not say the same of every material", remedy)
             else:
                 kind = PARAMETERS[key := key_of(where, name)]
-                if context.joint == "hinge":
-                    _counted(where, key)
+                _check_joint(where, key, context)
                 with naming(where):
                     si = [units.bounded(value, kind.dimension, kind.bounds, bare=context.bare) for value in listed]
-                whole(where, key, si)
+                _check_whole(where, key, si)
                 read = [(text_of(key, value), {name: value}) for value in si]
             found.append(Choice(name, *zip(*read, strict=True)))
     return tuple(found)
@@ -93,8 +87,10 @@ def _material(where: str, table: str, given: object, *, bare: bool) -> tuple[str
     return printable(given["name"]), found
 
 
-def _variable(where: str, name: str, bounds: object, *, bare: bool) -> Variable:
+def _variable(where: str, name: str, bounds: object, context: Context) -> Variable:
+    """Read the bounds of a dimension."""
     key = key_of(where, name)
+    _check_joint(where, key, context)
     if not isinstance(bounds, list | tuple) or len(bounds) != 2:
         table, _, own = name.partition(".")
         first = units.quantity(beamfile.TABLES[table][own].example.strip('"'), PARAMETERS[key].dimension)
@@ -102,26 +98,28 @@ def _variable(where: str, name: str, bounds: object, *, bare: bool) -> Variable:
         refuse(where, shown(bounds), "is no pair of bounds", f"write e.g. {name} = [{example}]")
     kind = PARAMETERS[key]
     with naming(where):
-        low, high = (units.bounded(b, kind.dimension, kind.bounds, bare=bare) for b in bounds)
-    whole(where, key, (low, high))
+        low, high = (units.bounded(b, kind.dimension, kind.bounds, bare=context.bare) for b in bounds)
+    _check_whole(where, key, (low, high))
     if low == high:
         refuse(where, shown(bounds), "begins where it ends", "put that value into the beam and leave it out here")
     if low > high:
         refuse(where, shown(bounds), "is reversed", f"write [{shown(bounds[1])}, {shown(bounds[0])}]")
+    if context.joint == "hinge":
+        effective(key, "hinge", ideal=True)
     return Variable(name, low, high)
 
 
-def whole(where: str, key: str, values: Sequence[float]) -> None:
+def _check_joint(where: str, key: str, context: Context) -> None:
+    """Refuse to vary the number of scales on hinges."""
+    if key == SCALES and context.joint == "hinge":
+        refuse(where, "", "is varied of real beams; on hinges it stays as it is", "put it into the beam")
+
+
+def _check_whole(where: str, key: str, values: Sequence[float]) -> None:
     """Refuse numbers of scales that are not whole."""
     for value in values:
         if key == SCALES and value != round(value):
             refuse(where, f"{value:g}", "is not a whole number", "write e.g. 25")
-
-
-def _counted(where: str, key: str) -> None:
-    """Refuse to vary the number of scales of a hinge."""
-    if key == SCALES:
-        refuse(where, "", "is varied of real beams; on hinges it stays as it is", "put it into the beam")
 
 
 def key_of(where: str, name: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from copy import copy
 from typing import Any, NamedTuple
 
@@ -12,10 +12,10 @@ import numpy as np
 from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
-from squama.curves import both_faces, follow, hinge, real_figures, real_path
+from squama.curves import both_faces, doors, hinge, real_figures, real_walk
 from squama.curves.bent_twist import Twisted
-from squama.curves.chosen import chosen
-from squama.curves.path import Solved, idealisation, thin
+from squama.curves.chosen import idealisation, thin
+from squama.curves.way import Solved, Way
 from squama.errors import refuse
 from squama.fe import plate
 from squama.fe.geometry import geometry
@@ -105,33 +105,33 @@ class Motion:
 
     def __init__(self, setting: Setting, *, own: bool = True) -> None:
         self.setting = setting
-        mu, law = float(arguments.not_negative("mu", setting.mu)), arguments.law(setting.law)
         self.kind = arguments.load(setting.load)
-        margin, load = arguments.margin(setting.margin), self.kind.name
+        load, law, mu, bend = self.kind.name, setting.law, setting.mu, setting.bend
         sense = setting.sense if self.kind.sided or not own else "+"
-        one = None if setting.bend else self.kind
-        means = chosen(setting.beam, one, law=self.kind.law(law), joint=setting.joint, ideal=setting.ideal)
-        joint, ideal = means.joint, means.ideal
-        self.joint, self.ideal = joint, ideal
+        way, one = Way.of(load, [arguments.sense(sense) * math.inf]), None if bend else self.kind
+        how = doors.How(mu=mu, law=law, margin=setting.margin, joint=setting.joint, ideal=setting.ideal)
+        analysis = doors.analysis(setting.beam, way, one, points=3, **how)
+        self.joint, self.ideal = joint, ideal = analysis.joint, analysis.ideal
         scales = idealisation(setting.beam, joint, ideal=thin(self.kind, law, joint, ideal=ideal))
         self.model = self.kind.model(self.kind.law(law), joint, scales)
-        how: dict[str, Any] = {"mu": mu, "margin": margin, "sense": sense, "joint": joint, "ideal": ideal}
-        if setting.bend and (load, law) != ("twisting", "edge"):
-            refuse("bend", f"{setting.bend:.4g} rad/pitch", "is held in twisting, by the edge law", "leave it out")
+        if bend and (load, law) != ("twisting", "edge"):
+            refuse("bend", f"{bend:.4g} rad/pitch", "is held in twisting, by the edge law", "leave it out")
         path: Solved
-        if setting.bend:
-            path = Twisted.of(setting.beam, setting.bend, **how)
+        if bend:
+            how |= {"joint": joint, "ideal": ideal}
+            path = twisted = Twisted.of(setting.beam, bend, sense=sense, **how)
+            notes: Sequence[str] = twisted.notes
         else:
-            path = follow.solved(means.beam, load, law=law, **how)
+            path, notes = doors.solved(analysis)
         self.rigidity, self.stiffness = path.case.rigidity, path.case.stiffness
-        self.notes = [*filter(None, [means.note]), *getattr(path, "notes", [])]
+        self.notes = [*filter(None, [analysis.note]), *notes]
         self.hinge = path if isinstance(path, hinge.Path) else None
         found = path.curve(points=3 if self.hinge else WALKED)
         reached = np.isfinite(found.along["torque"])
         self.curve = {role: values[reached] for role, values in found.along.items() if values.dtype.kind == "f"}
         # forces are drawn where the tip edge meets the side edge
         self.drawn, self.other_drawn = bool(self.hinge), False
-        if isinstance(path, real_path.Loaded):
+        if isinstance(path, real_walk.Loaded):
             self.drawn, self.other_drawn = path.hinged[0], path.hinged[-1]
             if path.exchanged:
                 # its curve begins with the face that touches first

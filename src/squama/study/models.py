@@ -16,8 +16,7 @@ from squama.beam import joint_law
 from squama.beam.design import Beam
 from squama.contacts.path import RANGE
 from squama.curves import real
-from squama.curves.chosen import Chosen, chosen
-from squama.curves.path import idealisation, thin
+from squama.curves.chosen import Chosen, chosen, idealisation, thin
 from squama.errors import naming, refuse
 from squama.joints import choice
 from squama.loads import LOADS

@@ -13,7 +13,8 @@ import numpy as np
 
 from squama import arguments
 from squama.curves.bent_twist import Twisted
-from squama.curves.doors import cycled, respond
+from squama.curves.doors import respond
+from squama.curves.histories import cycled
 from squama.curves.labelled import Answer, flat_cycle
 from squama.errors import InputError, refuse
 from squama.io import datasets

@@ -13,7 +13,7 @@ import numpy as np
 
 from squama.batch import solved
 from squama.beam.design import Beam
-from squama.curves.path import idealisation, thin
+from squama.curves.chosen import idealisation, thin
 from squama.errors import refuse
 from squama.loads import LOADS
 from squama.model.outcome import CODES, End

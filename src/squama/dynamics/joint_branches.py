@@ -1,6 +1,6 @@
 r"""Branches of a real beam: thick, elastic scales on joints, walked along the load and back.
 
-By the same model as ``squama.twist``, ``bend`` and ``cycle`` (:mod:`squama.curves.real_path`); each way back from a
+By the same model as ``squama.twist``, ``bend`` and ``cycle`` (:mod:`squama.curves.real_walk`); each way back from a
 turning point is walked from there. The scales' torque or moment, and their energy, are over the beam's rigidity.
 
 Along a mode of bending the largest curvature a is the coordinate, and each place x follows its own bend a chi(x):
@@ -26,7 +26,7 @@ from squama.beam.design import Beam
 from squama.contacts import increments, path, states
 from squama.curves import real
 from squama.curves.real_cycles import INCREMENT
-from squama.curves.real_path import Stations, direction
+from squama.curves.way import Stations, direction
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.modes import SHAPES, gauss
 from squama.loads import Load
@@ -46,7 +46,7 @@ NOTHING = 1e-12
 """Torque over that of the bar at a rad per pitch that is rounding."""
 
 
-class Walked(NamedTuple):
+class LoadStates(NamedTuple):
     """States at load angles as far as the scales follow: their torque and elastic energy over the beam's rigidity.
 
     ``ends`` is what ends the way there, empty where nothing does.
@@ -57,7 +57,7 @@ class Walked(NamedTuple):
     ends: str
 
 
-class Swung(NamedTuple):
+class LoadedBeam(NamedTuple):
     """A real beam under one load in one sense, ``sign``."""
 
     one: real.Path
@@ -65,12 +65,12 @@ class Swung(NamedTuple):
     sign: int
 
     @classmethod
-    def of(cls, beam: Beam, load: Load, mu: float, sign: int, far: float, *, ideal: bool) -> Swung:
-        """Return that of a beam; what touches first is looked for up to ``far``, rad per pitch, or farther."""
+    def of(cls, beam: Beam, load: Load, mu: float, sign: int, far: float, *, ideal: bool) -> LoadedBeam:
+        """Return a beam under a load; first touches are looked for up to ``far``, rad per pitch, or farther."""
         toward, most = direction(load, sign), max(far, path.RANGE)
         return cls(real.Path.of(beam, mu, (load.verb,), ideal=ideal, toward=toward, most=most), load, sign)
 
-    def walk(self, x: Array) -> Walked:
+    def walk(self, x: Array) -> LoadStates:
         """Walk from rest through load angles (n,) above 0, no two in a row equal."""
         one, axis = self.one, 1 - self.load.axis
         found = one.way.along(Stations.along(self.load, self.sign * x).strains, INCREMENT)
@@ -79,17 +79,17 @@ class Swung(NamedTuple):
         u = states.energies(one.way, *(face.rows[0, :n] for face in found.faces))
         q = self.sign * path.named(found.rows[0, :n])["torque" if self.load.sided else "M"] / alone - x[:n]
         stored = (u["U_joint"] + u["U_plate"]) / alone
-        return Walked(np.where(np.abs(q) < NOTHING, 0.0, q), stored, ends)
+        return LoadStates(np.where(np.abs(q) < NOTHING, 0.0, q), stored, ends)
 
 
-def side(swung: Swung, far: float, mode: str) -> Side:
+def side(loaded: LoadedBeam, far: float, mode: str) -> Side:
     """Return the branches up to the load angle ``far`` per pitch; in a mode the largest along the beam."""
-    y_e = swung.one.way.engaged
+    y_e = loaded.one.way.engaged
     if not y_e < far:
         return APART._replace(y_e=y_e)
     y = np.linspace(y_e, far, STEPS)
     # scales touch with no force; a step that ends there would be followed by one that may find no balance
-    found = swung.walk(y[1:])
+    found = loaded.walk(y[1:])
     n = 1 + found.q.size
     if n < 4:
         return Side(math.inf, y_e, found.ends)
@@ -98,11 +98,11 @@ def side(swung: Swung, far: float, mode: str) -> Side:
 
     def back(top: float, steps: int) -> Branch:
         """Return the way back from a load angle."""
-        if top < y_e + SMALL and not swung.load.sided:
+        if top < y_e + SMALL and not loaded.load.sided:
             return up
         there = np.append(y[1:][y[1:] < top - NEAR * (y[1] - y[0])], top)
         down = _back(top, y_e, steps)
-        q = swung.walk(np.concatenate([there, down])).q[there.size - 1 :]
+        q = loaded.walk(np.concatenate([there, down])).q[there.size - 1 :]
         down = np.append(top, down)[: q.size]
         return Branch(np.append(y_e, down[::-1]), np.append(0.0, q[::-1]))
 

@@ -15,8 +15,8 @@ from squama.beam.design import Beam
 from squama.contacts import path
 from squama.curves import doors
 from squama.curves.labelled import Answer
-from squama.inverse import figures
-from squama.inverse.figures import At, Found, Options, Want
+from squama.inverse import hinge_figures
+from squama.inverse.named_figures import At, Found, Options, Want
 from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.model.sensitivity import STEP
@@ -25,36 +25,18 @@ from squama.study.columns import Cells
 from squama.study.real_columns import Figures
 from squama.types import Array
 
-AT_TWIST = {
-    "tangent": ("N m2", "tangent stiffness at the stated twist"),
-    "torque": ("N m", "torque at the stated twist"),
-    "stiffness_ratio": ("1", "tangent stiffness over that without contact at the stated twist"),
-    "stress": ("Pa", "largest stress (von Mises) in a scale at the stated twist"),
-    "strength_share": ("1", "largest stress in a scale over its strength at the stated twist"),
-    "W_fr": ("J/m", "frictional work up to the stated twist"),
-    "RED": ("1", "share of the work up to the stated twist that friction takes"),
-}
-FIGURES = {
-    **AT_TWIST,
-    "stiffness": ("N m2", "stiffness before engagement"),
-    "engagement": ("rad", "twist per pitch at engagement"),
-    "length": ("m", "length of the beam"),
-}
-"""Figures by name: unit, words."""
 LEAST = 1e-9
 """Friction at which its derivative is taken where there is none."""
-OF_LOCKS = {"lock": "load_end", "RED": "RED_c", "critical_mu": "mu_static"}
-"""Figures of a lock, without a twist, and the roles of their variables."""
-_ROLES = {"strength_share": "stress"}
-"""Roles of a response that have other names than the figures at a twist."""
+_LOCK_ROLES = {"lock": "load_end", "RED": "RED_c", "critical_mu": "mu_static"}
+"""Roles of the variables of a response that are figures of a lock."""
 NEAR_REST = 1e-3
 """Load angle per pitch at which a response is asked for of which only the figures of no twist are read."""
 
 
 def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: Options, *, plates: bool) -> Found:
-    """Evaluate figures of many real beams; arguments and result as of :func:`squama.inverse.figures.evaluate`.
+    """Evaluate figures of many real beams; arguments and result as of :func:`squama.inverse.hinge_figures.evaluate`.
 
-    Contacts of all plates are always followed. Beyond a snap there are no derivatives: they are told as 0.
+    Contacts of all plates are always followed. Beyond a snap derivatives are not known: they are 0 there.
     """
     del plates
     n, k = c.d.size, len(moved)
@@ -106,8 +88,8 @@ def followed(
     All contacts are looked for. With ``joint`` None the door takes what it takes by default. Figures of a lock are NaN
     where the curve has none.
     """
-    load, n = LOADS[options.load], beam.scales
-    at = [None if w.at is None else float(w.at.per_pitch(beam.pitch, n)) / beam.pitch for w in wants]
+    load = LOADS[options.load]
+    at = [None if w.at is None else w.at.per_length(beam) for w in wants]
     rates = sorted({rate for rate in at if rate is not None})
     common: dict[str, Any] = {"sense": options.sense, "joint": joint}
     if not rates and joint is None:
@@ -120,18 +102,18 @@ def followed(
     alone = {"engagement": float(answer[f"{load.angle}_e"]), "length": beam.length}
     alone["stiffness"] = float(answer.attrs.get("rigidity", load.rigidity(beam)))
     if End(answer["end"].item()).locks:
-        alone |= {want: float(answer[load.variable(role)]) for want, role in OF_LOCKS.items()}
+        alone |= {want: float(answer[load.variable(role)]) for want, role in _LOCK_ROLES.items()}
     found = []
     for want, rate in zip(wants, at, strict=True):
         if rate is None:
             found.append(alone.get(want.figure, np.nan))
             continue
-        name = load.variable(_ROLES.get(want.figure, want.figure))
+        share = want.figure == "strength_share"
+        name = load.variable("stress" if share else want.figure)
         value = float(answer[name][rates.index(rate)]) if name in answer.variables else np.nan
-        strength = np.nan if beam.scale.strength is None else beam.scale.strength
-        found.append(value / (strength if want.figure == "strength_share" else 1.0))
+        found.append(value / (beam.scale.strength or np.nan) if share else value)
     return found, answer
 
 
-EVALUATE: dict[str, Callable[..., Found]] = {"hinge": figures.evaluate, "compliant": evaluate}
+EVALUATE: dict[str, Callable[..., Found]] = {"hinge": hinge_figures.evaluate, "compliant": evaluate}
 """What answers for many designs, by the joint."""

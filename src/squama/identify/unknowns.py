@@ -16,9 +16,10 @@ from squama import arguments, units
 from squama.beam.beamfile import FACTOR, MODULUS, STIFFNESS
 from squama.beam.design import Beam
 from squama.errors import Problem, Problems, naming, refuse
-from squama.identify.forward import Physical
+from squama.identify.hinge_points import Physical
 from squama.io import tabular
 from squama.loads import LOADS
+from squama.model.sensitivity import STEP
 from squama.study.parameters import of_beam
 from squama.types import Array
 from squama.units import Dimension, for_people, prefix, torque_unit
@@ -110,9 +111,6 @@ _OTHER_NAMES = {
     "zero": "torque_zero",
     "play": "backlash",
 }
-_PLACES = {"mu": 0, "K_theta": 1, "theta0": 3, "torque_zero": 4, "twist_zero": 5, "backlash": 6, "drift": 7}
-"""Places of parameters in :class:`Physical`; the others are factors of the rigidity, E_B of every stiffness."""
-_RIGIDITY, _MODULUS = (Physical._fields.index(name) for name in ("rigidity", "modulus"))
 
 
 class Asked(NamedTuple):
@@ -146,7 +144,7 @@ class Asked(NamedTuple):
 
     def physical(self, p: Array) -> Physical:
         """Return what the torque depends on, for values of the parameters, shape (..., parameters)."""
-        v = dict(zip(self.names, np.moveaxis(np.asarray(p, float), -1, 0), strict=True))
+        v = dict(zip(self.names, np.moveaxis(np.asarray(p), -1, 0), strict=True))
         scale, modulus = (v.get(name, self._of(name)) / self._of(name) for name in ("C_f", "E_B"))
         K = self.base.stiffness * (modulus if self.follows else 1.0)
         return Physical(
@@ -159,14 +157,8 @@ class Asked(NamedTuple):
 
     def chain(self, p: Array) -> Array:
         """Return the derivatives of the physical quantities to the parameters, shape (9, parameters)."""
-        at = self.physical(p)
-        out = np.zeros((len(Physical._fields), len(self.rows)))
-        for i, name in enumerate(self.names):
-            out[_PLACES.get(name, _RIGIDITY), i] = 1.0 if name in _PLACES else at.rigidity / p[i]
-            if name == "E_B":
-                out[_MODULUS, i] = at.modulus / p[i]
-                out[_PLACES["K_theta"], i] = at.stiffness / p[i] if self.follows else 0.0
-        return out
+        moved = self.physical(p + 1j * STEP * np.eye(p.size))
+        return np.array([np.broadcast_to(np.imag(value), p.size) for value in moved]) / STEP
 
     def _of(self, name: str) -> float:
         return PARAMETERS[name].value(self.beam, self.load)

@@ -27,6 +27,7 @@ from squama.curves.hinge import invert
 from squama.curves.hinge_cycles import Senses
 from squama.identify.readings import Readings
 from squama.model.paths import ARRAY
+from squama.model.sensitivity import STEP
 from squama.types import Array
 
 FLOOR = 1e-3
@@ -75,36 +76,19 @@ class Forward(NamedTuple):
         """Return some of the points."""
         return Forward(*(column[index] for column in self))
 
-    def inverse(self, mu: Array | float) -> tuple[Array, Array]:
-        """Return 1/D, continued beyond a lock, and its derivative to D."""
-        D = -(self.M_N + self.way * mu * self.M_f)
-        least = FLOOR * -self.M_N
-        safe = np.maximum(D, least)
-        return (2 - D / safe) / safe, -1 / safe**2
-
     def torque(self, v: Physical) -> Array:
         """Torque or moment (N m); the entries of ``v`` may be columns of many trials, shape (..., 1)."""
-        inverse = self.inverse(v.mu)[0]
+        D = -(self.M_N + self.way * v.mu * self.M_f)
+        # beyond a lock 1/D goes on along its tangent
+        safe = np.maximum(D, FLOOR * -self.M_N)
         lift = np.maximum(self.theta - v.theta0, 0.0)
-        scales = lift * (self.lift_rate + self.way * v.mu * self.slip_rate * inverse)
+        scales = lift * (self.lift_rate + self.way * v.mu * self.slip_rate * (2 - D / safe) / safe)
         return np.asarray(v.rigidity * self.rate + v.stiffness * self.sign * scales)
 
     def jacobian(self, v: Physical) -> Array:
-        """Return the derivatives of the torque, shape (n, 4), in the order of :class:`Physical`."""
-        inverse, slope = self.inverse(v.mu)
-        touching = self.theta > v.theta0
-        lift = np.where(touching, self.theta - v.theta0, 0.0)
-        share = self.lift_rate + self.way * v.mu * self.slip_rate * inverse
-        to_mu = self.way * self.slip_rate * (inverse - self.way * v.mu * slope * self.M_f)
-        return np.stack(
-            [
-                v.stiffness * self.sign * lift * to_mu,
-                self.sign * lift * share,
-                self.rate,
-                -v.stiffness * self.sign * touching * share,
-            ],
-            axis=1,
-        )
+        """Return the derivatives of the torque by complex steps, shape (n, 4), in the order of :class:`Physical`."""
+        moved = (v._replace(**{name: getattr(v, name) + 1j * STEP}) for name in Physical._fields[:4])
+        return np.stack([self.torque(one).imag for one in moved], axis=1) / STEP
 
     def locks_at(self, theta0: float) -> float:
         """Smallest friction at which one of the points that are loaded is beyond a lock; inf if there is none."""

@@ -1,6 +1,6 @@
 """The search of a fit: robust first, without stray points then, with the nuisances that the residual shows.
 
-Which of the nuisances are needed is told by Schwarz's criterion (BIC): all of them are found at once, with their
+Schwarz's criterion (BIC) selects the nuisances: all of them are found at once, with their
 covariance C, and what the sum of squares over the noise would grow by without some of them, p, is p^T C_pp^-1 p. Of all
 selections the one is kept for which that plus ln(n) for each that is found is the least. A nuisance that is no less
 than half its error is kept, too, where leaving it out would move what is asked by more than half its error: the points
@@ -25,10 +25,10 @@ from numpy.typing import NDArray
 from squama.errors import InputError, refuse
 from squama.identify import estimate, noise
 from squama.identify.estimate import Estimate
-from squama.identify.forward import Physical
-from squama.identify.parameters import OF_TWIST, Asked, ask
+from squama.identify.hinge_points import Physical
+from squama.identify.joint_points import Walked
 from squama.identify.prepare import Prepared
-from squama.identify.walked import Walked
+from squama.identify.unknowns import OF_TWIST, Asked, ask
 from squama.types import Array
 
 _EXACT = (1e-9, 1e-5)
@@ -72,13 +72,11 @@ class Found(NamedTuple):
 
 
 def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
-    """Search for what is asked, from so many starts, and for those of the candidates that the residual shows."""
+    """Find the parameters, from so many starts, and those candidate nuisances that the residual shows."""
     test, asked = _fit_for(test, test.asked.names), test.asked
-    index, points, torque, way = test.used
+    index, _, torque, _ = test.used
     size = float(np.abs(torque).max())
-    limit = max(_ROBUST * noise.scatter(torque, way), _FLOOR * size)
-    rough = estimate.solve(points, torque, asked, estimate.starts(points, torque, asked, starts), limit)
-    out = noise.strays(rough.residual, way, _FLOOR * size)
+    rough, out = _robust(test, starts)
     stray = np.zeros(test.usable.size, bool)
     stray[index[out]] = True
     left = test._replace(usable=test.usable & ~stray)
@@ -102,8 +100,29 @@ def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
     return best._replace(best=agreed, stray=stray, added=added)
 
 
+def comes_near(test: Prepared, added: tuple[str, ...], rms: float) -> bool:
+    """Say whether a search from the beam's own values leaves at most an rms (N m), with nuisances added."""
+    test = _fit_for(test, test.asked.names)
+    rough, out = _robust(test, 1)
+    square = float(np.mean(rough.residual[~out] ** 2))
+    full = _with(test, rough.values, tuple(n for n in added if n not in test.asked.names)) if added else None
+    if full is not None and square > rms * rms:
+        index, points, torque, _ = _fit_for(test, full[0].names).used
+        square = estimate.solve(points, torque, full[0], [full[1]]).square / index.size
+    return math.sqrt(square) <= rms
+
+
+def _robust(test: Prepared, starts: int) -> tuple[Estimate, NDArray[np.bool_]]:
+    """Return what a robust search finds from so many starts, and which points it leaves as stray ones."""
+    _, points, torque, way = test.used
+    size = float(np.abs(torque).max())
+    limit = max(_ROBUST * noise.scatter(torque, way), _FLOOR * size)
+    rough = estimate.solve(points, torque, test.asked, estimate.starts(points, torque, test.asked, starts), limit)
+    return rough, noise.strays(rough.residual, way, _FLOOR * size)
+
+
 def _fit_for(test: Prepared, names: Collection[str]) -> Prepared:
-    """Return it without the points at reversals, where play is to be found.
+    """Return the test without its points at reversals where the play is to be found.
 
     Whether a point lies in the play, in the drop behind or beyond it changes its torque by jumps.
     """
@@ -186,11 +205,11 @@ def _selections(whole: Found, own: int) -> dict[frozenset[int], _Selection]:
     free = [i for i in every.tolist() if not whole.best.at_bound[i]]
     found = {}
     for kept in (kept for size in range(len(free) + 1) for kept in itertools.combinations(free, size)):
-        gone = [i for i in every if i not in kept]
-        share = np.linalg.solve(C[np.ix_(gone, gone)], C[gone]).T
-        grown = float(p[gone] @ np.linalg.solve(C[np.ix_(gone, gone)], p[gone]))
+        out = [i for i in every if i not in kept]
+        share = np.linalg.solve(C[np.ix_(out, out)], C[out]).T
+        grown = float(p[out] @ np.linalg.solve(C[np.ix_(out, out)], p[out]))
         cost = grown + math.log(n) * len(kept)
-        found[frozenset(kept)] = _Selection(p - share @ p[gone], C - share @ C[gone], cost)
+        found[frozenset(kept)] = _Selection(p - share @ p[out], C - share @ C[out], cost)
     return found
 
 

@@ -13,8 +13,9 @@ over the first swings first: a small error of f_0 turns the phase of the later o
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,8 +27,8 @@ from squama.dynamics.motion import Drive, Part, State
 from squama.errors import InputError, refuse
 from squama.identify import estimate, noise, swings
 from squama.identify.decay_result import DecayFit
-from squama.identify.parameters import PARAMETERS, Parameter, ask
 from squama.identify.swings import Swings
+from squama.identify.unknowns import PARAMETERS, Parameter, ask
 from squama.loads import MODES
 from squama.types import Array
 from squama.units import Dimension
@@ -67,7 +68,7 @@ class Trials(NamedTuple):
     """Trial beams, and the names of the parameters in the order of their values."""
 
     beam: Beam
-    held: systems.Held
+    model: systems.Model
     mode: str
     names: tuple[str, ...]
 
@@ -79,11 +80,11 @@ class Trials(NamedTuple):
     def parts(self, p: Array, until: float) -> tuple[State, list[Part]]:
         """Return the first state of a motion and its parts up to the time ``until``, in 1/omega0."""
         v = dict(zip(self.names, p.tolist(), strict=True))
-        held, sign = self.held._replace(mu=v.get("mu", self.held.mu)), -1 if v["release"] < 0 else 1
-        sides, _ = systems.sides(self.fitted(p), held, self.mode, sign, abs(v["release"]))
+        model, sign = self.model._replace(mu=v.get("mu", self.model.mu)), -1 if v["release"] < 0 else 1
+        sides = systems.sides(self.fitted(p), model, self.mode, sign, abs(v["release"]))
         # a trial beam that locks before is let go where it locks
         first = State(0.0, sign * min(abs(v["release"]), sides.of(sign).last), 0.0)
-        drive = Drive(v.get("damping", 0.0), tolerance=systems.tolerance(held))
+        drive = Drive(v.get("damping", 0.0), tolerance=systems.tolerance(model))
         return first, list(motion.follow(sides, drive, first, until, dense=motion.DENSE))
 
     def reading(self, p: Array, t: Array) -> tuple[Array, Array]:
@@ -112,7 +113,7 @@ class Trials(NamedTuple):
         columns = dict(zip(_READ, of_reading.T, strict=True))
         for i, name in enumerate(self.names):
             if name not in columns:
-                step, ends = _STEP[self.held.joint] * sizes[i], []
+                step, ends = _STEP[self.model.joint] * sizes[i], []
                 for way in (1, -1) if central else (1 if p[i] + step <= high[i] else -1,):
                     q = p.copy()
                     q[i] = min(max(p[i] + way * step, low[i]), high[i])
@@ -168,26 +169,29 @@ def fit_decay(
     mu = 0.3000, damping = 0.0100, rotor 0.0100 kg m2
     """
     arguments.beam(beam)
-    held, contact, damped = _wanted(beam, parameters, load, law, mode, joint, ideal)
-    asked = ask(beam, load, contact, joint=held.joint) if contact else None
-    names = (*contact, *OWN) if damped else (*contact, *(name for name in OWN if name != "damping"))
-    rows = tuple(OWN.get(name) or PARAMETERS[name] for name in names)
-    swung = swings.swings(swings.read(data, beam, held.load), beam.pitch)
-    trials = Trials(beam, held, mode, names)
-    own = rows[len(contact) :]
-    low = np.array([*(asked.low if asked else ()), *(row.limits[0] for row in own)])
-    high = np.array([*(asked.high if asked else ()), *(row.limits[1] for row in own)])
-    began = (*([0.01] if damped else ()), 1.0, swung.release, swung.start, 0.0)
-    p = _started(trials, np.array([*(asked.start if asked else ()), *began]), swung)
-    _engages(trials, p, swung, contact)
-    return _found(trials, rows, p, (low, high), swung)
+    names = _names(parameters)
+    mu = 0.25 if "mu" in names and beam.friction.mu is None else None
+    model, _ = doors.model_of(beam, mu, law, load, joint, ideal)
+    arguments.one_of("mode", mode, MODES)
+    systems.bar(beam, model, mode, 1.0, 1.0)
+    if model.joint == "compliant" and "theta0" in names:
+        refuse("parameters", "", "theta0 is not found on the compliant joint", 'leave it out, or give joint="hinge"')
+    contact = [n for n in names if n in CONTACT]
+    asked = ask(beam, load, contact, joint=model.joint) if contact else None
+    record = swings.swings(swings.read(data, beam, model.load), beam.pitch)
+    own = {"damping": 0.01} if "damping" in names else {}
+    own |= {"f_0": 1.0, "release": record.release, "start": record.start, "twist_zero": 0.0}
+    columns = list(zip(asked.start, asked.low, asked.high, strict=True)) if asked else []
+    p, low, high = np.array([*columns, *((value, *OWN[name].limits) for name, value in own.items())]).T
+    rows = (*(asked.rows if asked else ()), *(OWN[name] for name in own))
+    trials = Trials(beam, model, mode, tuple(row.name for row in rows))
+    p = _started(trials, p, record)
+    _check_engagement(trials, p, record, contact)
+    return _found(trials, rows, p, (low, high), record)
 
 
-def _wanted(
-    beam: Beam, parameters: Sequence[str] | str, load: str, law: str, mode: str, joint: str | None,
-    ideal: bool | None,
-) -> tuple[systems.Held, list[str], bool]:  # fmt: skip
-    """Read how the beam is answered, what is to be found of its contact, and whether damping is."""
+def _names(parameters: Sequence[str] | str) -> list[str]:
+    """Return the checked names of the parameters to find."""
     given = [n.strip() for n in parameters.split(",")] if isinstance(parameters, str) else [str(n) for n in parameters]
     known = (*CONTACT, "damping")
     for name in given:
@@ -196,33 +200,27 @@ def _wanted(
             refuse("parameters", "", reason, f"known are {', '.join(known)}")
     if not given or given.count("damping") > 1:
         refuse("parameters", "", "damping is given twice" if given else "none is named", 'write e.g. "mu, damping"')
-    mu = 0.25 if "mu" in given and beam.friction.mu is None else None
-    held, _ = doors.answered(beam, mu, law, load, joint, ideal)
-    arguments.one_of("mode", mode, MODES)
-    systems.bar(beam, held, mode, 1.0, 1.0)
-    if held.joint == "compliant" and "theta0" in given:
-        refuse("parameters", "", "theta0 is not found on the compliant joint", 'leave it out, or give joint="hinge"')
-    return held, [n for n in given if n != "damping"], "damping" in given
+    return given
 
 
-def _started(trials: Trials, p: Array, swung: Swings) -> Array:
+def _started(trials: Trials, p: Array, record: Swings) -> Array:
     """Return a start whose beam swings, with the frequency that the first two swings ask for."""
     p, mu = p.copy(), trials.names.index("mu") if "mu" in trials.names else None
     while True:
         turned = [part.last.t for part in trials.parts(p, 4 * math.pi)[1] if part.why == motion.TURNED]
         if len(turned) > 1:
-            p[trials.names.index("f_0")] = turned[1] / (swung.t[swung.turns[1]] - swung.start) / (2 * math.pi)
+            p[trials.names.index("f_0")] = turned[1] / (record.t[record.turns[1]] - record.start) / (2 * math.pi)
             return p
         if mu is None or p[mu] < 1e-3:
-            reason = f"the beam as given stays at {swung.release:.4g} rad/pitch, where the record begins"
+            reason = f"the beam as given stays at {record.release:.4g} rad/pitch, where the record begins"
             refuse("data", "", reason, "check the beam and the unit of the twist")
         p[mu] /= 2
 
 
-def _engages(trials: Trials, p: Array, swung: Swings, contact: list[str]) -> None:
-    """Refuse what only a record shows that engages."""
-    peaks = np.array([swung.release, *swung.y[swung.turns]])
-    sides, _ = systems.sides(trials.fitted(p), trials.held, trials.mode, 1, max(doors.FAR, float(peaks.max())))
+def _check_engagement(trials: Trials, p: Array, record: Swings, contact: list[str]) -> None:
+    """Refuse parameters of the contact where the record never engages."""
+    peaks = np.array([record.release, *record.y[record.turns]])
+    sides = systems.sides(trials.fitted(p), trials.model, trials.mode, 1, max(doors.FAR, float(peaks.max())))
     if contact and peaks.max() < sides.plus.y_e and -peaks.min() < sides.minus.y_e:
         what = f"{' and '.join(contact)} {'are' if len(contact) > 1 else 'is'} not to be found"
         reason = (
@@ -247,22 +245,16 @@ class _Search(NamedTuple):
     trials: Trials
     sizes: Array
     limits: tuple[Array, Array]
-    swung: Swings
-
-    @property
-    def stops(self) -> list[int]:
-        """Points over which the search goes, ever more of them."""
-        turns = self.swung.turns
-        return [*(turns[n - 1] for n in _TURNS if n < len(turns)), self.swung.t.size]
+    record: Swings
 
     def descend(self, p: Array, n: int) -> _Try:
-        """Go from a start to the least squares over the first n points."""
+        """Return the least squares over the first n points, from a start."""
         from scipy.optimize import least_squares
 
-        t, y, sizes, limits = self.swung.t[:n], self.swung.y[:n], self.sizes, self.limits
-        unit, joint = abs(self.swung.release), self.trials.held.joint
+        t, y, sizes, limits = self.record.t[:n], self.record.y[:n], self.sizes, self.limits
+        unit, joint = abs(self.record.release), self.trials.model.joint
         # derivatives of one side lead there, but the errors of what resembles another parameter ask for more
-        central = joint == "compliant" and n == self.swung.t.size
+        central = joint == "compliant" and n == self.record.t.size
 
         def residuals(u: Array) -> Array:
             return (self.trials.reading(u * sizes, t)[0] - y) / unit
@@ -271,47 +263,43 @@ class _Search(NamedTuple):
             return self.trials.derivatives(u * sizes, t, sizes, limits, central=central) / unit
 
         low, high = (limit / sizes for limit in limits)
-        fit = least_squares(
-            residuals, np.clip(p / sizes, low + 1e-9, high - 1e-9), slope, bounds=(low, high), max_nfev=40,
-            ftol=_STILL[joint], xtol=_STILL[joint],
-        )  # fmt: skip
+        ends: dict[str, Any] = {"bounds": (low, high), "max_nfev": 40, "ftol": _STILL[joint], "xtol": _STILL[joint]}
+        fit = least_squares(residuals, np.clip(p / sizes, low + 1e-9, high - 1e-9), slope, **ends)
         return _Try(fit.x * sizes, np.asarray(fit.jac) * unit, 2 * float(fit.cost) * unit**2, bool(fit.success))
-
-    def onward(self, tried: _Try) -> _Try:
-        """Go on from what the first points say, over more and more of them."""
-        for n in self.stops[1:]:
-            tried = self.descend(tried.p, n)
-        return tried
 
     def quiet(self, tried: _Try, n: int) -> bool:
         """Whether a search over the first n points came to its end and left no more than noise."""
-        residual = self.swung.y[:n] - self.trials.reading(tried.p, self.swung.t[:n])[0]
+        residual = self.record.y[:n] - self.trials.reading(tried.p, self.record.t[:n])[0]
         least = noise.scatter(residual, np.zeros(n))
         rms = math.sqrt(float(residual @ residual) / n)
-        return tried.ended and rms < max(_AGAIN * least, _ROUNDING * abs(self.swung.release))
+        return tried.ended and rms < max(_AGAIN * least, _ROUNDING * abs(self.record.release))
 
     def best(self, p: Array) -> _Try:
         """Return the best of several starts: the others are tried where residuals are above the noise."""
-        few, every = self.stops[0], self.swung.t.size
-        first, others = self.descend(p, few), list[_Try]()
-        alone = self.quiet(first, few)
-        if not alone:
-            first, *others = sorted([first, *self.tried(p)], key=lambda one: one.square)
-        found = self.onward(first)
-        if self.quiet(found, every):
-            return found
-        for other in self.tried(p) if alone else others:
-            found = min(found, self.onward(other), key=lambda one: one.square)
+        turns, every = self.record.turns, self.record.t.size
+        few, *more = [*(turns[n - 1] for n in _TURNS if n < len(turns)), every]
+        found: _Try | None = None
+        for first in self.first(p, few):
+            # on over more and more points
+            tried = functools.reduce(lambda last, n: self.descend(last.p, n), more, first)
+            found = tried if found is None or tried.square < found.square else found
             if self.quiet(found, every):
                 break
+        assert found is not None
         return found
 
-    def tried(self, p: Array) -> list[_Try]:
-        """Return what the first points say from the other starts."""
-        return [self.descend(q, self.stops[0]) for q in self.starts(p)]
+    def first(self, p: Array, n: int) -> Iterator[_Try]:
+        """Yield what the first n points say from a start, and from others: the best first where it is above noise."""
+        one = self.descend(p, n)
+        others = (self.descend(q, n) for q in self.starts(p))
+        if self.quiet(one, n):
+            yield one
+            yield from others
+        else:
+            yield from sorted([one, *others], key=lambda tried: tried.square)
 
     def starts(self, p: Array) -> list[Array]:
-        """Return a start with other frictions, where one is to be found."""
+        """Return further starts, with other frictions, where friction is to be found."""
         if "mu" not in self.trials.names:
             return []
         found, i = list[Array](), self.trials.names.index("mu")
@@ -319,21 +307,24 @@ class _Search(NamedTuple):
             q = p.copy()
             q[i] = min(max(factor * p[i], self.limits[0][i]), self.limits[1][i])
             try:
-                found.append(_started(self.trials, q, self.swung))
+                found.append(_started(self.trials, q, self.record))
             except InputError:
                 continue
         return found
 
 
 def _found(
-    trials: Trials, rows: tuple[Parameter, ...], p: Array, limits: tuple[Array, Array], swung: Swings
+    trials: Trials, rows: tuple[Parameter, ...], p: Array, limits: tuple[Array, Array], record: Swings
 ) -> DecayFit:
-    t, y = swung.t, swung.y
+    t, y = record.t, record.y
     low, high = limits
-    own = {"mu": 0.1, "damping": 0.01, "theta0": 0.1, "release": abs(swung.release)}
-    own |= {"twist_zero": abs(swung.release) * trials.beam.scales, "start": (t[swung.turns[0]] - swung.start) / math.pi}
+    own = {"mu": 0.1, "damping": 0.01, "theta0": 0.1, "release": abs(record.release)}
+    own |= {
+        "twist_zero": abs(record.release) * trials.beam.scales,
+        "start": (t[record.turns[0]] - record.start) / math.pi,
+    }
     sizes = np.array([own.get(row.name, value) for row, value in zip(rows, p, strict=True)])
-    tried = _Search(trials, sizes, limits, swung).best(p)
+    tried = _Search(trials, sizes, limits, record).best(p)
     p, fitted = tried.p, trials.reading(tried.p, t)[0]
     residual = y - fitted
     sigma, least = math.sqrt(float(residual @ residual) / (t.size - p.size)), noise.scatter(residual, np.zeros(t.size))
@@ -346,21 +337,19 @@ def _found(
     notes = [f"{names[i]} is at its bound: errors are as without bounds" for i in np.flatnonzero(at_bound)]
     if not tried.ended:
         notes.append("the search did not come to an end: take the estimates as a start")
-    elif sigma > max(_MISSES * least, _ROUNDING * abs(swung.release)):
+    elif sigma > max(_MISSES * least, _ROUNDING * abs(record.release)):
         notes.append(f"residuals are {sigma / least:.1f} times the noise of a point: the model misses something")
-    return DecayFit(
-        beam, trials.beam, trials.held, trials.mode, rows, p, covariance, t, y, fitted, least, at_bound,
-        (*notes, *systems.notes(beam, trials.held, None, float(y.min()), float(y.max()))),
-    )  # fmt: skip
+    notes += systems.notes(beam, trials.model, None, float(y.min()), float(y.max()))
+    estimated = (rows, p, covariance, t, y, fitted, least, at_bound, tuple(notes))
+    return DecayFit(beam, trials.beam, trials.model, trials.mode, *estimated)
 
 
 def _swinging(trials: Trials, p: Array) -> Beam:
     """Return the fitted beam with the rotor, or in a mode the density, of its frequency."""
     beam, omega = trials.fitted(p), 2 * math.pi * float(p[trials.names.index("f_0")])
     uniform = trials.mode == "uniform"
-    unit, twice = (
-        systems.bar(beam, trials.held, trials.mode, 1.0, beam.density if uniform else density) for density in (1.0, 2.0)
-    )
+    densities = (beam.density, beam.density) if uniform else (1.0, 2.0)
+    unit, twice = (systems.bar(beam, trials.model, trials.mode, 1.0, density) for density in densities)
     found = unit.inertia * (unit.omega / omega) ** 2
     if uniform:
         return beam.replace(rotor=found - unit.inertia + 1.0)

@@ -18,6 +18,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.polynomial import polynomial
 from scipy.interpolate import CubicSpline
 
 from squama.curves import hinge
@@ -61,7 +62,7 @@ class Pieces:
         return cls(np.einsum("kj,pjn->kpn", _rule()[1], parted, optimize=True))
 
     def __call__(self, s: Array) -> Array:
-        """Return the values."""
+        """Return the values at s."""
         at = s * self.parts
         i = np.minimum(at.astype(int), self.parts - 1)
         r = 2 * (at - i) - 1
@@ -73,16 +74,14 @@ class Pieces:
 
     def derivative(self) -> Pieces:
         """Return the derivatives."""
-        power = np.arange(1, len(self.c))[:, None, None]
-        return Pieces(2 * self.parts * power * self.c[1:])
+        return Pieces(2 * self.parts * polynomial.polyder(self.c))
 
     def integral(self, start: Array) -> Pieces:
         """Return the integrals, with the value ``start`` at s = 0."""
-        power = np.arange(1, len(self.c) + 1)[:, None, None]
-        c = self.c / (2 * self.parts * power)
-        begins, ends = (c * (-1.0) ** power).sum(axis=0), c.sum(axis=0)
-        before = start + np.cumsum(ends - begins, axis=0) - ends
-        return Pieces(np.concatenate([before[None], c]))
+        c = polynomial.polyint(self.c, lbnd=-1) / (2 * self.parts)
+        ends = c.sum(axis=0)
+        c[0] += start + np.cumsum(ends, axis=0) - ends
+        return Pieces(c)
 
     def rough(self) -> Array:
         """Return the last terms over the largest values, for each design."""
@@ -90,14 +89,14 @@ class Pieces:
         return np.asarray(last / np.abs(self.c).sum(axis=0).max(axis=0))
 
     def take(self, index: Any) -> Pieces:
-        """Return those of some designs."""
+        """Return the polynomials of some designs."""
         return Pieces(self.c[:, :, index])
 
 
 @functools.cache
 def _rule() -> tuple[Array, Array]:
     """Chebyshev nodes on [-1, 1], and the matrix from values there to coefficients of powers."""
-    r = -np.cos(np.pi * (np.arange(NODES) + 0.5) / NODES)
+    r = np.polynomial.chebyshev.chebpts1(NODES)
     return r, np.linalg.inv(np.vander(r, increasing=True))
 
 
@@ -106,7 +105,7 @@ def _nodes(parts: int) -> Array:
     return ((np.arange(parts)[:, None] + (_rule()[0] + 1) / 2) / parts).reshape(-1, 1)
 
 
-class Followed:
+class PathBranch:
     """A branch of n designs, see :class:`squama.dynamics.branches.Way`; ``last`` is where it ends."""
 
     def __init__(self, load: Pieces, energy: Pieces, slope: Pieces, last: Array) -> None:
@@ -114,9 +113,9 @@ class Followed:
         self.places = np.concatenate([[[0.0]], _nodes(load.parts), [[1.0]]])
         self.energies = energy(self.places)
 
-    def take(self, index: Any) -> Followed:
-        """Return that of some designs."""
-        return Followed(self.load.take(index), self.energy.take(index), self.slope.take(index), self.last[index])
+    def take(self, index: Any) -> PathBranch:
+        """Return the branches of some designs."""
+        return PathBranch(self.load.take(index), self.energy.take(index), self.slope.take(index), self.last[index])
 
 
 class Paths(NamedTuple):
@@ -147,11 +146,11 @@ class Paths(NamedTuple):
         return cls(t.row, law, mu, kappa, t.x0, x1, pole, (t.code == CODES.index(End.FRICTIONAL)) & (mu > 0))
 
     def take(self, index: Any) -> Paths:
-        """Return some of them."""
+        """Return the paths of some designs."""
         return Paths(take(self.row, index), self.law, *(v[index] for v in self[2:]))
 
     def up_to(self, top: Array) -> Paths:
-        """Return them cut at load angles, where those come before the end."""
+        """Return the paths, cut at load angles (n,) before their ends."""
         seen = [self.row.point(x, self.law, ARRAY).load for x in (self.x0, self.x1)]
         x = at_loads(self.row, np.clip(top, *seen), (self.x0, self.x1), (seen[0], seen[1]))
         return self._replace(x1=x)
@@ -161,7 +160,7 @@ class Paths(NamedTuple):
         """E of the module's first lines."""
         return np.asarray(-np.log1p(-(self.x1 - self.x0) / (self.pole - self.x0)))
 
-    def seen(self, w: Array) -> Seen:
+    def contact(self, w: Array) -> Contact:
         """Return the contact at w = s^p, growing along the first axis."""
         e, far = self.reach, self.pole - self.x0
         x = np.minimum(self.x0 - far * np.expm1(-e * w), self.x1)
@@ -170,10 +169,10 @@ class Paths(NamedTuple):
         # where D <= 0 friction holds the scales: there is no unloading branch beyond
         free = np.logical_and.accumulate(down.D > 0, axis=0)
         rate, lift = pt.load_rate * far * e * np.exp(-e * w), (pt.theta - self.row.theta0) ** 2 / 2
-        return Seen(pt.load, rate, up.torque / self.kappa, down.torque / self.kappa, lift / self.kappa, free)
+        return Contact(pt.load, rate, up.torque / self.kappa, down.torque / self.kappa, lift / self.kappa, free)
 
 
-class Seen(NamedTuple):
+class Contact(NamedTuple):
     """A contact at places of a path: load angle, its change with w, torques of both branches and energy of the joint.
 
     Over kappa; ``free``: there is an unloading branch up to here.
@@ -205,7 +204,7 @@ def sides(paths: Paths, mode: str = "uniform") -> Iterator[tuple[Array, Side]]:
 
 
 def _some(side: Side, index: Array) -> Side:
-    up, down = side.rising().take(index), side.falling(math.inf).take(index)
+    up, down = side.up.take(index), side.falling(math.inf).take(index)
     elastic: Any = side.elastic
     return Side(side.y_e[index], side.last[index], "", up, lambda _: down, elastic.take(index), side.endless[index])
 
@@ -214,13 +213,13 @@ def _uniform(paths: Paths, parts: int) -> tuple[Side, Array]:
     """Return the branches of paths, and how far from convergence they are."""
     y_e, last = (paths.row.point(x, paths.law, ARRAY).load for x in (paths.x0, paths.x1))
     with np.errstate(all="ignore"):
-        at = paths.seen(_nodes(parts))
+        at = paths.contact(_nodes(parts))
         # a part in which the way back ends is none of it
         free = np.repeat(at.free[NODES - 1 :: NODES], NODES, axis=0)
         slopes = ((at.y + at.up) * at.rate, np.where(free, (at.y + at.down) * at.rate, 0.0))
     load, elastic, *ways = (Pieces.through(v) for v in (at.y, at.lift, *slopes))
     up, down = (
-        Followed(load, slope.integral(y_e * y_e / 2), slope, end)
+        PathBranch(load, slope.integral(y_e * y_e / 2), slope, end)
         for slope, end in zip(ways, (np.ones_like(y_e), free.mean(axis=0)), strict=True)
     )
     rough = np.max([v.rough() for v in (load, elastic, *ways)], axis=0)
@@ -230,9 +229,9 @@ def _uniform(paths: Paths, parts: int) -> tuple[Side, Array]:
 def _modal(paths: Paths, side: Side, mode: str, parts: int) -> tuple[Side, Array]:
     """Return the branches of a mode, by those of uniform bending; the largest curvature is the coordinate."""
     m, s = SHAPES[mode], _nodes(parts)
-    y = side.rising().load(s * s)
+    y = side.up.load(s * s)
     share = m.far(np.minimum(side.y_e / y, 1.0))
-    ways = (side.rising(), side.falling(math.inf))
+    ways = (side.up, side.falling(math.inf))
     elastic: Any = side.elastic
     means = np.zeros((3, *y.shape))
     for node, weight in zip(*gauss(ALONG), strict=True):
@@ -244,7 +243,7 @@ def _modal(paths: Paths, side: Side, mode: str, parts: int) -> tuple[Side, Array
         means += share * (weight * m.weight / m.square) * values
     load, lift, *works = (Pieces.through(v) for v in (y, means[2], *(y * y / 2 + means[:2])))
     up, down = (
-        Followed(load, work, work.derivative(), np.sqrt(way.last)) for work, way in zip(works, ways, strict=True)
+        PathBranch(load, work, work.derivative(), np.sqrt(way.last)) for work, way in zip(works, ways, strict=True)
     )
     rough = np.max([v.rough() for v in (load, lift, *works)], axis=0)
     return side._replace(up=up, fall=lambda _: down, elastic=lift), rough
@@ -252,26 +251,21 @@ def _modal(paths: Paths, side: Side, mode: str, parts: int) -> tuple[Side, Array
 
 def of_path(path: hinge.Path, kappa: float, mode: str = "uniform") -> Side:
     """Return the branches of a solved path as splines; ``kappa`` is the bar's rigidity over K_theta d."""
-    ends = words(path.end, path.other)
+    ends = f"{path.end} ({path.other})" if path.other else str(path.end)
     if not path.engaged:
         return APART if path.end is End.NONE and not path.other else Side(math.inf, path.load_end, ends)
     endless = path.end is End.FRICTIONAL and path.mu > 0
     paths = Paths.of(path.side, kappa, endless=endless)
     w = np.linspace(0.0, 1.0, int(SAMPLES * max(1.0, paths.reach[0])) + 1)[:, None] ** 1.5
     with np.errstate(all="ignore"):
-        y, _, up, down, lift, free = (v[:, 0] for v in paths.seen(w))
+        y, _, up, down, lift, free = (v[:, 0] for v in paths.contact(w))
     if mode != "uniform":
         ((_, side),) = sides(paths, mode)
         s = np.sqrt(w)
         with np.errstate(all="ignore"):
-            up, down = ((v.slope(s) / v.rate(s) - v.load(s))[:, 0] for v in (side.rising(), side.falling(math.inf)))
+            up, down = ((v.slope(s) / v.rate(s) - v.load(s))[:, 0] for v in (side.up, side.falling(math.inf)))
         elastic: Any = side.elastic
         up[0] = down[0] = 0.0
         lift = elastic(s)[:, 0]
     back, fall = Branch(y, up), Branch(y[free], down[free])
     return Side(float(y[0]), float(y[-1]), ends, back, lambda _: fall, CubicSpline(y, lift), endless)
-
-
-def words(end: str, other: str) -> str:
-    """Say what ends a path."""
-    return f"{end} ({other})" if other else str(end)

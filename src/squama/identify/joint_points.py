@@ -7,13 +7,14 @@ on as those of a beam's file (:func:`squama.joints.factor.scaled`), so that the 
 
 .. math:: T = T_b(\mu, K_\theta, R, E_B) + T_0 + D\,o
 
-with the drift D and the share o of the record that is gone. A walk of a loop takes some milliseconds, so that
+with the drift D and the share o of the record up to the point. A walk of a loop takes some milliseconds, so that
 derivatives are differences of walks.
 """
 
 from __future__ import annotations
 
 import copy
+import functools
 import math
 
 import numpy as np
@@ -21,8 +22,9 @@ import numpy as np
 from squama.beam.design import Beam
 from squama.contacts import path
 from squama.curves import real, real_cycles
+from squama.curves.way import Stations
 from squama.errors import InputError
-from squama.identify.forward import Physical
+from squama.identify.hinge_points import Physical
 from squama.identify.readings import Readings
 from squama.loads import LOADS
 from squama.types import Array
@@ -49,7 +51,7 @@ class Walked:
     def __init__(self, beam: Beam, readings: Readings, v: Physical) -> None:
         self.beam, self.readings, self.start = beam, readings, v
         self.index = np.arange(readings.load.size)
-        self._kept: dict[tuple[float, ...], tuple[Array, Array]] = {}
+        self._walked = functools.lru_cache(_KEPT)(self._walk)
         self._at(v)
 
     def take(self, index: Array) -> Walked:
@@ -103,23 +105,19 @@ class Walked:
     def engaged(self) -> dict[str, float]:
         """Twist per pitch at which plates first touch, by sense."""
         both = real_cycles.paths(self.beam, _TWISTING, self.start.mu, [-1.0, 1.0], ideal=False)
-        return {"-" if sign < 0 else "+": one.way.engaged for sign, one in both.items()}
+        return {sense: one.way.engaged for sense, one in both.items()}
 
     def drawn(self, points: int, *, once: bool) -> tuple[Walked, Array]:
         """Return readings of each way to be drawn, and the number of their way."""
         readings, leg = self.readings.drawn(points, once=once)
         found = copy.copy(self)
-        found.readings, found.index, found._kept = readings, np.flatnonzero(leg), {}
+        found.readings, found.index = readings, np.flatnonzero(leg)
+        found._walked = functools.lru_cache(_KEPT)(found._walk)
         return found, leg[leg > 0]
 
     def _at(self, v: Physical) -> tuple[Array, Array]:
         """Return torques (N m) without zero and drift, and whether the scales touch, at all readings."""
-        key = tuple(map(float, (v.mu, v.stiffness, v.rigidity, v.modulus, v.twist_zero, v.backlash)))
-        if key not in self._kept:
-            if len(self._kept) >= _KEPT:
-                del self._kept[next(iter(self._kept))]
-            self._kept[key] = self._walk(self._trial(v), v.mu, self.readings.placed(v.twist_zero, v.backlash)[0])
-        return self._kept[key]
+        return self._walked(v._replace(theta0=0.0, torque_zero=0.0, drift=0.0))
 
     def _trial(self, v: Physical) -> Beam:
         """Return the beam with the values of a trial put in."""
@@ -128,19 +126,20 @@ class Walked:
         values = {"joint.stiffness": v.stiffness, "joint.inclusion_factor": v.rigidity / bare}
         return self.beam._with({name: float(x) for name, x in (*values.items(), ("substrate.youngs_modulus", E_B))})
 
-    def _walk(self, beam: Beam, mu: float, x: Array) -> tuple[Array, Array]:
-        """Walk a beam through twists (rad per pitch) of the specimen."""
-        one = real.Path.of(beam, mu, (_TWISTING.verb,), ideal=False)
+    def _walk(self, v: Physical) -> tuple[Array, Array]:
+        """Walk the beam of a trial through the twists (rad per pitch) of the specimen."""
+        beam, x = self._trial(v), self.readings.placed(v.twist_zero, v.backlash)[0]
+        one = real.Path.of(beam, float(v.mu), (_TWISTING.verb,), ideal=False)
         torque, touching = np.zeros(x.size), np.zeros(x.size, bool)
         for ways in self.readings.records:
             nodes = [_nodes(x[way], self.readings.direction[way.start]) for way in ways]
             twists, places = _joined(nodes)
             real_cycles.check(twists.tolist())
-            v = path.named(real_cycles.follow(one, _TWISTING, twists).rows[0])
-            signed = v["torque"] * beam.unit_moment
+            state = path.named(real_cycles.follow(one, Stations.along(_TWISTING, twists)).rows[0])
+            signed = state["torque"] * beam.unit_moment
             for way, at, place in zip(ways, nodes, places, strict=True):
                 order = np.argsort(at)
-                known, values, force = at[order], signed[place][order], v["N"][place][order]
+                known, values, force = at[order], signed[place][order], state["N"][place][order]
                 torque[way] = np.interp(x[way], known, values)
                 touching[way] = np.interp(x[way], known, force) > 0
         return torque, touching

@@ -1,0 +1,147 @@
+"""Single figures of curves and of closed loops, by role (:mod:`squama.loads`), whichever model gives the states."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from squama.curves.way import Case
+from squama.types import Array
+
+TIMES = {"twofold": 2.0, "fivefold": 5.0}
+"""Tangent stiffness over that of the beam without contact whose twist is a figure."""
+FINE = 2e-3
+"""Largest step of the load angle, rad per pitch, at which a path that is walked is looked at for its figures."""
+NEAR = 1e-5
+"""Least distance of steps between which a slope is taken, rad per pitch."""
+PLACES = ("psi", "phi", "kappa", "Phi", "theta")
+"""What is told of a place on a path of bends and twists: bend and twist per pitch and per length, inclination."""
+LOOP = ("base", "top", "W_d", "U_max", "zeta_eq", "K_sec", "drop", "residual")
+"""Figures of a closed loop."""
+
+
+def figures(
+    case: Case, last: Mapping[str, float], load_e: float, load_end: float, theta_end: float
+) -> dict[str, float | int | str]:
+    """Return the single figures of every curve, by role; ``last`` are its variables at the cut-off."""
+    bare = case.rigidity * last["rate"]
+    return {
+        "load_e": load_e,
+        "rate_e": load_e / case.pitch,
+        "load_end": load_end,
+        "rate_end": load_end / case.pitch,
+        "rate_c": last["rate"],
+        "torque_c": last["torque"],
+        "theta_end": theta_end,
+        "theta_c": last["theta"],
+        "stiffening": last["torque"] / bare if bare else math.nan,
+        **{f"{role}_c": last[role] for role in ("U_el", "W_fr", "RED")},
+    }
+
+
+def path_figures(
+    along: Mapping[str, Array], engaged: Mapping[str, float], ended: Mapping[str, float], end: str, other: str, K: float
+) -> dict[str, Array]:
+    """Return the single figures of a path of bends and twists, by name.
+
+    By its variables, the places (:data:`PLACES`) at which scales first touch and at which it ends, why it does, which
+    other contact comes in, and the joint's stiffness K_theta.
+    """
+    found: dict[str, float | str] = {"end": end, "other_contact": other, "K_theta": K}
+    found |= {f"{name}_end": ended[name] for name in PLACES} | {f"{name}_e": engaged[name] for name in PLACES[:-1]}
+    return {name: np.asarray(v) for name, v in found.items()} | {
+        f"{name}_c": along[name][-1] for name in ("M", "T", "W_fr", "RED")
+    }
+
+
+def tangents(
+    rigidity: float, d: float, engaged: Sequence[float] | Array, steps: Array, at: Array, v: Mapping[str, Array]
+) -> dict[str, Array]:
+    """Return the tangent stiffness at load angles, from the steps among them, and over that without contact.
+
+    ``rigidity`` is the one without contact, N m^2, ``engaged`` the rising load angles per pitch at engagement of each
+    face, ``d`` the pitch.
+    """
+    torque = np.interp(steps, at, v["torque"])
+    slope = np.where(np.isfinite(torque), rigidity, np.nan)
+    # it jumps at engagement
+    jumps = [x for i, x in enumerate(engaged) if i == 0 or x - engaged[i - 1] > NEAR]
+    for begin, end in pairwise([*jumps, math.inf]):
+        contact = np.flatnonzero((steps >= begin) & (steps <= end))
+        if contact.size > 1:
+            slopes = np.gradient(torque[contact], steps[contact] / d, edge_order=2 if contact.size > 2 else 1)
+            slope[contact[steps[contact] < end]] = slopes[steps[contact] < end]
+    found = np.interp(at, steps, slope)
+    found[at < engaged[0]] = rigidity
+    found[np.isnan(v["torque"])] = np.nan
+    return {"tangent": found, "stiffness_ratio": found / rigidity}
+
+
+def stiffened(touching: Array, ratios: Array, x: Array, torque: Array) -> dict[str, float]:
+    """Return where the stiffness over that without contact comes to :data:`TIMES`, and the torque to its first peak."""
+    found = {f"load_{name}": first_at(touching, ratios, n) for name, n in TIMES.items()}
+    peak = np.flatnonzero((torque[1:-1] > torque[:-2]) & (torque[1:-1] >= torque[2:]))
+    return found | {"load_peak": float(x[peak[0] + 1]) if peak.size else math.nan}
+
+
+def first_at(x: Array, y: Array, level: float) -> float:
+    """Return where y first comes to a level, linear between points; NaN where it does not."""
+    above = np.flatnonzero(y >= level)
+    if not above.size:
+        return math.nan
+    i = int(above[0])
+    if i == 0 or not math.isfinite(y[i - 1]):
+        return float(x[i])
+    return float(x[i - 1] + (level - y[i - 1]) / (y[i] - y[i - 1]) * (x[i] - x[i - 1]))
+
+
+def dissipation(U_el: Array, W_fr: Array) -> Array:
+    """Return the share of the work that friction has taken, RED: 0 where there is none, NaN where it is not known."""
+    total = U_el + W_fr
+    out = np.where(np.isfinite(total), 0.0, np.nan)
+    return np.asarray(np.divide(W_fr, total, out=out, where=total > 0))
+
+
+def work_error(v: Mapping[str, Array]) -> float:
+    """Return the work that is neither stored, rubbed away nor lost in snaps, over the larger energy of a way."""
+    lost = float(v["W_fr"][-1] + v["W_snap"][-1])
+    error = float(v["work"][-1]) - float(v["U_el"][-1]) - lost
+    return error / max(lost, float(v["U_el"].max()), 1e-300)
+
+
+def loop_figures(
+    turns: tuple[float, float],
+    pitch: float,
+    *,
+    dissipated: float,
+    elastic: float,
+    torques: tuple[float, float, float],
+    residual: float,
+) -> list[float]:
+    """Return the figures of a closed loop between two load angles per pitch, base and top, in the order of ``LOOP``.
+
+    ``elastic`` is the energy at the top, ``torques`` those where the load comes to the top, where the contact slides
+    back from there, and where the load comes to the base.
+    """
+    (base, top), (highest, turned, lowest) = turns, torques
+    secant = (highest - lowest) / ((top - base) / pitch)
+    damping = dissipated / (4 * math.pi * elastic)
+    return [base, top, dissipated, elastic, damping, secant, abs(highest - turned), residual]
+
+
+def loop_table(rows: Sequence[Sequence[float]]) -> dict[str, Array]:
+    """Return the figures of loops by role."""
+    return dict(zip(LOOP, np.array(rows, float).reshape(-1, len(LOOP)).T, strict=True))
+
+
+def table(rows: Sequence[Mapping[str, float | int | str]]) -> dict[str, Array]:
+    """Return figures that several have, such as the senses of a history, by role."""
+    return {role: np.array([row[role] for row in rows]) for role in rows[0]}
+
+
+def used_senses(values: Sequence[float]) -> list[str]:
+    """Return the senses that a history goes to."""
+    return [s for s in ("+", "-") if s == "+" or min(values) < 0]

@@ -1,0 +1,126 @@
+"""The door of histories: from a beam and the twists that it goes through to its loops, as a dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Unpack
+
+from squama import arguments
+from squama.beam.design import Beam
+from squama.curves import doors, given, labelled
+from squama.curves.chosen import MODELS
+from squama.curves.doors import How
+from squama.curves.labelled import Answer
+from squama.errors import refuse
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST = 1_000_000
+"""Most points of a history."""
+
+
+def cycle(
+    beam: Beam,
+    twist: float | str | Sequence[float | str],
+    *,
+    mu: float | None = None,
+    law: str = "edge",
+    load: str = "twisting",
+    margin: float = 0.01,
+    points: int = 60,
+    loops: int = 1,
+    joint: str | None = None,
+    ideal: bool | None = None,
+    hold: str | None = None,
+) -> xr.Dataset:
+    """Load and unload a beam through any history of twists: loops, stick intervals, dissipation, jamming.
+
+    Parameters
+    ----------
+    beam
+        The beam.
+    twist
+        Twists one after the other, from rest at 0: rates in rad/m or texts such as "0.2 rad/pitch", or one text as
+        "0, 0.15, 0.05, 0.2, 0 rad/pitch". A single twist is gone to and back. Negative: the other sense. In bending
+        curvatures, positive towards the scales.
+    mu
+        Coefficient of friction; the beam's own if not given.
+    law
+        "edge" (satisfies virtual work) or "plate" (the paper's); in bending they coincide.
+    load
+        "twisting" or "bending".
+    margin
+        How near to a lock a history may go: fraction of the path left.
+    points
+        Number of points in contact of each way between two twists; a straight part has a quarter of it.
+    loops
+        How many times the history is gone through.
+    joint
+        "compliant" or "hinge", as in :func:`squama.twist`, in bending as in :func:`bend`.
+    ideal, hold
+        Thin, rigid scales, and what is held, as in :func:`squama.twist`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimension ``point``: ``branch`` (how the point was reached: "straight", "loading", "unloading", "stick"),
+        ``leg``, ``phi``, ``Phi``, ``T``, ``T_scales``, ``K_t``, ``theta``, ``N``, ``f`` (negative while the twist
+        falls), ``p``, ``s``, ``U_el``, ``W_fr`` (from the start on); every turning point twice, before and after the
+        drop of torque. Dimension ``loop``, closed loops in the order in which they close: ``phi_base``, ``phi_top``,
+        ``W_d``, ``U_max``, ``zeta_eq``, ``K_sec``, ``T_drop``, ``phi_residual``. Dimension ``sense``: ``phi_e``,
+        ``phi_most``, ``phi_jam``, ``phi_end``, ``end``, ``other_contact``, ``neighbour``. In bending ``psi``,
+        ``kappa``, ``M``, ``K_b``, ``r``. With the compliant joint every turning point stands once, "stick" are the
+        points until the contact slides back, ``phi_most`` and ``phi_jam`` are not there, ``W_snap`` is;
+        ``energy_error``: work that is neither stored, rubbed away nor lost in snaps, relative to W_fr.
+        See docs, theory: cycles.
+
+    Raises
+    ------
+    InputError
+        An argument is out of range; the history goes beyond a lock, on hinges to a contact that is not followed, else
+        to where no equilibrium is found; or the scales do not slide back on it.
+
+    Examples
+    --------
+    >>> import squama
+    >>> beam = squama.Beam.from_ratios(youngs_modulus="2 MPa")
+    >>> c = squama.cycle(beam, "0, 0.2, 0 rad/pitch", mu=0.3, joint="hinge", ideal=True)
+    >>> print(f"{float(c.W_d[0]):.3g} J/m a loop, damping ratio {float(c.zeta_eq[0]):.3f}")
+    9.32 J/m a loop, damping ratio 0.043
+    """
+    return cycled(
+        beam,
+        twist,
+        mu=mu,
+        law=law,
+        load=load,
+        margin=margin,
+        points=points,
+        loops=loops,
+        ideal=ideal,
+        joint=joint,
+        hold=hold,
+    ).dataset()
+
+
+def cycled(
+    beam: Beam,
+    twist: float | str | Sequence[float | str],
+    *,
+    load: str = "twisting",
+    points: int = 60,
+    loops: int = 1,
+    **how: Unpack[How],
+) -> Answer:
+    """Return what :func:`cycle` returns, before it is a dataset."""
+    arguments.beam(beam)
+    kind = arguments.load(load)
+    way = given.history(twist, beam, kind, arguments.whole("loops", loops, 1, 1e4))
+    analysis = doors.analysis(beam, way, kind, points=points, **how)
+    if len(way.values) * analysis.points > MOST:
+        reason = f"{len(way.values)} twists of {analysis.points} points are too many"
+        refuse("twist", "", reason, "ask for fewer points or loops")
+    history = [v / analysis.beam.pitch for v in way.values]
+    states = MODELS[analysis.joint].programs().walk(analysis)
+    return labelled.answer(analysis, states, f"cycles of a scale-covered beam in {kind.name}", {"history": history})

@@ -1,0 +1,261 @@
+"""The real beam along a way: its states, told as a curve of one load, as a path of bends and twists, or as a plane.
+
+Every contact that comes in is followed (:mod:`squama.contacts`): contacts hand over, several bear at once, scales jump.
+At a corner of a way contacts stick while friction turns, so forces do not jump.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.beam.design import Beam
+from squama.contacts import events, increments, path, states
+from squama.contacts.events import Event
+from squama.contacts.legs import follow_straight
+from squama.curves import real
+from squama.curves.both_faces import WHOSE
+from squama.curves.curve_figures import FINE, PLACES, figures, first_at, path_figures, tangents, work_error
+from squama.curves.real_figures import by_load, exchanged, thresholds, touching, values
+from squama.curves.way import OPEN, SLIDING, VERBS, Analysis, Case, Curve, States, Stations, direction, spaced
+from squama.errors import refuse
+from squama.loads import Load
+from squama.model.elastic_plate import SIDE_D, TIP
+from squama.model.outcome import End
+from squama.types import Array
+
+_NEAR, _SAME = 1e-5, 1e-6
+"""Distance of stations, rad per pitch, below which one is not added, or not taken for a slope."""
+_BEFORE = 1e-9
+"""By how much a station is put before engagement, relatively: a step from there must not be much smaller."""
+_INNER = ("mode", "onset", "work")
+"""Names of variables that are not told."""
+_ROLES = {"phi": "load", "Phi": "rate", "T": "torque", "T_scales": "scales"}
+
+
+class Loaded(NamedTuple):
+    """A beam's path under one load in one sense, see :class:`squama.curves.way.Solved`; ``far`` it goes."""
+
+    one: real.Path
+    load: Load
+    far: float
+
+    @property
+    def case(self) -> Case:
+        """What the beam and its joint bring."""
+        return self.one.case(self.load)
+
+    @property
+    def load_e(self) -> float:
+        """Load angle per pitch at the first engagement, inf for none."""
+        return self.one.way.engaged
+
+    @property
+    def hinged(self) -> list[bool]:
+        """Whether the contact of each face is that of hinges: a tip edge on the side edge that a hinge's comes to."""
+        return [self.one.contact(i)[:2] == (TIP, SIDE_D) for i in range(len(self.one.seen))]
+
+    @property
+    def exchanged(self) -> bool:
+        """Whether what its curve tells of a scale is of the other face: in twisting of that which touches first."""
+        return self.load.sided and bool(self.one.lead)
+
+    def curve(self, *, points: int, at: Array | None = None) -> Curve:
+        """Return the curve at evenly spaced loads, or at load angles per pitch; NaN beyond an earlier end."""
+        if at is not None:
+            return self._curve(np.asarray(at, float))
+        found = self._curve(spaced(self.far, points, self.load_e))
+        cut = float(found.figures["load_end"])
+        if math.isfinite(cut) and cut < self.far:
+            # as many points up to an earlier end
+            ended, found = found.figures, self._curve(spaced(cut * (1 - _NEAR), points, self.load_e))
+            found.figures.update({role: ended[role] for role in ("end", "load_end", "rate_end") if role in ended})
+        return found
+
+    def _curve(self, at: Array) -> Curve:
+        """Return the curve at load angles per pitch; NaN beyond an earlier end."""
+        one, load, case = self.one, self.load, self.case
+        sign, within = sum(one.toward), at <= self.far * (1 + 1e-12)
+        met = np.unique([c.phi for c in one.way.contacts])
+        loads = _refined(at[within], met)
+        stations = Stations.along(load, sign * loads)
+        answers = one.way.along(stations.strains)
+        rows = [face.rows[0] for face in answers.faces]
+        own = by_load(values(one, stations.strains, *rows, turned=one.toward[1]), load, sign)
+        if not load.sided:
+            own |= touching(answers)
+        if self.exchanged:
+            own = exchanged(own, where=True)
+        own |= tangents(case.rigidity, case.pitch, met, loads[np.diff(loads, append=np.inf) > _SAME], loads, own)
+        reached = np.flatnonzero(np.isfinite(own["torque"]))
+        numbers = {role: v for role, v in own.items() if v.dtype.kind == "f"}
+        last = {role: float(v[reached[-1]]) if reached.size else math.nan for role, v in numbers.items()}
+        # where a scale of either face is first bent beyond the plate model
+        bent = [first_at(loads, states.bent(one.way.scale, face), states.THIN) for face in rows]
+        found = {
+            **figures(case, last, self.load_e, answers.end().phi, last["theta"]),
+            **_ending(one, answers),
+            **thresholds(self.load_e, one.beam, loads, own),
+            "load_bent": float(np.fmin.reduce(bent)),
+        }
+        if not load.sided:
+            found["T_c"] = last["T"]
+        if len(rows) > 1:
+            found["load_e_other"] = one.way.contacts[1 - one.lead].phi
+        which = np.minimum(np.searchsorted(loads, at), loads.size - 1)
+        along = {
+            role: np.where(within, v[which], np.nan if v.dtype.kind == "f" else "")
+            for role, v in own.items()
+            if role not in _INNER
+        }
+        return Curve(along | {"load": at, "rate": at / case.pitch}, found)
+
+
+def _refined(at: Array, met: Array) -> Array:
+    """Return loads with those of engagement below the largest of them, and others between that are :data:`FINE`."""
+    most = float(at.max(initial=0.0))
+    wanted = np.union1d(at, met[met < most])
+    fine = np.linspace(0.0, most, max(3, math.ceil(most / FINE) + 1))
+    bounds = np.concatenate([[-np.inf], wanted, [np.inf]])
+    after = np.searchsorted(bounds, fine)
+    apart = np.minimum(fine - bounds[after - 1], bounds[after] - fine)
+    return np.union1d(wanted, fine[apart > _NEAR])
+
+
+def _ending(one: real.Path, answers: path.Answers) -> dict[str, float | int | str]:
+    """Return how a curve ends, what touches first, and what comes in next on a face, by role."""
+    at, words = math.nan, ""
+    c = one.contact(one.lead)
+    (name,) = path.endings(np.array([c], float), answers.ends)
+    for i, face in enumerate(answers.faces):
+        told = face.events[0, : int(face.ends[0, 2])]
+        second = told[(told[:, 0] == increments.ENGAGE) & (told[:, 13] > 1)][:1]
+        if second.size and not second[0, 1] >= at:
+            (first,), (other,) = path.features(*second[:, 8:11].T)
+            met = path.Contact(int(first), int(other), int(second[0, 7]), at := float(second[0, 1]), 0.0, 0.0)
+            words = f"{WHOSE * (i != one.lead)}{one.as_twisted(met, i).words} at {at:.4g} rad/pitch"
+    return {
+        "end": str(name),
+        "neighbour": max(0, c.k) if c.first != -1 else 0,
+        "other_contact": words,
+        "first_contact": c.words,
+        "load_second": at,
+    }
+
+
+def solve(analysis: Analysis) -> tuple[list[Loaded], States]:
+    """Return the paths of a beam under one load for each coefficient of friction."""
+    beam, load, to = analysis.beam, analysis.way.load, analysis.way.values[-1]
+    last = 0.0 if analysis.at is None else float(np.max(analysis.at, initial=0.0))
+    far = min(abs(to), last or (path.RANGE if math.isinf(to) else abs(to)))
+    if far >= math.pi:
+        what = "to" if far == abs(to) else "at"
+        refuse(what, f"{far / beam.pitch:.6g} rad/m", "must be below half a turn per pitch")
+    # engagement is told wherever it is, a short curve may end before
+    most, toward = max(far, path.RANGE), direction(load, to)
+    loaded, ideal = analysis.way.loaded, analysis.ideal
+    ones = [real.Path.of(beam, mu, loaded, ideal=ideal, toward=toward, most=most) for mu in np.atleast_1d(analysis.mus)]
+    held = ones[0].held
+    attrs = real.attributes(held, load.verb) | {"rigidity": ones[0].case(load).rigidity}
+    return [Loaded(one, load, far) for one in ones], States({}, attrs, real.notes(held, beam, far, ideal=ideal))
+
+
+def case(beam: Beam, load: Load) -> Case:
+    """Return what a beam and its joint bring to a load."""
+    return real.Path.of(beam, 0.0, (load.verb,), ideal=True).case(load)
+
+
+def gather(_: Analysis, whole: list[Loaded]) -> list[Loaded]:
+    """Return the paths: scales on both faces are one system."""
+    return whole
+
+
+def polygon(analysis: Analysis) -> States:
+    """Return the states along bends and twists one after the other, what happens there, and how it ends."""
+    corners, beam = analysis.way.corners, analysis.beam
+    one = real.Path.of(beam, float(analysis.mus), analysis.way.loaded, ideal=analysis.ideal)
+    first = one.way.met(one.way.along(np.array(corners)))
+    engaged = [c.phi for c in first.contacts]
+    stations = Stations.of(corners, analysis.points, min(engaged) * (1 - _BEFORE))
+    answers = first.along(stations.strains)
+    end, n = answers.end(), answers.end().solved
+    stop = end.phi if end.code != increments.RANGE else float(stations.ways[-1])
+    v = values(one, stations.strains[:n], *(face.rows[0, :n] for face in answers.faces))
+    v["leg"] = stations.legs[:n]
+    v |= {name: names[:n] for name, names in touching(answers).items()}
+    told = []
+    for face, at in zip(answers.faces, engaged, strict=True):
+        # the same place as without stations, to the last digit
+        every = [event._replace(way=event.way if j else at) for j, event in enumerate(events.events(face))]
+        told.append([event for event in every if event.way <= stop])
+    (word,) = path.endings(np.array([min(first.contacts, key=lambda c: c.phi)], float), answers.ends)
+    places = _places(one, stations, v, [min(engaged), stop])
+    near, far = ({name: float(at[i]) for name, at in places.items()} for i in (0, 1))
+    single = path_figures(v, near, far, str(word), _second(told), one.held.K_theta)
+    ways, happened = _timeline(stations, told, (stop, str(word)))
+    happened |= {f"{name}_event": at for name, at in _places(one, stations, v, ways).items()}
+    by_dim: dict[tuple[str, ...], dict[str, Array]] = {
+        ("point",): {_ROLES.get(name, name): value for name, value in v.items() if name not in _INNER},
+        ("event",): happened,
+        (): single | {"energy_error": np.asarray(work_error(v))},
+    }
+    attrs = real.attributes(one.held, *analysis.way.loaded) | {"load": "bending and twisting"}
+    most = float(np.abs(stations.strains).max())
+    return States(by_dim, attrs, real.notes(one.held, beam, most, ideal=analysis.ideal))
+
+
+def _second(faces: Sequence[Sequence[Event]]) -> str:
+    """Return in words which contact comes in first beside another one, and where; nothing where none does."""
+    seconds = [(WHOSE * i, events.second(told)) for i, told in enumerate(faces)]
+    found = [(event.way, of + event.placed) for of, event in seconds if event]
+    return min(found, default=(math.nan, ""))[1]
+
+
+def _places(one: real.Path, stations: Stations, v: Mapping[str, Array], ways: Sequence[float]) -> dict[str, Array]:
+    """Return bend and twist per pitch and per length, and inclination at ways; NaN at an infinite one.
+
+    By the variables of a path; strains that are imposed are known beyond its end.
+    """
+    free, d = one.held.free, one.beam.pitch
+    imposed = (None if loose else given for loose, given in zip(free, stations.strains.T, strict=False))
+    known = [v[name] if given is None else given for name, given in zip(("psi", "phi"), imposed, strict=True)]
+    psi, phi, theta = (
+        np.where(np.isfinite(ways), np.interp(ways, stations.ways[: at.size], at), np.nan)
+        for at in (*known, v["theta"])
+    )
+    return dict(zip(PLACES, (psi, phi, psi / d, phi / d, theta), strict=True))
+
+
+def _timeline(
+    stations: Stations, faces: Sequence[Sequence[Event]], end: tuple[float, str]
+) -> tuple[list[float], dict[str, Array]]:
+    """Return what happens, and at which ways: what contacts do, corners, the end."""
+    ends = stations.ways[stations.turns[1:-1]].tolist()
+    rows = [(event.way, of + event.word) for of, face in zip(("", WHOSE), faces, strict=False) for event in face]
+    rows += [(way, "corner") for way in ends]
+    rows = [*sorted([row for row in rows if row[0] < end[0]], key=lambda row: row[0]), end]
+    ways = [way for way, _ in rows]
+    legs = 1 + np.searchsorted(ends, [way * (1 - 1e-12) for way in ways])
+    return ways, {"event": np.array([word for _, word in rows]), "event_leg": legs}
+
+
+def plane(analysis: Analysis, psi: Array, phi: Array) -> States:
+    """Return the states at bends and twists (n,), each straight from rest, or what ends the way there."""
+    beam, strains = analysis.beam, np.column_stack([psi, phi])
+    one = real.Path.of(beam, float(analysis.mus), VERBS, ideal=analysis.ideal)
+    found = follow_straight(one.way.scale, one.held.K, float(analysis.mus), strains, **one.held.bar)
+    contacts, column = found.answers.contacts, path.named(found.rows)
+    v = values(one, strains, found.rows)
+    state = path.endings(contacts, found.answers.ends).astype("U40")
+    reached = np.isin(state, (End.RANGE, End.NONE))
+    state[reached] = np.where(column["contacts"][reached] > 0, SLIDING, OPEN)
+    first = [events.named(*map(int, met)) if met[0] >= 0 else "" for met in contacts[:, :3]]
+    last = np.where(reached, events.last(found.answers), np.array(first))
+    kept = ("theta", "N", "M", "M_scales", "T", "T_scales", "W_fr", "W_snap", "U_el", "RED")
+    named = {_ROLES.get(name, name): v[name] for name in kept}
+    named = {"state": state, "contact": np.where(state == OPEN, "", last), **named}
+    notes = real.notes(one.held, beam, float(np.abs(strains).max()), ideal=analysis.ideal)
+    return States({(): named}, real.attributes(one.held, *VERBS), notes)

@@ -1,0 +1,118 @@
+"""Figures that a target may name, the twists at which they are wanted, and what many designs have of them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from squama.beam.design import Beam
+from squama.model.outcome import CODES
+from squama.study.columns import Cells
+from squama.types import Array
+
+LOCKS = tuple(CODES.index(end) for end in CODES if end.locks)
+AT_TWIST = {
+    "tangent": ("N m2", "tangent stiffness at the stated twist"),
+    "torque": ("N m", "torque at the stated twist"),
+    "stiffness_ratio": ("1", "tangent stiffness over that without contact at the stated twist"),
+    "stress": ("Pa", "largest stress (von Mises) in a scale at the stated twist"),
+    "strength_share": ("1", "largest stress in a scale over its strength at the stated twist"),
+    "W_fr": ("J/m", "frictional work up to the stated twist"),
+    "RED": ("1", "share of the work up to the stated twist that friction takes"),
+}
+"""Figures at a twist by name: unit, words. Hinges have the first two only, in contact."""
+OF_BEAM = {
+    "stiffness": ("N m2", "stiffness before engagement"),
+    "engagement": ("rad", "twist per pitch at engagement"),
+    "length": ("m", "length of the beam"),
+}
+"""Figures that need no twist; on hinges the length is given."""
+OF_LOCKS = {
+    "range": ("rad", "twist per pitch from engagement to the lock"),
+    "lock": ("rad", "twist per pitch at the lock"),
+    "W_fr": ("J/m", "frictional work at the cut-off before the lock"),
+    "RED": ("1", "relative energy dissipation at the cut-off before the lock"),
+    "critical_mu": ("1", "smallest friction that locks at engagement"),
+}
+"""Figures of the lock, which only hinges have."""
+
+
+class At(NamedTuple):
+    """A twist, ``rate * d + angle + total / N`` in rad per pitch: one of a rate (rad/m), an angle per pitch, or in all.
+
+    On hinges, the number N of whose scales does not vary, one in all is an angle per pitch.
+    """
+
+    rate: float
+    angle: float
+    total: float = 0.0
+
+    def per_pitch(self, d: Any, scales: Any = 1.0) -> Any:
+        """Twist in rad per pitch of beams with the pitch d (m) and a number of scales."""
+        return self.rate * d + self.angle + self.total / scales
+
+    def per_length(self, beam: Beam) -> float:
+        """Twist rate (rad/m) of a beam."""
+        return float(self.per_pitch(beam.pitch, beam.scales)) / beam.pitch
+
+
+class Want(NamedTuple):
+    """A figure by name, and the twist at which it is wanted.
+
+    Beside these figures the search asks for the borders of their domain: ``reach`` is how far the curve goes; ``tip``
+    and ``side`` are the room of the contact to the end of that edge at the lock, over the scale's half width or length;
+    ``hold`` the moment of friction that lacks for a lock where the contact runs off an edge, over the scale's length.
+    """
+
+    figure: str
+    at: At | None = None
+
+
+class Options(NamedTuple):
+    """What is common to all designs; ``locks`` are the codes of the ends that count as locks.
+
+    ``joint`` is "hinge" or "compliant", as in :func:`squama.twist`.
+    """
+
+    law: str = "edge"
+    sense: str = "+"
+    margin: float = 0.01
+    load: str = "twisting"
+    locks: tuple[int, ...] = LOCKS
+    joint: str = "hinge"
+
+
+class Found(NamedTuple):
+    """Values of the wanted figures (wants, designs), NaN where a design has none, and how the designs end.
+
+    ``slopes`` (wants, variables, designs) are derivatives by what was moved. ``load_e`` is where a design engages and
+    ``load_end`` how far its curve goes, rad per pitch.
+    """
+
+    values: Array
+    slopes: Array
+    code: Array
+    load_e: Array
+    load_end: Array
+
+
+def flat(c: Cells, n: int = 1) -> Cells:
+    """Return columns of one length, ``n`` where nothing varies."""
+    every = [*c.arrays.values(), *(v for t in c.sizes.values() for v in t.values())]
+    shape = np.broadcast_shapes((n,), *map(np.shape, every))
+    n = math.prod(shape)
+
+    def column(v: Array) -> Array:
+        return np.ascontiguousarray(np.broadcast_to(v, shape)).reshape(n)
+
+    return c.mapped(column)
+
+
+def harmless(c: Cells, good: Array) -> Cells:
+    """Return columns in which rows that are no beam stand for something that can be computed."""
+    if good.all():
+        return c
+    fill = {"eta": 2.0, "lam": 0.5, "alpha": 0.5, "theta0": 0.2, "mu": 0.2}
+    return c.changed({name: np.where(good, v, fill.get(name, 1.0)) for name, v in c.arrays.items()}, c.sizes)
