@@ -89,7 +89,7 @@ NOTHING, LOST = -1, 5
 """What ends an increment beside the violations: nothing, and a snap."""
 
 
-UNBALANCED, INEXACT = 3e-4, 7.5e-4
+UNBALANCED, INEXACT = 3e-4, 2.5e-3
 """Work, over the energy, that an increment may lose: beyond that its state is another one than that to which the path
 goes on from the last state. Work, over the largest energy so far and per rad per pitch, that a path may lose."""
 _SMALL = 1e-4
