@@ -53,7 +53,8 @@ class Way(NamedTuple):
     @property
     def values(self) -> list[float]:
         """Load angles along the way."""
-        return [corner[self.load.axis] for corner in self.corners]
+        axis = self.load.axis
+        return [corner[axis] for corner in self.corners]
 
     @property
     def sense(self) -> str:

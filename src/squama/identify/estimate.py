@@ -62,11 +62,12 @@ class Estimate(NamedTuple):
 
 
 def solve(
-    points: Points, torque: Array, asked: Asked, starts: Sequence[Array], robust: float | None = None
+    points: Points, torque: Array, asked: Asked, starts: Sequence[Array], robust: float | None = None, most: int = 300
 ) -> Estimate:
     """Find the parameters with the least sum of squares within their bounds, from several starts.
 
-    ``torque`` (N m) is what was measured at the points. With ``robust`` (N m) residuals beyond it count linearly.
+    ``torque`` (N m) is what was measured at the points. With ``robust`` (N m) residuals beyond it count linearly. Each
+    start has ``most`` evaluations.
     """
     from scipy.optimize import least_squares
 
@@ -82,10 +83,10 @@ def solve(
         return derivatives(points, asked, u * scale) * scale / size
 
     still = 1e-13 if isinstance(points, Hinged) else 1e-8
-    how: dict[str, Any] = {"bounds": (low, high), "x_scale": "jac", "max_nfev": 300}
+    how: dict[str, Any] = {"bounds": (low, high), "x_scale": "jac", "max_nfev": most}
     if robust is not None:
         still = max(still, _ROUGH)
-        how |= {"loss": "soft_l1", "f_scale": robust / size, "max_nfev": 60}
+        how |= {"loss": "soft_l1", "f_scale": robust / size, "max_nfev": min(most, 60)}
     how |= dict.fromkeys(("ftol", "xtol", "gtol"), still)
     found = []
     for start in steps(starts, len(starts), "starts of the fit"):

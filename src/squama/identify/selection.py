@@ -43,6 +43,8 @@ _TURNING = 0.01
 """Way after a reversal on which points do not tell the play, over the range of the twist."""
 _MOVES = 0.5
 """Move of what is asked, over its error, from which on it would."""
+_GLANCE = 12
+"""Evaluations after which a search that is to tell whether a model comes near ends."""
 _ROBUST, _FLOOR = 3.0, 1e-3
 """Residuals that count linearly in the first search: over the noise, and over the largest torque at least; less than
 that is no stray point either."""
@@ -103,21 +105,21 @@ def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
 def comes_near(test: Prepared, added: tuple[str, ...], rms: float) -> bool:
     """Say whether a search from the beam's own values leaves at most an rms (N m), with nuisances added."""
     test = _fit_for(test, test.asked.names)
-    rough, out = _robust(test, 1)
+    rough, out = _robust(test, 1, _GLANCE)
     square = float(np.mean(rough.residual[~out] ** 2))
     full = _with(test, rough.values, tuple(n for n in added if n not in test.asked.names)) if added else None
     if full is not None and square > rms * rms:
         index, points, torque, _ = _fit_for(test, full[0].names).used
-        square = estimate.solve(points, torque, full[0], [full[1]]).square / index.size
+        square = estimate.solve(points, torque, full[0], [full[1]], most=_GLANCE).square / index.size
     return math.sqrt(square) <= rms
 
 
-def _robust(test: Prepared, starts: int) -> tuple[Estimate, NDArray[np.bool_]]:
+def _robust(test: Prepared, starts: int, most: int = 300) -> tuple[Estimate, NDArray[np.bool_]]:
     """Return what a robust search finds from so many starts, and which points it leaves as stray ones."""
     _, points, torque, way = test.used
     size = float(np.abs(torque).max())
     limit = max(_ROBUST * noise.scatter(torque, way), _FLOOR * size)
-    rough = estimate.solve(points, torque, test.asked, estimate.starts(points, torque, test.asked, starts), limit)
+    rough = estimate.solve(points, torque, test.asked, estimate.starts(points, torque, test.asked, starts), limit, most)
     return rough, noise.strays(rough.residual, way, _FLOOR * size)
 
 
