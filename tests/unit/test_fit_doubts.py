@@ -44,10 +44,9 @@ def test_a_loop_of_the_real_beam_on_hinges_is_not_believed():
     assert hinged.disagreement.endswith("describe the points better")
     # the hinges do not describe what the real beam does
     assert not real.disagreement
-    assert real.rival.found.best.square > 100 * real.rms**2 * np.count_nonzero(real.used)
+    assert real.rival is None
     for name, value in true.items():
-        i = real.rival.found.asked.names.index(name)
-        assert real.rival.found.best.values[i] != pytest.approx(value, rel=0.05)
+        assert hinged.values[name] != pytest.approx(value, rel=0.05)
         assert abs(real.values[name] - value) < 3 * real.errors[name]
 
 
