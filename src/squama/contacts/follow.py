@@ -318,9 +318,11 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
     note(w, where)
     if what < 0:
         accept(w, where, False)
-        # what is lost is of the third order
-        allowed = INEXACT / 2 * max(where, _SHORT)
-        t[T_H] = min(most, 2 * where, max(_FINE, where * (allowed / max(share, 1e-12)) ** (1 / 3)))
+        # what is lost is of the third order; by halves, so that rounding does not change increments
+        t[T_H] = 2 * where
+        while t[T_H].real > 2 * _FINE and share * (t[T_H].real / where) ** 3 > INEXACT / 2 * max(where, _SHORT):
+            t[T_H] /= 2
+        t[T_H] = min(most, t[T_H].real)
         t[T_ZERO] = 0.0
         return 0
     accept(w, where, True)
