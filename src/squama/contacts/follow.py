@@ -322,8 +322,7 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
         t[T_H] = 2 * where
         while t[T_H].real > 2 * _FINE and share * (t[T_H].real / where) ** 3 > INEXACT / 2 * max(where, _SHORT):
             t[T_H] /= 2
-        t[T_H] = min(most, t[T_H].real)
-        t[T_ZERO] = 0.0
+        t[T_H], t[T_ZERO] = min(most, t[T_H].real), 0.0
         return 0
     accept(w, where, True)
     scale = int(w.best[FIRST]) if what == MEET else int(w.con[c, FIRST])
