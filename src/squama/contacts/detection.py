@@ -382,6 +382,18 @@ def known(S: System, st: State, con: Array, m: int, row: Array, W: Work) -> bool
 
 
 @_jit
+def deepest_of(
+    S: System, st: State, con: Array, m: int, W: Work, i: int, k: int, cap: float, out: Array, n: int
+) -> tuple[int, int]:  # fmt: skip
+    """Return as :func:`deepest` a vertex of scale i and its neighbour k; rows are written from n on, to the second."""
+    first, n, best = n, vertices(S, st, W, i, k, cap, out, n), -1
+    for a in range(first, n):
+        if not known(S, st, con, m, out[a], W) and (best < 0 or out[a, GAP] < out[best, GAP]):
+            best = a
+    return best, n
+
+
+@_jit
 def deepest(
     S: System, st: State, con: Array, m: int, W: Work, cap: float, near: Array, every: bool, out: Array
 ) -> int:  # fmt: skip
@@ -393,20 +405,9 @@ def deepest(
     for i in range(N):
         for k in range(1, S.reach + 1):
             if further(S, i, k) < N and (every or near[i, k - 1] > 0):
-                first, n = n, vertices(S, st, W, i, k, cap, out, n)
-                for a in range(first, n):
-                    if not known(S, st, con, m, out[a], W):
-                        near[i, k - 1] = 1
-                        if best < 0 or out[a, GAP] < out[best, GAP]:
-                            best = a
-    return best
-
-
-@_jit
-def deepest_of(S: System, st: State, con: Array, m: int, W: Work, i: int, k: int, cap: float, out: Array) -> int:
-    """Return as :func:`deepest` a vertex of one scale and its neighbour k."""
-    best = -1
-    for a in range(vertices(S, st, W, i, k, cap, out, 0)):
-        if not known(S, st, con, m, out[a], W) and (best < 0 or out[a, GAP] < out[best, GAP]):
-            best = a
+                a, n = deepest_of(S, st, con, m, W, i, k, cap, out, n)
+                if a >= 0:
+                    near[i, k - 1] = 1
+                    if best < 0 or out[a, GAP] < out[best, GAP]:
+                        best = a
     return best

@@ -356,7 +356,7 @@ def together(w: Walk, what: int, scale: int, events: Array) -> None:
             for k in range(1, w.S.reach + 1):
                 if i == scale or w.near[i, k - 1] == 0:
                     continue
-                a = deepest_of(w.S, w.now, w.con, w.counts[0], w.W, i, k, MISSED_GAP, w.found)
+                a, _ = deepest_of(w.S, w.now, w.con, w.counts[0], w.W, i, k, MISSED_GAP, w.found, 0)
                 if a >= 0:
                     copy(w.found[a], w.best)
                     if not change(w, what, -1, events):
