@@ -255,3 +255,14 @@ def test_the_picture_keeps_the_scale_of_the_real_beam():
     top, most = loads.get_ylim()[1], max(v.max() for v in lines[:2])
     assert most < top < 1.2 * most < max(v.max() for v in lines[-2:])
     assert len(theta.get_lines()) == 2
+
+
+def test_the_picture_has_models_over_one_way():
+    """The beam bows, and the hinges do not: the way is that of the twist which the path names."""
+    path = "twist 0.08 rad/pitch; twist 0.02 rad/pitch"
+    ours, hinge = (bent_and_twisted(SKIN, path, points=20, **how) for how in ({"hold": "nothing"}, {"joint": "hinge"}))
+    assert np.ptp(ours["psi"]) > 0.01
+    loads = path_figure(ours.dataset(), hinge=hinge.dataset()).axes[1]
+    ends = {line.get_label(): float(line.get_xdata()[-1]) for line in loads.get_lines()}
+    assert ends["$T$"] == pytest.approx(0.14, rel=1e-9)
+    assert ends["$T$ on hinges"] == pytest.approx(0.14, rel=1e-9)

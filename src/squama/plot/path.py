@@ -57,9 +57,10 @@ def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.
 
 
 def _gone(dataset: xr.Dataset) -> Array:
-    """Return the way gone (n,), rad per pitch."""
-    steps = np.hypot(np.diff(dataset["psi"].values), np.diff(dataset["phi"].values))
-    return np.concatenate([[0.0], np.cumsum(steps)])
+    """Return the way gone (n,) in the strains that the path names, rad per pitch."""
+    strains = np.column_stack([dataset["psi"].values, dataset["phi"].values])
+    steps = np.diff(strains, axis=0, prepend=0.0) * np.any(np.reshape(dataset.attrs["path"], (-1, 2)), axis=0)
+    return np.cumsum(np.hypot(*steps.T))
 
 
 def plane_path(dataset: xr.Dataset, ax: Axes | None = None, *, plane: xr.Dataset | None = None) -> Axes:
