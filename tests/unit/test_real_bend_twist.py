@@ -266,3 +266,14 @@ def test_the_picture_has_models_over_one_way():
     ends = {line.get_label(): float(line.get_xdata()[-1]) for line in loads.get_lines()}
     assert ends["$T$"] == pytest.approx(0.14, rel=1e-9)
     assert ends["$T$ on hinges"] == pytest.approx(0.14, rel=1e-9)
+
+
+def test_a_free_bend_is_told_where_an_event_is_located():
+    """Scales come and go without a force: the bow there is that of the bar alone, however few points there are."""
+    path = "; ".join(f"twist {phi} rad/pitch" for phi in (0.08, 0.02, 0.09))
+    r = squama.bend_twist(SKIN, path, points=7, hold="nothing")
+    bare = float(r.psi[1] / r.phi[1])
+    apart = [i for i, word in enumerate(r.event.values) if word.startswith(("engagement", "release"))]
+    assert len(apart) == 3
+    np.testing.assert_allclose(r.psi_event[apart], bare * r.phi_event[apart], rtol=1e-6)
+    np.testing.assert_allclose(r.kappa_event, r.psi_event / SKIN.pitch)

@@ -195,8 +195,8 @@ def polygon(analysis: Analysis) -> States:
     places = _places(one, stations, v, [min(engaged), stop])
     near, far = ({name: float(at[i]) for name, at in places.items()} for i in (0, 1))
     single = path_figures(v, near, far, str(word), _second(told), one.held.K_theta)
-    ways, happened = _timeline(stations, told, (stop, str(word)))
-    happened |= {f"{name}_event": at for name, at in _places(one, stations, v, ways).items()}
+    ways, strains, happened = _timeline(stations, told, (stop, str(word)))
+    happened |= {f"{name}_event": at for name, at in _places(one, stations, v, ways, strains).items()}
     by_dim: dict[tuple[str, ...], dict[str, Array]] = {
         ("point",): {_ROLES.get(name, name): value for name, value in v.items() if name not in _INNER},
         ("event",): happened,
@@ -214,10 +214,13 @@ def _second(faces: Sequence[Sequence[Event]]) -> str:
     return min(found, default=(math.nan, ""))[1]
 
 
-def _places(one: real.Path, stations: Stations, v: Mapping[str, Array], ways: Sequence[float]) -> dict[str, Array]:
+def _places(
+    one: real.Path, stations: Stations, v: Mapping[str, Array], ways: Sequence[float], located: Array | None = None
+) -> dict[str, Array]:
     """Return bend and twist per pitch and per length, and inclination at ways; NaN at an infinite one.
 
-    By the variables of a path; strains that are imposed are known beyond its end.
+    By the variables of a path; strains that are imposed are known beyond its end. ``located`` (n, 2): bend and twist
+    of events, NaN where they are not known, for those that are free.
     """
     free, d = one.held.free, one.beam.pitch
     imposed = (None if loose else given for loose, given in zip(free, stations.strains.T, strict=False))
@@ -226,20 +229,27 @@ def _places(one: real.Path, stations: Stations, v: Mapping[str, Array], ways: Se
         np.where(np.isfinite(ways), np.interp(ways, stations.ways[: at.size], at), np.nan)
         for at in (*known, v["theta"])
     )
+    if located is not None:
+        both = zip(free, located.T, (psi, phi), strict=False)
+        psi, phi = (np.where(np.isnan(own), at, own) if loose else at for loose, own, at in both)
     return dict(zip(PLACES, (psi, phi, psi / d, phi / d, theta), strict=True))
 
 
 def _timeline(
     stations: Stations, faces: Sequence[Sequence[Event]], end: tuple[float, str]
-) -> tuple[list[float], dict[str, Array]]:
-    """Return what happens, and at which ways: what contacts do, corners, the end."""
-    ends = stations.ways[stations.turns[1:-1]].tolist()
-    rows = [(event.way, of + event.word) for of, face in zip(("", WHOSE), faces, strict=False) for event in face]
-    rows += [(way, "corner") for way in ends]
-    rows = [*sorted([row for row in rows if row[0] < end[0]], key=lambda row: row[0]), end]
-    ways = [way for way, _ in rows]
+) -> tuple[list[float], Array, dict[str, Array]]:
+    """Return what happens: what contacts do, corners, the end; at which ways, and at which strains (NaN: not known)."""
+    ends, unknown = stations.ways[stations.turns[1:-1]].tolist(), (math.nan, math.nan)
+    rows = [
+        (event.way, of + event.word, (event.psi, event.phi))
+        for of, face in zip(("", WHOSE), faces, strict=False)
+        for event in face
+    ]
+    rows += [(way, "corner", unknown) for way in ends]
+    rows = [*sorted([row for row in rows if row[0] < end[0]], key=lambda row: row[0]), (*end, unknown)]
+    ways, words, strains = zip(*rows, strict=True)
     legs = 1 + np.searchsorted(ends, [way * (1 - 1e-12) for way in ways])
-    return ways, {"event": np.array([word for _, word in rows]), "event_leg": legs}
+    return list(ways), np.array(strains), {"event": np.array(words), "event_leg": legs}
 
 
 def plane(analysis: Analysis, psi: Array, phi: Array) -> States:
