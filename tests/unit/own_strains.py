@@ -5,6 +5,7 @@ Run in a process of its own, with NUMBA_DISABLE_JIT=1; writes what entries miss.
 
 import json
 import sys
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,25 @@ from squama.contacts.jacobian import jacobian
 from squama.contacts.linear import BASE, INNER, STRIDE, laid_out
 from squama.contacts.meeting import meet, prepared
 from squama.contacts.newton import shift
-from squama.contacts.system import EE, EF, EPS, FE, FREE, FV, LOADED, PHI, STRAINS, VF, ahead, strain_columns
+from squama.contacts.system import (
+    EE,
+    EF,
+    EPS,
+    EQUAL,
+    FE,
+    FREE,
+    FV,
+    LOADED,
+    OWN,
+    PHI,
+    STRAINS,
+    UNTIED,
+    VF,
+    Ties,
+    ahead,
+    strain_columns,
+)
+from squama.contacts.ties import GRIPPED, LOOSE, Tie, X, Y, Z, of_ends, ties
 from squama.joints import law
 
 N, C = 4, 8
@@ -28,12 +47,12 @@ CONTACTS = [
 ]
 
 
-def walks(ends: int, free: tuple[float, ...]) -> list[entry.Walk]:
+def walks(held: Ties | None, free: tuple[float, ...]) -> list[entry.Walk]:
     """Return a row at rest, real and with room for complex steps."""
     shape = law.Shape(2.0, 0.5, 0.3, 0.8, 0.03, 0.8, 0.3, 0.45)
     scale = path.Scale(*np.array([(2.5, 0.8, 0.5, 0.8, 0.3, 0.03, 0.05, 0.3)]).T)
     beams = path.beams(scale, law.stiffness(shape)[None], np.zeros(1))._replace(free=np.array([free]))
-    S = entry.system(beams, 0, N, ends)
+    S = entry.system(beams, 0, N, OWN if held else EQUAL, held or UNTIED)
     return [entry.walk(S._replace(K=S.K.astype(kind)), C, np.zeros(0)) for kind in (float, complex)]
 
 
@@ -47,7 +66,7 @@ def random_state(w: entry.Walk, size: float) -> None:
     st.strains[:] = size * rng.standard_normal(st.strains.shape)
     st.F[:] = 0.02 * rng.standard_normal(st.F.shape)
     st.s[:] = rng.uniform(0.2, 0.6, st.s.shape)
-    st.ends[:] = 0.05 * rng.standard_normal(st.ends.shape)
+    st.ties[:] = 0.05 * rng.standard_normal(st.ties.shape)
     for _ in range(20):
         # without friction, forces are along the normals
         prepared(w.S, st, w.con, len(CONTACTS), True, w.W)
@@ -55,9 +74,9 @@ def random_state(w: entry.Walk, size: float) -> None:
             st.F[c] = 0.01 * (c + 1) * np.array(meet(w.S, st, row, st.s[c], w.W).n)
 
 
-def missed(ends: int, free: tuple[float, ...], size: float) -> dict[str, float]:
+def missed(held: Ties | None, free: tuple[float, ...], size: float) -> dict[str, float]:
     """Return what entries miss, over the largest one: those of a cell's strains by themselves, and all others."""
-    real, steps = walks(ends, free)
+    real, steps = walks(held, free)
     random_state(real, size)
     random_state(steps, size)
     m, S, J = len(CONTACTS), real.S, real.J
@@ -102,9 +121,15 @@ def missed(ends: int, free: tuple[float, ...], size: float) -> dict[str, float]:
 
 
 if __name__ == "__main__":
-    ways = {"loose": (1, (FREE, LOADED, FREE, FREE)), "some": (1, (0.0, LOADED, FREE, 0.0))}
-    ways |= {"gripped": (2, (FREE, LOADED, FREE, FREE)), "at a distance": (2, (FREE, LOADED, FREE, LOADED))}
-    ways["equal"] = (0, (FREE, 0.0, FREE, FREE))
+    loose, gripped, apart = of_ends(N, LOOSE), of_ends(N, GRIPPED), of_ends(N, GRIPPED, apart=True)
+    ways: dict[str, Any] = {"loose": (loose, (FREE, LOADED, FREE, FREE)), "some": (loose, (0.0, LOADED, FREE, 0.0))}
+    ways |= {"gripped": (gripped, (FREE, LOADED, FREE, FREE)), "at a distance": (apart, (FREE, LOADED, FREE, LOADED))}
+    ways["equal"] = (None, (FREE, 0.0, FREE, FREE))
+    pushed = [Tie([(N, Y), (1.3, X)], course=(PHI, 1.0)), Tie(carried=(0.3, 0, 0, -1.0), course=(EPS, 2.0))]
+    ways["cantilever"] = (ties(N, pushed), (FREE, LOADED, FREE, FREE))
+    bench = [Tie([(0.5, v)]) for v in (X, Y, Z)] + [Tie([(3.2, v)]) for v in (X, Y)]
+    bench += [Tie(turn=(1, Z, 0 * Z)), Tie([(2, Y)], course=(PHI, 1.0))]
+    ways["on supports"] = (ties(N, bench, floating=True), (FREE, LOADED, FREE, FREE))
     assert (PHI, EPS, STRAINS) == (1, 3, 4)
     found = {name: [missed(*way, size) for size in (0.05, 1e-4)] for name, way in ways.items()}
     sys.stdout.write(json.dumps(found))

@@ -13,7 +13,8 @@ from squama.beam import matrixfile
 from squama.cli import main
 from squama.contacts import increments, path, row, states
 from squama.contacts.path import Path, Scale
-from squama.contacts.system import ENDLESS, LOOSE
+from squama.contacts.system import ENDLESS
+from squama.contacts.ties import LOOSE
 from squama.curves import real
 from squama.curves.own_scales import own_scales
 from squama.joints import law

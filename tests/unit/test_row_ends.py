@@ -14,7 +14,8 @@ from scipy.linalg import expm
 import squama
 from squama.contacts import entry, increments, path, row, states
 from squama.contacts.path import Path, Scale
-from squama.contacts.system import EQUAL, GRIPPED, LIES, LOOSE, PSI, System
+from squama.contacts.system import EQUAL, LIES, PSI, UNTIED, System
+from squama.contacts.ties import GRIPPED, LOOSE, of_ends
 from squama.curves import real
 from squama.curves.own_scales import own_scales
 from squama.errors import InputError
@@ -146,12 +147,11 @@ def test_a_row_is_in_balance(name, ends, mu):
 
 @pytest.mark.parametrize("mu", [0.0, 0.3])
 @pytest.mark.parametrize("name", WAYS)
-def test_cells_that_are_held_alike_are_the_row_of_equal_cells(name, mu, monkeypatch):
+def test_cells_that_are_held_alike_are_the_row_of_equal_cells(name, mu):
     way = WAYS[name](mu, free=(0, 0, 0, 0))
     phis = way.contact.phi * np.linspace(0.8, 1.8, 8)
     same = row.track(way, 7, phis)
-    monkeypatch.setattr(row, "_free", lambda free, *_: free)
-    own = row.track(way, 7, phis, ends=LOOSE)
+    own = row.tied(way, 7, phis, UNTIED, way.beams.free)
     for name in ("torque", "M", "P", "N", "f", "u_Z", "w_Y", "x", "y", "W", "W_fr", "energy"):
         expected = column(same, name)
         np.testing.assert_allclose(
@@ -274,7 +274,8 @@ def clamped(way, n, warping):
     rest = np.full(n, math.atan2(st, ct))
     return System(
         *(np.array([v] * n) for v in alike), K, np.array([b.plates[0]] * n), np.array([1.0, 2.0, 1.0, 1.0]),
-        entry.GRIP, int(math.hypot(eta, 2 * beta)), False, np.ones((n, 3)), 1, rest, np.zeros(0), GRIPPED,
+        entry.GRIP, int(math.hypot(eta, 2 * beta)), False, np.ones((n, 3)), 1, rest, np.zeros(0), True,
+        of_ends(n, GRIPPED),
     )  # fmt: skip
 
 

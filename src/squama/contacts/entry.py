@@ -24,17 +24,20 @@ from squama.contacts.system import (
     ELASTIC,
     ENDLESS,
     EPS,
-    EQUAL,
     MOTIONS,
     MU,
+    OWN,
     PHI,
     PSI,
     STIFF,
     STRAINS,
+    UNTIED,
     Past,
     State,
     System,
+    Ties,
     ahead,
+    borders,
     copy,
     pieces,
 )
@@ -49,8 +52,6 @@ SLIDING = 0.2
 
 _CROWD = 8
 """Contacts, in the mean, of as many scales of a row as may meet, for which there is room."""
-_BORDER = 6
-"""Unknowns of the whole beam for which there is room."""
 
 
 @_jit
@@ -77,11 +78,11 @@ def state(S: System, C: int) -> State:
     N, kind = len(S.shapes), S.K.dtype
     return State(
         np.zeros((N, 6), kind),
-        np.zeros((1 if S.ends == EQUAL else N, STRAINS), kind),
+        np.zeros((N if S.own else 1, STRAINS), kind),
         np.zeros((N, 24), kind),
         np.zeros((C, 3), kind),
         np.zeros((C, 3), kind),
-        np.zeros((2, 0 if S.ends == EQUAL else 6), kind),
+        np.zeros((2, borders(S) if S.own else 0), kind),
     )
 
 
@@ -89,8 +90,8 @@ def state(S: System, C: int) -> State:
 def walk(S: System, C: int, notes: Array) -> Walk:
     """Return a path at rest with room for C contacts, and for notes (or none)."""
     N, k, kind = len(S.shapes), S.reach, S.K.dtype
-    n = (MOTIONS + ahead(S)) * N + 6 * C + _BORDER
-    own, wide = (0, STRAINS) if S.ends == EQUAL else (N, _BORDER)
+    wide = borders(S)
+    n, own, sections = (MOTIONS + ahead(S)) * N + 6 * C + wide, N if S.own else 0, S.ties.forces.shape[1]
     strains = STRAINS * pieces(S, k)
     W = Work(
         np.zeros((N, 12), kind), np.zeros((N, k, PLACED + RATES * pieces(S, k)), kind), np.zeros((N, 24), kind),
@@ -98,8 +99,8 @@ def walk(S: System, C: int, notes: Array) -> Walk:
         np.zeros((2 * C, 3, 24)), np.zeros(2 * C), np.zeros((6, n)), np.zeros((LOCAL + strains, LOCAL + 6 + strains)),
         np.zeros((C, 5), kind), np.zeros((2, 12), kind), np.zeros((4, 3)), np.zeros(7, np.int64), np.zeros(VERTEX),
         np.zeros((2, LOCAL + 6 + strains), np.int64), np.zeros(N, np.int64), np.zeros(2 * C, np.int64),
-        np.zeros((own, STRAINS), kind), np.zeros(PLACED + RATES * own, kind), np.eye(3).astype(kind),
-        np.full(1, WINDOW),
+        np.zeros((own, STRAINS), kind), np.zeros((sections, PLACED), kind), np.zeros((sections, STRAINS, 6), kind),
+        np.zeros((sections, 6), kind), np.zeros(PLACED + RATES, kind), np.eye(3).astype(kind), np.full(1, WINDOW),
     )  # fmt: skip
     band = n if S.periodic else min(n, 3 * (k * S.stride + 1) * (MOTIONS + ahead(S) + 6 * _CROWD))
     J = Linear(
@@ -147,19 +148,23 @@ def faces(b: Beams) -> int:
 
 
 @making
-def system(b: Beams, i: int, n: int, ends: int) -> System:
+def system(b: Beams, i: int, n: int, about: int, ties: Ties) -> System:
     """Return one beam: n scales that repeat for ever, or a row of them, which may come to lie on the substrate.
 
-    With scales on both faces every other one is of the other face.
+    With scales on both faces every other one is of the other face. Below 0 ``i`` stands for scales of which each is
+    that of another beam.
     """
-    s, K, periodic = b.shapes[i], b.K[i], ends == ENDLESS
-    eta, beta, sa, ca, st, ct = s[0], s[1], s[3], s[4], s[5], s[6]
-    shapes, axes = np.zeros((n, 6), s.dtype), np.zeros((n, 3, 3), s.dtype)
-    bases, joint, plates = np.zeros((n, 3), s.dtype), np.zeros((n, 10, 10), s.dtype), np.zeros((n, 24, 24), s.dtype)
+    kind, periodic, reach = b.shapes.dtype, about == ENDLESS, 1
+    shapes, axes = np.zeros((n, 6), kind), np.zeros((n, 3, 3), kind)
+    bases, joint, plates = np.zeros((n, 3), kind), np.zeros((n, 10, 10), kind), np.zeros((n, 24, 24), kind)
     rests, sees, stride = np.zeros(0 if periodic else n), np.ones((n, 3)), faces(b)
     for o in range(n):
+        own = o if i < 0 else i
+        s, K = b.shapes[own], b.K[own]
+        eta, beta, sa, ca, st, ct = s[0], s[1], s[3], s[4], s[5], s[6]
+        reach = max(reach, int(math.hypot(eta.real, 2 * beta.real)))
         put((eta, beta, s[7]), shapes[o], 0)
-        shapes[o, MU], shapes[o, ELASTIC], shapes[o, STIFF] = s[8], 1.0 if b.elastic[i] else 0.0, SLIDING
+        shapes[o, MU], shapes[o, ELASTIC], shapes[o, STIFF] = s[8], 1.0 if b.elastic[own] else 0.0, SLIDING
         put((-sa * ct, st, ca * ct), axes[o, 0], 0)
         put((ca, 0.0 * ca, sa), axes[o, 1], 0)
         put((st * sa, ct, -st * ca), axes[o, 2], 0)
@@ -168,17 +173,17 @@ def system(b: Beams, i: int, n: int, ends: int) -> System:
             for c in range(len(K)):
                 joint[o, _place(a), _place(c)] = K[a, c]
         if len(K) == 9:
-            joint[o, MOTIONS + CHI, MOTIONS + CHI] = b.aside[i] * K[7, 7]
+            joint[o, MOTIONS + CHI, MOTIONS + CHI] = b.aside[own] * K[7, 7]
         if o % stride == 1:
-            turned_over(b, i, joint[o], sees[o])
-        if b.elastic[i]:
-            copy(b.plates[i], plates[o])
+            turned_over(b, own, joint[o], sees[o])
+        if b.elastic[own]:
+            copy(b.plates[own], plates[o])
         if not periodic:
             rests[o] = math.atan2(st.real, ct.real)
-    reach = max(1, int(math.hypot(eta.real, 2 * beta.real)))
+    one = max(i, 0)
     return System(
-        shapes, axes, bases, joint, plates, b.free[i], GRIP, reach, periodic, sees, stride, rests, b.masked[i],
-        max(EQUAL, ends),
+        shapes, axes, bases, joint, plates, b.free[one], GRIP, reach, periodic, sees, stride, rests, b.masked[one],
+        about == OWN, ties,
     )  # fmt: skip
 
 
@@ -213,17 +218,19 @@ def _path(
 
 
 def _many(
-    b: Beams, scales: int, about: int, step: float, most: Array, C: int, ways: Array, corners: Array, rows: Array,
-    motions: Array, bends: Array, contacts: Array, events: Array, ends: Array, notes: Array,
+    b: Beams, scales: int, about: int, ties: Ties, step: float, most: Array, C: int, ways: Array, corners: Array,
+    rows: Array, motions: Array, bends: Array, contacts: Array, events: Array, ends: Array, notes: Array,
 ) -> None:  # fmt: skip
     """Follow beams of a number of scales, endless or rows, on paths of their own: all arrays begin with (n,).
 
-    ``about``: how their ends are, :data:`squama.contacts.system.ENDLESS` and so on.
+    ``about``: what their cells are, :data:`squama.contacts.system.ENDLESS` and so on. Where there are more beams than
+    paths, they are the scales of one.
     """
+    each = len(b.shapes) > len(ways)
     for i in range(len(ways)):
         _follow(
-            walk(system(b, i, scales, about), C, notes[i]), ways[i], corners[i], most[i], step, rows[i], motions[i],
-            bends[i], contacts[i], events[i], ends[i],
+            walk(system(b, -1 if each else i, scales, about, ties), C, notes[i]), ways[i], corners[i], most[i], step,
+            rows[i], motions[i], bends[i], contacts[i], events[i], ends[i],
         )  # fmt: skip
 
 
@@ -235,7 +242,7 @@ def _move(
     k = len(ways) // len(notes)
     for i in range(len(ways)):
         _again(
-            walk(system(b, i, faces(b), ENDLESS), C, notes[i // k]), ways[i], corners[i], most[i // k], step,
+            walk(system(b, i, faces(b), ENDLESS, UNTIED), C, notes[i // k]), ways[i], corners[i], most[i // k], step,
             int(ends[i // k, 3]), rows[i], motions[i], bends[i], contacts[i], events[i],
         )  # fmt: skip
 

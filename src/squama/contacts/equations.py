@@ -7,7 +7,7 @@ Contact c presses scale i from its neighbour j at places r1 and p2, both seen fr
     contact    r1 - p2 = 0,  along a bent edge that lies on a face t . n = 0 as well
     friction   y = f - k v:  abs(y) <= mu N: v1 + grip (f - f_last) = 0 (sticks);  else f - mu N y/abs(y) = 0 (slips)
     strain     K_e . (q, e) + sum F . dp2/de = 0  for each that is free, or its moment or force where it is imposed;
-               of each cell the load at the ends where cells have strains of their own (:mod:`squama.contacts.ends`)
+               of each cell the load at the ends where cells have strains of their own (:mod:`squama.contacts.supports`)
     substrate  theta_i = 0 of a scale that lies on it, by a moment Q_i that brings Q_i theta_q to its balance
 
 with f = F - N n the part along the plate, N = F . n, n the common normal from the image to scale i. The slip v over the
@@ -20,7 +20,6 @@ from __future__ import annotations
 import numpy as np
 
 from squama.batch.keeping import part as _jit
-from squama.contacts.ends import tied
 from squama.contacts.geometry import back, vector
 from squama.contacts.meeting import (
     BEFORE,
@@ -37,10 +36,10 @@ from squama.contacts.meeting import (
     lever,
     meet,
 )
+from squama.contacts.supports import tied
 from squama.contacts.system import (
     APART,
     EF,
-    EQUAL,
     FE,
     FIRST,
     KIND,
@@ -81,7 +80,7 @@ def elastic(S: System, st: State, at: Array, W: Work, r: Array, loads: Array) ->
                 r[at[i] + a] = out
             else:
                 loads[a - MOTIONS] += out / many
-                if S.ends != EQUAL:
+                if S.own:
                     W.carried[i, a - MOTIONS] = out
 
 
@@ -143,9 +142,9 @@ def residual(
         for e in range(STRAINS * pieces(S, row[APART])):
             rate = add(cross(vector(P, 12 + 6 * e), g.p2), 1.0, vector(P, 15 + 6 * e))
             loads[e % STRAINS] += dot(F, rate) / many
-            if S.ends != EQUAL:
+            if S.own:
                 W.carried[i + e // STRAINS, e % STRAINS] += dot(F, rate)
-    if S.ends == EQUAL:
+    if not S.own:
         columns = strain_columns(S, at, n, 0)
         for e in range(STRAINS):
             if columns[e] >= 0:

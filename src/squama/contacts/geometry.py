@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
-from squama.contacts.system import BETA, CHI, EPS, EQUAL, ETA, PHI, PSI, System, further, pieces, row_of
+from squama.contacts.system import BETA, CHI, EPS, ETA, PHI, PSI, System, further, pieces, row_of
 from squama.contacts.vectors import Turned, Vector, add, cross, dot, mixed, rotated, scaled, spin, turned
 from squama.types import Array
 
@@ -128,7 +128,7 @@ def neighbour(S: System, strains: Array, i: int, j: int, k: int, out: Array) -> 
     Each scale is in the middle of its cell.
     """
     many, A, o = pieces(S, k), S.axes[i], vector(S.bases[i], 0)
-    chain(S, strains, i, many, k if S.ends == EQUAL else 0.5, S.axes[j], vector(S.bases[j], 0), out)
+    chain(S, strains, i, many, 0.5 if S.own else k, S.axes[j], vector(S.bases[j], 0), out)
     for column in range(3):
         v = rowwise(A, (out[column], out[3 + column], out[6 + column]))
         out[column], out[3 + column], out[6 + column] = v

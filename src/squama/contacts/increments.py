@@ -8,15 +8,14 @@ import numpy as np
 
 from squama.batch.keeping import part as _jit
 from squama.contacts.detection import VERTEX
-from squama.contacts.ends import GIVEN, LOADS
 from squama.contacts.geometry import PLACED
 from squama.contacts.jacobian import jacobian
 from squama.contacts.linear import SOLVED, Linear, exchanged, factor, laid_out, stored
 from squama.contacts.meeting import BEFORE, F_, V_, Work, before
+from squama.contacts.supports import GIVEN, LOADS
 from squama.contacts.system import (
     APART,
     ELASTIC,
-    EQUAL,
     FIRST,
     FREE,
     IMPOSED,
@@ -134,8 +133,10 @@ def impose(w: Walk, way: float, st: State) -> None:
         if w.S.free[e] == IMPOSED:
             for i in range(len(st.strains)):
                 st.strains[i, e] = given
-        if w.S.ends != EQUAL:
-            st.ends[GIVEN, e] = given
+    for k in range(len(w.S.ties.course)):
+        e = int(w.S.ties.course[k, 0])
+        if e >= 0:
+            st.ties[GIVEN, k] = w.leg[e] + w.leg[4 + e] * way
 
 
 @_jit
@@ -156,9 +157,9 @@ def guess(w: Walk, h: float) -> None:
             for e in range(STRAINS):
                 d = a.strains[i, e] - b.strains[i, e]
                 n.strains[i, e] += x * d + y * (d / t[T_SIZE] - (b.strains[i, e] - c.strains[i, e]) / t[T_BEFORE])
-        for o in range(a.ends.shape[1]):
-            d = a.ends[LOADS, o] - b.ends[LOADS, o]
-            n.ends[LOADS, o] += x * d + y * (d / t[T_SIZE] - (b.ends[LOADS, o] - c.ends[LOADS, o]) / t[T_BEFORE])
+        for o in range(a.ties.shape[1]):
+            d = a.ties[LOADS, o] - b.ties[LOADS, o]
+            n.ties[LOADS, o] += x * d + y * (d / t[T_SIZE] - (b.ties[LOADS, o] - c.ties[LOADS, o]) / t[T_BEFORE])
         for k in range(w.counts[0]):
             for o in range(3):
                 d = a.F[k, o] - b.F[k, o]

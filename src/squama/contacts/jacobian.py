@@ -5,17 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from squama.batch.keeping import part as _jit
-from squama.contacts.ends import ties
 from squama.contacts.geometry import back, bow, turn, vector
 from squama.contacts.lifts import around, lifted, lifts, shared
 from squama.contacts.linear import BASE, FAR, INNER, STRIDE, Linear, alone, emptied, enter
 from squama.contacts.meeting import Meeting, Work, along_edges, before, frame, lever, meet
+from squama.contacts.supports import tie_rates, unit
 from squama.contacts.system import (
     APART,
     EE,
     EF,
     ELASTIC,
-    EQUAL,
     FE,
     FIRST,
     KIND,
@@ -56,22 +55,15 @@ def lie_rates(st: State, i: int, c: int, o: int, turns: int, W: Work, J: Linear)
     e, (rate, up, square) = turned(w), lever(i, W)
     by_w = by_vector(e, rate)
     for z in range(3):
-        by_turn = cross(spin(e, axis(z, 0.0)), up)
+        by_turn = cross(spin(e, unit(z, 0.0)), up)
         grown = 2 * (up[0] * by_turn[0] + up[2] * by_turn[2])
         change = add(cross(by_turn, (-up[2], 0.0, up[0])), 1.0, cross(up, (-by_turn[2], 0.0, by_turn[0])))
         change = scaled(Q / square, add(change, -grown, rate))
-        change = add(map_rate(w, scaled(Q, rate), axis(z, 0.0)), 1.0, by_vector(e, change))
+        change = add(map_rate(w, scaled(Q, rate), unit(z, 0.0)), 1.0, by_vector(e, change))
         enter(J, o, turns + z, by_w[z])
         enter(J, turns + z, o, -by_w[z])
         for a in range(3):
             enter(J, turns + a, turns + z, -change[a])
-
-
-@_jit
-def axis(a: int, like: float) -> Vector:
-    """Return a unit vector of the kind of a number."""
-    one, none = 1.0 + 0.0 * like, 0.0 * like
-    return (one, none, none) if a == 0 else ((none, one, none) if a == 1 else (none, none, one))
 
 
 @_jit
@@ -93,15 +85,15 @@ def varied(
     dtx1, dty1, dtx2, dty2, dF, dFj = none, none, none, none, none, none
     dv = none
     if v < 3:
-        dr1 = axis(v, 0.0)
+        dr1 = unit(v, 0.0)
     elif v < _J:
-        o = axis(v - 3, 0.0)
+        o = unit(v - 3, 0.0)
         dr1 = cross(o, g.arm1)
         darm1, dtx1, dty1 = dr1, cross(o, g.tx1), cross(o, g.ty1)
     elif v < _J + 3:
-        dp2 = turn(P, axis(v - _J, 0.0))
+        dp2 = turn(P, unit(v - _J, 0.0))
     elif v < _S:
-        o = turn(P, axis(v - _J - 3, 0.0))
+        o = turn(P, unit(v - _J - 3, 0.0))
         dp2 = cross(o, g.arm2)
         darm2, dtx2, dty2 = dp2, cross(o, g.tx2), cross(o, g.ty2)
     elif v < _W:
@@ -128,7 +120,7 @@ def varied(
     elif v == _W + 5:
         dty2 = g.up2
     elif v < _E:
-        dF = axis(v - _F, 0.0)
+        dF = unit(v - _F, 0.0)
     else:
         e = v - _E
         o = vector(P, 12 + 6 * e)
@@ -333,7 +325,7 @@ def jacobian(  # noqa: C901 - one loop over contacts
                 L[moments, z], L[moments + 1, z], L[moments + 2, z] = v
             moment = cross(g.arm1, F) if side == 0 else back(P, cross(g.arm2, F))
             for z in range(3):
-                v = map_rate(w, moment, axis(z, 0.0))
+                v = map_rate(w, moment, unit(z, 0.0))
                 for b in range(3):
                     L[moments + b, first + z] += v[b]
         for z in range(6):
@@ -350,8 +342,8 @@ def jacobian(  # noqa: C901 - one loop over contacts
             for e_ in range(STRAINS):
                 column[_E + STRAINS * p + e_] = rows[LOCAL + STRAINS * p + e_] = columns[e_]
         spread(J, shared(S, at, n), L, column[:inputs], rows[:outputs], W.lifts, from1, to1, from2, to2)
-    if S.ends != EQUAL:
-        ties(S, st, at, n, W, J)
+    if S.own:
+        tie_rates(S, st, at, n, W, J)
     for a in range(len(S.masked)):
         if S.masked[a] > 0:
             for i in range(N):

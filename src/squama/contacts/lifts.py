@@ -8,7 +8,6 @@ from squama.contacts.meeting import Work, clear
 from squama.contacts.system import (
     APART,
     ELASTIC,
-    EQUAL,
     FIRST,
     KIND,
     LIES,
@@ -130,4 +129,4 @@ def around(S: System, at: Array, all_: int, far: int, a: int) -> tuple[int, int]
 @_jit
 def shared(S: System, at: Array, n: int) -> tuple[int, int, int, int]:
     """Return the unknowns that shared strains are; -1 for those that are imposed, or that each cell has of its own."""
-    return strain_columns(S, at, n, 0) if S.ends == EQUAL else (-1, -1, -1, -1)
+    return (-1, -1, -1, -1) if S.own else strain_columns(S, at, n, 0)

@@ -130,6 +130,13 @@ def factor(J: Linear, n: int) -> bool:
                 A[q + k] = f
                 for j in range(k + 1, last + 1):
                     A[q + j] -= f * A[o + j]
+    return cornered(J, n)
+
+
+@_jit
+def cornered(J: Linear, n: int) -> bool:
+    """Factor what is left of the border beside a factored band; False where it is singular."""
+    inner = J.kept[INNER]
     free = n - inner
     for e in range(free):
         across(J, J.right[:, e])
@@ -138,8 +145,15 @@ def factor(J: Linear, n: int) -> bool:
             for a in range(inner):
                 J.corner[e, o] -= J.lower[e, a] * J.right[a, o]
     for k in range(free):
-        if not abs(J.corner[k, k]) > 0.0:
+        p = k
+        for i in range(k + 1, free):
+            if abs(J.corner[i, k]) > abs(J.corner[p, k]):
+                p = i
+        J.order[inner + k] = p
+        if not abs(J.corner[p, k]) > 0.0:
             return False
+        for j in range(free if p != k else 0):
+            J.corner[k, j], J.corner[p, j] = J.corner[p, j], J.corner[k, j]
         for i in range(k + 1, free):
             f = J.corner[i, k] / J.corner[k, k]
             J.corner[i, k] = f
@@ -176,6 +190,10 @@ def substitute(J: Linear, n: int, x: Array) -> None:
     for e in range(free):
         for a in range(inner):
             x[inner + e] -= J.lower[e, a] * x[a]
+    for e in range(free):
+        p = inner + J.order[inner + e]
+        x[inner + e], x[p] = x[p], x[inner + e]
+    for e in range(free):
         for o in range(e):
             x[inner + e] -= J.corner[e, o] * x[inner + o]
     for e in range(free - 1, -1, -1):

@@ -48,8 +48,9 @@ class Work(NamedTuple):
     more, what is known of contacts (C, 5); views of a pair (2, 12), its corners (4, 3), a vertex (7,), the end of an
     edge (9,), the unknowns of a contact's variables and rows (2, 28) or more; of each plate the last place at which it
     is pressed (N,), and before each place another one of the same plate (2 C,), -1 for none. Where cells have strains
-    of their own, what each carries (N, 4), M, T, B, P, the motion of the far end, as
-    :func:`squama.contacts.geometry.chain` has it, and the axes of a section (3, 3);
+    of their own, what each carries (N, 4), M, T, B, P; where sections are followed their frames (N + 1, 12), motions
+    beyond cells per strain (N, 4, 6), wrenches on sections and beyond (N + 1, 6), one cell as
+    :func:`squama.contacts.geometry.chain` has it (36,), and the axes of a section (3, 3);
     ``window`` (1,): the part of a plate within which a vertex beside an edge along a face is that contact.
     """
 
@@ -70,7 +71,10 @@ class Work(NamedTuple):
     first: Array
     next: Array
     carried: Array
-    bar: Array
+    frames: Array
+    moves: Array
+    wrench: Array
+    cell: Array
     section: Array
     window: Array
 

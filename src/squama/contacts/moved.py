@@ -7,7 +7,7 @@ import numpy as np
 from squama.batch.keeping import tell
 from squama.contacts import entry
 from squama.contacts.path import ROOM, STEP, Answers, Room, on_legs, signed
-from squama.contacts.system import ENDLESS
+from squama.contacts.system import ENDLESS, UNTIED
 from squama.types import Array
 
 NOTES = 200_000
@@ -54,7 +54,7 @@ def _move(
     size, faces = NOTES, 1 + bool(real.seen.shape[1])
     while True:
         notes = np.zeros((1, size))
-        entry.many(beam, faces, ENDLESS, step, most[one], faces * ROOM, at[one], legs[one], *own, notes)
+        entry.many(beam, faces, ENDLESS, UNTIED, step, most[one], faces * ROOM, at[one], legs[one], *own, notes)
         if notes[0, 0] >= 0.0:
             break
         size *= 4

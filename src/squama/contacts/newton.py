@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from squama.batch.keeping import part as _jit
-from squama.contacts.ends import moved_alone, shifted
 from squama.contacts.equations import residual
 from squama.contacts.jacobian import jacobian
 from squama.contacts.linear import RESIDUALS, SOLVED, Linear, factor, laid_out, substitute
 from squama.contacts.meeting import Work, prepared
-from squama.contacts.system import EQUAL, KIND, LIES, MOTIONS, STRAINS, Past, State, System, places_of, strain_columns
+from squama.contacts.supports import moved_alone, shifted
+from squama.contacts.system import KIND, LIES, MOTIONS, STRAINS, Past, State, System, places_of, strain_columns
 from squama.types import Array
 
 TIGHT = 1e-11
@@ -38,7 +38,7 @@ def shift(S: System, st: State, con: Array, m: int, at: Array, n: int, x: Array,
             st.F[c, a] += by * x[o + a]
         for a in range(places_of(con[c, KIND])):
             st.s[c, a] += by * x[o + 3 + a]
-    if S.ends != EQUAL:
+    if S.own:
         shifted(S, st, at, n, x, by)
         return
     columns = strain_columns(S, at, n, 0)

@@ -14,7 +14,7 @@ import numpy as np
 from squama.batch.keeping import tell
 from squama.contacts import entry, increments
 from squama.contacts.of_face import events_of, of_face
-from squama.contacts.system import EE, EF, ENDLESS, FE, FV, PHI, PSI, STRAINS, VF
+from squama.contacts.system import EE, EF, ENDLESS, FE, FV, PHI, PSI, STRAINS, UNTIED, VF
 from squama.joints.factor import MIRROR
 from squama.model import elastic_plate as plate
 from squama.model.outcome import End as Outcome
@@ -227,7 +227,7 @@ def follow_all(
     faces = 1 + bool(beams.seen.shape[1])
     found = Room.of(ways, room, faces)
     tell(entry.many, "scales in contact")
-    entry.many(beams, faces, ENDLESS, step, most, faces * ROOM, ways, strains, *found, np.zeros((len(ways), 0)))
+    entry.many(beams, faces, ENDLESS, UNTIED, step, most, faces * ROOM, ways, strains, *found, np.zeros((len(ways), 0)))
     return found.answers() if corners is not None else signed(found.answers(), targets)
 
 

@@ -1,6 +1,6 @@
 """A row of N scales by the contact solver: states of every scale along the twist, what comes in, decay; E = d = 1.
 
-All cells have the same strains, or each has its own, as the ends are held (:mod:`squama.contacts.ends`). Scales touch
+All cells have the same strains, or each has its own, as the ends are held (:mod:`squama.contacts.ties`). Scales touch
 their neighbours with any number of contacts, and the substrate where they come to lie on it.
 """
 
@@ -18,18 +18,18 @@ from squama.contacts.system import (
     EPS,
     EQUAL,
     FIRST,
-    FREE,
-    GRIPPED,
     KIND,
     LIES,
-    LOADED,
-    LOOSE,
     MOTIONS,
     ONE,
     OTHER,
+    OWN,
     PHI,
     STRAINS,
+    UNTIED,
+    Ties,
 )
+from squama.contacts.ties import GRIPPED, LOOSE, freed, of_ends, of_grips
 from squama.types import Array
 
 _CONTACTS, _EVENTS, _BEGIN = 4, 16, 2e-4
@@ -50,13 +50,15 @@ class Track(NamedTuple):
     ``rows`` (points, n, 60) are states of every scale, :data:`squama.contacts.path.COLUMNS`, N, friction and places of
     its contact with a scale further on (sums, and the first of them), works and the loads the means of all scales;
     ``cells`` (points, n, 8) strains of each cell and what it carries of M, T, B and P, or (points, n, 0) where all have
-    the same strains; ``held`` (points, n) moments by which the substrate lifts scales that lie on it; ``contacts``
+    the same strains; ``held`` (points, n) moments by which the substrate lifts scales that lie on it; ``loads``
+    (points, K) those of ties, and of a floating beam turn and place of the near end behind them; ``contacts``
     (points, C, 16) and ``events`` (E, 25) see :mod:`squama.contacts.follow`.
     """
 
     rows: Array
     cells: Array
     held: Array
+    loads: Array
     contacts: Array
     events: Array
     end: path.End
@@ -97,21 +99,38 @@ def track(
 ) -> Track:  # fmt: skip
     """Follow a row through twists (n,) in one sense from 0 on, to the last or to its end.
 
-    ``ends``: how they are, :data:`squama.contacts.system.ENDLESS` and so on; twists are the mean of all cells.
-    ``load``: another strain in place of the twist. Gripped ends keep their distance where the stretch is held.
+    ``ends``: ENDLESS, EQUAL cells, or LOOSE or GRIPPED ends; twists are the mean of all cells. ``load``: another strain
+    in place of the twist. Gripped ends keep their distance where the stretch is held.
     """
-    n, room, own = phis.size, _CONTACTS * scales, ends in (LOOSE, GRIPPED)
+    free = way.beams.free
+    if ends not in (LOOSE, GRIPPED):
+        return tied(way, scales, phis, None, free, step=step, load=load, about=ends)
+    held = of_ends(scales, ends, load, apart=free[0, EPS] == 0)
+    return tied(way, scales, phis, held, (of_grips if ends == GRIPPED else freed)(free, load), step=step, load=load)
+
+
+def tied(
+    way: path.Path, scales: int, at: Array, ties: Ties | None, free: Array, *, step: float = path.STEP, load: int = PHI,
+    about: int = OWN,
+) -> Track:  # fmt: skip
+    """Follow a row whose cells have strains of their own by ties, or without ties cells as ``about`` says.
+
+    ``at`` (n,): values of the strain of the legs that changes; ``free`` (N, 4) which are imposed, free or loaded.
+    """
+    n, room, own = at.size, _CONTACTS * scales, about == OWN
+    held = ties or UNTIED
     strains = np.zeros((1, n, STRAINS))
-    strains[0, :, load] = phis
-    beams = way.beams._replace(free=_free(way.beams.free, ends, load))
-    raw = np.full((1, n, increments.LINE), np.nan)
+    strains[0, :, load] = at
+    beams = way.beams._replace(free=free)
+    raw = np.full((1, n, increments.LINE + held.course.shape[0] + 6 * held.floating), np.nan)
     motions = np.full((1, n, scales, MOTIONS + 2 * STRAINS * own), np.nan)
     bends, contacts = np.full((1, n, scales, 24), np.nan), np.zeros((1, n, room, increments.CONTACT))
     events, ended = np.zeros((1, _EVENTS * (scales + 4), increments.EVENT)), np.zeros((1, 4))
     tell(entry.many, "scales in contact")
     entry.many(
-        beams, scales, ends, step, np.zeros(1), room, np.abs(phis[None].astype(float)), strains, raw, motions, bends,
-        contacts, events, ended, np.zeros((1, 0)),
+        beams, scales, about, held, step, np.zeros(1), room,
+        np.cumsum(np.abs(np.diff(at, prepend=0.0)))[None], strains, raw, motions, bends, contacts, events, ended,
+        np.zeros((1, 0)),
     )  # fmt: skip
     code, phi, told, solved = ended[0].tolist()
     if code == increments.AT_REST:
@@ -119,20 +138,9 @@ def track(
         raw[0, 0], motions[0, 0], bends[0, 0], solved = 0.0, 0.0, 0.0, 1
     reached = slice(int(solved))
     cells, motions = motions[0, reached, :, MOTIONS:], motions[0, reached, :, :MOTIONS]
-    rows, held = _states(way, raw[0, reached], motions, bends[0, reached], contacts[0, reached], cells)
-    end = path.End(int(code), phi, int(solved))
-    return Track(rows, cells, held, contacts[0, reached], events[0, : min(int(told), events.shape[1])], end)
-
-
-def _free(free: Array, ends: int, load: int) -> Array:
-    """Return which strains are imposed, free or loaded where a strain is imposed by loads at the ends."""
-    out = free.copy()
-    if ends in (LOOSE, GRIPPED):
-        out[:, load] = LOADED
-    if ends == GRIPPED:
-        # a stretch that is held is the distance of the grips
-        out[:, EPS] = np.where(free[:, EPS] > 0, FREE, LOADED)
-    return out
+    rows, lifted = _states(way, raw[0, reached], motions, bends[0, reached], contacts[0, reached], cells)
+    end, loads = path.End(int(code), phi, int(solved)), raw[0, reached, increments.LINE :]
+    return Track(rows, cells, lifted, loads, contacts[0, reached], events[0, : min(int(told), events.shape[1])], end)
 
 
 def _states(

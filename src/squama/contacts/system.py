@@ -2,7 +2,7 @@
 
 An endless beam is one scale with its own images, or two with scales on both faces; a row has N scales, each with
 unknowns of its own. All share the strains of the bar, or each cell of a row has its own, as its ends are held
-(:mod:`squama.contacts.ends`).
+(:mod:`squama.contacts.supports`).
 """
 
 from __future__ import annotations
@@ -23,14 +23,35 @@ MOTIONS, STRAINS, POWERS = 6, 4, 24
 """Motions (u, w) of a scale, strains of a cell, powers X^m Y^n of a plate's deflection."""
 EE, VF, FV, EF, FE, LIES = range(6)
 """Kinds of contact; the last one is that of a scale that lies on the substrate: a moment that lifts it, no places."""
-ENDLESS, EQUAL, LOOSE, GRIPPED = range(-1, 3)
-"""Ends of a beam: none; all cells of a row have the same strains; else each has its own, the ends loose or coaxial."""
+ENDLESS, EQUAL, OWN = range(-1, 2)
+"""Cells of a beam: they repeat for ever; all cells of a row have the same strains; each has its own."""
 IMPOSED, FREE, LOADED = range(3)
-"""A strain is imposed on each cell; is free, without a load; or its mean over all cells is imposed by one load."""
+"""A strain is imposed on each cell; is free, without a load; or is free, and the way of a tie goes by its name."""
 _NONE = np.zeros(0)
 FIRST, APART, KIND, ONE, OTHER, STUCK, ENDED = range(7)
 """Columns of a contact: scale, how many scales further the other is, kind, features of both, whether it sticks, and
 whether it stands, for this increment, for an edge that is tangent to the face nowhere any more."""
+
+
+class Ties(NamedTuple):
+    """K coordinates of a bar whose cells have strains of their own; each is imposed by a load, its multiplier.
+
+    The coordinate of a tie is the work of its unit load on the way from rest: ``forces`` (K, N + 1, 3) on the sections
+    between cells, in the axes of the near end at rest, or (K, 0, 3) where no tie knows of sections; ``carried`` (K, 4):
+    M, T, B, P brought to all cells alike; ``turns`` (K, 7): a section (-1: none) that is held against turning about an
+    axis (3), and the turn (3) it is to have per unit of its course; ``course`` (K, 2): the strain of the path's legs by
+    which a tie goes (-1: it stays), and how far it goes per unit of that. ``floating``: the near end is not clamped.
+    """
+
+    forces: Array
+    carried: Array
+    turns: Array
+    course: Array
+    floating: bool
+
+
+UNTIED = Ties(np.zeros((0, 0, 3)), np.zeros((0, 4)), np.zeros((0, 7)), np.zeros((0, 2)), False)
+"""No ties."""
 
 
 class System(NamedTuple):
@@ -44,8 +65,8 @@ class System(NamedTuple):
     ``periodic``: the N scales repeat for ever; ``sees`` (N, 3): signs with which a scale sees bend, twist and lateral
     bend (:mod:`squama.beam.faces`); ``stride``: scales of a cell, one of each face; ``rests`` (N,): inclination at rest
     over the substrate, on which a scale may come to lie, or (0,) where that is not looked at; ``masked`` (6,): 1 for
-    motions that stay 0, or (0,) for none; ``ends``: how a row's ends are held, where cells have strains of their own
-    (``stride`` 1, not ``periodic``).
+    motions that stay 0, or (0,) for none; ``own``: whether each cell has strains of its own (``stride`` 1, not
+    ``periodic``), by ``ties`` then.
     """
 
     shapes: Array
@@ -61,15 +82,17 @@ class System(NamedTuple):
     stride: int
     rests: Array = _NONE
     masked: Array = _NONE
-    ends: int = EQUAL
+    own: bool = False
+    ties: Ties = UNTIED
 
 
 class State(NamedTuple):
     """A state: scales, strains of the bar and contacts.
 
     Motions ``q`` (N, 6), ``strains`` (1, 4) of all cells or (N, 4) of each, deflections ``b`` (N, 24); of each contact
-    its force ``F`` (C, 3) on the first scale along that one's axes at rest, and its places ``s`` (C, 3); ``ends``
-    (2, 6), or (2, 0) where cells share their strains: loads at the ends, and the mean strains that they are to bring.
+    its force ``F`` (C, 3) on the first scale along that one's axes at rest, and its places ``s`` (C, 3); ``ties``
+    (2, K) loads of ties, and how far along the legs each is to be; behind the loads of a floating beam (2, K + 6)
+    stand turn and place of the near end.
     """
 
     q: Array
@@ -77,7 +100,7 @@ class State(NamedTuple):
     b: Array
     F: Array
     s: Array
-    ends: Array
+    ties: Array
 
 
 class Past(NamedTuple):
@@ -110,7 +133,7 @@ def copied(a: State, b: State) -> None:
     copy(a.b, b.b)
     copy(a.F, b.F)
     copy(a.s, b.s)
-    copy(a.ends, b.ends)
+    copy(a.ties, b.ties)
 
 
 @_in
@@ -135,37 +158,41 @@ def further(S: System, i: int, k: int) -> int:
 @_in
 def row_of(S: System, i: int) -> int:
     """Return the row of the strains of scale i's cell."""
-    return 0 if S.ends == EQUAL else i
+    return i if S.own else 0
 
 
 @_in
 def pieces(S: System, k: int) -> int:
     """Return in how many cells strains of their own lie between a scale and the one k further."""
-    return 1 if S.ends == EQUAL else k + 1
+    return k + 1 if S.own else 1
 
 
 @_jit
-def counted(S: System, at_least: int) -> int:
-    """Return how many strains are free (1) or loaded (2) at least."""
+def counted(S: System) -> int:
+    """Return how many strains are free or loaded."""
     n = 0
     for e in range(STRAINS):
-        if S.free[e] >= at_least:
+        if S.free[e] > 0:
             n += 1
     return n
 
 
 @_in
+def sectioned(S: System) -> bool:
+    """Say whether the sections between cells are followed."""
+    return bool(S.ties.forces.shape[1] > 0)
+
+
+@_in
 def ahead(S: System) -> int:
-    """Return how many unknowns of a cell's own strains, and of where its section moves, stand before its scale's."""
-    return 0 if S.ends == EQUAL else counted(S, FREE) + (6 if S.ends == GRIPPED else 0)
+    """Return how many unknowns of a cell stand before its scale's: its section's motion and wrench, own strains."""
+    return counted(S) + (12 if sectioned(S) else 0) if S.own else 0
 
 
 @_in
 def borders(S: System) -> int:
-    """Return how many unknowns of the whole beam there are: strains that all cells share, or loads at the ends."""
-    if S.ends == GRIPPED:
-        return 6 if S.free[EPS] == LOADED else 5
-    return counted(S, FREE if S.ends == EQUAL else LOADED)
+    """Return how many unknowns of the whole beam there are: strains that all cells share, or loads of ties."""
+    return len(S.ties.course) + (6 if S.ties.floating else 0) if S.own else counted(S)
 
 
 @_in
@@ -296,7 +323,7 @@ def layout(S: System, con: Array, m: int, at: Array) -> int:
 @_jit
 def strain_columns(S: System, at: Array, n: int, i: int) -> tuple[int, int, int, int]:
     """Return the unknown that each strain of scale i's cell is, of n unknowns; -1 where it is imposed."""
-    last, psi, phi, chi, eps = n if S.ends == EQUAL else at[i], -1, -1, -1, -1
+    last, psi, phi, chi, eps = at[i] if S.own else n, -1, -1, -1, -1
     if S.free[EPS] > 0:
         last -= 1
         eps = last

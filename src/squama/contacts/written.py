@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from squama.batch.keeping import part as _jit
 from squama.contacts.increments import (
+    LINE,
     T_LOAD,
     T_LOST,
     T_ONSET,
@@ -18,7 +19,8 @@ from squama.contacts.increments import (
     strain,
 )
 from squama.contacts.meeting import F_, N_
-from squama.contacts.system import ENDED, EQUAL, KIND, LIES, MOTIONS, STRAINS, STUCK, copy, spots
+from squama.contacts.supports import LOADS
+from squama.contacts.system import ENDED, KIND, LIES, MOTIONS, STRAINS, STUCK, copy, spots
 from squama.types import Array
 
 
@@ -27,7 +29,7 @@ def write(w: Walk, row: Array, motions: Array, bends: Array, contacts: Array) ->
     """Write the last state: way, strains, loads, works, contacts and what is told of them, energy, work per way.
 
     Motions (N, 6) and deflections (N, 24) are of each scale; where cells have strains of their own those, and what each
-    cell carries, follow the motions (N, 14).
+    cell carries, follow the motions (N, 14); loads of ties follow what is told else, as far as there is room.
     """
     t, S = w.tally, w.S
     row[0] = t[T_WAY]
@@ -44,6 +46,8 @@ def write(w: Walk, row: Array, motions: Array, bends: Array, contacts: Array) ->
     row[9], row[10], row[11], row[12], row[13], row[14], row[15] = t[T_WORK], t[T_RUBBED], t[T_LOST], m, mode, N, f
     row[16], row[17], row[18], row[19] = t[T_SLID], t[T_ONSET], t[T_SINCE], energy(w, w.now)
     row[20], row[21] = t[T_LOAD], t[T_SLID_OTHER]
+    for o in range(min(w.now.ties.shape[1], len(row) - LINE)):
+        row[LINE + o] = w.now.ties[LOADS, o]
     for c in range(min(m, len(contacts))):
         out = contacts[c]
         for a in range(ENDED):
@@ -54,7 +58,7 @@ def write(w: Walk, row: Array, motions: Array, bends: Array, contacts: Array) ->
             out[10 + a] = w.now.F[c, a]
         out[13], out[14], out[15] = w.W.told[c, N_], w.W.told[c, F_], w.now.s[c, 2]
     copy(w.now.b, bends)
-    if S.ends == EQUAL:
+    if not S.own:
         copy(w.now.q, motions)
         return
     for i in range(len(motions)):

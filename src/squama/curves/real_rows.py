@@ -13,7 +13,8 @@ import numpy as np
 
 from squama.contacts import increments, path, row
 from squama.contacts.row import Track
-from squama.contacts.system import EQUAL, GRIPPED, LOOSE, PHI, STRAINS
+from squama.contacts.system import EQUAL, PHI, STRAINS
+from squama.contacts.ties import GRIPPED, LOOSE
 from squama.curves import real, real_walk
 from squama.curves.curve_figures import dissipation
 from squama.curves.hinge import before
@@ -120,7 +121,7 @@ def followed(way: path.Path, n: int, far: float, points: int, sign: int, ends: i
 def _once(track: Track) -> Track:
     """Return a row without repeated points: where a jump passes several twists, all have the state behind it."""
     new = np.diff(track.rows[:, 0, 0], prepend=-np.inf) > 0
-    kept = {name: getattr(track, name)[new] for name in ("rows", "cells", "held", "contacts")}
+    kept = {name: getattr(track, name)[new] for name in ("rows", "cells", "held", "loads", "contacts")}
     return track._replace(**kept)
 
 

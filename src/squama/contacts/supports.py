@@ -1,0 +1,352 @@
+r"""Supports and loads of a bar whose cells have strains of their own: what cells carry, what ties ask; compiled.
+
+With the strains e_i of cell i, the part of the energy and of the contacts' forces in its own axes balances what the
+loads beyond it are there::
+
+    K_e . (q_i, e_i) + sum F . dp2/de_i = W_i . X_i + sum L_k c_k
+
+with X_i the motion of all that is beyond per strain of cell i, and W_i the wrench of all loads there, both as the frame
+sees them in which the near end is clamped: turn (o, v) and wrench (m, f) about its origin. Loads are those L_k of ties
+(:class:`squama.contacts.system.Ties`): each is the multiplier of a coordinate that is imposed, as the twist of an end
+is by a torque, or the way of a tip along the force on it. A tie brings L_k c_k to all cells alike, L_k f to sections,
+and where it holds a turn the moment that does its work.
+
+As cells before cell i are strained, its section moves by s_i, X_i changes by the bracket (s x o, s x v + t x o) of
+both, and W_i with the places of the loads beyond. All s_i and changes of W_i, linear in those of the unknowns, are
+unknowns of the equations' derivatives alone: so they remain a band.
+"""
+
+from __future__ import annotations
+
+from squama.batch.keeping import inlined as _in
+from squama.batch.keeping import part as _jit
+from squama.contacts.geometry import PLACED, back, chain, put, turn, vector
+from squama.contacts.linear import Linear, enter
+from squama.contacts.meeting import Work
+from squama.contacts.system import (
+    LOADED,
+    STRAINS,
+    State,
+    System,
+    ahead,
+    borders,
+    sectioned,
+    strain_columns,
+)
+from squama.contacts.vectors import Vector, add, cross, dot, rotated, scaled, spin, turned
+from squama.types import Array
+
+LOADS, GIVEN = range(2)
+"""Rows of a state's ties."""
+AT, AXIS, SPIN = 0, 1, 4
+"""Columns of a tie that holds a turn."""
+
+
+@_jit
+def unit(a: int, like: float) -> Vector:
+    """Return a unit vector of the kind of a number."""
+    one, none = 1.0 + 0.0 * like, 0.0 * like
+    return (one, none, none) if a == 0 else ((none, one, none) if a == 1 else (none, none, one))
+
+
+@_jit
+def spine(S: System, st: State, W: Work) -> None:
+    """Write the frames of all sections, and the motions of what is beyond a cell per strain of it."""
+    none, K = 0.0 * st.strains[0, 0], len(S.ties.course)
+    x, y, z, t = unit(0, none), unit(1, none), unit(2, none), (none, none, none)
+    if S.ties.floating:
+        e = turned(vector(st.ties[LOADS], K))
+        x, y, z, t = rotated(e, x), rotated(e, y), rotated(e, z), vector(st.ties[LOADS], K + 3)
+    for i in range(len(S.shapes) + 1):
+        R = W.frames[i]
+        for r in range(3):
+            R[3 * r], R[3 * r + 1], R[3 * r + 2] = x[r], y[r], z[r]
+        put(t, R, 9)
+        if i == len(S.shapes):
+            return
+        chain(S, st.strains, i, 1, 1.0, W.section, (none, none, none), W.cell)
+        for strain in range(STRAINS):
+            o = turn(R, vector(W.cell, PLACED + 6 * strain))
+            v = turn(R, vector(W.cell, PLACED + 6 * strain + 3))
+            put(o, W.moves[i, strain], 0)
+            put(add(v, 1.0, cross(t, o)), W.moves[i, strain], 3)
+        C = W.cell
+        x, y, z = turn(R, (C[0], C[3], C[6])), turn(R, (C[1], C[4], C[7])), turn(R, (C[2], C[5], C[8]))
+        t = add(t, 1.0, turn(R, vector(C, 9)))
+
+
+@_in
+def moves(W: Work, i: int, e: int) -> tuple[Vector, Vector]:
+    """Return the motion of what is beyond cell i per strain e of it: turn, and shift at the origin."""
+    return vector(W.moves[i, e], 0), vector(W.moves[i, e], 3)
+
+
+@_in
+def holds_turn(S: System, k: int, j: int) -> bool:
+    """Say whether tie k holds a turn of section j."""
+    return bool(S.ties.turns[k, AT] == j)
+
+
+@_jit
+def aim(S: System, st: State, k: int, v: Vector) -> Vector:
+    """Return where a vector is to be that tie k turns with its section."""
+    course = vector(S.ties.turns[k], SPIN)
+    return rotated(turned(scaled(st.ties[GIVEN, k], course)), v)
+
+
+@_jit
+def askew(S: System, st: State, W: Work, k: int) -> Vector:
+    """Return by how much the section whose turn tie k holds is turned from its aim: the vector part of R T^T."""
+    R, none = W.frames[int(S.ties.turns[k, AT])], 0.0 * st.ties[LOADS, k]
+    out = (none, none, none)
+    for a in range(3):
+        out = add(out, 0.5, cross(aim(S, st, k, unit(a, none)), (R[a], R[3 + a], R[6 + a])))
+    return out
+
+
+@_jit
+def moment_of(S: System, st: State, W: Work, k: int) -> Vector:
+    """Return the moment of a unit load of tie k on the section whose turn it holds."""
+    R, axis, none = W.frames[int(S.ties.turns[k, AT])], vector(S.ties.turns[k], AXIS), 0.0 * st.ties[LOADS, k]
+    trace = none
+    for a in range(3):
+        trace += dot(aim(S, st, k, unit(a, none)), (R[a], R[3 + a], R[6 + a]))
+    return add(scaled(0.5 * trace, axis), -0.5, aim(S, st, k, back(R, axis)))
+
+
+@_jit
+def moment_turned(S: System, st: State, W: Work, k: int, o: Vector) -> Vector:
+    """Return how :func:`moment_of` changes as the section turns by o."""
+    R, axis = W.frames[int(S.ties.turns[k, AT])], vector(S.ties.turns[k], AXIS)
+    other = aim(S, st, k, back(R, cross(o, axis)))
+    return add(scaled(-dot(askew(S, st, W, k), o), axis), 0.5, other)
+
+
+@_jit
+def load_at(S: System, st: State, W: Work, j: int) -> tuple[Vector, Vector]:
+    """Return the wrench of all ties on section j."""
+    none = 0.0 * st.strains[0, 0]
+    m, f = (none, none, none), (none, none, none)
+    for k in range(len(S.ties.course)):
+        f = add(f, st.ties[LOADS, k], vector(S.ties.forces[k, j], 0))
+        if holds_turn(S, k, j):
+            m = add(m, st.ties[LOADS, k], moment_of(S, st, W, k))
+    return add(m, 1.0, cross(vector(W.frames[j], 9), f)), f
+
+
+@_jit
+def load_moved(S: System, st: State, W: Work, j: int, o: Vector, v: Vector) -> Vector:
+    """Return how the moment of all ties on section j changes as it moves by a turn and a shift at the origin."""
+    none = 0.0 * st.strains[0, 0]
+    m, f = (none, none, none), (none, none, none)
+    for k in range(len(S.ties.course)):
+        f = add(f, st.ties[LOADS, k], vector(S.ties.forces[k, j], 0))
+        if holds_turn(S, k, j):
+            m = add(m, st.ties[LOADS, k], moment_turned(S, st, W, k, o))
+    return add(m, 1.0, cross(add(v, 1.0, cross(o, vector(W.frames[j], 9))), f))
+
+
+@_jit
+def unit_load(S: System, st: State, W: Work, k: int, j: int) -> tuple[Vector, Vector]:
+    """Return the wrench of a unit load of tie k on section j; it is the gradient of its coordinate, too."""
+    f = vector(S.ties.forces[k, j], 0)
+    m = cross(vector(W.frames[j], 9), f)
+    return (add(m, 1.0, moment_of(S, st, W, k)) if holds_turn(S, k, j) else m), f
+
+
+@_jit
+def wrenches(S: System, st: State, W: Work) -> None:
+    """Write the wrenches of all loads on each section and beyond it."""
+    none = 0.0 * st.strains[0, 0]
+    m, f = (none, none, none), (none, none, none)
+    for j in range(len(S.shapes), -1, -1):
+        own_m, own_f = load_at(S, st, W, j)
+        m, f = add(m, 1.0, own_m), add(f, 1.0, own_f)
+        put(m, W.wrench[j], 0)
+        put(f, W.wrench[j], 3)
+
+
+@_jit
+def tied(S: System, st: State, at: Array, n: int, W: Work, r: Array, loads: Array) -> None:
+    """Write the residuals of all cells' strains and of ties; loads on the way take the place of means."""
+    N, K, b, along = len(S.shapes), len(S.ties.course), n - borders(S), sectioned(S)
+    if along:
+        spine(S, st, W)
+        wrenches(S, st, W)
+    for i in range(N):
+        columns = strain_columns(S, at, n, i)
+        for e in range(STRAINS):
+            if columns[e] >= 0:
+                load = 0.0 * st.strains[0, 0]
+                for k in range(K):
+                    load += st.ties[LOADS, k] * S.ties.carried[k, e]
+                if along:
+                    o, v = moves(W, i, e)
+                    load += dot(o, vector(W.wrench[i + 1], 0)) + dot(v, vector(W.wrench[i + 1], 3))
+                r[columns[e]] = W.carried[i, e] - load
+        for a in range(12 if along else 0):
+            r[at[i] - ahead(S) + a] = 0.0
+    for k in range(K):
+        r[b + k] = coordinate(S, st, W, k)
+    for a in range(borders(S) - K):
+        r[b + K + a] = W.wrench[0, a]
+    for e in range(STRAINS):
+        if S.free[e] == LOADED:
+            loads[e] = 0.0
+            for k in range(K):
+                if S.ties.course[k, 0] == e:
+                    share = S.ties.course[k, 1] + dot(vector(S.ties.turns[k], AXIS), vector(S.ties.turns[k], SPIN))
+                    loads[e] += st.ties[LOADS, k] * share / N
+
+
+@_jit
+def coordinate(S: System, st: State, W: Work, k: int) -> float:
+    """Return by how much the coordinate of tie k differs from what it is to be."""
+    off: float = -S.ties.course[k, 1] * st.ties[GIVEN, k]
+    for e in range(STRAINS):
+        if S.ties.carried[k, e] != 0.0:
+            for i in range(len(S.shapes)):
+                off += S.ties.carried[k, e] * st.strains[i, e]
+    for j in range(S.ties.forces.shape[1]):
+        p = vector(W.frames[j], 9)
+        off += dot(vector(S.ties.forces[k, j], 0), (p[0], p[1], p[2] - j))
+    if S.ties.turns[k, AT] >= 0:
+        off += dot(vector(S.ties.turns[k], AXIS), askew(S, st, W, k))
+    return off
+
+
+@_jit
+def tie_rates(S: System, st: State, at: Array, n: int, W: Work, J: Linear) -> None:
+    """Enter the derivatives of :func:`tied`, without those of what cells carry."""
+    N, K, b = len(S.shapes), len(S.ties.course), n - borders(S)
+    for i in range(N):
+        columns = strain_columns(S, at, n, i)
+        for k in range(K):
+            for e in range(STRAINS):
+                if columns[e] >= 0 and S.ties.carried[k, e] != 0.0:
+                    enter(J, columns[e], b + k, -S.ties.carried[k, e])
+                    enter(J, b + k, columns[e], S.ties.carried[k, e])
+    if not sectioned(S):
+        return
+    for i in range(N):
+        section_rates(S, st, at, n, i, W, J)
+    for k in range(K):
+        for j in range(N + 1):
+            m, f = unit_load(S, st, W, k, j)
+            if dot(m, m) + dot(f, f) > 0.0:
+                by_section(S, at, n, b + k, j, m, f, W, J)
+    if S.ties.floating:
+        floating_rates(S, st, at, b, W, J)
+
+
+@_jit
+def by_section(S: System, at: Array, n: int, row: int, j: int, m: Vector, f: Vector, W: Work, J: Linear) -> None:
+    """Enter into a row what changes with the motion of section j: by its turn (m), and its shift at the origin (f)."""
+    i = min(j, len(S.shapes) - 1)
+    here = at[i] - ahead(S)
+    for a in range(3):
+        enter(J, row, here + a, m[a])
+        enter(J, row, here + 3 + a, f[a])
+    if i < j:
+        columns = strain_columns(S, at, n, i)
+        for e in range(STRAINS):
+            if columns[e] >= 0:
+                o, v = moves(W, i, e)
+                enter(J, row, columns[e], dot(o, m) + dot(v, f))
+
+
+@_jit
+def section_rates(S: System, st: State, at: Array, n: int, i: int, W: Work, J: Linear) -> None:
+    """Enter the derivatives of cell i's motion, of the wrench beyond it, and of what that is to its strains."""
+    N, first, b = len(S.shapes), ahead(S), n - borders(S)
+    here, columns = at[i] - first, strain_columns(S, at, n, i)
+    beyond = here + 6
+    m, f = vector(W.wrench[i + 1], 0), vector(W.wrench[i + 1], 3)
+    for a in range(6):
+        enter(J, here + a, here + a, 1.0)
+        enter(J, beyond + a, beyond + a, 1.0)
+        if i > 0:
+            enter(J, here + a, at[i - 1] - first + a, -1.0)
+        if i < N - 1:
+            enter(J, beyond + a, at[i + 1] - first + 6 + a, -1.0)
+    if i > 0:
+        before = strain_columns(S, at, n, i - 1)
+        for e in range(STRAINS):
+            if before[e] >= 0:
+                for a in range(6):
+                    enter(J, here + a, before[e], -W.moves[i - 1, e, a])
+    for k in range(len(S.ties.course)):
+        by_m, by_f = unit_load(S, st, W, k, i + 1)
+        for a in range(3):
+            enter(J, beyond + a, b + k, -by_m[a])
+            enter(J, beyond + 3 + a, b + k, -by_f[a])
+    none = (0.0, 0.0, 0.0)
+    for c in range(6):
+        o, v = (unit(c, 0.0), none) if c < 3 else (none, unit(c - 3, 0.0))
+        change = load_moved(S, st, W, i + 1, o, v)
+        for a in range(3):
+            enter(J, beyond + a, here + c, -change[a])
+    for e in range(STRAINS):
+        row = columns[e]
+        if row < 0:
+            continue
+        o, v = moves(W, i, e)
+        change = load_moved(S, st, W, i + 1, o, v)
+        by_turn, by_shift = add(cross(o, m), 1.0, cross(v, f)), cross(o, f)
+        for a in range(3):
+            enter(J, beyond + a, row, -change[a])
+            enter(J, row, here + a, -by_turn[a])
+            enter(J, row, here + 3 + a, -by_shift[a])
+            enter(J, row, beyond + a, -o[a])
+            enter(J, row, beyond + 3 + a, -v[a])
+        # a cell's own strains move its middle by half
+        for other in range(STRAINS):
+            if columns[other] >= 0:
+                p, u = moves(W, i, other)
+                enter(J, row, columns[other], -(dot(p, by_turn) + dot(u, by_shift)) / 2)
+
+
+@_jit
+def floating_rates(S: System, st: State, at: Array, b: int, W: Work, J: Linear) -> None:
+    """Enter the derivatives of the near end's motion, and of the balance of all loads."""
+    K, here = len(S.ties.course), at[0] - ahead(S)
+    e, t = turned(vector(st.ties[LOADS], K)), vector(st.ties[LOADS], K + 3)
+    none = (0.0, 0.0, 0.0)
+    for c in range(6):
+        o = spin(e, unit(c, 0.0)) if c < 3 else none
+        v = cross(t, o) if c < 3 else unit(c - 3, 0.0)
+        for a in range(3):
+            enter(J, here + a, b + K + c, -o[a])
+            enter(J, here + 3 + a, b + K + c, -v[a])
+        enter(J, b + K + c, here + 6 + c, 1.0)
+        o, v = (unit(c, 0.0), none) if c < 3 else (none, unit(c - 3, 0.0))
+        change = load_moved(S, st, W, 0, o, v)
+        for a in range(3):
+            enter(J, b + K + a, here + c, change[a])
+    for k in range(K):
+        by_m, by_f = unit_load(S, st, W, k, 0)
+        for a in range(3):
+            enter(J, b + K + a, b + k, by_m[a])
+            enter(J, b + K + 3 + a, b + k, by_f[a])
+
+
+@_jit
+def shifted(S: System, st: State, at: Array, n: int, x: Array, by: complex) -> None:
+    """Add a multiple of unknowns (n,) to strains of cells, loads of ties, and the place of a floating beam."""
+    b = n - borders(S)
+    for i in range(len(S.shapes)):
+        columns = strain_columns(S, at, n, i)
+        for e in range(STRAINS):
+            if columns[e] >= 0:
+                st.strains[i, e] += by * x[columns[e]]
+    for a in range(n - b):
+        st.ties[LOADS, a] += by * x[b + a]
+
+
+@_jit
+def moved_alone(S: System, at: Array, x: Array) -> None:
+    """Leave out of a correction how far sections move and how wrenches change, which no state holds."""
+    if S.own and sectioned(S):
+        for i in range(len(S.shapes)):
+            for a in range(12):
+                x[at[i] - ahead(S) + a] = 0.0

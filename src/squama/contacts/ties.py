@@ -1,0 +1,72 @@
+"""Ties of a bar of n cells: what loads and supports make of its coordinates; E = d = 1.
+
+Sections are counted from the near end, 0, to the far one, n. Directions are those of the near end at rest: x along the
+bar's width, y from its middle to the scaled face, z along it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.contacts.system import EPS, FREE, LOADED, PHI, STRAINS, UNTIED, Ties
+from squama.types import Array
+
+LOOSE, GRIPPED = 1, 2
+"""Ends of a row, beside ``EQUAL``: one load in all cells, or both ends on one axis."""
+X, Y, Z = np.eye(3)
+_STAYS = -1.0
+
+
+class Tie(NamedTuple):
+    """One coordinate, and what its unit load is: forces by section, M, T, B, P on all cells, a section's turn.
+
+    ``course``: the strain of the legs by which it goes, and how far; see :class:`squama.contacts.system.Ties`.
+    """
+
+    forces: Sequence[tuple[float, Array]] = ()
+    carried: Sequence[float] = (0.0, 0.0, 0.0, 0.0)
+    turn: tuple[float, Array, Array] | None = None
+    course: tuple[float, float] = (_STAYS, 0.0)
+
+
+def ties(n: int, every: Sequence[Tie], *, floating: bool = False) -> Ties:
+    """Return the ties of n cells; forces between two sections are shared by them as a lever would."""
+    K, sections = len(every), n + 1 if floating or any(len(t.forces) or t.turn for t in every) else 0
+    forces, turns = np.zeros((K, sections, 3)), np.zeros((K, 7))
+    turns[:, 0] = -1.0
+    for k, tie in enumerate(every):
+        for at, force in tie.forces:
+            j = min(int(at), n - 1)
+            forces[k, j] += (1 - (at - j)) * force
+            forces[k, j + 1] += (at - j) * force
+        if tie.turn is not None:
+            turns[k, 0], turns[k, 1:4], turns[k, 4:] = tie.turn
+    alike = (np.array([getattr(t, name) for t in every], float) for name in ("carried", "course"))
+    carried, course = (v.reshape(K, -1) for v in alike) if K else (UNTIED.carried, UNTIED.course)
+    return Ties(forces, carried, turns, course, floating)
+
+
+def of_ends(n: int, ends: int, load: int = PHI, *, apart: bool = False) -> Ties:
+    """Return the ties of a row whose mean strain ``load`` is imposed; ``apart``: grips keep their distance."""
+    if ends != GRIPPED:
+        return ties(n, [Tie(carried=np.eye(STRAINS)[load].tolist(), course=(load, n))])
+    coaxial = [Tie(turn=(n, axis, -n * Z), course=(load, 0.0)) for axis in (X, Y, Z)]
+    across = [Tie([(n, axis)]) for axis in (X, Y)]
+    return ties(n, [*coaxial, *across, *([Tie([(n, Z)], course=(EPS, n))] if apart else [])])
+
+
+def freed(free: Array, *loads: int) -> Array:
+    """Return which strains are imposed, free or loaded (n, 4) where ties go by the names of some."""
+    out = free.copy()
+    out[:, list(loads)] = LOADED
+    return out
+
+
+def of_grips(free: Array, load: int = PHI) -> Array:
+    """Return the same of gripped ends: a stretch that is held is the distance of the grips."""
+    out = freed(free, load)
+    out[:, EPS] = np.where(free[:, EPS] > 0, FREE, LOADED)
+    return out
