@@ -99,7 +99,7 @@ def test_moment_and_torque_are_slopes_of_the_energy(faces: str, how: dict[str, o
         assert pytest.approx(by_phi / (2 * h) * d, rel=tolerance) == T
 
 
-ALIKE = {"hinge": 1e-9, "compliant": 1e-4}
+ALIKE = {"hinge": 1e-9, "compliant": 3e-4}
 """Differences of one face and two: increments of thick scales are as long as the work of both faces allows."""
 
 
@@ -372,7 +372,7 @@ def test_mirrored_faces_let_a_free_beam_bow_until_the_other_one_touches(sense: s
 @pytest.mark.parametrize("faces", BOTH)
 @pytest.mark.parametrize("hold", ["nothing", "lateral bend", "twist, stretch"])
 def test_the_load_of_a_free_beam_is_the_slope_of_its_energy(faces: str, hold: str) -> None:
-    beam, h = FREE.replace(faces=faces, hold=hold), 1e-3
+    beam, h = FREE.replace(faces=faces, hold=hold), 3e-4
     for load, torque, angle in ((squama.twist, "T", "phi"), (squama.bend, "M", "psi")):
         at = np.array([0.17 - h, 0.17, 0.17 + h])
         r = load(beam, mu=0, at=at / beam.pitch, joint="compliant")

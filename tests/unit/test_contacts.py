@@ -195,7 +195,7 @@ def test_three_scales_in_a_ring_are_one(mu):
     one = SOFT._replace(mu=mu)
     (a, q), (b, p) = (ring(system(one, N=N), TURNS if mu else CORNER) for N in (1, 3))
     # as far as events are located, 1e-10 rad per pitch, friction knows where it began
-    near = 1e-6 if mu else 2e-9
+    near = 1e-6 if mu else 6e-9
     np.testing.assert_allclose(b[:, 5:9], a[:, 5:9], rtol=0.0, atol=near * np.abs(a[:, 5:9]).max())
     np.testing.assert_allclose(p, np.repeat(q, 3, axis=1), rtol=0.0, atol=near * np.abs(q).max())
 

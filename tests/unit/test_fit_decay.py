@@ -94,6 +94,7 @@ def test_the_real_beam():
     read = y + np.random.default_rng(3).normal(0, 3e-4, t.size)
     f = squama.fit_decay({"t": t, "phi": read}, GUESS)
     assert f.attrs["joint"] == "compliant"
+    # tolerance: noise of a fixed seed, 1.2 and 1.4 errors measured
     assert f.values["mu"] == pytest.approx(0.3, abs=4 * f.errors["mu"])
     assert f.values["damping"] == pytest.approx(0.01, abs=4 * f.errors["damping"])
     assert f.errors["mu"] < 0.05

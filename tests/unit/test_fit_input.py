@@ -54,6 +54,7 @@ def test_the_examples_are_what_their_script_makes(name):
     # with other seeds 32 of 34 lie within two errors
     for parameter in ("mu", "K_theta"):
         assert abs(fit.values[parameter] - getattr(truth, parameter)) < 3 * fit.errors[parameter]
+    # tolerance: noise of a fixed seed, 1.3 % measured
     assert fit.noise == pytest.approx(1e-3 * truth.noise, rel=0.2)
     if joint == "hinge":
         assert fit.notes == ()

@@ -131,7 +131,7 @@ def test_derivatives_are_there_at_no_friction_and_where_nothing_touches():
     torque = [want.figure for want in WANTS].index("torque")
     assert np.isfinite(found.slopes).all()
     more = evaluate({**values, "mu": np.full(3, 1e-4)}).values
-    assert found.slopes[torque, 0, 1] == pytest.approx((more - found.values)[torque, 1] / 1e-4, rel=1e-3)
+    assert found.slopes[torque, 0, 1] == pytest.approx((more - found.values)[torque, 1] / 1e-4, rel=2e-3)
     assert found.load_e[2] > 0.09
     assert found.slopes[torque, 0, 2] == 0.0
     # a bar alone is as stiff as its modulus

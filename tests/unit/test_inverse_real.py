@@ -83,8 +83,8 @@ def test_a_limb_that_stiffens():
         engagement, torque, ratio, share = d.goals
         assert engagement.reached == pytest.approx(math.degrees(float(r.phi_e)) * 15)
         assert torque.reached == pytest.approx(float(r["T"][0]), rel=1e-9)
-        assert ratio.reached == pytest.approx(float(r.stiffness_ratio[0]), rel=1e-8)
-        assert share.reached == pytest.approx(100 * float(r.stress[0]) / beam.scale.strength, rel=1e-9)
+        assert ratio.reached == pytest.approx(float(r.stiffness_ratio[0]), rel=5e-8)
+        assert share.reached == pytest.approx(100 * float(r.stress[0]) / beam.scale.strength, rel=1e-8)
         refuse.check(plan(beam, None, {}), PARTS)
         assert not law.outside(shape(beam))
         for name, value in d.values.items():

@@ -61,4 +61,4 @@ def test_a_contact_that_opens_as_another_sticks(points, mu):
     r = squama.bend_twist(beam, legs, points=points, mu=mu)
     assert r.end.item() == "range end"
     assert r.contact.values[-1] == "TS"
-    assert abs(float(r.energy_error)) < 1e-4
+    assert abs(float(r.energy_error)) < 5e-4

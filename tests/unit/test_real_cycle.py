@@ -74,6 +74,7 @@ def test_a_stiff_joint_stays_twisted_where_the_hinge_does():
     beam = squama.Beam.from_ratios(alpha="20 deg", youngs_modulus="2 MPa", stiffness="20 N m", inclusion_factor=1)
     for top in ("0.3 rad/pitch", "0.55 rad/pitch"):
         hinge, ours = squama.cycle(beam, top, mu=0.5, joint="hinge"), cycle(top, stiff(beam), mu=0.5)
+        # tolerance: where the torque comes to zero is read between 60 points of the way back, 0.009 measured
         assert float(ours.phi_residual[0]) == pytest.approx(float(hinge.phi_residual[0]), abs=0.04)
     assert float(ours.phi_residual[0]) > 0.4
 
@@ -127,7 +128,7 @@ def test_a_reversal():
     rubbed = float(c.W_fr[stick[0]] - c.W_fr[turn])
     assert 0 <= rubbed < 1e-3 * float(c.W_fr[-1])
     mu = (c.f / c.N).values[turn : stick[0] + 1]
-    assert mu == pytest.approx([0.2, -0.2], rel=1e-6)
+    assert mu == pytest.approx([0.2, -0.2], rel=1e-5)
     # then it slides back under all of its friction
     back = branch(c, 2, "unloading")
     np.testing.assert_allclose(back.f, -0.2 * back.N, rtol=1e-5)

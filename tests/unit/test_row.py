@@ -218,6 +218,7 @@ def test_where_a_row_ends():
     assert off.end == "side entry"
     # there the contact of the first scale, on which none presses, has run to the end of its tip edge
     last = int(np.flatnonzero(off.phi < 0.267176)[-1])
+    # tolerance: of 200 points the last one before, 0.5 % measured, on every processor
     assert float(np.abs(off.p[last, 0])) == pytest.approx(BEAM.beta * D, rel=1e-2)
     assert float(off.phi_end) == pytest.approx(0.267579, abs=1e-5)
     assert float(off.phi[-1]) == pytest.approx(float(off.phi_end))

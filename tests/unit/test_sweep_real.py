@@ -45,7 +45,7 @@ def test_every_cell_is_the_curve_of_its_beam(how: dict[str, object], tmp_path: P
         r = squama.twist(swept(BEAM, float(cell["scale.length"]), float(cell.mu)), to=AT, points=181, **how)
         assert slices.ends(cell) == r.end.item()
         for name, own in FIGURES.items():
-            rel = 4e-3 if name in ("tangent", "stiffness_ratio") else 1e-3
+            rel = 4e-3 if name in ("tangent", "stiffness_ratio") else 2e-3
             assert float(cell[name]) == pytest.approx(float(r[own][-1]), rel=rel, nan_ok=True), name
         if r.end.item() != "no engagement":
             assert float(cell.phi_e) == pytest.approx(float(r.phi_e))
@@ -61,6 +61,7 @@ def test_every_bent_cell_is_the_curve_of_its_beam(how: dict[str, object], tmp_pa
         r = squama.bend(swept(BEAM, float(cell["scale.length"]), float(cell.mu)), to=AT, points=181, **how)
         assert slices.ends(cell) == r.end.item()
         for name, own in {**FIGURES, "torque": "M", "tangent": "K_b"}.items():
+            # tolerance: slopes by differences just behind engagement, 0.4 % measured, on every processor
             rel = 1e-2 if name in ("tangent", "stiffness_ratio") else 2e-3
             assert float(cell[name]) == pytest.approx(float(r[own][-1]), rel=rel, nan_ok=True), name
         assert float(cell.psi_e) == pytest.approx(float(r.psi_e), rel=1e-6)

@@ -42,7 +42,7 @@ def test_what_a_swing_loses_is_what_cycle_rubs_away(swung):
     histories = [squama.cycle(SKIN, f"{top:.12g} rad/pitch", load="bending", points=200) for top in (first, second)]
     down = float(histories[0].W_fr[-1] - histories[0].W_fr[int(np.argmax(histories[0].psi.values))])
     up = float(histories[1].W_fr[int(np.argmax(histories[1].psi.values))])
-    assert lost == pytest.approx((down + up) * SKIN.length, rel=1e-3)
+    assert lost == pytest.approx((down + up) * SKIN.length, rel=2e-3)
     # away from the scales the bar swings alone
     bar = float(2 * math.pi * swung.f_0) ** 2 * swung.attrs["inertia"] / 2
     assert float(swung.U_turn[1]) == pytest.approx(bar * (float(swung.psi_turn[1]) * SKIN.scales) ** 2 / 2, rel=1e-6)

@@ -37,7 +37,7 @@ def test_real_and_hinge_curves_stand_together() -> None:
     assert list(bent) == ["without contact", "on hinges", "this design"]
     for name, joint in (("on hinges", "hinge"), ("this design", "compliant")):
         r = squama.bend(REAL.beam, joint=joint, at=["0.1 rad/pitch"])
-        assert np.interp(0.1, bent[name].x, bent[name].y) == pytest.approx(r["M"].item(), rel=1e-2)
+        assert np.interp(0.1, bent[name].x, bent[name].y) == pytest.approx(r["M"].item(), rel=0.015)
     # it is not there beside a joint that is not known at once
     assert list(named(state.preset("main").change("theta0", "26"))) == ["without contact", "this design"]
 
@@ -187,7 +187,7 @@ def test_the_map_has_the_plates_of_the_outcome(joint: str, ideal: str) -> None:
     assert scales in map.options(key, found, dark=False)["aria"]["label"]["description"]
     design = map.take(now, "mu", "alpha", (9, 24)).change("joint", "hinge").change("ideal", ideal)
     figures = live.motion(design.setting).figures
-    assert found.load_e[24, 9] == pytest.approx(figures["load_e"], rel=1e-4)
+    assert found.load_e[24, 9] == pytest.approx(figures["load_e"], rel=3e-4)
     assert found.RED[24, 9] == pytest.approx(figures["RED_c"], rel=1e-3)
 
 
