@@ -85,6 +85,7 @@ def test_two_scales_bend_between_grips(mesh):
     assert N[0] > 0
     assert np.isnan(N[1])
     assert walk.deflection > 0.01
+    # tolerance: the increments, 0.04 % measured, on every processor
     assert abs(walk.W - walk.reduced.energy - walk.W_fr) < 0.01 * walk.W
 
 
