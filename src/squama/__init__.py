@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from squama.io.datasets import read, save
     from squama.io.measured import read_measured
     from squama.model.outcome import End
+    from squama.part.door import load
     from squama.scene.picture import view
     from squama.study.store import open_sweep
     from squama.study.sweeping import sweep
@@ -58,6 +59,7 @@ _NAMES = {
     "curves.polygons": "bend_twist bend_twist_map",
     "dynamics.doors": "vibrate shake",
     "dynamics.ratios": "free_vibration FreeVibration",
+    "part.door": "load",
     "fe.runs": "cell",
     "fe.stiffness": "joint",
     "study.verification": "verify",
@@ -76,7 +78,7 @@ _NAMES = {
     "io.measured": "read_measured",
     "symbols": "SYMBOLS",
 }
-_DATASETS = {"curves", "dynamics", "fe", "identify", "inverse", "io", "study"}
+_DATASETS = {"curves", "dynamics", "fe", "identify", "inverse", "io", "part", "study"}
 """Rooms whose results are datasets; these know ``.squama``."""
 _HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
 
@@ -122,6 +124,7 @@ __all__ = [
     "held",
     "inverse_design",
     "joint",
+    "load",
     "open_sweep",
     "pareto",
     "read",

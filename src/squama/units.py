@@ -19,6 +19,7 @@ class Dimension(StrEnum):
 
     LENGTH = "length"
     ANGLE = "angle"
+    FORCE = "force"
     PRESSURE = "pressure"
     TORQUE = "torque"  # also the stiffness of a joint, N m or N m/rad
     TWIST_RATE = "twist rate"  # also a curvature
@@ -39,6 +40,7 @@ UNITS: dict[str, tuple[Dimension, float, float]] = {
     for dimension, scales in {
         Dimension.LENGTH: {"m": (1.0, 1.0), "km": (1e3, 1.0), "cm": (1.0, 1e2), "mm": (1.0, 1e3), "um": (1.0, 1e6)},
         Dimension.ANGLE: {"rad": (1.0, 1.0), "deg": (DEGREE, 1.0), "rev": (2 * math.pi, 1.0)},
+        Dimension.FORCE: {"N": (1.0, 1.0), "mN": (1.0, 1e3), "kN": (1e3, 1.0)},
         Dimension.PRESSURE: {"Pa": (1.0, 1.0), "kPa": (1e3, 1.0), "MPa": (1e6, 1.0), "GPa": (1e9, 1.0)}
         | {"N/m^2": (1.0, 1.0), "N/mm^2": (1e6, 1.0)},
         Dimension.TWIST_RATE: {"1/m": (1.0, 1.0), "1/mm": (1e3, 1.0)},
@@ -102,7 +104,7 @@ def _ask_pint(unit: str) -> tuple[Dimension, float, float] | None:
         factor = float(base.magnitude)
     except Exception:  # pint raises errors of many kinds on text that is no unit
         return None
-    for si in ("m", "rad", "", "Pa", "N m", "N m/rad", "1/m", "rad/m", "kg/m^3", "kg m^2", "N m s", "Hz", "s"):
+    for si in ("m", "rad", "", "Pa", "N m", "N m/rad", "1/m", "rad/m", "kg/m^3", "kg m^2", "N m s", "Hz", "s", "N"):
         if base.units == registry.Quantity(1.0, si).to_base_units().units and 0 < factor < math.inf:
             return UNITS[si][0], factor, 1.0
     return None
@@ -174,6 +176,7 @@ class _Kind(NamedTuple):
 _KINDS = {
     Dimension.LENGTH: _Kind(Dimension.LENGTH, "a length", "mm", "12", "m", ("mm", "m")),
     Dimension.ANGLE: _Kind(Dimension.ANGLE, "an angle", "deg", "45", "rad", ("deg", "rad")),
+    Dimension.FORCE: _Kind(Dimension.FORCE, "a force", "N", "0.2", "N", ("N", "mN")),
     Dimension.PRESSURE: _Kind(Dimension.PRESSURE, "a pressure", "MPa", "1.5", "Pa", ("GPa", "MPa", "kPa", "Pa")),
     Dimension.TORQUE: _Kind(Dimension.TORQUE, "a torque", "N m", "0.02", "N m", ("N m", "N mm")),
     Dimension.TWIST_RATE: _Kind(Dimension.TWIST_RATE, "a twist rate", "rad/m", "5", "rad/m", ("rad/m",)),

@@ -26,7 +26,7 @@ LAYERS = (
     ("fe",),
     ("joints", "contacts"),
     ("curves", "arrays"),
-    ("fabrication", "dynamics"),
+    ("fabrication", "dynamics", "part"),
     ("plot", "study", "identify", "inverse"),
     ("paper", "scene"),
     ("web",),

@@ -17,6 +17,7 @@ from squama.contacts.conditions import (
     SLOPE,
     beyond,
     dips,
+    is_flush,
     sideways,
     violated,
 )
@@ -31,7 +32,6 @@ from squama.contacts.increments import (
     SIDE_ENTRY,
     SLIDE,
     STICK,
-    T_FRESH,
     T_LOAD,
     T_ONSET,
     T_SINCE,
@@ -47,13 +47,17 @@ from squama.contacts.meeting import MARGIN, N_, prepared
 from squama.contacts.newton import solve
 from squama.contacts.system import (
     APART,
+    BETA,
     EE,
     EF,
     ENDED,
+    ETA,
     FE,
     FIRST,
+    FLUSH,
     FV,
     KIND,
+    LIES,
     MU,
     ONE,
     OTHER,
@@ -63,9 +67,7 @@ from squama.contacts.system import (
     copied,
     copy,
     corner_at,
-    high,
     lengthwise,
-    low,
     partner,
     spots,
 )
@@ -149,7 +151,7 @@ def dipping(w: Walk, st: State) -> bool:
     """Say whether an edge lies deeper beside an end of it that took over from it."""
     found = False
     for c in range(w.counts[0]):
-        if w.con[c, ENDED] > 0:
+        if w.con[c, ENDED] == 1:
             w.con[c, ENDED] = 0
             found = found or dips(w, st, c)[0].real < -MISSED_SLOPE
             w.con[c, ENDED] = 1
@@ -244,8 +246,15 @@ def exchange(w: Walk, st: State, c: int, kind: int, one: int, other: int, a: flo
 
 @_jit
 def roll(w: Walk, st: State, c: int, edge: int) -> None:
-    """Let the edge that dips beside a contact lie along the face there (+ 4: an edge of the other scale)."""
+    """Let the edge that dips beside a contact lie along the face there (+ 4: an edge of the other scale).
+
+    One that lies flush has no place at which it is tangent: the contact bears on.
+    """
     S, row = w.S, w.con[c]
+    if is_flush(w, st, c, edge):
+        row[ENDED] = FLUSH
+        return
+    row[ENDED] = 0
     x1, y1, x2, y2 = spots(S, row, st.s[c])
     if edge < 4:
         exchange(w, st, c, EF, edge, edge, x2, y2, x1 if lengthwise(edge) else y1)
@@ -305,31 +314,36 @@ def succeed(w: Walk, st: State, c: int) -> bool:
 
 @_jit
 def merged(w: Walk) -> bool:
-    """Take an edge's contact with a face, the last one that came in, as one with another of that edge.
+    """Take the last contact that came in as one with another of that pair, near it on an edge that lies along a face.
 
-    A bent edge that lies along a face is pressed at places close to each other: two for which no balance is found bear
-    as one.
+    A bent edge that lies along a face is pressed at places close to each other, or beside its end: two for which no
+    balance is found bear as one.
     """
     c = w.counts[0] - 1
-    # of a row all scales would have to be looked at, wherever its points are
-    several = len(w.S.shapes) > w.S.stride
-    if several or c < 1 or w.tally[T_FRESH].real >= 1 or w.con[c, KIND] < EF or w.W.window[0] > _WIDEST:
+    if c < 1 or w.con[c, KIND] == LIES or w.now.F[c, 0] != 0.0 or w.now.F[c, 1] != 0.0 or w.now.F[c, 2] != 0.0:
+        # none, or one that bears already
         return False
     for o in range(c):
-        if number(w.con[o]) == number(w.con[c]):
-            w.W.window[0] *= _WIDER
-            if w.W.window[0] * span(w, c) > abs(w.now.s[o, 2] - w.now.s[c, 2]):
-                drop(w, w.now, c)
-                return True
+        a, b = w.con[o], w.con[c]
+        pair = a[FIRST] == b[FIRST] and a[APART] == b[APART] and a[KIND] != LIES
+        if pair and max(a[KIND], b[KIND]) >= EF and beside(w, o, c) < _WIDEST:
+            while w.W.window[0] <= beside(w, o, c):
+                w.W.window[0] *= _WIDER
+            drop(w, w.now, c)
+            return True
     return False
 
 
 @_jit
-def span(w: Walk, c: int) -> float:
-    """Return the length of the edge of a contact that lies along a face."""
-    row = w.con[c]
-    i, edge = (row[FIRST], row[ONE]) if row[KIND] == EF else (partner(w.S, row), row[OTHER])
-    return high(w.S, i, edge) - low(w.S, i, edge)
+def beside(w: Walk, o: int, c: int) -> float:
+    """Return how far two contacts of a pair are from each other, as a part of the plates."""
+    S, far = w.S, 0.0
+    one, other = spots(S, w.con[o], w.now.s[o]), spots(S, w.con[c], w.now.s[c])
+    i, j = w.con[c, FIRST], partner(S, w.con[c])
+    sizes = (S.shapes[i, ETA], 2 * S.shapes[i, BETA], S.shapes[j, ETA], 2 * S.shapes[j, BETA])
+    for a in range(4):
+        far = max(far, abs(one[a] - other[a]) / sizes[a].real)
+    return far
 
 
 @_jit
@@ -425,7 +439,8 @@ def change(w: Walk, what: int, c: int, events: Array) -> bool:
             t[T_ONSET] = t[T_LOAD]
     elif what == SLOPE:
         roll(w, w.now, c, dips(w, w.now, c)[1])
-        tell(w, events, CHANGE, c, 0.0)
+        if w.con[c, KIND] >= EF:
+            tell(w, events, CHANGE, c, 0.0)
     elif what == OFF:
         if not leave(w, w.now, c, beyond(w.S, w.now, w.con[c], c)[1]):
             return False

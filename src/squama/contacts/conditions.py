@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from squama.batch.keeping import part as _jit
-from squama.contacts.detection import GAP, VERTEX, deepest, vertices
+from squama.contacts.detection import GAP, VERTEX, covers, deepest, over, vertices, view
 from squama.contacts.geometry import back
 from squama.contacts.increments import Walk
 from squama.contacts.meeting import MARGIN, N_, along_edges, inclination, meet
@@ -18,6 +18,7 @@ from squama.contacts.system import (
     ENDED,
     ETA,
     FIRST,
+    FLUSH,
     KIND,
     LIES,
     MU,
@@ -32,7 +33,9 @@ from squama.contacts.system import (
     high,
     lengthwise,
     low,
+    on_edge,
     partner,
+    spots,
 )
 from squama.contacts.vectors import dot
 from squama.types import Array
@@ -41,6 +44,8 @@ PULL, OFF, SLOPE, FLIP, MEET = range(5)
 """What an increment violates."""
 MISSED_GAP, MISSED_PULL, MISSED_PLACE, MISSED_CONE, MISSED_SLOPE = 1e-10, 1e-12, 1e-12, 1e-11, 1e-9
 """Gap, force, place, force beyond the cone of friction, and slope by which a condition may be missed."""
+_SHALLOW, _BESIDE = 1e-6, (0.01, 0.03, 0.1, 0.3)
+"""Depth, in pitches, from which on an edge that lay flush has a tangent again, and where along it is looked."""
 
 
 @_jit
@@ -70,14 +75,14 @@ def beyond(S: System, st: State, c: Array, k: int) -> tuple[float, int]:
 
 
 @_jit
-def dips(w: Walk, st: State, k: int) -> tuple[float, int]:
+def slope(w: Walk, st: State, k: int) -> tuple[float, int]:
     """Return the least slope of the gap inwards along the edges of a contact, and the edge (+ 4: of the other scale).
 
-    Below 0 the edge lies deeper beside the contact than there; only of bent plates.
+    Only of bent plates.
     """
     S, c = w.S, w.con[k]
     i, j, kind = c[FIRST], partner(S, c), c[KIND]
-    if kind >= EF or c[ENDED] > 0 or not (S.shapes[i, ELASTIC].real > 0 or S.shapes[j, ELASTIC].real > 0):
+    if kind >= EF or c[ENDED] == 1 or not (S.shapes[i, ELASTIC].real > 0 or S.shapes[j, ELASTIC].real > 0):
         return 1e9 + 0.0 * st.s[k, 0], -1
     g = meet(S, st, c, st.s[k], w.W)
     n1 = (
@@ -109,6 +114,52 @@ def dips(w: Walk, st: State, k: int) -> tuple[float, int]:
     end, side = (0 if v < 2 else 3), (1 if v % 2 == 0 else 2)
     o = 0 if kind == VF else 4
     return (a, o + end) if a.real <= b.real else (b, o + side)
+
+
+@_jit
+def dips(w: Walk, st: State, k: int) -> tuple[float, int]:
+    """Return as :func:`slope`: below 0 the edge lies deeper beside the contact than there.
+
+    An edge that lies flush dips only where it is deeper by what its tangent can be found by.
+    """
+    least, edge = slope(w, st, k)
+    if least.real < 0.0 and w.con[k, ENDED] == FLUSH:
+        least = _SHALLOW - depth(w, st, k, edge) + 0.0 * least
+    return least, edge
+
+
+@_jit
+def depth(w: Walk, st: State, k: int, edge: int) -> float:
+    """Return how much deeper an edge of a contact lies beside it (+ 4: of the other scale)."""
+    return -beside_it(w, st, k, edge)[0]
+
+
+@_jit
+def is_flush(w: Walk, st: State, k: int, edge: int) -> bool:
+    """Say whether an edge lies along the face so closely beside a contact that it has no tangent there."""
+    least, most = beside_it(w, st, k, edge)
+    return max(-least, most) < _SHALLOW
+
+
+@_jit
+def beside_it(w: Walk, st: State, k: int, edge: int) -> tuple[float, float]:
+    """Return the least and the largest gap along an edge beside a contact, at some places over the face."""
+    S, c = w.S, w.con[k]
+    i, j, upper, e = c[FIRST], partner(S, c), edge >= 4, edge % 4
+    own, other = (j, i) if upper else (i, j)
+    x1, y1, x2, y2 = spots(S, c, st.s[k])
+    at = (x2 if lengthwise(e) else y2) if upper else (x1 if lengthwise(e) else y1)
+    v, begin, end, least, most = w.W.views[0], low(S, own, e), high(S, own, e), 0.0, 0.0
+    view(w.W, i, j, c[APART], upper, v)
+    for part in _BESIDE:
+        for sign in (-1.0, 1.0):
+            s = at + sign * part * (end - begin)
+            if begin.real <= s.real <= end.real:
+                x, y = on_edge(S, own, e, s)
+                p, gap = over(S, st, v, own, other, upper, x, y)
+                if covers(S, other, p[0], p[1]):
+                    least, most = min(least, gap.real), max(most, gap.real)
+    return least, most
 
 
 @_jit

@@ -59,7 +59,7 @@ from squama.contacts.increments import (
 )
 from squama.contacts.meeting import clear, inclination, prepared
 from squama.contacts.newton import solve
-from squama.contacts.system import ENDED, FIRST, FREE, KIND, LIES, MU, STRAINS, STUCK, copy
+from squama.contacts.system import ENDED, FIRST, FLUSH, FREE, KIND, LIES, MU, STRAINS, STUCK, copy
 from squama.contacts.written import write
 from squama.types import Array
 
@@ -244,6 +244,8 @@ def jump(w: Walk, goal: float, step: float, events: Array) -> int:
     before, left = t[T_ENERGY], goal - t[T_WAY]
     # where it stops again at once an equilibrium farther off is looked for
     begin = int(t[T_TRIAL].real) + 1 if 0.0 < t[T_JUMPED].real > t[T_WAY].real - step / 4 else 0
+    for c in range(w.counts[0]):
+        w.con[c, ENDED] = 0
     keep(w)
     code, passed = RANGE, False
     for trial in range(min(begin, _FAR), _FAR):
@@ -289,7 +291,8 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
     h = left / math.ceil(left / h * (1 - 1e-9))
     fresh = t[T_FRESH] < 1 and t[T_ZERO] >= 0
     for c in range(m):
-        w.con[c, ENDED] = 0
+        if w.con[c, ENDED] != FLUSH:
+            w.con[c, ENDED] = 0
     keep(w)
     while True:
         if not tried(w, h, fresh):

@@ -62,6 +62,7 @@ class Track(NamedTuple):
     contacts: Array
     events: Array
     end: path.End
+    floating: bool = False
 
     @property
     def engaged(self) -> float:
@@ -140,7 +141,16 @@ def tied(
     cells, motions = motions[0, reached, :, MOTIONS:], motions[0, reached, :, :MOTIONS]
     rows, lifted = _states(way, raw[0, reached], motions, bends[0, reached], contacts[0, reached], cells)
     end, loads = path.End(int(code), phi, int(solved)), raw[0, reached, increments.LINE :]
-    return Track(rows, cells, lifted, loads, contacts[0, reached], events[0, : min(int(told), events.shape[1])], end)
+    return Track(
+        rows,
+        cells,
+        lifted,
+        loads,
+        contacts[0, reached],
+        events[0, : min(int(told), events.shape[1])],
+        end,
+        held.floating,
+    )
 
 
 def _states(
@@ -172,9 +182,18 @@ def _states(
     which, c = np.nonzero(there & (contacts[:, :, KIND] == LIES))
     held[which, contacts[which, c, FIRST].astype(int)] = contacts[which, c, 10]
     # joints' and plates' energies are told of all scales at once
-    whole = states.of_springs(way, rows.reshape(points * n, -1)).reshape(points, n)
+    whole = _of_springs(way, rows)
     column["energy"][...] = whole + (raw[:, 19] - whole.sum(axis=1))[:, None] / n
     return rows, held
+
+
+def _of_springs(way: path.Path, rows: Array) -> Array:
+    """Return the elastic energies (points, n) of joints and bar; each scale may be that of another beam."""
+    points, n = rows.shape[:2]
+    if len(way.beams.K) == 1:
+        return states.of_springs(way, rows.reshape(points * n, -1)).reshape(points, n)
+    beams = (entry.Beams._make(v[i : i + 1] for v in way.beams) for i in range(n))
+    return np.column_stack([states.of_springs(way._replace(beams=one), rows[:, i]) for i, one in enumerate(beams)])
 
 
 def decay(way: path.Path, ends: int = EQUAL) -> float:

@@ -30,7 +30,8 @@ IMPOSED, FREE, LOADED = range(3)
 _NONE = np.zeros(0)
 FIRST, APART, KIND, ONE, OTHER, STUCK, ENDED = range(7)
 """Columns of a contact: scale, how many scales further the other is, kind, features of both, whether it sticks, and
-whether it stands, for this increment, for an edge that is tangent to the face nowhere any more."""
+whether it stands for an edge that is tangent to the face nowhere any more: for this increment, or as it lies flush."""
+FLUSH = 2
 
 
 class Ties(NamedTuple):

@@ -26,12 +26,12 @@ from squama.model.outcome import End
 from squama.types import Array
 
 _TAB = "pull_out", "tab_force", "tab_bending", "tab_torsion"
-_EACH = ("theta", "N", "f", "p", "s", "deflection", "stress", "strain", *_TAB, "Q")
+EACH = ("theta", "N", "f", "p", "s", "deflection", "stress", "strain", *_TAB, "Q")
 _SHARED = ("torque", "scales", "U_el", "U_joint", "U_plate", "U_bar", "W_fr")
 GIVES = ("deflection", "stress", "strain", *_TAB, "U_joint", "U_plate", "U_bar")
 """Figures of scales that give in all motions, or bend."""
-_CELLS = "psi_cell", "phi_cell", "chi_cell", "stretch_cell"
-_CARRIED = "M_cell", "T_cell", "M_lat_cell", "P_cell"
+CELLS = "psi_cell", "phi_cell", "chi_cell", "stretch_cell"
+CARRIED = "M_cell", "T_cell", "M_lat_cell", "P_cell"
 _MANY, _NEAR = 20_000, 1e-9
 GRIPPED_MOST = 60
 """Most scales between grips: each engages on its own there, and the time grows as the square of their number."""
@@ -59,13 +59,13 @@ def row_states(
     ``endless``: the endless beam's curve at the same twists.
     """
     phi = track.rows[:, 0, 0]
-    each = _values(one, one.toward[1] * phi, track)
+    each = of_scales(one, one.toward[1] * phi, track)
     along = {role: each[role].mean(axis=1) for role in _SHARED if role not in left}
     along |= {"RED": dissipation(along["U_el"], along["W_fr"]), "load": phi, "rate": phi / one.beam.pitch}
     along |= {f"{name}_periodic": endless[role] for name, role in (("T", "torque"), ("theta", "theta"))}
     return {
         ("point",): along,
-        ("point", "scale"): {role: each[role] for role in _EACH if role not in left} | _cells(one, track, ends),
+        ("point", "scale"): {role: each[role] for role in EACH if role not in left} | _cells(one, track, ends),
         (): {name: np.asarray(v) for name, v in figures(one.way, track, ends).items()},
     }
 
@@ -101,7 +101,7 @@ def _cells(one: real.Path, track: Track, ends: int) -> dict[str, Array]:
     units = one.unit_moment * np.append(np.ones(3), 1 / d)
     strains, carried = (np.moveaxis(v, -1, 0) for v in (track.cells[..., :4], track.cells[..., 4:]))
     # (adding 0 leaves no -0)
-    rows = zip(_CELLS, _CARRIED, strains, carried, senses, units, known, there, strict=False)
+    rows = zip(CELLS, CARRIED, strains, carried, senses, units, known, there, strict=False)
     found: dict[str, Array] = {}
     for strain, load, v, F, sign, unit, is_known, is_there in rows:
         found |= ({strain: sign * v + 0.0} if is_known else {}) | ({load: sign * unit * F + 0.0} if is_there else {})
@@ -133,7 +133,7 @@ def _twists(way: path.Path, far: float, points: int) -> Array:
     return np.concatenate([straights, np.linspace(c.phi, far, points - first)]) if first < points else straights
 
 
-def _values(one: real.Path, phi: Array, track: Track) -> dict[str, Array]:
+def of_scales(one: real.Path, phi: Array, track: Track) -> dict[str, Array]:
     """Return every variable (points, scales) in SI units, by role, at signed twists."""
     points, n = track.held.shape
     flat, load, sign = track.rows.reshape(points * n, -1), LOADS["twisting"], one.toward[1]

@@ -25,6 +25,9 @@ if TYPE_CHECKING:
     from squama.plot.inverse import inverse_figure as inverse_figure
     from squama.plot.inverse import tradeoff as tradeoff
     from squama.plot.maps import red_figure as red_figure
+    from squama.plot.part import load_curve as load_curve
+    from squama.plot.part import part_figure as part_figure
+    from squama.plot.part import shape as shape
     from squama.plot.path import path_figure as path_figure
     from squama.plot.path import path_loads as path_loads
     from squama.plot.path import plane_path as plane_path
@@ -58,6 +61,7 @@ _NAMES = {
     "fit": "corner_figure fit_figure fitted residuals",
     "cycle": "cycle_figure energies loops",
     "row": "finite_figure inclinations row_figure",
+    "part": "load_curve part_figure shape",
     "path": "path_figure path_loads plane_path",
     "plane": "plane_contacts plane_figure plane_load",
     "inverse": "front_figure inverse_figure tradeoff",

@@ -28,6 +28,7 @@ FIGURES = {
     "parameter": "fit_figure",
     "branch": "cycle_figure",
     "event": "path_figure",
+    "x_axis": "part_figure",
     "theta_periodic": "row_figure",
     "state": "plane_figure",
     "T_elements": "compare_figure",

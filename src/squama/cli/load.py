@@ -1,0 +1,115 @@
+"""squama load: a beam of N scales on its supports, under forces, moments, a tendon or its weight."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Annotated, Any
+
+from squama.cli import flags, output
+from squama.cli.flags import flag, settled
+from squama.units import moment, number
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_LOAD = (
+    'What loads it: "0.2 N up at tip", "10 mm down at middle", "0.5 N down over all", "weight down", "30 N mm twist", '
+    '"90 deg bend", "3 N tendon at 4 mm"; may be repeated.'
+)
+_SUPPORT = 'Supports: clamped (the root), gripped (both ends), "simple, span 180 mm" (two rollers) (clamped).'
+_ALONG = 'What differs along the beam, of the first and the last scale: scale.theta0="5 deg, 10 deg"; may be repeated.'
+_KEYS = "load loads support graded joint scales hold K_theta rigidity joint_source band squama_version"
+
+
+def load(
+    beam: flags.BeamFile,
+    /,
+    *,
+    load: Annotated[tuple[str, ...], flag(_LOAD, read=flags.Reader(lambda _, text: text, ""), many=True)] = (),
+    support: Annotated[str, flag(_SUPPORT)] = "clamped",
+    scales: Annotated[int | None, flags.scales(200, "Number of scales (that of the file)")] = None,
+    along: Annotated[
+        tuple[flags.Pair, ...],
+        flag(_ALONG, read=flags.pair("name=first, last", 'scale.theta0="5 deg, 10 deg"'), many=True),
+    ] = (),
+    mu: flags.Mu = None,
+    back: Annotated[bool, flags.Parameter(help="Take the load off again.")] = False,
+    ideal: flags.Ideal = False,
+    points: Annotated[int, flags.points(50)] = 50,
+    common: flags.Common = flags.COMMON,
+) -> int:
+    """Load a part: a beam of N scales on its supports, under forces, moments, a tendon or its weight."""
+    if not load:
+        flags.problems().add("--load", "", "is missing", 'give it, e.g. --load "0.2 N up at tip"')
+    common.check(beam)
+    described = settled(common.beam(beam, mu))
+    grades = {name: [v.strip() for v in text.split(",")] for name, text in flags.once("--along", along).items()}
+
+    from squama.part import door
+
+    how: dict[str, Any] = {"support": support, "scales": scales, "along": grades, "points": points, "back": back}
+    with flags.laid(flags.arguments("support", "scales", "along")):
+        data = door.load(described, list(load), ideal=ideal or None, **how)
+    written = output.write(common, lambda: data, "part_figure", lambda d: output.flat(d.drop_dims(_OTHERS), "theta"))
+    parts = {"figures": output.figures(data), "curve": "point", "root": "point axis", "sections": "point section"}
+    record = output.record(described, data, _KEYS, **parts, scales="point scale")
+    return output.report(common.json, beam, written, record, _shown(data))
+
+
+_OTHERS = ["section", "axis"]
+_SUPPORTS = {
+    "clamped": "clamped at its root, free at its tip",
+    "gripped": "both ends in grips that stay on one axis and may come nearer",
+    "simple": "on two rollers",
+}
+
+
+def _shown(data: xr.Dataset) -> Iterable[str]:
+    """Return the summary: the part under all of its load."""
+    import numpy as np
+
+    from squama.cli.report import held
+
+    n, top = data.sizes["scale"], int(np.argmax(data["share"].values))
+    most = data.isel(point=top)
+    force = "F" in data
+    name, way = ("F", "travel") if force else ("moment", "turn")
+    size, bare, travel = (float(most[v]) for v in (name, f"{name}_bare", way))
+    say = (lambda v: number(v, "N")) if force else moment
+    far = number(1e3 * travel, "mm") if force else f"{math.degrees(travel):.4g} deg"
+    yield f" as a part of {n} scales: {data.attrs['loads']}; mu = {float(data['mu']):g}"
+    yield held(data.attrs)
+    yield f"{_SUPPORTS[data.attrs['support'].split(',')[0].strip()]}" + (
+        f"; graded: {data.attrs['graded']}" if "graded" in data.attrs else ""
+    )
+    on, engaged = float(most["share"]), float(data["share_e"])
+    reached = "all of it is on" if on > 1 - 1e-6 else f"{on:.3g} of it is on: {data['end'].item()}"
+    yield f"{'force' if force else 'moment'} {say(size)} at {far}; {reached}"
+    if math.isfinite(bare) and bare:
+        yield f"without contact it would be {say(bare)} there: {number(size / bare)} of it"
+    yield f"scales first touch at {number(engaged)} of the load" if math.isfinite(engaged) else "no scales touch"
+    tip = [1e3 * float(most[f"{v}_axis"][-1] - data[f"{v}_axis"][0, -1]) for v in "xyz"]
+    yield f"the tip moves by {tip[0]:.4g}, {tip[1]:.4g} and {tip[2]:.4g} mm across, up and along"
+    for what, unit, factor in (("root_force", "N", 1.0), ("root_moment", "N mm", 1e3)):
+        if np.any(most[what].values):
+            x, y, z = (factor * most[what].values + 0.0).round(12)
+            yield f"the root is held by a {what.removeprefix('root_')} of {x:.4g}, {y:.4g}, {z:.4g} {unit} (x, y, z)"
+    bends, twists = most["psi_cell"].values, most["phi_cell"].values
+    yield (
+        f"cells bend by {bends.min():.3g} to {bends.max():.3g} and twist by {twists.min():.3g} to "
+        f"{twists.max():.3g} rad/pitch"
+    )
+    N = most["N"].values[:-1]
+    if np.nanmax(N) > 0:
+        yield f"largest contact force: {number(float(np.nanmax(N)), 'N')}, of scale {int(np.nanargmax(N)) + 1}"
+    stress = most["stress"].values
+    if np.isfinite(stress).all() and stress.max() > 0:
+        yield f"largest stress: {stress.max() / 1e6:.4g} MPa, in scale {stress.argmax() + 1}"
+    rubbed, error = float(most["RED"]), float(data["energy_error"])
+    yield f"relative energy dissipation RED = {rubbed:.4g}; the work of the load is balanced to {error:.1e}"
+    if top < data.sizes["point"] - 1:
+        back, work = data.isel(point=-1), float(data["W_fr"][-1]) * n * data.attrs["pitch"]
+        left = round(float(back[way]) / travel, 9)
+        yield f"off again: {left:.4g} of the deformation is left; friction has taken {number(1e3 * work, 'mJ')}"
+    yield from output.warnings(data.attrs["warnings"])

@@ -1,0 +1,192 @@
+"""The door of parts under load: ``squama.load``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from squama import arguments
+from squama.beam.design import Beam
+from squama.beam.faces import only_one
+from squama.contacts import entry, increments
+from squama.curves import doors, labelled, real
+from squama.curves.chosen import REAL
+from squama.curves.labelled import Answer, Labelled
+from squama.curves.way import States, Way
+from squama.errors import refuse
+from squama.loads import LOADS, NOTHING
+from squama.part import grading, loaded, loading
+from squama.part.loading import Load, Support
+from squama.part.told import Told
+from squama.units import Dimension, shown
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST = 200
+"""Largest number of scales of a part."""
+Grades = Mapping[str, Sequence[float | str]]
+
+
+def load(
+    beam: Beam,
+    load: str | Sequence[str],
+    *,
+    support: str = "clamped",
+    scales: int | None = None,
+    along: Grades | None = None,
+    mu: float | None = None,
+    points: int = 50,
+    back: bool = False,
+    ideal: bool | None = None,
+    hold: str | None = None,
+) -> xr.Dataset:
+    """Load a part: a beam of N scales on its supports, under forces, moments, a tendon or its weight.
+
+    Each cell finds its own bend, twist, lateral bend and stretch; the bar may move far (docs, theory: parts).
+
+    Parameters
+    ----------
+    beam
+        The beam.
+    load
+        What loads it, all of it growing alike from 0: texts such as "0.2 N up at tip", "0.5 N down over all", "weight
+        down", "30 N mm twist", "20 N mm bend", "3 N tendon at 4 mm", "1 N thrust at 0 mm"; or one deformation that is
+        imposed, "10 mm down at middle", "90 deg twist". Up is towards the scaled side, right along the scales' width,
+        out from the root to the tip. Forces keep their direction. Several texts are parted by ";" or given as a list.
+    support
+        "clamped" (default): the root is held, the tip is free; "gripped": both ends stay on one axis, and may come
+        nearer; "simple" or "simple, span 180 mm": on two rollers, across which the part may slide.
+    scales
+        Number of scales, 2 to 200; the beam's own if not given.
+    along
+        Grading: names of the beam's lengths and angles with two values, of the first and the last scale, or one for
+        each scale: ``{"scale.theta0": ["5 deg", "10 deg"]}``.
+    mu
+        Coefficient of friction; the beam's own if not given.
+    points
+        Number of points to all of the load; as many on the way back.
+    back
+        Take the load off again: friction leaves a part deformed.
+    ideal, hold
+        As of :func:`squama.twist`; ``hold``: strains that each cell keeps at 0.
+
+    Returns
+    -------
+    xarray.Dataset
+        Dimensions ``point``, ``scale`` (1 to N), ``section`` (0 to N, between cells) and ``axis`` (x, y, z). Along the
+        points ``share`` of the load, ``F`` and ``travel`` of its place (``moment`` and ``turn`` of a torque), the same
+        without contact ``F_bare``, ``root_force`` and ``root_moment``, energies and frictional work; of sections
+        ``x_axis``, ``y_axis``, ``z_axis``; of scales what :func:`squama.row` tells. ``share_e``, ``end``,
+        ``other_contact`` and ``energy_error``. SI units and radians.
+
+    Raises
+    ------
+    InputError
+        An argument is out of range, or the joint of the beam is not known.
+
+    Examples
+    --------
+    >>> import squama
+    >>> beam = squama.Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness=45)
+    >>> r = squama.load(beam, "40 deg bend", scales=8, mu=0.2)
+    >>> stiffer = float((r.moment / r.moment_bare)[-1])
+    >>> print(f"engaged at {float(r.share_e):.2f} of it, {stiffer:.1f} times the bare moment")
+    """
+    return loaded_part(
+        beam, load, support=support, scales=scales, along=along, points=points, back=back, mu=mu, ideal=ideal, hold=hold
+    ).dataset()  # fmt: skip
+
+
+def loaded_part(
+    beam: Beam,
+    load: str | Sequence[str],
+    *,
+    support: str = "clamped",
+    scales: int | None = None,
+    along: Grades | None = None,
+    points: int = 50,
+    back: bool = False,
+    mu: float | None = None,
+    ideal: bool | None = None,
+    hold: str | None = None,
+) -> Answer:
+    """Return what :func:`load` returns, before it is a dataset."""
+    arguments.beam(beam)
+    only_one(beam.faces, "a part under load")
+    n, twisting = arguments.whole("scales", beam.scales if scales is None else scales, 2, MOST), LOADS["twisting"]
+    way = Way.of("twisting", [math.inf])
+    analysis = doors.analysis(
+        beam.replace(scales=n), way, twisting, points=points, joint=REAL, mu=mu, ideal=ideal, hold=hold
+    )
+    beam = analysis.beam
+    held, given = loading.support(support, beam, n), loading.loads(load, beam, n)
+    _go_together(given, held)
+    beams = grading.graded(beam, along or {}, n)
+    ones = [real.Path.of(one, float(analysis.mus), (NOTHING,), ideal=analysis.ideal) for one in beams]
+    states = _solve(ones, n, given, held, points, back=back)
+    words = "; ".join(g.words.strip() for g in given)
+    attrs: dict[str, object] = {"load": "part", "loads": words, "support": support, "pitch": beam.pitch}
+    if along:
+        attrs["graded"] = ", ".join(along)
+    answer = labelled.answer(analysis, states, "a part under load", attrs, load=twisting, page="parts")
+    for name, count in (("scale", range(1, n + 1)), ("section", range(n + 1))):
+        answer.variables[name] = Labelled((name,), np.array(count), {"long_name": f"{name}, counted along the beam"})
+    answer.variables["axis"] = Labelled(("axis",), np.array(["x", "y", "z"]), {"long_name": "direction"})
+    return answer
+
+
+def _go_together(given: Sequence[Load], held: Support) -> None:
+    """Refuse loads that a support does not bear."""
+    for load in given:
+        bends, twists = load.tie.carried[:2] if load.measures in (Dimension.TORQUE, Dimension.ANGLE) else (0.0, 0.0)
+        across = [force for _, force in load.tie.forces]
+        for wrong, why, remedy in (
+            (
+                held.word == "gripped" and twists and len(given) > 1,
+                "turns a grip, and stands alone",
+                "leave others out",
+            ),
+            (held.word == "gripped" and bends, "bends against the grips", 'write support="clamped"'),
+            (held.word == "simple" and twists, "twists a part that lies on rollers", 'write support="clamped"'),
+            (held.word == "simple" and across and not across[0][1], "pushes along the rollers", 'write "up" or "down"'),
+        ):
+            if wrong:
+                refuse("load", shown(load.words), why, remedy)
+
+
+def _solve(
+    ones: Sequence[real.Path], n: int, given: Sequence[Load], held: Support, points: int, *, back: bool
+) -> States:  # fmt: skip
+    """Follow a part to all of its load and back; return what is told of it."""
+    one = ones[0]
+    if len(one.held.K) < 9:
+        refuse("joint", "", "joint.matrix knows no bend", "squama joint --matrix writes all nine motions")
+    way = one.way
+    if len(ones) > 1:
+        whole = [np.concatenate(parts) for parts in zip(*(o.way.beams for o in ones), strict=True)]
+        way = way._replace(beams=entry.Beams._make(whole))
+    units = one.beam.pitch, one.unit_moment / one.beam.pitch, one.unit_moment
+    course = loaded.course(way, n, given, held, units)
+    last, on = course.asked()
+    at = np.linspace(0.0, last, points + 1)
+    told = Told.of(ones, given[0], course, np.append(at, at[-2::-1]) if back else at, on=on)
+    if back and course.loads and (told.load[points:] < 0).any():
+        # friction holds the part deformed when the load is off
+        free = points + int(np.flatnonzero(told.load[points:] < 0)[0])
+        rest = float(np.interp(0.0, told.load[[free, free - 1]], told.at[[free, free - 1]]))
+        told = Told.of(ones, given[0], course, np.append(at, np.linspace(last, rest, points + 1)[1:]), on=on)
+    if told.track.end.code == increments.AT_REST:
+        where = "along" if len(ones) > 1 else "scale"
+        refuse(where, "", "scales touch before anything is loaded", "let them differ less")
+    notes = real.notes(one.held, one.beam, 0.0, ideal=not one.way.scale.h)
+    most = float(np.abs(told.track.cells[..., :3]).max())
+    if most > real.STRAIN_LIMIT:
+        notes.append(
+            f"cells are strained by up to {most:.3g} rad per pitch; the joint's stiffness was compared with nonlinear "
+            f"elements up to {real.STRAIN_LIMIT:g}"
+        )
+    return States(told.by_dim(), real.attributes(one.held, NOTHING), notes)

@@ -1,0 +1,195 @@
+"""Loads and supports in words and units: "0.2 N up at tip", "10 mm down at middle", "30 N mm twist", "simple"."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.beam import mass
+from squama.beam.design import Beam
+from squama.contacts.system import PHI, PSI
+from squama.contacts.ties import Tie, X, Y, Z
+from squama.errors import naming, refuse
+from squama.types import Array
+from squama.units import Dimension, QuantityError, quantity, shown
+
+DIRECTIONS = {"up": Y, "down": -Y, "left": -X, "right": X, "out": Z, "in": -Z}
+"""Directions of forces: up is from the bar's middle to the scaled face, out is along the bar, from root to tip."""
+TURNS = {"twist": PHI, "bend": PSI}
+"""Words for a torque or moment at the ends, and for an angle between them."""
+PULLS = {"tendon": -1.0, "thrust": 1.0}
+"""Words for a tension, or a thrust, along a line at a height over the bar's middle; signs of its axial force."""
+SUPPORTS = ("clamped", "gripped", "simple")
+"""Supports: the root clamped; both ends coaxial; on two rollers."""
+GRAVITY = 9.81
+EXAMPLES = '"0.2 N up at tip", "5 mm down at middle", "0.5 N down over all", "30 N mm twist", "3 N tendon at 4 mm"'
+MANY = 12
+"""Loads at most."""
+_WORDS = "|".join((*DIRECTIONS, *TURNS, *PULLS))
+_FORM = re.compile(rf"\s*(.*?)\s*\b({_WORDS})\b\s*(?:at\s+(.+?)|(over\s+all))?\s*", re.DOTALL)
+_SIMPLE = re.compile(r"\s*simple(?:\s*,?\s*span\s+(.+?))?\s*", re.DOTALL)
+
+
+class Load(NamedTuple):
+    """One load: its size (SI), what that measures, what is loaded, as a tie whose unit load is of size 1.
+
+    ``given``: the deformation is imposed, not the load. Of a force ``at`` is its place from the root, in pitches.
+    """
+
+    words: str
+    size: float
+    measures: Dimension
+    tie: Tie
+    given: bool = False
+    at: float = math.nan
+
+
+class Support(NamedTuple):
+    """How a part is supported: ties beside those of loads, whether it floats on them, and what is said of it.
+
+    ``ends`` (2,): where rollers are, from the root in pitches.
+    """
+
+    word: str
+    ends: tuple[float, float] = (0.0, 0.0)
+
+
+def loads(given: str | Sequence[str], beam: Beam, n: int) -> list[Load]:
+    """Read the loads of a beam of n scales; refuse what is none, and those that do not go together."""
+    texts = given.split(";") if isinstance(given, str) else list(given)
+    if not texts or len(texts) > MANY or not all(isinstance(text, str) for text in texts):
+        refuse("load", "", f"must be 1 to {MANY} texts", f"write e.g. {EXAMPLES}")
+    with naming("load"):
+        found = [_load(text, beam, n) for text in texts]
+    imposed = [load for load in found if load.given]
+    if imposed and len(found) > 1:
+        why = "imposes a deformation, which stands alone"
+        refuse("load", shown(imposed[0].words), why, "give forces and moments in place of it, or leave the others out")
+    return found
+
+
+def _load(text: str, beam: Beam, n: int) -> Load:
+    """Read one load."""
+    form = _FORM.fullmatch(text) if len(text) <= 100 else None
+    if form is None:
+        refuse("", shown(text), "is no load", f"write e.g. {EXAMPLES}")
+    number, word, place, over = form.groups()
+    if word in TURNS:
+        return _turn(text, number, word, place or over)
+    if word in PULLS:
+        return _pull(text, number, word, place, beam)
+    where = Y * 0 + DIRECTIONS[word]
+    if number.strip() == "weight" or number.endswith(" weight"):
+        return _weight(text, number, where, beam, n, place)
+    if over:
+        force = quantity(number, Dimension.FORCE, bare=False)
+        return Load(text, force, Dimension.FORCE, Tie([(i + 0.5, where / n) for i in range(n)]), at=n / 2)
+    at, given = _place(place or "tip", beam, n), _is_length(number)
+    kind = Dimension.LENGTH if given else Dimension.FORCE
+    return Load(text, _size(number, kind), kind, Tie([(at, where)]), given, at)
+
+
+def _size(number: str, kind: Dimension) -> float:
+    """Read the size of a load, which is above 0."""
+    size = quantity(number, kind, bare=False)
+    if not size > 0:
+        refuse("", shown(number), "must be above 0", "write another direction for the other way")
+    return size
+
+
+def _is_length(number: str) -> bool:
+    """Say whether a text is a length."""
+    try:
+        quantity(number, Dimension.LENGTH, bare=False)
+    except QuantityError:
+        return False
+    return True
+
+
+def _turn(text: str, number: str, word: str, place: str | None) -> Load:
+    """Read a torque or moment at the ends, or the angle between them."""
+    if place not in (None, "tip"):
+        refuse("", shown(text), f"a {word} is at the tip", f'write "{number} {word}"')
+    carried = np.eye(4)[TURNS[word]]
+    try:
+        angle = quantity(number.removesuffix("total").strip(), Dimension.ANGLE, bare=False)
+    except QuantityError:
+        return Load(text, _size(number, Dimension.TORQUE), Dimension.TORQUE, Tie(carried=carried.tolist()))
+    if not 0 < angle < 100:
+        refuse("", shown(text), "must be above 0 and below 100 rad", f'write e.g. "90 deg {word}"')
+    return Load(text, angle, Dimension.ANGLE, Tie(carried=carried.tolist()), given=True)
+
+
+def _pull(text: str, number: str, word: str, place: str | None, beam: Beam) -> Load:
+    """Read a tension or thrust along a line over the bar's middle."""
+    height = quantity(place or "0 mm", Dimension.LENGTH, bare=False) / beam.pitch
+    half = beam.substrate.thickness / beam.pitch / 2
+    if abs(height) > 2 * half:
+        refuse("", shown(text), "lies farther from the bar's middle than its thickness", 'write e.g. "at 4 mm"')
+    sign = PULLS[word]
+    tie = Tie(carried=(-sign * height, 0.0, 0.0, sign))
+    return Load(text, _size(number, Dimension.FORCE), Dimension.FORCE, tie)
+
+
+def _weight(text: str, number: str, where: Array, beam: Beam, n: int, place: str | None) -> Load:
+    """Read the beam's own weight, or a multiple of it."""
+    bar, scale = beam.density, beam.scale.density
+    if place is not None:
+        refuse("", shown(text), "the weight is along all of the beam", 'write e.g. "weight down"')
+    if bar is None or scale is None:
+        missing = "beam.density" if bar is None else "scale.density"
+        refuse(
+            "", shown(text), f"{missing} is not known", f'write it into the beam file, e.g. {missing} = "1150 kg/m3"'
+        )
+    times = quantity(number.removesuffix("weight").strip() or "1", Dimension.RATIO)
+    if not times > 0:
+        refuse("", shown(text), "must be above 0", 'write e.g. "weight down"')
+    force = times * GRAVITY * mass.of(beam, bar, scale).mass * n * beam.pitch
+    return Load(text, force, Dimension.FORCE, Tie([(i + 0.5, where / n) for i in range(n)]), at=n / 2)
+
+
+def _place(text: str, beam: Beam, n: int) -> float:
+    """Read a place along the beam: from its root, in pitches."""
+    words = {"tip": float(n), "middle": n / 2, "root": 0.0}
+    if text.strip() in words:
+        return words[text.strip()]
+    at = quantity(text, Dimension.LENGTH, bare=False) / beam.pitch
+    if not 0 <= at <= n * (1 + 1e-9):
+        long = f"{1e3 * n * beam.pitch:g} mm"
+        refuse(
+            "", shown(text), f"is not on the beam, which is {long} long", f'write "tip", "middle", or up to "{long}"'
+        )
+    return min(at, float(n))
+
+
+def support(text: str, beam: Beam, n: int) -> Support:
+    """Read how a beam of n scales is supported."""
+    if text in SUPPORTS[:2]:
+        return Support(text)
+    form = _SIMPLE.fullmatch(text) if isinstance(text, str) and len(text) <= 100 else None
+    if form is None:
+        words = f"must be one of {', '.join(map(shown, SUPPORTS))}"
+        refuse("support", shown(text), words, 'write e.g. "clamped", or "simple, span 180 mm"')
+    if form[1] is None:
+        return Support("simple", (0.0, float(n)))
+    with naming("support"):
+        span = quantity(form[1], Dimension.LENGTH, bare=False) / beam.pitch
+    if not 1 <= span <= n * (1 + 1e-9):
+        long = f"{1e3 * n * beam.pitch:g} mm"
+        refuse("support", shown(text), f"must be one pitch to {long} long", f'write e.g. "simple, span {long}"')
+    return Support("simple", ((n - min(span, n)) / 2, (n + min(span, n)) / 2))
+
+
+def supporting(held: Support, n: int) -> list[Tie]:
+    """Return the ties of a support."""
+    if held.word == "clamped":
+        return []
+    if held.word == "gripped":
+        return [Tie(turn=(n, axis, 0 * Z)) for axis in (X, Y, Z)] + [Tie([(n, axis)]) for axis in (X, Y)]
+    first, last = held.ends
+    rollers = [*(Tie([(first, axis)]) for axis in (X, Y, Z)), *(Tie([(last, axis)]) for axis in (X, Y))]
+    return [*rollers, Tie(turn=(round(first), Z, 0 * Z))]

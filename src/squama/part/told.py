@@ -1,0 +1,157 @@
+"""What is told of a part under load, in SI units: load and travel, places, the root, scales and cells."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.contacts import increments, path
+from squama.contacts.row import Track
+from squama.contacts.system import STRAINS
+from squama.curves import real, real_rows
+from squama.curves.curve_figures import dissipation
+from squama.model.outcome import End
+from squama.part.loaded import Course, at_sections, sections
+from squama.part.loading import Load
+from squama.types import Array
+from squama.units import Dimension
+
+NOT_ON = "load not reached"
+"""The end of a part whose cells would be strained by more than is looked for before all of the load is on."""
+
+
+class Told(NamedTuple):
+    """A part that was followed from rest: its scales, first load, course, strains of the path (points,), states.
+
+    ``on``: all that was asked is reached; ``bare`` states without contact, maybe fewer; ``frames`` of all sections.
+    """
+
+    ones: Sequence[real.Path]
+    first: Load
+    course: Course
+    at: Array
+    track: Track
+    bare: Track
+    on: bool
+    frames: Array
+
+    @classmethod
+    def of(cls, ones: Sequence[real.Path], first: Load, course: Course, at: Array, *, on: bool) -> Told:
+        """Follow a part, and the same without contact, to strains of the path from 0 on."""
+        track, bare = _from_rest(course.follow(at[1:])), _from_rest(course.bare.follow(at[1:]))
+        return cls(ones, first, course, at[: len(track.rows)], track, bare, on, sections(track, course.n))
+
+    @property
+    def load(self) -> Array:
+        """The load (points,), E = d = 1."""
+        return self.course.load(self.track)
+
+    @property
+    def share(self) -> Array:
+        """Part of the load, or of the deformation that is imposed (points,)."""
+        reached = self.load if self.course.loads else self.at * self.course.share
+        return np.asarray(reached / self.course.full)
+
+    def by_dim(self) -> dict[tuple[str, ...], dict[str, Array]]:
+        """Return values by dimension and role."""
+        x, y, z = np.moveaxis(self.frames[:, :, :3, 3], -1, 0) * self.ones[0].beam.pitch
+        return {
+            ("point",): self._along(),
+            ("point", "section"): {"x_axis": x, "y_axis": y, "z_axis": z},
+            ("point", "axis"): self._root(),
+            ("point", "scale"): self._of_scales(),
+            (): {name: np.asarray(value) for name, value in self._single().items()},
+        }
+
+    def _along(self) -> dict[str, Array]:
+        """Return load and travel, the load without contact, energies and frictional work per length."""
+        one, turns = self.ones[0], self.first.measures in (Dimension.TORQUE, Dimension.ANGLE)
+        unit = one.unit_moment if turns else one.unit_moment / one.beam.pitch
+        if self.course.loads:
+            # of the first of several: each grows as all do
+            unit = self.first.size / self.course.full
+        alone = np.full(self.at.size, np.nan)
+        without = self.course.load(self.bare)[: self.at.size]
+        alone[: without.size] = without
+        names = ("moment", "moment_bare", "turn") if turns else ("F", "F_bare", "travel")
+        travel = self._travel() * (1.0 if turns else one.beam.pitch)
+        found = {"share": self.share, **dict(zip(names, (self.load * unit, alone * unit, travel), strict=True))}
+        each, per = path.named(self.track.rows), one.held.modulus * one.beam.pitch**2
+        for role, name in (("U_el", "energy"), ("W_fr", "W_fr"), ("W_snap", "W_snap")):
+            found[role] = each[name].mean(axis=1) * per
+        return found | {"RED": dissipation(found["U_el"], found["W_fr"])}
+
+    def _travel(self) -> Array:
+        """Return the way of the first load's place along it, in pitches, or the angle by which it turns the ends."""
+        n, carried = self.course.n, np.asarray(self.first.tie.carried)
+        if self.course.main is None:
+            return self.at * self.course.share
+        if carried.any():
+            return np.asarray((self.track.cells[..., :STRAINS] @ carried).sum(axis=1))
+        moved = self.frames[:, :, :3, 3] - self.frames[:1, :, :3, 3]
+        places = ((j, s * f) for at, f in self.first.tie.forces for j, s in at_sections(at, n))
+        return np.asarray(sum(moved[:, j] @ force for j, force in places))
+
+    def _root(self) -> dict[str, Array]:
+        """Return force (N) and moment (N m) that hold the root, in the axes that it has at rest; 0 on rollers."""
+        one, points = self.ones[0], self.at.size
+        force, moment = np.zeros((points, 3)), np.zeros((points, 3))
+        for tie, size in zip([] if self.course.floating else self.course.every, self.track.loads.T, strict=False):
+            for at, f in tie.forces:
+                for j, share in at_sections(at, self.course.n):
+                    force -= np.outer(size, share * f)
+                    moment -= size[:, None] * np.cross(self.frames[:, j, :3, 3], share * f)
+            if tie.turn is not None:
+                moment -= np.outer(size, tie.turn[1])
+            psi, phi, chi, eps = tie.carried
+            force[:, 2] -= size * eps
+            moment += np.outer(size, [psi, chi, phi])
+        return {"root_force": force * one.unit_moment / one.beam.pitch, "root_moment": moment * one.unit_moment}
+
+    def _of_scales(self) -> dict[str, Array]:
+        """Return what is told of scales and cells, by role."""
+        track, points = self.track, np.zeros(self.at.size)
+        if len(self.ones) == 1:
+            each = real_rows.of_scales(self.ones[0], points, track)
+        else:
+            one_by_one = [
+                real_rows.of_scales(one, points, track._replace(rows=track.rows[:, [i, i]], held=track.held[:, [i, i]]))
+                for i, one in enumerate(self.ones)
+            ]
+            each = {role: np.column_stack([v[role][:, 0] for v in one_by_one]) for role in real_rows.EACH}
+            each["N"][:, -1] = each["f"][:, -1] = math.nan
+        one = self.ones[0]
+        units = one.unit_moment * np.append(np.ones(3), 1 / one.beam.pitch)
+        strains, carried = (np.moveaxis(v, -1, 0) for v in (track.cells[..., :4], track.cells[..., 4:]))
+        # (adding 0 leaves no -0)
+        found = {role: each[role] for role in real_rows.EACH} | dict(zip(real_rows.CELLS, strains + 0.0, strict=True))
+        return found | {name: unit * v + 0.0 for name, v, unit in zip(real_rows.CARRIED, carried, units, strict=True)}
+
+    def _single(self) -> dict[str, float | str]:
+        """Return the single figures."""
+        track, v = self.track, path.named(self.track.rows)
+        up = slice(0, int(self.at.argmax()) + 1)
+        engaged = math.isfinite(track.engaged)
+        kept = (v["energy"] + v["W_fr"] + v["W_snap"] - v["W"]).sum(axis=1)
+        most, other = float(v["energy"].sum(axis=1).max()), track.other()
+        end: str = track.end.word if engaged or track.end.code != increments.RANGE else End.NONE
+        if not self.on and track.end.code == increments.RANGE:
+            end = NOT_ON
+        return {
+            "share_e": float(np.interp(track.engaged, self.at[up], self.share[up])) if engaged else math.inf,
+            "end": str(end), "other_contact": "" if other is None else other.words,
+            "energy_error": float(np.abs(kept).max() / most) if most > 0 else 0.0,
+        }  # fmt: skip
+
+
+def _from_rest(track: Track) -> Track:
+    """Return a track with the state at rest as its first point."""
+
+    def whole(v: Array) -> Array:
+        return np.concatenate([np.zeros((1, *v.shape[1:])), v])
+
+    rows, cells, held, loads = map(whole, (track.rows, track.cells, track.held, track.loads))
+    return track._replace(rows=rows, cells=cells, held=held, loads=loads, contacts=whole(track.contacts))
