@@ -16,7 +16,6 @@ from squama.contacts.detection import GAP, deepest, deepest_of
 from squama.contacts.increments import (
     AT_REST,
     CHANGE,
-    INEXACT,
     LOST,
     NO_EQUILIBRIUM,
     OPEN,
@@ -40,26 +39,22 @@ from squama.contacts.increments import (
     T_SLID_OTHER,
     T_TRIAL,
     T_WAY,
+    T_WORK,
     T_ZERO,
-    UNBALANCED,
     Walk,
-    accept,
-    fall,
     guess,
     keep,
     note,
     remark,
-    remember,
     restore,
-    rounded,
     tell,
     tell_gone,
-    unbalanced,
     weigh,
 )
 from squama.contacts.meeting import clear, inclination, prepared
 from squama.contacts.newton import solve
-from squama.contacts.system import ENDED, FIRST, FREE, KIND, LIES, MU, STRAINS, STUCK, copy
+from squama.contacts.system import ENDED, FIRST, FREE, KIND, LIES, MU, STRAINS, STUCK, cells, copy
+from squama.contacts.works import INEXACT, UNBALANCED, accept, fall, remember, rounded, unbalanced, worked
 from squama.contacts.written import write
 from squama.types import Array
 
@@ -69,8 +64,8 @@ _DEEPER = 100
 """Gap, over that which may be missed, up to which a contact comes in where its gap is zero."""
 _START, _SOFTLY, _GENTLE, _FREELY = 1 / 16, 1 / 8, 1 / 64, 4.0
 """First increments at engagement, after other events, and at a turn of the path; increments without contact."""
-_FINE, _SHORT = 1e-6, 5e-4
-"""Increments, rad per pitch: so short a one may lose more work; as much as one so long may be lost by a shorter one."""
+_SHORT = 5e-4
+"""Increment, rad per pitch: as much as one so long may be lost by a shorter one."""
 _LEAST, _SHRINK, _EVENTS, _ZEROS = 1e-8, 0.35, 400, 8
 """Least increment, and by how much one that fails shrinks; events, and events without an increment, of each scale, that
 a path may have."""
@@ -176,7 +171,8 @@ def reached(w: Walk, h: float, before: float) -> int:
             w.counts[0], w.J.kept[0] = 0, 0
         found = regroup(w, h)
         if found == 0:
-            if fall(w, h, before).real >= -UNBALANCED * max(before.real, rounded(w).real):
+            lost, doubt = fall(w, h, before)
+            if lost.real >= -doubt.real - _SNAPS * max(before.real, rounded(w).real):
                 return 0
             found = NO_EQUILIBRIUM
         code = found if way == 0 else code
@@ -187,16 +183,18 @@ def reached(w: Walk, h: float, before: float) -> int:
 def land(w: Walk, h: float, before: float, events: Array) -> None:
     """Go on from the equilibrium that was found after an increment, and tell what is lost and which contact changed."""
     t = w.tally
-    lost = fall(w, h, before)
+    lost, _ = fall(w, h, before)
     rubbed, slid, other = t[T_RUBBED], t[T_SLID], t[T_SLID_OTHER]
     note(w, h)
     remark(w, LOST, -1)
-    accept(w, h, True)
+    accept(w, h, True, worked(w, h))
     # what is rubbed in a snap is a part of what it loses
     t[T_RUBBED], t[T_SLID], t[T_SLID_OTHER] = rubbed, slid, other
-    kind = SNAP if lost > _SNAPS * max(before, rounded(w)) else CHANGE
-    if kind == CHANGE:
+    if lost < 0.0:
+        # it jumped where the loads did as much as is stored
+        t[T_WORK] -= lost / cells(w.S)
         lost *= 0.0
+    kind = SNAP if lost > _SNAPS * max(before, rounded(w)) else CHANGE
     t[T_LOST] += lost
     c, gone = altered(w)
     tell(w, events, kind, c, lost)
@@ -305,8 +303,9 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
             if what != MEET:
                 deepest(w.S, w.new, w.con, m, w.W, -MISSED_GAP, w.near, True, w.found)
             where, what, c = locate(w, h, fresh, what, c, v)
-        lost, share = unbalanced(w, where) if where >= 0.0 else (math.inf, math.inf)
-        if not (lost <= UNBALANCED and (share <= INEXACT * max(where, _SHORT) or where < _FINE)):
+        spent = worked(w, where)
+        lost, share = unbalanced(w, spent) if where >= 0.0 else (math.inf, math.inf)
+        if not (lost <= UNBALANCED and share <= INEXACT * max(where, _SHORT)):
             restore(w)
             h = _SHRINK * (where if lost <= UNBALANCED else h)
             if h < _LEAST:
@@ -317,14 +316,14 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
         return SIDE_ENTRY
     note(w, where)
     if what < 0:
-        accept(w, where, False)
-        # what is lost is of the third order; by halves, so that rounding does not change increments
+        accept(w, where, False, spent)
+        # what is lost is of the fourth order; by halves, so that rounding does not change increments
         t[T_H] = 2 * where
-        while t[T_H].real > 2 * _FINE and share * (t[T_H].real / where) ** 3 > INEXACT / 2 * max(where, _SHORT):
+        while t[T_H].real > 2 * _LEAST and share * (t[T_H].real / where) ** 4 > INEXACT / 2 * max(where, _SHORT):
             t[T_H] /= 2
         t[T_H], t[T_ZERO] = min(most, t[T_H].real), 0.0
         return 0
-    accept(w, where, True)
+    accept(w, where, True, spent)
     scale = int(w.best[FIRST]) if what == MEET else int(w.con[c, FIRST])
     t[T_ZERO] = t[T_ZERO] + 1 if where < 10 * _LOCATED else 0.0
     t[T_H] = step * (_START if m == 0 else _SOFTLY)

@@ -15,12 +15,12 @@ from squama.contacts.increments import (
     T_WAY,
     T_WORK,
     Walk,
-    energy,
     strain,
 )
 from squama.contacts.meeting import F_, N_
 from squama.contacts.supports import LOADS
 from squama.contacts.system import ENDED, KIND, LIES, MOTIONS, STRAINS, STUCK, copy, spots
+from squama.contacts.works import energy
 from squama.types import Array
 
 
