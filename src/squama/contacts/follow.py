@@ -157,16 +157,22 @@ def bisected(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: floa
 
 @_jit
 def reached(w: Walk, h: float, before: float) -> int:
-    """Look for any equilibrium after an increment, from the last contacts or from none; 0 if it is found.
+    """Look for any equilibrium after an increment; 0 if it is found.
 
-    None has more energy than that ``before`` and the work done.
+    From the last contacts, as they are and all sticking, and from none. None has more energy than that ``before`` and
+    the work done.
     """
     code = NO_EQUILIBRIUM
-    for way in range(2):
+    for way in range(3):
+        if way == 1 and not rubs(w):
+            continue
         restore(w)
         w.tally[T_FRESH] = 0.0
         guess(w, h)
-        if way == 1:
+        for c in range(w.counts[0]):
+            if way == 1:
+                w.con[c, STUCK] = 1
+        if way == 2:
             # from the state without any contact
             w.counts[0], w.J.kept[0] = 0, 0
         found = regroup(w, h)
@@ -177,6 +183,15 @@ def reached(w: Walk, h: float, before: float) -> int:
             found = NO_EQUILIBRIUM
         code = found if way == 0 else code
     return code
+
+
+@_jit
+def rubs(w: Walk) -> bool:
+    """Say whether a contact slid in the last state, against friction."""
+    found = False
+    for c in range(w.counts[1]):
+        found = found or w.kept[c, STUCK] == 0
+    return found and w.S.shapes[0, MU].real > 0.0
 
 
 @_jit
