@@ -11,7 +11,7 @@ import math
 
 from squama.batch.keeping import part as _jit
 from squama.contacts.changes import change, merged, missed, regroup, tried
-from squama.contacts.conditions import FLIP, MEET, MISSED_GAP, OFF, lying, sideways, value, violated
+from squama.contacts.conditions import FLIP, MEET, MISSED_GAP, OFF, lying, sideways, violated
 from squama.contacts.detection import GAP, deepest, deepest_of
 from squama.contacts.increments import (
     AT_REST,
@@ -26,6 +26,8 @@ from squama.contacts.increments import (
     T_ENERGY,
     T_EVENTS,
     T_FRESH,
+    T_GRIPPED,
+    T_GRIPS,
     T_H,
     T_JUMPED,
     T_LOAD,
@@ -51,6 +53,7 @@ from squama.contacts.increments import (
     tell_gone,
     weigh,
 )
+from squama.contacts.locating import LOCATED, locate
 from squama.contacts.meeting import clear, inclination, prepared
 from squama.contacts.newton import solve
 from squama.contacts.system import ENDED, FIRST, FREE, KIND, LIES, MU, STRAINS, STUCK, cells, copy
@@ -58,10 +61,6 @@ from squama.contacts.works import INEXACT, UNBALANCED, accept, fall, remember, r
 from squama.contacts.written import write
 from squama.types import Array
 
-_LOCATED = 1e-10
-"""Width, rad per pitch, to which an event is located."""
-_DEEPER = 100
-"""Gap, over that which may be missed, up to which a contact comes in where its gap is zero."""
 _START, _SOFTLY, _GENTLE, _FREELY = 1 / 16, 1 / 8, 1 / 64, 4.0
 """First increments at engagement, after other events, and at a turn of the path; increments without contact."""
 _SHORT = 5e-4
@@ -72,87 +71,6 @@ a path may have."""
 _FAR, _SNAPS = 6, 1e-6
 """How many increments, each ten times the last one, an equilibrium is looked for after; least part of the energy that a
 snap loses, for it to be one."""
-
-
-@_jit
-def closed(w: Walk, low_: float, up: float, fresh: bool) -> float:
-    """Return the increment after which the gap that closes is zero, by those after two around it."""
-    if low_ == 0.0 or not tried(w, low_, fresh):
-        return up
-    a = value(w, w.new, MEET, -1)
-    if not tried(w, up, fresh):
-        return up
-    b = value(w, w.new, MEET, -1)
-    # one that was near another contact may come in deeper: its gap is not closed here
-    return max(low_ + (up - low_) * a / (a - b), low_ / 2) if a > b > -_DEEPER * MISSED_GAP else up
-
-
-@_jit
-def locate(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: float) -> tuple[float, int, int]:
-    """Find the least increment up to h after which a condition is violated; return it, what, and of which contact.
-
-    The state after it is the new one.
-    """
-    up, vu = h, high_value
-    while True:
-        # only near pairs are looked at on the way, all of them at the end
-        up, what, c = bisected(w, up, fresh, what, c, vu)
-        marks = marked(w)
-        if up < 0.0 or deepest(w.S, w.new, w.con, w.counts[0], w.W, -MISSED_GAP, w.near, True, w.found) < 0:
-            return up, what, c
-        if marked(w) == marks:
-            return up, what, c
-        vu = math.nan
-
-
-@_jit
-def marked(w: Walk) -> int:
-    """Return how many pairs are marked."""
-    n = 0
-    for i in range(len(w.near)):
-        for k in range(w.S.reach):
-            n += w.near[i, k]
-    return n
-
-
-@_jit
-def bisected(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: float) -> tuple[float, int, int]:
-    """Find as :func:`locate`, where new contacts are looked for between pairs that are marked."""
-    low_, up, vl, vu, last = 0.0, h, math.nan, high_value, 0
-    for count in range(80):
-        if up - low_ < _LOCATED:
-            break
-        x = (low_ + up) / 2
-        if vl > 0.0 and vu < 0.0 and count % 4 != 3:
-            x = low_ + (up - low_) * vl / (vl - vu)
-            x = min(max(x, low_ + 0.3 * _LOCATED), up - 0.3 * _LOCATED)
-        if not tried(w, x, fresh):
-            up, vu = x, math.nan
-            continue
-        w2, c2, v2 = violated(w, w.new, False)
-        if w2 < 0:
-            low_ = x
-            vl = value(w, w.new, what, c)
-            if last == 1:
-                vu /= 2
-            last = 1
-        else:
-            if w2 != what or (c2 != c and c2 >= 0):
-                what, c, vl = w2, c2, math.nan
-            up, vu = x, v2
-            if last == 2 and vl > 0.0:
-                vl /= 2
-            last = 2
-    if what == MEET:
-        # to the last digits: where a beam engages is told
-        up = closed(w, low_, up, fresh)
-        return (up if tried(w, up, fresh) else -1.0), what, c
-    ok = tried(w, up, fresh)
-    if ok:
-        w2, c2, _ = violated(w, w.new, False)
-        # -1: what was violated was another solution than the one that the last states lead to
-        return up, w2, c2
-    return -1.0, what, c
 
 
 @_jit
@@ -205,6 +123,7 @@ def land(w: Walk, h: float, before: float, events: Array) -> None:
     accept(w, h, True, worked(w, h))
     # what is rubbed in a snap is a part of what it loses
     t[T_RUBBED], t[T_SLID], t[T_SLID_OTHER] = rubbed, slid, other
+    t[T_GRIPS], t[T_GRIPPED] = 0.0, 0.0
     if lost < 0.0:
         # it jumped where the loads did as much as is stored
         t[T_WORK] -= lost / cells(w.S)
@@ -340,7 +259,7 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
         return 0
     accept(w, where, True, spent)
     scale = int(w.best[FIRST]) if what == MEET else int(w.con[c, FIRST])
-    t[T_ZERO] = t[T_ZERO] + 1 if where < 10 * _LOCATED else 0.0
+    t[T_ZERO] = t[T_ZERO] + 1 if where < 10 * LOCATED else 0.0
     t[T_H] = step * (_START if m == 0 else _SOFTLY)
     zeros = (2 if what == FLIP else _ZEROS) + N - 1
     if t[T_ZERO] > zeros or t[T_EVENTS] > _EVENTS * N or not change(w, what, c, events):

@@ -14,6 +14,8 @@ from squama.contacts.increments import (
     T_COUNT,
     T_ENERGY,
     T_FRESH,
+    T_GRIPPED,
+    T_GRIPS,
     T_LOAD,
     T_LOAD2,
     T_MOST,
@@ -48,7 +50,7 @@ from squama.contacts.system import (
 )
 from squama.contacts.vectors import Vector, add, dot
 
-UNBALANCED, INEXACT = 3e-4, 2.5e-3
+UNBALANCED, INEXACT = 3e-4, 1e-3
 """Work, over the energy, that an increment may lose: beyond that its state is another one than that to which the path
 goes on from the last state. Work, over the largest energy so far and per rad per pitch, that a path may lose."""
 _SMALL = 1e-4
@@ -87,19 +89,22 @@ def power(w: Walk, c: int, h: float) -> float:
     f = tangential(vector(w.new.F[c], 0), meet(w.S, w.new, row, s, w.W).n)
     a, b = h, h + t[T_SIZE]
     slip = dot(f, before(w.S, row, s, w.past, 0)[0])
+    rate: float = slip / a
     if t[T_FRESH].real < 1:
-        return slip / a
+        return rate
     second = dot(f, before(w.S, row, s, w.past, 1)[0])
     if t[T_FRESH].real < 2:
-        return (slip * b / a - second * a / b) / (b - a)
+        rate = (slip * b / a - second * a / b) / (b - a)
+        return rate
     d = b + t[T_BEFORE]
     third = dot(f, before(w.S, row, s, w.past, 2)[0])
     # derivative of the polynomial of third degree
-    return (
+    rate = (
         slip * b * d / (a * (b - a) * (d - a))
         - second * a * d / (b * (b - a) * (d - b))
         + third * a * b / (d * (d - a) * (d - b))
     )
+    return rate
 
 
 @_jit
@@ -114,7 +119,8 @@ def slid(w: Walk, c: int) -> float:
     f = tangential(add(vector(w.new.F[c], 0), 1.0, vector(w.past.F[c], 0)), n)
     here = dot(f, before(w.S, row, s, w.past, 0)[0])
     there = here if row[ENDED] > 0 else -dot(f, meet(w.S, w.new, row, was, w.W).D)
-    return (here + there) / 4
+    work: float = (here + there) / 4
+    return work
 
 
 @_jit
@@ -122,17 +128,18 @@ def yielded(w: Walk, c: int) -> float:
     """Return the work that a contact that sticks takes up over the increment just solved for: its grip gives way."""
     n = meet(w.S, w.new, w.con[c], w.new.s[c], w.W).n
     f, last = tangential(vector(w.new.F[c], 0), n), tangential(vector(w.past.F[c], 0), n)
-    return w.S.grip * (dot(f, f) - dot(last, last)) / 2
+    taken: float = w.S.grip * (dot(f, f) - dot(last, last)) / 2
+    return taken
 
 
 @_jit
-def worked(w: Walk, h: float) -> tuple[float, float, float, float, int]:
+def worked(w: Walk, h: float) -> tuple[float, float, float, float, float, int]:
     """Return over the increment just solved for work of the loads and frictional work, and their rates at its end.
 
-    And how many contacts stick.
+    And what the grips of contacts that stick take up, and how many there are.
     """
     t, load, stick = w.tally, load_rate(w), 0
-    rate, rubbed = 0.0 * load, 0.0 * load
+    rate, rubbed, grips = 0.0 * load, 0.0 * load, 0.0 * load
     share, fresh = h / t[T_SIZE], t[T_FRESH].real
     if w.S.shapes[0, MU].real > 0.0:
         for c in range(w.counts[0]):
@@ -143,7 +150,7 @@ def worked(w: Walk, h: float) -> tuple[float, float, float, float, int]:
             if w.con[c, KIND] == LIES:
                 continue
             if w.con[c, STUCK] > 0:
-                rubbed += yielded(w, c)
+                grips += yielded(w, c)
                 continue
             rate += power(w, c, h)
             if not smooth:
@@ -151,7 +158,7 @@ def worked(w: Walk, h: float) -> tuple[float, float, float, float, int]:
         if smooth:
             rubbed += h * mean(t[T_POWER2], t[T_POWER], rate, share)
     work = h * (mean(t[T_LOAD2], t[T_LOAD], load, share) if fresh >= 1 else (t[T_LOAD] + load) / 2)
-    return work, rubbed, load, rate, stick
+    return work, rubbed, load, rate, grips, stick
 
 
 @_jit
@@ -165,22 +172,29 @@ def rounded(w: Walk) -> float:
 
 
 @_jit
-def unbalanced(w: Walk, spent: tuple[float, float, float, float, int]) -> tuple[float, float]:
+def unbalanced(w: Walk, spent: tuple[float, float, float, float, float, int]) -> tuple[float, float]:
     """Return the work of the increment just solved for that is neither stored nor rubbed away, see :func:`worked`.
 
     Over the energy, and over the largest one so far.
     """
     stored, had = energy(w, w.new), w.tally[T_ENERGY]
-    lost = abs(spent[0] * cells(w.S) - spent[1] + had - stored)
+    lost = abs(spent[0] * cells(w.S) - spent[1] - spent[4] + had - stored)
     most = max(abs(stored), abs(had), rounded(w))
     return lost / most, lost / max(most, w.tally[T_MOST])
 
 
 @_jit
-def accept(w: Walk, h: float, event: bool, spent: tuple[float, float, float, float, int]) -> None:
+def accept(w: Walk, h: float, event: bool, spent: tuple[float, float, float, float, float, int]) -> None:
     """Make the new state the last one, after an increment with its works; ``event``: rates change here."""
     t, S = w.tally, w.S
-    work, rubbed, load, rate, stick = spent
+    work, rubbed, load, rate, grips, stick = spent
+    # what grips take up is lost; what they give back of it is little
+    t[T_GRIPS] += grips
+    if t[T_GRIPS].real > t[T_GRIPPED].real:
+        rubbed += t[T_GRIPS] - t[T_GRIPPED]
+        t[T_GRIPPED] = t[T_GRIPS]
+    if stick == 0:
+        t[T_GRIPS], t[T_GRIPPED] = 0.0, 0.0
     t[T_WORK] += work
     t[T_RUBBED] += rubbed
     t[T_ENERGY] = energy(w, w.new)
