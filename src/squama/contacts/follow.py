@@ -26,7 +26,6 @@ from squama.contacts.increments import (
     T_ENERGY,
     T_EVENTS,
     T_FRESH,
-    T_GRIPPED,
     T_GRIPS,
     T_H,
     T_JUMPED,
@@ -117,13 +116,14 @@ def land(w: Walk, h: float, before: float, events: Array) -> None:
     """Go on from the equilibrium that was found after an increment, and tell what is lost and which contact changed."""
     t = w.tally
     lost, _ = fall(w, h, before)
+    lost += t[T_GRIPS]
     rubbed, slid, other = t[T_RUBBED], t[T_SLID], t[T_SLID_OTHER]
     note(w, h)
     remark(w, LOST, -1)
     accept(w, h, True, worked(w, h))
     # what is rubbed in a snap is a part of what it loses
     t[T_RUBBED], t[T_SLID], t[T_SLID_OTHER] = rubbed, slid, other
-    t[T_GRIPS], t[T_GRIPPED] = 0.0, 0.0
+    t[T_GRIPS] = 0.0
     if lost < 0.0:
         # it jumped where the loads did as much as is stored
         t[T_WORK] -= lost / cells(w.S)

@@ -66,15 +66,13 @@ SCALE = 64 * 5 * 4 * 4
     T_MOST,
     T_STICK,
     T_GRIPS,
-    T_GRIPPED,
-) = range(27)
-TALLY = 27
+) = range(26)
+TALLY = 26
 """What is counted: way; next, last and last but one increments; increments since the last event; work of the loads,
 frictional work, energy lost in snaps, length of slip of the first contact of each face; rates of both works at the last
 two states; the load where a contact last began to slide; way since which the contacts are these; increments; events;
 events without an increment; where the last increment is noted, 0 for nowhere; trial and way of the last jump; elastic
-energy, now and at most; contacts that stick, and what their grips took up,
-now and at most."""
+energy, now and at most; contacts that stick, and what their grips took up."""
 NOTED_H, NOTED_WHAT, NOTED_WHICH, NOTED_M, NOTED_N, NOTED_VERTEX = range(6)
 NOTED = NOTED_VERTEX + VERTEX
 """What is noted of an increment first, see :func:`note`: its size; what ended it (-1: nothing), of which contact;

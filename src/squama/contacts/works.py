@@ -14,7 +14,6 @@ from squama.contacts.increments import (
     T_COUNT,
     T_ENERGY,
     T_FRESH,
-    T_GRIPPED,
     T_GRIPS,
     T_LOAD,
     T_LOAD2,
@@ -66,7 +65,7 @@ def mean(a: float, b: float, c: float, ratio: float) -> float:
 @_jit
 def load_rate(w: Walk) -> float:
     """Return the work of the loads per way, of a cell, at the state just solved for."""
-    load = 0.0 * w.loads[0]
+    load: float = 0.0 * w.loads[0]
     for e in range(STRAINS):
         if w.S.free[e] != FREE:
             load += w.loads[e] * w.leg[4 + e]
@@ -90,20 +89,18 @@ def power(w: Walk, c: int, h: float) -> float:
     a, b = h, h + t[T_SIZE]
     slip = dot(f, before(w.S, row, s, w.past, 0)[0])
     rate: float = slip / a
-    if t[T_FRESH].real < 1:
-        return rate
-    second = dot(f, before(w.S, row, s, w.past, 1)[0])
-    if t[T_FRESH].real < 2:
+    if t[T_FRESH].real >= 1:
+        second = dot(f, before(w.S, row, s, w.past, 1)[0])
         rate = (slip * b / a - second * a / b) / (b - a)
-        return rate
-    d = b + t[T_BEFORE]
-    third = dot(f, before(w.S, row, s, w.past, 2)[0])
-    # derivative of the polynomial of third degree
-    rate = (
-        slip * b * d / (a * (b - a) * (d - a))
-        - second * a * d / (b * (b - a) * (d - b))
-        + third * a * b / (d * (d - a) * (d - b))
-    )
+    if t[T_FRESH].real >= 2:
+        d = b + t[T_BEFORE]
+        third = dot(f, before(w.S, row, s, w.past, 2)[0])
+        # derivative of the polynomial of third degree
+        rate = (
+            slip * b * d / (a * (b - a) * (d - a))
+            - second * a * d / (b * (b - a) * (d - b))
+            + third * a * b / (d * (d - a) * (d - b))
+        )
     return rate
 
 
@@ -118,7 +115,9 @@ def slid(w: Walk, c: int) -> float:
     n = meet(w.S, w.new, row, s, w.W).n
     f = tangential(add(vector(w.new.F[c], 0), 1.0, vector(w.past.F[c], 0)), n)
     here = dot(f, before(w.S, row, s, w.past, 0)[0])
-    there = here if row[ENDED] > 0 else -dot(f, meet(w.S, w.new, row, was, w.W).D)
+    there = here
+    if row[ENDED] == 0:
+        there = dot(f, add(before(w.S, row, was, w.past, 0)[0], -1.0, meet(w.S, w.new, row, was, w.W).D))
     work: float = (here + there) / 4
     return work
 
@@ -188,13 +187,11 @@ def accept(w: Walk, h: float, event: bool, spent: tuple[float, float, float, flo
     """Make the new state the last one, after an increment with its works; ``event``: rates change here."""
     t, S = w.tally, w.S
     work, rubbed, load, rate, grips, stick = spent
-    # what grips take up is lost; what they give back of it is little
     t[T_GRIPS] += grips
-    if t[T_GRIPS].real > t[T_GRIPPED].real:
-        rubbed += t[T_GRIPS] - t[T_GRIPPED]
-        t[T_GRIPPED] = t[T_GRIPS]
     if stick == 0:
-        t[T_GRIPS], t[T_GRIPPED] = 0.0, 0.0
+        # what grips took up is rubbed away where their contacts slide
+        rubbed += t[T_GRIPS] if t[T_GRIPS].real > 0.0 else 0.0 * rubbed
+        t[T_GRIPS] = 0.0
     t[T_WORK] += work
     t[T_RUBBED] += rubbed
     t[T_ENERGY] = energy(w, w.new)
