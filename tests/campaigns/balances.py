@@ -45,11 +45,12 @@ class Balance(NamedTuple):
 
 
 def lost(found: path.Answers) -> float:
-    """Return the largest work that a path loses, over the largest energy of it."""
+    """Return the largest work that a path loses, over its largest energy: at a station, or lost in a snap between."""
     v = {name: column[: found.end().solved] for name, column in path.named(found.rows[0]).items()}
     if not len(v["energy"]) or not v["energy"].max() > 0:
         return 0.0
-    return float(abs(v["W"] - v["energy"] - v["W_fr"] - v["W_snap"]).max() / v["energy"].max())
+    fell = found.events[0, : int(min(found.ends[0, 2], path.EVENTS)), 12].max(initial=0.0)
+    return float(abs(v["W"] - v["energy"] - v["W_fr"] - v["W_snap"]).max() / max(v["energy"].max(), fell))
 
 
 def measured(given: Given) -> Balance:
