@@ -1,7 +1,4 @@
-"""Quantities with units: text and numbers in, SI floats out.
-
-Inside squama lengths are in m, angles in rad, pressures in Pa, torques in N m and twist rates in rad/m.
-"""
+"""Quantities with units: text and numbers in, SI floats out."""
 
 from __future__ import annotations
 
@@ -19,8 +16,7 @@ class Dimension(StrEnum):
 
     LENGTH = "length"
     ANGLE = "angle"
-    FORCE = "force"
-    PRESSURE = "pressure"
+    PRESSURE, FORCE = "pressure", "force"
     TORQUE = "torque"  # also the stiffness of a joint, N m or N m/rad
     TWIST_RATE = "twist rate"  # also a curvature
     DENSITY = "density"

@@ -123,3 +123,25 @@ def test_the_command_sets_simpler_models_beside(bent, capsys):
     assert math.isfinite(off["torque"])
     assert main(["bend", "examples/stiff_skin.toml", "--neutral", "up"]) == 2
     assert "--neutral" in capsys.readouterr().err
+
+
+FINGER = squama.Beam(
+    scale=squama.Scale(
+        length="20 mm", width="16 mm", thickness="0.8 mm", embedded="3 mm", alpha=0, theta0="15 deg",
+        youngs_modulus="3 GPa",
+    ),
+    substrate=squama.Substrate(width="20 mm", thickness="8 mm", youngs_modulus="0.5 MPa", poisson_ratio=0.49),
+    pitch="8 mm", scales=15, friction=squama.Friction(mu=0.25),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("beam", [FINGER, SKIN.replace(scale={"alpha": 0}, hold="nothing")], ids=["finger", "skin"])
+def test_tips_that_lie_flush_bear_as_far_as_asked(beam):
+    """Scales straight across the bar press with both corners of a tip and its middle at once."""
+    r = squama.bend(beam, to="0.2 rad/pitch", points=60)
+    assert r.end.item() == "range end"
+    assert abs(float(r.energy_error)) < 2e-3
+    # tolerance: how far left and right are alike where tips lie flush; places may be off by 1e-9
+    np.testing.assert_allclose(r.phi, 0, atol=1e-6)
+    np.testing.assert_allclose(r.chi, 0, atol=1e-6)
+    assert float(r.stiffness_ratio[-1]) > 2

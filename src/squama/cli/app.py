@@ -48,7 +48,7 @@ EXAMPLES = {
     "design": "target.toml -o designs",
     "pareto": "target.toml --plot front.png --csv front.csv",
     "row": "beam.toml --scales 9 --plot row.png",
-    "load": 'beam.toml --scales 9 --load "0.1 N up at tip" --plot part.png',
+    "load": 'beam.toml --scales 9 --load "2 N up at tip" --plot part.png',
     "joint": "beam.toml --levels 2",
     "cell": 'beam.toml --to "0.15 rad/pitch" --mesh coarse --csv cell.csv',
     "verify": 'beam.toml --to "0.15 rad/pitch" -o verify',

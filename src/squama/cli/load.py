@@ -19,7 +19,7 @@ _LOAD = (
 )
 _SUPPORT = 'Supports: clamped (the root), gripped (both ends), "simple, span 180 mm" (two rollers) (clamped).'
 _ALONG = 'What differs along the beam, of the first and the last scale: scale.theta0="5 deg, 10 deg"; may be repeated.'
-_KEYS = "load loads support graded joint scales hold K_theta rigidity joint_source band squama_version"
+_KEYS = "load loads support graded joint hold K_theta rigidity joint_source band squama_version"
 
 
 def load(
@@ -54,6 +54,7 @@ def load(
     written = output.write(common, lambda: data, "part_figure", lambda d: output.flat(d.drop_dims(_OTHERS), "theta"))
     parts = {"figures": output.figures(data), "curve": "point", "root": "point axis", "sections": "point section"}
     record = output.record(described, data, _KEYS, **parts, scales="point scale")
+    record["idealisation"] = data.attrs["scales"]
     return output.report(common.json, beam, written, record, _shown(data))
 
 

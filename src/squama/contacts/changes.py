@@ -17,12 +17,11 @@ from squama.contacts.conditions import (
     SLOPE,
     beyond,
     dips,
-    is_flush,
     sideways,
     violated,
 )
-from squama.contacts.detection import AT, GAP, edges_of, known, vertices
-from squama.contacts.geometry import put, vector
+from squama.contacts.detection import AT, GAP, edges_of, vertices
+from squama.contacts.handover import add_contact, apart, drop, exchange, leave, replaced, roll, succeed
 from squama.contacts.increments import (
     CHANGE,
     ENGAGE,
@@ -47,36 +46,23 @@ from squama.contacts.meeting import MARGIN, N_, prepared
 from squama.contacts.newton import solve
 from squama.contacts.system import (
     APART,
-    BETA,
-    EE,
     EF,
     ENDED,
-    ETA,
     FE,
     FIRST,
-    FLUSH,
-    FV,
     KIND,
-    LIES,
     MU,
     ONE,
     OTHER,
     STUCK,
-    VF,
     State,
     copied,
     copy,
-    corner_at,
-    lengthwise,
-    partner,
-    spots,
 )
 from squama.types import Array
 
 _CHANGES = 24
 """Changes at once that a scale may have; three for each one more."""
-_WIDER, _WIDEST = 2.0, 0.2
-"""By how much the window of an edge along a face is widened where two contacts in it have no balance, and to what."""
 
 
 @_jit
@@ -109,17 +95,6 @@ def unfold(w: Walk, st: State) -> bool:
     exchange(w, st, which, int(v[KIND]), int(v[ONE]), int(v[OTHER]), v[AT], v[AT + 1], 0.0)
     w.con[which, ENDED] = 1
     return True
-
-
-@_jit
-def apart(w: Walk, st: State, c: int, v: Array) -> float:
-    """Return how far a vertex is from a contact, on both scales."""
-    k = w.W.vertex
-    for a in range(5):
-        k[a] = int(v[a])
-    x1, y1, x2, y2 = spots(w.S, w.con[c], st.s[c])
-    X1, Y1, X2, Y2 = spots(w.S, k, v[AT:])
-    return abs(X1 - x1) + abs(Y1 - y1) + abs(X2 - x2) + abs(Y2 - y2)
 
 
 @_jit
@@ -205,145 +180,6 @@ def sliding(w: Walk, h: float) -> bool:
     weigh(w, h)
     w.J.kept[0] = 0
     return found and solve(w.S, w.new, w.past, w.con, m, w.W, w.J, w.loads)
-
-
-@_jit
-def drop(w: Walk, st: State, c: int) -> None:
-    """Take a contact out."""
-    m = w.counts[0] - 1
-    for a in range(c, m):
-        copy(w.con[a + 1], w.con[a])
-        copy(st.F[a + 1], st.F[a])
-        copy(st.s[a + 1], st.s[a])
-        copy(w.past.F[a + 1], w.past.F[a])
-        copy(w.W.told[a + 1], w.W.told[a])
-    w.counts[0], w.J.kept[0] = m, 0
-
-
-@_jit
-def add_contact(w: Walk, st: State, row: Array) -> bool:
-    """Take a vertex in as a contact without a force; False where there is no room."""
-    m = w.counts[0]
-    if m == len(w.con):
-        return False
-    for a in range(FIRST, STUCK):
-        w.con[m, a] = int(row[a])
-    w.con[m, STUCK], w.con[m, ENDED] = 1 if w.S.shapes[0, MU].real > 0.0 else 0, 0
-    for a in range(3):
-        st.F[m, a] = w.past.F[m, a] = 0.0
-        st.s[m, a] = row[AT + a]
-    w.counts[0], w.J.kept[0] = m + 1, 0
-    return True
-
-
-@_jit
-def exchange(w: Walk, st: State, c: int, kind: int, one: int, other: int, a: float, b: float, d: float) -> None:
-    """Make a contact one of other features at the same place; its force stays."""
-    w.con[c, KIND], w.con[c, ONE], w.con[c, OTHER] = kind, one, other
-    st.s[c, 0], st.s[c, 1], st.s[c, 2] = a, b, d
-    w.J.kept[0] = 0
-
-
-@_jit
-def roll(w: Walk, st: State, c: int, edge: int) -> None:
-    """Let the edge that dips beside a contact lie along the face there (+ 4: an edge of the other scale).
-
-    One that lies flush has no place at which it is tangent: the contact bears on.
-    """
-    S, row = w.S, w.con[c]
-    if is_flush(w, st, c, edge):
-        row[ENDED] = FLUSH
-        return
-    row[ENDED] = 0
-    x1, y1, x2, y2 = spots(S, row, st.s[c])
-    if edge < 4:
-        exchange(w, st, c, EF, edge, edge, x2, y2, x1 if lengthwise(edge) else y1)
-    else:
-        exchange(w, st, c, FE, edge - 4, edge - 4, x1, y1, x2 if lengthwise(edge - 4) else y2)
-
-
-@_jit
-def leave(w: Walk, st: State, c: int, which: int) -> bool:
-    """Hand an edge along a face over to its corner, or to the face's edge; False where that is not continuous."""
-    row, s = w.con[c], st.s[c]
-    kind = row[KIND]
-    if kind < EF:
-        return False
-    own = row[ONE] if kind == EF else row[OTHER]
-    if which >= 4:
-        v = corner_at(own, which == 5)
-        if kind == EF:
-            exchange(w, st, c, VF, v, 0, s[0], s[1], 0.0)
-        else:
-            exchange(w, st, c, FV, 0, v, s[0], s[1], 0.0)
-        return True
-    edge = 3 if which == 0 else (0 if which == 1 else (1 if which == 2 else 2))
-    at = s[1] if which < 2 else s[0]
-    if kind == EF:
-        exchange(w, st, c, EE, own, edge, s[2], at, 0.0)
-    else:
-        exchange(w, st, c, EE, edge, own, at, s[2], 0.0)
-    return True
-
-
-@_jit
-def succeed(w: Walk, st: State, c: int) -> bool:
-    """Let a vertex at the same place take the force of a contact that left its edge; False where there is none."""
-    S, row = w.S, w.con[c]
-    i, apart, kind, one, other = row[FIRST], row[APART], row[KIND], row[ONE], row[OTHER]
-    x1, y1, x2, y2 = spots(S, row, st.s[c])
-    F = vector(st.F[c], 0)
-    drop(w, st, c)
-    n = vertices(S, st, w.W, i, apart, 1e-3, w.found, 0)
-    best, least, k = -1, 0.1, w.W.vertex
-    for a in range(n):
-        # what it is gets into k
-        if known(S, st, w.con, w.counts[0], w.found[a], w.W):
-            continue
-        if k[KIND] == kind and k[ONE] == one and k[OTHER] == other:
-            continue
-        X1, Y1, X2, Y2 = spots(S, k, w.found[a, AT:])
-        far = abs(X1 - x1) + abs(Y1 - y1) + abs(X2 - x2) + abs(Y2 - y2)
-        if far < least:
-            best, least = a, far
-    if best < 0 or not add_contact(w, st, w.found[best]):
-        return False
-    put(F, st.F[w.counts[0] - 1], 0)
-    return True
-
-
-@_jit
-def merged(w: Walk) -> bool:
-    """Take the last contact that came in as one with another of that pair, near it on an edge that lies along a face.
-
-    A bent edge that lies along a face is pressed at places close to each other, or beside its end: two for which no
-    balance is found bear as one.
-    """
-    c = w.counts[0] - 1
-    if c < 1 or w.con[c, KIND] == LIES or w.now.F[c, 0] != 0.0 or w.now.F[c, 1] != 0.0 or w.now.F[c, 2] != 0.0:
-        # none, or one that bears already
-        return False
-    for o in range(c):
-        a, b = w.con[o], w.con[c]
-        pair = a[FIRST] == b[FIRST] and a[APART] == b[APART] and a[KIND] != LIES
-        if pair and max(a[KIND], b[KIND]) >= EF and beside(w, o, c) < _WIDEST:
-            while w.W.window[0] <= beside(w, o, c):
-                w.W.window[0] *= _WIDER
-            drop(w, w.now, c)
-            return True
-    return False
-
-
-@_jit
-def beside(w: Walk, o: int, c: int) -> float:
-    """Return how far two contacts of a pair are from each other, as a part of the plates."""
-    S, far = w.S, 0.0
-    one, other = spots(S, w.con[o], w.now.s[o]), spots(S, w.con[c], w.now.s[c])
-    i, j = w.con[c, FIRST], partner(S, w.con[c])
-    sizes = (S.shapes[i, ETA], 2 * S.shapes[i, BETA], S.shapes[j, ETA], 2 * S.shapes[j, BETA])
-    for a in range(4):
-        far = max(far, abs(one[a] - other[a]) / sizes[a].real)
-    return far
 
 
 @_jit
@@ -442,7 +278,7 @@ def change(w: Walk, what: int, c: int, events: Array) -> bool:
         if w.con[c, KIND] >= EF:
             tell(w, events, CHANGE, c, 0.0)
     elif what == OFF:
-        if not leave(w, w.now, c, beyond(w.S, w.now, w.con[c], c)[1]):
+        if not leave(w, w.now, c, beyond(w.S, w.now, w.con[c], c)[1]) and not replaced(w, w.now, c):
             return False
         tell(w, events, CHANGE, c, 0.0)
     else:

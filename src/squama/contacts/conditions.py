@@ -42,10 +42,10 @@ from squama.types import Array
 
 PULL, OFF, SLOPE, FLIP, MEET = range(5)
 """What an increment violates."""
-MISSED_GAP, MISSED_PULL, MISSED_PLACE, MISSED_CONE, MISSED_SLOPE = 1e-10, 1e-12, 1e-12, 1e-11, 1e-9
+MISSED_GAP, MISSED_PULL, MISSED_PLACE, MISSED_CONE, MISSED_SLOPE = 1e-10, 1e-12, 1e-9, 1e-11, 1e-9
 """Gap, force, place, force beyond the cone of friction, and slope by which a condition may be missed."""
-_SHALLOW, _BESIDE = 1e-6, (0.01, 0.03, 0.1, 0.3)
-"""Depth, in pitches, from which on an edge that lay flush has a tangent again, and where along it is looked."""
+_FLAT, _SHALLOW, _BESIDE = 1e-8, 1e-6, (0.01, 0.03, 0.1, 0.3)
+"""Gap, in pitches, below which an edge lies flush, depth from which on it has a tangent again, and where is looked."""
 
 
 @_jit
@@ -138,7 +138,7 @@ def depth(w: Walk, st: State, k: int, edge: int) -> float:
 def is_flush(w: Walk, st: State, k: int, edge: int) -> bool:
     """Say whether an edge lies along the face so closely beside a contact that it has no tangent there."""
     least, most = beside_it(w, st, k, edge)
-    return max(-least, most) < _SHALLOW
+    return max(-least, most) < _FLAT
 
 
 @_jit

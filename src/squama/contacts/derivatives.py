@@ -42,15 +42,14 @@ from squama.contacts.increments import (
     T_SIZE,
     T_WAY,
     Walk,
-    accept,
     guess,
-    remember,
     weigh,
 )
 from squama.contacts.linear import exchanged, laid_out, stored, substitute
 from squama.contacts.meeting import inclination, prepared
 from squama.contacts.newton import shift
 from squama.contacts.system import FIRST, KIND, LIES, PHI, STRAINS, State, copy
+from squama.contacts.works import accept, remember, worked
 from squama.contacts.written import write
 from squama.types import Array
 
@@ -185,7 +184,7 @@ def increment(w: Walk, at: int, goal: complex, events: Array) -> bool:
             by *= first / (first - off)
             if not math.isfinite(by):
                 return False
-    accept(w, h + 1j * by, what != NOTHING)
+    accept(w, h + 1j * by, what != NOTHING, worked(w, h + 1j * by))
     return what == NOTHING or change(w, what, c, events)
 
 

@@ -22,11 +22,9 @@ import numpy as np
 from squama.batch.keeping import part as _jit
 from squama.contacts.geometry import back, vector
 from squama.contacts.meeting import (
-    BEFORE,
     F_,
     MARGIN,
     N_,
-    V_,
     Work,
     along_edges,
     before,
@@ -104,8 +102,7 @@ def residual(
         f = add(F, -normal_force, g.n)
         A, B = frame(row, g)
         size = np.sqrt(dot(f, f))
-        told[N_], told[F_], told[V_], told[MARGIN] = normal_force, size, 0.0, 0.0
-        told[BEFORE] = dot(vector(past.F[c], 0), f) / size if size.real > 0.0 else 0.0 * size
+        told[N_], told[F_], told[MARGIN] = normal_force, size, 0.0
         if mu.real > 0.0 and past.weights[0] != 0.0:
             D1, _, _, _, _ = before(S, row, st.s[c], past, 0)
             v = scaled(past.weights[1], D1)
@@ -115,7 +112,7 @@ def residual(
             v = add(v, -dot(v, g.n), g.n)
             y = add(f, -k, v)
             reach, most = np.sqrt(dot(y, y)), mu * normal_force if normal_force.real > 0.0 else 0.0 * normal_force
-            told[V_], told[MARGIN] = np.sqrt(dot(v, v)), reach - most
+            told[MARGIN] = reach - most
             if row[STUCK] > 0:
                 told[MARGIN] = size - most
                 held = add(scaled(-1.0, D1), S.grip, add(f, -1.0, vector(past.F[c], 0)))

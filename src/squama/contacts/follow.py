@@ -10,13 +10,13 @@ from __future__ import annotations
 import math
 
 from squama.batch.keeping import part as _jit
-from squama.contacts.changes import change, merged, missed, regroup, tried
-from squama.contacts.conditions import FLIP, MEET, MISSED_GAP, OFF, lying, sideways, value, violated
+from squama.contacts.changes import change, missed, regroup, tried
+from squama.contacts.conditions import FLIP, MEET, MISSED_GAP, OFF, lying, sideways, violated
 from squama.contacts.detection import GAP, deepest, deepest_of
+from squama.contacts.handover import merged
 from squama.contacts.increments import (
     AT_REST,
     CHANGE,
-    INEXACT,
     LOST,
     NO_EQUILIBRIUM,
     OPEN,
@@ -27,6 +27,7 @@ from squama.contacts.increments import (
     T_ENERGY,
     T_EVENTS,
     T_FRESH,
+    T_GRIPS,
     T_H,
     T_JUMPED,
     T_LOAD,
@@ -40,37 +41,30 @@ from squama.contacts.increments import (
     T_SLID_OTHER,
     T_TRIAL,
     T_WAY,
+    T_WORK,
     T_ZERO,
-    UNBALANCED,
     Walk,
-    accept,
-    fall,
     guess,
     keep,
     note,
     remark,
-    remember,
     restore,
-    rounded,
     tell,
     tell_gone,
-    unbalanced,
     weigh,
 )
+from squama.contacts.locating import LOCATED, locate
 from squama.contacts.meeting import clear, inclination, prepared
 from squama.contacts.newton import solve
-from squama.contacts.system import ENDED, FIRST, FLUSH, FREE, KIND, LIES, MU, STRAINS, STUCK, copy
+from squama.contacts.system import ENDED, FIRST, FLUSH, FREE, KIND, LIES, MU, STRAINS, STUCK, cells, copy
+from squama.contacts.works import INEXACT, UNBALANCED, accept, fall, remember, rounded, unbalanced, worked
 from squama.contacts.written import write
 from squama.types import Array
 
-_LOCATED = 1e-10
-"""Width, rad per pitch, to which an event is located."""
-_DEEPER = 100
-"""Gap, over that which may be missed, up to which a contact comes in where its gap is zero."""
 _START, _SOFTLY, _GENTLE, _FREELY = 1 / 16, 1 / 8, 1 / 64, 4.0
 """First increments at engagement, after other events, and at a turn of the path; increments without contact."""
-_FINE, _SHORT = 1e-6, 5e-4
-"""Increments, rad per pitch: so short a one may lose more work; as much as one so long may be lost by a shorter one."""
+_SHORT = 5e-4
+"""Increment, rad per pitch: as much as one so long may be lost by a shorter one."""
 _LEAST, _SHRINK, _EVENTS, _ZEROS = 1e-8, 0.35, 400, 8
 """Least increment, and by how much one that fails shrinks; events, and events without an increment, of each scale, that
 a path may have."""
@@ -80,103 +74,29 @@ snap loses, for it to be one."""
 
 
 @_jit
-def closed(w: Walk, low_: float, up: float, fresh: bool) -> float:
-    """Return the increment after which the gap that closes is zero, by those after two around it."""
-    if low_ == 0.0 or not tried(w, low_, fresh):
-        return up
-    a = value(w, w.new, MEET, -1)
-    if not tried(w, up, fresh):
-        return up
-    b = value(w, w.new, MEET, -1)
-    # one that was near another contact may come in deeper: its gap is not closed here
-    return max(low_ + (up - low_) * a / (a - b), low_ / 2) if a > b > -_DEEPER * MISSED_GAP else up
-
-
-@_jit
-def locate(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: float) -> tuple[float, int, int]:
-    """Find the least increment up to h after which a condition is violated; return it, what, and of which contact.
-
-    The state after it is the new one.
-    """
-    up, vu = h, high_value
-    while True:
-        # only near pairs are looked at on the way, all of them at the end
-        up, what, c = bisected(w, up, fresh, what, c, vu)
-        marks = marked(w)
-        if up < 0.0 or deepest(w.S, w.new, w.con, w.counts[0], w.W, -MISSED_GAP, w.near, True, w.found) < 0:
-            return up, what, c
-        if marked(w) == marks:
-            return up, what, c
-        vu = math.nan
-
-
-@_jit
-def marked(w: Walk) -> int:
-    """Return how many pairs are marked."""
-    n = 0
-    for i in range(len(w.near)):
-        for k in range(w.S.reach):
-            n += w.near[i, k]
-    return n
-
-
-@_jit
-def bisected(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: float) -> tuple[float, int, int]:
-    """Find as :func:`locate`, where new contacts are looked for between pairs that are marked."""
-    low_, up, vl, vu, last = 0.0, h, math.nan, high_value, 0
-    for count in range(80):
-        if up - low_ < _LOCATED:
-            break
-        x = (low_ + up) / 2
-        if vl > 0.0 and vu < 0.0 and count % 4 != 3:
-            x = low_ + (up - low_) * vl / (vl - vu)
-            x = min(max(x, low_ + 0.3 * _LOCATED), up - 0.3 * _LOCATED)
-        if not tried(w, x, fresh):
-            up, vu = x, math.nan
-            continue
-        w2, c2, v2 = violated(w, w.new, False)
-        if w2 < 0:
-            low_ = x
-            vl = value(w, w.new, what, c)
-            if last == 1:
-                vu /= 2
-            last = 1
-        else:
-            if w2 != what or (c2 != c and c2 >= 0):
-                what, c, vl = w2, c2, math.nan
-            up, vu = x, v2
-            if last == 2 and vl > 0.0:
-                vl /= 2
-            last = 2
-    if what == MEET:
-        # to the last digits: where a beam engages is told
-        up = closed(w, low_, up, fresh)
-        return (up if tried(w, up, fresh) else -1.0), what, c
-    ok = tried(w, up, fresh)
-    if ok:
-        w2, c2, _ = violated(w, w.new, False)
-        # -1: what was violated was another solution than the one that the last states lead to
-        return up, w2, c2
-    return -1.0, what, c
-
-
-@_jit
 def reached(w: Walk, h: float, before: float) -> int:
-    """Look for any equilibrium after an increment, from the last contacts or from none; 0 if it is found.
+    """Look for any equilibrium after an increment; 0 if it is found.
 
-    None has more energy than that ``before`` and the work done.
+    From the last contacts, as they are and all sticking, and from none. None has more energy than that ``before`` and
+    the work done.
     """
     code = NO_EQUILIBRIUM
-    for way in range(2):
+    for way in range(3):
+        if way == 1 and not rubs(w):
+            continue
         restore(w)
         w.tally[T_FRESH] = 0.0
         guess(w, h)
-        if way == 1:
+        for c in range(w.counts[0]):
+            if way == 1:
+                w.con[c, STUCK] = 1
+        if way == 2:
             # from the state without any contact
             w.counts[0], w.J.kept[0] = 0, 0
         found = regroup(w, h)
         if found == 0:
-            if fall(w, h, before).real >= -UNBALANCED * max(before.real, rounded(w).real):
+            lost, doubt = fall(w, h, before)
+            if lost.real >= -doubt.real - _SNAPS * max(before.real, rounded(w).real):
                 return 0
             found = NO_EQUILIBRIUM
         code = found if way == 0 else code
@@ -184,19 +104,32 @@ def reached(w: Walk, h: float, before: float) -> int:
 
 
 @_jit
+def rubs(w: Walk) -> bool:
+    """Say whether a contact slid in the last state, against friction."""
+    found = False
+    for c in range(w.counts[1]):
+        found = found or w.kept[c, STUCK] == 0
+    return found and w.S.shapes[0, MU].real > 0.0
+
+
+@_jit
 def land(w: Walk, h: float, before: float, events: Array) -> None:
     """Go on from the equilibrium that was found after an increment, and tell what is lost and which contact changed."""
     t = w.tally
-    lost = fall(w, h, before)
+    lost, _ = fall(w, h, before)
+    lost += t[T_GRIPS]
     rubbed, slid, other = t[T_RUBBED], t[T_SLID], t[T_SLID_OTHER]
     note(w, h)
     remark(w, LOST, -1)
-    accept(w, h, True)
+    accept(w, h, True, worked(w, h))
     # what is rubbed in a snap is a part of what it loses
     t[T_RUBBED], t[T_SLID], t[T_SLID_OTHER] = rubbed, slid, other
-    kind = SNAP if lost > _SNAPS * max(before, rounded(w)) else CHANGE
-    if kind == CHANGE:
+    t[T_GRIPS] = 0.0
+    if lost < 0.0:
+        # it jumped where the loads did as much as is stored
+        t[T_WORK] -= lost / cells(w.S)
         lost *= 0.0
+    kind = SNAP if lost > _SNAPS * max(before, rounded(w)) else CHANGE
     t[T_LOST] += lost
     c, gone = altered(w)
     tell(w, events, kind, c, lost)
@@ -272,9 +205,12 @@ def jump(w: Walk, goal: float, step: float, events: Array) -> int:
 @_jit
 def stopped(w: Walk, goal: float, step: float, events: Array) -> int:
     """Go on where no increment is small enough: with one contact less, or by a jump."""
-    c = w.counts[0] - 1
-    if not merged(w):
-        return jump(w, goal, step, events)
+    c, several = w.counts[0] - 1, len(w.S.shapes) > w.S.stride
+    # of a row one place is given up before all of its contacts are looked for anew
+    if not merged(w, several):
+        code = jump(w, goal, step, events)
+        if several or code == RANGE or not merged(w, True):
+            return code
     copy(w.kept[c], w.con[c])
     tell(w, events, OPEN, c, 0.0)
     w.tally[T_H], w.tally[T_ZERO] = step * _SOFTLY, 0.0
@@ -308,8 +244,9 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
             if what != MEET:
                 deepest(w.S, w.new, w.con, m, w.W, -MISSED_GAP, w.near, True, w.found)
             where, what, c = locate(w, h, fresh, what, c, v)
-        lost, share = unbalanced(w, where) if where >= 0.0 else (math.inf, math.inf)
-        if not (lost <= UNBALANCED and (share <= INEXACT * max(where, _SHORT) or where < _FINE)):
+        spent = worked(w, where)
+        lost, share = unbalanced(w, spent) if where >= 0.0 else (math.inf, math.inf)
+        if not (lost <= UNBALANCED and share <= INEXACT * max(where, _SHORT)):
             restore(w)
             h = _SHRINK * (where if lost <= UNBALANCED else h)
             if h < _LEAST:
@@ -320,16 +257,16 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
         return SIDE_ENTRY
     note(w, where)
     if what < 0:
-        accept(w, where, False)
-        # what is lost is of the third order; by halves, so that rounding does not change increments
+        accept(w, where, False, spent)
+        # what is lost is of the fourth order; by halves, so that rounding does not change increments
         t[T_H] = 2 * where
-        while t[T_H].real > 2 * _FINE and share * (t[T_H].real / where) ** 3 > INEXACT / 2 * max(where, _SHORT):
+        while t[T_H].real > 2 * _LEAST and share * (t[T_H].real / where) ** 4 > INEXACT / 2 * max(where, _SHORT):
             t[T_H] /= 2
         t[T_H], t[T_ZERO] = min(most, t[T_H].real), 0.0
         return 0
-    accept(w, where, True)
+    accept(w, where, True, spent)
     scale = int(w.best[FIRST]) if what == MEET else int(w.con[c, FIRST])
-    t[T_ZERO] = t[T_ZERO] + 1 if where < 10 * _LOCATED else 0.0
+    t[T_ZERO] = t[T_ZERO] + 1 if where < 10 * LOCATED else 0.0
     t[T_H] = step * (_START if m == 0 else _SOFTLY)
     zeros = (2 if what == FLIP else _ZEROS) + N - 1
     if t[T_ZERO] > zeros or t[T_EVENTS] > _EVENTS * N or not change(w, what, c, events):

@@ -4,37 +4,28 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
 from squama.batch.keeping import part as _jit
 from squama.contacts.detection import VERTEX
-from squama.contacts.geometry import PLACED
 from squama.contacts.jacobian import jacobian
 from squama.contacts.linear import SOLVED, Linear, exchanged, factor, laid_out, stored
-from squama.contacts.meeting import BEFORE, F_, V_, Work, before
+from squama.contacts.meeting import Work
 from squama.contacts.supports import GIVEN, LOADS
 from squama.contacts.system import (
     APART,
-    ELASTIC,
     FIRST,
-    FREE,
     IMPOSED,
     KIND,
     MOTIONS,
     ONE,
     OTHER,
-    POWERS,
     STRAINS,
     STUCK,
     Past,
     State,
     System,
-    cells,
     copied,
     copy,
-    row_of,
 )
-from squama.contacts.vectors import dot
 from squama.types import Array
 
 RANGE, NO_EQUILIBRIUM, SIDE_ENTRY, AT_REST, MANY = range(5)
@@ -73,26 +64,21 @@ SCALE = 64 * 5 * 4 * 4
     T_JUMPED,
     T_ENERGY,
     T_MOST,
-) = range(24)
-TALLY = 24
+    T_STICK,
+    T_GRIPS,
+) = range(26)
+TALLY = 26
 """What is counted: way; next, last and last but one increments; increments since the last event; work of the loads,
 frictional work, energy lost in snaps, length of slip of the first contact of each face; rates of both works at the last
 two states; the load where a contact last began to slide; way since which the contacts are these; increments; events;
 events without an increment; where the last increment is noted, 0 for nowhere; trial and way of the last jump; elastic
-energy, now and at most."""
+energy, now and at most; contacts that stick, and what their grips took up."""
 NOTED_H, NOTED_WHAT, NOTED_WHICH, NOTED_M, NOTED_N, NOTED_VERTEX = range(6)
 NOTED = NOTED_VERTEX + VERTEX
 """What is noted of an increment first, see :func:`note`: its size; what ended it (-1: nothing), of which contact;
 contacts and unknowns; the vertex that came in."""
 NOTHING, LOST = -1, 5
 """What ends an increment beside the violations: nothing, and a snap."""
-
-
-UNBALANCED, INEXACT = 3e-4, 2.5e-3
-"""Work, over the energy, that an increment may lose: beyond that its state is another one than that to which the path
-goes on from the last state. Work, over the largest energy so far and per rad per pitch, that a path may lose."""
-_SMALL = 1e-4
-"""Motions, in pitches and rad, whose energies are very small."""
 
 
 class Walk(NamedTuple):
@@ -180,92 +166,6 @@ def weigh(w: Walk, h: float) -> None:
 
 
 @_jit
-def worked(w: Walk, h: float) -> tuple[float, float, float, float]:
-    """Return over the increment just solved for work of the loads and frictional work, and their rates at its end."""
-    t, S = w.tally, w.S
-    power, load, rubbed = 0.0 * t[T_WORK], 0.0 * t[T_WORK], 0.0 * t[T_WORK]
-    for c in range(w.counts[0]):
-        # slip per way
-        power += w.W.told[c, F_] * (0.0 if w.con[c, STUCK] > 0 else w.W.told[c, V_] / h)
-    for e in range(STRAINS):
-        if S.free[e] != FREE:
-            load += w.loads[e] * w.leg[4 + e]
-    if t[T_FRESH].real >= 1:
-        share = h / t[T_SIZE]
-        return (
-            h * mean(t[T_LOAD2], t[T_LOAD], load, share),
-            h * mean(t[T_POWER2], t[T_POWER], power, share),
-            load,
-            power,
-        )
-    # forces may turn at once behind an event
-    for c in range(w.counts[0]):
-        if w.con[c, STUCK] == 0:
-            rubbed += w.W.told[c, V_] * (w.W.told[c, F_] + w.W.told[c, BEFORE]) / 2
-    return h * (t[T_LOAD] + load) / 2, rubbed, load, power
-
-
-@_jit
-def rounded(w: Walk) -> float:
-    """Return an energy below which differences of energies say nothing: that of motions that are very small."""
-    most = 0.0 * w.tally[T_ENERGY]
-    for a in range(MOTIONS):
-        most = max(most, w.S.K[0, a, a])
-    least: float = _SMALL**2 * most
-    return least
-
-
-@_jit
-def unbalanced(w: Walk, h: float) -> tuple[float, float]:
-    """Return the work of the increment just solved for that is neither stored nor rubbed away.
-
-    Over the energy, and over the largest one so far.
-    """
-    work, rubbed, _, _ = worked(w, h)
-    work *= cells(w.S)
-    stored, had = energy(w, w.new), w.tally[T_ENERGY]
-    lost, most = abs(work - rubbed + had - stored), max(abs(stored), abs(had), rounded(w))
-    return lost / most, lost / max(most, w.tally[T_MOST])
-
-
-@_jit
-def accept(w: Walk, h: float, event: bool) -> None:
-    """Make the new state the last one, after an increment; ``event``: rates change here."""
-    t, S = w.tally, w.S
-    work, rubbed, load, power = worked(w, h)
-    t[T_WORK] += work
-    t[T_RUBBED] += rubbed
-    t[T_ENERGY] = energy(w, w.new)
-    t[T_MOST] = max(t[T_MOST].real, t[T_ENERGY].real)
-    t[T_POWER2], t[T_LOAD2] = t[T_POWER], t[T_LOAD]
-    if t[T_FRESH].real < 1:
-        t[T_POWER2] = power
-    t[T_POWER], t[T_LOAD] = power, load
-    for face in range(S.stride):
-        c = foremost(w, face)
-        if c >= 0 and w.con[c, STUCK] == 0:
-            D = before(S, w.con[c], w.new.s[c], w.past, 0)[0]
-            t[T_SLID + face] += np.sqrt(dot(D, D))
-    copied(w.old, w.older)
-    copied(w.now, w.old)
-    copied(w.new, w.now)
-    remember(w)
-    t[T_WAY] += h
-    t[T_BEFORE], t[T_SIZE] = t[T_SIZE], h
-    t[T_FRESH] = 0.0 if event else t[T_FRESH] + 1
-    t[T_COUNT] += 1
-
-
-@_jit
-def foremost(w: Walk, face: int) -> int:
-    """Return the first contact of a face's scales; -1 where there is none."""
-    for c in range(w.counts[0]):
-        if w.con[c, FIRST] % w.S.stride == face:
-            return c
-    return -1
-
-
-@_jit
 def note(w: Walk, h: float) -> None:
     """Note the increment just solved for, where there is room, so that it can be followed once more.
 
@@ -315,45 +215,6 @@ def remark(w: Walk, what: int, c: int) -> None:
     if at > 0:
         w.notes[at + NOTED_WHAT], w.notes[at + NOTED_WHICH] = what, c
         copy(w.best, w.notes[at + NOTED_VERTEX : at + NOTED])
-
-
-@_jit
-def mean(a: float, b: float, c: float, ratio: float) -> float:
-    """Return the mean from b to c of a parabola through a, b and c; ``ratio``: of the last interval to the first."""
-    return (b + c) / 2 - (c - b - ratio * (b - a)) / 6 * ratio / (1 + ratio)
-
-
-@_jit
-def remember(w: Walk) -> None:
-    """Write the state just solved for as the last one before the next increment."""
-    N, past, W = len(w.S.shapes), w.past, w.W
-    copy(past.E[0], past.E[1])
-    copy(past.b[0], past.b[1])
-    copy(past.pairs[0], past.pairs[1])
-    copy(W.E, past.E[0])
-    copy(w.now.b, past.b[0])
-    for i in range(N):
-        for k in range(w.S.reach):
-            for a in range(PLACED):
-                past.pairs[0, i, k, a] = W.pairs[i, k, a]
-    copy(w.now.F, past.F)
-
-
-@_jit
-def energy(w: Walk, st: State) -> float:
-    """Return the elastic energy of joints, bar and plates."""
-    S = w.S
-    out: float = 0.0 * S.K[0, 0, 0]
-    for i in range(len(S.shapes)):
-        K, q, e = S.K[i], st.q[i], st.strains[row_of(S, i)]
-        for a in range(MOTIONS + STRAINS):
-            z = q[a] if a < MOTIONS else e[a - MOTIONS]
-            for b in range(MOTIONS + STRAINS):
-                out += z * K[a, b] * (q[b] if b < MOTIONS else e[b - MOTIONS]) / 2
-        if S.shapes[i, ELASTIC].real > 0:
-            for a in range(POWERS):
-                out += st.b[i, a] * w.W.load[i, a] / 2
-    return out
 
 
 @_jit
@@ -430,10 +291,3 @@ def tell_gone(w: Walk, events: Array, c: int) -> None:
             events[n, 6 + a] = w.kept[c, a]
         for a in range(3):
             events[n, 14 + a] = w.old.s[c, a]
-
-
-@_jit
-def fall(w: Walk, h: float, before: float) -> float:
-    """Return the energy that is lost over the increment just solved for, behind a state with that energy."""
-    lost: float = before + cells(w.S) * worked(w, h)[0] - energy(w, w.new)
-    return lost

@@ -35,9 +35,8 @@ from squama.contacts.system import (
 from squama.contacts.vectors import Vector, add, cross, dot, scaled
 from squama.types import Array
 
-N_, F_, V_, MARGIN, BEFORE = range(5)
-"""What is known of a contact (C, 5): N, friction, slip over the increment, |y| - mu N, the last force along the present
-friction."""
+N_, F_, MARGIN = range(3)
+"""What is known of a contact (C, 3): N, friction, |y| - mu N."""
 
 
 class Work(NamedTuple):
@@ -45,7 +44,7 @@ class Work(NamedTuple):
 
     Attitudes (N, 12), neighbours (N, reach, 36), loads of the plates (N, 24), powers of the places and what they do to
     their plates (2 C, 3, 24), loads of the sides (2 C,), derivatives of lifts (6, n), local derivatives (22, 28) or
-    more, what is known of contacts (C, 5); views of a pair (2, 12), its corners (4, 3), a vertex (7,), the end of an
+    more, what is known of contacts (C, 3); views of a pair (2, 12), its corners (4, 3), a vertex (7,), the end of an
     edge (9,), the unknowns of a contact's variables and rows (2, 28) or more; of each plate the last place at which it
     is pressed (N,), and before each place another one of the same plate (2 C,), -1 for none. Where cells have strains
     of their own, what each carries (N, 4), M, T, B, P; where sections are followed their frames (N + 1, 12), motions

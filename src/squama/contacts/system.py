@@ -105,10 +105,10 @@ class State(NamedTuple):
 
 
 class Past(NamedTuple):
-    """The two states before, for the slip of an increment.
+    """The three states before, for the slip of an increment; its law takes two of them.
 
-    ``E`` (2, N, 12) attitudes and places of the scales, ``pairs`` (2, N, reach, 12) of their neighbours, ``b``
-    (2, N, 24), forces ``F`` (C, 3) at the last one; ``weights`` (3,) of the backward difference.
+    ``E`` (3, N, 12) attitudes and places of the scales, ``pairs`` (3, N, reach, 12) of their neighbours, ``b``
+    (3, N, 24), forces ``F`` (C, 3) at the last one; ``weights`` (3,) of the backward difference.
     """
 
     E: Array

@@ -5,6 +5,7 @@ from __future__ import annotations
 from squama.batch.keeping import part as _jit
 from squama.contacts.increments import (
     LINE,
+    T_GRIPS,
     T_LOAD,
     T_LOST,
     T_ONSET,
@@ -15,12 +16,12 @@ from squama.contacts.increments import (
     T_WAY,
     T_WORK,
     Walk,
-    energy,
     strain,
 )
 from squama.contacts.meeting import F_, N_
 from squama.contacts.supports import LOADS
 from squama.contacts.system import ENDED, KIND, LIES, MOTIONS, STRAINS, STUCK, copy, spots
+from squama.contacts.works import energy
 from squama.types import Array
 
 
@@ -44,7 +45,7 @@ def write(w: Walk, row: Array, motions: Array, bends: Array, contacts: Array) ->
         if c == 0 or w.con[c, STUCK] == 0:
             mode = 2 if w.con[c, STUCK] > 0 else 1
     row[9], row[10], row[11], row[12], row[13], row[14], row[15] = t[T_WORK], t[T_RUBBED], t[T_LOST], m, mode, N, f
-    row[16], row[17], row[18], row[19] = t[T_SLID], t[T_ONSET], t[T_SINCE], energy(w, w.now)
+    row[16], row[17], row[18], row[19] = t[T_SLID], t[T_ONSET], t[T_SINCE], energy(w, w.now) + t[T_GRIPS]
     row[20], row[21] = t[T_LOAD], t[T_SLID_OTHER]
     for o in range(min(w.now.ties.shape[1], len(row) - LINE)):
         row[LINE + o] = w.now.ties[LOADS, o]

@@ -1,0 +1,217 @@
+"""How a contact is handed over to other features, taken in, and taken out; compiled."""
+
+from __future__ import annotations
+
+from squama.batch.keeping import part as _jit
+from squama.contacts.conditions import is_flush
+from squama.contacts.detection import AT, known, vertices
+from squama.contacts.geometry import put, vector
+from squama.contacts.increments import Walk, number
+from squama.contacts.meeting import meet
+from squama.contacts.system import (
+    APART,
+    BETA,
+    EE,
+    EF,
+    ENDED,
+    ETA,
+    FE,
+    FIRST,
+    FLUSH,
+    FV,
+    KIND,
+    LIES,
+    MU,
+    ONE,
+    OTHER,
+    STUCK,
+    VF,
+    State,
+    copy,
+    corner_at,
+    lengthwise,
+    partner,
+    spots,
+)
+from squama.contacts.vectors import dot
+from squama.types import Array
+
+_CLOSE = 1e-6
+"""Distance, in plates, and difference of normals of two vertices that are one place."""
+_WIDER, _WIDEST = 2.0, 0.2
+"""By how much the window of an edge along a face is widened where two contacts in it have no balance, and to what."""
+
+
+@_jit
+def apart(w: Walk, st: State, c: int, v: Array) -> float:
+    """Return how far a vertex is from a contact, on both scales."""
+    k = w.W.vertex
+    for a in range(5):
+        k[a] = int(v[a])
+    x1, y1, x2, y2 = spots(w.S, w.con[c], st.s[c])
+    X1, Y1, X2, Y2 = spots(w.S, k, v[AT:])
+    return abs(X1 - x1) + abs(Y1 - y1) + abs(X2 - x2) + abs(Y2 - y2)
+
+
+@_jit
+def drop(w: Walk, st: State, c: int) -> None:
+    """Take a contact out."""
+    m = w.counts[0] - 1
+    for a in range(c, m):
+        copy(w.con[a + 1], w.con[a])
+        copy(st.F[a + 1], st.F[a])
+        copy(st.s[a + 1], st.s[a])
+        copy(w.past.F[a + 1], w.past.F[a])
+        copy(w.W.told[a + 1], w.W.told[a])
+    w.counts[0], w.J.kept[0] = m, 0
+
+
+@_jit
+def add_contact(w: Walk, st: State, row: Array) -> bool:
+    """Take a vertex in as a contact without a force; False where there is no room."""
+    m = w.counts[0]
+    if m == len(w.con):
+        return False
+    for a in range(FIRST, STUCK):
+        w.con[m, a] = int(row[a])
+    w.con[m, STUCK], w.con[m, ENDED] = 1 if w.S.shapes[0, MU].real > 0.0 else 0, 0
+    for a in range(3):
+        st.F[m, a] = w.past.F[m, a] = 0.0
+        st.s[m, a] = row[AT + a]
+    w.counts[0], w.J.kept[0] = m + 1, 0
+    return True
+
+
+@_jit
+def exchange(w: Walk, st: State, c: int, kind: int, one: int, other: int, a: float, b: float, d: float) -> None:
+    """Make a contact one of other features at the same place; its force stays."""
+    w.con[c, KIND], w.con[c, ONE], w.con[c, OTHER] = kind, one, other
+    st.s[c, 0], st.s[c, 1], st.s[c, 2] = a, b, d
+    w.J.kept[0] = 0
+
+
+@_jit
+def roll(w: Walk, st: State, c: int, edge: int) -> None:
+    """Let the edge that dips beside a contact lie along the face there (+ 4: an edge of the other scale).
+
+    One that lies flush has no place at which it is tangent: the contact bears on.
+    """
+    S, row = w.S, w.con[c]
+    if is_flush(w, st, c, edge):
+        row[ENDED] = FLUSH
+        return
+    row[ENDED] = 0
+    x1, y1, x2, y2 = spots(S, row, st.s[c])
+    if edge < 4:
+        exchange(w, st, c, EF, edge, edge, x2, y2, x1 if lengthwise(edge) else y1)
+    else:
+        exchange(w, st, c, FE, edge - 4, edge - 4, x1, y1, x2 if lengthwise(edge - 4) else y2)
+
+
+@_jit
+def leave(w: Walk, st: State, c: int, which: int) -> bool:
+    """Hand an edge along a face over to its corner, or to the face's edge; False where that is not continuous."""
+    row, s = w.con[c], st.s[c]
+    kind = row[KIND]
+    if kind < EF:
+        return False
+    own = row[ONE] if kind == EF else row[OTHER]
+    if which >= 4:
+        v = corner_at(own, which == 5)
+        if kind == EF:
+            exchange(w, st, c, VF, v, 0, s[0], s[1], 0.0)
+        else:
+            exchange(w, st, c, FV, 0, v, s[0], s[1], 0.0)
+        return True
+    edge = 3 if which == 0 else (0 if which == 1 else (1 if which == 2 else 2))
+    at = s[1] if which < 2 else s[0]
+    if kind == EF:
+        exchange(w, st, c, EE, own, edge, s[2], at, 0.0)
+    else:
+        exchange(w, st, c, EE, edge, own, at, s[2], 0.0)
+    return True
+
+
+@_jit
+def succeed(w: Walk, st: State, c: int) -> bool:
+    """Let a vertex at the same place take the force of a contact that left its edge; False where there is none."""
+    S, row = w.S, w.con[c]
+    i, apart, kind, one, other = row[FIRST], row[APART], row[KIND], row[ONE], row[OTHER]
+    x1, y1, x2, y2 = spots(S, row, st.s[c])
+    F = vector(st.F[c], 0)
+    drop(w, st, c)
+    n = vertices(S, st, w.W, i, apart, 1e-3, w.found, 0)
+    best, least, k = -1, 0.1, w.W.vertex
+    for a in range(n):
+        # what it is gets into k
+        if known(S, st, w.con, w.counts[0], w.found[a], w.W):
+            continue
+        if k[KIND] == kind and k[ONE] == one and k[OTHER] == other:
+            continue
+        X1, Y1, X2, Y2 = spots(S, k, w.found[a, AT:])
+        far = abs(X1 - x1) + abs(Y1 - y1) + abs(X2 - x2) + abs(Y2 - y2)
+        if far < least:
+            best, least = a, far
+    if best < 0 or not add_contact(w, st, w.found[best]):
+        return False
+    put(F, st.F[w.counts[0] - 1], 0)
+    return True
+
+
+@_jit
+def merged(w: Walk, ends: bool) -> bool:
+    """Take the last contact that came in as one with another of that pair, near it on an edge that lies along a face.
+
+    Such an edge may be pressed at two places or, ``ends``, beside its end: where no balance is found for both they bear
+    as one.
+    """
+    c = w.counts[0] - 1
+    F = vector(w.now.F[c], 0)
+    if c < 1 or w.con[c, KIND] == LIES or F[0] != 0.0 or F[1] != 0.0 or F[2] != 0.0:
+        return False
+    for o in range(c):
+        a, b = w.con[o], w.con[c]
+        pair = a[FIRST] == b[FIRST] and a[APART] == b[APART] and a[KIND] != LIES
+        edge = max(a[KIND], b[KIND]) >= EF if ends else a[KIND] >= EF and number(a) == number(b)
+        if pair and edge and beside(w, o, c) < _WIDEST:
+            while w.W.window[0] <= beside(w, o, c):
+                w.W.window[0] *= _WIDER
+            drop(w, w.now, c)
+            return True
+    return False
+
+
+@_jit
+def beside(w: Walk, o: int, c: int) -> float:
+    """Return how far two contacts of a pair are from each other, as a part of the plates."""
+    S, far = w.S, 0.0
+    i, j = w.con[c, FIRST], partner(S, w.con[c])
+    sizes = (S.shapes[i, ETA], 2 * S.shapes[i, BETA], S.shapes[j, ETA], 2 * S.shapes[j, BETA])
+    for a, b, size in zip(spots(S, w.con[o], w.now.s[o]), spots(S, w.con[c], w.now.s[c]), sizes):  # noqa: B905
+        far = max(far, abs(a - b) / size.real)
+    return far
+
+
+@_jit
+def replaced(w: Walk, st: State, c: int) -> bool:
+    """Let a vertex with the same place and normal stand for a contact that leaves its edge; False for none.
+
+    A corner of a plate that lies along another one leaves the face as two edges begin to cross.
+    """
+    S, m = w.S, w.counts[0]
+    if m == len(w.con):
+        return False
+    n, before, row = vertices(S, st, w.W, w.con[c, FIRST], w.con[c, APART], _CLOSE, w.found, 0), w.con[c], w.con[m]
+    normal = meet(S, st, before, st.s[c], w.W).n
+    for a in range(n):
+        for o in range(5):
+            row[o] = int(w.found[a, o])
+        for o in range(3):
+            st.s[m, o] = w.found[a, AT + o]
+        there = False
+        for o in range(m):
+            there = there or number(w.con[o]) == number(row)
+        if not there and beside(w, c, m) < _CLOSE and dot(normal, meet(S, st, row, st.s[m], w.W).n).real > 1 - _CLOSE:
+            exchange(w, st, c, row[KIND], row[ONE], row[OTHER], st.s[m, 0], st.s[m, 1], st.s[m, 2])
+            return True
+    return False

@@ -1,0 +1,269 @@
+"""Work and energy of increments: what the loads do, what is stored, what is rubbed away; compiled.
+
+What a path loses is none of these: it is told as a snap. So the balance says how good its increments are.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from squama.batch.keeping import part as _jit
+from squama.contacts.geometry import PLACED, vector
+from squama.contacts.increments import (
+    T_BEFORE,
+    T_COUNT,
+    T_ENERGY,
+    T_FRESH,
+    T_GRIPS,
+    T_LOAD,
+    T_LOAD2,
+    T_MOST,
+    T_POWER,
+    T_POWER2,
+    T_RUBBED,
+    T_SIZE,
+    T_SLID,
+    T_STICK,
+    T_WAY,
+    T_WORK,
+    Walk,
+)
+from squama.contacts.meeting import before, meet
+from squama.contacts.system import (
+    ELASTIC,
+    ENDED,
+    FIRST,
+    FREE,
+    KIND,
+    LIES,
+    MOTIONS,
+    MU,
+    POWERS,
+    STRAINS,
+    STUCK,
+    State,
+    cells,
+    copied,
+    copy,
+    row_of,
+)
+from squama.contacts.vectors import Vector, add, dot
+
+UNBALANCED, INEXACT = 3e-4, 1e-3
+"""Work, over the energy, that an increment may lose: beyond that its state is another one than that to which the path
+goes on from the last state. Work, over the largest energy so far and per rad per pitch, that a path may lose."""
+_SMALL = 1e-4
+"""Motions, in pitches and rad, whose energies are very small."""
+
+
+@_jit
+def mean(a: float, b: float, c: float, ratio: float) -> float:
+    """Return the mean from b to c of a parabola through a, b and c; ``ratio``: of the last interval to the first."""
+    return (b + c) / 2 - (c - b - ratio * (b - a)) / 6 * ratio / (1 + ratio)
+
+
+@_jit
+def load_rate(w: Walk) -> float:
+    """Return the work of the loads per way, of a cell, at the state just solved for."""
+    load: float = 0.0 * w.loads[0]
+    for e in range(STRAINS):
+        if w.S.free[e] != FREE:
+            load += w.loads[e] * w.leg[4 + e]
+    return load
+
+
+@_jit
+def tangential(F: Vector, n: Vector) -> Vector:
+    """Return the part of a vector across a unit vector."""
+    return add(F, -dot(F, n), n)
+
+
+@_jit
+def power(w: Walk, c: int, h: float) -> float:
+    """Return the frictional work per way of a contact that slides, at the end of the increment just solved for.
+
+    Its slip is that of the material places where it is now, over as many states as there are behind the last event.
+    """
+    t, row, s = w.tally, w.con[c], w.new.s[c]
+    f = tangential(vector(w.new.F[c], 0), meet(w.S, w.new, row, s, w.W).n)
+    a, b = h, h + t[T_SIZE]
+    slip = dot(f, before(w.S, row, s, w.past, 0)[0])
+    rate: float = slip / a
+    if t[T_FRESH].real >= 1:
+        second = dot(f, before(w.S, row, s, w.past, 1)[0])
+        rate = (slip * b / a - second * a / b) / (b - a)
+    if t[T_FRESH].real >= 2:
+        d = b + t[T_BEFORE]
+        third = dot(f, before(w.S, row, s, w.past, 2)[0])
+        # derivative of the polynomial of third degree
+        rate = (
+            slip * b * d / (a * (b - a) * (d - a))
+            - second * a * d / (b * (b - a) * (d - b))
+            + third * a * b / (d * (d - a) * (d - b))
+        )
+    return rate
+
+
+@_jit
+def slid(w: Walk, c: int) -> float:
+    """Return the frictional work of a contact over the increment just solved for, by the means of force and slip.
+
+    The slip is the mean of those of the material places where the contact was and where it is; only of these where an
+    edge has come to its end.
+    """
+    row, was, s = w.con[c], w.now.s[c], w.new.s[c]
+    n = meet(w.S, w.new, row, s, w.W).n
+    f = tangential(add(vector(w.new.F[c], 0), 1.0, vector(w.past.F[c], 0)), n)
+    here = dot(f, before(w.S, row, s, w.past, 0)[0])
+    there = here
+    if row[ENDED] == 0:
+        there = dot(f, add(before(w.S, row, was, w.past, 0)[0], -1.0, meet(w.S, w.new, row, was, w.W).D))
+    work: float = (here + there) / 4
+    return work
+
+
+@_jit
+def yielded(w: Walk, c: int) -> float:
+    """Return the work that a contact that sticks takes up over the increment just solved for: its grip gives way."""
+    n = meet(w.S, w.new, w.con[c], w.new.s[c], w.W).n
+    f, last = tangential(vector(w.new.F[c], 0), n), tangential(vector(w.past.F[c], 0), n)
+    taken: float = w.S.grip * (dot(f, f) - dot(last, last)) / 2
+    return taken
+
+
+@_jit
+def worked(w: Walk, h: float) -> tuple[float, float, float, float, float, int]:
+    """Return over the increment just solved for work of the loads and frictional work, and their rates at its end.
+
+    And what the grips of contacts that stick take up, and how many there are.
+    """
+    t, load, stick = w.tally, load_rate(w), 0
+    rate, rubbed, grips = 0.0 * load, 0.0 * load, 0.0 * load
+    share, fresh = h / t[T_SIZE], t[T_FRESH].real
+    if w.S.shapes[0, MU].real > 0.0:
+        for c in range(w.counts[0]):
+            stick += w.con[c, STUCK]
+        # forces and slips may turn at once behind an event, and where contacts stick
+        smooth = fresh >= 2 and stick == t[T_STICK].real
+        for c in range(w.counts[0]):
+            if w.con[c, KIND] == LIES:
+                continue
+            if w.con[c, STUCK] > 0:
+                grips += yielded(w, c)
+                continue
+            rate += power(w, c, h)
+            if not smooth:
+                rubbed += slid(w, c)
+        if smooth:
+            rubbed += h * mean(t[T_POWER2], t[T_POWER], rate, share)
+    work = h * (mean(t[T_LOAD2], t[T_LOAD], load, share) if fresh >= 1 else (t[T_LOAD] + load) / 2)
+    return work, rubbed, load, rate, grips, stick
+
+
+@_jit
+def rounded(w: Walk) -> float:
+    """Return an energy below which differences of energies say nothing: that of motions that are very small."""
+    most = 0.0 * w.tally[T_ENERGY]
+    for a in range(MOTIONS):
+        most = max(most, w.S.K[0, a, a])
+    least: float = _SMALL**2 * most
+    return least
+
+
+@_jit
+def unbalanced(w: Walk, spent: tuple[float, float, float, float, float, int]) -> tuple[float, float]:
+    """Return the work of the increment just solved for that is neither stored nor rubbed away, see :func:`worked`.
+
+    Over the energy, and over the largest one so far.
+    """
+    stored, had = energy(w, w.new), w.tally[T_ENERGY]
+    lost = abs(spent[0] * cells(w.S) - spent[1] - spent[4] + had - stored)
+    most = max(abs(stored), abs(had), rounded(w))
+    return lost / most, lost / max(most, w.tally[T_MOST])
+
+
+@_jit
+def accept(w: Walk, h: float, event: bool, spent: tuple[float, float, float, float, float, int]) -> None:
+    """Make the new state the last one, after an increment with its works; ``event``: rates change here."""
+    t, S = w.tally, w.S
+    work, rubbed, load, rate, grips, stick = spent
+    t[T_GRIPS] += grips
+    if stick == 0:
+        # what grips took up is rubbed away where their contacts slide
+        rubbed += t[T_GRIPS] if t[T_GRIPS].real > 0.0 else 0.0 * rubbed
+        t[T_GRIPS] = 0.0
+    t[T_WORK] += work
+    t[T_RUBBED] += rubbed
+    t[T_ENERGY] = energy(w, w.new)
+    t[T_MOST] = max(t[T_MOST].real, t[T_ENERGY].real)
+    t[T_POWER2], t[T_LOAD2] = t[T_POWER], t[T_LOAD]
+    if t[T_FRESH].real < 1:
+        t[T_POWER2] = rate
+    t[T_POWER], t[T_LOAD], t[T_STICK] = rate, load, stick
+    for face in range(S.stride):
+        c = foremost(w, face)
+        if c >= 0 and w.con[c, STUCK] == 0:
+            D = before(S, w.con[c], w.new.s[c], w.past, 0)[0]
+            t[T_SLID + face] += np.sqrt(dot(D, D))
+    copied(w.old, w.older)
+    copied(w.now, w.old)
+    copied(w.new, w.now)
+    remember(w)
+    t[T_WAY] += h
+    t[T_BEFORE], t[T_SIZE] = t[T_SIZE], h
+    t[T_FRESH] = 0.0 if event else t[T_FRESH] + 1
+    t[T_COUNT] += 1
+
+
+@_jit
+def foremost(w: Walk, face: int) -> int:
+    """Return the first contact of a face's scales; -1 where there is none."""
+    for c in range(w.counts[0]):
+        if w.con[c, FIRST] % w.S.stride == face:
+            return c
+    return -1
+
+
+@_jit
+def remember(w: Walk) -> None:
+    """Write the state just solved for as the last one before the next increment."""
+    N, past, W = len(w.S.shapes), w.past, w.W
+    for which in range(len(past.E) - 1, 0, -1):
+        copy(past.E[which - 1], past.E[which])
+        copy(past.b[which - 1], past.b[which])
+        copy(past.pairs[which - 1], past.pairs[which])
+    copy(W.E, past.E[0])
+    copy(w.now.b, past.b[0])
+    for i in range(N):
+        for k in range(w.S.reach):
+            for a in range(PLACED):
+                past.pairs[0, i, k, a] = W.pairs[i, k, a]
+    copy(w.now.F, past.F)
+
+
+@_jit
+def energy(w: Walk, st: State) -> float:
+    """Return the elastic energy of joints, bar and plates."""
+    S = w.S
+    out: float = 0.0 * S.K[0, 0, 0]
+    for i in range(len(S.shapes)):
+        K, q, e = S.K[i], st.q[i], st.strains[row_of(S, i)]
+        for a in range(MOTIONS + STRAINS):
+            z = q[a] if a < MOTIONS else e[a - MOTIONS]
+            for b in range(MOTIONS + STRAINS):
+                out += z * K[a, b] * (q[b] if b < MOTIONS else e[b - MOTIONS]) / 2
+        if S.shapes[i, ELASTIC].real > 0:
+            for a in range(POWERS):
+                out += st.b[i, a] * w.W.load[i, a] / 2
+    return out
+
+
+@_jit
+def fall(w: Walk, h: float, before: float) -> tuple[float, float]:
+    """Return the energy that is lost in a jump over an increment, behind a state with that energy, and how far off.
+
+    The jump may be anywhere on the increment, so that the load is the last or the new one in a part of it.
+    """
+    load, each = load_rate(w), h * cells(w.S) / 2
+    lost: float = before + each * (w.tally[T_LOAD] + load) - energy(w, w.new)
+    return lost, each * abs(load - w.tally[T_LOAD])
