@@ -21,7 +21,7 @@ from squama.contacts.conditions import (
     violated,
 )
 from squama.contacts.detection import AT, GAP, edges_of, vertices
-from squama.contacts.handover import add_contact, apart, drop, exchange, leave, replaced, roll, succeed
+from squama.contacts.handover import add_contact, apart, drop, exchange, leave, roll, succeed
 from squama.contacts.increments import (
     CHANGE,
     ENGAGE,
@@ -261,7 +261,10 @@ def regroup(w: Walk, h: float) -> int:
 
 @_jit
 def change(w: Walk, what: int, c: int, events: Array) -> bool:
-    """Change the contacts at an event, at the last state; False where the path does not go on continuously."""
+    """Change the contacts at an event, at the last state; False where the path does not go on continuously.
+
+    ``w.best`` is the contact that comes in, or takes the place of one that leaves its edge.
+    """
     t = w.tally
     remark(w, what, c)
     if what == PULL:
@@ -278,8 +281,11 @@ def change(w: Walk, what: int, c: int, events: Array) -> bool:
         if w.con[c, KIND] >= EF:
             tell(w, events, CHANGE, c, 0.0)
     elif what == OFF:
-        if not leave(w, w.now, c, beyond(w.S, w.now, w.con[c], c)[1]) and not replaced(w, w.now, c):
-            return False
+        v = w.best
+        if not leave(w, w.now, c, beyond(w.S, w.now, w.con[c], c)[1]):
+            if v[KIND] < 0.0:
+                return False
+            exchange(w, w.now, c, int(v[KIND]), int(v[ONE]), int(v[OTHER]), v[AT], v[AT + 1], v[AT + 2])
         tell(w, events, CHANGE, c, 0.0)
     else:
         if not add_contact(w, w.now, w.best):

@@ -13,7 +13,7 @@ from squama.batch.keeping import part as _jit
 from squama.contacts.changes import change, missed, regroup, tried
 from squama.contacts.conditions import FLIP, MEET, MISSED_GAP, OFF, lying, sideways, violated
 from squama.contacts.detection import GAP, deepest, deepest_of
-from squama.contacts.handover import merged
+from squama.contacts.handover import merged, successor
 from squama.contacts.increments import (
     AT_REST,
     CHANGE,
@@ -269,7 +269,7 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
     t[T_ZERO] = t[T_ZERO] + 1 if where < 10 * LOCATED else 0.0
     t[T_H] = step * (_START if m == 0 else _SOFTLY)
     zeros = (2 if what == FLIP else _ZEROS) + N - 1
-    if t[T_ZERO] > zeros or t[T_EVENTS] > _EVENTS * N or not change(w, what, c, events):
+    if t[T_ZERO] > zeros or t[T_EVENTS] > _EVENTS * N or not altering(w, what, c, events):
         t[T_ZERO] = 0.0
         code = jump(w, goal, step, events)
         # a corner that leaves an edge, and finds no other hold, comes to lie beside it
@@ -304,7 +304,17 @@ def together(w: Walk, what: int, scale: int, events: Array) -> None:
         return
     for c in range(w.counts[0] - 1, -1, -1):
         if w.con[c, FIRST] != scale and missed(w, w.now, what, c):
-            change(w, what, c, events)
+            altering(w, what, c, events)
+
+
+@_jit
+def altering(w: Walk, what: int, c: int, events: Array) -> bool:
+    """Change the contacts at an event as :func:`change`, with a look at what takes the place of one that leaves."""
+    if what == OFF:
+        if w.counts[0] == len(w.con):
+            return False
+        successor(w, w.now, c)
+    return change(w, what, c, events)
 
 
 @_jit

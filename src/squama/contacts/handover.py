@@ -193,25 +193,23 @@ def beside(w: Walk, o: int, c: int) -> float:
 
 
 @_jit
-def replaced(w: Walk, st: State, c: int) -> bool:
-    """Let a vertex with the same place and normal stand for a contact that leaves its edge; False for none.
+def successor(w: Walk, st: State, c: int) -> None:
+    """Write into ``w.best`` the vertex at a contact's place whose normal is its own; the kind is -1 where none is.
 
     A corner of a plate that lies along another one leaves the face as two edges begin to cross.
     """
-    S, m = w.S, w.counts[0]
-    if m == len(w.con):
-        return False
-    n, before, row = vertices(S, st, w.W, w.con[c, FIRST], w.con[c, APART], _CLOSE, w.found, 0), w.con[c], w.con[m]
-    normal = meet(S, st, before, st.s[c], w.W).n
+    S, m, v = w.S, w.counts[0], w.best
+    n, row = vertices(S, st, w.W, w.con[c, FIRST], w.con[c, APART], _CLOSE, w.found, 0), w.con[m]
+    normal = meet(S, st, w.con[c], st.s[c], w.W).n
     for a in range(n):
-        for o in range(5):
-            row[o] = int(w.found[a, o])
-        for o in range(3):
-            st.s[m, o] = w.found[a, AT + o]
+        copy(w.found[a], v)
         there = False
+        for o in range(5):
+            row[o] = int(v[o])
+        for o in range(3):
+            st.s[m, o] = v[AT + o]
         for o in range(m):
             there = there or number(w.con[o]) == number(row)
-        if not there and beside(w, c, m) < _CLOSE and dot(normal, meet(S, st, row, st.s[m], w.W).n).real > 1 - _CLOSE:
-            exchange(w, st, c, row[KIND], row[ONE], row[OTHER], st.s[m, 0], st.s[m, 1], st.s[m, 2])
-            return True
-    return False
+        if not there and beside(w, c, m) < _CLOSE and dot(normal, meet(S, st, row, st.s[m], w.W).n) > 1 - _CLOSE:
+            return
+    v[KIND] = -1.0
