@@ -36,6 +36,7 @@ REQUIRED: dict[str, dict[str, Any]] = {
     "free_vibration": {"kappa": 1.0, "amplitude": 0.1},
     "held": {"psi": 0.1, "phi": 0.1},
     "inverse_design": {"target": {}},
+    "load": {"load": "0.1 N up at tip"},
     "pareto": {"target": {}},
     "read_measured": {"path": "a.csv"},
     "response": {"phi": [0.1, 0.2], "zeta": 0.2, "thickness": 0.05, "width": 1.5, "nu": 0.45},

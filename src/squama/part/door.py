@@ -95,6 +95,7 @@ def load(
     >>> r = squama.load(beam, "40 deg bend", scales=8, mu=0.2)
     >>> stiffer = float((r.moment / r.moment_bare)[-1])
     >>> print(f"engaged at {float(r.share_e):.2f} of it, {stiffer:.1f} times the bare moment")
+    engaged at 0.58 of it, 1.3 times the bare moment
     """
     return loaded_part(
         beam, load, support=support, scales=scales, along=along, points=points, back=back, mu=mu, ideal=ideal, hold=hold
