@@ -1,5 +1,6 @@
 """Parts under load: bars by closed forms, balance by plain matrices, work, rows, mirror images, refused input."""
 
+import json
 import math
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from scipy.linalg import expm
 
 import squama
+from squama.cli import main
 from squama.contacts import row
 from squama.contacts.path import Path, Scale
 from squama.contacts.system import PHI
@@ -317,3 +319,51 @@ def test_a_load_that_is_not_reached_says_so():
     assert str(r.end.item()) != "range end"
     assert float(r.share.max()) < 1
     assert np.isfinite(r.F).all()
+
+
+# ---- the command ----------------------------------------------------------------------------------------------------
+
+
+def test_the_command(tmp_path, capsys):
+    files = [str(tmp_path / f"part.{ending}") for ending in ("png", "csv", "nc")]
+    given = ["--load", "0.12 N up at tip", "--scales", "6", "--points", "8", "--back"]
+    written = ["--plot", files[0], "--csv", files[1], "--netcdf", files[2]]
+    assert main(["load", "examples/stiff_skin.toml", *given, *written]) == 0
+    said = capsys.readouterr().out
+    r = squama.load(SKIN, "0.12 N up at tip", scales=6, points=8, back=True)
+    assert f"force 0.12 N at {1e3 * float(r.travel.max()):.4g} mm; all of it is on" in said
+    assert f"scales first touch at {float(r.share_e):.4g} of the load" in said
+    assert "off again: 0 of the deformation is left" in said
+    kept = squama.read(files[2])
+    np.testing.assert_allclose(kept.F, r.F, rtol=1e-9)
+    assert kept.squama.beam == SKIN.replace(scales=6)
+    table = squama.read(files[1])
+    assert table.sizes == {"point": 17, "scale": 6}
+    for name in files:
+        assert name in said
+
+
+def test_the_command_as_json(capsys):
+    given = ["--load", "90 deg twist", "--support", "gripped", "--scales", "5", "--points", "6", "--json"]
+    assert main(["load", "examples/stiff_skin.toml", *given]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["support"] == "gripped"
+    assert said["curve"]["turn"][-1] == pytest.approx(math.pi / 2)
+    assert len(said["scales"]["theta"]) == 7
+    assert len(said["sections"]["z_axis"][0]) == 6
+    assert said["units"]["moment"] == "N m"
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ([], "--load: is missing"),
+        (["--load", "1 N"], '--load = "1 N": is no load'),
+        (["--load", "1 N up", "--support", "glued"], "--support"),
+        (["--load", "1 N up", "--along", "theta0"], "--along"),
+        (["--load", "1 N up", "--along", "scale.theta0=10 deg, 40 deg"], "--along: scales touch"),
+    ],
+)
+def test_the_command_refuses(given, words, capsys):
+    assert main(["load", "examples/stiff_skin.toml", "--scales", "5", *given]) == 2
+    assert words in capsys.readouterr().err

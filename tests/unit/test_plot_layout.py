@@ -18,6 +18,7 @@ from squama.plot import (
     cycle_figure,
     inverse_figure,
     map_figure,
+    part_figure,
     red_figure,
     response_figure,
     row_figure,
@@ -33,6 +34,7 @@ from squama.study.parameters import PARAMETERS
 
 ROOT = Path(__file__).parents[2]
 BEAM = squama.Beam.from_toml(ROOT / "examples/pla_on_vps.toml")
+SKIN = squama.Beam.from_toml(ROOT / "examples/stiff_skin.toml")
 POINTS = Measured(np.array([0.0, 3.0, 5.0]), np.array([0.0, 0.4, 2.2]), "test")
 
 
@@ -82,6 +84,8 @@ FIGURES = {
     "line": lambda data: map_figure(data.sel(mu=0.5), x="alpha"),
     "row": lambda _: row(None),
     "row on hinges": lambda _: row("hinge"),
+    "part": lambda _: part_figure(squama.load(SKIN, "40 mm down at middle", support="simple", scales=9, points=12)),
+    "part from above": lambda _: part_figure(squama.load(SKIN, "40 mm left at tip", scales=9, points=12, back=True)),
     "measured": lambda _: response_figure(squama.twist(BEAM, joint="hinge"), POINTS),
     "family": lambda _: response_figure(
         squama.twist(BEAM, mu=[0, 0.5], to="0.1 rad/pitch"), POINTS, squama.twist(BEAM, mu=[0, 0.5], joint="hinge")
