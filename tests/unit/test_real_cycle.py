@@ -74,8 +74,7 @@ def test_a_stiff_joint_stays_twisted_where_the_hinge_does():
     beam = squama.Beam.from_ratios(alpha="20 deg", youngs_modulus="2 MPa", stiffness="20 N m", inclusion_factor=1)
     for top in ("0.3 rad/pitch", "0.55 rad/pitch"):
         hinge, ours = squama.cycle(beam, top, mu=0.5, joint="hinge"), cycle(top, stiff(beam), mu=0.5)
-        # tolerance: where the torque comes to zero is read between 60 points of the way back, 0.009 measured
-        assert float(ours.phi_residual[0]) == pytest.approx(float(hinge.phi_residual[0]), abs=0.04)
+        assert float(ours.phi_residual[0]) == pytest.approx(float(hinge.phi_residual[0]), abs=0.02)
     assert float(ours.phi_residual[0]) > 0.4
 
 

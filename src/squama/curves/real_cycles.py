@@ -259,20 +259,24 @@ def _residual(one: real.Path, load: Load, stations: Stations, top: int) -> float
 
     0 where it does not while scales still press.
     """
-    x, legs = stations.loads[: top + 1], stations.legs[: top + 1]
-    down = evenly(x[-1], 0.0, [], LET_GO)
-    x, legs = np.append(x, down), np.append(legs, [legs[-1] + 1] * len(down))
-    try:
-        found = follow(one, Stations.along(load, x, legs))
-    except LeftError:
-        return 0.0
-    v = [path.named(face.rows[0, top:]) for face in found.faces]
-    x, pressed = x[top:], np.sum([face["N"] for face in v], axis=0)
-    torque = np.sign(x[0]) * v[0]["torque" if load.sided else "M"]
-    i = int(np.argmax(torque <= 0))
-    if i == 0 or x[i] == 0 or pressed[i] == 0:
-        return 0.0
-    return float(x[i - 1] + torque[i - 1] / (torque[i - 1] - torque[i]) * (x[i] - x[i - 1]))
+    begin, legs, left = stations.loads[: top + 1], stations.legs[: top + 1], 0.0
+    down: Array = np.array(evenly(begin[-1], 0.0, [], LET_GO))
+    for _ in range(2):
+        x = np.append(begin, down)
+        try:
+            found = follow(one, Stations.along(load, x, np.append(legs, [legs[-1] + 1] * len(down))))
+        except LeftError:
+            return 0.0
+        v = [path.named(face.rows[0, top:]) for face in found.faces]
+        x, pressed = x[top:], np.sum([face["N"] for face in v], axis=0)
+        torque = np.sign(x[0]) * v[0]["torque" if load.sided else "M"]
+        i = int(np.argmax(torque <= 0))
+        if i == 0 or x[i] == 0 or pressed[i] == 0:
+            return 0.0
+        left = float(x[i - 1] + torque[i - 1] / (torque[i - 1] - torque[i]) * (x[i] - x[i - 1]))
+        # scales may stick and slide between two points: once more, close to it
+        down = np.append(down[: i - 1], np.linspace(x[i - 1], x[i], LET_GO + 1)[1:])
+    return left
 
 
 def _of_sense(one: real.Path, sense: str, goals: Sequence[float]) -> dict[str, float | int | str]:
