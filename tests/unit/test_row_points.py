@@ -37,7 +37,9 @@ def test_a_row_ends_alike_wherever_its_points_are():
     for to, points in ((0.1, 40), (0.102, 120), (0.1025, 200), (0.11, 40)):
         found = row.track(way, 25, np.linspace(0.0, to, points + 1)[1:])
         assert (np.diff(found.rows[:, 0, 0]) > 0).all()
-        told.append((found.end.code, found.events[found.events[:, 1] < 0.1]))
+        # whether a contact sticks from its first increment on, or slides in it, hangs on that increment
+        rubs = np.isin(found.events[:, 0], (increments.STICK, increments.SLIDE))
+        told.append((found.end.code, found.events[(found.events[:, 1] < 0.1) & ~rubs]))
     assert {code for code, _ in told} == {told[0][0]}
     # tolerance: 1.4e-7 measured
     np.testing.assert_allclose([events[-1, 1] for _, events in told], told[0][1][-1, 1], rtol=0.0, atol=5e-6)

@@ -20,7 +20,7 @@ MOST = 1.5
 _PROBE, _COARSE, _GROWTH = 1e-5, 24, 1.7
 """Strain at which the part's stiffness without contact is measured; points of a search for the load, and by how much it
 goes farther each time."""
-_NEAR, _TRIES = 1e-8, 6
+_NEAR, _TRIES = 2e-7, 5
 """By how much the load found may differ from that which is asked, and how often it is located anew."""
 _CARRIED = ("M", "torque", "B", "P")
 
