@@ -111,6 +111,6 @@ def _shown(data: xr.Dataset) -> Iterable[str]:
     yield f"relative energy dissipation RED = {rubbed:.4g}; the work of the load is balanced to {error:.1e}"
     if top < data.sizes["point"] - 1:
         back, work = data.isel(point=-1), float(data["W_fr"][-1]) * n * data.attrs["pitch"]
-        left = round(float(back[way]) / travel, 9)
+        left = round(float(back[way]) / travel, 9) + 0.0  # no -0
         yield f"off again: {left:.4g} of the deformation is left; friction has taken {number(1e3 * work, 'mJ')}"
     yield from output.warnings(data.attrs["warnings"])
