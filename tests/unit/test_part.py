@@ -251,6 +251,21 @@ def test_left_is_the_mirror_image_of_right():
     np.testing.assert_allclose(both[0].y_axis[-1], both[1].y_axis[-1], atol=1e-9)
 
 
+def test_the_root_bears_force_and_moment():
+    r = part("tip", points=8)
+    tip = [float(r[f"{v}_axis"][-1, -1]) for v in "xyz"]
+    np.testing.assert_allclose(r.root_force[-1], [0, -0.15, 0], atol=1e-6)
+    np.testing.assert_allclose(r.root_moment[-1], -np.cross(tip, [0, 0.15, 0]), atol=1e-8)
+    for word, axis in (("20 N mm bend", 0), ("5 N mm twist", 2)):
+        r = squama.load(SKIN, word, scales=4, points=5)
+        assert float(r.root_moment[-1, axis]) == pytest.approx(float(r.moment[-1]))
+
+
+def test_grips_say_that_the_ends_may_warp():
+    assert "free to warp" in part("grips twist", points=4).attrs["warnings"]
+    assert "free to warp" not in part("grips", points=4).attrs["warnings"]
+
+
 def test_scales_stiffen_and_engage():
     r = part("tip", points=20)
     free = r.share.values < float(r.share_e)
@@ -307,6 +322,15 @@ def test_grading_by_which_scales_meet_at_rest_is_refused():
         ("1 N up", {"along": {"scale.alpha": ["1 deg"]}}, "needs 2 values, or 5"),
         ("1 N up", {"scales": 1000}, "2 to 200"),
         ([], {}, "must be 1 to 12 texts"),
+        (5, {}, "must be 1 to 12 texts"),
+        ("-0.5 N down over all", {}, "must be above 0"),
+        ("1e300 N up", {}, "is out of range"),
+        ("1 N up at root", {}, "does not move the part"),
+        ("1 N up at tip", {"support": "gripped"}, "does not move the part"),
+        ("1 N up at tip; 1 N down at tip", {}, "does not move the part"),
+        ("1 N up at tip", {"hold": "bend"}, "does not move the part"),
+        ("1 N up at tip", {"hold": "straight"}, "all strains are held"),
+        ("1 N up", {"along": 3}, "is no mapping"),
     ],
 )
 def test_what_is_refused(load, given, words):

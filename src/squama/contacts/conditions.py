@@ -143,13 +143,16 @@ def is_flush(w: Walk, st: State, k: int, edge: int) -> bool:
 
 @_jit
 def beside_it(w: Walk, st: State, k: int, edge: int) -> tuple[float, float]:
-    """Return the least and the largest gap along an edge beside a contact, at some places over the face."""
+    """Return the least and the largest gap along an edge beside a contact, at some places over the face.
+
+    0 and infinite where no such place is over it.
+    """
     S, c = w.S, w.con[k]
     i, j, upper, e = c[FIRST], partner(S, c), edge >= 4, edge % 4
     own, other = (j, i) if upper else (i, j)
     x1, y1, x2, y2 = spots(S, c, st.s[k])
     at = (x2 if lengthwise(e) else y2) if upper else (x1 if lengthwise(e) else y1)
-    v, begin, end, least, most = w.W.views[0], low(S, own, e), high(S, own, e), 0.0, 0.0
+    v, begin, end, least, most, found = w.W.views[0], low(S, own, e), high(S, own, e), 0.0, 0.0, False
     view(w.W, i, j, c[APART], upper, v)
     for part in _BESIDE:
         for sign in (-1.0, 1.0):
@@ -158,8 +161,8 @@ def beside_it(w: Walk, st: State, k: int, edge: int) -> tuple[float, float]:
                 x, y = on_edge(S, own, e, s)
                 p, gap = over(S, st, v, own, other, upper, x, y)
                 if covers(S, other, p[0], p[1]):
-                    least, most = min(least, gap.real), max(most, gap.real)
-    return least, most
+                    least, most, found = min(least, gap.real), max(most, gap.real), True
+    return least, most if found else math.inf
 
 
 @_jit

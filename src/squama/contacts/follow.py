@@ -311,8 +311,6 @@ def together(w: Walk, what: int, scale: int, events: Array) -> None:
 def altering(w: Walk, what: int, c: int, events: Array) -> bool:
     """Change the contacts at an event as :func:`change`, with a look at what takes the place of one that leaves."""
     if what == OFF:
-        if w.counts[0] == len(w.con):
-            return False
         successor(w, w.now, c)
     return change(w, what, c, events)
 

@@ -199,6 +199,9 @@ def successor(w: Walk, st: State, c: int) -> None:
     A corner of a plate that lies along another one leaves the face as two edges begin to cross.
     """
     S, m, v = w.S, w.counts[0], w.best
+    v[KIND] = -1.0
+    if m == len(w.con):
+        return
     n, row = vertices(S, st, w.W, w.con[c, FIRST], w.con[c, APART], _CLOSE, w.found, 0), w.con[m]
     normal = meet(S, st, w.con[c], st.s[c], w.W).n
     for a in range(n):

@@ -191,7 +191,7 @@ def _of_springs(way: path.Path, rows: Array) -> Array:
     """Return the elastic energies (points, n) of joints and bar; each scale may be that of another beam."""
     points, n = rows.shape[:2]
     if len(way.beams.K) == 1:
-        return states.of_springs(way, rows.reshape(points * n, -1)).reshape(points, n)
+        return states.of_springs(way, rows.reshape(points * n, rows.shape[2])).reshape(points, n)
     beams = (entry.Beams._make(v[i : i + 1] for v in way.beams) for i in range(n))
     return np.column_stack([states.of_springs(way._replace(beams=one), rows[:, i]) for i, one in enumerate(beams)])
 

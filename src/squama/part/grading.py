@@ -21,6 +21,8 @@ def graded(beam: Beam, along: Mapping[str, Sequence[float | str]], n: int) -> li
     ``along``: by name the values of the first and the last scale, or of each.
     """
     columns = {}
+    if not isinstance(along, Mapping):
+        refuse("along", "", "is no mapping", 'write e.g. {"scale.theta0": ["5 deg", "10 deg"]}')
     for name, values in along.items():
         if name not in GRADED:
             refuse("along", shown(name), f"must be one of {', '.join(GRADED)}", 'write e.g. "scale.theta0"')

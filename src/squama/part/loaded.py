@@ -11,9 +11,10 @@ from squama.contacts import increments, path, row
 from squama.contacts.row import Track
 from squama.contacts.system import EPS, PHI, PSI, STRAINS
 from squama.contacts.ties import Tie, Z, freed, ties
+from squama.errors import refuse
 from squama.part.loading import Load, Support, supporting
 from squama.types import Array
-from squama.units import Dimension
+from squama.units import Dimension, shown
 
 MOST = 1.5
 """Strain of a cell, rad per pitch, to which a load is looked for: that of the part without contact."""
@@ -108,7 +109,10 @@ class Course(NamedTuple):
 
 def course(way: path.Path, n: int, loads: Sequence[Load], held: Support, units: tuple[float, float, float]) -> Course:
     """Return the course of a part; ``units``: pitch in m, E d^2 in N, and E d^3 in N m."""
-    axis = next(e for e in (PHI, PSI, EPS) if way.beams.free[0, e])
+    axis = next((e for e in (PHI, PSI, EPS) if way.beams.free[0, e]), -1)
+    said = "; ".join(load.words.strip() for load in loads)
+    if axis < 0:
+        refuse("load", shown(said), "cannot move a part of which all strains are held", "hold less")
     per = dict(zip((Dimension.LENGTH, Dimension.FORCE, Dimension.TORQUE), units, strict=True))
     sizes = [load.size / per.get(load.measures, 1.0) for load in loads]
     full, first = max(sizes), loads[0]
@@ -120,8 +124,10 @@ def course(way: path.Path, n: int, loads: Sequence[Load], held: Support, units: 
     if held.word == "gripped" and first.tie.carried[PHI]:
         main = None
     one = Course(way, n, main, supporting(held, n), held.word == "simple", axis, full, not first.given)
-    largest = np.abs(one.bare.follow(np.array([_PROBE])).cells[-1, :, :STRAINS]).max()
-    return one._replace(share=_PROBE / largest)
+    cells = one.bare.follow(np.array([_PROBE])).cells
+    if not cells.size or not np.abs(cells).max() > 0:
+        refuse("load", shown(said), "does not move the part", "put it where the part can give, or hold less")
+    return one._replace(share=float(_PROBE / np.abs(cells[-1, :, :STRAINS]).max()))
 
 
 def at_sections(place: float, n: int) -> list[tuple[int, float]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -29,6 +28,8 @@ GRAVITY = 9.81
 EXAMPLES = '"0.2 N up at tip", "5 mm down at middle", "0.5 N down over all", "30 N mm twist", "3 N tendon at 4 mm"'
 MANY = 12
 """Loads at most."""
+LEAST, LARGEST = 1e-9, 1e6
+"""Sizes of loads, SI."""
 _WORDS = "|".join((*DIRECTIONS, *TURNS, *PULLS))
 _FORM = re.compile(rf"\s*(.*?)\s*\b({_WORDS})\b\s*(?:at\s+(.+?)|(over\s+all))?\s*", re.DOTALL)
 _SIMPLE = re.compile(r"\s*simple(?:\s*,?\s*span\s+(.+?))?\s*", re.DOTALL)
@@ -37,7 +38,7 @@ _SIMPLE = re.compile(r"\s*simple(?:\s*,?\s*span\s+(.+?))?\s*", re.DOTALL)
 class Load(NamedTuple):
     """One load: its size (SI), what that measures, what is loaded, as a tie whose unit load is of size 1.
 
-    ``given``: the deformation is imposed, not the load. Of a force ``at`` is its place from the root, in pitches.
+    ``given``: the deformation is imposed, not the load.
     """
 
     words: str
@@ -45,14 +46,10 @@ class Load(NamedTuple):
     measures: Dimension
     tie: Tie
     given: bool = False
-    at: float = math.nan
 
 
 class Support(NamedTuple):
-    """How a part is supported: ties beside those of loads, whether it floats on them, and what is said of it.
-
-    ``ends`` (2,): where rollers are, from the root in pitches.
-    """
+    """How a part is supported, one of :data:`SUPPORTS`; ``ends``: where rollers are, from the root in pitches."""
 
     word: str
     ends: tuple[float, float] = (0.0, 0.0)
@@ -60,7 +57,8 @@ class Support(NamedTuple):
 
 def loads(given: str | Sequence[str], beam: Beam, n: int) -> list[Load]:
     """Read the loads of a beam of n scales; refuse what is none, and those that do not go together."""
-    texts = given.split(";") if isinstance(given, str) else list(given)
+    whole = isinstance(given, str | list | tuple)
+    texts = given.split(";") if isinstance(given, str) else list(given) if whole else []
     if not texts or len(texts) > MANY or not all(isinstance(text, str) for text in texts):
         refuse("load", "", f"must be 1 to {MANY} texts", f"write e.g. {EXAMPLES}")
     with naming("load"):
@@ -86,11 +84,15 @@ def _load(text: str, beam: Beam, n: int) -> Load:
     if number.strip() == "weight" or number.endswith(" weight"):
         return _weight(text, number, where, beam, n, place)
     if over:
-        force = quantity(number, Dimension.FORCE, bare=False)
-        return Load(text, force, Dimension.FORCE, Tie([(i + 0.5, where / n) for i in range(n)]), at=n / 2)
+        return Load(text, _size(number, Dimension.FORCE), Dimension.FORCE, _over_all(where, n))
     at, given = _place(place or "tip", beam, n), _is_length(number)
     kind = Dimension.LENGTH if given else Dimension.FORCE
-    return Load(text, _size(number, kind), kind, Tie([(at, where)]), given, at)
+    return Load(text, _size(number, kind), kind, Tie([(at, where)]), given)
+
+
+def _over_all(where: Array, n: int) -> Tie:
+    """Return a force that all cells share."""
+    return Tie([(i + 0.5, where / n) for i in range(n)])
 
 
 def _size(number: str, kind: Dimension) -> float:
@@ -98,6 +100,8 @@ def _size(number: str, kind: Dimension) -> float:
     size = quantity(number, kind, bare=False)
     if not size > 0:
         refuse("", shown(number), "must be above 0", "write another direction for the other way")
+    if not LEAST <= size <= LARGEST:
+        refuse("", shown(number), "is out of range (1e-9 to 1e6 in m, N or N m)", "give one that a part can bear")
     return size
 
 
@@ -149,7 +153,7 @@ def _weight(text: str, number: str, where: Array, beam: Beam, n: int, place: str
     if not times > 0:
         refuse("", shown(text), "must be above 0", 'write e.g. "weight down"')
     force = times * GRAVITY * mass.of(beam, bar, scale).mass * n * beam.pitch
-    return Load(text, force, Dimension.FORCE, Tie([(i + 0.5, where / n) for i in range(n)]), at=n / 2)
+    return Load(text, force, Dimension.FORCE, _over_all(where, n))
 
 
 def _place(text: str, beam: Beam, n: int) -> float:
