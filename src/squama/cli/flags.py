@@ -21,7 +21,7 @@ from cyclopts import Parameter
 from squama.beam import beamfile
 from squama.errors import InputError, Problems, naming, refuse
 from squama.io.files import label
-from squama.loads import LINES, LOADS, MODES
+from squama.loads import ENDS, LINES, LOADS, MODES
 from squama.progress import LOG
 from squama.units import MARGIN, Bounds, Dimension, bounded, shown
 
@@ -314,6 +314,13 @@ def points(default: int) -> Parameter:
 def scales(most: int, words: str, least: int = 2) -> Parameter:
     """Return the flag --scales of a command."""
     return flag(f"{words}, {least} to {most}.", read=whole(least, most, "25"))
+
+
+_ENDS = (
+    "Ends of the beam: free (a torque or moment alone), gripped (coaxial), equal (all cells have the same strains) or "
+    "endless (free; of hinges endless)."
+)
+Ends = Annotated[str | None, flag(_ENDS, read=one_of(*ENDS))]
 
 
 @group

@@ -243,13 +243,18 @@ def respond(
     way = Way.of(load, [sign * (math.inf if to is None else far(to, kind, beam.pitch, beam.pitches))])
     loads = None if at is None else _angles(at, kind, beam)
     asked = analysis(beam, way, kind, points=points, most=1e6, family=True, **how)
-    return _curves(asked._replace(at=loads, ends=_ends(asked, ends)))
+    return _curves(asked._replace(at=loads, ends=ends_of(asked, ends)))
 
 
-def _ends(asked: Analysis, word: str | None) -> str:
-    """Return the ends of a beam by their word, or as they are by default; refuse what a model does not know."""
+def ends_of(asked: Analysis, word: str | None, *, history: bool = False) -> str:
+    """Return the ends of a beam by their word, or as they are by default; refuse what a model does not know.
+
+    ``history``: of one that is loaded and unloaded.
+    """
     beam, model, load = asked.beam, MODELS[asked.joint], asked.way.load
-    known = model.ends if load.sided else tuple(end for end in model.ends if end != GRIPPED)
+    known = [end for end in model.ends if load.sided or end != GRIPPED]
+    if history and model.straight:
+        known = [ENDLESS]
     if word is None:
         if beam.scales is None or beam.scales > MOST or beam.other or known[0] == ENDLESS:
             return ENDLESS
