@@ -35,12 +35,6 @@ def fitted(x, T, names="mu,K_theta", **given):
     return squama.fit({"phi": x, "T": T}, BEAM, names, nuisances="none", **given)
 
 
-@pytest.fixture
-def alone(monkeypatch):
-    """Without the fit by the other model."""
-    monkeypatch.setattr(fitting, "_rival", lambda *_: None)
-
-
 @pytest.mark.usefixtures("alone")
 @pytest.mark.parametrize("joint", ["compliant", "hinge"])
 def test_the_slope_before_engagement_is_always_told(joint):

@@ -1,0 +1,9 @@
+"""What several files of tests share."""
+
+import pytest
+
+
+@pytest.fixture
+def alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fits without the one by the other model, which takes several times as long as the one that is looked at."""
+    monkeypatch.setattr("squama.identify.fitting._rival", lambda *_: None)
