@@ -44,7 +44,7 @@ def test_the_number_of_scales_comes_out_whole_and_on_target():
         },
         "vary": VARY | {"beam.scales": (15, 40), "beam.pitch": ("15 mm", "25 mm")},
     }
-    found = squama.inverse_design(data, beam=BEAM, starts=512)
+    found = squama.inverse_design(data, beam=BEAM, starts=128)
     assert found.met
     assert len({d.beam.scales for d in found.designs}) > 1
     for d in found.designs:
@@ -60,7 +60,7 @@ def test_the_number_of_scales_comes_out_whole_and_on_target():
     assert "beam.scales" not in found.tolerance
     listed = {**data, "vary": VARY, "choose": {"beam.scales": [24, 25, 26]}}
     listed["target"] = {"points": data["target"]["points"]}
-    best = squama.inverse_design(listed, beam=BEAM, starts=256)[0]
+    best = squama.inverse_design(listed, beam=BEAM, starts=64)[0]
     assert best.met
     assert best.chosen["beam.scales"] == str(best.beam.scales)
 
@@ -105,7 +105,7 @@ def test_an_exact_target_is_met_on_the_grid():
         "vary": VARY,
         "rounding": {"scale.length": 1e-3, "angle": "1 deg"},
     }
-    found = squama.inverse_design(data, beam=BEAM, starts=512, designs=3)
+    found = squama.inverse_design(data, beam=BEAM, starts=128, designs=3)
     assert found.met
     for d in found.designs:
         assert d.values["scale.length"] * 1e3 == pytest.approx(round(d.values["scale.length"] * 1e3), abs=1e-9)
@@ -153,7 +153,7 @@ def test_materials_and_sheets_are_chosen():
     ]
     choose = {"scale.material": materials, "scale.thickness": ["0.8 mm", "1.6 mm"]}
     asked = {"points": [{"twist": "90 deg total", "stiffness_ratio": "at least 7", "stress": "at most 90 %"}]}
-    found = squama.inverse_design({"target": asked, "vary": VARY, "choose": choose}, beam=BEAM, starts=512)
+    found = squama.inverse_design({"target": asked, "vary": VARY, "choose": choose}, beam=BEAM, starts=128)
     assert found.met
     sets = {(d.chosen["scale.material"], d.chosen["scale.thickness"]) for d in found.designs if d.met}
     # both soft plates bend away
@@ -177,7 +177,7 @@ def test_materials_and_sheets_are_chosen():
 
 def test_what_is_in_the_way_is_named():
     asked = {"points": [PIECE | {"stiffness_ratio": "at least 60"}]}
-    found = squama.inverse_design({"target": asked, "vary": VARY}, beam=BEAM, starts=512)
+    found = squama.inverse_design({"target": asked, "vary": VARY}, beam=BEAM, starts=128)
     best = found[0]
     assert not found.met
     (goal,) = best.goals
@@ -319,7 +319,7 @@ def test_the_command_writes_millimetres_and_degrees(tmp_path, capsys):
     text = Path("examples/limb.toml").read_text(encoding="utf-8")
     own = tmp_path / "t.toml"
     own.write_text(text.replace('"pla_on_vps.toml"', f'"{Path("examples/pla_on_vps.toml").resolve()}"'))
-    flags = ["--starts", "1024", "--designs", "1"]
+    flags = ["--starts", "128", "--designs", "1"]
     assert main(["design", str(own), "-o", str(tmp_path / "out"), "--plot", str(tmp_path / "d.png"), *flags]) == 0
     said = capsys.readouterr().out
     assert "target reached (endless, free to bow)" in said
