@@ -25,7 +25,8 @@ export JUPYTER_RUNTIME_DIR := $(LOCAL)/jupyter/runtime
 export PYTHONNOUSERSITE := 1
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 export PIP_USER := 0
-unexport PYTHONHOME PYTHONPATH PIP_TARGET PIP_PREFIX
+# (each process of the tests would compile the package anew without its byte code)
+unexport PYTHONHOME PYTHONPATH PYTHONDONTWRITEBYTECODE PIP_TARGET PIP_PREFIX
 
 # Only pip keeps the user's cache, so that a second clone is quick.
 USER_CACHE := $(XDG_CACHE_HOME)
