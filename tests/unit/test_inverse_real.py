@@ -45,7 +45,7 @@ def test_the_number_of_scales_comes_out_whole_and_on_target():
         },
         "vary": VARY | {"beam.scales": (15, 40), "beam.pitch": ("15 mm", "25 mm")},
     }
-    found = squama.inverse_design(data, beam=BEAM, starts=128)
+    found = squama.inverse_design(data, beam=BEAM, starts=64)
     assert found.met
     assert len({d.beam.scales for d in found.designs}) > 1
     for d in found.designs:
@@ -325,7 +325,7 @@ def test_the_command_writes_millimetres_and_degrees(tmp_path, capsys):
     text = Path("examples/limb.toml").read_text(encoding="utf-8")
     own = tmp_path / "t.toml"
     own.write_text(text.replace('"pla_on_vps.toml"', f'"{Path("examples/pla_on_vps.toml").resolve()}"'))
-    flags = ["--starts", "128", "--designs", "1"]
+    flags = ["--starts", "32", "--designs", "1"]
     assert main(["design", str(own), "-o", str(tmp_path / "out"), "--plot", str(tmp_path / "d.png"), *flags]) == 0
     said = capsys.readouterr().out
     assert "target reached (endless, free to bow)" in said
