@@ -349,7 +349,7 @@ def test_samples_are_beams() -> None:
     assert u.attrs["notes"] == "" or "joint.factor" not in u.attrs["notes"]
 
 
-def test_the_error_of_the_joints_law_scatters_too() -> None:
+def test_the_error_of_the_joints_law_scatters_too(monkeypatch: pytest.MonkeyPatch) -> None:
     vary = {"mu": "+- 0.05"}
     u = squama.uncertainty(BEAM, vary, at=AT, samples=3200, indices=256)
     rms = law.errors().K_theta.rms
@@ -363,9 +363,11 @@ def test_the_error_of_the_joints_law_scatters_too() -> None:
     # its own share of the torque's scatter, by difference
     more = squama.uncertainty(BEAM, vary | {"joint.factor": "normal(1, 0.1)"}, at=AT, samples=3200)
     assert float(more["sd"].sel(figure="torque")) > float(u["sd"].sel(figure="torque"))
+    # few samples tell which parameters there are
+    monkeypatch.setattr("squama.study.tolerances.monte_carlo.FEWEST", 320)
     for known in (BEAM.replace(joint={"stiffness": 0.06}), BEAM):
         given = vary if known is not BEAM else vary | {"joint.stiffness": "normal(0.06 N m, 1 %)"}
-        assert "joint.factor" not in squama.uncertainty(known, given, at=AT, samples=3200).parameter.values
+        assert "joint.factor" not in squama.uncertainty(known, given, at=AT, samples=320, levels=[0.5]).parameter.values
 
 
 def test_what_is_not_known_is_a_share() -> None:
