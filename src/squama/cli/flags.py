@@ -297,6 +297,7 @@ _CUT = "Where a curve that locks is cut off: fraction of its path left before th
 Margin = Annotated[float, flag(_CUT, read=within(MARGIN))]
 Json = Annotated[bool, Parameter(help="Print everything as JSON instead of the summary.")]
 Quiet = Annotated[bool, Parameter(help="No lines of progress.")]
+Ends = Annotated[str | None, flag("Ends: free, gripped, equal (cells alike), endless (free).", read=one_of(*ENDS))]
 Plot = Annotated[tuple[File, ...], flag("Picture to write: .png, .svg or .pdf; may be repeated.")]
 
 
@@ -314,13 +315,6 @@ def points(default: int) -> Parameter:
 def scales(most: int, words: str, least: int = 2) -> Parameter:
     """Return the flag --scales of a command."""
     return flag(f"{words}, {least} to {most}.", read=whole(least, most, "25"))
-
-
-_ENDS = (
-    "Ends of the beam: free (a torque or moment alone), gripped (coaxial), equal (all cells have the same strains) or "
-    "endless (free; of hinges endless)."
-)
-Ends = Annotated[str | None, flag(_ENDS, read=one_of(*ENDS))]
 
 
 @group

@@ -58,7 +58,8 @@ def walk(analysis: Analysis) -> States:
         rows.may_be_gripped(one.held, n)
     engaged = [sum(o.toward) * (c.phi - _BEFORE) for o in ones.values() for c in o.way.contacts if c.first != -1]
     stations = _stations(load, goals, analysis.points, _apart(engaged))
-    slid, each = np.zeros(0, int), {}
+    slid: Array = np.zeros(0, int)
+    each: dict[str, Array] = {}
     try:
         if kind is None:
             stations, slid = _with_slides(stations, follow(one, stations))
