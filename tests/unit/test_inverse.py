@@ -12,7 +12,7 @@ from squama.inverse.residuals import Residuals
 from squama.inverse.target import read_target
 
 pytestmark = pytest.mark.usefixtures("unasked")
-BEAM = squama.Beam.from_toml("examples/pla_on_vps.toml")
+BEAM = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scales=None)
 DENSE = BEAM.replace(pitch="14 mm", scale={"width": "20 mm"})
 VARY = {
     "scale.length": ("30 mm", "80 mm"),

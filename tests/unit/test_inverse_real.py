@@ -24,7 +24,7 @@ from squama.joints import law
 from squama.joints.choice import shape
 from squama.study.columns import beam_at, columns, valid
 
-BEAM = squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="bend, lateral bend")
+BEAM = squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="bend, lateral bend", scales=None)
 POINT = {"twist": "90 deg total", "torque": 0.06}
 PIECE = {"twist": "90 deg total", "stiffness_ratio": "at least 5"}
 VARY = {
@@ -226,7 +226,7 @@ def test_rooms_agree_with_what_the_printer_files_and_the_law_refuse():
 def test_what_a_lock_is_of_is_told():
     """Thin, rigid scales on hinges lock where no real beam does, and this one could not even be made."""
     vary = {"scale.length": ("30 mm", "80 mm"), "scale.alpha": ("30 deg", "70 deg"), "beam.pitch": ("12 mm", "30 mm")}
-    start = squama.Beam.from_toml("examples/pla_on_vps.toml")
+    start = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scales=None)
     found = squama.inverse_design({"target": {"lock": "90 deg total"}, "vary": vary}, beam=start, starts=256)
     assert found.settings["joint"] == "hinge"
     assert found.met
@@ -345,7 +345,7 @@ def test_the_command_writes_millimetres_and_degrees(tmp_path, capsys):
 
 @pytest.mark.usefixtures("unasked")
 def test_a_search_goes_on_beyond_a_second_contact():
-    wide = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(substrate={"width": 0.035}, pitch=0.0177)
+    wide = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scales=None, substrate={"width": 0.035}, pitch=0.0177)
     asked = {
         "vary": {"scale.length": ("83 mm", "85 mm")},
         "limits": {"printable": False, "edge": False},
