@@ -99,6 +99,10 @@ def twist(
         What is held, in place of the beam's own ``hold``: some of "bend", "lateral bend", "stretch" ("bend, stretch"),
         or "straight" for all; "nothing", the default, lets a beam under a torque bow. Of the compliant joint: hinges
         are held straight.
+    ends
+        What the ends of a beam with a number of scales do: "free" (a torque alone: the default), "gripped" (they stay
+        on one axis, up to 60 scales), "equal" (all cells have the same strains); "endless" answers without ends. The
+        last is the default of hinges, which know "equal" besides, of more than 200 scales and of scales on both faces.
 
     Returns
     -------
@@ -198,8 +202,8 @@ def bend(
     xarray.Dataset
         As from :func:`twist`, with ``kappa``, ``psi`` and ``M`` in place of ``Phi``, ``phi`` and ``T``; ``phi`` is the
         twist of a beam of oblique scales that is free to, ``T`` the torque that holds it else, ``contact`` what touches
-        (docs, theory: bending and twisting), ``r`` its distance from the base of the other scale. Attributes:
-        ``joint``, ``scales``, ``neutral``.
+        (docs, theory: bending and twisting), ``r`` its distance from the base of the other scale; ``M_periodic`` in
+        place of ``T_periodic``. Attributes: ``joint``, ``scales``, ``neutral``, ``ends``.
 
     Raises
     ------
