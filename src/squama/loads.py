@@ -142,9 +142,9 @@ def covering(attrs: Mapping[str, Any]) -> str:
 
 MODES = ("uniform", "simply supported", "cantilever")
 """How a beam swings: all pitches alike, or in the first bending mode of a bar so supported."""
-ENDLESS = "endless"
-"""Word of a beam whose pitches are all alike."""
-ENDS = ("free", "gripped", "equal", ENDLESS)
+FREE, GRIPPED, ENDLESS = "free", "gripped", "endless"
+"""Words of ends: a torque or moment alone, coaxial grips, none: all pitches are alike."""
+ENDS = (FREE, GRIPPED, "equal", ENDLESS)
 """How the ends of a beam may be: :func:`squama.twist`."""
 STRAINS = ("bend", "twist", "lateral bend", "stretch")
 """What a pitch of the bar does, per pitch: psi, phi, chi, epsilon."""

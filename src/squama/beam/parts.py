@@ -17,8 +17,8 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, Va
 
 from squama.beam import beamfile, joint_law, matrixfile
 from squama.beam.faces import FACES, Other, read
-from squama.errors import InputError, Problem, Problems
-from squama.loads import ENDLESS, NEUTRAL, NOTHING, STRAINS, hold, holding
+from squama.errors import InputError, Problem, Problems, refuse
+from squama.loads import ENDLESS, FREE, GRIPPED, NEUTRAL, NOTHING, STRAINS, hold, holding
 from squama.model import reach, section
 from squama.units import Bounds, Dimension, bounded, shown
 
@@ -60,6 +60,13 @@ def number_of_scales(value: object) -> int | None:
     text = repr(value) if isinstance(value, float) else shown(value)
     reason = f"is neither a whole number from 2 to 1000000 nor {shown(ENDLESS)}"
     raise InputError(Problem("", text, reason, "write e.g. 25"))
+
+
+def held_ends(value: object) -> str:
+    """Return how the ends of a beam are, by their word."""
+    if value not in (FREE, GRIPPED):
+        refuse("", shown(value), f"must be {shown(FREE)} or {shown(GRIPPED)}", 'write e.g. "gripped"')
+    return str(value)
 
 
 def read_ratios(given: Mapping[str, object]) -> dict[str, float]:
@@ -302,6 +309,7 @@ class Assembly(Part):
     substrate: Substrate
     pitch: Pitch
     scales: Annotated[int | None, BeforeValidator(number_of_scales)] = None
+    ends: Annotated[str, BeforeValidator(held_ends)] | None = None
     faces: Faces = "one"
     hold: Hold | None = None
     joint: Joint = Joint()

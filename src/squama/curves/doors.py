@@ -21,15 +21,15 @@ from squama.curves.chosen import MODELS, chosen
 from squama.curves.labelled import Answer
 from squama.curves.way import Analysis, Solved, States, Way
 from squama.errors import naming, refuse
-from squama.loads import ENDLESS, ENDS, Load
+from squama.loads import ENDLESS, ENDS, GRIPPED, Load
 from squama.types import Array
 from squama.units import shown
 
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST, GRIPPED = 200, "gripped"
-"""Largest number of scales of a beam whose ends are followed unasked, and the ends that a moment would bend."""
+MOST = 200
+"""Largest number of scales of a beam whose ends are followed unasked."""
 Rates = ArrayLike | Sequence[float | str] | str
 """Rates in rad/m, or texts with their units."""
 
@@ -100,9 +100,11 @@ def twist(
         or "straight" for all; "nothing", the default, lets a beam under a torque bow. Of the compliant joint: hinges
         are held straight.
     ends
-        What the ends of a beam with a number of scales do: "free" (a torque alone: the default), "gripped" (they stay
-        on one axis, up to 60 scales), "equal" (all cells have the same strains); "endless" answers without ends. The
-        last is the default of hinges, which know "equal" besides, of more than 200 scales and of scales on both faces.
+        Of a beam with a number of scales, whose end scales lack a neighbour, in place of its own ``ends``: "free" (the
+        default), a torque at both ends, and each cell has its own twist, bend and stretch; "gripped": the ends stay on
+        one axis, half a pitch beyond the first and last scale, and may come nearer, of up to 60 scales; "equal": all
+        cells have the same strains; "endless": the beam without ends, which answers for more than 200 scales, on
+        hinges, with scales on both faces, and where a beam has no number of scales.
 
     Returns
     -------
@@ -249,7 +251,9 @@ def _ends(asked: Analysis, word: str | None) -> str:
     beam, model, load = asked.beam, MODELS[asked.joint], asked.way.load
     known = model.ends if load.sided else tuple(end for end in model.ends if end != GRIPPED)
     if word is None:
-        return ENDLESS if beam.scales is None or beam.scales > MOST or beam.other else known[0]
+        if beam.scales is None or beam.scales > MOST or beam.other or known[0] == ENDLESS:
+            return ENDLESS
+        return beam.ends if beam.ends in known else known[0]
     if word not in ENDS:
         refuse("ends", shown(word), f"must be one of {', '.join(map(shown, ENDS))}", f'write e.g. ends="{known[0]}"')
     if word == ENDLESS:

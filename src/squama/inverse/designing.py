@@ -235,7 +235,7 @@ def find(
         same = residuals.look(still, slopes=False, plates=True).merit <= look.merit * (1 + 1e-9)
         y[same] = still[same]
     look, shares = search.refine(residuals, y), residuals.shares
-    if target.own:
+    if target.own and any(goal.want.at is not None for goal in target.goals):
         look, shares = with_ends.refined(target, look, count, seed)
     elif any(v.step for v in space.variables):
         best = np.argsort(look.merit, kind="stable")[: ROUNDED + 2 * count]

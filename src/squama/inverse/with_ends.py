@@ -36,12 +36,16 @@ def refined(target: Target, look: Look, count: int, seed: int) -> Refined:
 
     All of them once more with the shares that are typical, then the best ones with their own.
     """
-    typical = np.nanmedian([_shares(target, look.y[i : i + 1]) for i in _best(look, TYPICAL)], axis=0)
-    look = search.refine(Residuals(target, _known(typical)), look.y)
+    some = np.concatenate([_shares(target, look.y[i : i + 1]) for i in _best(look, TYPICAL)], axis=1)
+    some = some[:, np.isfinite(some).all(axis=0)]
+    if some.size:
+        look = search.refine(Residuals(target, np.median(some, axis=1, keepdims=True)), look.y)
     best = _best(look, LIKELY + 2 * count)
     found = [_refined(target, look.y[i : i + 1], seed) for i in steps(best.tolist(), best.size, "designs refined")]
+    # a design that does not come to the twist cannot be judged, unless there is no other
+    found = [one for one in found if np.isfinite(one[1]).all()] or found
     looks, shares = zip(*found, strict=True)
-    return Refined(_joined(looks), np.concatenate(shares, axis=1))
+    return Refined(_joined(looks), _known(np.concatenate(shares, axis=1)))
 
 
 def _best(look: Look, n: int) -> Array:
@@ -64,11 +68,10 @@ def _refined(target: Target, y: Array, seed: int) -> tuple[Look, Array]:
             break
         y = search.refine(Residuals(target, shares), y).y
         before, shares = shares, _shares(target, y)
-    residuals = Residuals(target, _known(shares))
     if np.isfinite(shares).all() and any(v.step for v in target.space.variables):
-        y = making.rounded(residuals, y, seed)
-        residuals = Residuals(target, _known(_shares(target, y)))
-    return residuals.look(y, slopes=True, plates=True), residuals.shares
+        y = making.rounded(Residuals(target, shares), y, seed)
+        shares = _shares(target, y)
+    return Residuals(target, _known(shares)).look(y, slopes=True, plates=True), shares
 
 
 def _shares(target: Target, y: Array) -> Array:
