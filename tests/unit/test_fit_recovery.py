@@ -16,7 +16,7 @@ from squama.identify.records import read
 from squama.loads import LOADS
 
 pytestmark = pytest.mark.usefixtures("alone")
-BEAM = squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="bend, lateral bend")
+BEAM = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None).replace(hold="bend, lateral bend")
 HISTORY = {"twisting": "0.1, 0.06 rad/pitch", "bending": "0.2, 0.12 rad/pitch"}
 NEAR = {"compliant": 2e-4, "hinge": 1e-9}
 """Relative: where a contact begins to slide again, steps of the compliant joint's path hang on rounding, 2e-6 of the

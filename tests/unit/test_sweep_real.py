@@ -19,7 +19,7 @@ from squama.study.models import Model, Twist
 from squama.study.plan import VARIABLES
 from squama.study.sweeping import make_plan, run
 
-BEAM = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scale={"strength": 1e8})
+BEAM = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None).replace(scale={"strength": 1e8})
 RANGES = {"mu": (0.1, 0.5, 5), "scale.length": ("36 mm", "52 mm", 4)}
 AT = "0.09 rad/pitch"
 FIGURES = {
@@ -272,7 +272,7 @@ def test_the_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: p
 
 
 def test_a_map_is_cut_at_jumps_and_where_nothing_is_known(tmp_path: Path) -> None:
-    beam = squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="bend, lateral bend")
+    beam = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None).replace(hold="bend, lateral bend")
     ranges = {"theta0": ("6 deg", "40 deg", 18), "eta": (2, 5, 13)}
     d = squama.sweep(beam, ranges, at="130 deg total", out=tmp_path / "m.zarr")
     known = slices.ends(d) != "joint unknown"
@@ -308,7 +308,7 @@ def test_a_map_is_cut_at_jumps_and_where_nothing_is_known(tmp_path: Path) -> Non
 
 
 def test_a_single_beam_among_unknown_ones_is_seen(tmp_path: Path) -> None:
-    beam = squama.Beam.from_toml("examples/stiff_skin.toml")
+    beam = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None)
     d = squama.sweep(beam, {"theta0": ("10 deg", "40 deg", 3), "eta": (3, 4, 3)}, at=AT, out=tmp_path / "m.zarr")
     assert (slices.ends(d) != "joint unknown").sum(axis=0).tolist() == [1, 1, 1]
     figure = squama.plot.map_figure(d, "stress", x="theta0", y="eta")

@@ -204,8 +204,8 @@ def bend(
     xarray.Dataset
         As from :func:`twist`, with ``kappa``, ``psi`` and ``M`` in place of ``Phi``, ``phi`` and ``T``; ``phi`` is the
         twist of a beam of oblique scales that is free to, ``T`` the torque that holds it else, ``contact`` what touches
-        (docs, theory: bending and twisting), ``r`` its distance from the base of the other scale. Attributes:
-        ``joint``, ``scales``, ``neutral``.
+        (docs, theory: bending and twisting), ``r`` its distance from the base of the other scale; ``M_periodic`` in
+        place of ``T_periodic``. Attributes: ``joint``, ``scales``, ``neutral``, ``ends``.
 
     Raises
     ------

@@ -38,6 +38,8 @@ def cycle(
 ) -> xr.Dataset:
     """Load and unload a beam through any history of twists: loops, stick intervals, dissipation, jamming.
 
+    The beam is taken as endless, whatever its number of scales.
+
     Parameters
     ----------
     beam
