@@ -102,7 +102,10 @@ def test_bad_input_is_one_line(asked, words):
 
 
 def test_the_command_sets_simpler_models_beside(bent, capsys):
-    assert main(["bend", "examples/stiff_skin.toml", "--to", FAR, "--hold", "twist, lateral bend"]) == 0
+    assert (
+        main(["bend", "examples/stiff_skin.toml", "--to", FAR, "--hold", "twist, lateral bend", "--ends", "endless"])
+        == 0
+    )
     first, *lines = capsys.readouterr().out.splitlines()
     assert first.endswith("; twist, lateral bend held")
     (head,) = [line for line in lines if line.split() == ["real", "thin,", "rigid", "hinge"]]

@@ -345,7 +345,8 @@ def test_the_command_writes_millimetres_and_degrees(tmp_path, capsys):
 
 @pytest.mark.usefixtures("unasked")
 def test_a_search_goes_on_beyond_a_second_contact():
-    wide = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scales=None, substrate={"width": 0.035}, pitch=0.0177)
+    plain = squama.Beam.from_toml("examples/pla_on_vps.toml")
+    wide = plain.replace(scales=None, substrate={"width": 0.035}, pitch=0.0177)
     asked = {
         "vary": {"scale.length": ("83 mm", "85 mm")},
         "limits": {"printable": False, "edge": False},
