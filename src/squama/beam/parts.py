@@ -17,8 +17,8 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, Va
 
 from squama.beam import beamfile, joint_law, matrixfile
 from squama.beam.faces import FACES, Other, read
-from squama.errors import InputError, Problem, Problems
-from squama.loads import NEUTRAL, NOTHING, STRAINS, hold, holding
+from squama.errors import InputError, Problem, Problems, refuse
+from squama.loads import ENDLESS, FREE, GRIPPED, NEUTRAL, NOTHING, STRAINS, hold, holding
 from squama.model import reach, section
 from squama.units import Bounds, Dimension, bounded, shown
 
@@ -38,6 +38,8 @@ RATIOS = {
 _ALL_RATIOS = {**RATIOS, "modulus_ratio": RATIO._replace(example="2000")}
 PLASTIC = 0.35
 """Poisson's ratio of scales whose modulus alone is given: typical of printed plastics."""
+SHOWN = 25
+"""Pitches of an endless beam that lengths, totals and pictures are of."""
 
 
 def _read(name: str) -> BeforeValidator:
@@ -49,12 +51,22 @@ def _read(name: str) -> BeforeValidator:
     return BeforeValidator(read)
 
 
-def whole(value: object) -> int:
-    """Return a number of scales, or refuse what is not a whole number of 2 or more."""
+def number_of_scales(value: object) -> int | None:
+    """Return a number of scales, None of an endless beam; refuse what is not a whole number of 2 or more."""
+    if value is None or value == ENDLESS:
+        return None
     if isinstance(value, Integral) and 2 <= int(value) <= 1_000_000:
         return int(value)
     text = repr(value) if isinstance(value, float) else shown(value)
-    raise InputError(Problem("", text, "is not a whole number from 2 to 1000000", "write e.g. 25"))
+    reason = f"is neither a whole number from 2 to 1000000 nor {shown(ENDLESS)}"
+    raise InputError(Problem("", text, reason, "write e.g. 25"))
+
+
+def held_ends(value: object) -> str:
+    """Return how the ends of a beam are, by their word."""
+    if value not in (FREE, GRIPPED):
+        refuse("", shown(value), f"must be {shown(FREE)} or {shown(GRIPPED)}", 'write e.g. "gripped"')
+    return str(value)
 
 
 def read_ratios(given: Mapping[str, object]) -> dict[str, float]:
@@ -296,7 +308,8 @@ class Assembly(Part):
     scale: Scale
     substrate: Substrate
     pitch: Pitch
-    scales: Annotated[int, BeforeValidator(whole)] = 25
+    scales: Annotated[int | None, BeforeValidator(number_of_scales)] = None
+    ends: Annotated[str, BeforeValidator(held_ends)] | None = None
     faces: Faces = "one"
     hold: Hold | None = None
     joint: Joint = Joint()
@@ -380,9 +393,14 @@ class Assembly(Part):
         return self.substrate.neutral or next(iter(NEUTRAL))
 
     @property
+    def pitches(self) -> int:
+        """Number of pitches that lengths, totals and pictures are of: N, :data:`SHOWN` of an endless beam."""
+        return self.scales or SHOWN
+
+    @property
     def length(self) -> float:
         """Length of the beam N d, m."""
-        return self.scales * self.pitch
+        return self.pitches * self.pitch
 
     @property
     def G_B(self) -> float:

@@ -70,7 +70,7 @@ def _shown(beam: Beam, data: Answer) -> Iterable[str | Table]:
     """Yield the summary: a row per loop, and what holds for the whole history."""
     kind = LOADS[data.attrs["load"]]
     angle, torque, tangent = kind.angle, kind.torque, kind.tangent
-    yield f" in cycles of {kind.name}: {output.about(data)}; {fixed(data.attrs)}"
+    yield f" as an endless beam in cycles of {kind.name}: {output.about(data)}; {fixed(data.attrs)}"
     bases, tops = data[f"{angle}_base"], data[f"{angle}_top"]
     if tops.size:
         cells = [data[name] for name in ("W_d", "U_max", "zeta_eq", "K_sec", f"{torque}_drop", f"{angle}_residual")]
@@ -87,7 +87,7 @@ def _shown(beam: Beam, data: Answer) -> Iterable[str | Table]:
     else:
         yield "no loop is closed: the history does not come back to where it turned"
     work = float(data["W_fr"][-1])
-    yield f"frictional work of the history: {work:.4g} J/m, {work * beam.length:.4g} J over {beam.scales} scales"
+    yield f"frictional work of the history: {work:.4g} J/m, {work * beam.length:.4g} J over {beam.pitches} scales"
     yield (
         f"largest {torque}: {moment(float(abs(data[torque]).max()))}; tangent stiffness {data[tangent].min():.4g} "
         f"to {data[tangent].max():.4g} N m2"

@@ -247,7 +247,7 @@ def rate(name: str, text: str, beam: Beam, load: str = "twisting", *, still: boo
     """Return the twist rate or curvature that a flag asks for, rad/m; only if ``still`` it may be 0."""
     kind = LOADS[load]
     with naming(name):
-        found = kind.read(text, pitch=beam.pitch, scales=beam.scales, bare=False)
+        found = kind.read(text, pitch=beam.pitch, scales=beam.pitches, bare=False)
     if found < 0 or (found == 0 and not still):
         least = "0 or more" if still else "more than 0"
         refuse(name, shown(text), f"must be {least}{kind.other_way('--sense -')}", 'write e.g. "0.2 rad/pitch"')

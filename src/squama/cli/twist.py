@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 _DATA = 'Measured points to draw too: CSV with a header such as "Phi (deg/mm), T (N mm)".'
 _TO = f"Where to stop: {flags.TWISTS} (0.3 rad/pitch; on the hinge where the endless beam's curve is cut off)."
 _ENDS = (
-    "Ends: free (a torque alone), gripped (coaxial) or equal (all cells have the same strains) (free; hinges: equal)."
+    "Ends of the beam: free (a torque or moment alone), gripped (coaxial), equal (all cells have the same strains) or "
+    "endless (free; of hinges endless)."
 )
 
 
@@ -33,6 +34,7 @@ class Curve:
     margin: flags.Margin = 0.01
     points: Annotated[int, flags.points(200)] = 200
     to: Annotated[str | None, flag(f"Where to stop: {flags.TWISTS}.")] = None
+    ends: Annotated[str | None, flag(_ENDS, read=flags.one_of(*ENDS))] = None
     data: Annotated[flags.File | None, flag(_DATA)] = None
 
 
@@ -97,12 +99,12 @@ def respond(
     family = list(mu) if len(mu) > 1 else None
     numbers: dict[str, Any] = {"margin": curve.margin, "points": curve.points, "to": stop, "mu": family}
     numbers["neutral"] = joints.neutral
-    with flags.laid(flags.arguments("neutral")):
+    with flags.laid(flags.arguments("neutral", "ends")):
         means = chosen(beam, LOADS[load], law=law, joint=joints.joint, neutral=joints.neutral)
         if means.note:
             print(f"squama: warning: {means.note}", file=sys.stderr)
         if means.real:
-            laws = report.ladder(load, beam, law, sense, numbers, ideal=bool(joints.ideal))
+            laws = report.ladder(load, beam, law, sense, numbers, ideal=bool(joints.ideal), ends=curve.ends)
             law = next(iter(laws))
         else:
             laws = report.responses(load, beam, law, sense, numbers)

@@ -196,7 +196,7 @@ def _of_springs(way: path.Path, rows: Array) -> Array:
     return np.column_stack([states.of_springs(way._replace(beams=one), rows[:, i]) for i, one in enumerate(beams)])
 
 
-def decay(way: path.Path, ends: int = EQUAL) -> float:
+def decay(way: path.Path, ends: int = EQUAL, load: int = PHI) -> float:
     """Return how much of an end's effect is left one contact further on, at engagement and without friction.
 
     Forces of contacts then grow by N' with a N'_(i-1) + b N'_i + a N'_(i+1) alike for all of them, so differences of
@@ -209,7 +209,7 @@ def decay(way: path.Path, ends: int = EQUAL) -> float:
     shapes[:, 8] = 0.0
     alone = way._replace(beams=way.beams._replace(shapes=shapes))
     loads = min(ends, LOOSE)
-    found = track(alone, 6 * c.k, c.phi + _BEGIN * np.array([0.5, 1.0]), _BEGIN, ends=loads)
+    found = track(alone, 6 * c.k, c.phi + _BEGIN * np.array([0.5, 1.0]), _BEGIN, ends=loads, load=load)
     if len(found.rows) < 2:
         return math.nan
     force = path.named(found.rows)["N"][:, [0, c.k, 2 * c.k]]

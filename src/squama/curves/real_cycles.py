@@ -194,7 +194,7 @@ def _refuse(analysis: Analysis, left: LeftError, goal: float) -> NoReturn:
         digits = 10.0 ** (math.floor(math.log10(abs(left.far))) - 3)
         # after a reversal the contact goes on a little before it comes back
         most = math.copysign(math.floor(0.999 * abs(left.far) / digits) * digits, left.far)
-        total = math.degrees(most) * analysis.beam.scales
+        total = math.degrees(most) * analysis.beam.pitches
         remedy = f'give at most "{most:.4g} rad/pitch" ({total:.4g} deg total)'
     refuse("twist", analysis.way.said(goal), left.problems[0].reason, remedy)
 

@@ -148,7 +148,7 @@ def vibrate(
     if impulse is not None and mode != "uniform":
         refuse("impulse", "", "acts on a rotor, and a mode has none", "give release")
     # the rotor's angle is that of all pitches; of two rotors each has half of it
-    share = beam.scales / (1 if model.load.sided else 2)
+    share = beam.pitches / (1 if model.load.sided else 2)
     start, speed = read.get("release", 0.0), read.get("impulse", 0.0) / (bar.inertia * bar.omega * share)
     sides = systems.sides(beam, model, mode, -1 if start < 0 else 1, min(speed, FAR) if speed else abs(start))
     one = Swinging(beam, model, mode, bar, sides, request)
@@ -172,7 +172,7 @@ def _quantities(beam: Beam, load: str, mode: str, **given: Quantity | None) -> d
             found[name] = _bounded(name, value, *_UNITS[name])
         elif value is not None:
             with naming(name):
-                found[name] = kind.read(value, pitch=beam.pitch, scales=beam.scales) * beam.pitch
+                found[name] = kind.read(value, pitch=beam.pitch, scales=beam.pitches) * beam.pitch
             arguments.moves(name, found[name])
             if abs(found[name]) >= math.pi:
                 refuse(name, f"{found[name]:.6g} rad/pitch", "must be below half a turn per pitch")

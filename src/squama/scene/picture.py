@@ -136,11 +136,11 @@ def view(
     count = arguments.whole("frames", frames, 2, 500)
     friction = float(arguments.frictions(beam.friction.mu, mu))
     with naming("bend"):
-        curvature = LOADS["bending"].read(bend, pitch=beam.pitch, scales=beam.scales)
+        curvature = LOADS["bending"].read(bend, pitch=beam.pitch, scales=beam.pitches)
     wanted = None
     if to is not None:
         with naming("to"):
-            wanted = names.read(to, pitch=beam.pitch, scales=beam.scales) * beam.pitch
+            wanted = names.read(to, pitch=beam.pitch, scales=beam.pitches) * beam.pitch
         if wanted < 0:
             reason = "must be 0 or more" + names.other_way("sense -")
             refuse("to", f"{wanted / beam.pitch:.6g} rad/m", reason, 'write e.g. "0.2 rad/pitch"')

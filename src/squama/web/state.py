@@ -132,7 +132,7 @@ class State(NamedTuple):
         """Read a load: a plain number in rad per pitch, or "5 rad/m", "20 deg/pitch", "90 deg total"."""
         if not is_number(text):
             load = LOADS["bending" if name == "bend" else self.load]
-            rate = load.read(text, pitch=self.beam.pitch, scales=self.beam.scales, bare=False)
+            rate = load.read(text, pitch=self.beam.pitch, scales=self.beam.pitches, bare=False)
             text = repr(rate * self.beam.pitch)
         return bounded(text, *MEASURES[name])
 
