@@ -184,6 +184,11 @@ def fixed(attrs: Mapping[str, Any]) -> str:
     return f"{words}; {LINES[attrs['neutral']]}" if bent else words
 
 
+def ended(attrs: Mapping[str, Any]) -> str:
+    """Say of which beam a result is, by its attributes: "as an endless beam", "with free ends"."""
+    return f"with {attrs['ends']} ends" if "ends" in attrs else "as an endless beam"
+
+
 def holding(held: Iterable[str]) -> str:
     """Return what is held in words: the text of :func:`hold`."""
     names = tuple(held)

@@ -12,8 +12,8 @@ from squama.cli import main
 from squama.errors import InputError
 from squama.joints.choice import joint_of
 
-SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="bend, twist, lateral bend")
-PLA = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(hold="bend, twist, lateral bend")
+SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None).replace(hold="bend, twist, lateral bend")
+PLA = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scales=None).replace(hold="bend, twist, lateral bend")
 FAR = "0.12 rad/pitch"
 
 
@@ -102,7 +102,10 @@ def test_bad_input_is_one_line(asked, words):
 
 
 def test_the_command_sets_simpler_models_beside(bent, capsys):
-    assert main(["bend", "examples/stiff_skin.toml", "--to", FAR, "--hold", "twist, lateral bend"]) == 0
+    assert (
+        main(["bend", "examples/stiff_skin.toml", "--to", FAR, "--hold", "twist, lateral bend", "--ends", "endless"])
+        == 0
+    )
     first, *lines = capsys.readouterr().out.splitlines()
     assert first.endswith("; twist, lateral bend held")
     (head,) = [line for line in lines if line.split() == ["real", "thin,", "rigid", "hinge"]]

@@ -127,7 +127,7 @@ def test_the_real_beam_is_shown_by_default_and_names_its_model() -> None:
     # behind a second contact, too
     assert m.end == "range end"
     assert "other contact: " in live.outcome(now)[1]
-    r = squama.twist(now.beam, at=[f"{m.last} rad/pitch"])
+    r = squama.twist(now.beam, at=[f"{m.last} rad/pitch"], ends="endless")
     assert m.curve["torque"][-1] == pytest.approx(r["T"].item(), rel=1e-6)
     words = dict(live.readings(now))
     at = squama.twist(now.beam, at=[f"{now.twist} rad/pitch"])

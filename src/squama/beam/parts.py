@@ -9,16 +9,16 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
-from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NoReturn
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, ValidationInfo
 
 from squama.beam import beamfile, joint_law, matrixfile
+from squama.beam.ends import held_ends, number_of_scales
 from squama.beam.faces import FACES, Other, read
-from squama.errors import InputError, Problem, Problems, refuse
-from squama.loads import ENDLESS, FREE, GRIPPED, NEUTRAL, NOTHING, STRAINS, hold, holding
+from squama.errors import InputError, Problem, Problems
+from squama.loads import NEUTRAL, NOTHING, STRAINS, hold, holding
 from squama.model import reach, section
 from squama.units import Bounds, Dimension, bounded, shown
 
@@ -49,24 +49,6 @@ def _read(name: str) -> BeforeValidator:
         return bounded(value, dimension, bounds, bare=(info.context or {}).get("bare", True))
 
     return BeforeValidator(read)
-
-
-def number_of_scales(value: object) -> int | None:
-    """Return a number of scales, None of an endless beam; refuse what is not a whole number of 2 or more."""
-    if value is None or value == ENDLESS:
-        return None
-    if isinstance(value, Integral) and 2 <= int(value) <= 1_000_000:
-        return int(value)
-    text = repr(value) if isinstance(value, float) else shown(value)
-    reason = f"is neither a whole number from 2 to 1000000 nor {shown(ENDLESS)}"
-    raise InputError(Problem("", text, reason, "write e.g. 25"))
-
-
-def held_ends(value: object) -> str:
-    """Return how the ends of a beam are, by their word."""
-    if value not in (FREE, GRIPPED):
-        refuse("", shown(value), f"must be {shown(FREE)} or {shown(GRIPPED)}", 'write e.g. "gripped"')
-    return str(value)
 
 
 def read_ratios(given: Mapping[str, object]) -> dict[str, float]:

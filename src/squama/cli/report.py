@@ -66,8 +66,7 @@ def summary(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | Non
     sense = f", sense {data.attrs['sense']}" if "sense" in data.attrs else ""
     margin = next(float(a.attrs["margin"]) for a in laws.values() if "margin" in a.attrs)
     how = "" if HINGE in laws else f", {data.attrs['scales']} on hinges"
-    whole = f"with {data.attrs['ends']} ends" if "ends" in data.attrs else "as an endless beam"
-    yield f" {words.done} {whole}{how}: {covered(beam)}, mu = {mus}{sense}; {loads.fixed(data.attrs)}"
+    yield f" {words.done} {loads.ended(data.attrs)}{how}: {covered(beam)}, mu = {mus}{sense}; {loads.fixed(data.attrs)}"
     if found is not None:
         total = math.degrees(found.at / beam.pitch * beam.length)
         twice = ", twice the engagement" if found.at > 1.999 * float(data[f"{words.angle}_e"]) else ""

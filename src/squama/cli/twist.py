@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from squama.cli import flags, output
 from squama.cli.fit import TABLES, Tables
 from squama.cli.flags import flag, settled
-from squama.loads import ENDS, LOADS, fixed
+from squama.loads import LOADS, fixed
 from squama.model.outcome import SENTENCES, End
 from squama.units import moment, number, shown
 
@@ -20,10 +20,6 @@ if TYPE_CHECKING:
 
 _DATA = 'Measured points to draw too: CSV with a header such as "Phi (deg/mm), T (N mm)".'
 _TO = f"Where to stop: {flags.TWISTS} (0.3 rad/pitch; on the hinge where the endless beam's curve is cut off)."
-_ENDS = (
-    "Ends of the beam: free (a torque or moment alone), gripped (coaxial), equal (all cells have the same strains) or "
-    "endless (free; of hinges endless)."
-)
 
 
 @flags.group
@@ -34,7 +30,7 @@ class Curve:
     margin: flags.Margin = 0.01
     points: Annotated[int, flags.points(200)] = 200
     to: Annotated[str | None, flag(f"Where to stop: {flags.TWISTS}.")] = None
-    ends: Annotated[str | None, flag(_ENDS, read=flags.one_of(*ENDS))] = None
+    ends: flags.Ends = None
     data: Annotated[flags.File | None, flag(_DATA)] = None
 
 
@@ -109,9 +105,14 @@ def respond(
         else:
             laws = report.responses(load, beam, law, sense, numbers)
     beside = laws[report.HINGE].dataset() if common.plot and report.HINGE in laws else None
-    written = output.write(common, laws[law].dataset, "response_figure", measured=measured, hinge=beside)
+    written = output.write(common, laws[law].dataset, "response_figure", _lines, measured=measured, hinge=beside)
     answer = beam, law, laws, report.beside(beam, laws)
     return output.report(common.json, path, written, report.record(*answer), report.summary(*answer))
+
+
+def _lines(data: xr.Dataset) -> xr.Dataset:
+    """Return a dataset as a table of one shape, a line for each scale of a beam with a number of them."""
+    return output.flat(data, "theta")
 
 
 def _without(tables: Tables) -> None:
@@ -132,7 +133,7 @@ def row(
     sense: flags.Sense = "+",
     joint: flags.Joint = None,
     ideal: flags.Ideal = False,
-    ends: Annotated[str | None, flag(_ENDS, read=flags.one_of(*ENDS))] = None,
+    ends: flags.Ends = None,
     points: Annotated[int, flags.points(100)] = 100,
     common: flags.Common = flags.COMMON,
 ) -> int:
@@ -146,7 +147,7 @@ def row(
     how: dict[str, Any] = {"to": stop, "sense": sense, "points": points, "joint": joint, "ideal": ideal or None}
     with flags.laid(flags.arguments()):
         data = finite_rows.row(described, scales=scales, ends=ends, **how)
-    written = output.write(common, lambda: data, "row_figure", lambda d: output.flat(d.reset_coords("phi"), "theta"))
+    written = output.write(common, lambda: data, "row_figure", lambda d: _lines(d.reset_coords("phi")))
     keys = "load law joint sense ends squama_version"
     parts = {"figures": output.figures(data), "curve": "point", "scales": "point scale"}
     record = output.record(described, data, keys, **parts) | {"idealisation": data.attrs["scales"]}

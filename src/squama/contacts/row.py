@@ -163,12 +163,12 @@ def _states(
     first = path.COLUMNS.index("u_X")
     rows[:, :, first : first + 6], rows[:, :, len(path.COLUMNS) :] = motions, bends
     shared = ("phi", "psi", "twist", "aside", "stretch", "M", "torque", "B", "P", "W", "W_fr", "W_snap")
-    for at, name in [*enumerate(shared), (20, "T")]:
+    for at, name in [*enumerate(shared), (13, "mode"), (17, "T_slip"), (20, "T")]:
         # the solver tells frictional work and what snaps lose of all scales
         column[name][...] = raw[:, at, None] / (n if at in (10, 11) else 1)
     for name, own in zip(("psi", "twist", "aside", "stretch"), np.moveaxis(cells, -1, 0), strict=False):
         column[name][...] = own
-    for name, missing in (("x", np.nan), ("y", np.nan), ("first", -1.0), ("second", -1.0), ("T_slip", np.nan)):
+    for name, missing in (("x", np.nan), ("y", np.nan), ("first", -1.0), ("second", -1.0)):
         column[name][...] = missing
     there = np.arange(contacts.shape[1]) < raw[:, 12, None]
     which, c = np.nonzero(there & (contacts[:, :, KIND] != LIES))

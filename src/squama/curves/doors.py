@@ -204,8 +204,8 @@ def bend(
     xarray.Dataset
         As from :func:`twist`, with ``kappa``, ``psi`` and ``M`` in place of ``Phi``, ``phi`` and ``T``; ``phi`` is the
         twist of a beam of oblique scales that is free to, ``T`` the torque that holds it else, ``contact`` what touches
-        (docs, theory: bending and twisting), ``r`` its distance from the base of the other scale. Attributes:
-        ``joint``, ``scales``, ``neutral``.
+        (docs, theory: bending and twisting), ``r`` its distance from the base of the other scale; ``M_periodic`` in
+        place of ``T_periodic``. Attributes: ``joint``, ``scales``, ``neutral``, ``ends``.
 
     Raises
     ------
@@ -234,26 +234,33 @@ def respond(
     to: float | str | None = None,
     sense: str = "+",
     ends: str | None = None,
+    row: bool = False,
     **how: Unpack[How],
 ) -> Answer:
-    """Return what :func:`twist` or :func:`bend` returns, before it is a dataset."""
+    """Return what :func:`twist` or :func:`bend` returns, before it is a dataset; ``row``: with ends, on hinges too."""
     arguments.beam(beam)
     kind = arguments.load(load)
     sign = arguments.sense(sense) if kind.sided else 1
     way = Way.of(load, [sign * (math.inf if to is None else far(to, kind, beam.pitch, beam.pitches))])
     loads = None if at is None else _angles(at, kind, beam)
     asked = analysis(beam, way, kind, points=points, most=1e6, family=True, **how)
-    return _curves(asked._replace(at=loads, ends=_ends(asked, ends)))
+    return _curves(asked._replace(at=loads, ends=ends_of(asked, ends, row=row)))
 
 
-def _ends(asked: Analysis, word: str | None) -> str:
-    """Return the ends of a beam by their word, or as they are by default; refuse what a model does not know."""
+def ends_of(asked: Analysis, word: str | None, *, history: bool = False, row: bool = False) -> str:
+    """Return the ends of a beam by their word, or as they are by default; refuse what a model does not know.
+
+    ``history``: of one that is loaded and unloaded; ``row``: it has ends even where it is endless by default.
+    """
     beam, model, load = asked.beam, MODELS[asked.joint], asked.way.load
-    known = model.ends if load.sided else tuple(end for end in model.ends if end != GRIPPED)
+    known = [end for end in model.ends if load.sided or end != GRIPPED]
+    if history and model.straight:
+        known = [ENDLESS]
+    own = beam.ends if beam.ends in known else known[0]
+    if word is None and not row:
+        return ENDLESS if beam.scales is None or beam.scales > MOST or beam.other else str(own)
     if word is None:
-        if beam.scales is None or beam.scales > MOST or beam.other or known[0] == ENDLESS:
-            return ENDLESS
-        return beam.ends if beam.ends in known else known[0]
+        word = "equal" if own == ENDLESS else own
     if word not in ENDS:
         refuse("ends", shown(word), f"must be one of {', '.join(map(shown, ENDS))}", f'write e.g. ends="{known[0]}"')
     if word == ENDLESS:

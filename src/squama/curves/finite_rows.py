@@ -7,10 +7,8 @@ from typing import TYPE_CHECKING, Unpack
 from squama import arguments
 from squama.beam.design import Beam
 from squama.curves import doors
-from squama.curves.chosen import chosen
 from squama.curves.doors import How
 from squama.curves.labelled import Answer
-from squama.loads import LOADS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -98,7 +96,5 @@ def rowed(
     """Return what :func:`row` returns, before it is a dataset."""
     arguments.beam(beam)
     n = arguments.whole("scales", beam.pitches if scales is None else scales, 2, MOST)
-    if ends is None:
-        # hinges have no twist of their own
-        ends = "free" if chosen(beam, LOADS["twisting"], joint=how.get("joint")).real else "equal"
-    return doors.respond(beam.replace(scales=n), "twisting", to=to, points=points, sense=sense, ends=ends, **how)
+    whole = beam.replace(scales=n)
+    return doors.respond(whole, "twisting", to=to, points=points, sense=sense, ends=ends, row=True, **how)

@@ -173,7 +173,7 @@ def text(beam: Beam) -> str:
 
 
 def flat_cycle(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a cycle with the dimension ``point`` only, as a table of one shape; its other dimensions as attributes."""
+    """Return a cycle with the dimension ``point`` only, as a table of one shape; loops and senses as attributes."""
 
     def rows(dim: str, variables: Iterable[Hashable]) -> list[dict[str, object]]:
         columns = {str(name): dataset[name].values.tolist() for name in variables if dataset[name].dims == (dim,)}
@@ -182,4 +182,5 @@ def flat_cycle(dataset: xr.Dataset) -> xr.Dataset:
         return [dict(zip(columns, row, strict=True)) for row in zip(*plain, strict=True)]
 
     others = [str(dim) for dim in dataset.dims if dim != "point"]
-    return dataset.drop_dims(others).assign_attrs({f"{dim}s": rows(dim, dataset.variables) for dim in others})
+    told = {f"{dim}s": rows(dim, dataset.variables) for dim in others if dim != "scale"}
+    return dataset.drop_dims(others).assign_attrs(told)

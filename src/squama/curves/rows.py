@@ -72,7 +72,7 @@ def told(one: real.Path, load: Load, ends: Row, at: Array) -> Told:
     bent = states.bent(one.way.scale, track.rows.reshape(points * n, -1)).reshape(points, n)
     thin = np.flatnonzero(np.fmax.reduce(bent, axis=1) >= states.THIN)
     engaged = track.engaged if ends.kind == GRIPPED else min(track.engaged, one.way.engaged)
-    cells = _cells(one, load, track, ends.kind)
+    cells = cells_of(one, load, track, ends.kind)
     return Told(
         own={role: _whole(v, at.size) for role, v in own.items()},
         each={role: _whole(v, at.size) for role, v in (each | cells).items() if role not in ends.left},
@@ -92,16 +92,18 @@ def _whole(v: Array, n: int) -> Array:
 
 
 def of_scales(
-    one: real.Path, load: Load, strains: Array, track: Track
+    one: real.Path, load: Load, strains: Array, track: Track, turned: Array | float | None = None
 ) -> tuple[dict[str, Array], dict[str, Array]]:  # fmt: skip
     """Return variables of the whole row (points,) and of each scale (points, scales) in SI units, by role.
 
-    ``strains`` (points, 2): bends and twists, where those are imposed.
+    ``strains`` (points, 2): bends and twists, where those are imposed; ``turned``: sign of the twist (points,), that of
+    the way if it is not given.
     """
     points, n = track.held.shape
     flat, sign, known = track.rows.reshape(points * n, -1), sum(one.toward) or 1.0, np.repeat(strains, n, axis=0)
+    turned = np.repeat(np.broadcast_to(one.toward[1] if turned is None else turned, points), n)
     parts = [slice(i, i + _MANY) for i in range(0, points * n, _MANY)]
-    found = [by_load(values(one, known[part], flat[part], turned=one.toward[1]), load, sign) for part in parts]
+    found = [by_load(values(one, known[part], flat[part], turned=turned[part]), load, sign) for part in parts]
     every = {role: np.concatenate([v[role] for v in found]).reshape(points, n) for role in found[0]}
     along = {role: v.mean(axis=1) for role, v in every.items() if role not in OF_A_SCALE}
     along["RED"] = dissipation(along["U_el"], along["W_fr"])
@@ -138,7 +140,7 @@ def _beyond(track: Track, load: Load, far: float) -> tuple[str, ...]:
     )
 
 
-def _cells(one: real.Path, load: Load, track: Track, kind: int) -> dict[str, Array]:
+def cells_of(one: real.Path, load: Load, track: Track, kind: int) -> dict[str, Array]:
     """Return strains of each cell, and what it carries of the loads that there are, in SI units by role."""
     free, d = one.held.free, one.beam.pitch
     senses = (1.0, one.toward[1] or 1.0, 1.0, 1.0)

@@ -87,6 +87,8 @@ def vibrate(
 ) -> xr.Dataset:
     """Let a beam swing freely: its record, turning points, and the damping of every cycle.
 
+    Its torque or moment is that of an endless beam, whatever its number of scales; its length is that of the scales.
+
     Parameters
     ----------
     beam
@@ -279,6 +281,8 @@ def shake(
     ideal: bool | None = None,
 ) -> xr.Dataset:
     """Shake a beam by a harmonic torque: steady states over frequencies, gone through both ways.
+
+    Its torque or moment is that of an endless beam, as in :func:`vibrate`.
 
     Parameters
     ----------

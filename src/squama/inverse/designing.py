@@ -170,6 +170,7 @@ def inverse_design(
 
     The real beam answers (thick, elastic scales on the joint by its law), rounded to what can be made, followed again
     with all contacts and held against what the printer files refuse; the hinge, where a lock is asked for.
+    Designs with a number of scales are judged with these and their ends, others as endless beams.
 
     Parameters
     ----------

@@ -69,6 +69,8 @@ def pareto(
 ) -> xr.Dataset:
     """Find the beams of which none is better in one objective without being worse in another.
 
+    Figures are those of endless beams, whatever their number of scales.
+
     Parameters
     ----------
     target, beam

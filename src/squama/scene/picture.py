@@ -98,6 +98,8 @@ def view(
 ) -> View:
     """Draw a beam in space under load: pictures, animations from rest and back, pages that turn it.
 
+    So many scales as the beam has are drawn; each does what it does in an endless beam.
+
     Parameters
     ----------
     *paths

@@ -130,7 +130,7 @@ def history(setting: Setting, values: tuple[float, ...]) -> Answer:
     rates = [v / s.beam.pitch for v in values]
     return cycled(
         s.beam, rates, mu=s.mu, law=names.law(s.law), load=s.load, margin=s.margin, points=POINTS // 2,
-        joint=joint, ideal=s.ideal,
+        joint=joint, ideal=s.ideal, ends=ENDLESS,
     )  # fmt: skip
 
 

@@ -97,6 +97,8 @@ class State(NamedTuple):
         """Return what a field holds, in SI units."""
         if name in PLAIN:
             return float(getattr(self, name))
+        if name == "scales":
+            return self.beam.pitches
         table, _, key = FIELDS[name].place.rpartition(".")
         return getattr(getattr(self.beam, table, self.beam), key)  # type: ignore[no-any-return]
 

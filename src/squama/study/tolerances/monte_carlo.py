@@ -71,6 +71,8 @@ def uncertainty(
 ) -> xr.Dataset:
     """Compute how the tolerances of a beam scatter its engagement, end, torque, stiffness and dissipation.
 
+    Beams are taken as endless, whatever their number of scales.
+
     Parameters
     ----------
     vary
