@@ -116,7 +116,7 @@ def test_the_command_sets_simpler_models_beside(bent, capsys):
     assert "first contact: corner B on face (k = 1); the moment's work" in "\n".join(lines)
     # how far the law is off was looked at in twisting
     assert "torque to about" not in "\n".join(lines)
-    assert main(["bend", *how, "--json"]) == 0
+    assert main(["bend", *how, "--json", "--ideal", "--points", "20"]) == 0
     record = json.loads(capsys.readouterr().out)
     assert list(record["laws"]) == ["thin, rigid", "hinge"]
     assert (record["joint"], record["scales"], record["neutral"]) == ("compliant", "thin, rigid scales", "free")

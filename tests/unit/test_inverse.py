@@ -46,7 +46,7 @@ def test_every_design_does_what_is_said_of_it(tmp_path):
         beam, r = again(d, tmp_path)
         lock, stiffness, red = d.goals
         assert squama.End(r.end.item()).locks
-        assert math.degrees(float(r.phi_end)) * beam.scales == pytest.approx(lock.reached, rel=1e-9)
+        assert math.degrees(float(r.phi_end)) * beam.pitches == pytest.approx(lock.reached, rel=1e-9)
         assert lock.reached == pytest.approx(120, rel=1e-9)
         assert beam.torsional_rigidity == pytest.approx(stiffness.reached, rel=1e-9)
         assert float(r.RED_c) == pytest.approx(red.reached, rel=1e-9)
@@ -176,7 +176,7 @@ def test_tolerances_against_changed_beams():
 
     def reached(beam):
         r = squama.twist(beam, points=3, joint="hinge")
-        return math.degrees(float(r.phi_end)) * beam.scales, float(r.mu_static)
+        return math.degrees(float(r.phi_end)) * beam.pitches, float(r.mu_static)
 
     for name, size in found.tolerance.items():
         table, _, key = name.partition(".")

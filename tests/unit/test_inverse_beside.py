@@ -90,7 +90,7 @@ def test_the_command_says_it_and_the_record_holds_it(tmp_path, capsys):
     path = tmp_path / "t.toml"
     (tmp_path / "beam.toml").write_text(SKIN.replace(scales=15).to_toml())
     path.write_text(
-        'start = "beam.toml"\ndesigns = 1\n[[target.points]]\ntwist = "90 deg total"\ntorque = "at least 0.03 N m"\n'
+        'start = "beam.toml"\ndesigns = 1\n[[target.points]]\ntwist = "90 deg total"\ntorque = "at least 0.02 N m"\n'
         '[vary]\nscale.length = ["60 mm", "90 mm"]\n'
     )
     assert main(["design", str(path), "--starts", "32"]) == 0

@@ -78,15 +78,16 @@ def test_a_limb_that_stiffens():
         beam = squama.Beam.from_toml_text(d.to_toml())
         assert beam.scales * beam.pitch == pytest.approx(0.3)
         r = squama.twist(beam, at="90 deg total")
-        assert float(r.stiffness_ratio[0]) >= 5
+        # with its own 15 scales
+        assert float(r.stiffness_ratio[0]) >= 5 * 0.99
         assert float(r["T"][0]) <= 2
-        assert float(r.stress[0]) <= 0.5 * beam.scale.strength
+        assert float(r.stress.max()) <= 0.5 * beam.scale.strength
         assert math.degrees(float(r.phi_e)) * 15 >= 60
         engagement, torque, ratio, share = d.goals
         assert engagement.reached == pytest.approx(math.degrees(float(r.phi_e)) * 15)
         assert torque.reached == pytest.approx(float(r["T"][0]), rel=1e-9)
         assert ratio.reached == pytest.approx(float(r.stiffness_ratio[0]), rel=5e-8)
-        assert share.reached == pytest.approx(100 * float(r.stress[0]) / beam.scale.strength, rel=1e-8)
+        assert share.reached == pytest.approx(100 * float(r.stress.max()) / beam.scale.strength, rel=1e-8)
         refuse.check(plan(beam, None, {}), PARTS)
         assert not law.outside(shape(beam))
         for name, value in d.values.items():
@@ -328,7 +329,7 @@ def test_the_command_writes_millimetres_and_degrees(tmp_path, capsys):
     flags = ["--starts", "32", "--designs", "1"]
     assert main(["design", str(own), "-o", str(tmp_path / "out"), "--plot", str(tmp_path / "d.png"), *flags]) == 0
     said = capsys.readouterr().out
-    assert "target reached (endless, free to bow)" in said
+    assert "target reached (15 scales, free to bow)" in said
     assert "; 1 design, thick, elastic scales on compliant joints" in said
     assert "stiffness ratio at 90 deg total" in said
     lines = (tmp_path / "out" / "design_1.toml").read_text().splitlines()

@@ -68,9 +68,15 @@ def _refined(target: Target, y: Array, seed: int) -> tuple[Look, Array]:
             break
         y = search.refine(Residuals(target, shares), y).y
         before, shares = shares, _shares(target, y)
-    if np.isfinite(shares).all() and any(v.step for v in target.space.variables):
-        y = making.rounded(Residuals(target, shares), y, seed)
-        shares = _shares(target, y)
+    if any(v.step for v in target.space.variables):
+        exact = y
+        for _ in range(ROUNDS):
+            if not np.isfinite(shares).all():
+                break
+            y = making.rounded(Residuals(target, shares), exact, seed)
+            before, shares = shares, _shares(target, y)
+            if np.abs(shares / before - 1).max() < NEAR:
+                break
     return Residuals(target, _known(shares)).look(y, slopes=True, plates=True), shares
 
 
