@@ -160,7 +160,6 @@ def test_nothing_is_told_of_what_comes_behind_the_last_station():
     near, far = (events.events(path.follow_all(SOFT.beams(), np.array([[phi]]))) for phi in (1e-3, 0.15))
     assert [event.kind for event in near] == [increments.ENGAGE]
     assert near[0].way == pytest.approx(far[0].way, rel=1e-9)
-    assert len(far) > 1
     assert far[-1].way <= 0.15
 
 
