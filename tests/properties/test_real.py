@@ -225,6 +225,8 @@ def test_friction_works_along_the_slip(D: float | None) -> None:
     held = np.flatnonzero(column["mode"] == path.STICK)
     assert held.size
     np.testing.assert_array_equal(np.diff(column["slip"][held]), 0.0)
+    # and what is told is the torque at the turn
+    np.testing.assert_allclose(column["T_slip"][held], column["T"][400], rtol=1e-9)
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.3])

@@ -146,10 +146,13 @@ def missed(held: Ties | None, free: tuple[float, ...], size: float, mu: float) -
     return {"own": off[own].max() / scale, "other": off[~own].max() / scale}
 
 
-def found_in(rounds: int) -> bool:
-    """Say whether a state without contact is found in a number of corrections; one is not enough to know it."""
+def found_in(rounds: int, far: float) -> bool:
+    """Say whether a state without contact is found in a number of corrections, from motions so far from it.
+
+    One is not enough to know it, and one that is too large is given up.
+    """
     (w, _), newton._ROUNDS = walks(None, (0.0,) * 4), rounds
-    w.now.q[:] = 0.01
+    w.now.q[:] = far
     return solve(w.S, w.now, w.past, w.con, 0, w.W, w.J, w.loads)
 
 
@@ -164,6 +167,6 @@ if __name__ == "__main__":
     bench += [Tie(turn=(1, Z, 0 * Z)), Tie([(2, Y)], course=(PHI, 1.0))]
     ways["on supports"] = (ties(N, bench, floating=True), (FREE, LOADED, FREE, FREE))
     assert (PHI, EPS, STRAINS) == (1, 3, 4)
-    found: dict[str, Any] = {"found": [found_in(rounds) for rounds in (1, 30)]}
+    found: dict[str, Any] = {"found": [found_in(*given) for given in ((1, 0.01), (30, 0.01), (30, 10.0))]}
     found |= {name: [missed(*way, size, mu) for size, mu in ((0.05, 0.0), (1e-4, 0.4))] for name, way in ways.items()}
     sys.stdout.write(json.dumps(found))

@@ -176,7 +176,7 @@ def test_image_in_the_mirror(E, free):
 
 
 @pytest.mark.parametrize("free", [(0, 0, 0, 1), (1, 0, 1, 1)])
-@pytest.mark.parametrize(("mu", "n", "near"), [(0.0, 1, 2e-9), (0.25, 1, 1e-4), (0.25, 4, 1e-5)])
+@pytest.mark.parametrize(("mu", "n", "near"), [(0.0, 1, 2e-9), (0.25, 1, 1e-5)])
 @pytest.mark.parametrize("E", [math.inf, 2e4])
 def test_steps_do_not_matter(E, mu, n, near, free):
     one = given(3.0, 0.6, 0.5, 50, 20, 0.08, mu=mu, E=E)
