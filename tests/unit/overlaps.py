@@ -47,7 +47,7 @@ EVERY = 1e9
 class Pair:
     """Scale 0 over its neighbour, in some attitudes and deflections."""
 
-    def __init__(self, shape: tuple[float, ...], bent: float, seed: int) -> None:
+    def __init__(self, shape: tuple[float, ...], bent: float, seed: int, turns: float) -> None:
         rng = np.random.default_rng(seed)
         self.eta, self.beta, lam, alpha, theta0, self.h = shape
         K = law.stiffness(law.Shape(2.0, lam, 0.3, self.beta, self.h, alpha, theta0, 0.45))
@@ -55,7 +55,7 @@ class Pair:
         beams = path.beams(scale, K[None], np.zeros(1))
         w = self.w = entry.walk(entry.system(beams, 0, 2, EQUAL, UNTIED), 8, np.zeros(0))
         st = self.st = w.now
-        st.q[:], st.strains[:] = 0.1 * rng.standard_normal((2, 6)), 0.05 * rng.standard_normal((1, 4))
+        st.q[:], st.strains[:] = turns * rng.standard_normal((2, 6)), 0.05 * rng.standard_normal((1, 4))
         prepared(w.S, st, w.con, 0, True, w.W)
         st.b[:] = bent * rng.standard_normal((2, 24))
         psi, phi, chi, eps = st.strains[0]
@@ -186,7 +186,7 @@ def beside(pair: Pair) -> float:
 
 def ends() -> int:
     """Return how many ends of edges are at another place than the corner that is said to be there."""
-    S = Pair(SHAPES[0], 0.0, 0).w.S
+    S = Pair(SHAPES[0], 0.0, 0, 0.0).w.S
     every = [(e, end, corner(S, 0, corner_at(e, end))) for e in EDGES for end in (False, True)]
     return sum(place != on_edge(S, 0, e, (high if end else low)(S, 0, e)) for e, end, place in every)
 
@@ -223,6 +223,6 @@ def missed(pair: Pair) -> dict[str, float]:
 if __name__ == "__main__":
     found: dict[str, Any] = {"ends": ends()}
     for bent in (0.0, 0.02):
-        pairs = [missed(Pair(shape, bent, seed)) for seed, shape in enumerate(SHAPES * 6)]
+        pairs = [missed(Pair(shape, bent, seed, 0.1 if bent else 0.25)) for seed, shape in enumerate(SHAPES * 6)]
         found["bent" if bent else "rigid"] = {name: max(p[name] for p in pairs) for name in pairs[0]}
     sys.stdout.write(json.dumps(found))
