@@ -17,6 +17,11 @@ _GUESS = "a guess of the time that a run takes"
 _BEGINS = "where a search begins; it ends at the same place"
 _NOTHING = "there is no work: whatever the series is stretched over, its terms are zero"
 
+_NONE = "any number below 0 stands for none"
+_BEYOND = "looks at crossings a little beyond the ends of edges, where none is taken"
+_ROOM = "room that is not used"
+_SLIDES = "only read where the contact slides"
+
 EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("model/paths.py", "return 1e-300 - x * x / 2"): {
         "1e-300 -> (1e-300 * 1.1)": "keeps 0/0 away: any number too small to be seen does",
@@ -284,5 +289,91 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("identify/decay_fit.py", '"start": (t[record.turns[0]] - record.start) / math.pi,'): {
         "0 -> 1": "sizes that parameters are measured over",
     },
+    ("contacts/changes.py", "w.J.kept[0] = 0"): {
+        f"0 -> 1 #{n}": "a Jacobian of one unknown: it is factored anew as that of none" for n in (2, 4, 6, 8)
+    },
+    ("contacts/changes.py", "ends += 1"): {
+        "+= -> -=": "how often the end of an edge is tried: contacts that come and go in a circle end it as well",
+    },
+    ("contacts/changes.py", "return False"): {"False -> True": "the same is tried again, and fails again"},
+    ("contacts/detection.py", "if not -0.05 < t < 1.05:"): {
+        "1.05 -> (1.05 * 1.1)": _BEYOND,
+        "0.05 -> (0.05 * 1.1)": _BEYOND,
+    },
+    ("contacts/detection.py", "return -1, -1"): {"1 -> 2": _NONE, "1 -> 2 #2": _NONE},
+    ("contacts/detection.py", "return feature, -1"): {"1 -> 2": _NONE},
+    (
+        "contacts/detection.py",
+        "if (abs(X1 - x1) < near * S.shapes[i, ETA] and abs(Y1 - y1) < 2 * near * S.shapes[i, BETA]",
+    ): {
+        "* -> /": _TUNING,
+        "* -> / #2": "places that are near on the other plate are near on this one, too",
+    },
+    (
+        "contacts/entry.py",
+        "np.zeros((C, 7), np.int64), np.zeros((C, 7), np.int64), np.zeros((64 * N, VERTEX)), np.zeros(4, kind),",
+    ): {"4 -> (4 * 2 + 1)": _ROOM},
+    (
+        "contacts/entry.py",
+        "walk(system(b, -1 if each else i, scales, about, ties), C, notes[i]), ways[i], corners[i], most[i], step,",
+    ): {"1 -> 2": _NONE},
+    ("contacts/equations.py", "share = most / reach if reach.real > 0.0 else 0.0 * most"): {
+        "0.0 -> 1.0 #2": "what it is a share of is 0",
+    },
+    ("contacts/follow.py", "t[T_ZERO] = t[T_ZERO] + 1 if where < 10 * LOCATED else 0.0"): {
+        "* -> /": "how many events in a row are taken before an equilibrium is looked for",
+    },
+    (
+        "contacts/increments.py",
+        "n.strains[i, e] += x * d + y * (d / t[T_SIZE] - (b.strains[i, e] - c.strains[i, e]) / t[T_BEFORE])",
+    ): {"+ -> -": _BEGINS},
+    (
+        "contacts/increments.py",
+        "n.q[i, o] += x * d + y * (d / t[T_SIZE] - (b.q[i, o] - c.q[i, o]) / t[T_BEFORE])",
+    ): {"+ -> -": _BEGINS},
+    ("contacts/increments.py", "row[6 + a] = w.con[c, a] if c >= 0 else -1"): {"1 -> 2": _NONE},
+    ("contacts/increments.py", "whole = 0.0 * st.strains[0, e]"): {"0 -> 1": _ZERO},
+    ("contacts/increments.py", "row[14 + a] = w.now.s[c, a] if c >= 0 else 0.0"): {
+        "0.0 -> 1.0": "nobody reads places of no contact",
+    },
+    (
+        "contacts/jacobian.py",
+        "return (scaled(-1.0, a1), scaled(-1.0, b1), scaled(-1.0, c1), scaled(-1.0, d1)), 0.0, 1.0, f",
+    ): {"0.0 -> 1.0": _SLIDES, "1.0 -> 2.0 #5": _SLIDES},
+    ("contacts/lifts.py", "return (-1, -1, -1, -1) if S.own else strain_columns(S, at, n, 0)"): {
+        "0 -> 1": "those of any scale: cells share them",
+    },
+    ("contacts/linear.py", "kept[STRIDE], kept[BASE] = (3 * half, half) if narrow else (inner, 0)"): {
+        "0 -> 1": "where the first entry stands",
+    },
+    ("contacts/linear.py", "return False"): {
+        "False -> True #2": "divided by the zero, corrections are no numbers, which ends Newton's method as well",
+    },
+    ("contacts/meeting.py", "one, none = 1.0 + 0.0 * x1, 0.0 * x1"): {
+        f"* -> /{n}": "a zero, of the kind of a place that is 0 at a scale's base alone, where it lies on nothing"
+        for n in ("", " #2", " #3", " #4")
+    },
+    ("contacts/newton.py", "loose = False"): {"False -> True": "neighbours are worked out anew, with the same result"},
+    ("contacts/path.py", "loose = np.tile(np.array(free, float) * (motions == 9), (n, 1))"): {
+        "1 -> 2": "columns beyond the fourth are not read",
+    },
+    (
+        "contacts/path.py",
+        "ways, there = (np.full((1, 1), most), most) if self.other else (np.empty((1, 0)), 1.0)",
+    ): {"1 -> 2 #2": "another station at the same place"},
+    (
+        "contacts/row.py",
+        "raw = np.full((1, n, increments.LINE + held.course.shape[0] + 6 * held.floating), np.nan)",
+    ): {"1 -> 2": _ROOM},
+    ("contacts/works.py", "smooth = fresh >= 2 and stick == t[T_STICK].real"): {
+        "and -> or": "how friction is summed over increments behind an event, which are short: below 1e-4 of the work",
+    },
+    ("contacts/supports.py", "o, v = (unit(c, 0.0), none) if c < 3 else (none, unit(c - 3, 0.0))"): {
+        f"0.0 -> 1.0{n}": _ZERO for n in ("", " #2", " #3", " #4")
+    },
+    (
+        "contacts/written.py",
+        "row[16], row[17], row[18], row[19] = t[T_SLID], t[T_ONSET], t[T_SINCE], energy(w, w.now) + t[T_GRIPS]",
+    ): {"+ -> -": "what grips take up is a part in 1e6 of the energy, their compliance over the joint's"},
 }
 """Changes that are no error: (file, line) -> {change, or "*" for all of the line: reason}."""

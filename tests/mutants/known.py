@@ -85,7 +85,66 @@ BENT = ("fe/test_exposed.py", "fe/test_cell_elastic.py")
 CURVES = ("unit/test_real_twist.py", "unit/test_real_cycle.py")
 REAL = ("properties/test_real.py", "reference/test_real_curves.py", *CURVES)
 CORNERS = ("unit/test_corner_contact.py", "unit/test_real_bent.py", "unit/test_real_bend_twist.py")
-CONTACTS = ("unit/test_contacts.py", *REAL, *CORNERS, "unit/test_real_row.py")
+JACOBIAN = "unit/test_row_ends.py::test_derivatives_are_those_of_complex_steps"
+CONTACTS = (
+    *(
+        f"unit/test_contacts.py::{test}"
+        for test in (
+            "test_stiff_skin_by_a_torque_alone",
+            "test_image_in_the_mirror",
+            "test_free_strains_have_no_load",
+            "test_the_torque_is_the_slope_of_the_energy",
+            "test_targets_that_go_back",
+            "test_what_happens_is_told",
+            "test_work_that_a_snap_loses",
+            "test_conditions_hold_where_events_are",
+            "test_work_of_the_loads_there_and_back",
+            "test_a_contact_beside_another_one_comes_in_at_the_same_way_by_any_steps",
+            "test_increments_are_short_where_work_is_not_exact",
+            "test_lengths_times_ten",
+            "test_steps_do_not_matter",
+            "test_engagement_is_where_boxes_meet",
+        )
+    ),
+    "unit/test_overlap.py",
+    JACOBIAN,
+    "reference/test_real_curves.py",
+    "unit/test_jumps.py",
+    "unit/test_other_contacts.py",
+    "unit/test_one_contact_solver.py",
+    "unit/test_takeover.py",
+    "unit/test_cells.py",
+    "unit/test_corner_contact.py",
+    "properties/test_real.py",
+    "unit/test_real_row.py",
+    "unit/test_real_twist.py",
+    "unit/test_real_cycle.py",
+    "unit/test_real_bend_twist.py",
+    "unit/test_work_there_and_back.py",
+    *(
+        f"properties/test_both_faces.py::{test}"
+        for test in (
+            "test_moment_and_torque_are_slopes_of_the_energy",
+            "test_a_cycle_goes_on_where_both_faces_touch",
+            "test_events_name_the_face",
+        )
+    ),
+)
+"""What the solver answers to, the quickest first: all but the last of them take some 20 s where it is compiled."""
+OWN_CELLS = (
+    JACOBIAN,
+    *(
+        f"unit/test_row_ends.py::{test}"
+        for test in (
+            "test_a_row_is_in_balance",
+            "test_cells_that_are_held_alike_are_the_row_of_equal_cells",
+            "test_energy_is_balanced_with_friction",
+            "test_grips_that_keep_their_distance_pull",
+            "test_energies_are_those_of_each_cell",
+        )
+    ),
+    "unit/test_part.py",
+)
 TESTS: dict[str, tuple[str, ...]] = {
     "model/twisting.py": ("unit/test_twisting_kernel.py", *REFERENCE, *THICK),
     "model/laws.py": ("unit/test_laws.py", "unit/test_twisting_kernel.py", *REFERENCE),
@@ -197,8 +256,8 @@ TESTS: dict[str, tuple[str, ...]] = {
     "contacts/handover.py": CONTACTS,
     "contacts/conditions.py": CONTACTS,
     "contacts/detection.py": CONTACTS,
-    "contacts/supports.py": ("unit/test_row_ends.py", "unit/test_part.py"),
-    "contacts/ties.py": ("unit/test_row_ends.py", "unit/test_part.py"),
+    "contacts/supports.py": OWN_CELLS,
+    "contacts/ties.py": OWN_CELLS,
     "contacts/equations.py": CONTACTS,
     "contacts/follow.py": CONTACTS,
     "contacts/geometry.py": CONTACTS,
@@ -214,9 +273,9 @@ TESTS: dict[str, tuple[str, ...]] = {
     "contacts/vectors.py": CONTACTS,
     "contacts/written.py": CONTACTS,
     "contacts/derivatives.py": ("unit/test_contact_derivatives.py",),
-    "contacts/events.py": ("unit/test_contacts.py", *CORNERS),
+    "contacts/events.py": ("unit/test_jumps.py", "unit/test_contacts.py::test_what_happens_is_told", *CORNERS),
     "contacts/entry.py": (*CONTACTS, "unit/test_contact_derivatives.py"),
-    "contacts/legs.py": ("unit/test_real_bent.py", "unit/test_real_bend_twist.py"),
+    "contacts/legs.py": ("unit/test_corner_contact.py", "unit/test_real_bent.py", "unit/test_real_bend_twist.py"),
     "contacts/moved.py": ("unit/test_contact_derivatives.py",),
     "contacts/of_face.py": ("properties/test_both_faces.py",),
     "contacts/path.py": (*REAL, "unit/test_real_beams.py"),

@@ -1,6 +1,7 @@
 """Plant errors in the kernel, one at a time, in a copy of the tree, and show that the tests catch each of them.
 
 python tests/mutants/run.py [--only FILE ...] [--list] [--since REV] [--sample N] [--log FILE] [--jobs N] [--all]
+    [--switched]
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ import traceback
 from pathlib import Path
 from typing import NamedTuple
 
+import switched
 from equivalent import EQUIVALENT
 from known import BY_HAND, TESTS
 from plant import Mutant, by_hand, mutants
@@ -148,8 +150,9 @@ def child(
     extra: tuple[str, ...] = (),
     limit: int = LIMIT,
     few: int | None = None,
+    number: int = 0,
 ) -> int:
-    """Fork; the child has the libraries loaded already, and none of the package."""
+    """Fork; the child has the libraries loaded and none of the package or, with a number, all of it and an error on."""
     pid = os.fork()
     if pid:
         return pid
@@ -162,6 +165,8 @@ def child(
         with log.open("w", encoding="utf-8") as out:
             os.dup2(out.fileno(), 1)
             os.dup2(out.fileno(), 2)
+        if number:
+            switched.turn_on(number, tree / "tests")
         status = run_tests(tree, tests, extra, few)
     except BaseException:
         traceback.print_exc()
@@ -206,11 +211,73 @@ def baseline(tree: Path, todo: list[Mutant]) -> bool:
     return good
 
 
+def report(m: Mutant, place: str, status: int, used: resource.struct_rusage, log: Path | None) -> bool:
+    """Print and log what became of an error; returns whether it survived."""
+    code = os.waitstatus_to_exitcode(status)
+    word = "SURVIVED" if code == 0 else "caught" if code > 0 else f"caught ({signal.Signals(-code).name})"
+    seconds = used.ru_utime + used.ru_stime
+    print(f"{place} {word:8} src/squama/{m.file}:{m.line} {m.change:28} [{seconds:.1f} s] | {m.text}", flush=True)
+    if log:
+        with log.open("a", encoding="utf-8") as out:
+            out.write(f"{row(m)}\t{word}\t{seconds:.1f}\n")
+    return code == 0
+
+
+def serve(put: dict[int, Mutant], tree: Path, survivors: Path, log: Path | None) -> int:
+    """Load, compile and test a tree whose errors are off, then with each of them on, in a process forked from here."""
+    sys.path.insert(0, str(tree / "src"))
+    switched.compiles()
+    every = tuple(dict.fromkeys(t for m in put.values() for t in TESTS[m.file]))
+    if run_tests(tree, every, ("--maxfail=100", "--tb=short"), FEW_DESIGNS):
+        return 2
+    for count, (number, m) in enumerate(put.items(), 1):
+        child(tree, TESTS[m.file], tree.with_suffix(".log"), few=FEW_DESIGNS, number=number)
+        _, status, used = os.wait3(0)
+        if report(m, f"{count:4}/{len(put)}", status, used, log):
+            with survivors.open("a", encoding="utf-8") as out:
+                out.write(f"{number}\n")
+    return 0
+
+
+def try_switched(todo: list[Mutant], folder: Path, log: Path | None) -> tuple[list[Mutant], list[Mutant]]:
+    """Try errors behind switches; returns the survivors, and those that need a compilation of their own."""
+    told, survivors, several = folder / "switched.log", folder / "survivors", todo
+    while True:
+        tree = copy(folder / "switched")
+        put = switched.put_in(tree / "src", several)
+        if not put:
+            return [], todo
+        pid = os.fork()
+        if not pid:
+            status = 3
+            try:
+                stdout = os.dup(1)
+                with told.open("w", encoding="utf-8") as out:
+                    os.dup2(out.fileno(), 1)
+                    os.dup2(out.fileno(), 2)
+                sys.stdout = os.fdopen(stdout, "w")
+                status = serve(put, tree, survivors, log)
+            except BaseException:
+                traceback.print_exc()
+            finally:
+                sys.stdout.flush()
+                os._exit(status)
+        if os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) == 0:
+            break
+        other = switched.of_another_type(told.read_text(encoding="utf-8"))
+        if not other:
+            print(told.read_text(encoding="utf-8")[-5000:])
+            raise SystemExit(2)
+        several = [m for number, m in put.items() if number not in other]
+        shutil.rmtree(tree)
+    numbers = survivors.read_text(encoding="utf-8").split() if survivors.exists() else []
+    return [put[int(number)] for number in numbers], [m for m in todo if m not in put.values()]
+
+
 def try_all(todo: list[Mutant], trees: list[Path], log: Path | None) -> list[Mutant]:
     """Run every error, as many at once as there are trees, and log each; returns the survivors."""
     free, running, survivors, count = list(trees), {}, [], 0
     queue = list(reversed(todo))
-    width = max((len(f"{m.file}:{m.line}") for m in todo), default=0)
     while queue or running:
         while queue and free:
             m, tree = queue.pop(), free.pop()
@@ -223,18 +290,8 @@ def try_all(todo: list[Mutant], trees: list[Path], log: Path | None) -> list[Mut
         restore(done)
         free.append(done.tree)
         count, m = count + 1, done.mutant
-        code = os.waitstatus_to_exitcode(status)
-        if code == 0:
+        if report(m, f"{count:4}/{len(todo)}", status, used, log):
             survivors.append(m)
-        word = "SURVIVED" if code == 0 else "caught" if code > 0 else f"caught ({signal.Signals(-code).name})"
-        place, seconds = f"src/squama/{m.file}:{m.line}", used.ru_utime + used.ru_stime
-        print(
-            f"{count:4}/{len(todo)} {word:8} {place:{width + 11}} {m.change:28} [{seconds:.1f} s] | {m.text}",
-            flush=True,
-        )
-        if log:
-            with log.open("a", encoding="utf-8") as out:
-                out.write(f"{row(m)}\t{word}\t{seconds:.1f}\n")
     return survivors
 
 
@@ -250,6 +307,9 @@ def main() -> int:
     parser.add_argument("--log", type=Path, metavar="FILE", help="keep results here; what is there already is left out")
     parser.add_argument("--jobs", type=int, default=2, metavar="N", help="tests at the same time (2)")
     parser.add_argument("--all", action="store_true", help="also those that are known to be no error")
+    parser.add_argument(
+        "--switched", action="store_true", help="compile once, with most errors behind switches; of a compiled room"
+    )
     given = parser.parse_args()
     found = planted(given.only)
     if given.since:
@@ -276,14 +336,15 @@ def main() -> int:
     preload()
     start = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="squama-mutants-") as folder:
+        survivors, alone = try_switched(todo, Path(folder), given.log) if given.switched else ([], todo)
         first = copy(Path(folder) / "tree0")
-        if not baseline(first, todo):
+        if alone and not baseline(first, alone):
             print("the tests fail without any planted error: mend that first")
             return 2
         # with the tests' compiled files
-        more = (Path(folder) / f"tree{i}" for i in range(1, min(given.jobs, len(todo))))
+        more = (Path(folder) / f"tree{i}" for i in range(1, min(given.jobs, len(alone))))
         trees = [first, *(shutil.copytree(first, place) for place in more)]
-        survivors = try_all(todo, trees, given.log)
+        survivors += try_all(alone, trees, given.log)
     with contextlib.suppress(BrokenPipeError):
         for m in survivors:
             print(f"SURVIVED src/squama/{m.file}:{m.line}  {m.change}  | {m.text}")

@@ -11,8 +11,9 @@ import pytest
 import squama
 from squama.beam.faces import FACES
 from squama.cli import main
-from squama.contacts import path
+from squama.contacts import increments, path
 from squama.contacts.moved import moved
+from squama.contacts.of_face import events_of
 from squama.curves import real
 from squama.curves.both_faces import worst
 from squama.errors import InputError
@@ -422,3 +423,22 @@ def test_events_name_the_face() -> None:
     place = {word: float(psi) for word, psi in zip(r.event.values.tolist(), r.psi_event, strict=True)}
     assert place[told[1]] == pytest.approx(-place[told[0]], rel=1e-6)
     assert (r.N[-1].item(), r.contact[-1].item(), r.contact_other[-1].item()) == (0, "", "BF")
+
+
+def test_events_are_those_of_the_face_whose_contacts_change() -> None:
+    """A jump, too, whichever contact it is told of; one that changes no contact is of that contact's face."""
+    one, other = 80.0, increments.SCALE + 80.0
+    told = [
+        (increments.ENGAGE, 0, (one,)),
+        (increments.ENGAGE, 1, (one, other)),
+        (increments.SNAP, 0, (one,)),
+        (increments.CHANGE, 0, (one,)),
+    ]
+    events = np.full((1, 6, increments.EVENT + path.ROOM), -1.0)
+    for row, (kind, face, after) in zip(events[0], told, strict=False):
+        row[0], row[6], row[increments.AFTER : increments.AFTER + len(after)] = kind, face, after
+    ends = np.array([[0.0, 0.3, len(told), 1.0]])
+    for face, kinds in enumerate([[increments.ENGAGE, increments.CHANGE], [increments.ENGAGE, increments.SNAP]]):
+        own, last = events_of(face, events, ends)
+        assert own[0, : int(last[0, 2]), 0].tolist() == kinds
+        assert own[0, : len(kinds), 13].tolist() == [1, 1 - face]

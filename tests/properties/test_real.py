@@ -220,10 +220,13 @@ def test_friction_works_along_the_slip(D: float | None) -> None:
     work = np.cumsum((force[1:] + force[:-1]) / 2 * np.diff(column["slip"]))
     # tolerance: trapezoids between the rows, 2.1e-4 measured on every processor
     np.testing.assert_allclose(work, column["W_fr"][1:], rtol=0, atol=1e-3 * column["W_fr"][-1])
+    assert not column["slip"][:200].any()
     # while it sticks nothing slides, though the force changes
     held = np.flatnonzero(column["mode"] == path.STICK)
     assert held.size
     np.testing.assert_array_equal(np.diff(column["slip"][held]), 0.0)
+    # and what is told is the torque at the turn
+    np.testing.assert_allclose(column["T_slip"][held], column["T"][400], rtol=1e-9)
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.3])

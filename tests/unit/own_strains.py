@@ -1,4 +1,4 @@
-"""The Jacobian of rows whose cells have strains of their own beside complex steps of the residual, not compiled.
+"""The Jacobian of rows beside complex steps of the residual: all kinds of contact, with friction; not compiled.
 
 Run in a process of its own, with NUMBA_DISABLE_JIT=1; writes what entries miss.
 """
@@ -9,21 +9,27 @@ from typing import Any
 
 import numpy as np
 
-from squama.contacts import entry, path
+from squama.contacts import entry, newton, path
 from squama.contacts.equations import residual
+from squama.contacts.increments import T_FRESH, T_SIZE, weigh
 from squama.contacts.jacobian import jacobian
 from squama.contacts.linear import BASE, INNER, STRIDE, laid_out
-from squama.contacts.meeting import meet, prepared
-from squama.contacts.newton import shift
+from squama.contacts.meeting import before, meet, prepared
+from squama.contacts.newton import shift, solve
 from squama.contacts.system import (
+    APART,
     EE,
     EF,
     EPS,
     EQUAL,
     FE,
+    FIRST,
     FREE,
     FV,
+    KIND,
+    LIES,
     LOADED,
+    MU,
     OWN,
     PHI,
     STRAINS,
@@ -34,6 +40,7 @@ from squama.contacts.system import (
     strain_columns,
 )
 from squama.contacts.ties import GRIPPED, LOOSE, Tie, X, Y, Z, of_ends, ties
+from squama.contacts.works import remember
 from squama.joints import law
 
 N, C = 4, 8
@@ -44,7 +51,10 @@ CONTACTS = [
     (1, 1, FV, 0, 2, 0, 0),
     (1, 2, EF, 2, 2, 0, 0),
     (2, 1, FE, 1, 1, 0, 0),
+    (3, 0, LIES, 0, 0, 0, 0),
 ]
+RUBS = [(0, 1, EE, 0, 2, 1, 0), (0, 2, VF, 0, 0, 1, 0), *CONTACTS[2:]]
+"""Where there is friction, two contacts stick and others slide."""
 
 
 def walks(held: Ties | None, free: tuple[float, ...]) -> list[entry.Walk]:
@@ -56,12 +66,16 @@ def walks(held: Ties | None, free: tuple[float, ...]) -> list[entry.Walk]:
     return [entry.walk(S._replace(K=S.K.astype(kind)), C, np.zeros(0)) for kind in (float, complex)]
 
 
-def random_state(w: entry.Walk, size: float) -> None:
-    """Write some state: strains of a size, forces and motions of some hundredths."""
+def random_state(w: entry.Walk, size: float, mu: float) -> None:
+    """Write some state: strains of a size, forces and motions of some hundredths.
+
+    Friction is mu N in an increment without slip: terms of its order are left out of the Jacobian.
+    """
     rng = np.random.default_rng(3)
     st = w.now
-    for c, row in enumerate(CONTACTS):
+    for c, row in enumerate(RUBS if mu else CONTACTS):
         w.con[c] = row
+    w.S.shapes[:, MU] = mu
     st.q[:] = 0.03 * rng.standard_normal(st.q.shape)
     st.strains[:] = size * rng.standard_normal(st.strains.shape)
     st.F[:] = 0.02 * rng.standard_normal(st.F.shape)
@@ -70,15 +84,27 @@ def random_state(w: entry.Walk, size: float) -> None:
     for _ in range(20):
         # without friction, forces are along the normals
         prepared(w.S, st, w.con, len(CONTACTS), True, w.W)
-        for c, row in enumerate(CONTACTS):
-            st.F[c] = 0.01 * (c + 1) * np.array(meet(w.S, st, row, st.s[c], w.W).n)
+        for c, row in enumerate(w.con[: len(CONTACTS)]):
+            if row[KIND] != LIES:
+                n = np.array(meet(w.S, st, row, st.s[c], w.W).n)
+                along = np.cross(n, (0.2, -0.1, 0.3))
+                st.F[c] = 0.01 * (c + 1) * (n + mu * along / np.sqrt(along @ along))
+    w.tally[T_FRESH], w.tally[T_SIZE] = 1.0, 1e-3
+    weigh(w, 2e-3)
+    for _ in range(3):
+        remember(w)
+    for c, row in enumerate(w.con[: len(CONTACTS)]):
+        if row[KIND] != LIES:
+            # places of the contact were together
+            apart = before(w.S, row, st.s[c], w.past, 0)[0]
+            w.past.pairs[:, row[FIRST], row[APART] - 1, 9:12] += apart
 
 
-def missed(held: Ties | None, free: tuple[float, ...], size: float) -> dict[str, float]:
+def missed(held: Ties | None, free: tuple[float, ...], size: float, mu: float) -> dict[str, float]:
     """Return what entries miss, over the largest one: those of a cell's strains by themselves, and all others."""
     real, steps = walks(held, free)
-    random_state(real, size)
-    random_state(steps, size)
+    random_state(real, size, mu)
+    random_state(steps, size, mu)
     m, S, J = len(CONTACTS), real.S, real.J
     n = laid_out(S, real.con, m, J)
     inner = J.kept[INNER]
@@ -120,6 +146,16 @@ def missed(held: Ties | None, free: tuple[float, ...], size: float) -> dict[str,
     return {"own": off[own].max() / scale, "other": off[~own].max() / scale}
 
 
+def found_in(rounds: int, far: float) -> bool:
+    """Say whether a state without contact is found in a number of corrections, from motions so far from it.
+
+    One is not enough to know it, and one that is too large is given up.
+    """
+    (w, _), newton._ROUNDS = walks(None, (0.0,) * 4), rounds
+    w.now.q[:] = far
+    return solve(w.S, w.now, w.past, w.con, 0, w.W, w.J, w.loads)
+
+
 if __name__ == "__main__":
     loose, gripped, apart = of_ends(N, LOOSE), of_ends(N, GRIPPED), of_ends(N, GRIPPED, apart=True)
     ways: dict[str, Any] = {"loose": (loose, (FREE, LOADED, FREE, FREE)), "some": (loose, (0.0, LOADED, FREE, 0.0))}
@@ -131,5 +167,6 @@ if __name__ == "__main__":
     bench += [Tie(turn=(1, Z, 0 * Z)), Tie([(2, Y)], course=(PHI, 1.0))]
     ways["on supports"] = (ties(N, bench, floating=True), (FREE, LOADED, FREE, FREE))
     assert (PHI, EPS, STRAINS) == (1, 3, 4)
-    found = {name: [missed(*way, size) for size in (0.05, 1e-4)] for name, way in ways.items()}
+    found: dict[str, Any] = {"found": [found_in(*given) for given in ((1, 0.01), (30, 0.01), (30, 10.0))]}
+    found |= {name: [missed(*way, size, mu) for size, mu in ((0.05, 0.0), (1e-4, 0.4))] for name, way in ways.items()}
     sys.stdout.write(json.dumps(found))

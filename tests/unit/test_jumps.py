@@ -53,6 +53,21 @@ def test_what_is_said_of_a_jump():
     assert event(increments.SNAP, ("TS",), ("BF",)).word == "snap to BF"
 
 
+@pytest.mark.parametrize(
+    ("first", "then", "contact", "later", "none"),
+    [
+        (increments.ENGAGE, increments.OPEN, "TS", 1e-9, True),
+        (increments.SLIDE, increments.STICK, "TS", 1e-9, True),
+        (increments.ENGAGE, increments.OPEN, "TS", 1e-3, False),
+        (increments.ENGAGE, increments.OPEN, "BF", 1e-9, False),
+        (increments.ENGAGE, increments.SLIDE, "TS", 1e-9, False),
+    ],
+)
+def test_what_is_taken_back_at_once_is_no_event(first, then, contact, later, none):
+    one = event(first, (), ("TS",))
+    assert events.undone(one, one._replace(kind=then, way=one.way + later, contact=contact)) == none
+
+
 @pytest.mark.parametrize(("points", "mu"), [(50, 0.3), (317, 0.25), (400, 0.25)])
 def test_a_contact_that_opens_as_another_sticks(points, mu):
     """Both cannot slide on: the tip edge sticks, and its corner comes off."""

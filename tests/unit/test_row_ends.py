@@ -1,15 +1,11 @@
 """Rows whose cells have strains of their own: stationary points by plain NumPy, the endless beam, work, derivatives."""
 
-import json
 import math
-import os
-import subprocess
-import sys
-from pathlib import Path as File
 
 import numpy as np
 import pytest
 from scipy.linalg import expm
+from uncompiled import said
 
 import squama
 from squama.contacts import entry, increments, path, row, states
@@ -238,17 +234,14 @@ def test_grips_that_keep_their_distance_pull():
 
 
 def test_derivatives_are_those_of_complex_steps():
-    """Written down but for the second rates of one cell's own strains, which are not needed to the last digit."""
-    file = File(__file__).with_name("own_strains.py")
-    run = [sys.executable, str(file)]
-    said = subprocess.run(
-        run, env={**os.environ, "NUMBA_DISABLE_JIT": "1"}, capture_output=True, text=True, check=True
-    ).stdout
-    for name, found in json.loads(said).items():
+    """Of all that is written down, with friction and without; second rates of a cell's own strains roughly."""
+    told = said("own_strains.py")
+    assert told.pop("found") == [False, True, False]
+    for name, found in told.items():
         for missed in found:
             # tolerance: the normal's own turn times a friction of 1e-12
             assert missed["other"] < 2e-9, name
-            assert missed["own"] < 6e-3, name
+            assert missed["own"] < 1e-3, name
 
 
 # ---- against finite elements -----------------------------------------------------------------------------------------

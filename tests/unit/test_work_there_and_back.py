@@ -30,3 +30,36 @@ def test_work_of_histories_is_stored_rubbed_away_or_told(beam, mu, snaps):
     fell = told[told[:, 0] == increments.SNAP]
     assert bool(len(fell)) == snaps
     assert (fell[:, 12] > 0).all()
+
+
+LEAVES = law.Shape(0.738588, 0.521746, 0.204575, 0.599854, 0.011202, 1.06562, 0.42074, 0.261439), 3.91368, math.inf
+ENDS = law.Shape(0.952763, 0.544174, 0.468978, 0.583196, 0.0533693, 0.876098, 0.245451, 0.299366), 4.77381, 0.0931237
+STICKS = law.Shape(0.611692, 0.406294, 0.495111, 0.415799, 0.0339113, 0.850094, 0.344623, 0.323438), 2.5116, 0.0932956
+
+
+def there_and_back(beam, mu):
+    """Follow a beam to .3 rad per pitch and back, or to where it ends."""
+    made, eta, D = beam
+    scale = path.Scale(eta, made.beta, made.lam, made.alpha, made.theta0, made.thickness, D, 0.35)
+    there = np.linspace(0, 0.3, 25)[1:]
+    return path.Path.of(scale, law.stiffness(made), mu).follow(np.concatenate([there, there[-2::-1]]))
+
+
+@pytest.mark.parametrize(
+    ("beam", "mu", "end"), [(LEAVES, 0.0890022, increments.SIDE_ENTRY), (ENDS, 0.05, increments.NO_EQUILIBRIUM)]
+)
+def test_why_a_path_ends(beam, mu, end):
+    """A corner leaves its edge, so that a plate comes to lie beside the other one; or nothing balances."""
+    assert there_and_back(beam, mu).end().code == end
+
+
+def test_contacts_stick_or_slide():
+    """Within the cone of friction, or on it: where Newton's method fails and all stick at first, too."""
+    found, mu = there_and_back(STICKS, 0.536105), 0.536105
+    assert found.end().code == increments.RANGE
+    many = path.named(found.rows[0])["contacts"].astype(int)
+    told = np.concatenate([touches[:m] for touches, m in zip(found.touches[0], many, strict=True)])
+    sticks, N, f = told[:, 5], told[:, 13], told[:, 14]
+    assert set(sticks) <= {0.0, 1.0}
+    np.testing.assert_allclose(f[sticks == 0], mu * N[sticks == 0], rtol=1e-6)
+    assert (f[sticks == 1] <= mu * N[sticks == 1] * (1 + 1e-9)).all()

@@ -37,7 +37,7 @@ from squama.contacts.system import (
     partner,
     spots,
 )
-from squama.contacts.vectors import dot
+from squama.contacts.vectors import cross, dot
 from squama.types import Array
 
 PULL, OFF, SLOPE, FLIP, MEET = range(5)
@@ -82,19 +82,10 @@ def slope(w: Walk, st: State, k: int) -> tuple[float, int]:
     """
     S, c = w.S, w.con[k]
     i, j, kind = c[FIRST], partner(S, c), c[KIND]
-    if kind >= EF or c[ENDED] == 1 or not (S.shapes[i, ELASTIC].real > 0 or S.shapes[j, ELASTIC].real > 0):
+    if kind >= EF or c[ENDED] == 1 or not S.shapes[i, ELASTIC].real > 0:
         return 1e9 + 0.0 * st.s[k, 0], -1
     g = meet(S, st, c, st.s[k], w.W)
-    n1 = (
-        g.tx1[1] * g.ty1[2] - g.tx1[2] * g.ty1[1],
-        g.tx1[2] * g.ty1[0] - g.tx1[0] * g.ty1[2],
-        g.tx1[0] * g.ty1[1] - g.tx1[1] * g.ty1[0],
-    )
-    n2 = (
-        g.tx2[1] * g.ty2[2] - g.tx2[2] * g.ty2[1],
-        g.tx2[2] * g.ty2[0] - g.tx2[0] * g.ty2[2],
-        g.tx2[0] * g.ty2[1] - g.tx2[1] * g.ty2[0],
-    )
+    n1, n2 = cross(g.tx1, g.ty1), cross(g.tx2, g.ty2)
     P, E1, E2 = w.W.pairs[i, c[APART] - 1], w.W.E[i], w.W.E[j]
     if kind == EE:
         t1, t2 = along_edges(c, g)

@@ -200,7 +200,7 @@ def clear(S: System, v: Array, i: int, j: int, bent1: float, bent2: float) -> fl
 def vertices(S: System, st: State, W: Work, i: int, k: int, cap: float, out: Array, n: int) -> int:
     """Write all vertices of a scale and neighbour k whose gap is below ``cap``; return how many there are."""
     j, room = further(S, i, k), len(out)
-    bent = S.shapes[i, ELASTIC] > 0 or S.shapes[j, ELASTIC] > 0
+    bent = S.shapes[i, ELASTIC] > 0
     v, u, corners = W.views[0], W.views[1], W.corners
     view(W, i, j, k, False, v)
     low1, high1 = span(S, i, st.b[i])
@@ -291,7 +291,7 @@ def minima(
         low_end, high_end, low_slope, high_slope = a - size, a, before, slope
         for _ in range(_REFINED):
             wide, rise = high_end - low_end, high_slope - low_slope
-            a = low_end - low_slope * wide / rise if rise != 0.0 else low_end + wide / 2
+            a = low_end - low_slope * wide / rise
             slope, x, y, gap, on = dip(S, st, s, own, other, upper, e, a)
             if slope < 0.0:
                 low_end, low_slope = a, slope

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from squama.batch.keeping import part as _jit
-from squama.contacts.geometry import back, bow, turn, vector
+from squama.contacts.geometry import back, bow, slopes, turn, vector
 from squama.contacts.lifts import around, lifted, lifts, shared
 from squama.contacts.linear import BASE, FAR, INNER, STRIDE, Linear, alone, emptied, enter
 from squama.contacts.meeting import Meeting, Work, along_edges, before, frame, lever, meet
@@ -166,7 +166,6 @@ def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> No
     xx1 = xy1 = yy1 = xx2 = xy2 = yy2 = 0.0
     if S.shapes[i, ELASTIC] > 0:
         xx1, xy1, yy1 = bow(S, i, st.b[i], x1, y1)
-    if S.shapes[j, ELASTIC] > 0:
         xx2, xy2, yy2 = bow(S, j, st.b[j], x2, y2)
     N = dot(F, g.n)
     f = add(F, -N, g.n)
@@ -227,7 +226,7 @@ def map_rate(w: Vector, m: Vector, d: Vector) -> Vector:
     g, s = dot(w, w), 2 * dot(w, d)
     series = -1 / 6 * (1 - g / 10 * (1 - g / 28 * (1 - g / 54)))
     da = series if g < 0.05 else (np.cos(np.sqrt(g)) - e.a) / (2 * g)
-    db, dc = (-1 / 24, -1 / 120) if g < 1e-4 else ((e.a - 2 * e.b) / (2 * g), (e.b - 3 * e.c) / (2 * g))
+    db, dc = slopes(e)
     out = add(add(scaled(da * s, m), -db * s, cross(w, m)), -e.b, cross(d, m))
     out = add(add(out, dc * s * dot(w, m), w), e.c * dot(d, m), w)
     return add(out, e.c * dot(w, m), d)

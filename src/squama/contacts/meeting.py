@@ -124,7 +124,6 @@ def deflect(S: System, st: State, con: Array, m: int, W: Work) -> None:
         F = vector(st.F[c], 0)
         if S.shapes[i, ELASTIC].real > 0:
             press(S, i, x1, y1, dot(F, normal(W.E[i])), W.load[i])
-        if S.shapes[j, ELASTIC].real > 0:
             press(S, j, x2, y2, -dot(F, turn(W.pairs[i, con[c, APART] - 1], normal(W.E[j]))), W.load[j])
     for i in range(N):
         b = st.b[i]
@@ -145,7 +144,6 @@ def meet(S: System, st: State, c: Array, s: Array, W: Work) -> Meeting:
     w1, wx1, wy1, w2, wx2, wy2 = 0.0 * x1, 0.0 * x1, 0.0 * x1, 0.0 * x1, 0.0 * x1, 0.0 * x1
     if S.shapes[i, ELASTIC].real > 0:
         w1, wx1, wy1 = lift(S, i, st.b[i], x1, y1)
-    if S.shapes[j, ELASTIC].real > 0:
         w2, wx2, wy2 = lift(S, j, st.b[j], x2, y2)
     arm1 = turn(E1, (x1, y1, w1 - S.shapes[i, H] / 2))
     arm = turn(E2, (x2, y2, w2 + S.shapes[j, H] / 2))
@@ -179,12 +177,11 @@ def along_edges(c: Array, g: Meeting) -> tuple[Vector, Vector]:
 
 @_jit
 def frame(c: Array, g: Meeting) -> tuple[Vector, Vector]:
-    """Return two directions along the plates at a contact, across each other."""
+    """Return two directions along the plates at a contact, across each other; of no given length."""
     t1, t2 = along_edges(c, g)
     kind = c[KIND]
     a = t2 if kind == FE else (g.tx2 if kind == VF else (g.tx1 if kind == FV else t1))
     a = add(a, -dot(a, g.n), g.n)
-    a = scaled(1 / np.sqrt(dot(a, a)), a)
     return a, cross(g.n, a)
 
 
@@ -197,7 +194,6 @@ def before(S: System, c: Array, s: Array, past: Past, which: int) -> tuple[Vecto
     w1, wx1, wy1, w2, wx2, wy2 = 0.0 * x1, 0.0 * x1, 0.0 * x1, 0.0 * x1, 0.0 * x1, 0.0 * x1
     if S.shapes[i, ELASTIC].real > 0:
         w1, wx1, wy1 = lift(S, i, past.b[which, i], x1, y1)
-    if S.shapes[j, ELASTIC].real > 0:
         w2, wx2, wy2 = lift(S, j, past.b[which, j], x2, y2)
     r1 = beside(E1, x1, y1, w1 - S.shapes[i, H] / 2)
     p2 = add(turn(P, beside(E2, x2, y2, w2 + S.shapes[j, H] / 2)), 1.0, vector(P, 9))
