@@ -38,8 +38,6 @@ def cycle(
 ) -> xr.Dataset:
     """Load and unload a beam through any history of twists: loops, stick intervals, dissipation, jamming.
 
-    The beam is taken as endless, whatever its number of scales.
-
     Parameters
     ----------
     beam
@@ -75,7 +73,8 @@ def cycle(
         ``leg``, ``phi``, ``Phi``, ``T``, ``T_scales``, ``K_t``, ``theta``, ``N``, ``f`` (negative while the twist
         falls), ``p``, ``s``, ``U_el``, ``W_fr`` (from the start on); every turning point twice, before and after the
         drop of torque. Dimension ``loop``, closed loops in the order in which they close: ``phi_base``, ``phi_top``,
-        ``W_d``, ``U_max``, ``zeta_eq``, ``K_sec``, ``T_drop``, ``phi_residual``. Dimension ``sense``: ``phi_e``,
+        ``W_d``, ``U_max``, ``zeta_eq``, ``K_sec``, ``T_drop`` (NaN of N scales, which slide back one by one),
+        ``phi_residual``. Dimension ``sense``: ``phi_e``,
         ``phi_most``, ``phi_jam``, ``phi_end``, ``end``, ``other_contact``, ``neighbour``. In bending ``psi``,
         ``kappa``, ``M``, ``K_b``, ``r``. With the compliant joint every turning point stands once, "stick" are the
         points until the contact slides back, ``phi_most`` and ``phi_jam`` are not there, ``W_snap`` is;

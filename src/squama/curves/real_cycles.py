@@ -282,6 +282,9 @@ def _loops(
             stuck += 1
         slides = stuck + 1 < x.size and v["mode"][stuck + 1] == path.SLIP
         drop = v["onset"][stuck + 1] if slides else v["torque"][stuck]
+        if ends[1] is not None:
+            # scales slide back one by one
+            drop = np.float64(math.nan)
         rows.append(
             loop_figures(
                 (loop.base, loop.top),

@@ -306,7 +306,8 @@ class Trade:
         beam = self.space.beam_of(y)
         if making.refused(beam, self.target.printer):
             return False
-        again, _ = joint_figures.followed(beam, [o.want for o in self.chosen.objectives], self.target.options)
+        wants = [o.want for o in self.chosen.objectives]
+        again, _ = joint_figures.followed(beam, wants, self.target.options, endless=True)
         return bool(np.allclose(again, values, rtol=AGREES))
 
 
