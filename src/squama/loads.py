@@ -142,8 +142,10 @@ def covering(attrs: Mapping[str, Any]) -> str:
 
 MODES = ("uniform", "simply supported", "cantilever")
 """How a beam swings: all pitches alike, or in the first bending mode of a bar so supported."""
-ENDS = ("free", "gripped", "equal")
-"""How the ends of a row of scales may be: :func:`squama.row`."""
+FREE, GRIPPED, ENDLESS = "free", "gripped", "endless"
+"""Words of ends: a torque or moment alone, coaxial grips, none: all pitches are alike."""
+ENDS = (FREE, GRIPPED, "equal", ENDLESS)
+"""How the ends of a beam may be: :func:`squama.twist`."""
 STRAINS = ("bend", "twist", "lateral bend", "stretch")
 """What a pitch of the bar does, per pitch: psi, phi, chi, epsilon."""
 STRAIGHT, NOTHING = "straight", "nothing"
@@ -176,10 +178,15 @@ def holds(text: str, load: Load) -> bool:
 
 def fixed(attrs: Mapping[str, Any]) -> str:
     """Say what is held, by a result's attributes, and which line of a hinge's bar keeps its length."""
-    whole = "held straight" if attrs["load"] in ("twisting", "row") else "all else held"
+    whole = "held straight" if attrs["load"] == "twisting" else "all else held"
     words = whole if attrs["hold"] == STRAIGHT else f"{attrs['hold']} held"
     bent = attrs["joint"] == "hinge" and "neutral" in attrs
     return f"{words}; {LINES[attrs['neutral']]}" if bent else words
+
+
+def ended(attrs: Mapping[str, Any]) -> str:
+    """Say of which beam a result is, by its attributes: "as an endless beam", "with free ends"."""
+    return f"with {attrs['ends']} ends" if "ends" in attrs else "as an endless beam"
 
 
 def holding(held: Iterable[str]) -> str:

@@ -302,7 +302,7 @@ TESTS: dict[str, tuple[str, ...]] = {
     "curves/own_scales.py": ("unit/test_row_points.py", "unit/test_fit_checks.py"),
     "curves/finite_rows.py": ("unit/test_row.py", "unit/test_real_row.py"),
     "curves/hinge_rows.py": ("unit/test_row.py",),
-    "curves/real_rows.py": ("unit/test_real_row.py",),
+    "curves/rows.py": ("unit/test_real_row.py", "unit/test_own_scales.py"),
     "curves/doors.py": (
         "unit/test_api.py",
         "unit/test_response.py",

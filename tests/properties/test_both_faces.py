@@ -242,7 +242,7 @@ def test_the_face_that_comes_to_another_contact_first_ends_the_curve() -> None:
 
 
 def test_what_replaces_a_lock_is_told_of_both_faces() -> None:
-    beam = squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="straight")
+    beam = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None).replace(hold="straight")
     one, both = (squama.twist(b) for b in (beam, beam.replace(faces="turned")))
     # the slope right after engagement
     for r in (one, both):
@@ -256,7 +256,7 @@ def test_what_replaces_a_lock_is_told_of_both_faces() -> None:
 @pytest.mark.parametrize(("faces", "both"), [("turned", 2), ("mirrored", 1)])
 def test_a_second_contact_of_a_face_goes_on(faces: str, both: int) -> None:
     """Mirrored, the other face opens; turned, both do the same."""
-    beam = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(hold="straight")
+    beam = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scales=None).replace(hold="straight")
     r = squama.twist(beam.replace(faces=faces), to="0.24 rad/pitch")
     assert float(r.phi_second) < float(r.phi[-1]) == pytest.approx(0.24)
     one = squama.twist(beam, at=r.Phi.values)
@@ -266,7 +266,7 @@ def test_a_second_contact_of_a_face_goes_on(faces: str, both: int) -> None:
 
 @pytest.mark.parametrize("faces", BOTH)
 def test_points_are_even_up_to_the_end(faces: str) -> None:
-    beam = squama.Beam.from_toml("examples/pla_on_vps.toml")
+    beam = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scales=None)
     one = squama.twist(beam, points=20)
     r = squama.twist(beam.replace(faces=faces), points=20)
     assert r.end.item() == "range end"
@@ -276,7 +276,7 @@ def test_points_are_even_up_to_the_end(faces: str) -> None:
     assert float(r.T_c) == float(r["T"][-1])
 
 
-SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="straight")
+SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None).replace(hold="straight")
 
 
 @pytest.mark.parametrize("joint", ["hinge", "compliant"])

@@ -12,8 +12,8 @@ from squama.fe.assembly import make_bent
 from squama.fe.geometry import geometry
 from squama.joints.choice import joint_of
 
-SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="bend, twist, lateral bend")
-PLA = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(hold="bend, twist, lateral bend")
+SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None).replace(hold="bend, twist, lateral bend")
+PLA = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scales=None).replace(hold="bend, twist, lateral bend")
 HISTORY = "0, 0.12, 0.09, 0.12, 0, 0.1, 0 rad/pitch"
 
 

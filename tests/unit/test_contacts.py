@@ -123,6 +123,7 @@ BRUTE = {
     "TS": ((1.9, 0.89, 0.46, 59, 22, 0.036), (0.0, 0.25), (0.5, 1.0), "TS"),
     "SB": ((2.2, 0.72, 0.65, 34, 5, 0.019), (0.06, -0.25), (0.9, 1.0), "SB"),
     "behind a second contact": ((2.1, 0.89, 0.35, 70, 7, 0.016), (0.06, 0.25), (1.0,), "TS+BF"),
+    "past an edge": ((4.15, 0.53, 0.61, 46.7, 6.1, 0.032), (0.0, 0.3), (0.9,), "side edge A1B1 on side edge D2C2"),
     "behind a snap": ((1.8, 0.43, 0.51, 46, 11, 0.034), (-0.072, 0.3), (0.7, 1.0), "side edge A1B1 on side edge D2C2"),
 }
 
@@ -254,6 +255,27 @@ def test_increments_are_short_where_work_is_not_exact():
     beam = given(4.5, 0.5, 0.52, 69, 12.3, 0.014, mu=0.1)
     # tolerance: what increments may lose, 2.5e-3 per rad per pitch; 2e-5 is measured, 7e-4 without that bound
     assert work(followed(beam, np.array([(0.0, 0.3)]), n=75)) < 2e-4
+
+
+def test_a_scale_that_slides_off_an_edge_comes_to_bear_on_the_next_one():
+    """With friction: it sticks where it lands and slides from there; work, and the image in the mirror."""
+    one, corners = given(4.15, 0.53, 0.61, 46.7, 6.1, 0.032, mu=0.3, E=2e5), np.array([(0.0, 0.3), (0.0, 0.0)])
+    found, image = followed(one, corners, n=20), followed(one.mirrored, corners * [1, -1], n=20)
+    assert found.end().code == image.end().code == increments.RANGE
+    told = [event for event in events.events(found) if event.kind == increments.SNAP]
+    assert told[0].before == ("TS",)
+    assert told[0].after == ("side edge A1B1 on side edge D2C2",)
+    assert told[0].lost > 0
+    v = path.named(found.rows[0])
+    assert (v["f"] <= one.mu * v["N"] * (1 + 1e-9) + 1e-15).all()
+    landed = v["phi"] > told[0].way
+    assert path.STICK in v["mode"][landed]
+    assert path.SLIP in v["mode"][landed]
+    # tolerances: what is asked for
+    assert work(found) < 1e-4
+    np.testing.assert_allclose(
+        loads(found), loads(image) * [1, -1, -1, 1], rtol=0.0, atol=1e-9 * np.abs(loads(found)).max()
+    )
 
 
 def test_work_that_a_snap_loses():

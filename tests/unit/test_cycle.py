@@ -268,7 +268,9 @@ def test_the_command(folder, capsys):
     arguments = ["cycle", "beam.toml", "--joint", "hinge", "--history", HISTORY]
     assert main([*arguments, "--plot", "c.png", "--csv", "c.csv", "--netcdf", "c.nc"]) == 0
     said = capsys.readouterr().out
-    assert "beam.toml in cycles of twisting: mu = 0.3, thin, rigid scales on hinges, edge law" in said
+    assert (
+        "beam.toml as an endless beam in cycles of twisting: mu = 0.3, thin, rigid scales on hinges, edge law" in said
+    )
     assert "0.05 to 0.15" in said
     assert "wrote c.nc" in said
     assert (folder / "c.png").stat().st_size > 10_000

@@ -38,7 +38,7 @@ def _refused(capsys, words, *arguments):
         ("mu = 0.25", f"mu = {'9' * 5000}", "a number has more than 4300 digits"),
         ("mu = 0.25", f"mu = 0x{'f' * 50_000}", "is not a finite number"),
         ("mu = 0.25", f"mu = [0x{'f' * 50_000}]", "huge numbers: is a list"),
-        ("scales = 25", f"scales = 0x{'f' * 50_000}", "is not a whole number"),
+        ("scales = 25", f"scales = 0x{'f' * 50_000}", "is neither a whole number"),
         ("mu = 0.25", "mu = 1e400", "is not a finite number"),
     ],
     ids=range(8),

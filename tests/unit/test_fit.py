@@ -17,6 +17,7 @@ from squama.identify.prepare import placed
 from squama.identify.records import read, record
 from squama.identify.unknowns import PARAMETERS, ask
 
+pytestmark = pytest.mark.usefixtures("alone")
 hinged = functools.partial(squama.fit, joint="hinge")
 BEAM = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.3)
 TRUE = {"mu": 0.3, "K_theta": BEAM.joint_stiffness, "C_f": BEAM.C_f, "E_B": 2e6, "theta0": BEAM.scale.theta0}

@@ -31,14 +31,8 @@ def loop(modulus=1.0, joint="compliant"):
     return x, T + np.random.default_rng(3).normal(0, 2e-3 * T.max(), T.size)
 
 
-def fitted(x, T, names="mu,K_theta", **given):
-    return squama.fit({"phi": x, "T": T}, BEAM, names, nuisances="none", **given)
-
-
-@pytest.fixture
-def alone(monkeypatch):
-    """Without the fit by the other model."""
-    monkeypatch.setattr(fitting, "_rival", lambda *_: None)
+def fitted(x, T, names="mu,K_theta", *, starts=2, **given):
+    return squama.fit({"phi": x, "T": T}, BEAM, names, nuisances="none", starts=starts, **given)
 
 
 @pytest.mark.usefixtures("alone")
@@ -186,10 +180,10 @@ def test_the_ends_of_the_beam_are_told():
     assert fit.dataset().attrs["checked"].splitlines()[0] == line
     # of a long beam the ends take the less
     long = own_scales.ends(fit.beam.replace(scales=1000), TOP / BEAM.pitch)
-    row = squama.row(fit.beam, scales=200, to=f"{TOP} rad/pitch", points=30)
+    row = squama.row(fit.beam, scales=80, to=f"{TOP} rad/pitch", points=6)
     share = float(row["T"][-1] / row.T_periodic[-1])
-    # tolerance: ends of 100 scales stand for those of 1000, and of 200 here; they reach farther, 13 % measured
-    assert 1 - long.torque == pytest.approx((1 - share) / 5, rel=0.3)
+    # tolerance: ends of 100 scales stand for those of 1000, and of 80 here; they reach farther, 7 % measured
+    assert 1 - long.torque == pytest.approx((1 - share) * 80 / 1000, rel=0.3)
     assert long.torque > fit.ends.torque
 
 

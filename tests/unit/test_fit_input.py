@@ -42,6 +42,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.usefixtures("alone")
 @pytest.mark.parametrize("name", ["measured_loop.csv", "stiff_skin_loop.csv"])
 def test_the_examples_are_what_their_script_makes(name):
     made = runpy.run_path(str(ROOT / "examples/make_measured_loop.py"))
@@ -81,6 +82,7 @@ def test_the_command(folder, capsys):
     assert f"mu = {fit.values['mu']:g}" in capsys.readouterr().out
 
 
+@pytest.mark.usefixtures("alone")
 def test_a_saved_cycle_is_a_test_too(folder, capsys):
     (folder / "true.toml").write_text(BEAM.replace(friction={"mu": 0.3}).to_toml())
     assert (
@@ -104,6 +106,7 @@ def test_a_saved_cycle_is_a_test_too(folder, capsys):
     assert record["parameters"]["mu"]["estimate"] == pytest.approx(0.3, rel=1e-9)
 
 
+@pytest.mark.usefixtures("alone")
 def test_json(folder, capsys):
     arguments = ["--find", "mu,K_theta,theta0", "--bounds", "theta0=5 deg:20 deg", "--bounds", "mu=:0.5"]
     assert (
@@ -125,6 +128,7 @@ def test_json(folder, capsys):
     assert record["beam"]["friction"]["mu"] == pytest.approx(fit.values["mu"], rel=1e-6)
 
 
+@pytest.mark.usefixtures("alone")
 def test_specimens_in_one_file_and_in_several(folder, capsys):
     rows = loop_text(label="A") + loop_text(1.2, label="B", seed=2)
     (folder / "two.csv").write_text("Specimen,phi (rad),T (N m)\n" + rows)
@@ -141,6 +145,7 @@ def test_specimens_in_one_file_and_in_several(folder, capsys):
     assert "note: K_theta differs between the 2 specimens" in said
 
 
+@pytest.mark.usefixtures("alone")
 def test_posterior(folder, capsys):
     pytest.importorskip("emcee")
     plain = functools.partial(hinged, nuisances="none")
@@ -177,6 +182,7 @@ def test_no_emcee(folder, monkeypatch, capsys):
     assert not (folder / "f.nc").exists()
 
 
+@pytest.mark.usefixtures("alone")
 def test_pictures():
     for load, history, torque in (
         ("twisting", "0, 0.2, -0.02, 0.21, 0.1 rad/pitch", "T"),

@@ -10,13 +10,13 @@ import pytest
 
 import squama
 from squama.curves import real
-from squama.identify import fitting
 from squama.identify.estimate import derivatives
 from squama.identify.prepare import Wanted, prepared
 from squama.identify.records import read
 from squama.loads import LOADS
 
-BEAM = squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="bend, lateral bend")
+pytestmark = pytest.mark.usefixtures("alone")
+BEAM = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None).replace(hold="bend, lateral bend")
 HISTORY = {"twisting": "0.1, 0.06 rad/pitch", "bending": "0.2, 0.12 rad/pitch"}
 NEAR = {"compliant": 2e-4, "hinge": 1e-9}
 """Relative: where a contact begins to slide again, steps of the compliant joint's path hang on rounding, 2e-6 of the
@@ -53,12 +53,6 @@ PLACES = {
     "E_B": "substrate.youngs_modulus",
     "theta0": "scale.theta0",
 }
-
-
-@pytest.fixture(autouse=True)
-def alone(monkeypatch):
-    """Without the fit by the other model, which takes longer than the one that is looked at."""
-    monkeypatch.setattr(fitting, "_rival", lambda *_: None)
 
 
 @functools.cache

@@ -1,5 +1,8 @@
 """Help and version of the commands: what they say, and that nothing heavy is loaded for it."""
 
+import contextlib
+import functools
+import io
 import os
 import re
 import shlex
@@ -23,6 +26,16 @@ def _out(capsys, *arguments):
     captured = capsys.readouterr()
     assert captured.err == ""
     return captured.out
+
+
+@functools.cache
+def _help(command):
+    """Return the help of a command, which is made once."""
+    out, error = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
+        assert main([command, "--help"]) == 0
+    assert error.getvalue() == ""
+    return out.getvalue()
 
 
 def _typed(example):
@@ -53,8 +66,8 @@ def test_help_names_the_commands(arguments, capsys):
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_help_of_a_command_explains_every_flag(command, capsys):
-    lines = _out(capsys, command, "--help").splitlines()
+def test_help_of_a_command_explains_every_flag(command):
+    lines = _help(command).splitlines()
     flags = [
         line for line in lines if line.startswith("\u2502") and " --" in line[:8] and "display this" not in line.lower()
     ]
@@ -64,8 +77,8 @@ def test_help_of_a_command_explains_every_flag(command, capsys):
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-def test_help_of_a_command_ends_with_an_example(command, capsys):
-    example = _out(capsys, command, "--help").rstrip().rpartition("Example:\n")[2]
+def test_help_of_a_command_ends_with_an_example(command):
+    example = _help(command).rstrip().rpartition("Example:\n")[2]
     assert example == f"squama {command} {EXAMPLES[command]}"
     with collecting():
         found, bound, _ = make().parse_args(_typed(example)[1:], exit_on_error=False, print_error=False)
@@ -88,7 +101,7 @@ def test_the_examples_run(tmp_path, monkeypatch, capsys):
 
 @pytest.mark.parametrize("command", [name for name in COMMANDS if name != "new"])
 def test_every_command_that_computes_has_json(command, capsys):
-    assert "--json" in _out(capsys, command, "--help")
+    assert "--json" in _help(command)
 
 
 @pytest.mark.parametrize("arguments", [["--version"], ["--help"], *([name, "--help"] for name in COMMANDS)])
@@ -166,7 +179,7 @@ def test_help_says_of_the_joint_what_commands_do(tmp_path, capsys):
     """By default bending is answered as twist is, and the help of those commands that bend on hinges says so."""
     said = {}
     for command in COMMANDS:
-        words = " ".join(re.sub(r"[\s│]+", " ", _out(capsys, command, "--help")).split())
+        words = " ".join(re.sub(r"[\s│]+", " ", _help(command)).split())
         if "How a scale is held" in words:
             said[command] = words
     assert len(said) == 11

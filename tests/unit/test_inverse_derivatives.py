@@ -15,7 +15,7 @@ from squama.joints import law
 from squama.joints.choice import shape
 from squama.study.columns import beam_at
 
-BEAM = squama.Beam.from_toml("examples/stiff_skin.toml")
+BEAM = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None)
 RANGES = {
     "scale.length": (0.06, 0.08),
     "scale.width": (0.02, 0.026),

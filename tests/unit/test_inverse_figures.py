@@ -20,7 +20,7 @@ from squama.model.sensitivity import STEP
 from squama.study.columns import beam_at, columns
 from squama.study.parameters import FACTOR
 
-BEAM = squama.Beam.from_toml("examples/pla_on_vps.toml")
+BEAM = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scales=None)
 RANGES = {
     "scale.length": (0.03, 0.08),
     "scale.width": (0.015, 0.03),

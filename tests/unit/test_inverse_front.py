@@ -16,7 +16,7 @@ from squama.inverse.target import read_target
 from squama.inverse.targetfile import Context
 from squama.model.outcome import CODES
 
-BEAM = squama.Beam.from_toml("examples/pla_on_vps.toml")
+BEAM = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scales=None)
 DATA = {
     "vary": {"scale.length": ("40 mm", "80 mm"), "scale.alpha": ("35 deg", "68 deg"), "beam.pitch": ("12 mm", "25 mm")},
     "limits": {"gap": "1 mm", "strain": 0.5},

@@ -13,7 +13,7 @@ from squama.beam import matrixfile
 from squama.inverse.front import beams
 from squama.inverse.target import read_target
 
-PLAIN = squama.Beam.from_toml("examples/pla_on_vps.toml")
+PLAIN = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scales=None)
 VARY = {"scale.length": ("40 mm", "80 mm"), "beam.pitch": ("12 mm", "25 mm")}
 
 

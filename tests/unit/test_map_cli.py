@@ -331,6 +331,7 @@ def test_nothing_answers_at_the_address(monkeypatch):
         raise OSError
 
     monkeypatch.setattr(distributed, "Client", nobody)
+    monkeypatch.setattr(cluster, "WAIT", 0.1)
     with pytest.raises(squama.InputError, match="no scheduler answers"), cluster.client("tcp://127.0.0.1:9"):
         pass
 

@@ -225,6 +225,7 @@ def test_mistakes_in_what_is_said(text, given, words, tmp_path):
     assert words in str(caught.value).splitlines()[0]
 
 
+@pytest.mark.usefixtures("alone")
 def test_commands_and_targets_read_them_alike_and_say_what_is_guessed(tmp_path, capsys, monkeypatch):
     import squama
     from squama.cli import main
@@ -235,7 +236,7 @@ def test_commands_and_targets_read_them_alike_and_say_what_is_guessed(tmp_path, 
     Path("beam.toml").write_text(beam.to_toml())
     r = squama.twist(beam, points=60, to="0.2 rad/pitch", joint="hinge")
     rows = [
-        f"{math.degrees(p) * beam.scales:.9g};{1e3 * t:.9g}" for p, t in zip(r.phi.values, r["T"].values, strict=True)
+        f"{math.degrees(p) * beam.pitches:.9g};{1e3 * t:.9g}" for p, t in zip(r.phi.values, r["T"].values, strict=True)
     ]
     plain = "total (deg);T (N mm)\n" + "\n".join(rows) + "\n"
     lab = "Winkel;Moment\n\u00b0;Nmm\n" + "\n".join(rows).replace(".", ",") + "\n"
@@ -264,7 +265,7 @@ def test_commands_and_targets_read_them_alike_and_say_what_is_guessed(tmp_path, 
     with pytest.warns(TableWarning):
         goals = read_target(target, beam=beam).goals
     assert goals[-1].asked == pytest.approx(float(r["T"].max()), rel=1e-7)
-    assert goals[-1].want.at.per_pitch(beam.pitch, beam.scales) == pytest.approx(float(r.phi.max()), rel=1e-7)
+    assert goals[-1].want.at.per_pitch(beam.pitch, beam.pitches) == pytest.approx(float(r.phi.max()), rel=1e-7)
     with pytest.warns(TableWarning):
         fit = squama.fit(squama.read_measured("lab.csv", beam), beam)
     assert fit.values["mu"] == pytest.approx(said["plain", 0][0], rel=1e-6)

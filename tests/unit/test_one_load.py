@@ -14,8 +14,8 @@ from squama.curves.bench import bench
 from squama.curves.doors import respond
 from squama.paper import parameters as par
 
-SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
-PLA = squama.Beam.from_toml("examples/pla_on_vps.toml")
+SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None)
+PLA = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scales=None)
 
 
 @pytest.mark.parametrize(("beam", "neutral"), [(SKIN, "free"), (SKIN, "middle"), (PLA, "free")])
@@ -82,7 +82,7 @@ def test_free_of_moment_is_so_by_another_path(beam, load, at):
 
 
 def test_what_is_not_known_is_said():
-    seven = squama.Beam.from_toml("examples/stiff_skin.toml")
+    seven = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None)
     from squama.beam.matrixfile import stored
     from squama.curves.real import Held
 
@@ -113,16 +113,18 @@ def test_the_papers_figure_6b_takes_a_moment():
 
 
 def test_the_bench_is_what_the_summary_says(capsys):
-    said = ("free to bow", "held straight by a bending moment of", "25 scales in a row, free")
-    for hold, order in (("nothing", said), ("bend", (said[1], said[0], "25 scales in a row, held"))):
+    free, straight = "endless, free to bow", "endless, held straight by a bending moment of"
+    for hold, order in (("nothing", (free, straight)), ("bend", (straight, free))):
+        own = f"25 scales, free ends{', held straight' * (hold == 'bend')}: "
         assert main(["twist", "examples/stiff_skin.toml", "--hold", hold]) == 0
         lines = capsys.readouterr().out.splitlines()
-        assert "endless beam" in lines[0]
-        assert [part in line for part, line in zip(order, lines[2:5], strict=True)] == [True] * 3
+        assert "twisted with free ends" in lines[0]
+        said = (own, "of the endless beam's torque", *order)
+        assert [part in line for part, line in zip(said, lines[2:6], strict=True)] == [True] * 4
     assert main(["twist", "examples/stiff_skin.toml", "--json"]) == 0
     record = json.loads(capsys.readouterr().out)["bench"]
-    answer = respond(SKIN, "twisting", points=200)
-    found = bench(SKIN, answer, ideal=False)
+    own = SKIN.replace(scales=25)
+    found = bench(own, respond(own, "twisting", points=200), ideal=False)
     assert record["endless"]["torque"] == pytest.approx(found.endless.torque)
     assert record["straight"]["holding"] == pytest.approx(found.other.holding)
     assert found.other.stiffness_ratio > 3 * found.endless.stiffness_ratio

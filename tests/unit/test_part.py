@@ -228,9 +228,12 @@ def test_end_torque_is_the_row_with_free_ends():
 
 def test_end_moment_is_the_row_with_free_ends():
     r = squama.load(SKIN, "100 deg bend", scales=15, points=9)
-    endless = squama.bend(SKIN, at=[float(r.psi_cell[-1, 7]) / SKIN.pitch])
+    endless = squama.bend(SKIN, at=[float(r.psi_cell[-1, 7]) / SKIN.pitch], ends="endless")
     # the middle of a long row
     assert float(r.moment[-1]) == pytest.approx(float(endless.M[0]), rel=5e-3)
+    d = squama.bend(SKIN.replace(scales=15), at=[float(r.turn[-1]) / 15 / SKIN.pitch])
+    assert float(r.moment[-1]) == pytest.approx(float(d.M[0]), rel=1e-5)
+    np.testing.assert_allclose(r.psi_cell[-1], d.psi_cell[0], rtol=1e-4)
 
 
 def test_grips_are_those_of_the_row():

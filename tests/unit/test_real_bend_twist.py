@@ -15,8 +15,8 @@ from squama.errors import InputError
 from squama.joints.choice import joint_of
 from squama.plot import path_figure
 
-PLA = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(hold="bend, twist, lateral bend")
-SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="bend, twist, lateral bend")
+PLA = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scales=None).replace(hold="bend, twist, lateral bend")
+SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None).replace(hold="bend, twist, lateral bend")
 BY_EDGES = "twist 0.09 rad/pitch; bend 0.02 rad/pitch, twist 0.1 rad/pitch"
 BENT_FIRST = "bend 0.08 rad/pitch; twist 0.1 rad/pitch"
 

@@ -7,7 +7,7 @@ import squama
 from squama.beam.design import Beam
 from squama.study import columns, real_columns
 
-BEAM = Beam.from_toml("examples/stiff_skin.toml").replace(scale={"strength": 1e6})
+BEAM = Beam.from_toml("examples/stiff_skin.toml").replace(scales=None).replace(scale={"strength": 1e6})
 NAMES = {
     "torque": "T", "tangent": "K_t", "stiffness_ratio": "stiffness_ratio", "N": "N", "stress": "stress", "W_fr": "W_fr",
     "U_el": "U_el", "RED": "RED",

@@ -16,7 +16,6 @@ from squama.contacts.path import Path, Scale
 from squama.contacts.system import ENDLESS
 from squama.contacts.ties import LOOSE
 from squama.curves import real
-from squama.curves.own_scales import own_scales
 from squama.joints import law
 from squama.joints.factor import MIRROR
 
@@ -278,7 +277,7 @@ def test_what_is_said_of_the_answer():
         (PLA, {"joint": "hinge", "ideal": False}, "hinge", "thick, rigid scales"),
     ):
         r = squama.row(beam, scales=3, points=5, to="0.06 rad/pitch", **options)
-        assert [r.attrs[name] for name in ("joint", "scales", "law", "load")] == [joint, scales, "edge", "row"]
+        assert [r.attrs[name] for name in ("joint", "scales", "law", "load")] == [joint, scales, "edge", "twisting"]
         assert r.theta.dims == ("point", "scale")
     with pytest.raises(squama.InputError, match='joint = "ball"'):
         squama.row(PLA, joint="ball")
@@ -295,7 +294,7 @@ def test_a_row_whose_joint_is_not_known_is_on_hinges_and_says_so():
 
 def test_units_and_the_endless_beam_beside():
     r = squama.row(RIGID, scales=8, to="0.1 rad/pitch", points=40)
-    e = squama.twist(RIGID, at=r.Phi.values[1:])
+    e = squama.twist(RIGID, at=r.Phi.values[1:], ends="endless")
     np.testing.assert_allclose(r.T_periodic[1:], e["T"], rtol=1e-4)
     np.testing.assert_allclose(r.theta_periodic[1:], e.theta, rtol=1e-4)
     assert float(r.phi_e) == pytest.approx(float(e.phi_e), rel=1e-9)
@@ -312,9 +311,10 @@ def test_units_and_the_endless_beam_beside():
     t = row.track(way, 8, r.phi.values[~free][1:], ends=LOOSE)
     d, E = RIGID.pitch, RIGID.substrate.youngs_modulus
     v = {name: column[-1] for name, column in named(t).items()}
-    np.testing.assert_allclose(r.N.values[-1, :-1], v["N"][:-1] * E * d**2, rtol=1e-6)
-    np.testing.assert_allclose(r.s.values[-1], v["y"] * d, rtol=1e-6)
-    np.testing.assert_allclose(r.p.values[-1], v["x"] * d, rtol=1e-6)
+    # tolerance: friction, by other increments; 4e-6 on every processor
+    np.testing.assert_allclose(r.N.values[-1, :-1], v["N"][:-1] * E * d**2, rtol=5e-5)
+    np.testing.assert_allclose(r.s.values[-1], v["y"] * d, rtol=5e-5)
+    np.testing.assert_allclose(r.p.values[-1], v["x"] * d, rtol=5e-5)
 
 
 def made_of(beam):
@@ -324,7 +324,7 @@ def made_of(beam):
 
 def test_stress_and_deflection_are_those_of_the_endless_beam_in_the_middle():
     r = squama.row(PLA, scales=41, to="0.07 rad/pitch", ends="equal").isel(point=-1)
-    e = squama.twist(PLA, at=[float(r.Phi)]).isel(point=0)
+    e = squama.twist(PLA, at=[float(r.Phi)], ends="endless").isel(point=0)
     for name in ("stress", "deflection", "strain", "pull_out", "N", "theta"):
         assert float(r[name][20]) == pytest.approx(float(e[name]), rel=6e-3), name
     # the first scale is pressed by none and bends up, the last rests on none and bends down
@@ -390,31 +390,3 @@ def test_the_command(tmp_path, capsys):
         assert (record["joint"], record["idealisation"]) == (joint, f"{scales} scales")
     assert main(["row", str(file), "--joint", "ball"]) == 2
     assert "--joint" in capsys.readouterr().err
-
-
-def test_a_beams_own_scales_are_those_of_the_door():
-    """Torque, tangent and stress at twists, in any order, and where the row ends before."""
-    beam = PLA.replace(scales=9)
-    far = 0.07 / beam.pitch
-    r = squama.row(beam, to=far, points=400)
-    own = own_scales(beam, [far, 0.3 * far, 0.7 * far])
-    assert own.scales == 9
-    assert not own.note
-    for i, rate in enumerate((far, 0.3 * far, 0.7 * far)):
-        assert own.T[i] == pytest.approx(float(np.interp(rate, r.Phi, r["T"])), rel=2e-3)
-        slope = np.interp(rate, r.Phi, np.gradient(r["T"], r.Phi, edge_order=2))
-        assert own.K_t[i] == pytest.approx(slope, rel=0.03)
-        assert own.stress[i] == pytest.approx(np.interp(rate, r.Phi, r.stress.max("scale")), rel=5e-3, abs=1.0)
-    assert own.stiffness_ratio == pytest.approx(own.K_t / r.attrs["rigidity"])
-    # fewer neighbours bear less than an endless beam, which the row comes to
-    assert own.T[0] < 0.95 * float(squama.twist(beam, at=[far])["T"][0])
-    many = own_scales(PLA.replace(scales=60), [far])
-    assert own.T[0] < many.T[0]
-    # before engagement there is nothing between
-    assert own_scales(beam, [1e-3]).stiffness_ratio == pytest.approx(1.0)
-    end = own_scales(
-        squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="bend, lateral bend"), [4.0, 6.0, 20.0]
-    )
-    assert np.isfinite(end.T[:2]).all()
-    assert np.isnan(end.T[2])
-    assert "a row of 25 scales ends at" in end.note

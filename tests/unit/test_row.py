@@ -87,7 +87,8 @@ def test_every_scale_is_in_balance_and_the_torque_is_that_of_the_forces(beam, sc
     r = hinged(beam, scales=scales, mu=mu, to=f"{to} rad/pitch", points=400)
     phi, theta = r.phi.values, r.theta.values
     stiffness, d = beam.joint_stiffness, beam.pitch
-    for m in (80, 200, 320, 398):
+    touching = np.flatnonzero(phi > 1.01 * float(r.phi_e))
+    for m in touching[[len(touching) // 5, len(touching) // 2, 4 * len(touching) // 5, -2]]:
         rates = (theta[m + 1] - theta[m - 1]) / (phi[m + 1] - phi[m - 1])
         N = r.N.values[m, :-1] * d / stiffness
         lift, torque = forces_on_row(beam, theta[m], rates, phi[m], N, mu)
@@ -221,7 +222,7 @@ def test_where_a_row_ends():
     # tolerance: of 200 points the last one before, 0.5 % measured, on every processor
     assert float(np.abs(off.p[last, 0])) == pytest.approx(BEAM.beta * D, rel=1e-2)
     assert float(off.phi_end) == pytest.approx(0.267579, abs=1e-5)
-    assert float(off.phi[-1]) == pytest.approx(float(off.phi_end))
+    assert float(off.phi[-1]) == pytest.approx(float(off.phi_end), rel=3e-4)
     before = hinged(BEAM, scales=5, mu=0.2, to="0.05 rad/pitch")
     assert before.end == "range end"
     np.testing.assert_allclose(before.theta, before.theta[0, 0], rtol=1e-15)

@@ -19,7 +19,7 @@ from squama.study.models import Model, Twist
 from squama.study.plan import VARIABLES
 from squama.study.sweeping import make_plan, run
 
-BEAM = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scale={"strength": 1e8})
+BEAM = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None).replace(scale={"strength": 1e8})
 RANGES = {"mu": (0.1, 0.5, 5), "scale.length": ("36 mm", "52 mm", 4)}
 AT = "0.09 rad/pitch"
 FIGURES = {
@@ -262,8 +262,8 @@ def test_the_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: p
     assert "thick, elastic scales on compliant joints, figures at 0.09 rad/pitch" in out
     assert "note: joint.factor = normal(1, 0.01" in out
     lines = out[out.index("the nominal beam at 0.09 rad/pitch") :].splitlines()
-    said = ("endless, free to bow", "endless, held straight", "scales in a row")
-    assert all(words in line for line, words in zip(lines[1:4], said, strict=True))
+    said = ("endless, free to bow", "endless, held straight")
+    assert all(words in line for line, words in zip(lines[1:3], said, strict=True))
     assert "stiffness_ratio" in out
     assert "locked" not in out
 
@@ -272,7 +272,7 @@ def test_the_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: p
 
 
 def test_a_map_is_cut_at_jumps_and_where_nothing_is_known(tmp_path: Path) -> None:
-    beam = squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="bend, lateral bend")
+    beam = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None).replace(hold="bend, lateral bend")
     ranges = {"theta0": ("6 deg", "40 deg", 18), "eta": (2, 5, 13)}
     d = squama.sweep(beam, ranges, at="130 deg total", out=tmp_path / "m.zarr")
     known = slices.ends(d) != "joint unknown"
@@ -308,7 +308,7 @@ def test_a_map_is_cut_at_jumps_and_where_nothing_is_known(tmp_path: Path) -> Non
 
 
 def test_a_single_beam_among_unknown_ones_is_seen(tmp_path: Path) -> None:
-    beam = squama.Beam.from_toml("examples/stiff_skin.toml")
+    beam = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None)
     d = squama.sweep(beam, {"theta0": ("10 deg", "40 deg", 3), "eta": (3, 4, 3)}, at=AT, out=tmp_path / "m.zarr")
     assert (slices.ends(d) != "joint unknown").sum(axis=0).tolist() == [1, 1, 1]
     figure = squama.plot.map_figure(d, "stress", x="theta0", y="eta")
@@ -327,7 +327,7 @@ def test_a_single_beam_among_unknown_ones_is_seen(tmp_path: Path) -> None:
 )  # fmt: skip
 def test_a_twist_is_told_in_the_unit_in_which_it_is_round(text: str, words: str) -> None:
     twist = Twist.read("at", text, "twisting", BEAM)
-    assert twist.words(BEAM.scales) == words
+    assert twist.words(BEAM.pitches) == words
     assert Twist.from_text(twist.text) == twist
 
 
@@ -349,7 +349,7 @@ def test_samples_are_beams() -> None:
     assert u.attrs["notes"] == "" or "joint.factor" not in u.attrs["notes"]
 
 
-def test_the_error_of_the_joints_law_scatters_too() -> None:
+def test_the_error_of_the_joints_law_scatters_too(monkeypatch: pytest.MonkeyPatch) -> None:
     vary = {"mu": "+- 0.05"}
     u = squama.uncertainty(BEAM, vary, at=AT, samples=3200, indices=256)
     rms = law.errors().K_theta.rms
@@ -363,9 +363,11 @@ def test_the_error_of_the_joints_law_scatters_too() -> None:
     # its own share of the torque's scatter, by difference
     more = squama.uncertainty(BEAM, vary | {"joint.factor": "normal(1, 0.1)"}, at=AT, samples=3200)
     assert float(more["sd"].sel(figure="torque")) > float(u["sd"].sel(figure="torque"))
+    # few samples tell which parameters there are
+    monkeypatch.setattr("squama.study.tolerances.monte_carlo.FEWEST", 320)
     for known in (BEAM.replace(joint={"stiffness": 0.06}), BEAM):
         given = vary if known is not BEAM else vary | {"joint.stiffness": "normal(0.06 N m, 1 %)"}
-        assert "joint.factor" not in squama.uncertainty(known, given, at=AT, samples=3200).parameter.values
+        assert "joint.factor" not in squama.uncertainty(known, given, at=AT, samples=320, levels=[0.5]).parameter.values
 
 
 def test_what_is_not_known_is_a_share() -> None:

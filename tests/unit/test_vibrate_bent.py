@@ -108,5 +108,6 @@ def test_beyond_the_contact_it_is_refused(capsys):
     assert "is beyond 0.5" in capsys.readouterr().err
     assert main([*given, "0.1 rad/pitch", "--swings", "1"]) == 0
     assert (
-        "swings in bending (uniform): mu = 0.25, thick, elastic scales on compliant joints" in capsys.readouterr().out
+        "swings as an endless beam in bending (uniform): mu = 0.25, thick, elastic scales on compliant joints"
+        in capsys.readouterr().out
     )

@@ -31,12 +31,12 @@ def test_real_and_hinge_curves_stand_together() -> None:
     for now, other, joint in ((REAL, "on hinges", "hinge"), (HINGE, "on compliant joints", "compliant")):
         shown = named(now)
         assert list(shown) == ["without contact", other, "this design"]
-        r = squama.twist(now.beam, joint=joint, at=["0.1 rad/pitch"])
+        r = squama.twist(now.beam, joint=joint, at=["0.1 rad/pitch"], ends="endless")
         assert np.interp(0.1, shown[other].x, shown[other].y) == pytest.approx(r["T"].item(), rel=0.015)
     bent = named(REAL.change("load", "bending"))
     assert list(bent) == ["without contact", "on hinges", "this design"]
     for name, joint in (("on hinges", "hinge"), ("this design", "compliant")):
-        r = squama.bend(REAL.beam, joint=joint, at=["0.1 rad/pitch"])
+        r = squama.bend(REAL.beam, joint=joint, at=["0.1 rad/pitch"], ends="endless")
         assert np.interp(0.1, bent[name].x, bent[name].y) == pytest.approx(r["M"].item(), rel=0.015)
     # it is not there beside a joint that is not known at once
     assert list(named(state.preset("main").change("theta0", "26"))) == ["without contact", "this design"]
@@ -81,7 +81,9 @@ def test_a_loop_goes_up_and_back() -> None:
     ):
         m = live.motion(now.setting)
         sign = "-" if now.sense == "-" else ""
-        c = squama.cycle(now.beam, f"{sign}{now.twist} rad/pitch", joint=m.joint, ideal=now.setting.ideal, points=70)
+        c = squama.cycle(
+            now.beam, f"{sign}{now.twist} rad/pitch", joint=m.joint, ideal=now.setting.ideal, points=70, ends="endless"
+        )
         back = live.back(now)
         assert back
         down = c.isel(point=c.leg.values == 2)
@@ -139,7 +141,8 @@ def test_a_decay_is_that_of_vibrate_picture_by_picture() -> None:
 
 def test_a_decay_is_coloured_by_contact_and_tells_what_vibrate_warns_of() -> None:
     # its way goes beyond 0.3 rad per pitch, where curves end, in the sense in which nothing touches
-    now = state.of(squama.Beam.from_toml("examples/stiff_skin.toml")).change("path", "decay").change("twist", "0.3")
+    skin = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None)
+    now = state.of(skin).change("path", "decay").change("twist", "0.3")
     m, played = live.motion(now.setting), live.swing(now)
     frames = [(f["design"]["sense"] * f["state"]["load"], f["state"]["name"]) for f in played.frames]
     assert min(load for load, _ in frames) < -0.3
@@ -237,7 +240,9 @@ def test_the_residual_is_measured_less_computed_on_every_way(start: state.State,
     joint = live.motion(now.setting).joint
     sign = "-" if sense == "-" else ""
     ways = [f"{sign}{phi} rad/pitch" for phi in (0.12, 0.05, 0.13)]
-    c = squama.cycle(now.beam, ["0 rad/pitch", *ways, "0 rad/pitch"], joint=joint, ideal=now.setting.ideal, points=40)
+    c = squama.cycle(
+        now.beam, ["0 rad/pitch", *ways, "0 rad/pitch"], joint=joint, ideal=now.setting.ideal, points=40, ends="endless"
+    )
     added = 0.01
     rows = [f"{x},{y + added}" for x, y in zip(c.Phi.values.tolist(), c["T"].values.tolist(), strict=True)]
     found = tables.opened("loop.csv", "\n".join(["Phi (rad/m), T (N m)", *rows]).encode(), now)

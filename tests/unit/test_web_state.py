@@ -127,10 +127,10 @@ def test_the_real_beam_is_shown_by_default_and_names_its_model() -> None:
     # behind a second contact, too
     assert m.end == "range end"
     assert "other contact: " in live.outcome(now)[1]
-    r = squama.twist(now.beam, at=[f"{m.last} rad/pitch"])
+    r = squama.twist(now.beam, at=[f"{m.last} rad/pitch"], ends="endless")
     assert m.curve["torque"][-1] == pytest.approx(r["T"].item(), rel=1e-6)
     words = dict(live.readings(now))
-    at = squama.twist(now.beam, at=[f"{now.twist} rad/pitch"])
+    at = squama.twist(now.beam, at=[f"{now.twist} rad/pitch"], ends="endless")
     assert float(words["stiffness over bar's"]) == pytest.approx(at.stiffness_ratio.item(), rel=0.02)
     assert float(words["stress"].split()[0]) == pytest.approx(at.stress.item() / 1e6, rel=1e-2)
     where = live.outcome(now.change("scale_modulus", "300"))[1]

@@ -12,7 +12,7 @@ import pytest
 from web_raw import ROOT, explorer
 
 SCREENS = ROOT / "out" / "screens"
-FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-gpu-rasterization"]
 READY = """window.squamaView && squamaView.state && squamaView.contacts && location.search.length > 10
   && [0, 1, 2].every((i) => squamaTest.chart(i)?.getOption().series.length)"""
 HELPERS = """window.squamaTest = {

@@ -42,16 +42,16 @@ def of_beam(beam: Assembly, warnings: Iterable[str]) -> str:
         ("mu", friction),
         ("ratios", ratios),
     ]
-    length = beam.pitch * beam.scales * mm
+    length = beam.pitch * beam.pitches * mm
     faces = f" on {described(beam.faces)}" if beam.other else ""
-    title = f"Beam: {beam.scales} scales{faces}, pitch {beam.pitch * mm:.4g} mm, {length:.4g} mm long"
+    title = f"Beam: {beam.pitches} scales{faces}, pitch {beam.pitch * mm:.4g} mm, {length:.4g} mm long"
     return card(title, rows, (f"warning: {text}" for text in warnings), side(beam))
 
 
 def side(beam: Assembly) -> str:
     """Return the first scales and the bar seen from the side, as SVG; to scale."""
     scale, d, t = beam.scale, beam.pitch, beam.substrate.thickness / 2
-    count = min(beam.scales, DRAWN)
+    count = min(beam.pitches, DRAWN)
     # along the bar and up: half a width, an exposed and an embedded length
     width = scale.width / 2 * math.sin(scale.alpha)
     out = math.cos(scale.alpha) * math.cos(scale.theta0), math.sin(scale.theta0)
@@ -74,7 +74,7 @@ def side(beam: Assembly) -> str:
             plate = [(z - width, up * t), (z + width, up * t)]
             plate += [(z + width + x, up * (t + y)), (z - width + x, up * (t + y))]
             shapes.append(polygon(plate, f'fill="#4c86bd" stroke="#1f5fa8" stroke-width="0.8" {style}'))
-    words = f"{count} of {beam.scales} scales seen from the side"
+    words = f"{count} of {beam.pitches} scales seen from the side"
     return (
         f'<svg role="img" aria-label="{words}" width="{_ACROSS:.0f}" height="{(top - bottom) * k:.1f}" '
         f'style="display:block">{"".join(shapes)}</svg>'

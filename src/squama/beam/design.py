@@ -21,7 +21,7 @@ __all__ = ["Beam", "Friction", "Joint", "Scale", "Substrate"]
 
 
 class Beam(Assembly):
-    """A beam with N equal scales at equal distances.
+    """A beam with equal scales at equal distances: N of them, or without end.
 
     Parameters
     ----------
@@ -29,8 +29,12 @@ class Beam(Assembly):
         What it is made of.
     pitch : float or str
         Distance d between two scales, m.
-    scales : int
-        Number N of scales (of a face), at least 2; the beam is N d long.
+    scales : int or str, optional
+        Number N of scales (of a face), at least 2; the beam is N d long. Without it, or "endless", the beam is that of
+        the paper, all of whose pitches are alike; its lengths, totals and pictures are of 25 pitches.
+    ends : str, optional
+        Of a beam with a number of scales: "free" (a torque or a moment at both ends, if it is not given) or "gripped"
+        (both ends stay on one axis, as in a torsion tester).
     faces : str
         "one": scales on one face; "mirrored" (in the bar's middle plane, as armour) or "turned" (by half a turn about
         the beam's axis): on both; "mirrored, shifted" and "turned, shifted" by half a pitch. See `squama.beam.faces`.
@@ -59,7 +63,8 @@ class Beam(Assembly):
             scale: Scale | Mapping[str, Any],
             substrate: Substrate | Mapping[str, Any],
             pitch: Quantity,
-            scales: int = 25,
+            scales: int | str | None = None,
+            ends: str | None = None,
             faces: str = "one",
             hold: str | None = None,
             joint: Joint | Mapping[str, Any] = ...,
@@ -133,7 +138,7 @@ class Beam(Assembly):
         thickness: Quantity = "16 mm",
         youngs_modulus: Quantity = "25 GPa",
         poisson_ratio: Quantity = 0.25,
-        scales: int = 25,
+        scales: int | str | None = None,
         mu: Quantity | None = None,
         stiffness: Quantity | None = None,
         inclusion_factor: Quantity | None = None,
@@ -154,8 +159,8 @@ class Beam(Assembly):
             Section of the substrate, m; the thickness is 2t.
         youngs_modulus, poisson_ratio : float or str
             E_B, Pa, and nu.
-        scales : int
-            N.
+        scales : int or str, optional
+            N; an endless beam without it.
         mu, stiffness, inclusion_factor : float or str, optional
             As in `Friction` and `Joint`.
         modulus_ratio, scale_poisson_ratio : float, optional

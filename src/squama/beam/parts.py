@@ -9,13 +9,13 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
-from numbers import Integral
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NoReturn
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, ValidationInfo
 
 from squama.beam import beamfile, joint_law, matrixfile
+from squama.beam.ends import held_ends, number_of_scales
 from squama.beam.faces import FACES, Other, read
 from squama.errors import InputError, Problem, Problems
 from squama.loads import NEUTRAL, NOTHING, STRAINS, hold, holding
@@ -38,6 +38,8 @@ RATIOS = {
 _ALL_RATIOS = {**RATIOS, "modulus_ratio": RATIO._replace(example="2000")}
 PLASTIC = 0.35
 """Poisson's ratio of scales whose modulus alone is given: typical of printed plastics."""
+SHOWN = 25
+"""Pitches of an endless beam that lengths, totals and pictures are of."""
 
 
 def _read(name: str) -> BeforeValidator:
@@ -47,14 +49,6 @@ def _read(name: str) -> BeforeValidator:
         return bounded(value, dimension, bounds, bare=(info.context or {}).get("bare", True))
 
     return BeforeValidator(read)
-
-
-def whole(value: object) -> int:
-    """Return a number of scales, or refuse what is not a whole number of 2 or more."""
-    if isinstance(value, Integral) and 2 <= int(value) <= 1_000_000:
-        return int(value)
-    text = repr(value) if isinstance(value, float) else shown(value)
-    raise InputError(Problem("", text, "is not a whole number from 2 to 1000000", "write e.g. 25"))
 
 
 def read_ratios(given: Mapping[str, object]) -> dict[str, float]:
@@ -296,7 +290,8 @@ class Assembly(Part):
     scale: Scale
     substrate: Substrate
     pitch: Pitch
-    scales: Annotated[int, BeforeValidator(whole)] = 25
+    scales: Annotated[int | None, BeforeValidator(number_of_scales)] = None
+    ends: Annotated[str, BeforeValidator(held_ends)] | None = None
     faces: Faces = "one"
     hold: Hold | None = None
     joint: Joint = Joint()
@@ -380,9 +375,14 @@ class Assembly(Part):
         return self.substrate.neutral or next(iter(NEUTRAL))
 
     @property
+    def pitches(self) -> int:
+        """Number of pitches that lengths, totals and pictures are of: N, :data:`SHOWN` of an endless beam."""
+        return self.scales or SHOWN
+
+    @property
     def length(self) -> float:
         """Length of the beam N d, m."""
-        return self.scales * self.pitch
+        return self.pitches * self.pitch
 
     @property
     def G_B(self) -> float:

@@ -105,7 +105,7 @@ def _shown(beam: Beam, found: Mapping[str, Answer]) -> Iterable[str | Table]:
     attrs = data.attrs
     freed = f"; {attrs['free']} is left free" if "free" in attrs else ""
     yield (
-        f" bent and twisted: {covered(beam)}, mu = {float(data['mu']):g}, "
+        f" bent and twisted as an endless beam: {covered(beam)}, mu = {float(data['mu']):g}, "
         f"{LOADS['twisting'].model(joint=attrs['joint'], scales=attrs['scales'])}; {fixed(attrs)}{freed}"
     )
     yield ""

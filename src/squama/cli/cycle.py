@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
 from squama.errors import refuse
-from squama.loads import LOADS, fixed
+from squama.loads import LOADS, ended, fixed
 from squama.units import is_number, moment, number, shown
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ def cycle(
     history: Annotated[str | None, flag(_HISTORY)] = None,
     loops: Annotated[int, flag("How many times it is gone through (1).", read=whole(1, 10_000, "3"))] = 1,
     how: flags.How = flags.HOW,
+    ends: flags.Ends = None,
     mu: flags.Mu = None,
     margin: flags.Margin = 0.01,
     points: Annotated[int, flags.points(60)] = 60,
@@ -48,12 +49,14 @@ def cycle(
     from squama.curves.histories import cycled
     from squama.curves.labelled import flat_cycle
 
-    with flags.laid(flags.arguments(twist=name)):
+    with flags.laid(flags.arguments("ends", twist=name)):
         twists = _twists(name, text or "")
-        data = cycled(described, twists, margin=margin, points=points, loops=loops, **vars(how))
+        data = cycled(described, twists, margin=margin, points=points, loops=loops, ends=ends, **vars(how))
     written = output.write(common, data.dataset, "cycle_figure", flat_cycle)
     balance = {key: data[key] for key in ("energy_error",) if key in data.variables}
-    record = output.record(described, data, _KEYS, loops="loop", senses="sense", curve="point", **balance)
+    record = output.record(
+        described, data, _KEYS, loops="loop", senses="sense", curve="point", each="point scale", **balance
+    )
     return output.report(common.json, beam, written, record, _shown(described, data))
 
 
@@ -70,7 +73,7 @@ def _shown(beam: Beam, data: Answer) -> Iterable[str | Table]:
     """Yield the summary: a row per loop, and what holds for the whole history."""
     kind = LOADS[data.attrs["load"]]
     angle, torque, tangent = kind.angle, kind.torque, kind.tangent
-    yield f" in cycles of {kind.name}: {output.about(data)}; {fixed(data.attrs)}"
+    yield f" {ended(data.attrs)} in cycles of {kind.name}: {output.about(data)}; {fixed(data.attrs)}"
     bases, tops = data[f"{angle}_base"], data[f"{angle}_top"]
     if tops.size:
         cells = [data[name] for name in ("W_d", "U_max", "zeta_eq", "K_sec", f"{torque}_drop", f"{angle}_residual")]
@@ -87,7 +90,7 @@ def _shown(beam: Beam, data: Answer) -> Iterable[str | Table]:
     else:
         yield "no loop is closed: the history does not come back to where it turned"
     work = float(data["W_fr"][-1])
-    yield f"frictional work of the history: {work:.4g} J/m, {work * beam.length:.4g} J over {beam.scales} scales"
+    yield f"frictional work of the history: {work:.4g} J/m, {work * beam.length:.4g} J over {beam.pitches} scales"
     yield (
         f"largest {torque}: {moment(float(abs(data[torque]).max()))}; tangent stiffness {data[tangent].min():.4g} "
         f"to {data[tangent].max():.4g} N m2"

@@ -349,7 +349,7 @@ def deck(
     from squama.io import files
 
     friction = settled(described.friction.mu)
-    model = decks.model(described, mu=friction, scales=described.scales, twist=twist, **vars(made))
+    model = decks.model(described, mu=friction, scales=described.pitches, twist=twist, **vars(made))
     place, name = output.write_text(out, decks.write(model, program)), files.label(out)
     facts = {"scales": model.scales, "nodes": len(model.nodes), "elements": len(model.tets)}
     record = {"out": str(place), "program": program, **facts, "twist_per_pitch": twist}

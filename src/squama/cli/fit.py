@@ -114,7 +114,7 @@ class Tables:
         found, wrong = [], Problems()
         for path in paths:
             with wrong.caught(), flags.laid({"decimal": "--decimal", "columns": "--columns"}):
-                given = {"pitch": beam.pitch, "scales": beam.scales, **vars(self)}
+                given = {"pitch": beam.pitch, "scales": beam.pitches, **vars(self)}
                 found.append(measured.read(path, load=load, ordinate=measured.TIME if decay else None, **given))
         wrong.settle()
         return found

@@ -21,7 +21,7 @@ from cyclopts import Parameter
 from squama.beam import beamfile
 from squama.errors import InputError, Problems, naming, refuse
 from squama.io.files import label
-from squama.loads import LINES, LOADS, MODES
+from squama.loads import ENDS, LINES, LOADS, MODES
 from squama.progress import LOG
 from squama.units import MARGIN, Bounds, Dimension, bounded, shown
 
@@ -247,7 +247,7 @@ def rate(name: str, text: str, beam: Beam, load: str = "twisting", *, still: boo
     """Return the twist rate or curvature that a flag asks for, rad/m; only if ``still`` it may be 0."""
     kind = LOADS[load]
     with naming(name):
-        found = kind.read(text, pitch=beam.pitch, scales=beam.scales, bare=False)
+        found = kind.read(text, pitch=beam.pitch, scales=beam.pitches, bare=False)
     if found < 0 or (found == 0 and not still):
         least = "0 or more" if still else "more than 0"
         refuse(name, shown(text), f"must be {least}{kind.other_way('--sense -')}", 'write e.g. "0.2 rad/pitch"')
@@ -297,6 +297,7 @@ _CUT = "Where a curve that locks is cut off: fraction of its path left before th
 Margin = Annotated[float, flag(_CUT, read=within(MARGIN))]
 Json = Annotated[bool, Parameter(help="Print everything as JSON instead of the summary.")]
 Quiet = Annotated[bool, Parameter(help="No lines of progress.")]
+Ends = Annotated[str | None, flag("Ends: free, gripped, equal (cells alike), endless (free).", read=one_of(*ENDS))]
 Plot = Annotated[tuple[File, ...], flag("Picture to write: .png, .svg or .pdf; may be repeated.")]
 
 

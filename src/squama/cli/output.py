@@ -95,8 +95,10 @@ def write_beams(folder: str, texts: Mapping[int, str]) -> list[Path]:
 
 def flat(dataset: xr.Dataset, over: str) -> xr.Dataset:
     """Return a dataset as a table of one shape: what belongs to a point stands in the line of each of its scales."""
-    along = {name: v.broadcast_like(dataset[over]) for name, v in dataset.data_vars.items() if v.dims == ("point",)}
-    return dataset.assign(along)
+    if "scale" not in dataset.dims:
+        return dataset
+    along = (name for name, v in dataset.data_vars.items() if "point" in v.dims and "scale" not in v.dims)
+    return dataset.assign({name: dataset[name].broadcast_like(dataset[over]) for name in along})
 
 
 # ---- the result -------------------------------------------------------------------------------------------

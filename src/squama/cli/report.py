@@ -18,7 +18,7 @@ from squama.cli.output import table, warnings
 from squama.curves import bench
 from squama.curves.both_faces import worst
 from squama.fe.agreement import SHARE, holds
-from squama.loads import LOADS, THIN, Load
+from squama.loads import ENDLESS, LOADS, THIN, Load
 from squama.model.laws import LAWS
 from squama.model.outcome import SENTENCES, End
 from squama.symbols import OTHER
@@ -41,7 +41,14 @@ _KEEPS = "  torque T that keeps it from twisting, N m"
 def covered(beam: Beam) -> str:
     """Say how many scales a beam has, and where."""
     where = f" on {faces.described(beam.faces)}" if beam.other else ""
-    return f"{beam.scales} scales on {beam.length * 1e3:.4g} mm{where}"
+    if beam.scales is None:
+        return f"a scale every {beam.pitch * 1e3:.4g} mm{where}"
+    return f"{beam.pitches} scales on {beam.length * 1e3:.4g} mm{where}"
+
+
+def own(beam: Beam) -> str:
+    """Return what the answer of a beam with a number of scales is called."""
+    return f"{beam.pitches} scales"
 
 
 def beside(beam: Beam, laws: Mapping[str, Answer]) -> Bench | None:
@@ -59,7 +66,7 @@ def summary(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | Non
     sense = f", sense {data.attrs['sense']}" if "sense" in data.attrs else ""
     margin = next(float(a.attrs["margin"]) for a in laws.values() if "margin" in a.attrs)
     how = "" if HINGE in laws else f", {data.attrs['scales']} on hinges"
-    yield f" {words.done} as an endless beam{how}: {covered(beam)}, mu = {mus}{sense}; {loads.fixed(data.attrs)}"
+    yield f" {words.done} {loads.ended(data.attrs)}{how}: {covered(beam)}, mu = {mus}{sense}; {loads.fixed(data.attrs)}"
     if found is not None:
         total = math.degrees(found.at / beam.pitch * beam.length)
         twice = ", twice the engagement" if found.at > 1.999 * float(data[f"{words.angle}_e"]) else ""
@@ -78,7 +85,7 @@ def summary(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | Non
             yield _family(words, beam, response, loads=name != HINGE)
             yield ""
         yield (
-            f"angles {words.angle} per pitch in rad, in total over {beam.scales} scales in deg; {words.torque}, "
+            f"angles {words.angle} per pitch in rad, in total over {beam.pitches} scales in deg; {words.torque}, "
             f"{words.torque}/{words.torque}0 (over the bare beam's) and RED at the cut-off, "
             f"margin {margin:g}"
         )
@@ -91,7 +98,7 @@ def summary(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | Non
 
 def column(name: str) -> str:
     """Return what a response is called: by its law, or by its joint."""
-    return name if name in (REAL, IDEAL, HINGE) else f"{name} law"
+    return f"{name} law" if name in LAWS else name
 
 
 def singles(data: Answer) -> list[Answer]:
@@ -133,7 +140,8 @@ def _notes(kind: Load, beam: Beam, law: str, laws: Mapping[str, Answer]) -> list
     if any(str(End.NONE) in data["end"] for data in laws.values()):
         lines.append("without engagement the scales take no load and the curve is that of the beam without contact")
     if len(laws) > 1:
-        whose = {REAL: "real beam", IDEAL: "beam with thin, rigid scales"}.get(law, column(law))
+        names = {REAL: "real beam", IDEAL: "beam with thin, rigid scales", own(beam): f"beam of {own(beam)}"}
+        whose = names.get(law, column(law))
         lines.append(f"the curve, files and pictures are those of the {whose}")
     return lines
 
@@ -171,7 +179,8 @@ def record(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None
     """Return all there is to say about a twisted or bent beam; ``found``: what stands beside the endless beam.
 
     ``figures`` are single figures of the curve, a list of them each for a family over ``mu``; ``laws`` the same for
-    each law; ``curve`` the points, a list of lists for a family; ``derived`` what follows from the beam.
+    each law; ``curve`` the points, a list of lists for a family, ``each`` those of each of N scales; ``derived`` what
+    follows from the beam.
     """
     data, kind = laws[law], LOADS[laws[law].attrs["load"]]
     derived: dict[str, object] = {**beam.ratios}
@@ -185,8 +194,8 @@ def record(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None
         others = {name: answer for name, answer in laws.items() if answer is not data}
         derived["off"] = {name: [d._asdict() for d in differences(answer, data)] for name, answer in others.items()}
     figures = {name: _figures(response) for name, response in laws.items()}
-    keys = "load law joint scales sense margin neutral hold followed squama_version"
-    parts = {"laws": figures, "curve": data.curves, "bench": found and found.record}
+    keys = "load law joint scales sense margin neutral hold ends followed squama_version"
+    parts = {"laws": figures, "curve": data.curves, "each": data.each, "bench": found and found.record}
     return output.record(beam, data, keys, derived=derived, figures=figures[law], **parts)
 
 
@@ -206,17 +215,25 @@ def responses(load: str, beam: Beam, law: str, sense: str, numbers: dict[str, An
     }
 
 
-def ladder(load: str, beam: Beam, law: str, sense: str, numbers: dict[str, Any], *, ideal: bool) -> dict[str, Answer]:
-    """Return the response of the real beam and, at the same loads, that of simpler ones, by what they are called."""
+def ladder(
+    load: str, beam: Beam, law: str, sense: str, numbers: dict[str, Any], *, ideal: bool, ends: str | None
+) -> dict[str, Answer]:  # fmt: skip
+    """Return the response of the beam and, at the same loads, that of simpler ones, by what they are called.
+
+    Beside a beam with a number of scales stands the endless one, beside that the one of thin, rigid scales.
+    """
     from squama.curves.doors import respond
 
-    ours = respond(beam, load, law=law, sense=sense, joint="compliant", ideal=ideal, **numbers)
+    ours = respond(beam, load, law=law, sense=sense, joint="compliant", ideal=ideal, ends=ends, **numbers)
     rates = ours[LOADS[load].rate] if ours.family is None else ours[LOADS[load].rate][0]
     # their own ends are looked for within the same range
-    same = {**numbers, "points": 3, "to": float(rates[-1]), "at": rates, "sense": sense}
-    found = {IDEAL if ideal else REAL: ours}
-    if not ideal:
-        found[IDEAL] = respond(beam, load, joint="compliant", ideal=True, **same)
+    same = {**numbers, "points": 3, "to": float(rates[-1]), "at": rates, "sense": sense, "ends": ENDLESS}
+    if "ends" in ours.attrs:
+        found = {own(beam): ours, ENDLESS: respond(beam, load, joint="compliant", ideal=ideal, **same)}
+    else:
+        found = {IDEAL if ideal else REAL: ours}
+        if not ideal:
+            found[IDEAL] = respond(beam, load, joint="compliant", ideal=True, **same)
     # a hinge has no line but the bar's middle where there is no axial force
     hinged = same | {"neutral": None if LOADS[load].sided else "middle"}
     return {**found, HINGE: respond(beam, load, joint="hinge", ideal=True, **hinged)}
@@ -231,7 +248,7 @@ def _table(words: Load, beam: Beam, margin: float, laws: Mapping[str, Answer]) -
         return [label, *(_figure(data, name, factor) for data in laws.values())]
 
     def total(at: str) -> list[str]:
-        return row(f"  in total over {beam.scales} scales, deg", f"{angle}_{at}", degrees * beam.scales)
+        return row(f"  in total over {beam.pitches} scales, deg", f"{angle}_{at}", degrees * beam.pitches)
 
     cut_off = [
         row("  theta at the end, deg", "theta_end", degrees),
@@ -274,7 +291,7 @@ def _states(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Iterable[lis
         unloaded[0]: (unloaded[1], 1.0),
         f"  d{torque}/d{rate}, N m^2": (words.tangent, 1.0),
         f"  d{torque}/d{rate} over that without contact": ("stiffness_ratio", 1.0),
-        "  theta, deg": ("theta", math.degrees(1)),
+        f"  theta{', mean of the scales' if 'ends' in first.attrs else ''}, deg": ("theta", math.degrees(1)),
         "  largest stress in a scale, MPa": ("stress", 1e-6),
         "  largest strain around a scale": ("strain", 1.0),
     }
@@ -283,13 +300,15 @@ def _states(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Iterable[lis
     def at(name: str, load: float, factor: float) -> Iterable[str]:
         for data, last in zip(laws.values(), reach, strict=True):
             known = name in data.variables and load <= last * (1 + 1e-9)
-            along = (worst(data.curves, name) if name in ("stress", "strain") else data[name]) if known else None
+            along = (
+                None if not known else worst(data.curves, name) if name in ("stress", "strain") else data.along(name)
+            )
             yield number(math.nan if along is None else float(np.interp(load, data[angle], along)) * factor)
 
     engaged = float(first[f"{angle}_e"])
     places = {f"at 2 {angle}_e =": 2 * engaged} if 2 * engaged < reach[0] else {}
     for place, load in (places | {f"at the end, {angle} =": reach[0]}).items():
-        yield [f"{place} {load:.4g} ({math.degrees(load) * beam.scales:.4g} deg in total)", *[""] * len(laws)]
+        yield [f"{place} {load:.4g} ({math.degrees(load) * beam.pitches:.4g} deg in total)", *[""] * len(laws)]
         yield from ([label, *at(name, load, factor)] for label, (name, factor) in figures.items())
 
 
@@ -331,23 +350,28 @@ def _real(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
 
 def _borne(words: Load, data: Answer) -> list[str]:
     """Return where a scale is stressed most, and what its embedded part bears, at the last point that says it."""
-    lines, loads = [], data[words.angle]
+    lines, loads, curves = [], data[words.angle], data.curves
 
-    def of_face(name: str, i: int) -> tuple[str, str]:
-        """Return the ending of names, and words, of the face where a figure is larger."""
-        return (OTHER, " on the other face") if float(worst(data.curves, name)[i]) > data[name][i] else ("", "")
+    def where_most(name: str, i: int) -> tuple[str, tuple[int, ...], str]:
+        """Return ending of names, place in arrays, and words, of the face or the scale where a figure is largest."""
+        if name in data.each:
+            scale = int(np.nanargmax(data[name][i]))
+            return "", (i, scale), f" of scale {scale + 1}"
+        other = float(worst(curves, name)[i]) > data[name][i]
+        return (OTHER, (i,), " on the other face") if other else ("", (i,), "")
 
-    for i in np.flatnonzero(np.isfinite(data["stress_x"]))[-1:]:
-        tail, where = of_face("stress", i)
-        x, stress = float(data[f"stress_x{tail}"][i]), float(data[f"stress{tail}"][i])
-        place = f"{x * 1e3:.3g} mm from the root" if x else "at the root"
-        lines.append(f"largest stress in a scale: {stress / 1e6:.3g} MPa {place}{where}, at {loads[i]:.4g} rad/pitch")
-    for i in np.flatnonzero(np.isfinite(data["tab_force"]) & (loads > data[f"{words.angle}_e"]))[-1:]:
-        tail, where = of_face("tab_force", i)
-        pull, bend, twist = (float(data[f"{name}{tail}"][i]) for name in ("pull_out", "tab_bending", "tab_torsion"))
+    for i in np.flatnonzero(np.isfinite(data.along("stress_x")))[-1:]:
+        tail, place, where = where_most("stress", i)
+        x, stress = float(data[f"stress_x{tail}"][place]), float(data[f"stress{tail}"][place])
+        along = f"{x * 1e3:.3g} mm from the root" if x else "at the root"
+        lines.append(f"largest stress in a scale: {stress / 1e6:.3g} MPa {along}{where}, at {loads[i]:.4g} rad/pitch")
+    for i in np.flatnonzero(np.isfinite(data.along("tab_force")) & (loads > data[f"{words.angle}_e"]))[-1:]:
+        tail, place, where = where_most("tab_force", i)
+        names = "tab_force", "pull_out", "tab_bending", "tab_torsion"
+        force, pull, bend, twist = (float(data[f"{name}{tail}"][place]) for name in names)
         way = "outwards" if pull > 0 else "inwards"
         lines.append(
-            f"its embedded part{where} bears {data[f'tab_force{tail}'][i]:.3g} N, {abs(pull):.3g} N of it {way}, "
+            f"the embedded part{where or ' of a scale'} bears {force:.3g} N, {abs(pull):.3g} N of it {way}, "
             f"bending of {moment(abs(bend))}, torsion of {moment(abs(twist))}, at {loads[i]:.4g} rad/pitch"
         )
     return lines
@@ -383,10 +407,10 @@ def differences(answer: Answer, reference: Answer, share: float = SHARE) -> list
     angle, torque = words.angle, words.torque
     for one, two in zip(singles(answer), singles(reference), strict=True):
         # in a family the curve may stand at the twists of another friction
-        phi, theta = two[angle], np.interp(two[angle], one[angle], one["theta"], right=np.nan)
+        phi, theta = two[angle], np.interp(two[angle], one[angle], one.along("theta"), right=np.nan)
         with np.errstate(divide="ignore", invalid="ignore"):
             off = np.where(phi > 0, np.interp(phi, one[angle], one[torque], right=np.nan) / two[torque] - 1, np.nan)
         within, end = holds(phi, off, share)
-        last = (phi[end], off[end], theta[end] - two["theta"][end]) if math.isfinite(within) else [math.nan] * 3
+        last = (phi[end], off[end], theta[end] - two.along("theta")[end]) if math.isfinite(within) else [math.nan] * 3
         found.append(Difference(float(one["mu"]), within, *map(float, last)))
     return found

@@ -85,7 +85,7 @@ def sweep(
         done, tiles = study.run(plan, Path(out), shard=shard, dask=dask, progress=chosen)
     sides = " x ".join(f"{n} {dim}" for n, dim in zip(plan.shape, plan.dims, strict=True))
     dataset = open_sweep(out)
-    how = model(dataset.attrs) + (f", figures at {plan.model.at.words(described.scales)}" if plan.model.at else "")
+    how = model(dataset.attrs) + (f", figures at {plan.model.at.words(described.pitches)}" if plan.model.at else "")
     line = f"{name}: {plan.cells} cells ({sides}), {how}; look at it with: squama map {name} --plot map.png"
     if done < tiles:
         line = f"{name}: {f'shard {shard} is done; ' if shard else ''}{done} of {tiles} tiles are done"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from squama.cli import flags, output
 from squama.cli.fit import TABLES, Tables
 from squama.cli.flags import flag, settled
-from squama.loads import ENDS, LOADS, fixed
+from squama.loads import LOADS, fixed
 from squama.model.outcome import SENTENCES, End
 from squama.units import moment, number, shown
 
@@ -20,9 +20,6 @@ if TYPE_CHECKING:
 
 _DATA = 'Measured points to draw too: CSV with a header such as "Phi (deg/mm), T (N mm)".'
 _TO = f"Where to stop: {flags.TWISTS} (0.3 rad/pitch; on the hinge where the endless beam's curve is cut off)."
-_ENDS = (
-    "Ends: free (a torque alone), gripped (coaxial) or equal (all cells have the same strains) (free; hinges: equal)."
-)
 
 
 @flags.group
@@ -33,6 +30,7 @@ class Curve:
     margin: flags.Margin = 0.01
     points: Annotated[int, flags.points(200)] = 200
     to: Annotated[str | None, flag(f"Where to stop: {flags.TWISTS}.")] = None
+    ends: flags.Ends = None
     data: Annotated[flags.File | None, flag(_DATA)] = None
 
 
@@ -97,19 +95,24 @@ def respond(
     family = list(mu) if len(mu) > 1 else None
     numbers: dict[str, Any] = {"margin": curve.margin, "points": curve.points, "to": stop, "mu": family}
     numbers["neutral"] = joints.neutral
-    with flags.laid(flags.arguments("neutral")):
+    with flags.laid(flags.arguments("neutral", "ends")):
         means = chosen(beam, LOADS[load], law=law, joint=joints.joint, neutral=joints.neutral)
         if means.note:
             print(f"squama: warning: {means.note}", file=sys.stderr)
         if means.real:
-            laws = report.ladder(load, beam, law, sense, numbers, ideal=bool(joints.ideal))
+            laws = report.ladder(load, beam, law, sense, numbers, ideal=bool(joints.ideal), ends=curve.ends)
             law = next(iter(laws))
         else:
             laws = report.responses(load, beam, law, sense, numbers)
     beside = laws[report.HINGE].dataset() if common.plot and report.HINGE in laws else None
-    written = output.write(common, laws[law].dataset, "response_figure", measured=measured, hinge=beside)
+    written = output.write(common, laws[law].dataset, "response_figure", _lines, measured=measured, hinge=beside)
     answer = beam, law, laws, report.beside(beam, laws)
     return output.report(common.json, path, written, report.record(*answer), report.summary(*answer))
+
+
+def _lines(data: xr.Dataset) -> xr.Dataset:
+    """Return a dataset as a table of one shape, a line for each scale of a beam with a number of them."""
+    return output.flat(data, "theta")
 
 
 def _without(tables: Tables) -> None:
@@ -130,7 +133,7 @@ def row(
     sense: flags.Sense = "+",
     joint: flags.Joint = None,
     ideal: flags.Ideal = False,
-    ends: Annotated[str | None, flag(_ENDS, read=flags.one_of(*ENDS))] = None,
+    ends: flags.Ends = None,
     points: Annotated[int, flags.points(100)] = 100,
     common: flags.Common = flags.COMMON,
 ) -> int:
@@ -144,7 +147,7 @@ def row(
     how: dict[str, Any] = {"to": stop, "sense": sense, "points": points, "joint": joint, "ideal": ideal or None}
     with flags.laid(flags.arguments()):
         data = finite_rows.row(described, scales=scales, ends=ends, **how)
-    written = output.write(common, lambda: data, "row_figure", lambda d: output.flat(d.reset_coords("phi"), "theta"))
+    written = output.write(common, lambda: data, "row_figure", lambda d: _lines(d.reset_coords("phi")))
     keys = "load law joint sense ends squama_version"
     parts = {"figures": output.figures(data), "curve": "point", "scales": "point scale"}
     record = output.record(described, data, keys, **parts) | {"idealisation": data.attrs["scales"]}

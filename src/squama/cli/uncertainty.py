@@ -107,7 +107,8 @@ def _bench(u: xr.Dataset, beam: Beam, given: Mapping[str, object]) -> Bench | No
         beam = beam.replace(friction={"mu": nominal(friction, beam)})
     load, at = u.attrs["load"], float(Twist.from_text(u.attrs["at"]).per_pitch(beam.pitch))
     ideal, sense = u.attrs["scales"] == THIN, u.attrs["sense"]
-    answer = doors.respond(beam, load, to=at / beam.pitch, sense=sense, joint="compliant", ideal=ideal)
+    how = doors.How(joint="compliant", ideal=ideal)
+    answer = doors.respond(beam, load, to=at / beam.pitch, sense=sense, **how)
     return bench.bench(beam, answer, ideal=ideal, at=at)
 
 
@@ -213,7 +214,7 @@ def _shown(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Iterable[str | T
     """Return the summary; ``nominal``: the nominal beam on the bench."""
     from squama.study.models import Twist
 
-    load, n, scales = u.attrs["load"], u.attrs["samples"], beam.scales
+    load, n, scales = u.attrs["load"], u.attrs["samples"], beam.pitches
     drawn = {"sobol": "scrambled Sobol points", "random": "random points (PCG64)"}[u.attrs["sampler"]]
     at = f", figures at {Twist.from_text(u.attrs['at']).words(scales)}" if "at" in u.attrs else ""
     yield f" in {load} as an endless beam, {model(u.attrs)}{at}: {n} beams, {drawn}, seed {u.attrs['seed']}"

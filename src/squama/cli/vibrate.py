@@ -65,7 +65,7 @@ def _cycles(data: xr.Dataset) -> Iterable[str | Table]:
     """Yield the summary: a row per cycle, and how the record ends."""
     kind, attrs = LOADS[data.attrs["load"]], data.attrs
     angle = kind.angle
-    yield f" swings in {kind.name} ({attrs['mode']}): {output.about(data)}"
+    yield f" swings as an endless beam in {kind.name} ({attrs['mode']}): {output.about(data)}"
     columns = ("t_turn", f"{angle}_turn", "U_turn", "zeta_cycle", "period")
     t, y, U, zeta, period = (data[name].values for name in columns)
     n = min(zeta.size, SHOWN)
@@ -131,7 +131,7 @@ def _table(data: xr.Dataset) -> xr.Dataset:
 def _states(data: xr.Dataset) -> Iterable[str | Table]:
     """Yield the summary: a row per frequency, upwards and downwards."""
     kind, attrs = LOADS[data.attrs["load"]], data.attrs
-    yield f" shaken in {kind.name} ({attrs['mode']}): {output.about(data)}"
+    yield f" shaken as an endless beam in {kind.name} ({attrs['mode']}): {output.about(data)}"
     head, columns = ["Hz"], [map(shown_number, data["frequency"].values)]
     for way in ("up", "down"):
         one = data.sel(way=way)

@@ -72,7 +72,8 @@ def _shown(found: View) -> Iterable[str]:
     state, asked = found.state, found.asked
     faces = [f"inclination {math.degrees(one.theta):.4g} deg, {one.name}" for one in (state, state.other) if one]
     held = f"bent by {bend:.4g} and twisted by " if (bend := found.motion.setting.bend) else ""
-    yield f": {held}{state.load:.4g} rad per pitch, {'; on the other face '.join(faces)}; {found.model}"
+    model = f"{found.model}, as in an endless beam"
+    yield f": {held}{state.load:.4g} rad per pitch, {'; on the other face '.join(faces)}; {model}"
     if asked > found.last:
         yield f"asked for {asked:.4g} rad per pitch, but the curve ends before: {found.end}; its last state is shown"
     yield from output.warnings(found.notes)

@@ -54,6 +54,7 @@ from squama.contacts.system import (
     MU,
     ONE,
     OTHER,
+    SMOOTH,
     STUCK,
     State,
     copied,
@@ -174,10 +175,11 @@ def sliding(w: Walk, h: float) -> bool:
     m = w.counts[0]
     guess(w, h)
     for c in range(m):
-        w.con[c, STUCK] = 0
-    w.past.weights[0], w.J.kept[0] = 0.0, 0
+        w.con[c, STUCK] = SMOOTH
+    w.J.kept[0] = 0
     found = solve(w.S, w.new, w.past, w.con, m, w.W, w.J, w.loads)
-    weigh(w, h)
+    for c in range(m):
+        w.con[c, STUCK] = 0
     w.J.kept[0] = 0
     return found and solve(w.S, w.new, w.past, w.con, m, w.W, w.J, w.loads)
 
@@ -214,13 +216,16 @@ def touched(w: Walk) -> int:
     """Return a number of the present contacts, and of which stick, whatever their order."""
     n: int = 0
     for c in range(w.counts[0]):
-        n += (2 * number(w.con[c]) + w.con[c, STUCK] + 1) * 2654435761 % 4294967291
+        n += (3 * number(w.con[c]) + w.con[c, STUCK] + 1) * 2654435761 % 4294967291
     return n
 
 
 @_jit
-def regroup(w: Walk, h: float) -> int:
-    """Look for any equilibrium after an increment: contacts come and go until all conditions hold; 0 if they do."""
+def regroup(w: Walk, h: float, deep: bool) -> int:
+    """Look for any equilibrium after an increment: contacts come and go until all conditions hold; 0 if they do.
+
+    ``deep``: scales may be deeper in each other on the way than where one comes in from the side.
+    """
     ends, slide, before, again = 0, True, -1, 1
     for count in range(_CHANGES + 3 * (len(w.S.shapes) - 1)):
         # contacts that were there before come and go in a circle (Brent's algorithm)
@@ -252,7 +257,7 @@ def regroup(w: Walk, h: float) -> int:
                 if len(w.S.shapes) > 1 and w.con[o, FIRST] != scale and missed(w, w.new, what, o):
                     give(w, w.new, what, o)
         else:
-            if sideways(w, v):
+            if sideways(w, v) and not deep:
                 return SIDE_ENTRY
             if not add_contact(w, w.new, w.best):
                 return MANY

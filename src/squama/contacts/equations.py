@@ -103,7 +103,7 @@ def residual(
         A, B = frame(row, g)
         size = np.sqrt(dot(f, f))
         told[N_], told[F_], told[MARGIN] = normal_force, size, 0.0
-        if mu.real > 0.0 and past.weights[0] != 0.0:
+        if mu.real > 0.0 and row[STUCK] >= 0:
             D1, _, _, _, _ = before(S, row, st.s[c], past, 0)
             v = scaled(past.weights[1], D1)
             if past.weights[2] != 0.0:

@@ -56,6 +56,7 @@ from squama.contacts.increments import (
 from squama.contacts.locating import LOCATED, locate
 from squama.contacts.meeting import clear, inclination, prepared
 from squama.contacts.newton import solve
+from squama.contacts.slipped import GUESSES, slipped
 from squama.contacts.system import ENDED, FIRST, FLUSH, FREE, KIND, LIES, MU, STRAINS, STUCK, cells, copy
 from squama.contacts.works import INEXACT, UNBALANCED, accept, fall, remember, rounded, unbalanced, worked
 from squama.contacts.written import write
@@ -74,26 +75,31 @@ snap loses, for it to be one."""
 
 
 @_jit
-def reached(w: Walk, h: float, before: float) -> int:
+def reached(w: Walk, h: float, before: float, gone: int) -> int:
     """Look for any equilibrium after an increment; 0 if it is found.
 
-    From the last contacts, as they are and all sticking, and from none. None has more energy than that ``before`` and
-    the work done.
+    From the last contacts, as they are and all sticking, and from none; or, if it is not -1, with other edges in the
+    place of the contact ``gone``. None has more energy than that ``before`` and the work done.
     """
     code = NO_EQUILIBRIUM
-    for way in range(3):
-        if way == 1 and not rubs(w):
-            continue
+    for way in range(3 if gone < 0 else GUESSES):
         restore(w)
         w.tally[T_FRESH] = 0.0
         guess(w, h)
-        for c in range(w.counts[0]):
-            if way == 1:
-                w.con[c, STUCK] = 1
-        if way == 2:
-            # from the state without any contact
-            w.counts[0], w.J.kept[0] = 0, 0
-        found = regroup(w, h)
+        if gone >= 0:
+            found = slipped(w, h, gone, way)
+        elif way == 1 and not rubs(w):
+            continue
+        else:
+            for c in range(w.counts[0]):
+                if way == 1:
+                    w.con[c, STUCK] = 1
+            if way == 2:
+                # from the state without any contact
+                w.counts[0], w.J.kept[0] = 0, 0
+            found = regroup(w, h, False)
+        if found < 0:
+            break
         if found == 0:
             lost, doubt = fall(w, h, before)
             if lost.real >= -doubt.real - _SNAPS * max(before.real, rounded(w).real):
@@ -168,9 +174,10 @@ def strongest(con: Array, m: int, F: Array, others: Array, n: int) -> int:
 
 
 @_jit
-def jump(w: Walk, goal: float, step: float, events: Array) -> int:
+def jump(w: Walk, goal: float, step: float, gone: int, events: Array) -> int:
     """Go on from where the path is not continuous: to an equilibrium a little further, with the energy it loses.
 
+    ``gone``: a contact that left its edge, for which others are tried, or -1.
     A station that would be passed is tried first: its state is one of its own way if there is an equilibrium.
     """
     t = w.tally
@@ -186,11 +193,11 @@ def jump(w: Walk, goal: float, step: float, events: Array) -> int:
         found = NO_EQUILIBRIUM
         if h > left and not passed:
             passed = True
-            found = reached(w, left, before)
+            found = reached(w, left, before, gone)
             if found == 0:
                 h = left
         if found != 0:
-            found = reached(w, h, before)
+            found = reached(w, h, before, gone)
         code = found if code == RANGE else code
         if found != 0:
             continue
@@ -208,7 +215,7 @@ def stopped(w: Walk, goal: float, step: float, events: Array) -> int:
     c, several = w.counts[0] - 1, len(w.S.shapes) > w.S.stride
     # of a row one place is given up before all of its contacts are looked for anew
     if not merged(w, several):
-        code = jump(w, goal, step, events)
+        code = jump(w, goal, step, -1, events)
         if several or code == RANGE or not merged(w, True):
             return code
     copy(w.kept[c], w.con[c])
@@ -271,7 +278,9 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
     zeros = (2 if what == FLIP else _ZEROS) + N - 1
     if t[T_ZERO] > zeros or t[T_EVENTS] > _EVENTS * N or not altering(w, what, c, events):
         t[T_ZERO] = 0.0
-        code = jump(w, goal, step, events)
+        code = jump(w, goal, step, -1, events)
+        if code != RANGE and what == OFF and w.S.stride == N:
+            code = jump(w, goal, step, c, events)
         # a corner that leaves an edge, and finds no other hold, comes to lie beside it
         return SIDE_ENTRY if what == OFF and code == NO_EQUILIBRIUM else code
     together(w, what, scale, events)

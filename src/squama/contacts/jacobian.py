@@ -170,7 +170,7 @@ def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> No
     N = dot(F, g.n)
     f = add(F, -N, g.n)
     A, B = frame(row, g)
-    rubs = mu > 0.0 and past.weights[0] != 0.0
+    rubs = mu > 0.0 and row[STUCK] >= 0
     slips, most, reach, hat = rubbing(S, row, s, past, g, f, mu * max(N, 0.0), rubs)
     places, bows = unknown(kind, row[ONE], row[OTHER]), (xx1, xy1, yy1, xx2, xy2, yy2)
     t1, t2 = along_edges(row, g)

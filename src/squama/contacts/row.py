@@ -163,12 +163,12 @@ def _states(
     first = path.COLUMNS.index("u_X")
     rows[:, :, first : first + 6], rows[:, :, len(path.COLUMNS) :] = motions, bends
     shared = ("phi", "psi", "twist", "aside", "stretch", "M", "torque", "B", "P", "W", "W_fr", "W_snap")
-    for at, name in [*enumerate(shared), (20, "T")]:
+    for at, name in [*enumerate(shared), (13, "mode"), (17, "T_slip"), (20, "T")]:
         # the solver tells frictional work and what snaps lose of all scales
         column[name][...] = raw[:, at, None] / (n if at in (10, 11) else 1)
     for name, own in zip(("psi", "twist", "aside", "stretch"), np.moveaxis(cells, -1, 0), strict=False):
         column[name][...] = own
-    for name, missing in (("x", np.nan), ("y", np.nan), ("first", -1.0), ("second", -1.0), ("T_slip", np.nan)):
+    for name, missing in (("x", np.nan), ("y", np.nan), ("first", -1.0), ("second", -1.0)):
         column[name][...] = missing
     there = np.arange(contacts.shape[1]) < raw[:, 12, None]
     which, c = np.nonzero(there & (contacts[:, :, KIND] != LIES))
@@ -196,7 +196,7 @@ def _of_springs(way: path.Path, rows: Array) -> Array:
     return np.column_stack([states.of_springs(way._replace(beams=one), rows[:, i]) for i, one in enumerate(beams)])
 
 
-def decay(way: path.Path, ends: int = EQUAL) -> float:
+def decay(way: path.Path, ends: int = EQUAL, load: int = PHI) -> float:
     """Return how much of an end's effect is left one contact further on, at engagement and without friction.
 
     Forces of contacts then grow by N' with a N'_(i-1) + b N'_i + a N'_(i+1) alike for all of them, so differences of
@@ -209,7 +209,7 @@ def decay(way: path.Path, ends: int = EQUAL) -> float:
     shapes[:, 8] = 0.0
     alone = way._replace(beams=way.beams._replace(shapes=shapes))
     loads = min(ends, LOOSE)
-    found = track(alone, 6 * c.k, c.phi + _BEGIN * np.array([0.5, 1.0]), _BEGIN, ends=loads)
+    found = track(alone, 6 * c.k, c.phi + _BEGIN * np.array([0.5, 1.0]), _BEGIN, ends=loads, load=load)
     if len(found.rows) < 2:
         return math.nan
     force = path.named(found.rows)["N"][:, [0, c.k, 2 * c.k]]

@@ -29,9 +29,10 @@ IMPOSED, FREE, LOADED = range(3)
 """A strain is imposed on each cell; is free, without a load; or is free, and the way of a tie goes by its name."""
 _NONE = np.zeros(0)
 FIRST, APART, KIND, ONE, OTHER, STUCK, ENDED = range(7)
-"""Columns of a contact: scale, how many scales further the other is, kind, features of both, whether it sticks, and
-whether it stands for an edge that is tangent to the face nowhere any more: for this increment, or as it lies flush."""
-FLUSH = 2
+"""Columns of a contact: scale, how many scales further the other is, kind, features of both, whether it sticks (1;
+slides: 0; is taken as smooth: SMOOTH), and whether it stands for an edge that is tangent to the face nowhere any more:
+for this increment, or as it lies flush."""
+FLUSH, SMOOTH = 2, -1
 
 
 class Ties(NamedTuple):

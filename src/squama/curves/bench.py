@@ -1,9 +1,4 @@
-"""What an endless beam's torque or moment becomes on the bench: held and free, and with its own number of scales.
-
-:func:`squama.twist` and :func:`squama.bend` answer for an endless beam that is free to bow, or to twist, unless it is
-held. This sets beside that answer, at one load, the same beam held straight (free where the answer is of one that is
-held), and in twisting a row of its own scales (:func:`squama.row`).
-"""
+"""A beam's torque or moment at one load: with its own number of scales, endless, and endless but held, or free."""
 
 from __future__ import annotations
 
@@ -19,13 +14,10 @@ from squama.curves import doors
 from squama.curves.chosen import REAL
 from squama.curves.doors import How
 from squama.curves.labelled import Answer
-from squama.curves.own_scales import own_scales
 from squama.errors import InputError
-from squama.loads import LOADS, NOTHING, STRAIGHT, Load, holds
+from squama.loads import ENDLESS, LOADS, NOTHING, STRAIGHT, Load, holds
 from squama.units import torque_unit
 
-MOST = 200
-"""Most scales of a row that is set beside an endless beam."""
 SEVEN = "joint.matrix knows no bend; squama joint --matrix writes all nine motions"
 
 
@@ -45,8 +37,9 @@ class State(NamedTuple):
 class Bench(NamedTuple):
     """A beam at a load angle ``at``, rad per pitch.
 
-    ``endless``: as it was answered; ``other``: held straight (from twisting) where that is free, else free to bow (to
-    twist); ``row``: ``scales`` of it in a row; ``held``: whether the endless one is. ``notes`` say what is missing.
+    ``row``: of its own number of ``scales``, NaN of an endless beam, whose ``ends`` are as the word says; ``endless``
+    without ends; ``other``: endless, held straight (from twisting) where that is free, else free to bow (to twist);
+    ``held``: whether the beam is. ``notes`` say what is missing.
     """
 
     load: Load
@@ -55,6 +48,7 @@ class Bench(NamedTuple):
     other: State
     row: State
     scales: int
+    ends: str
     notes: tuple[str, ...]
     held: bool
 
@@ -63,7 +57,8 @@ class Bench(NamedTuple):
         """The figures as plain data, SI units."""
         states = {"endless": self.endless, ("free" if self.held else STRAIGHT): self.other, "row": self.row}
         found = {name: state._asdict() for name, state in states.items()}
-        return {"at": self.at, "held": self.held, "scales": self.scales, **found, "notes": list(self.notes)}
+        own = {"scales": self.scales, "ends": self.ends}
+        return {"at": self.at, "held": self.held, **own, **found, "notes": list(self.notes)}
 
     @property
     def lines(self) -> Iterator[str]:
@@ -81,12 +76,15 @@ class Bench(NamedTuple):
             by = f" by a {what} of {factor * state.holding:.3g} {unit}" if math.isfinite(state.holding) else ""
             return f"held {straight}{by}"
 
+        if math.isfinite(self.row.torque):
+            held_so = f", held {straight}" * self.held
+            yield f"  {self.scales} scales, {self.ends} ends{held_so}: {said(self.row)}"
+            shares = (getattr(self.row, name) / getattr(self.endless, name) for name in State._fields[:2])
+            torque, tangent = (f"{share:.3g}" for share in shares)
+            yield f"  which is {torque} of the endless beam's {self.load.torque_words} and {tangent} of its stiffness:"
         for state, held in ((self.endless, self.held), (self.other, not self.held)):
             if math.isfinite(state.torque):
                 yield f"  endless, {how(state, held=held)}: {said(state)}"
-        if math.isfinite(self.row.torque):
-            held_so = f"held {straight}" if self.held else f"free to {bow}"
-            yield f"  {self.scales} scales in a row, {held_so}: {said(self.row)}"
         yield from (f"  {note}" for note in self.notes)
 
 
@@ -103,16 +101,19 @@ def bench(beam: Beam, answer: Answer, *, ideal: bool, at: float | None = None) -
     at = min(2 * engaged, last) if at is None else at
     if not engaged < at <= last * (1 + 1e-9):
         return None
-    held = holds(str(answer.attrs["hold"]), load)
+    held, own = holds(str(answer.attrs["hold"]), load), str(answer.attrs.get("ends", ""))
     how, sense = How(mu=float(answer["mu"]), ideal=ideal, joint=REAL), str(answer.attrs.get("sense", "+"))
+    one, row = beam.replace(hold=str(answer.attrs["hold"])), State(math.nan, math.nan)
+    endless = _at(one, load, at, sense, **how) if own else _state(answer, load, at)
+    if own:
+        row = _state(answer, load, at)
     other, notes = _other(beam, load, at, sense, held=held, **how)
-    row = State(math.nan, math.nan)
-    if load.sided and not beam.other and beam.scales <= MOST:
-        one = beam.replace(hold=str(answer.attrs["hold"]))
-        own = own_scales(one, [at / beam.pitch], sense=sense, **how)
-        row = State(float(own.T[0]), float(own.stiffness_ratio[0]))
-        notes += (own.note,) * bool(own.note)
-    return Bench(load, at, _state(answer, load, at), other, row, beam.scales, notes, held)
+    return Bench(load, at, endless, other, row, beam.pitches, own, notes, held)
+
+
+def _at(beam: Beam, load: Load, at: float, sense: str, **how: Unpack[How]) -> State:
+    """Return the state of an endless beam at a load angle per pitch."""
+    return _state(doors.respond(beam, load.name, at=[at / beam.pitch], sense=sense, ends=ENDLESS, **how), load, at)
 
 
 def _state(answer: Answer, load: Load, at: float) -> State:
@@ -136,7 +137,6 @@ def _other(
         return none, (f"free to {free}: {SEVEN}",)
     try:
         one = arguments.held_by(beam, NOTHING if held else STRAIGHT)
-        found = doors.respond(one, load.name, at=[at / beam.pitch], sense=sense, **how)
+        return _at(one, load, at, sense, **how), ()
     except InputError as error:
         return none, (str(error),)
-    return _state(found, load, at), ()

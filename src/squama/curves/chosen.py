@@ -9,7 +9,7 @@ from squama import arguments
 from squama.beam.design import Beam
 from squama.errors import refuse
 from squama.joints import choice
-from squama.loads import ENDS, LINES, LOADS, NEUTRAL, THIN, Load
+from squama.loads import ENDLESS, ENDS, LINES, LOADS, NEUTRAL, THIN, Load
 
 if TYPE_CHECKING:
     from squama.curves.way import Analysis, Case, Solved, States
@@ -25,9 +25,8 @@ class Programs(NamedTuple):
 
     ``solve`` gives a solved path for each coefficient of friction, and what attributes and warnings it adds, on hinges
     of the scaled face alone, and ``gather`` those of the whole beam by these; ``walk`` the states of a history of one
-    load, ``polygon`` those of bends and twists one after the other, ``plane`` those at bends and twists (n,), ``row``
-    those of a finite row whose ends are as a word says. ``case``: what a beam brings to a load; ``far``: twist per
-    pitch, rad, to which a bent beam is twisted.
+    load, ``polygon`` those of bends and twists one after the other, ``plane`` those at bends and twists (n,). ``case``:
+    what a beam brings to a load; ``far``: twist per pitch, rad, to which a bent beam is twisted.
     """
 
     solve: Callable[[Analysis], tuple[Sequence[Solved], States]]
@@ -35,7 +34,6 @@ class Programs(NamedTuple):
     walk: Callable[[Analysis], States]
     polygon: Callable[[Analysis], States]
     plane: Callable[[Analysis, Array, Array], States]
-    row: Callable[[Analysis, str], States]
     case: Callable[[Beam, Load], Case]
     far: float
 
@@ -45,7 +43,7 @@ class Model(NamedTuple):
 
     ``pages`` of the theory by load, empty for the paper's own; ``thick``: loads in which thickness counts; ``elastic``:
     whether scales bend; ``straight``: whether a beam is held so; ``lines`` of the bar that may keep their length, and
-    ``ends`` of a row, the first by default; ``programs`` are imported when they are asked for.
+    ``ends`` of a beam with a number of scales, the first by default; ``programs`` are imported when they are asked for.
     """
 
     pages: Mapping[str, str]
@@ -61,27 +59,30 @@ def _hinge() -> Programs:
     from squama.curves import hinge, hinge_cycles, hinge_polygons
 
     return Programs(
-        solve=hinge.solve,
+        solve=_hinge_solve,
         gather=hinge.gather,
         walk=hinge_cycles.walk,
         polygon=hinge_polygons.polygon,
         plane=hinge_polygons.plane,
-        row=_hinge_row,
         case=hinge.case,
         far=1.0,
     )
 
 
-def _hinge_row(analysis: Analysis, ends: str) -> States:
+def _hinge_solve(analysis: Analysis) -> tuple[Sequence[Solved], States]:
+    from squama.curves import hinge
+
+    if analysis.ends == ENDLESS:
+        return hinge.solve(analysis)
     # by the contact solver, which is compiled: other questions of hinges are answered without it
     from squama.curves import hinge_rows
 
-    return hinge_rows.solve(analysis, ends)
+    return hinge_rows.solve(analysis)
 
 
 def _compliant() -> Programs:
     from squama.contacts.path import RANGE
-    from squama.curves import real_cycles, real_rows, real_walk
+    from squama.curves import real_cycles, real_walk
 
     return Programs(
         solve=real_walk.solve,
@@ -89,7 +90,6 @@ def _compliant() -> Programs:
         walk=real_cycles.walk,
         polygon=real_walk.polygon,
         plane=real_walk.plane,
-        row=real_rows.solve,
         case=real_walk.case,
         far=RANGE,
     )
@@ -102,7 +102,7 @@ MODELS = {
         elastic=False,
         straight=True,
         lines=tuple(NEUTRAL),
-        ends=("equal",),
+        ends=(ENDLESS, "equal"),
         programs=_hinge,
     ),
     REAL: Model(

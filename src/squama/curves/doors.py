@@ -15,17 +15,21 @@ from numpy.typing import ArrayLike
 
 from squama import arguments
 from squama.beam.design import Beam
+from squama.beam.faces import only_one
 from squama.curves import both_faces, labelled
 from squama.curves.chosen import MODELS, chosen
 from squama.curves.labelled import Answer
 from squama.curves.way import Analysis, Solved, States, Way
 from squama.errors import naming, refuse
-from squama.loads import Load
+from squama.loads import ENDLESS, ENDS, GRIPPED, Load
 from squama.types import Array
+from squama.units import shown
 
 if TYPE_CHECKING:
     import xarray as xr
 
+MOST = 200
+"""Largest number of scales of a beam whose ends are followed unasked."""
 Rates = ArrayLike | Sequence[float | str] | str
 """Rates in rad/m, or texts with their units."""
 
@@ -56,6 +60,7 @@ def twist(
     ideal: bool | None = None,
     neutral: str | None = None,
     hold: str | None = None,
+    ends: str | None = None,
 ) -> xr.Dataset:
     """Twist a beam: torque, inclination, forces and energies from no load to the end of the curve.
 
@@ -94,6 +99,12 @@ def twist(
         What is held, in place of the beam's own ``hold``: some of "bend", "lateral bend", "stretch" ("bend, stretch"),
         or "straight" for all; "nothing", the default, lets a beam under a torque bow. Of the compliant joint: hinges
         are held straight.
+    ends
+        Of a beam with a number of scales, whose end scales lack a neighbour, in place of its own ``ends``: "free" (the
+        default), a torque at both ends, and each cell has its own twist, bend and stretch; "gripped": the ends stay on
+        one axis, half a pitch beyond the first and last scale, and may come nearer, of up to 60 scales; "equal": all
+        cells have the same strains; "endless": the beam without ends, which answers for more than 200 scales, on
+        hinges, with scales on both faces, and where a beam has no number of scales.
 
     Returns
     -------
@@ -108,6 +119,13 @@ def twist(
         beam's, what is told of a scale is of the face that touches first; ``theta_other``, ``N_other``,
         ``stress_other`` and the like, and ``phi_e_other``, are of the other one. ``phi_strength`` and ``phi_strain``
         are of the face that comes there first.
+
+        A beam with a number of scales has its twist and torque at its ends; what is told of a scale (``theta``, ``N``,
+        ``stress`` and the like) has the dimension ``scale``, 1 to N, and so have the cells' strains ``phi_cell``,
+        ``psi_cell``, ``chi_cell``, ``stretch_cell``, what they carry (``T_cell`` and the like, where it is not zero),
+        and the moment ``Q`` by which the substrate lifts a scale that lies on it; ``psi`` and the like are means.
+        ``T_periodic`` and ``theta_periodic`` are of the endless beam; ``decay`` is what is left of an end's effect one
+        scale further on, ``scale_end`` where another contact comes in first.
 
     Raises
     ------
@@ -136,6 +154,7 @@ def twist(
         joint=joint,
         neutral=neutral,
         hold=hold,
+        ends=ends,
     ).dataset()
 
 
@@ -151,6 +170,7 @@ def bend(
     ideal: bool | None = None,
     neutral: str | None = None,
     hold: str | None = None,
+    ends: str | None = None,
 ) -> xr.Dataset:
     """Bend a beam towards its scales: moment, inclination, forces and energies to the end of the curve.
 
@@ -176,14 +196,16 @@ def bend(
         (that of the scales, as the paper's theory of bending takes it).
     hold
         As in :func:`twist`, of "twist", "lateral bend", "stretch": by default a beam under a moment is free to twist.
+    ends
+        As in :func:`twist`, without "gripped": moments at both ends.
 
     Returns
     -------
     xarray.Dataset
         As from :func:`twist`, with ``kappa``, ``psi`` and ``M`` in place of ``Phi``, ``phi`` and ``T``; ``phi`` is the
         twist of a beam of oblique scales that is free to, ``T`` the torque that holds it else, ``contact`` what touches
-        (docs, theory: bending and twisting), ``r`` its distance from the base of the other scale. Attributes:
-        ``joint``, ``scales``, ``neutral``.
+        (docs, theory: bending and twisting), ``r`` its distance from the base of the other scale; ``M_periodic`` in
+        place of ``T_periodic``. Attributes: ``joint``, ``scales``, ``neutral``, ``ends``.
 
     Raises
     ------
@@ -199,7 +221,7 @@ def bend(
     """
     return respond(
         beam, "bending", mu=mu, margin=margin, points=points, at=at, to=to, joint=joint, ideal=ideal, neutral=neutral,
-        hold=hold,
+        hold=hold, ends=ends,
     ).dataset()  # fmt: skip
 
 
@@ -211,15 +233,45 @@ def respond(
     at: Rates | None = None,
     to: float | str | None = None,
     sense: str = "+",
+    ends: str | None = None,
+    row: bool = False,
     **how: Unpack[How],
 ) -> Answer:
-    """Return what :func:`twist` or :func:`bend` returns, before it is a dataset."""
+    """Return what :func:`twist` or :func:`bend` returns, before it is a dataset; ``row``: with ends, on hinges too."""
     arguments.beam(beam)
     kind = arguments.load(load)
     sign = arguments.sense(sense) if kind.sided else 1
-    way = Way.of(load, [sign * (math.inf if to is None else far(to, kind, beam.pitch, beam.scales))])
+    way = Way.of(load, [sign * (math.inf if to is None else far(to, kind, beam.pitch, beam.pitches))])
     loads = None if at is None else _angles(at, kind, beam)
-    return _curves(analysis(beam, way, kind, points=points, most=1e6, family=True, **how)._replace(at=loads))
+    asked = analysis(beam, way, kind, points=points, most=1e6, family=True, **how)
+    return _curves(asked._replace(at=loads, ends=ends_of(asked, ends, row=row)))
+
+
+def ends_of(asked: Analysis, word: str | None, *, history: bool = False, row: bool = False) -> str:
+    """Return the ends of a beam by their word, or as they are by default; refuse what a model does not know.
+
+    ``history``: of one that is loaded and unloaded; ``row``: it has ends even where it is endless by default.
+    """
+    beam, model, load = asked.beam, MODELS[asked.joint], asked.way.load
+    known = [end for end in model.ends if load.sided or end != GRIPPED]
+    if history and model.straight:
+        known = [ENDLESS]
+    own = beam.ends if beam.ends in known else known[0]
+    if word is None and not row:
+        return ENDLESS if beam.scales is None or beam.scales > MOST or beam.other else str(own)
+    if word is None:
+        word = "equal" if own == ENDLESS else own
+    if word not in ENDS:
+        refuse("ends", shown(word), f"must be one of {', '.join(map(shown, ENDS))}", f'write e.g. ends="{known[0]}"')
+    if word == ENDLESS:
+        return word
+    if beam.scales is None:
+        refuse("ends", shown(word), "is of a beam with a number of scales, and this one is endless", "write scales=25")
+    if word not in known:
+        why = f"is not known of {'a row on hinges' if model.straight else 'a beam that is bent'}"
+        refuse("ends", shown(word), why, f'leave it out, or write ends="{known[0]}"')
+    only_one(beam.faces, "a beam with ends")
+    return word
 
 
 def analysis(
@@ -268,7 +320,7 @@ def _angles(at: Rates, load: Load, beam: Beam) -> Array:
     given = [at] if isinstance(at, str) else at
     if isinstance(given, list | tuple) and any(isinstance(value, str) for value in given):
         with naming("at"):
-            at = [load.read(value, pitch=beam.pitch, scales=beam.scales) for value in given]
+            at = [load.read(value, pitch=beam.pitch, scales=beam.pitches) for value in given]
     loads = np.atleast_1d(arguments.not_negative("at", at)) * beam.pitch
     if loads.ndim != 1:
         refuse("at", "", f"must be one number or a sequence of numbers, not an array of shape {loads.shape}")
@@ -297,13 +349,18 @@ def _curves(analysis: Analysis) -> Answer:
 
     along = {role: stack([c.along[role] for c in curves]) for role in curves[0].along}
     figures = {role: stack([c.figures[role] for c in curves]) for role in curves[0].figures}
+    each = {role: stack([c.each[role] for c in curves]) for role in curves[0].each}
     by_dim, attrs = {(*family, "point"): along, family: figures}, dict(more.attrs)
+    if each:
+        by_dim[(*family, "point", "scale")], attrs["ends"] = each, analysis.ends
     if way.load.sided:
         by_dim.setdefault((), {})["phi_e_small"] = np.asarray(_small(analysis.beam, way.sign))
         attrs["sense"] = way.sense
     title = f"{way.load.name} of a scale-covered beam"
-    states = States(by_dim, attrs, more.notes)
-    return labelled.answer(analysis, states, title, {"mu": analysis.mus.tolist()}, sense=way.sense)
+    notes = [*more.notes, *dict.fromkeys(note for curve in curves for note in curve.notes)]
+    states = States(by_dim, attrs, notes)
+    answer = labelled.answer(analysis, states, title, {"mu": analysis.mus.tolist()}, sense=way.sense)
+    return answer.counted(scale=analysis.beam.pitches) if each else answer
 
 
 def _small(beam: Beam, sign: int) -> float:

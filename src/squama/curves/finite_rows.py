@@ -1,23 +1,14 @@
-"""A row of N scales without periodicity: from a beam to the state of every scale, along the twist."""
+"""The door of rows: a beam of N scales that is twisted, whatever its own number of scales."""
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Unpack
-
-import numpy as np
 
 from squama import arguments
 from squama.beam.design import Beam
-from squama.beam.faces import only_one
-from squama.curves import doors, labelled
-from squama.curves.chosen import MODELS
+from squama.curves import doors
 from squama.curves.doors import How
-from squama.curves.labelled import Answer, Labelled
-from squama.curves.way import Way
-from squama.errors import refuse
-from squama.loads import ENDS, LOADS
-from squama.units import shown
+from squama.curves.labelled import Answer
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -71,14 +62,7 @@ def row(
     Returns
     -------
     xarray.Dataset
-        Dimensions ``point`` and ``scale`` (1 to N); ``theta``, ``N``, ``f``, ``p``, ``s`` of every scale's contact with
-        the next (NaN where there is none) and ``Q``; ``T``, ``T_scales``, ``U_el``, ``W_fr``, ``RED`` of the row;
-        ``T_periodic`` and ``theta_periodic`` of the endless beam, NaN beyond its end; ``phi_e``, ``phi_end``, ``end``,
-        ``scale_end``, ``other_contact``, ``decay``. With the compliant joint ``deflection``, ``stress``, ``strain``,
-        ``pull_out``, ``tab_force``, ``tab_bending`` and ``tab_torsion`` of every scale, and ``U_joint``, ``U_plate``,
-        ``U_bar``; unless ``ends`` is "equal" the cells' strains ``phi_cell``, ``psi_cell``, ``chi_cell`` and
-        ``stretch_cell``, and what they carry, ``T_cell``, ``M_cell``, ``M_lat_cell`` and ``P_cell``, without those that
-        are zero. SI units and radians; joint, scales, law and ends in the attributes.
+        As of :func:`squama.twist` for a beam with a number of scales.
 
     Raises
     ------
@@ -111,27 +95,6 @@ def rowed(
 ) -> Answer:
     """Return what :func:`row` returns, before it is a dataset."""
     arguments.beam(beam)
-    only_one(beam.faces, "a finite row")
-    twisting, n = LOADS["twisting"], arguments.whole("scales", beam.scales if scales is None else scales, 2, MOST)
-    stop = math.inf if to is None else doors.far(to, twisting, beam.pitch, n)
-    way = Way.of("twisting", [arguments.sense(sense) * stop])
-    analysis = doors.analysis(beam.replace(scales=n), way, twisting, points=points, **how)
-    ends = _ends(ends, analysis.joint)
-    states = MODELS[analysis.joint].programs().row(analysis, ends)
-    single = states.by_dim[()]
-    single |= {f"Phi_{name}": single[f"phi_{name}"] / beam.pitch for name in ("e", "end")}
-    attrs = {"load": "row", "mu": float(analysis.mus), "sense": sense, "ends": ends}
-    answer = labelled.answer(analysis, states, "twisting of a row of scales", attrs, sense=sense)
-    counted = {"long_name": "scale, counted along the beam"}
-    answer.variables["scale"] = Labelled(("scale",), np.arange(1, n + 1), counted)
-    return answer
-
-
-def _ends(word: str | None, joint: str) -> str:
-    """Return how the ends are held, by what is asked; refuse what a model does not know."""
-    allowed = MODELS[joint].ends
-    if word is not None and word not in ENDS:
-        refuse("ends", shown(word), f"must be one of {', '.join(map(shown, ENDS))}", 'write e.g. ends="free"')
-    if word is not None and word not in allowed:
-        refuse("ends", shown(word), "a row on hinges has one twist in all cells", 'leave it out, or write ends="equal"')
-    return word or allowed[0]
+    n = arguments.whole("scales", beam.pitches if scales is None else scales, 2, MOST)
+    whole = beam.replace(scales=n)
+    return doors.respond(whole, "twisting", to=to, points=points, sense=sense, ends=ends, row=True, **how)

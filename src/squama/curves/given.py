@@ -30,7 +30,7 @@ Path = str | Sequence[tuple[Rate, Rate]]
 def _angle(value: object, load: Load, beam: Beam, *, bare: bool = True) -> float:
     """Return a load angle per pitch; ``bare``: a number without a unit is a rate in rad/m."""
     value = value.item() if isinstance(value, np.generic) else value
-    return load.read(value, pitch=beam.pitch, scales=beam.scales, bare=bare) * beam.pitch
+    return load.read(value, pitch=beam.pitch, scales=beam.pitches, bare=bare) * beam.pitch
 
 
 def path(given: Path, beam: Beam) -> Way:

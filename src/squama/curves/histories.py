@@ -12,6 +12,7 @@ from squama.curves.chosen import MODELS
 from squama.curves.doors import How
 from squama.curves.labelled import Answer
 from squama.errors import refuse
+from squama.loads import ENDLESS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,8 +34,11 @@ def cycle(
     joint: str | None = None,
     ideal: bool | None = None,
     hold: str | None = None,
+    ends: str | None = None,
 ) -> xr.Dataset:
     """Load and unload a beam through any history of twists: loops, stick intervals, dissipation, jamming.
+
+    The beam is taken as endless, whatever its number of scales.
 
     Parameters
     ----------
@@ -60,6 +64,9 @@ def cycle(
         "compliant" or "hinge", as in :func:`squama.twist`, in bending as in :func:`bend`.
     ideal, hold
         Thin, rigid scales, and what is held, as in :func:`squama.twist`.
+    ends
+        Of a beam with a number of scales, as in :func:`squama.twist`; what is told of a scale has then the dimension
+        ``scale``.
 
     Returns
     -------
@@ -101,6 +108,7 @@ def cycle(
         ideal=ideal,
         joint=joint,
         hold=hold,
+        ends=ends,
     ).dataset()
 
 
@@ -111,6 +119,7 @@ def cycled(
     load: str = "twisting",
     points: int = 60,
     loops: int = 1,
+    ends: str | None = None,
     **how: Unpack[How],
 ) -> Answer:
     """Return what :func:`cycle` returns, before it is a dataset."""
@@ -118,9 +127,12 @@ def cycled(
     kind = arguments.load(load)
     way = given.history(twist, beam, kind, arguments.whole("loops", loops, 1, 1e4))
     analysis = doors.analysis(beam, way, kind, points=points, **how)
+    analysis = analysis._replace(ends=doors.ends_of(analysis, ends, history=True))
     if len(way.values) * analysis.points > MOST:
         reason = f"{len(way.values)} twists of {analysis.points} points are too many"
         refuse("twist", "", reason, "ask for fewer points or loops")
     history = [v / analysis.beam.pitch for v in way.values]
     states = MODELS[analysis.joint].programs().walk(analysis)
-    return labelled.answer(analysis, states, f"cycles of a scale-covered beam in {kind.name}", {"history": history})
+    title = f"cycles of a scale-covered beam in {kind.name}"
+    answer = labelled.answer(analysis, states, title, {"history": history})
+    return answer if analysis.ends == ENDLESS else answer.counted(scale=analysis.beam.pitches)

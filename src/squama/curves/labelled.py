@@ -27,6 +27,10 @@ _FIRST = (*_BOTH, "rate", "load", "torque", "scales", "tangent", "stiffness_rati
 _SYMBOLS = {name: i for i, name in enumerate(SYMBOLS)}
 
 
+MEAN = ("theta", "phi_cell", "psi_cell", "chi_cell", "stretch_cell")
+"""Figures of N scales whose mean is told of a curve; of others the largest."""
+
+
 class Labelled(NamedTuple):
     """Values with the names of their dimensions and their attributes."""
 
@@ -56,12 +60,25 @@ class Answer:
     @property
     def figures(self) -> dict[str, Array]:
         """Single figures of each curve, by name."""
-        return {name: v.values for name, v in self.variables.items() if "point" not in v.dims and name != "mu"}
+        found = self.variables.items()
+        return {name: v.values for name, v in found if "point" not in v.dims and name not in ("mu", "scale")}
 
     @property
     def curves(self) -> dict[str, Array]:
-        """Variables along the curves, by name."""
-        return {name: v.values for name, v in self.variables.items() if "point" in v.dims}
+        """Variables along the curves, by name: of N scales the mean inclination, and the largest of other figures."""
+        return {name: self.along(name) for name, v in self.variables.items() if "point" in v.dims}
+
+    @property
+    def each(self) -> dict[str, Array]:
+        """Variables of each of N scales along the curves, by name."""
+        return {name: v.values for name, v in self.variables.items() if {"point", "scale"} <= {*v.dims}}
+
+    def along(self, name: str) -> Array:
+        """Return a variable along the curves, see :attr:`curves`."""
+        v = self.variables[name]
+        if "scale" not in v.dims:
+            return v.values
+        return np.asarray(v.values.mean(axis=-1) if name in MEAN else np.fmax.reduce(v.values, axis=-1))
 
     def pick(self, i: int) -> Answer:
         """Return one curve of a family."""
@@ -70,6 +87,13 @@ class Answer:
             for name, v in self.variables.items()
         }
         return Answer(one, self.attrs)
+
+    def counted(self, **sizes: int) -> Answer:
+        """Return the answer with coordinates of dimensions along the beam, counted from 1; changes it."""
+        for name, size in sizes.items():
+            words = {"long_name": f"{name}, counted along the beam"}
+            self.variables[name] = Labelled((name,), np.arange(1, size + 1), words)
+        return self
 
     def dataset(self) -> xr.Dataset:
         """Return the same as an ``xarray.Dataset``."""
@@ -149,7 +173,7 @@ def text(beam: Beam) -> str:
 
 
 def flat_cycle(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a cycle with the dimension ``point`` only, as a table of one shape; its other dimensions as attributes."""
+    """Return a cycle with the dimension ``point`` only, as a table of one shape; loops and senses as attributes."""
 
     def rows(dim: str, variables: Iterable[Hashable]) -> list[dict[str, object]]:
         columns = {str(name): dataset[name].values.tolist() for name in variables if dataset[name].dims == (dim,)}
@@ -158,4 +182,5 @@ def flat_cycle(dataset: xr.Dataset) -> xr.Dataset:
         return [dict(zip(columns, row, strict=True)) for row in zip(*plain, strict=True)]
 
     others = [str(dim) for dim in dataset.dims if dim != "point"]
-    return dataset.drop_dims(others).assign_attrs({f"{dim}s": rows(dim, dataset.variables) for dim in others})
+    told = {f"{dim}s": rows(dim, dataset.variables) for dim in others if dim != "scale"}
+    return dataset.drop_dims(others).assign_attrs(told)

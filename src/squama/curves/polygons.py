@@ -42,7 +42,8 @@ def bend_twist(
     """Bend and twist a beam along a path: moment, torque, inclination, forces and energies, and what happens on it.
 
     The real beam by default, as :func:`twist`, with every contact of its scales. On the hinge thin, rigid scales, both
-    plates of every pair looked at (docs, theory: bending and twisting).
+    plates of every pair looked at (docs, theory: bending and twisting). Of the endless beam, whatever the number of
+    scales.
 
     Parameters
     ----------

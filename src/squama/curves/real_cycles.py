@@ -14,8 +14,10 @@ from typing import NoReturn
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.contacts import events, increments, path
-from squama.curves import real
+from squama.contacts import events, increments, path, row
+from squama.contacts.row import Track
+from squama.contacts.ties import GRIPPED
+from squama.curves import real, rows
 from squama.curves.curve_figures import loop_figures, loop_table, table, used_senses, work_error
 from squama.curves.hinge_cycles import BRANCHES, STRAIGHT
 from squama.curves.real_figures import by_load, exchanged, touching, values
@@ -27,8 +29,9 @@ from squama.model.outcome import SENTENCES, End
 from squama.symbols import OTHER
 from squama.types import Array
 
-INCREMENT = 5e-4
-"""Largest increment of the load angle, rad per pitch: work and dissipation agree to some 1e-4 with it."""
+INCREMENT, OF_ROWS = 5e-4, 2e-3
+"""Largest increments of the load angle, rad per pitch, of an endless beam and of N scales, whose contacts come in one
+by one: work and dissipation agree to some 1e-4 with them."""
 MOST = 100_000
 """Increments of a history at most."""
 _BEFORE = 1e-4
@@ -47,33 +50,42 @@ def walk(analysis: Analysis) -> States:
     Each leg has the points that are asked, evenly, and one where contact begins or ends, and where the scales slide
     again after a reversal. A history on which the contact ends is refused: the twist, and what happens there.
     """
-    goals, beam, load = analysis.way.values, analysis.beam, analysis.way.load
+    goals, beam, load, n = analysis.way.values, analysis.beam, analysis.way.load, analysis.beam.pitches
     check(goals)
     ones = paths(beam, load, float(analysis.mus), goals, ideal=analysis.ideal)
-    one = ones["+"]
+    one, kind = ones["+"], rows.KINDS.get(analysis.ends)
+    if kind == GRIPPED:
+        rows.may_be_gripped(one.held, n)
     engaged = [sum(o.toward) * (c.phi - _BEFORE) for o in ones.values() for c in o.way.contacts if c.first != -1]
     stations = _stations(load, goals, analysis.points, _apart(engaged))
+    slid: Array = np.zeros(0, int)
+    each: dict[str, Array] = {}
     try:
-        stations, slid = _with_slides(stations, follow(one, stations))
-        found = follow(one, stations)
+        if kind is None:
+            stations, slid = _with_slides(stations, follow(one, stations))
+            v = _values(ones, load, stations, follow(one, stations))
+        else:
+            v, each = _of_row(one, load, stations, n, kind)
     except LeftError as left:
         _refuse(analysis, left, goals[stations.legs[left.point]])
     rigidity = one.case(load).rigidity
-    v = _values(ones, load, stations, found)
     v["mode"][slid] = path.STICK
     v = _along(v, stations, rigidity)
     by_dim: dict[tuple[str, ...], dict[str, Array]] = {
         ("point",): {
             "branch": v["branch"],
             "leg": stations.legs,
-            **{role: values for role, values in v.items() if role not in (*_INNER, "branch")},
+            **{role: values for role, values in v.items() if role not in (*_INNER, *each, "branch")},
         },
-        ("loop",): _loops(one, load, stations, v, goals),
+        ("loop",): _loops(one, load, stations, v, goals, (n, kind)),
         ("sense",): table([_of_sense(one, sense, goals) for sense, one in ones.items()]),
         (): {"energy_error": np.asarray(work_error(v))},
     }
     held = one.held
     attrs = {**real.attributes(held, load.verb), "rigidity": rigidity, "increment": INCREMENT}
+    if kind is not None:
+        by_dim["point", "scale"] = {role: values for role, values in each.items() if role not in _INNER}
+        attrs |= {"ends": analysis.ends, "increment": OF_ROWS}
     return States(by_dim, attrs, real.notes(held, beam, max(map(abs, goals)), ideal=analysis.ideal))
 
 
@@ -94,13 +106,37 @@ def follow(one: real.Path, stations: Stations) -> path.Answers:
     LeftError
         There is no equilibrium on the history.
     """
-    answers, x = one.way.along(stations.strains, INCREMENT), stations.loads
-    end = answers.end()
+    answers = one.way.along(stations.strains, INCREMENT)
+    _goes_on(answers.end(), stations.loads)
+    return answers
+
+
+def _goes_on(end: path.End, x: Array) -> None:
+    """Refuse a history of load angles x that ends before the last of them."""
     if end.code != increments.RANGE:
         n = max(1, end.solved)
         gone = math.copysign(end.phi - np.abs(np.diff(x[:n])).sum(), x[n] - x[n - 1])
         raise LeftError(n, x[n - 1] + gone, SENTENCES[end.word], outward=abs(x[n]) > abs(x[n - 1]))
-    return answers
+
+
+def _row(one: real.Path, load: Load, x: Array, n: int, kind: int) -> Track:
+    """Follow a history of N scales from rest; refused as by :func:`follow`."""
+    track = row.track(one.way, n, x, OF_ROWS, ends=kind, load=load.axis)
+    _goes_on(track.end, x)
+    return track
+
+
+def _of_row(
+    one: real.Path, load: Load, stations: Stations, n: int, kind: int
+) -> tuple[dict[str, Array], dict[str, Array]]:  # fmt: skip
+    """Return every variable along a history of N scales, SI units, by role: of the beam, and of each scale."""
+    x = stations.loads
+    track = _row(one, load, x, n, kind)
+    turned = np.where(x < 0, -1.0, 1.0) if load.sided else 0.0
+    along, each = rows.of_scales(one, load, stations.strains, track, turned)
+    along["onset"] = along["onset"] * np.where(np.diff(x, prepend=0.0) < 0, -1.0, 1.0)
+    each["f"] = each["f"] * np.where(np.diff(np.abs(x), prepend=0.0) < 0, -1.0, 1.0)[:, None]
+    return along, each | rows.cells_of(one, load, track, kind)
 
 
 def _values(ones: Mapping[str, real.Path], load: Load, stations: Stations, found: path.Answers) -> dict[str, Array]:
@@ -194,7 +230,7 @@ def _refuse(analysis: Analysis, left: LeftError, goal: float) -> NoReturn:
         digits = 10.0 ** (math.floor(math.log10(abs(left.far))) - 3)
         # after a reversal the contact goes on a little before it comes back
         most = math.copysign(math.floor(0.999 * abs(left.far) / digits) * digits, left.far)
-        total = math.degrees(most) * analysis.beam.scales
+        total = math.degrees(most) * analysis.beam.pitches
         remedy = f'give at most "{most:.4g} rad/pitch" ({total:.4g} deg total)'
     refuse("twist", analysis.way.said(goal), left.problems[0].reason, remedy)
 
@@ -217,7 +253,12 @@ def _along(v: dict[str, Array], stations: Stations, rigidity: float) -> dict[str
 
 
 def _loops(
-    one: real.Path, load: Load, stations: Stations, v: Mapping[str, Array], goals: list[float]
+    one: real.Path,
+    load: Load,
+    stations: Stations,
+    v: Mapping[str, Array],
+    goals: list[float],
+    ends: tuple[int, int | None],
 ) -> dict[str, Array]:
     """Return the figures of every closed loop, by role."""
     turns, x = stations.turns, stations.loads
@@ -248,27 +289,32 @@ def _loops(
                 dissipated=dissipated,
                 elastic=float(v["U_el"][top]),
                 torques=(float(v["torque"][top]), float(drop), float(v["torque"][base])),
-                residual=_residual(one, load, stations, int(turns[goals.index(loop.top)])),
+                residual=_residual(one, load, stations, int(turns[goals.index(loop.top)]), ends),
             )
         )
     return loop_table(rows)
 
 
-def _residual(one: real.Path, load: Load, stations: Stations, top: int) -> float:
+def _residual(one: real.Path, load: Load, stations: Stations, top: int, ends: tuple[int, int | None]) -> float:
     """Return the load that is left when the beam is let go at a point: where its torque comes to zero.
 
-    0 where it does not while scales still press.
+    0 where it does not while scales still press. ``ends``: the number of scales, and how their ends are.
     """
     begin, legs, left = stations.loads[: top + 1], stations.legs[: top + 1], 0.0
+    n, kind = ends
     down: Array = np.array(evenly(begin[-1], 0.0, [], LET_GO))
     for _ in range(2):
         x = np.append(begin, down)
         try:
-            found = follow(one, Stations.along(load, x, np.append(legs, [legs[-1] + 1] * len(down))))
+            if kind is None:
+                found = follow(one, Stations.along(load, x, np.append(legs, [legs[-1] + 1] * len(down))))
+                states = [face.rows[0] for face in found.faces]
+            else:
+                states = [*_row(one, load, x, n, kind).rows.swapaxes(0, 1)]
         except LeftError:
             return 0.0
-        v = [path.named(face.rows[0, top:]) for face in found.faces]
-        x, pressed = x[top:], np.sum([face["N"] for face in v], axis=0)
+        v = [path.named(scale[top:]) for scale in states]
+        x, pressed = x[top:], np.sum([scale["N"] for scale in v], axis=0)
         torque = np.sign(x[0]) * v[0]["torque" if load.sided else "M"]
         i = int(np.argmax(torque <= 0))
         if i == 0 or x[i] == 0 or pressed[i] == 0:

@@ -168,7 +168,7 @@ def thresholds(engaged: float, beam: Beam, at: Array, v: Mapping[str, Array]) ->
     strength, limit = beam.scale.strength, beam.substrate.strain_limit
     found["load_strength"] = math.nan if strength is None else first_at(x, worst(v, "stress")[reached], strength)
     found["load_strain"] = math.nan if limit is None else first_at(x, worst(v, "strain")[reached], limit)
-    last = int(np.flatnonzero(np.isfinite(v["work"]))[-1])
-    work, kept = float(v["work"][last]), float((v["U_el"] + v["W_fr"] + v["W_snap"])[last])
+    known = np.isfinite(v["work"])
+    work, kept = (float(e[known][-1]) if known.any() else 0.0 for e in (v["work"], v["U_el"] + v["W_fr"] + v["W_snap"]))
     found["energy_error"] = (work - kept) / work if work > 0 else 0.0
     return found

@@ -16,13 +16,15 @@ from squama.beam.design import Beam
 from squama.contacts import events, increments, path, states
 from squama.contacts.events import Event
 from squama.contacts.legs import follow_straight
-from squama.curves import real
+from squama.contacts.ties import GRIPPED
+from squama.curves import real, rows
 from squama.curves.both_faces import WHOSE
 from squama.curves.curve_figures import FINE, PLACES, figures, first_at, path_figures, tangents, work_error
 from squama.curves.real_figures import by_load, exchanged, thresholds, touching, values
+from squama.curves.rows import KINDS, Row, Told
 from squama.curves.way import OPEN, SLIDING, VERBS, Analysis, Case, Curve, States, Stations, direction, spaced
 from squama.errors import refuse
-from squama.loads import Load
+from squama.loads import ENDLESS, Load
 from squama.model.elastic_plate import SIDE_D, TIP
 from squama.model.outcome import End
 from squama.types import Array
@@ -37,11 +39,15 @@ _ROLES = {"phi": "load", "Phi": "rate", "T": "torque", "T_scales": "scales"}
 
 
 class Loaded(NamedTuple):
-    """A beam's path under one load in one sense, see :class:`squama.curves.way.Solved`; ``far`` it goes."""
+    """A beam's path under one load in one sense, see :class:`squama.curves.way.Solved`; ``far`` it goes.
+
+    ``ends``: its number of scales and their ends; None of an endless beam.
+    """
 
     one: real.Path
     load: Load
     far: float
+    ends: Row | None = None
 
     @property
     def case(self) -> Case:
@@ -77,41 +83,57 @@ class Loaded(NamedTuple):
 
     def _curve(self, at: Array) -> Curve:
         """Return the curve at load angles per pitch; NaN beyond an earlier end."""
-        one, load, case = self.one, self.load, self.case
-        sign, within = sum(one.toward), at <= self.far * (1 + 1e-12)
-        met = np.unique([c.phi for c in one.way.contacts])
+        one, load, case, ends = self.one, self.load, self.case, self.ends
+        within, met = at <= self.far * (1 + 1e-12), np.unique([c.phi for c in one.way.contacts])
         loads = _refined(at[within], met)
+        told = rows.told(one, load, ends, loads) if ends else self._endless(loads)
+        own = told.own
+        own |= tangents(
+            case.rigidity, case.pitch, told.met, loads[np.diff(loads, append=np.inf) > _SAME], loads, own
+        )  # fmt: skip
+        reached, engaged = np.flatnonzero(np.isfinite(own["torque"])), float(told.met[0])
+        numbers = {role: v for role, v in own.items() if v.dtype.kind == "f"}
+        last = {role: float(v[reached[-1]]) if reached.size else math.nan for role, v in numbers.items()}
+        found = {
+            **figures(case, last, engaged, told.ended, last["theta"]),
+            **told.figures,
+            **thresholds(engaged, one.beam, loads, own),
+            "load_bent": told.bent,
+        }
+        if not load.sided:
+            found["T_c"] = last["T"]
+        which = np.minimum(np.searchsorted(loads, at), loads.size - 1)
+
+        def there(v: Array) -> Array:
+            out = v[which]
+            out[~within] = math.nan if v.dtype.kind == "f" else ""
+            return out
+
+        untold = {*_INNER, *told.each, *(ends.left if ends else ())}
+        along = {role: there(v) for role, v in own.items() if role not in untold}
+        along |= {"load": at, "rate": at / case.pitch}
+        if ends:
+            same = ends.endless.curve(points=3, at=at).along
+            along |= {f"{role}_periodic": same[role] for role in ("torque", "theta")}
+        return Curve(along, found, {role: there(v) for role, v in told.each.items()}, told.notes)
+
+    def _endless(self, loads: Array) -> Told:
+        """Return the states of an endless beam at load angles per pitch from 0 on."""
+        one, load, sign = self.one, self.load, sum(self.one.toward)
         stations = Stations.along(load, sign * loads)
         answers = one.way.along(stations.strains)
-        rows = [face.rows[0] for face in answers.faces]
-        own = by_load(values(one, stations.strains, *rows, turned=one.toward[1]), load, sign)
+        faces = [face.rows[0] for face in answers.faces]
+        own = by_load(values(one, stations.strains, *faces, turned=one.toward[1]), load, sign)
         if not load.sided:
             own |= touching(answers)
         if self.exchanged:
             own = exchanged(own, where=True)
-        own |= tangents(case.rigidity, case.pitch, met, loads[np.diff(loads, append=np.inf) > _SAME], loads, own)
-        reached = np.flatnonzero(np.isfinite(own["torque"]))
-        numbers = {role: v for role, v in own.items() if v.dtype.kind == "f"}
-        last = {role: float(v[reached[-1]]) if reached.size else math.nan for role, v in numbers.items()}
         # where a scale of either face is first bent beyond the plate model
-        bent = [first_at(loads, states.bent(one.way.scale, face), states.THIN) for face in rows]
-        found = {
-            **figures(case, last, self.load_e, answers.end().phi, last["theta"]),
-            **_ending(one, answers),
-            **thresholds(self.load_e, one.beam, loads, own),
-            "load_bent": float(np.fmin.reduce(bent)),
-        }
-        if not load.sided:
-            found["T_c"] = last["T"]
-        if len(rows) > 1:
+        bent = [first_at(loads, states.bent(one.way.scale, face), states.THIN) for face in faces]
+        met, found = np.unique([c.phi for c in one.way.contacts]), _ending(one, answers)
+        if len(faces) > 1:
             found["load_e_other"] = one.way.contacts[1 - one.lead].phi
-        which = np.minimum(np.searchsorted(loads, at), loads.size - 1)
-        along = {
-            role: np.where(within, v[which], np.nan if v.dtype.kind == "f" else "")
-            for role, v in own.items()
-            if role not in _INNER
-        }
-        return Curve(along | {"load": at, "rate": at / case.pitch}, found)
+        return Told(own, {}, found, met, float(np.fmin.reduce(bent)), answers.end().phi)
 
 
 def _refined(at: Array, met: Array) -> Array:
@@ -158,9 +180,15 @@ def solve(analysis: Analysis) -> tuple[list[Loaded], States]:
     most, toward = max(far, path.RANGE), direction(load, to)
     loaded, ideal = analysis.way.loaded, analysis.ideal
     ones = [real.Path.of(beam, mu, loaded, ideal=ideal, toward=toward, most=most) for mu in np.atleast_1d(analysis.mus)]
-    held = ones[0].held
+    held, endless = ones[0].held, [Loaded(one, load, far) for one in ones]
     attrs = real.attributes(held, load.verb) | {"rigidity": ones[0].case(load).rigidity}
-    return [Loaded(one, load, far) for one in ones], States({}, attrs, real.notes(held, beam, far, ideal=ideal))
+    more = States({}, attrs, real.notes(held, beam, far, ideal=ideal))
+    if analysis.ends == ENDLESS:
+        return endless, more
+    n, kind = beam.pitches, KINDS[analysis.ends]
+    if kind == GRIPPED:
+        rows.may_be_gripped(held, n)
+    return [whole._replace(ends=Row(n, kind, whole)) for whole in endless], more
 
 
 def case(beam: Beam, load: Load) -> Case:

@@ -10,7 +10,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.loads import LOADS, Load
+from squama.loads import ENDLESS, LOADS, Load
 from squama.types import Array
 
 VERBS = tuple(load.verb for load in sorted(LOADS.values(), key=lambda load: load.axis))
@@ -125,7 +125,7 @@ class Analysis(NamedTuple):
 
     ``mus`` coefficients of friction, ``points`` of a curve (of each leg of a history), ``at`` load angles per pitch
     (magnitudes) at which a curve is wanted instead; ``ideal``: thin, rigid scales; ``note``: a warning that goes along;
-    ``joint``: the model (:data:`squama.curves.chosen.MODELS`).
+    ``joint``: the model (:data:`squama.curves.chosen.MODELS`); ``ends`` of the beam, of :data:`squama.loads.ENDS`.
     """
 
     beam: Beam
@@ -138,6 +138,7 @@ class Analysis(NamedTuple):
     ideal: bool = False
     note: str = ""
     joint: str = "hinge"
+    ends: str = ENDLESS
 
 
 class Case(NamedTuple):
@@ -158,10 +159,15 @@ class Case(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """Variables along a curve (``along``) and single figures of it (``figures``), by role (:mod:`squama.loads`)."""
+    """Variables along a curve (``along``) and single figures of it (``figures``), by role (:mod:`squama.loads`).
+
+    ``each``: those of each of N scales (points, N); ``notes``: where the curve leaves what the model was compared with.
+    """
 
     along: dict[str, Array]
     figures: dict[str, float | int | str]
+    each: Mapping[str, Array] = {}
+    notes: tuple[str, ...] = ()
 
 
 class Solved(Protocol):

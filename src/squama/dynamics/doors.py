@@ -87,6 +87,8 @@ def vibrate(
 ) -> xr.Dataset:
     """Let a beam swing freely: its record, turning points, and the damping of every cycle.
 
+    Its torque or moment is that of an endless beam, whatever its number of scales; its length is that of the scales.
+
     Parameters
     ----------
     beam
@@ -148,7 +150,7 @@ def vibrate(
     if impulse is not None and mode != "uniform":
         refuse("impulse", "", "acts on a rotor, and a mode has none", "give release")
     # the rotor's angle is that of all pitches; of two rotors each has half of it
-    share = beam.scales / (1 if model.load.sided else 2)
+    share = beam.pitches / (1 if model.load.sided else 2)
     start, speed = read.get("release", 0.0), read.get("impulse", 0.0) / (bar.inertia * bar.omega * share)
     sides = systems.sides(beam, model, mode, -1 if start < 0 else 1, min(speed, FAR) if speed else abs(start))
     one = Swinging(beam, model, mode, bar, sides, request)
@@ -172,7 +174,7 @@ def _quantities(beam: Beam, load: str, mode: str, **given: Quantity | None) -> d
             found[name] = _bounded(name, value, *_UNITS[name])
         elif value is not None:
             with naming(name):
-                found[name] = kind.read(value, pitch=beam.pitch, scales=beam.scales) * beam.pitch
+                found[name] = kind.read(value, pitch=beam.pitch, scales=beam.pitches) * beam.pitch
             arguments.moves(name, found[name])
             if abs(found[name]) >= math.pi:
                 refuse(name, f"{found[name]:.6g} rad/pitch", "must be below half a turn per pitch")
@@ -279,6 +281,8 @@ def shake(
     ideal: bool | None = None,
 ) -> xr.Dataset:
     """Shake a beam by a harmonic torque: steady states over frequencies, gone through both ways.
+
+    Its torque or moment is that of an endless beam, as in :func:`vibrate`.
 
     Parameters
     ----------

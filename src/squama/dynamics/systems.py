@@ -71,7 +71,7 @@ def bar(beam: Beam, model: Model, mode: str, rotor: float | None, density: float
     """
     kind, L = model.load, beam.length
     rigidity = model.rigidity(beam)
-    stiffness = rigidity / beam.pitch * beam.scales
+    stiffness = rigidity / beam.pitch * beam.pitches
     if mode == "uniform":
         if rotor is None:
             remedy = 'give e.g. "1e-4 kg m2", or write rotor under [beam]'

@@ -170,7 +170,7 @@ def read(given: Mapping[str, object], prefix: str = "", *, bare: bool = True) ->
 
 def plan(beam: Beam, scales: int | None, sizes: dict[str, float]) -> Plan:
     """Return the plan of a beam with so many scales (its own number if None), not too many; sizes in m and rad."""
-    count = arguments.whole("scales", beam.scales if scales is None else scales, 1, MOST_SCALES)
+    count = arguments.whole("scales", beam.pitches if scales is None else scales, 1, MOST_SCALES)
     lengths = {name: value if SIZES[name][0] is Dimension.ANGLE else mm(value) for name, value in sizes.items()}
     bar, one = beam.substrate, beam.scale
     across = mm(bar.width), mm(bar.thickness), mm(beam.pitch)

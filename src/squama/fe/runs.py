@@ -173,7 +173,7 @@ def cell(
     increment = arguments.scalar("increment", increment, 1e-5, 0.1, "0.00001 to 0.1 rad per pitch")
     arguments.one_of("ends", ends, ENDS)
     with naming("to"):
-        goal = units.twist(to, pitch=beam.pitch, scales=scales or beam.scales) * beam.pitch
+        goal = units.twist(to, pitch=beam.pitch, scales=scales or beam.pitches) * beam.pitch
     if not 0 < goal < np.pi:
         refuse("to", f"{goal / beam.pitch:.6g} rad/m", f"must be above 0 and below {np.pi / beam.pitch:.6g}")
     sizes = mesh_sizes(mesh)
@@ -204,7 +204,7 @@ def cell(
         "plates": plates,
         "reached": int(ended.reached),
         "sentence": ended.sentence,
-        "beam": beam.replace(scales=scales or beam.scales).to_toml(),
+        "beam": beam.replace(scales=scales or beam.pitches).to_toml(),
         "squama_version": __version__,
         "warnings": "\n".join([*(warnings(shape, scales) if scales else ()), *_bent_far(walk)]),
     }

@@ -100,8 +100,8 @@ class Trials(NamedTuple):
         # held before it is let go; a trial that stays or leaves the model, at its end
         at = np.clip(tau, 0.0, x[-1])
         speed = np.where(at == tau, way(at, 1), 0.0)
-        zeros = np.full(t.size, 1 / self.beam.scales)
-        return way(at) + zero / self.beam.scales, np.array([speed * tau / f, -2 * math.pi * f * speed, zeros]).T
+        zeros = np.full(t.size, 1 / self.beam.pitches)
+        return way(at) + zero / self.beam.pitches, np.array([speed * tau / f, -2 * math.pi * f * speed, zeros]).T
 
     def derivatives(self, p: Array, t: Array, sizes: Array, limits: tuple[Array, Array], *, central: bool) -> Array:
         """Return the derivatives of what is read to the parameters over their sizes; of the motion by differences.
@@ -320,7 +320,7 @@ def _found(
     low, high = limits
     own = {"mu": 0.1, "damping": 0.01, "theta0": 0.1, "release": abs(record.release)}
     own |= {
-        "twist_zero": abs(record.release) * trials.beam.scales,
+        "twist_zero": abs(record.release) * trials.beam.pitches,
         "start": (t[record.turns[0]] - record.start) / math.pi,
     }
     sizes = np.array([own.get(row.name, value) for row, value in zip(rows, p, strict=True)])

@@ -93,7 +93,7 @@ def of_record(test: Prepared, found: Found, steep: Slope | None) -> list[str]:
             "the rows are sorted by the twist: the torque jumps between two branches from row to row, so that loading "
             "and unloading are mixed up; give the rows in the order measured"
         )
-    cause = steep.cause(asked.names, asked.beam.scales) if steep is not None else ""
+    cause = steep.cause(asked.names, asked.beam.pitches) if steep is not None else ""
     return [*out, cause] if cause else out
 
 

@@ -54,6 +54,8 @@ def fit(
 ) -> Fit:
     """Find friction, joint stiffness and other parameters of a beam from measured torque and twist.
 
+    The beam is taken as endless, whatever its number of scales. ``Fit.ends`` compares its own with that.
+
     Parameters
     ----------
     data

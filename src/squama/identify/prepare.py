@@ -117,7 +117,7 @@ def placed(record: Record, asked: Asked, law: str) -> Prepared:
 
 
 def _readings(record: Record, asked: Asked) -> Readings:
-    return Readings.of(record.load, record.way, record.specimen, asked.beam.scales)
+    return Readings.of(record.load, record.way, record.specimen, asked.beam.pitches)
 
 
 def _held(beam: Beam) -> Beam:
@@ -182,4 +182,4 @@ def wrong_unit(made: Prepared) -> str:
     """Say what unit the slope of the first part of the twist speaks of; empty where a bar may explain it."""
     asked, unit = made.asked, made.asked.base.rigidity / made.asked.beam.pitch
     steep = slope(made.record, made.points, made.usable, asked.physical(asked.start), unit, None)
-    return steep.cause(asked.names, asked.beam.scales) if steep is not None and steep.wrong_unit else ""
+    return steep.cause(asked.names, asked.beam.pitches) if steep is not None and steep.wrong_unit else ""

@@ -73,7 +73,7 @@ def read(given: Any, beam: Beam, load: str) -> list[Measured]:
             if isinstance(item, Measured):
                 found += item.specimens()
             elif isinstance(item, str | os.PathLike):
-                found += measured.read(item, pitch=beam.pitch, scales=beam.scales, load=load).specimens()
+                found += measured.read(item, pitch=beam.pitch, scales=beam.pitches, load=load).specimens()
             else:
                 name = f"data[{i}]" if len(items) > 1 else "data"
                 found.append(arrays(item, name, beam, LOADS[load], measured.torque(LOADS[load])))
@@ -145,7 +145,7 @@ def limits(
 def _angle(name: str, value: Any, beam: Beam, load: str) -> float:
     """Return an angle per pitch from a rate (rad/m) or a text such as "0.1 rad/pitch"."""
     with naming(name):
-        rate = LOADS[load].read(value, pitch=beam.pitch, scales=beam.scales)
+        rate = LOADS[load].read(value, pitch=beam.pitch, scales=beam.pitches)
     if rate < 0:
         refuse(name, f"{rate:.6g} rad/m", "must be 0 or more", "give its magnitude")
     return rate * beam.pitch

@@ -40,7 +40,7 @@ def read(data: Any, beam: Beam, load: Load) -> Measured:
     if isinstance(data, Measured):
         return data
     if isinstance(data, str | os.PathLike):
-        return measured.read(data, pitch=beam.pitch, scales=beam.scales, load=load.name, ordinate=measured.TIME)
+        return measured.read(data, pitch=beam.pitch, scales=beam.pitches, load=load.name, ordinate=measured.TIME)
     return records.arrays(data, "data", beam, load, measured.TIME)
 
 

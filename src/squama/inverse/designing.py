@@ -17,13 +17,13 @@ from squama.beam.faces import only_one
 from squama.curves import doors
 from squama.curves.chosen import idealisation
 from squama.errors import refuse
-from squama.inverse import beside, joint_figures, making, search
+from squama.inverse import beside, joint_figures, making, search, with_ends
 from squama.inverse.goals import Pitches
 from squama.inverse.limits import LIMITS
 from squama.inverse.reached import Beside, Reached, reached
 from squama.inverse.residuals import Look, Residuals
 from squama.inverse.target import Target, read_target
-from squama.loads import LOADS
+from squama.loads import ENDLESS, LOADS
 from squama.progress import steps
 from squama.study.parameters import FULL, of_beam, text_of
 from squama.types import Array
@@ -57,9 +57,9 @@ class Design:
     ``values`` of what was varied (SI), ``chosen`` from lists in words, ``active`` bounds and limits that it lies on,
     ``end`` and ``rate_end`` (rad/m) of its curve as :func:`squama.twist` (:func:`squama.bend`) has them,
     ``other_contact`` in words, ``refused``: why it cannot be built as it is, or its joint is not known; real beams of
-    which something is refused have not met the target. ``met`` and ``goals`` are those of the model that was searched,
-    ``found_by`` in words ("(endless, held straight)"); ``beside`` what other models say of this design, of whom
-    ``confirmed`` tells whether all agree.
+    which something is refused have not met the target. ``met`` and ``goals`` are of the beam ``found_by`` in words
+    ("(10 scales, free to bow)"); ``beside`` what other models say of this design, of whom ``confirmed`` tells whether
+    all agree.
     """
 
     beam: Beam = field(repr=False)
@@ -84,7 +84,7 @@ class Design:
     def said(self, goal: Reached, *, missed: bool = False) -> list[str]:
         """Return a goal by other models, in words; with ``missed`` only by those that miss it."""
         pairs = ((other, one) for other in self.beside for one in other.goals if one.name == goal.name)
-        return [other.says(one) for other, one in pairs if not (missed and one.met)]
+        return [other.says(one) for other, one in pairs if not (missed and (one.met or other.agrees))]
 
     @property
     def verdict(self) -> str:
@@ -94,7 +94,7 @@ class Design:
         against = [(goal, self.said(goal, missed=True)) for goal in self.goals]
         lines = [f"{', '.join(said)} ({goal.name}, asked {goal.wanted})" for goal, said in against if said]
         lines += [f"{other.words} is {other.note}" for other in self.beside if not other.goals and other.note]
-        also = " and ".join(other.words.replace("squama", "by squama") for other in self.beside)
+        also = " and ".join(o.words.replace("squama", "by squama") for o in self.beside if o.key != ENDLESS)
         agree = f", {also}, too" if also and not lines else ""
         return "; ".join([f"target reached {self.found_by}{agree}", *lines])
 
@@ -170,6 +170,7 @@ def inverse_design(
 
     The real beam answers (thick, elastic scales on the joint by its law), rounded to what can be made, followed again
     with all contacts and held against what the printer files refuse; the hinge, where a lock is asked for.
+    Designs with a number of scales are judged with these and their ends, others as endless beams.
 
     Parameters
     ----------
@@ -233,11 +234,13 @@ def find(
         still[:, idle] = first[idle]
         same = residuals.look(still, slopes=False, plates=True).merit <= look.merit * (1 + 1e-9)
         y[same] = still[same]
-    look = search.refine(residuals, y)
-    if any(v.step for v in space.variables):
+    look, shares = search.refine(residuals, y), residuals.shares
+    if target.own and any(goal.want.at is not None for goal in target.goals):
+        look, shares = with_ends.refined(target, look, count, seed)
+    elif any(v.step for v in space.variables):
         best = np.argsort(look.merit, kind="stable")[: ROUNDED + 2 * count]
         look = residuals.look(making.rounded(residuals, look.y[best], seed), slopes=True, plates=True)
-    refined = _Refined(residuals, look, residuals.effects(look.y))
+    refined = _Refined(residuals, look, residuals.effects(look.y) * np.expand_dims(shares, 1))
     kept = np.flatnonzero((refined.limits >= -BROKEN).all(axis=0) & np.isfinite(look.merit))
     if not kept.size:
         refuse("limits", "", "no beam within the bounds keeps them all", refined.broken(), target.source)
@@ -365,7 +368,7 @@ class _Refined(NamedTuple):
             answer = doors.respond(beam, space.load, points=3, joint="hinge", **common)
             values = self.look.found.values[:, i]
             lines = making.refused(beam, {}, sided=LOADS[space.load].sided)
-        goals = tuple(self.reached(i, values, Pitches(beam.pitch, beam.scales)))
+        goals = tuple(self.reached(i, values, Pitches(beam.pitch, beam.pitches)))
         return Design(
             beam=beam,
             values={v.name: of_beam(beam, space.load, v.key) for v in space.variables},
@@ -378,7 +381,7 @@ class _Refined(NamedTuple):
             other_contact=answer["other_contact"].item(),
             refused=tuple(lines),
             warnings=tuple(filter(None, answer.attrs["warnings"].split("\n"))),
-            found_by=beside.found_by(target),
+            found_by=beside.found_by(target, beam),
         )
 
     def _pitches(self, i: int) -> Pitches:

@@ -69,6 +69,8 @@ def pareto(
 ) -> xr.Dataset:
     """Find the beams of which none is better in one objective without being worse in another.
 
+    Figures are those of endless beams, whatever their number of scales.
+
     Parameters
     ----------
     target, beam
@@ -123,7 +125,7 @@ def trade(
     table = target.front.model_copy(update={k: v for k, v in given.items() if v is not None})
     options, bare = target.options, not target.source
     only_one(target.space.beam.faces, "a front")
-    context = Context(target.space.beam.scales, target.space.load, bare, options.joint)
+    context = Context(target.space.beam.pitches, target.space.load, bare, options.joint)
     chosen = read_settings(table, context, target.source)
     trade = Trade(target, chosen)
     y, values = search(trade, chosen)

@@ -17,7 +17,7 @@ from squama.curves import doors
 from squama.curves.labelled import Answer
 from squama.inverse import hinge_figures
 from squama.inverse.named_figures import At, Found, Options, Want
-from squama.loads import LOADS
+from squama.loads import ENDLESS, LOADS
 from squama.model.outcome import End
 from squama.model.sensitivity import STEP
 from squama.study import real_columns
@@ -81,17 +81,17 @@ def _figure(c: Cells, name: str, f: Figures) -> Array:
 
 
 def followed(
-    beam: Beam, wants: Sequence[Want], options: Options, joint: str | None = "compliant"
+    beam: Beam, wants: Sequence[Want], options: Options, joint: str | None = "compliant", *, endless: bool = False
 ) -> tuple[list[float], Answer]:
     """Return the wanted figures of one beam as :func:`squama.twist` or :func:`squama.bend` has them, and its response.
 
-    All contacts are looked for. With ``joint`` None the door takes what it takes by default. Figures of a lock are NaN
-    where the curve has none.
+    All contacts are looked for; figures of scales are the largest of them. With ``joint`` None the door takes what it
+    takes by default; ``endless``: the beam without ends. Figures of a lock are NaN where the curve has none.
     """
     load = LOADS[options.load]
     at = [None if w.at is None else w.at.per_length(beam) for w in wants]
     rates = sorted({rate for rate in at if rate is not None})
-    common: dict[str, Any] = {"sense": options.sense, "joint": joint}
+    common: dict[str, Any] = {"sense": options.sense, "joint": joint, "ends": ENDLESS if endless else None}
     if not rates and joint is None:
         rates = [NEAR_REST / beam.pitch]
     elif not rates:
@@ -110,7 +110,7 @@ def followed(
             continue
         share = want.figure == "strength_share"
         name = load.variable("stress" if share else want.figure)
-        value = float(answer[name][rates.index(rate)]) if name in answer.variables else np.nan
+        value = float(answer.along(name)[rates.index(rate)]) if name in answer.variables else np.nan
         found.append(value / (beam.scale.strength or np.nan) if share else value)
     return found, answer
 

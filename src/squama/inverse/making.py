@@ -18,7 +18,7 @@ from squama.inverse.residuals import Residuals
 from squama.inverse.space import Space
 from squama.joints import law
 from squama.joints.choice import shape
-from squama.loads import STRAIGHT
+from squama.loads import ENDLESS, STRAIGHT
 from squama.types import Array
 from squama.units import change, moment
 
@@ -106,7 +106,7 @@ def refused(beam: Beam, sizes: dict[str, float] | None, *, sided: bool = True) -
     lines = [f"joint: {p}" for p in law.outside(shape(beam))] if unknown else []
     if sizes is not None:
         try:
-            refuse.check(plan(beam, min(beam.scales, MOST_SCALES), sizes), PARTS)
+            refuse.check(plan(beam, min(beam.pitches, MOST_SCALES), sizes), PARTS)
         except InputError as error:
             lines += [f"printer files: {p}" for p in error.problems]
     return lines
@@ -124,7 +124,8 @@ def by_elements(beam: Beam, sense: str, rates: Sequence[float]) -> list[str]:
     """
     run = runs.cell(beam, to=max(rates), sense=sense, mesh=MESH, increment=max(rates) * beam.pitch / INCREMENTS)
     x, T = run["Phi"].values, run["T"].values
-    own = doors.respond(beam, "twisting", at=x.tolist(), sense=sense, joint="compliant", hold=STRAIGHT)["T"]
+    how = doors.How(joint="compliant", hold=STRAIGHT)
+    own = doors.respond(beam, "twisting", at=x.tolist(), sense=sense, ends=ENDLESS, **how)["T"]
     # slopes of both between the same twists
     ratios = [np.gradient(torque, x) / (torque[1] / x[1]) for torque in (T, own)]
     lines = []

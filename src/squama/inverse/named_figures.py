@@ -55,7 +55,7 @@ class At(NamedTuple):
 
     def per_length(self, beam: Beam) -> float:
         """Twist rate (rad/m) of a beam."""
-        return float(self.per_pitch(beam.pitch, beam.scales)) / beam.pitch
+        return float(self.per_pitch(beam.pitch, beam.pitches)) / beam.pitch
 
 
 class Want(NamedTuple):

@@ -44,9 +44,9 @@ class Reached:
 class Beside:
     """What a design reaches by another model than the one that found it.
 
-    ``key`` is "door" (``squama.twist`` or ``squama.bend`` of the file, as everybody calls them), "row" (its own number
-    of scales) or "free_to_bow" (without the bending moment that holds it straight); ``words`` say so; ``goals`` are
-    those that may differ there; ``note``: why a figure is missing.
+    ``key`` is "door" (``squama.twist`` or ``squama.bend`` of the file, as everybody calls them), "endless" (without
+    ends) or "free_to_bow" (without the bending moment that holds it straight); ``words`` say so; ``goals`` are those
+    that may differ there; ``note``: why a figure is missing.
     """
 
     key: str
@@ -56,8 +56,8 @@ class Beside:
 
     @property
     def agrees(self) -> bool:
-        """Whether every goal is met here, too."""
-        return all(goal.met for goal in self.goals) and bool(self.goals or not self.note)
+        """Whether every goal is met here, too; what has no ends is told only for comparison."""
+        return self.key == "endless" or (all(goal.met for goal in self.goals) and bool(self.goals or not self.note))
 
     def says(self, goal: Reached) -> str:
         """Return what is reached of a goal here, in words: "4.9 with 10 scales"."""

@@ -53,10 +53,11 @@ class Look(NamedTuple):
 
 
 class Residuals:
-    """The residuals and limits of a target."""
+    """The residuals and limits of a target; ``shares`` (goals, 1) multiply the figures of the goals."""
 
-    def __init__(self, target: Target) -> None:
+    def __init__(self, target: Target, shares: Array | None = None) -> None:
         self.target, self.space = target, target.space
+        self.shares = np.ones((len(target.goals), 1)) if shares is None else shares
         wants = [goal.want for goal in target.goals]
         self.rates = [w.at for w in wants if w.at is not None]
         hinge = target.options.joint == "hinge"
@@ -79,7 +80,9 @@ class Residuals:
         good = valid(c)
         every = self.target.figures(c, moved, [*self.inside, *self.wants], plates=plates)
         at, k, (n, m) = len(self.inside), len(self.target.goals), y.shape
-        found = every._replace(values=every.values[at:], slopes=every.slopes[at:])
+        found = every._replace(values=every.values[at:].copy(), slopes=every.slopes[at:].copy())
+        found.values[:k] *= self.shares
+        found.slopes[:k] *= self.shares[:, None]
         own, by = Pitches(c.d, c.sizes["beam"]["scales"]), Pitches.of(moved, n)
         figures, short = (found.values[:k], found.slopes[:k]), self._short(c, found)
         r, J = residual(self.target.goals, *figures, own, by, short, inside=self.target.inside)

@@ -173,7 +173,7 @@ def stepped(beam: Beam, load: str, values: dict[str, Array], key: str, rate: Arr
 def cells_of(beam: Beam, load: str, values: dict[str, Array], n: int) -> Cells:
     """Return the columns of n designs with some dimensions replaced; the number of their scales among the sizes."""
     c = flat(columns(beam, {key: value for key, value in values.items() if key != SCALES}, load=load), n)
-    scales = np.ascontiguousarray(np.broadcast_to(values.get(SCALES, float(beam.scales)), n))
+    scales = np.ascontiguousarray(np.broadcast_to(values.get(SCALES, float(beam.pitches)), n))
     return c.changed(c.arrays, {**c.sizes, "beam": {"scales": scales}})
 
 

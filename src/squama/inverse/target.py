@@ -67,6 +67,12 @@ class Target(NamedTuple):
         return self.options.joint == "compliant"
 
     @property
+    def own(self) -> bool:
+        """Whether designs have a number of scales, and are judged with that."""
+        numbered = self.space.beam.scales is not None or SCALES in (v.key for v in self.space.variables)
+        return self.real and numbered
+
+    @property
     def inside(self) -> float:
         """By how much "at least" and "at most" are sought within: rounding takes some of it."""
         return self.accept if self.real else 0.0
@@ -128,7 +134,7 @@ def read_target(
     problems.settle(source)
     assert file is not None
     assert start is not None
-    context = Context(start.scales, common["load"], bare)
+    context = Context(start.pitches, common["load"], bare)
     names = _of_locks(file, need)
     common["joint"] = _joint(file, common, names, problems)
     # the keys for which hinges answer

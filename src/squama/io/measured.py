@@ -138,7 +138,7 @@ def read_measured(
     """
     arguments.place(path, "test.csv")
     arguments.beam(beam)
-    given = {"pitch": beam.pitch, "scales": beam.scales}
+    given = {"pitch": beam.pitch, "scales": beam.pitches}
     return read(path, **given, load=arguments.load(load).name, decimal=decimal, columns=columns)
 
 

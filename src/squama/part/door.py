@@ -118,7 +118,7 @@ def loaded_part(
     """Return what :func:`load` returns, before it is a dataset."""
     arguments.beam(beam)
     only_one(beam.faces, "a part under load")
-    n, twisting = arguments.whole("scales", beam.scales if scales is None else scales, 2, MOST), LOADS["twisting"]
+    n, twisting = arguments.whole("scales", beam.pitches if scales is None else scales, 2, MOST), LOADS["twisting"]
     way = Way.of("twisting", [math.inf])
     analysis = doors.analysis(
         beam.replace(scales=n), way, twisting, points=points, joint=REAL, mu=mu, ideal=ideal, hold=hold

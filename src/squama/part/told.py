@@ -11,8 +11,9 @@ import numpy as np
 from squama.contacts import increments, path
 from squama.contacts.row import Track
 from squama.contacts.system import STRAINS
-from squama.curves import real, real_rows
+from squama.curves import real, rows
 from squama.curves.curve_figures import dissipation
+from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.part.loaded import Course, at_sections, sections
 from squama.part.loading import Load
@@ -113,22 +114,21 @@ class Told(NamedTuple):
 
     def _of_scales(self) -> dict[str, Array]:
         """Return what is told of scales and cells, by role."""
-        track, points = self.track, np.zeros(self.at.size)
+        track, strains, twisting = self.track, np.zeros((self.at.size, 2)), LOADS["twisting"]
         if len(self.ones) == 1:
-            each = real_rows.of_scales(self.ones[0], points, track)
+            _, each = rows.of_scales(self.ones[0], twisting, strains, track)
         else:
             one_by_one = [
-                real_rows.of_scales(one, points, track._replace(rows=track.rows[:, [i, i]], held=track.held[:, [i, i]]))
-                for i, one in enumerate(self.ones)
+                rows.of_scales(one, twisting, strains, _alone(track, i))[1] for i, one in enumerate(self.ones)
             ]
-            each = {role: np.column_stack([v[role][:, 0] for v in one_by_one]) for role in real_rows.EACH}
-            each["N"][:, -1] = each["f"][:, -1] = math.nan
+            each = {role: np.column_stack([v[role][:, 0] for v in one_by_one]) for role in one_by_one[0]}
+            each["N"][:, -1] = each["f"][:, -1] = each["f0"][:, -1] = math.nan
         one = self.ones[0]
         units = one.unit_moment * np.append(np.ones(3), 1 / one.beam.pitch)
-        strains, carried = (np.moveaxis(v, -1, 0) for v in (track.cells[..., :4], track.cells[..., 4:]))
+        own, carried = (np.moveaxis(v, -1, 0) for v in (track.cells[..., :4], track.cells[..., 4:]))
         # (adding 0 leaves no -0)
-        found = {role: each[role] for role in real_rows.EACH} | dict(zip(real_rows.CELLS, strains + 0.0, strict=True))
-        return found | {name: unit * v + 0.0 for name, v, unit in zip(real_rows.CARRIED, carried, units, strict=True)}
+        each |= dict(zip(rows.CELLS, own + 0.0, strict=True))
+        return each | {name: unit * v + 0.0 for name, v, unit in zip(rows.CARRIED, carried, units, strict=True)}
 
     def _single(self) -> dict[str, float | str]:
         """Return the single figures."""
@@ -145,6 +145,11 @@ class Told(NamedTuple):
             "end": str(end), "other_contact": "" if other is None else other.words,
             "energy_error": float(np.abs(kept).max() / most) if most > 0 else 0.0,
         }  # fmt: skip
+
+
+def _alone(track: Track, i: int) -> Track:
+    """Return the track of one of the scales, twice."""
+    return track._replace(rows=track.rows[:, [i, i]], held=track.held[:, [i, i]])
 
 
 def _from_rest(track: Track) -> Track:

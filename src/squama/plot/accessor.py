@@ -29,7 +29,6 @@ FIGURES = {
     "branch": "cycle_figure",
     "event": "path_figure",
     "x_axis": "part_figure",
-    "theta_periodic": "row_figure",
     "state": "plane_figure",
     "T_elements": "compare_figure",
     "status": "map_figure",

@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from squama.beam.design import Beam
+from squama.loads import ended
 from squama.plot import style
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
 from squama.types import Array
@@ -25,7 +26,8 @@ def cycle_figure(dataset: xr.Dataset) -> Figure:
     left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))
     loops(dataset, left)
     energies(dataset, right)
-    return style.headline(figure, f"Cycles of {dataset.attrs['load']}, {style.about(dataset)}", (left, right))
+    title = f"Cycles of {dataset.attrs['load']} {ended(dataset.attrs)}, {style.about(dataset)}"
+    return style.headline(figure, title, (left, right))
 
 
 def loops(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from squama.beam.design import Beam
 from squama.curves import doors
 from squama.errors import refuse
-from squama.loads import LOADS, model
+from squama.loads import ENDLESS, LOADS, model
 from squama.model.outcome import End
 from squama.plot.palette import ACCENT, GREY, INK
 from squama.plot.style import COLUMN, DASHED, PAGE, Look, headline, key, new_figure, panel, shades, styled
@@ -79,13 +79,19 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
     """Draw the curves with what was asked; return the model they are of in words."""
     kind, options, first = LOADS[target.space.load], target.options, found[0].beam
     # twists of the whole beam, the numbers of whose scales may differ
-    degrees, own = 180 / np.pi * first.scales, (first.pitch, first.scales)
-    how: Look = {"law": options.law, "sense": options.sense, "margin": options.margin, "joint": options.joint}
+    degrees, own = 180 / np.pi * first.pitches, (first.pitch, first.pitches)
+    how: Look = {
+        "law": options.law,
+        "sense": options.sense,
+        "margin": options.margin,
+        "joint": options.joint,
+        "ends": ENDLESS,
+    }
     lines, handles, which = [], [], ""
     for i, (d, colour) in enumerate(zip(found.designs[:CURVES], shades(min(len(found), CURVES)), strict=False)):
         curve = doors.respond(d.beam, kind.name, to=_far(d.beam, target), **how)
         which = model(curve.attrs)
-        lines.append((curve[kind.angle] * np.degrees(d.beam.scales), curve[kind.torque], d, colour))
+        lines.append((curve[kind.angle] * np.degrees(d.beam.pitches), curve[kind.torque], d, colour))
         handles.append(key(f"design {i + 1}{'' if target.real and d.end == End.RANGE else f': {d.end}'}", color=colour))
     # what is asked as "at most" may be far above the curves: it is told, not drawn
     at = {i: float(goal.want.at.per_pitch(*own)) * degrees for i, goal in enumerate(target.goals) if goal.want.at}
@@ -116,7 +122,7 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
             ax.axvline(place, color=colour, **_GOAL)
             words = f"asked: {goal.name}{sense} {goal.number:g} {goal.unit}"
             handles.append(key(words, color=colour, **_GOAL))
-    scales = f"{first.scales} scales" if len({d.beam.scales for d in found.designs}) == 1 else "the beam"
+    scales = f"{first.pitches} scales" if len({d.beam.pitches for d in found.designs}) == 1 else "the beam"
     ax.set(ylim=(0, factor * top), xlim=(0, None), xlabel=f"{kind.verb.capitalize()} of {scales} (deg)")
     ax.set_ylabel(f"{kind.torque_words.capitalize()} ({unit})")
     ax.legend(handles=handles, loc="upper left", fontsize=6, frameon=target.real, framealpha=1.0, edgecolor="none")
@@ -126,7 +132,7 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
 def _far(beam: Beam, target: Target) -> str | None:
     """Return how far to draw: a hinge's curves to their ends, a real beam's a little beyond what is asked."""
     ats = [at for goal in target.goals for at in (goal.want.at, goal.twist) if at is not None]
-    most = BEYOND * max((float(at.per_pitch(beam.pitch, beam.scales)) for at in ats), default=0.0)
+    most = BEYOND * max((float(at.per_pitch(beam.pitch, beam.pitches)) for at in ats), default=0.0)
     return f"{most!r} rad/pitch" if target.real and most else None
 
 

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from squama.beam.design import Beam
+from squama.curves.labelled import MEAN
 from squama.io.measured import Measured
 from squama.loads import HELD, LOADS, Load, model
 from squama.model.outcome import End
@@ -27,14 +28,19 @@ READABLE = 0.9
 BESIDE: style.Look = {"linewidth": 0.7, "zorder": 1.5}
 SQUARE: style.Look = {"markerfacecolor": "white", "markersize": 3, "zorder": 4}
 """The hinge's curve beside another one, and where it engages."""
+EACH: style.Look = {"linewidth": 0.4, "alpha": 0.3, "zorder": 1.2}
+"""The curve of each of N scales."""
+WITHOUT_ENDS: style.Look = {"linewidth": 0.9, "linestyle": ":"}
+"""The endless beam's curve beside that of N scales."""
 RISING = {"N", "f", "f0", "K_t", "K_b", "T_scales", "M_scales", "W_fr"}
 """Variables that grow without bound towards a lock."""
 
 
 class _Curve(NamedTuple):
-    """One curve, taken out of the dataset: ``data`` has the dimension ``point`` only."""
+    """One curve, taken out of the dataset: ``data`` has the dimension ``point`` only, ``each`` those of N scales."""
 
     data: xr.Dataset
+    each: xr.Dataset
     mu: float
     colour: style.Colour
     rate: Array
@@ -88,7 +94,7 @@ def response_figure(dataset: xr.Dataset, measured: Measured | None = None, hinge
         _draw(ax, shown, name, letter=f"({text})")
     for ax in axes[1]:
         ax.set_xlabel(style.label(kind.rate))
-    above = f"{kind.verb.capitalize()} of the whole beam, {shown.beam.scales} scales (deg)"
+    above = f"{kind.verb.capitalize()} of the whole beam, {shown.beam.pitches} scales (deg)"
     style.scaled_above(axes[0, 0], shown.beam.length * 180 / np.pi, above)
     style.legend_below(figure, _keys(shown), 4 if shown.others else 7)
     return style.headline(figure, _title(dataset, shown.curves))
@@ -167,8 +173,10 @@ def _curves(dataset: xr.Dataset, names: Load) -> list[_Curve]:
         rate = np.asarray(data[names.rate].values, float)
         order = np.argsort(rate, kind="stable")
         data = data.isel(point=order)
+        each = data[[str(v) for v in data.data_vars if "scale" in data[v].dims]]
+        data = data.assign({v: (x.mean("scale") if v in MEAN else x.max("scale")) for v, x in each.items()})
         e, last = float(data[f"{names.rate}_e"]), float(data[f"{names.rate}_end"])
-        out.append(_Curve(data, float(mu), colour, rate[order], e, last, str(data["end"].values)))
+        out.append(_Curve(data, each, float(mu), colour, rate[order], e, last, str(data["end"].values)))
     return out
 
 
@@ -230,7 +238,11 @@ def _variable(ax: Axes, shown: _Shown, name: str) -> float:
         factor, text = style.prefixed(name, most or max(style.finite_max(np.abs(c.values(name))) for c in curves))
     for c in curves:
         v = factor * c.values(name)
+        if name in c.each:
+            ax.plot(c.rate, factor * c.each[name].values, color=c.colour, **EACH)
         ax.plot(c.rate, v, color=c.colour)
+        if f"{name}_periodic" in c.data:
+            ax.plot(c.rate, factor * c.values(f"{name}_periodic"), color=c.colour, **WITHOUT_ENDS)
         good = np.flatnonzero(np.isfinite(v))
         if good.size and c.stops and c.rate[good[-1]] <= right:
             # on the axis the mark of the end is not cut in half
@@ -299,6 +311,8 @@ def _keys(shown: _Shown, *, load: bool = True) -> list[Line2D]:
         handles += [style.key(whose[0]), style.key(whose[1], **BESIDE)]
     if len(curves) > 1:
         handles += [style.key(rf"$\mu$ = {c.mu:g}", color=c.colour) for c in curves]
+    if curves[0].each:
+        handles += [style.key("each scale", color=INK, **EACH), style.key("endless beam", **WITHOUT_ENDS)]
     if load:
         handles.append(style.key("no contact", **style.BARE))
     if load and any(c.engages for c in curves):
@@ -316,7 +330,8 @@ def _keys(shown: _Shown, *, load: bool = True) -> list[Line2D]:
 
 
 def _title(dataset: xr.Dataset, curves: list[_Curve]) -> str:
-    kind = f"{dataset.attrs['load'].capitalize()} of {model(dataset.attrs)}"
+    what = f"{dataset.sizes['scale']} scales, {dataset.attrs['ends']} ends: " if "ends" in dataset.attrs else ""
+    kind = f"{dataset.attrs['load'].capitalize()} of {what}{model(dataset.attrs)}"
     sense = f", sense {dataset.attrs['sense']}" if "sense" in dataset.attrs else ""
     if len(curves) > 1:
         return f"{kind}{sense}"

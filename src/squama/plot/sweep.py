@@ -204,7 +204,7 @@ def _title(dataset: xr.Dataset, variable: str, over: tuple[str | None, ...]) -> 
     if dataset.attrs["sense"] != "+":
         words.append(f"sense {dataset.attrs['sense']}")
     if "at" in dataset.attrs:
-        scales = Beam.from_toml_text(dataset.attrs["beam"]).scales
+        scales = Beam.from_toml_text(dataset.attrs["beam"]).pitches
         words.append(f"at {Twist.from_text(dataset.attrs['at']).words(scales)}")
     if "margin" in dataset.attrs and variable in _AT_CUTOFF:
         words.append(f"margin {dataset.attrs['margin']:g}")

@@ -211,9 +211,9 @@ class Motion:
         """Say in words what a state is: loads, inclination, torque, friction."""
         beam, bend = self.setting.beam, self.setting.bend
         held = f"Bend {bend:.4f}, twist" if bend else self.kind.verb.capitalize()
-        whole = " and ".join(f"{math.degrees(v) * beam.scales:.0f}°" for v in ([bend] if bend else []) + [state.load])
+        whole = " and ".join(f"{math.degrees(v) * beam.pitches:.0f}°" for v in ([bend] if bend else []) + [state.load])
         return (
-            f"{held} {state.load:.4f} rad per pitch ({whole} over {beam.scales} scales), "
+            f"{held} {state.load:.4f} rad per pitch ({whole} over {beam.pitches} scales), "
             f"inclination {math.degrees(state.theta):.1f}°, "
             f"{self.kind.torque_words} {moment(state.torque)}, µ = {self.setting.mu:g}"
         )
@@ -307,6 +307,6 @@ def shape(setting: Setting, neighbour: int = 1) -> dict[str, Any]:
         "sense": -1 if setting.sense == "-" and kind.sided else 1,
         "law": kind.law(setting.law),
         "neighbour": max(1, neighbour),
-        "scales": min(beam.scales, MOST_SCALES),
+        "scales": min(beam.pitches, MOST_SCALES),
         **SCALED,
     }

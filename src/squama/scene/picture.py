@@ -98,6 +98,8 @@ def view(
 ) -> View:
     """Draw a beam in space under load: pictures, animations from rest and back, pages that turn it.
 
+    So many scales as the beam has are drawn; each does what it does in an endless beam.
+
     Parameters
     ----------
     *paths
@@ -136,11 +138,11 @@ def view(
     count = arguments.whole("frames", frames, 2, 500)
     friction = float(arguments.frictions(beam.friction.mu, mu))
     with naming("bend"):
-        curvature = LOADS["bending"].read(bend, pitch=beam.pitch, scales=beam.scales)
+        curvature = LOADS["bending"].read(bend, pitch=beam.pitch, scales=beam.pitches)
     wanted = None
     if to is not None:
         with naming("to"):
-            wanted = names.read(to, pitch=beam.pitch, scales=beam.scales) * beam.pitch
+            wanted = names.read(to, pitch=beam.pitch, scales=beam.pitches) * beam.pitch
         if wanted < 0:
             reason = "must be 0 or more" + names.other_way("sense -")
             refuse("to", f"{wanted / beam.pitch:.6g} rad/m", reason, 'write e.g. "0.2 rad/pitch"')

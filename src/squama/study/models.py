@@ -40,7 +40,7 @@ class Twist(NamedTuple):
     def read(cls, name: str, given: float | str, load: str, beam: Beam) -> Twist:
         """Read a rate in rad/m or a text, of an argument's name; an angle per pitch or in total is one per pitch."""
         with naming(name):
-            one, two = (float(LOADS[load].read(given, pitch=d, scales=beam.scales)) for d in (1.0, 2.0))
+            one, two = (float(LOADS[load].read(given, pitch=d, scales=beam.pitches)) for d in (1.0, 2.0))
         if one <= 0:
             refuse(name, shown(given), "must be more than 0", 'write e.g. "0.2 rad/pitch"')
         # what depends on the pitch is an angle over it

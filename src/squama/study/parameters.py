@@ -140,6 +140,8 @@ def own(beam: Beam, name: str) -> float | None:
     if name == FACTOR:
         return 1.0
     table, _, key = FULL.get(name, name).partition(".")
+    if f"{table}.{key}" == SCALES:
+        return float(beam.pitches)
     value = getattr(beam if table == "beam" else getattr(beam, table), key)
     return None if value is None else float(value)
 

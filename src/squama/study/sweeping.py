@@ -79,6 +79,8 @@ def sweep(
 ) -> xr.Dataset:
     """Solve a beam for every combination of some parameters, into a zarr store.
 
+    Beams are taken as endless, whatever their number of scales.
+
     The same call goes on where an earlier one was stopped or killed; the store is in the end the same, byte for byte.
 
     Parameters

@@ -22,7 +22,7 @@ from squama.fe.geometry import geometry
 from squama.fe.mesh import pitch_mesh
 from squama.fe.pitch_stiffness import response
 from squama.io import datasets, files
-from squama.loads import STRAIGHT, model
+from squama.loads import ENDLESS, STRAIGHT, model
 from squama.types import Array
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ def verify(
         to = default_reach(beam, friction, sense)
     # a twist "total" is one of the beam that is described, not of fewer scales
     with naming("to"):
-        to = units.twist(to, pitch=beam.pitch, scales=beam.scales)
+        to = units.twist(to, pitch=beam.pitch, scales=beam.pitches)
     made = not Path(folder).exists()
     place = files.make_folder(folder)
     say("periodic cell of finite elements")
@@ -132,7 +132,7 @@ def verify(
         raise
     written = [datasets.save(elements, place / "elements.nc")]
     rates = np.asarray(elements["Phi"].values, float)
-    points: dict[str, Any] = {"mu": friction, "sense": sense, "at": rates}
+    points: dict[str, Any] = {"mu": friction, "sense": sense, "at": rates, "ends": ENDLESS}
     K = own_matrix(beam, mesh)
     own = beam.replace(joint=hinge_of(K, beam, hinged=hinged))
     # hinges hold thick scales as well, where the elements have nothing else either
@@ -168,7 +168,7 @@ def verify(
     touched = min(_touched(data) for data in (elements, *(data for _, data in models.values())))
     meets = min(float(data["phi_e"]) for _, data in models.values() if "phi_e" in data)
     last = float(table["phi"].values[-1])
-    table.attrs |= {"load": "twisting", "verdict": verdict(touched, last, meets, math.degrees(beam.scales))}
+    table.attrs |= {"load": "twisting", "verdict": verdict(touched, last, meets, math.degrees(beam.pitches))}
     table.attrs["beam"] = beam.to_toml()
     table.attrs["warnings"] = "" if scales is None else data.attrs["warnings"]
     written.append(datasets.save(flat(table), place / "comparison.csv"))

@@ -18,7 +18,7 @@ from squama.curves.histories import cycled
 from squama.curves.labelled import Answer, flat_cycle
 from squama.errors import InputError, refuse
 from squama.io import datasets
-from squama.loads import LOADS
+from squama.loads import ENDLESS, LOADS
 from squama.model.outcome import SENTENCES, End
 from squama.plot.palette import WORDS
 from squama.scene import standalone
@@ -130,7 +130,7 @@ def history(setting: Setting, values: tuple[float, ...]) -> Answer:
     rates = [v / s.beam.pitch for v in values]
     return cycled(
         s.beam, rates, mu=s.mu, law=names.law(s.law), load=s.load, margin=s.margin, points=POINTS // 2,
-        joint=joint, ideal=s.ideal,
+        joint=joint, ideal=s.ideal, ends=ENDLESS,
     )  # fmt: skip
 
 
@@ -228,7 +228,7 @@ def taken(link: str) -> State:
 def scene(state: State) -> dict[str, object]:
     """Return what the three-dimensional view needs: design and state, no vertices."""
     m = motion(state.setting)
-    now, design, many = m.state(state.twist), shape(state.setting, m.neighbour), state.beam.scales
+    now, design, many = m.state(state.twist), shape(state.setting, m.neighbour), state.beam.pitches
     count = f"{many} scales" if design["scales"] == many else f"{design['scales']} of {many} scales"
     # what the view shows, for those who do not see it
     bent = f"bent by {number(state.bend)} and " if state.bent else ""
@@ -249,7 +249,7 @@ def readings(state: State) -> list[tuple[str, str]]:
     found = loop(state) if state.path == "cycle" else ""
     if not isinstance(found, str) and found["W_d"].size:
         more += [("dissipated", quantity(float(found["W_d"][0]), "J/m")), ("ζ_eq", f"{found['zeta_eq'][0]:.3g}")]
-    total = math.degrees(now.load) * state.beam.scales
+    total = math.degrees(now.load) * state.beam.pitches
     return [
         (names.letter, f"{number(now.load)} rad/pitch = {number(now.load / state.beam.pitch)} rad/m"),
         ("in all", f"{number(total)}°"),
@@ -336,8 +336,8 @@ def warnings(state: State) -> list[str]:
     m = motion(state.setting)
     found = [*dict.fromkeys([*m.notes, *state.beam.warnings(state.load, state.sense, m.joint)])]
     most = shape(state.setting)["scales"]
-    if state.beam.scales > most:
-        found.append(f"the view shows {most} of the {state.beam.scales} scales")
+    if state.beam.pitches > most:
+        found.append(f"the view shows {most} of the {state.beam.pitches} scales")
     if state.bent:
         found.insert(0, _BENT)
     if state.path == "cycle" and isinstance(told := loop(state), str):
@@ -371,7 +371,7 @@ def _table(state: State) -> xr.Dataset:
         twisted = Twisted.of(**{name: asked[name] for name in _TWISTED}, bend=held)
         return twisted.answer.dataset().drop_dims("event")
     if state.path != "cycle":
-        return respond(**asked, to=None if m.hinge else m.last / state.beam.pitch).dataset()
+        return respond(**asked, ends=ENDLESS, to=None if m.hinge else m.last / state.beam.pitch).dataset()
     found = loop(state)
     if isinstance(found, str):
         refuse("", "", found)

@@ -140,7 +140,7 @@ class Outcome:
         """Show a state."""
         end, where, sentence = live.outcome(now)
         write(self.end, end)
-        write(self.model, live.motion(now.setting).model)
+        write(self.model, f"{live.motion(now.setting).model}, endless beam")
         write(self.where, where)
         write(self.sentence, sentence)
         rows = live.readings(now)

@@ -97,6 +97,8 @@ class State(NamedTuple):
         """Return what a field holds, in SI units."""
         if name in PLAIN:
             return float(getattr(self, name))
+        if name == "scales":
+            return self.beam.pitches
         table, _, key = FIELDS[name].place.rpartition(".")
         return getattr(getattr(self.beam, table, self.beam), key)  # type: ignore[no-any-return]
 
@@ -132,7 +134,7 @@ class State(NamedTuple):
         """Read a load: a plain number in rad per pitch, or "5 rad/m", "20 deg/pitch", "90 deg total"."""
         if not is_number(text):
             load = LOADS["bending" if name == "bend" else self.load]
-            rate = load.read(text, pitch=self.beam.pitch, scales=self.beam.scales, bare=False)
+            rate = load.read(text, pitch=self.beam.pitch, scales=self.beam.pitches, bare=False)
             text = repr(rate * self.beam.pitch)
         return bounded(text, *MEASURES[name])
 

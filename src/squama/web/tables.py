@@ -80,7 +80,7 @@ def opened(name: str, content: bytes, state: State) -> State | Table:
             beam = state.beam
             with warnings.catch_warnings(record=True) as guessed:
                 warnings.simplefilter("always", TableWarning)
-                points = measured.read(place, pitch=beam.pitch, scales=beam.scales, load=state.load)
+                points = measured.read(place, pitch=beam.pitch, scales=beam.pitches, load=state.load)
         except InputError as error:
             # where the file lies for a moment is nobody's business
             first, *more = (p._replace(source=p.source.replace(str(place), plain)) for p in error.problems)

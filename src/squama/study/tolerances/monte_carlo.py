@@ -71,6 +71,8 @@ def uncertainty(
 ) -> xr.Dataset:
     """Compute how the tolerances of a beam scatter its engagement, end, torque, stiffness and dissipation.
 
+    Beams are taken as endless, whatever their number of scales.
+
     Parameters
     ----------
     vary
@@ -187,7 +189,7 @@ def _limit(given: float | str, load: str, beam: Beam, model: Model) -> Limit:
     if model.real:
         refuse("before", shown(given), "is for locks, which compliant joints have none of", "give at, or take hinges")
     twist = Twist.read("before", given, load, beam)
-    text = given if isinstance(given, str) else twist.words(beam.scales)
+    text = given if isinstance(given, str) else twist.words(beam.pitches)
     return Limit(text, twist.value, "rate_end" if twist.unit == "rad/m" else "load_end")
 
 

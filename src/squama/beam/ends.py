@@ -1,0 +1,26 @@
+"""How many scales a beam has, if it is not endless, and how its ends are held."""
+
+from __future__ import annotations
+
+from numbers import Integral
+
+from squama.errors import refuse
+from squama.loads import ENDLESS, FREE, GRIPPED
+from squama.units import shown
+
+
+def number_of_scales(value: object) -> int | None:
+    """Return a number of scales, None of an endless beam; refuse what is not a whole number of 2 or more."""
+    if value is None or value == ENDLESS:
+        return None
+    if not (isinstance(value, Integral) and 2 <= int(value) <= 1_000_000):
+        text = repr(value) if isinstance(value, float) else shown(value)
+        refuse("", text, f"is neither a whole number from 2 to 1000000 nor {shown(ENDLESS)}", "write e.g. 25")
+    return int(value)
+
+
+def held_ends(value: object) -> str:
+    """Return how the ends of a beam are, by their word."""
+    if value not in (FREE, GRIPPED):
+        refuse("", shown(value), f"must be {shown(FREE)} or {shown(GRIPPED)}", 'write e.g. "gripped"')
+    return str(value)

@@ -1,0 +1,176 @@
+"""A beam of N scales under one load, in SI units: its ends lack a neighbour, and each cell may have its own strains.
+
+The load is a torque or moment at the ends, or the ends stay on one axis between grips, or all cells have the same
+strains (:data:`squama.loads.ENDS`). Scales may touch anywhere, with several contacts at once.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.contacts import increments, row, states
+from squama.contacts.row import Track
+from squama.contacts.system import EQUAL, STRAINS
+from squama.contacts.ties import GRIPPED, LOOSE
+from squama.curves import real
+from squama.curves.curve_figures import dissipation
+from squama.curves.real_figures import by_load, values
+from squama.curves.way import Solved, Stations
+from squama.errors import refuse
+from squama.loads import ENDS, Load
+from squama.model.outcome import End
+from squama.symbols import OF_A_SCALE
+from squama.types import Array
+
+CELLS = "psi_cell", "phi_cell", "chi_cell", "stretch_cell"
+CARRIED = "M_cell", "T_cell", "M_lat_cell", "P_cell"
+KINDS = dict(zip(ENDS, (LOOSE, GRIPPED, EQUAL), strict=False))
+"""Ends of a row by their word."""
+GRIPPED_MOST = 60
+"""Most scales between grips: each engages on its own there, and the time grows as the square of their number."""
+_MANY = 20_000
+_UNKNOWN = ("slip", "contact", "mu_lock")
+"""Figures of a scale that a row does not tell."""
+
+
+class Row(NamedTuple):
+    """N ``scales`` between ends of a kind, and the same beam without ends; ``left``: roles that are not told."""
+
+    scales: int
+    kind: int
+    endless: Solved
+    left: tuple[str, ...] = ()
+
+
+class Told(NamedTuple):
+    """States of a beam at load angles (n,), by role: of the beam, and of each scale (n, scales).
+
+    ``own`` has a figure of the scales too: the mean inclination, and the largest of others. ``met``: load angles at
+    engagement; ``bent``: where scales are bent beyond the plate model; ``ended``: where the states end.
+    """
+
+    own: dict[str, Array]
+    each: dict[str, Array]
+    figures: dict[str, float | int | str]
+    met: Array
+    bent: float
+    ended: float
+    notes: tuple[str, ...] = ()
+
+
+def told(one: real.Path, load: Load, ends: Row, at: Array) -> Told:
+    """Follow a beam of N scales to load angles (n,) from 0 on, NaN beyond its end."""
+    n, sign = ends.scales, sum(one.toward)
+    track = row.track(one.way, n, sign * at, ends=ends.kind, load=load.axis)
+    points = len(track.rows)
+    along, each = of_scales(one, load, Stations.along(load, sign * at[:points]).strains, track)
+    most = {role: np.fmax.reduce(v, axis=1) for role, v in each.items() if role != "theta"}
+    own = along | most | {"theta": each["theta"].mean(axis=1)}
+    bent = states.bent(one.way.scale, track.rows.reshape(points * n, -1)).reshape(points, n)
+    thin = np.flatnonzero(np.fmax.reduce(bent, axis=1) >= states.THIN)
+    engaged = track.engaged if ends.kind == GRIPPED else min(track.engaged, one.way.engaged)
+    cells = cells_of(one, load, track, ends.kind)
+    return Told(
+        own={role: _whole(v, at.size) for role, v in own.items()},
+        each={role: _whole(v, at.size) for role, v in (each | cells).items() if role not in ends.left},
+        figures=_figures(one, track, ends.kind, load),
+        met=np.array([min(engaged, one.way.engaged)]),
+        bent=float(at[thin[0]]) if thin.size else math.nan,
+        ended=math.inf if _apart(one, track) else track.end.phi,
+        notes=_beyond(track, load, float(at[-1])),
+    )
+
+
+def _whole(v: Array, n: int) -> Array:
+    """Return values at the first of n points as at all of them: NaN beyond their end."""
+    out = np.full((n, *v.shape[1:]), np.nan)
+    out[: len(v)] = v
+    return out
+
+
+def of_scales(
+    one: real.Path, load: Load, strains: Array, track: Track, turned: Array | float | None = None
+) -> tuple[dict[str, Array], dict[str, Array]]:  # fmt: skip
+    """Return variables of the whole row (points,) and of each scale (points, scales) in SI units, by role.
+
+    ``strains`` (points, 2): bends and twists, where those are imposed; ``turned``: sign of the twist (points,), that of
+    the way if it is not given.
+    """
+    points, n = track.held.shape
+    flat, sign, known = track.rows.reshape(points * n, -1), sum(one.toward) or 1.0, np.repeat(strains, n, axis=0)
+    turned = np.repeat(np.broadcast_to(one.toward[1] if turned is None else turned, points), n)
+    parts = [slice(i, i + _MANY) for i in range(0, points * n, _MANY)]
+    found = [by_load(values(one, known[part], flat[part], turned=turned[part]), load, sign) for part in parts]
+    every = {role: np.concatenate([v[role] for v in found]).reshape(points, n) for role in found[0]}
+    along = {role: v.mean(axis=1) for role, v in every.items() if role not in OF_A_SCALE}
+    along["RED"] = dissipation(along["U_el"], along["W_fr"])
+    each = {role: v for role, v in every.items() if role in OF_A_SCALE and role not in _UNKNOWN}
+    each["Q"] = track.held * one.unit_moment
+    if "scales" in along:
+        # before contact what is left of the torque is rounding
+        along["scales"][(each["N"].sum(axis=1) == 0) & (each["Q"].sum(axis=1) == 0)] = 0.0
+    for role in ("N", "f", "f0"):
+        # the last scale has no neighbour to touch
+        each[role][:, -1] = math.nan
+    return along, each
+
+
+def may_be_gripped(held: real.Held, n: int) -> None:
+    """Refuse grips of a bar that cannot bend between them, or of one of too many scales."""
+    if n > GRIPPED_MOST:
+        refuse("scales", str(n), f"must be {GRIPPED_MOST} or less between grips", 'give fewer, or write ends="free"')
+    bend, _, aside, _ = held.free
+    if not (bend and aside):
+        why = "joint.matrix knows no bend" if len(held.K) < 9 else "the cells' bend is held"
+        refuse("ends", '"gripped"', why, 'write ends="free", or hold="nothing" or "stretch"')
+
+
+def _beyond(track: Track, load: Load, far: float) -> tuple[str, ...]:
+    """Say where cells twist or bend farther than the model was compared with, and their mean does not."""
+    strains = np.abs(track.cells[..., load.axis]) if track.cells.size else np.zeros((1, 1))
+    if far > real.STRAIN_LIMIT or strains.max() <= real.STRAIN_LIMIT:
+        return ()
+    cell = int(strains.max(axis=0).argmax()) + 1
+    return (
+        f"cell {cell} {load.verb}s by up to {strains.max():.3g} rad per pitch; the joint's stiffness was compared with "
+        f"nonlinear elements up to {real.STRAIN_LIMIT:g}",
+    )
+
+
+def cells_of(one: real.Path, load: Load, track: Track, kind: int) -> dict[str, Array]:
+    """Return strains of each cell, and what it carries of the loads that there are, in SI units by role."""
+    free, d = one.held.free, one.beam.pitch
+    senses = (1.0, one.toward[1] or 1.0, 1.0, 1.0)
+    known = [True] * 4 if len(one.held.K) > 7 else [False, True, False, False]
+    there = [known[e] and (kind == GRIPPED or (not free[e] and e != load.axis)) for e in range(STRAINS)]
+    units = one.unit_moment * np.append(np.ones(3), 1 / d)
+    strains, carried = (np.moveaxis(v, -1, 0) for v in (track.cells[..., :4], track.cells[..., 4:]))
+    # (adding 0 leaves no -0)
+    rows = zip(CELLS, CARRIED, strains, carried, senses, units, known, there, strict=False)
+    found: dict[str, Array] = {}
+    for strain, force, v, F, sign, unit, is_known, is_there in rows:
+        found |= ({strain: sign * v + 0.0} if is_known else {}) | ({force: sign * unit * F + 0.0} if is_there else {})
+    return found
+
+
+def _apart(one: real.Path, track: Track) -> bool:
+    """Say whether nothing ever touches."""
+    return one.contact(0).first == -1 and math.isinf(track.engaged) and track.end.code == increments.RANGE
+
+
+def _figures(one: real.Path, track: Track, kind: int, load: Load) -> dict[str, float | int | str]:
+    """Return the single figures that a row has beside those of every curve, by role."""
+    c, other = one.contact(0), track.other()
+    apart = _apart(one, track)
+    return {
+        "end": str(End.NONE if apart else track.end.word),
+        "neighbour": max(0, c.k) if c.first != -1 else 0,
+        "first_contact": c.words,
+        "scale_end": 0 if other is None else other.scale,
+        "other_contact": "" if other is None else other.words,
+        "load_second": math.nan if other is None else other.phi,
+        "decay": row.decay(one.way, kind, load.axis),
+    }
