@@ -156,14 +156,6 @@ def test_what_happens_is_told(name, least):
     assert (told[1].lost > 1e-7) == ("snap" in name)
 
 
-def test_nothing_is_told_of_what_comes_behind_the_last_station():
-    """But for the first contact, which is looked for farther on."""
-    near, far = (events.events(path.follow_all(SOFT.beams(), np.array([[phi]]))) for phi in (1e-3, 0.15))
-    assert [event.kind for event in near] == [increments.ENGAGE]
-    assert near[0].way == pytest.approx(far[0].way, rel=1e-9)
-    assert far[-1].way <= 0.15
-
-
 @pytest.mark.parametrize("free", [(0, 0, 0, 0), (1, 0, 1, 1)])
 @pytest.mark.parametrize("E", [math.inf, 2e4])
 def test_image_in_the_mirror(E, free):
