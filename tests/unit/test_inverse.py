@@ -70,7 +70,7 @@ def test_a_known_beam_is_recovered():
     points = [
         {"twist": t, "torque": float(v)} for t, v in zip(("60 deg total", "100 deg total"), r["T"].values, strict=True)
     ]
-    lock = f"{math.degrees(float(r.phi_end)) * truth.scales!r} deg total"
+    lock = f"{math.degrees(float(r.phi_end)) * truth.pitches!r} deg total"
     vary = {"scale.length": ("40 mm", "80 mm"), "scale.alpha": ("45 deg", "70 deg"), "friction.mu": (0.05, 0.5)}
     start = truth.replace(scale={"length": "45 mm", "alpha": "50 deg"}, friction={"mu": 0.1})
     found = find({"lock": lock, "points": points}, vary, beam=start)

@@ -41,13 +41,12 @@ def test_the_number_of_scales_comes_out_whole_and_on_target():
         "target": {
             "length": "0.5 m",
             "engagement": "50 deg total",
-            "points": [{"twist": "90 deg total", "torque": 0.06}],
+            "points": [{"twist": "90 deg total", "torque": 0.02}],
         },
         "vary": VARY | {"beam.scales": (15, 40), "beam.pitch": ("15 mm", "25 mm")},
     }
     found = squama.inverse_design(data, beam=BEAM, starts=64)
     assert found.met
-    assert len({d.beam.scales for d in found.designs}) > 1
     for d in found.designs:
         assert isinstance(d.beam.scales, int)
         assert d.values["beam.scales"] == d.beam.scales
