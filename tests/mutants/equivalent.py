@@ -323,6 +323,15 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("contacts/follow.py", "t[T_ZERO] = t[T_ZERO] + 1 if where < 10 * LOCATED else 0.0"): {
         "* -> /": "how many events in a row are taken before an equilibrium is looked for",
     },
+    ("contacts/events.py", 'name = "" if row[7] < 0 else _of(row[8], row[9], row[10], row[7])'): {
+        "0 -> 1": "a neighbour is one cell further at least",
+    },
+    ("contacts/of_face.py", "out[i, n, 13], out[i, n, increments.AFTER :] = (after >= 0).sum(), after"): {
+        "0 -> 1": "no contact's number is 0",
+    },
+    ("contacts/of_face.py", "n, before, all_before = 0, {-1.0}, {-1.0}"): {
+        "1.0 -> 2.0 #2": "the first event brings a contact",
+    },
     (
         "contacts/increments.py",
         "n.strains[i, e] += x * d + y * (d / t[T_SIZE] - (b.strains[i, e] - c.strains[i, e]) / t[T_BEFORE])",

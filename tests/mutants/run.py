@@ -21,7 +21,7 @@ import tempfile
 import time
 import traceback
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TextIO
 
 import switched
 from equivalent import EQUIVALENT
@@ -211,19 +211,25 @@ def baseline(tree: Path, todo: list[Mutant]) -> bool:
     return good
 
 
-def report(m: Mutant, place: str, status: int, used: resource.struct_rusage, log: Path | None) -> bool:
+def report(
+    m: Mutant, place: str, status: int, used: resource.struct_rusage, log: Path | None, out: TextIO | None = None
+) -> bool:
     """Print and log what became of an error; returns whether it survived."""
     code = os.waitstatus_to_exitcode(status)
     word = "SURVIVED" if code == 0 else "caught" if code > 0 else f"caught ({signal.Signals(-code).name})"
     seconds = used.ru_utime + used.ru_stime
-    print(f"{place} {word:8} src/squama/{m.file}:{m.line} {m.change:28} [{seconds:.1f} s] | {m.text}", flush=True)
+    print(
+        f"{place} {word:8} src/squama/{m.file}:{m.line} {m.change:28} [{seconds:.1f} s] | {m.text}",
+        file=out,
+        flush=True,
+    )
     if log:
-        with log.open("a", encoding="utf-8") as out:
-            out.write(f"{row(m)}\t{word}\t{seconds:.1f}\n")
+        with log.open("a", encoding="utf-8") as file:
+            file.write(f"{row(m)}\t{word}\t{seconds:.1f}\n")
     return code == 0
 
 
-def serve(put: dict[int, Mutant], tree: Path, survivors: Path, log: Path | None) -> int:
+def serve(put: dict[int, Mutant], tree: Path, survivors: Path, log: Path | None, terminal: TextIO) -> int:
     """Load, compile and test a tree whose errors are off, then with each of them on, in a process forked from here."""
     sys.path.insert(0, str(tree / "src"))
     switched.compiles()
@@ -233,7 +239,7 @@ def serve(put: dict[int, Mutant], tree: Path, survivors: Path, log: Path | None)
     for count, (number, m) in enumerate(put.items(), 1):
         child(tree, TESTS[m.file], tree.with_suffix(".log"), few=FEW_DESIGNS, number=number)
         _, status, used = os.wait3(0)
-        if report(m, f"{count:4}/{len(put)}", status, used, log):
+        if report(m, f"{count:4}/{len(put)}", status, used, log, terminal):
             with survivors.open("a", encoding="utf-8") as out:
                 out.write(f"{number}\n")
     return 0
@@ -251,12 +257,11 @@ def try_switched(todo: list[Mutant], folder: Path, log: Path | None) -> tuple[li
         if not pid:
             status = 3
             try:
-                stdout = os.dup(1)
+                terminal = os.fdopen(os.dup(1), "w")
                 with told.open("w", encoding="utf-8") as out:
                     os.dup2(out.fileno(), 1)
                     os.dup2(out.fileno(), 2)
-                sys.stdout = os.fdopen(stdout, "w")
-                status = serve(put, tree, survivors, log)
+                status = serve(put, tree, survivors, log, terminal)
             except BaseException:
                 traceback.print_exc()
             finally:

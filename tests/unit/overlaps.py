@@ -191,6 +191,11 @@ def ends() -> int:
     return sum(place != on_edge(S, 0, e, (high if end else low)(S, 0, e)) for e, end, place in every)
 
 
+def below(vertices_: list[Any], cap: float, kinds: tuple[int, ...]) -> list[Any]:
+    """Return what vertices of some kinds are whose gap is below a cap."""
+    return [v[[KIND, ONE, OTHER, GAP]].tolist() for v in vertices_ if v[GAP] < cap and v[KIND] in kinds]
+
+
 def missed(pair: Pair) -> dict[str, float]:
     """Return by how much vertices are not what they should be; 1 where one is missing, or one too many."""
     S, st, W, every = pair.w.S, pair.st, pair.w.W, pair.told(EVERY)
@@ -207,9 +212,10 @@ def missed(pair: Pair) -> dict[str, float]:
     for own, seen in enumerate([(VF, EE, EF), (FV, FE)]):
         gaps = [v[GAP] for v in every if v[KIND] in seen] + [gap for _, gap in pair.crossings(own)]
         out[f"least {own}"] = max(0.0, min(gaps, default=EVERY) - pair.least(own))
-    caps = np.quantile([v[GAP] for v in every], [0.2, 0.5, 0.8]) if every else ()
-    below = [[v[[KIND, ONE, OTHER, GAP]].tolist() for v in every if v[GAP] < cap] for cap in caps]
-    out["caps"] = float(below != [[v[[KIND, ONE, OTHER, GAP]].tolist() for v in pair.told(cap)] for cap in caps])
+    # gaps of corners on the lower face are along another normal: a pair is passed over only where none is below 0
+    levels = np.quantile([0.0, *(v[GAP] for v in every)], (0.2, 0.5, 0.8))
+    caps = [(0.0, (EE, VF, FV, EF, FE)), *((cap, (VF, EE, EF)) for cap in levels)]
+    out["caps"] = max(float(below(every, *cap) != below(pair.told(cap[0]), *cap)) for cap in caps)
     bounds = [span(S, i, st.b[i]) for i in range(2)]
     grid = [(x * pair.eta, y * pair.beta) for x in np.linspace(0, 1, 9) for y in np.linspace(-1, 1, 9)]
     lifts = [[pair.lift(i, x, y) for x, y in grid] for i in range(2)]
