@@ -67,7 +67,7 @@ def make(name: str) -> str:
     o, rng = LOOPS[name], np.random.default_rng(SEED)
     beam = squama.Beam.from_toml(HERE / o.beam).replace(friction={"mu": o.mu}, joint={"stiffness": o.K_theta})
     history = ", ".join(f"{end}" for end in o.ends) + " deg total"
-    true = squama.cycle(beam, history, **o.how)
+    true = squama.cycle(beam, history, ends="endless", **o.how)
     total, torque = np.degrees(true.Phi.values * beam.length), 1e3 * true["T"].values
     # every way begins and ends with a turning point, which stands twice in a cycle
     readings = []

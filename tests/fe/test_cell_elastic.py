@@ -91,7 +91,10 @@ def test_two_scales_bend_between_grips(mesh):
 
 def test_the_real_model_follows_nonlinear_elements_on_the_joint_of_their_mesh():
     """The beam that stiffens, to twice its engagement: large strains make little of it."""
-    beam, mesh = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None).replace(friction={"mu": 0.3}), (0.3, 0.1)
+    beam, mesh = (
+        squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None).replace(friction={"mu": 0.3}),
+        (0.3, 0.1),
+    )
     data = runs.cell(beam, to="0.106 rad/pitch", mesh=mesh, increment=0.0265)
     r = squama.twist(with_matrix(beam, own_matrix(beam, mesh)), at=data.Phi.values[1:])
     assert data["T"].values[-1] > 8 * data["T"].values[2]

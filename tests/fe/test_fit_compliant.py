@@ -20,8 +20,10 @@ K = np.array(
     ]
 )
 """Stiffness of a joint, E = 1 and d = 1, as elements give it for the example's beam."""
-START = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scales=None).replace(
-    scale={"theta0": "2 deg", "thickness": "0.1 mm", "youngs_modulus": None}
+START = (
+    squama.Beam.from_toml("examples/pla_on_vps.toml")
+    .replace(scales=None)
+    .replace(scale={"theta0": "2 deg", "thickness": "0.1 mm", "youngs_modulus": None})
 )
 HISTORY = "0, 0.018, 0.011 rad/pitch"
 

@@ -76,7 +76,7 @@ def test_what_is_walked_is_the_cycle():
         squama.Beam.from_toml("examples/pla_on_vps.toml").replace(hold="bend, lateral bend"),
         "0.1, 0.05, 0.12, 0 rad/pitch",
     )
-    loop, held = squama.cycle(beam, history, points=40), real.Held.of(beam)
+    loop, held = squama.cycle(beam, history, points=40, ends="endless"), real.Held.of(beam)
     load = loop.phi.values
     v = Physical(0.25, held.K_theta, held.rigidity, beam.scale.theta0)
     walked, found, expected = walked_of(beam, loop, v)
@@ -95,7 +95,8 @@ def test_what_is_walked_is_the_cycle():
     own = walked.torque(v)[touching] - (held.rigidity * load / beam.pitch)[touching]
     assert share.max() < 0.5 * own.max()
     # the joint takes a stiffness on as that of a beam's file
-    stiff = squama.cycle(beam.replace(joint={"stiffness": 2 * held.K_theta}), history, points=40)
+    stiffer = beam.replace(joint={"stiffness": 2 * held.K_theta})
+    stiff = squama.cycle(stiffer, history, points=40, ends="endless")
     _, found, expected = walked_of(beam, stiff, v._replace(stiffness=2 * v.stiffness))
     np.testing.assert_allclose(found, expected, rtol=0, atol=2e-4 * float(stiff["T"].max()))
 

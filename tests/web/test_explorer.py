@@ -71,7 +71,7 @@ def test_a_slider_moves_curve_mesh_and_address(visit) -> None:
     beam = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scale={"length": after * 0.02})
     mu = page.state()["mu"]
     last = live.motion(Setting(beam, mu)).last
-    theta = squama.twist(beam, mu=mu, at=[f"{last} rad/pitch"]).theta.item()
+    theta = squama.twist(beam, mu=mu, at=[f"{last} rad/pitch"], ends="endless").theta.item()
     page.eventually(lambda: curve(page, 1)[-1], pytest.approx([last, theta * 57.29577951], rel=1e-4))
 
 

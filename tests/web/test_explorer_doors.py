@@ -259,7 +259,7 @@ def test_a_link_cannot_keep_the_explorer_busy(known: Raw) -> None:
         (f"{link}&" + "&".join(["keep=" + quote("scale.length=1**9**9**9 m")] * 3), "The link cannot be used"),
         ("&".join(["mu=1"] * 500), "more than 64 values"),
         ("a" * 30_000, "longer than 20000 characters"),
-        (link.replace("scales=25", "scales=" + "9" * 9000), "The link cannot be used"),
+        (f"{link}&beam.scales={'9' * 9000}", "The link cannot be used"),
     ):
         answer = known.ask(f"/?{query}")
         assert answer.status == 200
