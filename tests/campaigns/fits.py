@@ -59,10 +59,10 @@ def loop(beam: squama.Beam, to: float, joint: str, r: np.random.Generator) -> tu
 def measured(case: tuple[str, str], r: np.random.Generator) -> tuple[squama.Beam, dict[str, Array], dict[str, float]]:
     """Return the beam that a fit starts from, a measured loop and the true values."""
     file, scale, to, joint, size = BEAMS[case[0]]
-    start = squama.Beam.from_toml(ROOT / file).replace(scale=scale, hold="bend, lateral bend")
+    start = squama.Beam.from_toml(ROOT / file).replace(scale=scale, hold="bend, lateral bend", scales=None)
     beam, K = truth(start, joint, r)
     x, T, way = loop(beam, to, joint, r)
-    degree = np.radians(1) / start.scales
+    degree = np.radians(1) / start.pitches
     T = T + size * r.normal(0, NOISE, T.size)
     kind = case[1]
     if kind == "twist noise":

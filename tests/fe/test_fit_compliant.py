@@ -23,6 +23,7 @@ K = np.array(
 START = (
     squama.Beam.from_toml("examples/pla_on_vps.toml")
     .replace(scales=None)
+    .replace(scales=None)
     .replace(scale={"theta0": "2 deg", "thickness": "0.1 mm", "youngs_modulus": None})
 )
 HISTORY = "0, 0.018, 0.011 rad/pitch"

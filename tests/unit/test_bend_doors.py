@@ -155,7 +155,7 @@ def test_explorer(beam, bent):
 
 def test_the_explorer_hints_at_what_its_model_takes():
     """Bent or twisted, an empty field shows the stiffness and the factor of the model on the page."""
-    skin = squama.Beam.from_toml("examples/stiff_skin.toml")
+    skin = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None)
     for load, call in (("twisting", squama.twist), ("bending", squama.bend)):
         for joint in ("compliant", "hinge"):
             shown = State(skin, 0.1, load=load, joint=joint, ideal="yes" if joint == "hinge" else "no")

@@ -65,7 +65,7 @@ def walked_of(beam, loop, v):
     A point where scales begin to slide is no solved one of the cycle: 1.8e-5 of the torque off.
     """
     load = loop.phi.values
-    walked = Walked(beam, Readings.of(load, ways(load).direction, np.zeros(load.size, int), beam.scales), v)
+    walked = Walked(beam, Readings.of(load, ways(load).direction, np.zeros(load.size, int), beam.pitches), v)
     solved = np.append((loop.branch.values[:-1] != "stick") | (loop.branch.values[1:] == "stick"), True)
     return walked, walked.torque(v)[solved], loop["T"].values[solved]
 
@@ -73,7 +73,7 @@ def walked_of(beam, loop, v):
 def test_what_is_walked_is_the_cycle():
     """Torques at points of a cycle are the cycle's; rigidity without contact, zero and drift are added to it."""
     beam, history = (
-        squama.Beam.from_toml("examples/pla_on_vps.toml").replace(hold="bend, lateral bend"),
+        squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scales=None).replace(hold="bend, lateral bend"),
         "0.1, 0.05, 0.12, 0 rad/pitch",
     )
     loop, held = squama.cycle(beam, history, points=40, ends="endless"), real.Held.of(beam)

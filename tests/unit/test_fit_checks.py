@@ -18,7 +18,7 @@ from squama.identify.hinge_points import Physical
 from squama.identify.readings import Readings
 from squama.identify.slope import Slope
 
-BEAM = squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="bend, lateral bend")
+BEAM = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None).replace(hold="bend, lateral bend")
 TOP = 0.12
 
 
@@ -192,7 +192,7 @@ def test_where_the_row_ends_before_the_data_that_is_told():
     ended = own_scales.ends(row, 0.4 / row.pitch, joint="hinge")
     assert ended.end == "side entry"
     assert 0.2 < ended.load < 0.2676
-    beam = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(friction={"mu": 0.3})
+    beam = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scales=None).replace(friction={"mu": 0.3})
     found = own_scales.ends(beam, 0.14 / beam.pitch)
     assert (found.end, found.load) == ("", pytest.approx(0.14))
     assert 0.3 < found.torque < 1

@@ -33,8 +33,8 @@ from squama.plot.sweep import axis_values
 from squama.study.parameters import PARAMETERS
 
 ROOT = Path(__file__).parents[2]
-BEAM = squama.Beam.from_toml(ROOT / "examples/pla_on_vps.toml")
-SKIN = squama.Beam.from_toml(ROOT / "examples/stiff_skin.toml")
+BEAM = squama.Beam.from_toml(ROOT / "examples/pla_on_vps.toml").replace(scales=None)
+SKIN = squama.Beam.from_toml(ROOT / "examples/stiff_skin.toml").replace(scales=None)
 POINTS = Measured(np.array([0.0, 3.0, 5.0]), np.array([0.0, 0.4, 2.2]), "test")
 
 
