@@ -31,8 +31,8 @@ def loop(modulus=1.0, joint="compliant"):
     return x, T + np.random.default_rng(3).normal(0, 2e-3 * T.max(), T.size)
 
 
-def fitted(x, T, names="mu,K_theta", *, starts=2, **given):
-    return squama.fit({"phi": x, "T": T}, BEAM, names, nuisances="none", starts=starts, **given)
+def fitted(x, T, names="mu,K_theta", *, starts=2, scales=None, **given):
+    return squama.fit({"phi": x, "T": T}, BEAM.replace(scales=scales), names, nuisances="none", starts=starts, **given)
 
 
 @pytest.mark.usefixtures("alone")
@@ -167,7 +167,8 @@ def test_too_few_points_are_doubted():
 
 @pytest.mark.usefixtures("alone")
 def test_the_ends_of_the_beam_are_told():
-    fit = fitted(*loop())
+    assert fitted(*loop()).ends is None
+    fit = fitted(*loop(), scales=25)
     row = squama.row(fit.beam, to=f"{TOP} rad/pitch", points=200)
     T, endless = row["T"].values, row.T_periodic.values
     assert fit.ends.scales == 25

@@ -150,3 +150,5 @@ def test_the_commands(tmp_path, capsys):
     assert "beam.toml with free ends in cycles of twisting" in capsys.readouterr().out
     assert main(["bend", *given, "--ends", "gripped"]) == 2
     assert capsys.readouterr().err.startswith('squama: error: --ends = "gripped": is not known of a beam that is bent')
+    assert main(["twist", *given, "--joint", "hinge", "--ends", "free"]) == 2
+    assert capsys.readouterr().err.startswith('squama: error: --ends = "free": is not of hinges')

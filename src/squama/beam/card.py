@@ -44,7 +44,9 @@ def of_beam(beam: Assembly, warnings: Iterable[str]) -> str:
     ]
     length = beam.pitch * beam.pitches * mm
     faces = f" on {described(beam.faces)}" if beam.other else ""
-    title = f"Beam: {beam.pitches} scales{faces}, pitch {beam.pitch * mm:.4g} mm, {length:.4g} mm long"
+    long = "endless" if beam.scales is None else f"{length:.4g} mm long"
+    whole = "scales" if beam.scales is None else beam.extent
+    title = f"Beam: {whole}{faces}, pitch {beam.pitch * mm:.4g} mm, {long}"
     return card(title, rows, (f"warning: {text}" for text in warnings), side(beam))
 
 

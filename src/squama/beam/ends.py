@@ -8,6 +8,9 @@ from squama.errors import refuse
 from squama.loads import ENDLESS, FREE, GRIPPED
 from squama.units import shown
 
+SHOWN = 25
+"""Pitches of an endless beam that lengths, totals and pictures are of."""
+
 
 def number_of_scales(value: object) -> int | None:
     """Return a number of scales, None of an endless beam; refuse what is not a whole number of 2 or more."""

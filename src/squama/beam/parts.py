@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NoReturn
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, ValidationInfo
 
 from squama.beam import beamfile, joint_law, matrixfile
-from squama.beam.ends import held_ends, number_of_scales
+from squama.beam.ends import SHOWN, held_ends, number_of_scales
 from squama.beam.faces import FACES, Other, read
 from squama.errors import InputError, Problem, Problems
 from squama.loads import NEUTRAL, NOTHING, STRAINS, hold, holding
@@ -38,8 +38,6 @@ RATIOS = {
 _ALL_RATIOS = {**RATIOS, "modulus_ratio": RATIO._replace(example="2000")}
 PLASTIC = 0.35
 """Poisson's ratio of scales whose modulus alone is given: typical of printed plastics."""
-SHOWN = 25
-"""Pitches of an endless beam that lengths, totals and pictures are of."""
 
 
 def _read(name: str) -> BeforeValidator:
@@ -364,10 +362,9 @@ class Assembly(Part):
     @property
     def held(self) -> tuple[str, ...]:
         """Strains of the bar that are held if they are not loaded, of :data:`squama.loads.STRAINS`."""
-        names = hold(self.holding)
         # a line in the bar's middle that keeps its length holds the stretch
         also = ("stretch",) if self.substrate.neutral == "middle" else ()
-        return tuple(name for name in STRAINS if name in (*names, *also))
+        return tuple(name for name in STRAINS if name in (*hold(self.holding), *also))
 
     @property
     def neutral(self) -> str:
@@ -378,6 +375,11 @@ class Assembly(Part):
     def pitches(self) -> int:
         """Number of pitches that lengths, totals and pictures are of: N, :data:`SHOWN` of an endless beam."""
         return self.scales or SHOWN
+
+    @property
+    def extent(self) -> str:
+        """What lengths, totals and pictures are of, in words: "25 scales", of an endless beam "25 pitches"."""
+        return f"{self.pitches} {'pitches' if self.scales is None else 'scales'}"
 
     @property
     def length(self) -> float:

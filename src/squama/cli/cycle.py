@@ -90,7 +90,7 @@ def _shown(beam: Beam, data: Answer) -> Iterable[str | Table]:
     else:
         yield "no loop is closed: the history does not come back to where it turned"
     work = float(data["W_fr"][-1])
-    yield f"frictional work of the history: {work:.4g} J/m, {work * beam.length:.4g} J over {beam.pitches} scales"
+    yield f"frictional work of the history: {work:.4g} J/m, {work * beam.length:.4g} J over {beam.extent}"
     yield (
         f"largest {torque}: {moment(float(abs(data[torque]).max()))}; tangent stiffness {data[tangent].min():.4g} "
         f"to {data[tangent].max():.4g} N m2"

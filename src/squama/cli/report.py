@@ -43,12 +43,7 @@ def covered(beam: Beam) -> str:
     where = f" on {faces.described(beam.faces)}" if beam.other else ""
     if beam.scales is None:
         return f"a scale every {beam.pitch * 1e3:.4g} mm{where}"
-    return f"{beam.pitches} scales on {beam.length * 1e3:.4g} mm{where}"
-
-
-def own(beam: Beam) -> str:
-    """Return what the answer of a beam with a number of scales is called."""
-    return f"{beam.pitches} scales"
+    return f"{beam.extent} on {beam.length * 1e3:.4g} mm{where}"
 
 
 def beside(beam: Beam, laws: Mapping[str, Answer]) -> Bench | None:
@@ -85,7 +80,7 @@ def summary(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | Non
             yield _family(words, beam, response, loads=name != HINGE)
             yield ""
         yield (
-            f"angles {words.angle} per pitch in rad, in total over {beam.pitches} scales in deg; {words.torque}, "
+            f"angles {words.angle} per pitch in rad, in total over {beam.extent} in deg; {words.torque}, "
             f"{words.torque}/{words.torque}0 (over the bare beam's) and RED at the cut-off, "
             f"margin {margin:g}"
         )
@@ -140,7 +135,7 @@ def _notes(kind: Load, beam: Beam, law: str, laws: Mapping[str, Answer]) -> list
     if any(str(End.NONE) in data["end"] for data in laws.values()):
         lines.append("without engagement the scales take no load and the curve is that of the beam without contact")
     if len(laws) > 1:
-        names = {REAL: "real beam", IDEAL: "beam with thin, rigid scales", own(beam): f"beam of {own(beam)}"}
+        names = {REAL: "real beam", IDEAL: "beam with thin, rigid scales", beam.extent: f"beam of {beam.extent}"}
         whose = names.get(law, column(law))
         lines.append(f"the curve, files and pictures are those of the {whose}")
     return lines
@@ -220,7 +215,7 @@ def ladder(
 ) -> dict[str, Answer]:  # fmt: skip
     """Return the response of the beam and, at the same loads, that of simpler ones, by what they are called.
 
-    Beside a beam with a number of scales stands the endless one, beside that the one of thin, rigid scales.
+    Beside N scales stands the endless beam; beside an endless beam, the same with thin, rigid scales.
     """
     from squama.curves.doors import respond
 
@@ -229,7 +224,7 @@ def ladder(
     # their own ends are looked for within the same range
     same = {**numbers, "points": 3, "to": float(rates[-1]), "at": rates, "sense": sense, "ends": ENDLESS}
     if "ends" in ours.attrs:
-        found = {own(beam): ours, ENDLESS: respond(beam, load, joint="compliant", ideal=ideal, **same)}
+        found = {beam.extent: ours, ENDLESS: respond(beam, load, joint="compliant", ideal=ideal, **same)}
     else:
         found = {IDEAL if ideal else REAL: ours}
         if not ideal:
@@ -248,7 +243,7 @@ def _table(words: Load, beam: Beam, margin: float, laws: Mapping[str, Answer]) -
         return [label, *(_figure(data, name, factor) for data in laws.values())]
 
     def total(at: str) -> list[str]:
-        return row(f"  in total over {beam.pitches} scales, deg", f"{angle}_{at}", degrees * beam.pitches)
+        return row(f"  in total over {beam.extent}, deg", f"{angle}_{at}", degrees * beam.pitches)
 
     cut_off = [
         row("  theta at the end, deg", "theta_end", degrees),

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 from squama.cli import flags, output
 from squama.cli.fit import TABLES, Tables
 from squama.cli.flags import flag, settled
-from squama.loads import LOADS, fixed
+from squama.errors import refuse
+from squama.loads import ENDLESS, LOADS, fixed
 from squama.model.outcome import SENTENCES, End
 from squama.units import moment, number, shown
 
@@ -103,6 +104,8 @@ def respond(
             laws = report.ladder(load, beam, law, sense, numbers, ideal=bool(joints.ideal), ends=curve.ends)
             law = next(iter(laws))
         else:
+            if curve.ends not in (None, ENDLESS):
+                refuse("ends", shown(curve.ends), "is not of hinges, which are endless here", "write squama row")
             laws = report.responses(load, beam, law, sense, numbers)
     beside = laws[report.HINGE].dataset() if common.plot and report.HINGE in laws else None
     written = output.write(common, laws[law].dataset, "response_figure", _lines, measured=measured, hinge=beside)

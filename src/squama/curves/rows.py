@@ -71,13 +71,12 @@ def told(one: real.Path, load: Load, ends: Row, at: Array) -> Told:
     own = along | most | {"theta": each["theta"].mean(axis=1)}
     bent = states.bent(one.way.scale, track.rows.reshape(points * n, -1)).reshape(points, n)
     thin = np.flatnonzero(np.fmax.reduce(bent, axis=1) >= states.THIN)
-    engaged = track.engaged if ends.kind == GRIPPED else min(track.engaged, one.way.engaged)
     cells = cells_of(one, load, track, ends.kind)
     return Told(
         own={role: _whole(v, at.size) for role, v in own.items()},
         each={role: _whole(v, at.size) for role, v in (each | cells).items() if role not in ends.left},
         figures=_figures(one, track, ends.kind, load),
-        met=np.array([min(engaged, one.way.engaged)]),
+        met=np.array([min(track.engaged, one.way.engaged)]),
         bent=float(at[thin[0]]) if thin.size else math.nan,
         ended=math.inf if _apart(one, track) else track.end.phi,
         notes=_beyond(track, load, float(at[-1])),

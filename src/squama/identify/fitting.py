@@ -241,7 +241,7 @@ def _result(made: Prepared, found: Found, wanted: Wanted, rival: Rival | None, w
 
 def _ends(made: Prepared, found: Found, beam: Beam) -> Ends | None:
     """Compare the fitted beam's own number of scales with the endless beam, at the top of the data."""
-    if not LOADS[made.asked.load].sided or beam.friction.mu is None:
+    if beam.scales is None or not LOADS[made.asked.load].sided or beam.friction.mu is None:
         return None
     load = made.record.load[found.usable & made.points.touching(found.asked.physical(found.best.values))]
     if not load.size:

@@ -94,7 +94,7 @@ def response_figure(dataset: xr.Dataset, measured: Measured | None = None, hinge
         _draw(ax, shown, name, letter=f"({text})")
     for ax in axes[1]:
         ax.set_xlabel(style.label(kind.rate))
-    above = f"{kind.verb.capitalize()} of the whole beam, {shown.beam.pitches} scales (deg)"
+    above = f"{kind.verb.capitalize()} over {shown.beam.extent} (deg)"
     style.scaled_above(axes[0, 0], shown.beam.length * 180 / np.pi, above)
     style.legend_below(figure, _keys(shown), 4 if shown.others else 7)
     return style.headline(figure, _title(dataset, shown.curves))

@@ -213,7 +213,7 @@ class Motion:
         held = f"Bend {bend:.4f}, twist" if bend else self.kind.verb.capitalize()
         whole = " and ".join(f"{math.degrees(v) * beam.pitches:.0f}°" for v in ([bend] if bend else []) + [state.load])
         return (
-            f"{held} {state.load:.4f} rad per pitch ({whole} over {beam.pitches} scales), "
+            f"{held} {state.load:.4f} rad per pitch ({whole} over {beam.extent}), "
             f"inclination {math.degrees(state.theta):.1f}°, "
             f"{self.kind.torque_words} {moment(state.torque)}, µ = {self.setting.mu:g}"
         )

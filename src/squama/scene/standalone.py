@@ -66,7 +66,7 @@ def page(motion: Motion, load: float) -> str:
         data=json.dumps(data).replace("<", "\\u003c"),
         light=variables("light"),
         dark=variables("dark"),
-        title=escape(f"{setting.beam.pitches} scales, mu = {setting.mu:g}, {motion.model}: {motion.end}"),
+        title=escape(f"{setting.beam.extent}, mu = {setting.mu:g}, {motion.model}: {motion.end}"),
     )
 
 
