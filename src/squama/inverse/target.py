@@ -69,8 +69,7 @@ class Target(NamedTuple):
     @property
     def own(self) -> bool:
         """Whether designs have a number of scales, and are judged with that."""
-        numbered = self.space.beam.scales is not None or SCALES in (v.key for v in self.space.variables)
-        return self.real and numbered
+        return self.real and (self.space.beam.scales is not None or SCALES in self.space.keys)
 
     @property
     def inside(self) -> float:
