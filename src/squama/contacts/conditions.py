@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from squama.batch.keeping import part as _jit
-from squama.contacts.detection import GAP, VERTEX, covers, deepest, over, vertices, view
+from squama.contacts.detection import AT, GAP, VERTEX, covers, deepest, over, vertices, view
 from squama.contacts.geometry import back
 from squama.contacts.increments import Walk
 from squama.contacts.meeting import MARGIN, N_, along_edges, inclination, meet
@@ -44,6 +44,8 @@ PULL, OFF, SLOPE, FLIP, MEET = range(5)
 """What an increment violates."""
 MISSED_GAP, MISSED_PULL, MISSED_PLACE, MISSED_CONE, MISSED_SLOPE = 1e-10, 1e-12, 1e-9, 1e-11, 1e-9
 """Gap, force, place, force beyond the cone of friction, and slope by which a condition may be missed."""
+MISSED = MISSED_PULL, MISSED_PLACE, MISSED_SLOPE, MISSED_CONE, MISSED_GAP
+"""The same by what is violated."""
 _FLAT, _SHALLOW, _BESIDE = 1e-8, 1e-6, (0.01, 0.03, 0.1, 0.3)
 """Gap, in pitches, below which an edge lies flush, depth from which on it has a tangent again, and where is looked."""
 
@@ -177,13 +179,15 @@ def value(w: Walk, st: State, what: int, c: int) -> float:
         return condition(w, st, what, c)
     if w.best[KIND] == LIES:
         return inclination(w.S, int(w.best[FIRST]), w.W)
-    # a vertex of the overlap, if it is there
-    n = vertices(w.S, st, w.W, int(w.best[FIRST]), int(w.best[APART]), 1e9, w.found, 0)
+    # the vertex of the overlap, if it is there: one edge may be tangent at several places
+    n, gap, least = vertices(w.S, st, w.W, int(w.best[FIRST]), int(w.best[APART]), 1e9, w.found, 0), math.nan, math.inf
     for a in range(n):
-        if w.found[a, KIND] == w.best[KIND] and w.found[a, ONE] == w.best[ONE] and w.found[a, OTHER] == w.best[OTHER]:
-            gap: float = w.found[a, GAP]
-            return gap
-    return math.nan
+        v = w.found[a]
+        if v[KIND] == w.best[KIND] and v[ONE] == w.best[ONE] and v[OTHER] == w.best[OTHER]:
+            far = abs(v[AT] - w.best[AT]) + abs(v[AT + 1] - w.best[AT + 1])
+            if far < least:
+                gap, least = v[GAP], far
+    return gap
 
 
 @_jit

@@ -6,7 +6,7 @@ import math
 
 from squama.batch.keeping import part as _jit
 from squama.contacts.changes import tried
-from squama.contacts.conditions import MEET, MISSED_GAP, value, violated
+from squama.contacts.conditions import MEET, MISSED, MISSED_GAP, value, violated
 from squama.contacts.detection import deepest
 from squama.contacts.increments import Walk
 
@@ -60,7 +60,7 @@ def marked(w: Walk) -> int:
 @_jit
 def bisected(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: float) -> tuple[float, int, int]:
     """Find as :func:`locate`, where new contacts are looked for between pairs that are marked."""
-    low_, up, vl, vu, last = 0.0, h, math.nan, high_value, 0
+    low_, up, vl, vu, last = 0.0, h, math.nan, high_value + MISSED[what], 0
     for count in range(80):
         if up - low_ < LOCATED:
             break
@@ -74,14 +74,14 @@ def bisected(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: floa
         w2, c2, v2 = violated(w, w.new, False)
         if w2 < 0:
             low_ = x
-            vl = value(w, w.new, what, c)
+            vl = value(w, w.new, what, c) + MISSED[what]
             if last == 1:
                 vu /= 2
             last = 1
         else:
             if w2 != what or (c2 != c and c2 >= 0):
                 what, c, vl = w2, c2, math.nan
-            up, vu = x, v2
+            up, vu = x, v2 + MISSED[what]
             if last == 2 and vl > 0.0:
                 vl /= 2
             last = 2
