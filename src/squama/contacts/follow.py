@@ -279,7 +279,7 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
     if t[T_ZERO] > zeros or t[T_EVENTS] > _EVENTS * N or not altering(w, what, c, events):
         t[T_ZERO] = 0.0
         code = jump(w, goal, step, -1, events)
-        if code != RANGE and what == OFF and w.S.stride == N:
+        if code != RANGE and what == OFF:
             code = jump(w, goal, step, c, events)
         # a corner that leaves an edge, and finds no other hold, comes to lie beside it
         return SIDE_ENTRY if what == OFF and code == NO_EQUILIBRIUM else code
