@@ -20,6 +20,7 @@ from squama.contacts.system import (
     FIRST,
     FLUSH,
     KIND,
+    LET_GO,
     LIES,
     MU,
     ONE,
@@ -58,7 +59,7 @@ def beyond(S: System, st: State, c: Array, k: int) -> tuple[float, int]:
     """
     kind, i, j, s = c[KIND], c[FIRST], partner(S, c), st.s[k]
     least, which = 1e9 + 0.0 * s[0], 0
-    if kind == LIES:
+    if kind == LIES or c[STUCK] == LET_GO:
         return least, which
     if kind == EE:
         l0, h0, l1, h1 = low(S, i, c[ONE]), high(S, i, c[ONE]), low(S, j, c[OTHER]), high(S, j, c[OTHER])
@@ -84,7 +85,7 @@ def slope(w: Walk, st: State, k: int) -> tuple[float, int]:
     """
     S, c = w.S, w.con[k]
     i, j, kind = c[FIRST], partner(S, c), c[KIND]
-    if kind >= EF or c[ENDED] == 1 or not S.shapes[i, ELASTIC].real > 0:
+    if kind >= EF or c[ENDED] == 1 or c[STUCK] == LET_GO or not S.shapes[i, ELASTIC].real > 0:
         return 1e9 + 0.0 * st.s[k, 0], -1
     g = meet(S, st, c, st.s[k], w.W)
     n1, n2 = cross(g.tx1, g.ty1), cross(g.tx2, g.ty2)
