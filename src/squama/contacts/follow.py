@@ -56,7 +56,7 @@ from squama.contacts.increments import (
 from squama.contacts.locating import LOCATED, locate
 from squama.contacts.meeting import clear, inclination, prepared
 from squama.contacts.newton import solve
-from squama.contacts.released import released
+from squama.contacts.slipped import GUESSES, released, slipped
 from squama.contacts.system import ENDED, FIRST, FLUSH, FREE, KIND, LIES, MU, STRAINS, STUCK, cells, copy
 from squama.contacts.works import INEXACT, UNBALANCED, accept, fall, remember, rounded, unbalanced, worked
 from squama.contacts.written import write
@@ -78,16 +78,16 @@ snap loses, for it to be one."""
 def reached(w: Walk, h: float, before: float, gone: int) -> int:
     """Look for any equilibrium after an increment; 0 if it is found.
 
-    From the last contacts, as they are and all sticking, and from none; or, if it is not -1, as the contact ``gone`` is
-    let go of. None has more energy than that ``before`` and the work done.
+    From the last contacts, as they are and all sticking, and from none; or, if it is not -1, as the contact ``gone``
+    gives way, and with other edges in its place. None has more energy than that ``before`` and the work done.
     """
     code = NO_EQUILIBRIUM
-    for way in range(3 if gone < 0 else 1):
+    for way in range(3 if gone < 0 else 1 + GUESSES):
         restore(w)
         w.tally[T_FRESH] = 0.0
         guess(w, h)
         if gone >= 0:
-            found = released(w, h, gone)
+            found = released(w, h, gone) if way == 0 else slipped(w, h, gone, way - 1)
         elif way == 1 and not rubs(w):
             continue
         else:
@@ -97,6 +97,8 @@ def reached(w: Walk, h: float, before: float, gone: int) -> int:
                 # from the state without any contact
                 w.counts[0], w.J.kept[0] = 0, 0
             found = regroup(w, h, False)
+        if found < 0:
+            break
         if found == 0:
             lost, doubt = fall(w, h, before)
             if lost.real >= -doubt.real - _SNAPS * max(before.real, rounded(w).real):
@@ -174,7 +176,7 @@ def strongest(con: Array, m: int, F: Array, others: Array, n: int) -> int:
 def jump(w: Walk, goal: float, step: float, gone: int, events: Array) -> int:
     """Go on from where the path is not continuous: to an equilibrium a little further, with the energy it loses.
 
-    ``gone``: a contact that left its edge, of which is let go, or -1.
+    ``gone``: a contact that left its edge, which gives way, or -1.
     A station that would be passed is tried first: its state is one of its own way if there is an equilibrium.
     """
     t = w.tally
