@@ -45,8 +45,6 @@ PULL, OFF, SLOPE, FLIP, MEET = range(5)
 """What an increment violates."""
 MISSED_GAP, MISSED_PULL, MISSED_PLACE, MISSED_CONE, MISSED_SLOPE = 1e-10, 1e-12, 1e-9, 1e-11, 1e-9
 """Gap, force, place, force beyond the cone of friction, and slope by which a condition may be missed."""
-MISSED = MISSED_PULL, MISSED_PLACE, MISSED_SLOPE, MISSED_CONE, MISSED_GAP
-"""The same by what is violated."""
 _FLAT, _SHALLOW, _BESIDE = 1e-8, 1e-6, (0.01, 0.03, 0.1, 0.3)
 """Gap, in pitches, below which an edge lies flush, depth from which on it has a tangent again, and where is looked."""
 
