@@ -109,7 +109,7 @@ def test_who_answers_with_ends():
     ("door", "beam", "ends", "words"),
     [
         (squama.twist, SKIN.replace(scales=None), "free", "is of a beam with a number of scales"),
-        (squama.bend, SKIN, "gripped", "is not known of a beam that is bent"),
+        (squama.bend, SKIN, "gripped", "is not known of a beam that is bent, or swings"),
         (squama.twist, SKIN, "held", 'must be one of "free", "gripped", "equal", "endless"'),
         (squama.twist, SKIN.replace(faces="turned"), "free", "takes scales on one face"),
         (squama.twist, SKIN.replace(hold="bend"), "gripped", "the cells' bend is held"),

@@ -247,14 +247,14 @@ def respond(
     return _curves(asked._replace(at=loads, ends=ends_of(asked, ends, row=row)))
 
 
-def ends_of(asked: Analysis, word: str | None, *, history: bool = False, row: bool = False) -> str:
+def ends_of(asked: Analysis, word: str | None, *, history: bool = False, row: bool = False, grips: bool = True) -> str:
     """Return the ends of a beam by their word, or as they are by default; refuse what a model does not know.
 
     ``history``: of one that is loaded and unloaded, or along several loads; ``row``: it has ends even where it is
-    endless by default.
+    endless by default; ``grips``: whether there may be grips, of a beam that is twisted alone.
     """
     beam, model = asked.beam, MODELS[asked.joint]
-    grips = asked.way.loaded == (LOADS["twisting"].verb,)
+    grips &= asked.way.loaded == (LOADS["twisting"].verb,)
     known = [end for end in model.ends if grips or end != GRIPPED]
     if history and model.straight:
         known = [ENDLESS]
@@ -270,7 +270,7 @@ def ends_of(asked: Analysis, word: str | None, *, history: bool = False, row: bo
     if beam.scales is None:
         refuse("ends", shown(word), "is of a beam with a number of scales, and this one is endless", "write scales=25")
     if word not in known:
-        why = f"is not known of {'a row on hinges' if model.straight else 'a beam that is bent'}"
+        why = f"is not known of {'a row on hinges' if model.straight else 'a beam that is bent, or swings'}"
         refuse("ends", shown(word), why, f'leave it out, or write ends="{known[0]}"')
     only_one(beam.faces, "a beam with ends")
     return word
