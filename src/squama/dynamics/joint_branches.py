@@ -35,8 +35,10 @@ from squama.dynamics.modes import SHAPES, gauss
 from squama.loads import ENDLESS, Load
 from squama.types import Array
 
-STEPS, OF_ROW = 256, 96
+STEPS, OF_ROW = 256, 64
 """Places of a branch between engagement and its end, of an endless beam and of N scales."""
+TOPS = 0.02
+"""Largest distance, rad per pitch, of turning points from which N scales are walked back; others lie between."""
 ALONG = 24
 """Places along a mode, on the engaged part of the beam."""
 NEAR = 0.3
@@ -80,12 +82,6 @@ class LoadedBeam(NamedTuple):
     def steps(self) -> int:
         """Number of places of a branch."""
         return STEPS if self.ends == ENDLESS else OF_ROW
-
-    def upwards(self, y: Array, top: float) -> Array:
-        """Return the places on the way to a turning point: those of the branch ``y``; scales of a row find theirs."""
-        if self.ends != ENDLESS:
-            return np.array([top])
-        return np.append(y[1:][y[1:] < top - NEAR * (y[1] - y[0])], top)
 
     def walk(self, x: Array) -> LoadStates:
         """Walk from rest through load angles (n,) above 0, no two in a row equal."""
@@ -136,7 +132,7 @@ def side(loaded: LoadedBeam, far: float, mode: str) -> Side:
         """Return the way back from a load angle."""
         if top < y_e + SMALL and not loaded.load.sided:
             return up
-        there = loaded.upwards(y, top)
+        there = np.append(y[1:][y[1:] < top - NEAR * (y[1] - y[0])], top)
         down = _back(top, y_e, steps)
         q = loaded.walk(np.concatenate([there, down])).q[there.size - 1 :]
         down = np.append(top, down)[: q.size]
@@ -144,8 +140,42 @@ def side(loaded: LoadedBeam, far: float, mode: str) -> Side:
 
     if mode != "uniform":
         return _modal(mode, up, elastic, back, found.ends)
+    if loaded.ends != ENDLESS:
+        fall = _between(up, back)
+        return Side(y_e, float(y[-1]), found.ends, up, lambda top: fall(float(np.max(top))), elastic)
     walked = functools.lru_cache(maxsize=256)(functools.partial(back, steps=loaded.steps))
     return Side(y_e, float(y[-1]), found.ends, up, lambda top: walked(float(np.max(top))), elastic)
+
+
+def _between(up: Branch, back: Callable[[float, int], Branch]) -> Callable[[float], Branch]:
+    """Return the ways back from any turning point by those from some, which take long to walk.
+
+    By how much they are below the loading branch is linear between turning points, at the same share of the way back.
+    """
+    y_e, last = float(up.places[0, 0]), up.last
+    m = max(1, math.ceil((last - y_e) / TOPS))
+
+    @functools.lru_cache(maxsize=256)
+    def below(i: int) -> CubicSpline:
+        """Return how far below, over the share of the way back from turning point number i."""
+        top = y_e + (last - y_e) * i / m
+        down = back(top, OF_ROW)
+        y = down.places[::-1, 0]
+        drop = up.force(y) - down.force(y)
+        drop[[0, -1]] = 0.0
+        return CubicSpline((top - y) / (top - y_e), drop)
+
+    @functools.lru_cache(maxsize=256)
+    def fall(top: float) -> Branch:
+        i, share = divmod((top - y_e) / (last - y_e) * m, 1.0)
+        farther = below(min(int(i) + 1, m))
+        way = farther.x
+        nearer = below(int(i))(way) if 0 < i <= m else 0.0 * way
+        y = top - way * (top - y_e)
+        q = up.force(y) - ((1 - share) * nearer + share * farther(way))
+        return Branch(y[::-1], q[::-1])
+
+    return fall
 
 
 def _back(top: float, y_e: float, steps: int) -> Array:
