@@ -266,7 +266,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     },
     ("dynamics/systems.py", "ROUGH = 1e-7"): {"*": _TUNING},
     ("dynamics/systems.py", "FARTHER = 1.001"): {"*": _TUNING},
-    ("dynamics/joint_branches.py", "STEPS, OF_ROW = 256, 64"): {"*": _TUNING},
+    ("dynamics/joint_branches.py", "STEPS, OF_ROW = 256, 96"): {"*": _TUNING},
     ("dynamics/joint_branches.py", "TOPS = 0.02"): {"*": _TUNING},
     ("dynamics/joint_branches.py", "ALONG = 24"): {"*": _TUNING},
     ("dynamics/joint_branches.py", "NEAR = 0.3"): {"*": _TUNING},

@@ -25,7 +25,7 @@ def test_energies_are_those_of_its_cycle(load, ends):
     lost = float(v.U_turn[0] - v.U_turn[1])
     assert 0 < lost < 0.1 * float(v.U_turn[0])
     rubbed = float((c.W_fr[-1] - c.W_fr)[int(np.argmax(c.U_el.values))])
-    # tolerance: places of the branches, 64 each
+    # tolerance: places of the branches, 96 each
     assert lost == pytest.approx(rubbed * SKIN.length, rel=1e-3)
     assert np.interp(v.t_turn, v.t, v[angle]) == pytest.approx(v[f"{angle}_turn"].values, abs=1e-6)
 

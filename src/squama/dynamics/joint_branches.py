@@ -35,7 +35,7 @@ from squama.dynamics.modes import SHAPES, gauss
 from squama.loads import ENDLESS, Load
 from squama.types import Array
 
-STEPS, OF_ROW = 256, 64
+STEPS, OF_ROW = 256, 96
 """Places of a branch between engagement and its end, of an endless beam and of N scales."""
 TOPS = 0.02
 """Largest distance, rad per pitch, of turning points from which N scales are walked back; others lie between."""
