@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -75,55 +75,79 @@ class Found(NamedTuple):
 
 def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
     """Find the parameters, from so many starts, and those candidate nuisances that the residual shows."""
-    test, asked = _fit_for(test, test.asked.names), test.asked
-    index, _, torque, _ = test.used
+    test = fit_for(test, test.asked.names)
+    rough, out = robust(test, started(test, starts))
+    return chosen(test, rough, out, candidates)
+
+
+def chosen(
+    test: Prepared,
+    rough: Estimate,
+    out: NDArray[np.bool_],
+    candidates: tuple[str, ...],
+    last: Walked | None = None,
+) -> Found:
+    """Return the least squares from a robust search, without the points that are ``out``, with nuisances that show.
+
+    ``last``: the points for which those of the search stand, on which the estimates are refined.
+    """
+    asked, (index, _, torque, _) = test.asked, test.used
     size = float(np.abs(torque).max())
-    rough, out = _robust(test, starts)
     stray = np.zeros(test.usable.size, bool)
     stray[index[out]] = True
     left = test._replace(usable=test.usable & ~stray)
     full = _with(left, rough.values, tuple(n for n in candidates if n not in asked.names))
     best = settle(left, rough.values)
     added: tuple[str, ...] = ()
+    apart = np.zeros_like(best.covariance)
     if full is not None and best.best.square > (_rounding(test) * size) ** 2 * index.size:
         wanted, start = full
         try:
-            whole = settle(_fit_for(left, wanted.names)._replace(asked=wanted), start)
+            whole = settle(fit_for(left, wanted.names)._replace(asked=wanted), start)
             kept, apart = _needed(whole, asked)
         except InputError:
             # all at once the points do not tell them apart
-            kept, apart = (), np.zeros_like(best.covariance)
+            kept = ()
         if kept:
-            chosen = wanted.without({n for n in wanted.names if n not in (*asked.names, *kept)})
-            values = [whole.best.values[wanted.names.index(n)] for n in chosen.names]
-            best, added = settle(_fit_for(left, kept)._replace(asked=chosen), np.array(values)), kept
-        best = best._replace(covariance=best.covariance + apart)
+            some = wanted.without({n for n in wanted.names if n not in (*asked.names, *kept)})
+            values = [whole.best.values[wanted.names.index(n)] for n in some.names]
+            best, added = settle(fit_for(left, kept)._replace(asked=some), np.array(values)), kept
+    if last is not None:
+        refined = left._replace(asked=best.asked, usable=best.usable, points=last)
+        best = settle(refined, best.best.values)
+    best = best._replace(covariance=best.covariance + apart)
     agreed = best.best._replace(starts=rough.starts, agreed=rough.agreed)
     return best._replace(best=agreed, stray=stray, added=added)
 
 
 def comes_near(test: Prepared, added: tuple[str, ...], rms: float) -> bool:
     """Say whether a search from the beam's own values leaves at most an rms (N m), with nuisances added."""
-    test = _fit_for(test, test.asked.names)
-    rough, out = _robust(test, 1, _GLANCE)
+    test = fit_for(test, test.asked.names)
+    rough, out = robust(test, started(test, 1), _GLANCE)
     square = float(np.mean(rough.residual[~out] ** 2))
     full = _with(test, rough.values, tuple(n for n in added if n not in test.asked.names)) if added else None
     if full is not None and square > rms * rms:
-        index, points, torque, _ = _fit_for(test, full[0].names).used
+        index, points, torque, _ = fit_for(test, full[0].names).used
         square = estimate.solve(points, torque, full[0], [full[1]], most=_GLANCE).square / index.size
     return math.sqrt(square) <= rms
 
 
-def _robust(test: Prepared, starts: int, most: int = 300) -> tuple[Estimate, NDArray[np.bool_]]:
-    """Return what a robust search finds from so many starts, and which points it leaves as stray ones."""
+def started(test: Prepared, number: int) -> list[Array]:
+    """Return so many starts of a search."""
+    _, points, torque, _ = test.used
+    return estimate.starts(points, torque, test.asked, number)
+
+
+def robust(test: Prepared, starts: Sequence[Array], most: int = 300) -> tuple[Estimate, NDArray[np.bool_]]:
+    """Return what a robust search finds from its starts, and which points it leaves as stray ones."""
     _, points, torque, way = test.used
     size = float(np.abs(torque).max())
     limit = max(_ROBUST * noise.scatter(torque, way), _FLOOR * size)
-    rough = estimate.solve(points, torque, test.asked, estimate.starts(points, torque, test.asked, starts), limit, most)
+    rough = estimate.solve(points, torque, test.asked, starts, limit, most)
     return rough, noise.strays(rough.residual, way, _FLOOR * size)
 
 
-def _fit_for(test: Prepared, names: Collection[str]) -> Prepared:
+def fit_for(test: Prepared, names: Collection[str]) -> Prepared:
     """Return the test without its points at reversals where the play is to be found.
 
     Whether a point lies in the play, in the drop behind or beyond it changes its torque by jumps.
