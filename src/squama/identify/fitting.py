@@ -201,7 +201,7 @@ def _result(made: Prepared, found: Found, wanted: Wanted, rival: Rival | None, w
     branch = np.where(rec.stuck & touching, "stick", branch)
     branch = np.where(made.usable & ~found.usable & touching, "stick", branch)
     branch = np.where(found.stray, "stray", branch)
-    band = estimate.standard_error(points, asked, best.values, found.covariance)
+    band = estimate.standard_error(found.points, asked, best.values, found.covariance)
     fitted = np.where(covered, points.torque(at), np.nan)
     senses, remedies = None, []
     if isinstance(points, Hinged):
@@ -276,14 +276,11 @@ def _row(made: Prepared, found: Found, beam: Beam) -> Ends | None:
 
 def _alone(made: Prepared, found: Found) -> tuple[SpecimenFit, ...]:
     """Fit each specimen alone."""
-    rec, points, out = made.record, made.points, []
+    rec, out = made.record, []
     if len(rec.specimens) == 1:
         return ()
-    if isinstance(points, Walked) and points.kind is not None:
-        # the share that scales have changes little from one specimen's estimate to another's
-        made = made._replace(points=points.shared(found.asked.physical(found.best.values)))
     for i, specimen in enumerate(rec.specimens):
-        mine = made._replace(usable=found.usable & (rec.specimen == i), asked=found.asked)
+        mine = made._replace(usable=found.usable & (rec.specimen == i), asked=found.asked, points=found.points)
         try:
             prepare.enough(mine)
             one = selection.settle(mine, found.best.values)

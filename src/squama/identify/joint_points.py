@@ -170,6 +170,38 @@ class Walked:
         return torque, touching
 
 
+class Linear(Walked):
+    """Points whose torque is linear in all that it depends on, about values at which it is walked.
+
+    A derivative is walked when it is first asked for, and kept. ``columns`` are some that are known, by name.
+    """
+
+    def __init__(self, own: Walked, v: Physical, columns: dict[str, Array] | None = None) -> None:
+        vars(self).update(vars(own))
+        self.own, self.about, self.columns = own, v, columns or {}
+        self._torque, self._touches = own._at(v)
+
+    def touching(self, v: Physical) -> Array:
+        """Whether plates touch at the values about which the torque is linear."""
+        return self._touches[self.index]
+
+    def torque(self, v: Physical) -> Array:
+        """Torque that is read (N m)."""
+        found = self._torque + v.drift * self.readings.order + v.torque_zero
+        for name in _STEPS:
+            if step := getattr(v, name) - getattr(self.about, name):
+                found = found + step * self._column(name)
+        return np.asarray(found[self.index])
+
+    def _slope(self, v: Physical, name: str) -> Array:
+        return self._column(name)[self.index]
+
+    def _column(self, name: str) -> Array:
+        if name not in self.columns:
+            self.columns[name] = self.own._slope(self.about._replace(torque_zero=0.0, drift=0.0), name)
+        return self.columns[name]
+
+
 def _nodes(x: Array, sense: float) -> Array:
     """Return the twists of a way that are walked to, in the order in which they come."""
     found = np.unique(x)

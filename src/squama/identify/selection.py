@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from squama.errors import InputError, refuse
 from squama.identify import estimate, noise
-from squama.identify.estimate import Estimate
+from squama.identify.estimate import Estimate, Points
 from squama.identify.hinge_points import Physical
 from squama.identify.joint_points import Walked
 from squama.identify.prepare import Prepared
@@ -54,7 +54,7 @@ class Found(NamedTuple):
     """What a search finds.
 
     ``noise`` of a point (N m), ``dependence`` tau, ``uneven`` whether the noise goes with the slope; ``usable`` without
-    the ``stray`` points; ``added`` names of nuisances that were not asked for.
+    the ``stray`` points; ``points`` of the search, ``added`` names of nuisances that were not asked for.
     """
 
     asked: Asked
@@ -65,6 +65,7 @@ class Found(NamedTuple):
     uneven: bool
     usable: NDArray[np.bool_]
     stray: NDArray[np.bool_]
+    points: Points
     added: tuple[str, ...]
 
     @property
@@ -80,17 +81,8 @@ def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
     return chosen(test, rough, out, candidates)
 
 
-def chosen(
-    test: Prepared,
-    rough: Estimate,
-    out: NDArray[np.bool_],
-    candidates: tuple[str, ...],
-    last: Walked | None = None,
-) -> Found:
-    """Return the least squares from a robust search, without the points that are ``out``, with nuisances that show.
-
-    ``last``: the points for which those of the search stand, on which the estimates are refined.
-    """
+def chosen(test: Prepared, rough: Estimate, out: NDArray[np.bool_], candidates: tuple[str, ...]) -> Found:
+    """Return the least squares from a robust search, without the points that are ``out``, with nuisances that show."""
     asked, (index, _, torque, _) = test.asked, test.used
     size = float(np.abs(torque).max())
     stray = np.zeros(test.usable.size, bool)
@@ -99,7 +91,6 @@ def chosen(
     full = _with(left, rough.values, tuple(n for n in candidates if n not in asked.names))
     best = settle(left, rough.values)
     added: tuple[str, ...] = ()
-    apart = np.zeros_like(best.covariance)
     if full is not None and best.best.square > (_rounding(test) * size) ** 2 * index.size:
         wanted, start = full
         try:
@@ -107,15 +98,12 @@ def chosen(
             kept, apart = _needed(whole, asked)
         except InputError:
             # all at once the points do not tell them apart
-            kept = ()
+            kept, apart = (), np.zeros_like(best.covariance)
         if kept:
             some = wanted.without({n for n in wanted.names if n not in (*asked.names, *kept)})
             values = [whole.best.values[wanted.names.index(n)] for n in some.names]
             best, added = settle(fit_for(left, kept)._replace(asked=some), np.array(values)), kept
-    if last is not None:
-        refined = left._replace(asked=best.asked, usable=best.usable, points=last)
-        best = settle(refined, best.best.values)
-    best = best._replace(covariance=best.covariance + apart)
+        best = best._replace(covariance=best.covariance + apart)
     agreed = best.best._replace(starts=rough.starts, agreed=rough.agreed)
     return best._replace(best=agreed, stray=stray, added=added)
 
@@ -178,7 +166,7 @@ def settle(test: Prepared, start: Array) -> Found:
     covariance = covariance * tau
     if not all(np.isfinite(values).all() for values in (best.values, covariance, sigma)):
         refuse("data", "", "the estimates or their errors are no finite numbers", "check the units of twist and torque")
-    return Found(asked, best, covariance, sigma, tau, skew, test.usable, np.zeros_like(test.usable), ())
+    return Found(asked, best, covariance, sigma, tau, skew, test.usable, np.zeros_like(test.usable), test.points, ())
 
 
 def _with(test: Prepared, values: Array, names: tuple[str, ...]) -> tuple[Asked, Array] | None:
