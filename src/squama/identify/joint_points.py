@@ -181,7 +181,7 @@ class Linear(Walked):
         self.own, self.about, self.columns = own, v, columns or {}
         self._torque, self._touches = own._at(v)
 
-    def touching(self, v: Physical) -> Array:
+    def touching(self, _: Physical) -> Array:
         """Whether plates touch at the values about which the torque is linear."""
         return self._touches[self.index]
 
@@ -193,7 +193,7 @@ class Linear(Walked):
                 found = found + step * self._column(name)
         return np.asarray(found[self.index])
 
-    def _slope(self, v: Physical, name: str) -> Array:
+    def _slope(self, _: Physical, name: str) -> Array:
         return self._column(name)[self.index]
 
     def _column(self, name: str) -> Array:

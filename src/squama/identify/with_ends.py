@@ -47,6 +47,7 @@ def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
             break
         before = points
     v, place, columns = test.asked.physical(rough.values), test.asked.place("mu"), dict[str, Array]()
+    found: Found | None = None
     for _ in range(ROUNDS):
         try:
             linear = Linear(own, v, columns)
@@ -62,10 +63,14 @@ def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
         goal = found.asked.physical(found.best.values)
         if (move := _move(found, v, goal)) < STAYS:
             return _told(found, starts, agreed)
-        nearer = _nearer(test._replace(usable=found.usable), v, goal)
+        nearer = _nearer(test, found, v, goal)
         if nearer is None:
             break
         v, columns = nearer, linear.columns if move < SMALL else {}
+    else:
+        if found is not None:
+            # one selection of nuisances follows another, within the errors
+            return _told(found, starts, agreed)
     rough, out = selection.robust(test, [rough.values])
     return _told(selection.chosen(test, rough, out, candidates), starts, agreed)
 
@@ -75,14 +80,17 @@ def _told(found: Found, starts: int, agreed: int) -> Found:
     return found._replace(best=found.best._replace(starts=starts, agreed=agreed))
 
 
-def _nearer(test: Prepared, v: Physical, goal: Physical) -> Physical | None:
-    """Return a goal, or a place on the way to it where the whole way makes the residual larger; None if all do."""
+def _nearer(test: Prepared, found: Found, v: Physical, goal: Physical) -> Physical | None:
+    """Return a goal, or a place on the way to it where the whole way makes the residual larger; None if all do.
+
+    It is larger, too, where a nuisance is left out, which the linear torque tells.
+    """
 
     def square(at: Physical) -> float:
-        return float(np.sum((test.points.torque(at) - test.record.torque)[test.usable] ** 2))
+        return float(np.sum((test.points.torque(at) - test.record.torque)[found.usable] ** 2))
 
-    # (more by a hundredth of the noise of a point is none)
-    most = square(v) * (1 + 0.01 / np.count_nonzero(test.usable))
+    # (more by a tenth of the noise of a point is none)
+    most = max(square(v), found.best.square) * (1 + 0.1 / np.count_nonzero(found.usable))
     for _ in range(HALVES):
         if square(goal) <= most:
             return goal
