@@ -69,7 +69,7 @@ def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
         v, columns = nearer, linear.columns if move < SMALL else {}
     else:
         if found is not None:
-            # one selection of nuisances follows another, within the errors
+            # two selections of nuisances follow each other, within the errors
             return _told(found, starts, agreed)
     rough, out = selection.robust(test, [rough.values])
     return _told(selection.chosen(test, rough, out, candidates), starts, agreed)
