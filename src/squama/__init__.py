@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from squama.inverse.front import pareto
     from squama.io.datasets import read, save
     from squama.io.measured import read_measured
+    from squama.law.section import Law, law
+    from squama.law.table import LawTable, law_table
     from squama.model.outcome import End
     from squama.part.door import load
     from squama.scene.picture import view
@@ -60,6 +62,8 @@ _NAMES = {
     "dynamics.doors": "vibrate shake",
     "dynamics.ratios": "free_vibration FreeVibration",
     "part.door": "load",
+    "law.section": "law Law",
+    "law.table": "law_table LawTable",
     "fe.runs": "cell",
     "fe.stiffness": "joint",
     "study.verification": "verify",
@@ -99,6 +103,8 @@ __all__ = [
     "Held",
     "InputError",
     "Joint",
+    "Law",
+    "LawTable",
     "Response",
     "Scale",
     "Solved",
@@ -124,6 +130,8 @@ __all__ = [
     "held",
     "inverse_design",
     "joint",
+    "law",
+    "law_table",
     "load",
     "open_sweep",
     "pareto",

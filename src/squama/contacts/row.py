@@ -131,7 +131,7 @@ def tied(
     entry.many(
         beams, scales, about, held, step, np.zeros(1), room,
         np.cumsum(np.abs(np.diff(at, prepend=0.0)))[None], strains, raw, motions, bends, contacts, events, ended,
-        np.zeros((1, 0)),
+        np.zeros((1, 0)), np.zeros((1, 0)),
     )  # fmt: skip
     code, phi, told, solved = ended[0].tolist()
     if code == increments.AT_REST:
