@@ -116,5 +116,5 @@ def _shown(table: LawTable, kind: str) -> Iterable[str]:
         yield f"good to 10 % from {enough:.0f} scales on, with free ends (squama row, squama load: a number of scales)"
     yield f"compared with finite elements up to {number(data.attrs['strain_limit'], 'rad/m')}"
     if kind == "ansys":
-        yield "warning: Ansys' guide asks for slopes below the first one, and scales stiffen: try it on one element first"
+        yield "warning: Ansys' guide asks for slopes below the first one; scales stiffen: try it on one element first"
     yield from output.warnings(data.attrs["warnings"])

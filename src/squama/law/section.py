@@ -28,19 +28,20 @@ MOST = 100_000
 """Largest number of cells."""
 _APART = 1e-5
 """Distance, rad per pitch, of states whose difference is a slope where derivatives are not known."""
-_WORKS = ("energy", "W_fr", "W_snap")
+_TOLD = ("energy", "W_fr", "W_snap", "contacts")
 
 
 class _State(NamedTuple):
-    """States of n cells: snapshots (n, size), bend and twist per pitch (n, 2), moment and torque (n, 2), works (n, 3).
+    """States of n cells: snapshots (n, size), bend and twist per pitch (n, 2), moment and torque (n, 2).
 
-    ``before``, ``begin``: snapshots and strains at which the leg began that led there.
+    ``told`` (n, 4): energies and number of contacts. ``before``, ``begin``: snapshots and strains at which the leg
+    began that led there.
     """
 
     snapshots: Array
     strains: Array
     loads: Array
-    works: Array
+    told: Array
     before: Array
     begin: Array
 
@@ -60,7 +61,7 @@ class Law:
         self._one, self._beams, self._unit = one, one.way.beams, one.unit_moment
         self.pitch, self.mu, self.cells = one.beam.pitch, one.way.mu, cells
         rest, zeros = onward.at_rest(self._beams, cells), np.zeros((cells, 2))
-        self._committed = _State(rest, zeros, zeros, np.zeros((cells, 3)), rest, zeros)
+        self._committed = _State(rest, zeros, zeros, np.zeros((cells, 4)), rest, zeros)
         self._trial, self.end = self._committed, np.full(cells, "", "U40")
 
     def trial(self, kappa: ArrayLike, Phi: ArrayLike) -> tuple[Array, Array]:
@@ -84,21 +85,22 @@ class Law:
         goals = self.pitch * np.column_stack([self._of_cells("kappa", kappa), self._of_cells("Phi", Phi)])
         here = self._committed
         known = (np.abs(goals) < math.pi).all(axis=1)
-        go = known & (goals != here.strains).any(axis=1)
+        go: Array = known & (goals != here.strains).any(axis=1)
         self.end = np.where(known, "", OUT).astype("U40")
-        loads, works, strains = here.loads.copy(), here.works.copy(), np.where(known[:, None], goals, here.strains)
+        loads, told, strains = here.loads.copy(), here.told.copy(), np.where(known[:, None], goals, here.strains)
         snapshots, before, begin = here.snapshots.copy(), here.before.copy(), here.begin.copy()
         if go.any():
             leg = onward.onward(self._beams, here.snapshots[go], here.strains[go], goals[go])
             column = path.named(leg.rows)
             loads[go] = self._unit * np.column_stack([column["M"], column["torque"]])
-            works[go] = self._unit / self.pitch * np.column_stack([column[name] for name in _WORKS])
+            per_length = self._unit / self.pitch
+            told[go] = np.column_stack([column[name] for name in _TOLD]) * [*[per_length] * 3, 1.0]
             codes = leg.answers.ends[:, 0].astype(int)
             self.end[go] = np.where(codes == increments.RANGE, "", path.WORDS[codes])
             snapshots[go], before[go], begin[go] = leg.snapshots, here.snapshots[go], here.strains[go]
         lost = self.end != ""
-        loads[lost], works[lost] = np.nan, np.nan
-        self._trial = _State(snapshots, strains, loads, works, before, begin)
+        loads[lost], told[lost] = np.nan, np.nan
+        self._trial = _State(snapshots, strains, loads, told, before, begin)
         return loads[:, 0].copy(), loads[:, 1].copy()
 
     def tangent(self) -> Array:
@@ -152,17 +154,22 @@ class Law:
     @property
     def U_el(self) -> Array:
         """Elastic energies (n,) of the trial, J/m."""
-        return self._trial.works[:, 0].copy()
+        return self._trial.told[:, 0].copy()
 
     @property
     def W_fr(self) -> Array:
         """Frictional work (n,) from rest to the trial, J/m."""
-        return self._trial.works[:, 1].copy()
+        return self._trial.told[:, 1].copy()
 
     @property
     def W_snap(self) -> Array:
         """Energy (n,) that jumps of the scales have lost from rest to the trial, J/m."""
-        return self._trial.works[:, 2].copy()
+        return self._trial.told[:, 2].copy()
+
+    @property
+    def contacts(self) -> Array:
+        """Number of contacts of a scale (n,) in the trial, with scales further on; NaN where there is no state."""
+        return self._trial.told[:, 3].copy()
 
     def _of_cells(self, name: str, value: ArrayLike) -> Array:
         """Return numbers of all cells (n,); numbers that are not finite are kept."""

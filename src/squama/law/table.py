@@ -208,7 +208,7 @@ def _grid(name: str, value: ArrayLike) -> Array:
 
 def _plane(one: real.Path, kappa: Array, Phi: Array) -> xr.Dataset:
     """Return the table over the plane: rows of cells, each of a curvature, go from the least twist both ways."""
-    shape, bare = (kappa.size, Phi.size), one.rigidities[::-1, ::-1]
+    shape = kappa.size, Phi.size
     found = {name: np.full(shape, np.nan) for name in ("w", "M", "T", "dM_dkappa", "dM_dPhi", "dT_dPhi")}
     state, least = np.full(shape, "", "U40"), int(np.abs(Phi).argmin())
     start = Law(one, kappa.size)
@@ -218,20 +218,17 @@ def _plane(one: real.Path, kappa: Array, Phi: Array) -> xr.Dataset:
         cells = start.copy()
         for j in way:
             M, T = cells.trial(kappa, Phi[j])
-            K, alone = cells.tangent(), bare @ [kappa, np.full(kappa.size, Phi[j])]
+            K = cells.tangent()
             snapped = cells.W_snap > 0
-            touched = np.hypot(M - alone[0], T - alone[1]) > _TOUCH * np.hypot(*alone)
-            state[:, j] = np.where(cells.end != "", cells.end, np.where(snapped, SNAP, np.where(touched, SLIDING, OPEN)))
+            word = np.where(snapped, SNAP, np.where(cells.contacts > 0, SLIDING, OPEN))
+            state[:, j] = np.where(cells.end != "", cells.end, word)
             for name, v in zip(found, (cells.U_el, M, T, K[:, 0, 0], K[:, 0, 1], K[:, 1, 1]), strict=True):
                 found[name][:, j] = np.where(snapped, np.nan, v)
             cells.commit()
     values = {"kappa": kappa, "Phi": Phi, **found, "state": state}
-    dims = dict.fromkeys((*found, "state"), ("kappa", "Phi")) | {"kappa": ("kappa",), "Phi": ("Phi",)}
+    dims: dict[str, tuple[str, ...]] = dict.fromkeys((*found, "state"), ("kappa", "Phi"))
+    dims |= {"kappa": ("kappa",), "Phi": ("Phi",)}
     return _labelled(values, dims, one, "plane of bend and twist", {"kappa": kappa, "Phi": Phi})
-
-
-_TOUCH = 1e-9
-"""Part of the loads by which scales in contact show."""
 
 
 def _alone(beam: Beam, grids: dict[str, Array], mu: float, ideal: bool | None, hold: str | None) -> xr.Dataset:

@@ -35,8 +35,10 @@ _LOADS = {"M": "kappa", "T": "Phi"}
 
 
 class Format(NamedTuple):
-    """A format: extension, how a line of comment begins, what a table is as text; whether of loads alone, or without
-    friction."""
+    """A format: extension, how a line of comment begins, what a table is as text.
+
+    ``alone``: it takes loads alone; ``smooth``: without friction.
+    """
 
     extension: str
     comment: str
@@ -46,7 +48,10 @@ class Format(NamedTuple):
 
 
 class Bar(NamedTuple):
-    """What is linear in a section: stiffness in tension, in both shears (N), in lateral bend (N m^2); mass, kg/m."""
+    """What is linear in a section: stiffness in tension, in both shears (N), in lateral bend (N m^2); mass, kg/m.
+
+    Tension and shear are those of the bar alone.
+    """
 
     axial: float
     shear: float
@@ -55,7 +60,7 @@ class Bar(NamedTuple):
 
     @classmethod
     def of(cls, data: xr.Dataset) -> Bar:
-        """Return that of a table's beam: of its bar alone; the mass is 0 where a density is not known."""
+        """Return that of a table's beam; the mass is 0 where a density is not known."""
         beam = _beam(data)
         bar, scale = beam.substrate, beam.scale.density
         area, lateral = bar.width * bar.thickness, float(data.attrs["lateral_rigidity"])
@@ -193,7 +198,8 @@ def _abaqus(data: xr.Dataset) -> Iterator[str]:
     across, up = b * t**3 / 12, t * b**3 / 12
     density = f", DENSITY={bar.mass / (b * t):.9g}" if bar.mass else ""
     yield "** *M1 is the bend across the scales: turn the section so that positive M1 bends towards them"
-    yield "** tension, shear and lateral bend (*M2) are those of the bar; DENSITY is the mass per length over its area"
+    yield "** tension and shear are the bar's alone; lateral bend (*M2) is linear in the model, too"
+    yield "** DENSITY, where it is given, is the mass per length over the area"
     yield f"*BEAM GENERAL SECTION, ELSET=SQUAMA, SECTION=NONLINEAR GENERAL{density}"
     yield f"{b * t:.9g}, {across:.9g}, 0., {up:.9g}, {beam.J:.9g}"
     yield ""
@@ -207,7 +213,7 @@ def _ansys(data: xr.Dataset) -> Iterator[str]:
     """Return a section: strains above 0 alone, which Ansys takes as those below, too."""
     bar = Bar.of(data)
     yield "! for BEAM188 and BEAM189; BSM1 is the bend across the scales, positive towards them"
-    yield f"! strains above 0 alone, {POINTS} points at most; tension, shear and lateral bend (BSM2) are those of the bar"
+    yield f"! strains above 0 alone, {POINTS} points at most; tension and shear are the bar's alone"
     yield "! Ansys' guide asks for slopes below the first one; scales stiffen: try the section on one element first"
     yield "SECTYPE,1,GENB,ELASTIC,SQUAMA"
     yield f"BSAX,1,{bar.axial:.9g}"
@@ -249,15 +255,15 @@ def _dyna(data: xr.Dataset) -> Iterator[str]:
     order = ("TR", "TS", "TT", "RR", "RS", "RT")
     number = {way: 119001 + i for i, way in enumerate(order)}
     other = {way: 119011 + i if back[way] is not curves[way] else number[way] for i, way in enumerate(order)}
-    mass = bar.mass * d
+    weight = bar.mass * d
 
     def card(*values: float | int | str) -> str:
         return "".join(f"{v:>10.4g}" if isinstance(v, float) else f"{v:>10}" for v in values)
 
     yield f"$ one element (*SECTION_BEAM, ELFORM = 6) for each pitch of {d:.9g} m; curves are over angles in rad"
-    yield "$ r along the beam, s across the scales (bend towards them is positive), t upwards; each curve goes by itself"
+    yield "$ r along the beam, s across the scales (bend towards them is positive), t upwards"
     yield "$ unloading is that from the end of the table; the manual asks it to be no flatter than loading"
-    yield f"$ RO is 1: give SECTION_BEAM a volume of the element's mass in kg{f', {mass:.6g}' if mass else ''}"
+    yield f"$ RO is 1: give SECTION_BEAM a volume of the element's mass in kg{f', {weight:.6g}' if weight else ''}"
     yield "*MAT_GENERAL_NONLINEAR_6DOF_DISCRETE_BEAM"
     yield "$#     mid        ro        kt        kr     iunld    offset     dampf     iflag"
     yield card(119, 1.0, 0.0, 0.0, 1 if mu else 0, 0.0, 0.0, 0)
