@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from squama.inverse.front import pareto
     from squama.io.datasets import read, save
     from squama.io.measured import read_measured
-    from squama.law.section import Law, law
-    from squama.law.table import LawTable, law_table
+    from squama.sections.state import Law, law
+    from squama.sections.table import LawTable, law_table
     from squama.model.outcome import End
     from squama.part.door import load
     from squama.scene.picture import view
@@ -62,8 +62,8 @@ _NAMES = {
     "dynamics.doors": "vibrate shake",
     "dynamics.ratios": "free_vibration FreeVibration",
     "part.door": "load",
-    "law.section": "law Law",
-    "law.table": "law_table LawTable",
+    "sections.state": "law Law",
+    "sections.table": "law_table LawTable",
     "fe.runs": "cell",
     "fe.stiffness": "joint",
     "study.verification": "verify",

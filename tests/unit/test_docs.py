@@ -125,7 +125,7 @@ def test_long_blocks_of_a_page_run(page: Path, folder: Path) -> None:
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.relative_to(ROOT).as_posix())
 def test_marks_and_languages_of_blocks_are_known(page: Path) -> None:
     for block in blocks(page):
-        assert re.fullmatch(r"(file: [\w.]+|exit \d|long)?", block.mark)
+        assert re.fullmatch(r"(file: [\w.]+|exit \d|needs \w+|long)?", block.mark)
         assert block.lang in {"python", "console", "text", "toml"} or block.lang.startswith("{")
 
 

@@ -14,7 +14,7 @@ from squama.loads import LOADS
 from squama.units import number
 
 if TYPE_CHECKING:
-    from squama.law.table import LawTable
+    from squama.sections.table import LawTable
 
 FORMATS = {"csv": ".csv", "npz": ".npz", "abaqus": ".inp", "ansys": ".mac", "dyna": ".k"}
 """Formats and the endings of their files."""
@@ -61,8 +61,8 @@ def law(
 
     import numpy as np
 
-    from squama.law import writers
-    from squama.law.table import law_table
+    from squama.sections import writers
+    from squama.sections.table import law_table
 
     with flags.laid(flags.arguments(kappa="--bend", Phi="--twist", format="--format")):
         writers.check(kind, alone=alone, mu=friction)

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from squama.beam.design import Beam
-    from squama.law.table import LawTable
+    from squama.sections.table import LawTable
 
 POINTS = 20
 """Most points of a load in an Ansys section."""

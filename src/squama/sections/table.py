@@ -29,7 +29,7 @@ from squama.curves import labelled, real
 from squama.curves.chosen import REAL, idealisation
 from squama.curves.way import OPEN, SLIDING, VERBS
 from squama.errors import refuse
-from squama.law.section import Law, real_path
+from squama.sections.state import Law, real_path
 from squama.loads import LOADS, Load
 from squama.types import Array
 
@@ -89,8 +89,8 @@ class LawTable:
         return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
 
     def save(self, place: str | Path, format: str | None = None) -> Path:  # noqa: A002 - as in Path and NumPy
-        """Write the table to a file, see :func:`squama.law.writers.write`."""
-        from squama.law import writers
+        """Write the table to a file, see :func:`squama.sections.writers.write`."""
+        from squama.sections import writers
 
         return writers.write(self, place, format)
 
