@@ -36,11 +36,11 @@ if TYPE_CHECKING:
     from squama.inverse.front import pareto
     from squama.io.datasets import read, save
     from squama.io.measured import read_measured
-    from squama.sections.state import Law, law
-    from squama.sections.table import LawTable, law_table
     from squama.model.outcome import End
     from squama.part.door import load
     from squama.scene.picture import view
+    from squama.sections.state import Law, law
+    from squama.sections.table import LawTable, law_table
     from squama.study.store import open_sweep
     from squama.study.sweeping import sweep
     from squama.study.tolerances.monte_carlo import uncertainty

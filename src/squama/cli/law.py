@@ -71,7 +71,7 @@ def law(
             refuse("--mu", f"{friction:g}", why, "write --mu 0, or --uncoupled for each load alone")
         grids: dict[str, Any] = {rate: np.linspace(-v, v, points) for rate, v in far.items()}
         table = law_table(described, **grids, mu=friction, uncoupled=alone, ideal=ideal)
-        written = writers.write(table, out, kind)
+        written = table.save(out, kind)
     attrs = table.data.attrs
     record = {
         **{key: attrs[key] for key in _KEPT.split() if key in attrs},

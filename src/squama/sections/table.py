@@ -29,8 +29,8 @@ from squama.curves import labelled, real
 from squama.curves.chosen import REAL, idealisation
 from squama.curves.way import OPEN, SLIDING, VERBS
 from squama.errors import refuse
-from squama.sections.state import Law, real_path
 from squama.loads import LOADS, Load
+from squama.sections.state import Law, real_path
 from squama.types import Array
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ class LawTable:
         """Write the table to a file, see :func:`squama.sections.writers.write`."""
         from squama.sections import writers
 
-        return writers.write(self, place, format)
+        return writers.write(self.data, place, format)
 
     def _slope(self, kappa: ArrayLike, Phi: ArrayLike, i: int, j: int) -> Array:
         """Return a derivative of the potential by curvature and twist rate."""

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from squama.beam.design import Beam
-    from squama.sections.table import LawTable
 
 POINTS = 20
 """Most points of a load in an Ansys section."""
@@ -68,13 +67,13 @@ class Bar(NamedTuple):
         return cls(bar.youngs_modulus * area, 5 / 6 * beam.G_B * area, lateral, weight)
 
 
-def write(table: LawTable, place: str | Path, format: str | None = None) -> Path:  # noqa: A002 - as in Path and NumPy
+def write(data: xr.Dataset, place: str | Path, format: str | None = None) -> Path:  # noqa: A002 - as in Path and NumPy
     """Write a table to a file.
 
     Parameters
     ----------
-    table
-        The table; ``abaqus``, ``ansys`` and ``dyna`` take loads alone (``uncoupled=True``), the first two without
+    data
+        The table's dataset; ``abaqus``, ``ansys`` and ``dyna`` take loads alone (``uncoupled=True``), the first two without
         friction.
     place
         The file; one that is there is replaced when the new one is complete.
@@ -96,13 +95,13 @@ def write(table: LawTable, place: str | Path, format: str | None = None) -> Path
     name = known.get(Path(place).suffix.lower(), "") if format is None else format
     if name not in FORMATS:
         refuse("format", files.label(str(format or place)), f"must be one of {', '.join(FORMATS)}", "name one")
-    check(name, alone=not table.plane, mu=float(table.data.attrs["mu"]))
+    check(name, alone="w" not in data, mu=float(data.attrs["mu"]))
     if name == "npz":
-        arrays = {str(key): v.values for key, v in table.data.variables.items()}
-        about = np.array([*_about(table.data)])
+        arrays = {str(key): v.values for key, v in data.variables.items()}
+        about = np.array([*_about(data)])
         return files.atomic_write(place, lambda at: _npz(at, arrays | {"about": about}))
     made = FORMATS[name]
-    lines = [*(f"{made.comment} {line}" for line in _about(table.data)), *made.text(table.data)]
+    lines = [*(f"{made.comment} {line}" for line in _about(data)), *made.text(data)]
     return files.atomic_write(place, lambda at: at.write_text("\n".join(lines) + "\n", encoding="utf-8"))
 
 
