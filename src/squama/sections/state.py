@@ -84,8 +84,8 @@ class Law:
         """
         goals = self.pitch * np.column_stack([self._of_cells("kappa", kappa), self._of_cells("Phi", Phi)])
         here = self._committed
-        known: Array = (np.abs(goals) < math.pi).all(axis=1)
-        go: Array = known & (goals != here.strains).any(axis=1)
+        known = np.asarray((np.abs(goals) < math.pi).all(axis=1))
+        go = known & np.asarray((goals != here.strains).any(axis=1))
         self.end = np.where(known, "", OUT).astype("U40")
         loads, told, strains = here.loads.copy(), here.told.copy(), np.where(known[:, None], goals, here.strains)
         snapshots, before, begin = here.snapshots.copy(), here.before.copy(), here.begin.copy()

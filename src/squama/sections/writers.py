@@ -73,8 +73,8 @@ def write(data: xr.Dataset, place: str | Path, format: str | None = None) -> Pat
     Parameters
     ----------
     data
-        The table's dataset; ``abaqus``, ``ansys`` and ``dyna`` take loads alone (``uncoupled=True``), the first two without
-        friction.
+        The table's dataset; ``abaqus``, ``ansys`` and ``dyna`` take loads alone (``uncoupled=True``), the first two
+        without friction.
     place
         The file; one that is there is replaced when the new one is complete.
     format
