@@ -140,7 +140,8 @@ def covering(attrs: Mapping[str, Any]) -> str:
     return f", on both faces ({attrs['faces']})" if "faces" in attrs else ""
 
 
-MODES = ("uniform", "simply supported", "cantilever")
+UNIFORM = "uniform"
+MODES = (UNIFORM, "simply supported", "cantilever")
 """How a beam swings: all pitches alike, or in the first bending mode of a bar so supported."""
 FREE, GRIPPED, ENDLESS = "free", "gripped", "endless"
 """Words of ends: a torque or moment alone, coaxial grips, none: all pitches are alike."""

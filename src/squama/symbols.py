@@ -173,6 +173,7 @@ _TABLE: tuple[tuple[str, ...], ...] = (
     ("state", "", "open, sliding, or what ends the way to it from rest", ""),
     ("event", "", "what happens on the way", ""),
     ("event_leg", "1", "way of the path on which it happens, counted from 1", "i"),
+    ("event_scale", "1", "scale whose contact it is, counted from 1; 0 for the whole beam", ""),
     ("psi_event", "rad", "bend per pitch at the event", r"\psi"),
     ("phi_event", "rad", "twist per pitch at the event", r"\varphi"),
     ("kappa_event", "rad/m", "curvature at the event", r"\kappa"),

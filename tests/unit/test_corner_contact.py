@@ -16,8 +16,8 @@ from squama.curves import real
 from squama.joints import law
 from squama.model import elastic_plate as plate
 
-PLA = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(hold="bend, twist, lateral bend")
-SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="bend, twist, lateral bend")
+PLA = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scales=None, hold="bend, twist, lateral bend")
+SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None, hold="bend, twist, lateral bend")
 
 
 def followed(beam: squama.Beam, corners: Any, mu: float = 0.3, *, ideal: bool = False) -> tuple[path.Scale, Bent]:

@@ -60,7 +60,7 @@ def test_the_real_beam_has_the_pose_of_its_motions():
     motion = Motion(Setting(SKIN, 0.25, bend=-0.01))
     s = motion.state(0.08)
     assert motion.joint == "compliant"
-    r = squama.bend_twist(SKIN, "bend -0.01 rad/pitch; twist 0.08 rad/pitch", mu=0.25)
+    r = squama.bend_twist(SKIN, "bend -0.01 rad/pitch; twist 0.08 rad/pitch", mu=0.25, ends="endless")
     assert s.theta == pytest.approx(float(r.theta[-1]), rel=2e-3)
     assert s.torque == pytest.approx(float(r["T"][-1]), rel=0.01)
     assert s.pose is not None
@@ -98,7 +98,7 @@ def test_what_is_not_named_is_zero(tmp_path, capsys):
         assert told["bend"] == pytest.approx(math.radians(60) / SKIN.scales)
         shown = squama.view(SKIN, bend="60 deg total", joint=joint)
         assert shown.state.theta == pytest.approx(
-            squama.bend_twist(SKIN, "bend 60 deg total, twist 0 rad/m", joint=joint).theta[-1]
+            squama.bend_twist(SKIN, "bend 60 deg total, twist 0 rad/m", joint=joint, ends="endless").theta[-1]
         )
         assert "twist 0.0000 rad per pitch (60° and 0° over" in repr(shown)
         # both named, both are there; neither, and it is twisted most of the way

@@ -11,7 +11,7 @@ from squama.contacts.legs import Bent, follow_legs
 from squama.curves import real
 from squama.joints import law
 
-SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="bend, twist, lateral bend")
+SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None, hold="bend, twist, lateral bend")
 
 
 def twisted_then_bent(n: int) -> Bent:

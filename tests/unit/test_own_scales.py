@@ -109,7 +109,7 @@ def test_who_answers_with_ends():
     ("door", "beam", "ends", "words"),
     [
         (squama.twist, SKIN.replace(scales=None), "free", "is of a beam with a number of scales"),
-        (squama.bend, SKIN, "gripped", "is not known of a beam that is bent"),
+        (squama.bend, SKIN, "gripped", "is not known of a beam that is bent, or swings"),
         (squama.twist, SKIN, "held", 'must be one of "free", "gripped", "equal", "endless"'),
         (squama.twist, SKIN.replace(faces="turned"), "free", "takes scales on one face"),
         (squama.twist, SKIN.replace(hold="bend"), "gripped", "the cells' bend is held"),
@@ -152,3 +152,26 @@ def test_the_commands(tmp_path, capsys):
     assert capsys.readouterr().err.startswith('squama: error: --ends = "gripped": is not known of a beam that is bent')
     assert main(["twist", *given, "--joint", "hinge", "--ends", "free"]) == 2
     assert capsys.readouterr().err.startswith('squama: error: --ends = "free": is not of hinges')
+
+
+def test_tolerances_have_the_nominal_beam_with_its_own_scales(capsys, tmp_path):
+    vary = {"scale.alpha": "+- 1 deg"}
+    few = {"samples": 3200, "at": "0.09 rad/pitch"}
+    u = squama.uncertainty(SKIN, vary, **few)
+    own = squama.twist(SKIN, to=FAR)
+    assert (u.attrs["ends"], u.attrs["own_scales"]) == ("free", 6)
+    for figure, name in (("torque", "T"), ("stress", "stress"), ("stiffness_ratio", "stiffness_ratio")):
+        last = own[name][-1]
+        expected = float(last.max("scale") if "scale" in last.dims else last)
+        assert float(u.own.sel(figure=figure)) == pytest.approx(expected, rel=1e-6)
+    # the ends take torque away, and the scales that bear it are stressed more
+    ratio = u.own / u.nominal
+    assert float(ratio.sel(figure="torque")) < 0.9
+    assert float(ratio.sel(figure="stress")) > 1
+    assert float(ratio.sel(figure="rigidity")) == pytest.approx(1, rel=1e-12)
+    assert "own" not in squama.uncertainty(SKIN.replace(scales=None), vary, **few)
+    file = tmp_path / "beam.toml"
+    SKIN.to_toml(file)
+    assert main(["uncertainty", str(file), "--vary", "scale.alpha=+- 1 deg", "--samples", "3200"]) == 0
+    said = capsys.readouterr().out
+    assert "6 scales: the nominal beam with all of them, free ends; all other columns are endless" in said

@@ -34,7 +34,7 @@ def bent(n, u, *, at=5):
     free[0, PHI] = 2.0
     share = n * n / 3
     held = ties(n, [Tie([(n, Y)], course=(PHI, share))])
-    track = row.tied(way, n, np.linspace(0, u / share, at + 1)[1:], held, free)
+    track = row.tied(way, n, row.legs(np.linspace(0, u / share, at + 1)[1:], PHI), held, free)
     return float(track.loads[-1, 0]), loaded.sections(track, n)[-1]
 
 

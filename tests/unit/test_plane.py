@@ -11,7 +11,7 @@ from squama.errors import InputError
 from squama.plot import plane_figure
 
 BEAM = squama.Beam.from_ratios(eta=3, beta=1.25, lam=0.45, alpha="45 deg", theta0="10 deg")
-SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
+SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None)
 CORNER = "bend 0.2 rad/pitch, twist 0.3 rad/pitch"
 
 

@@ -18,6 +18,7 @@ from squama.plot import path_figure
 PLA = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scales=None).replace(hold="bend, twist, lateral bend")
 SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None).replace(hold="bend, twist, lateral bend")
 BY_EDGES = "twist 0.09 rad/pitch; bend 0.02 rad/pitch, twist 0.1 rad/pitch"
+ENDLESS = ("--ends", "endless")
 BENT_FIRST = "bend 0.08 rad/pitch; twist 0.1 rad/pitch"
 
 
@@ -202,7 +203,10 @@ def test_what_only_hinges_have_means_them(given):
 
 def test_the_command_sets_the_hinge_beside(tmp_path, capsys):
     path = "twist 0.09 rad/pitch; twist 0.25 rad/pitch"
-    assert main(["bend-twist", "examples/stiff_skin.toml", "--path", path, "--mu", "0.6", "--hold", "straight"]) == 0
+    assert (
+        main(["bend-twist", "examples/stiff_skin.toml", "--path", path, "--mu", "0.6", "--hold", "straight", *ENDLESS])
+        == 0
+    )
     first, *lines = capsys.readouterr().out.splitlines()
     assert "thick, elastic scales on compliant joints; all else held" in first
     head = next(i for i, line in enumerate(lines) if line.split() == ["real", "hinge"])
@@ -215,7 +219,7 @@ def test_the_command_sets_the_hinge_beside(tmp_path, capsys):
     assert torques[1][-1] == "-"
     assert any(line.startswith("hinge: frictional lock at psi, phi = 0, ") for line in lines)
     table = tmp_path / "path.csv"
-    given = ["--path", BY_EDGES, "--json", "--ideal", "--csv", str(table)]
+    given = ["--path", BY_EDGES, "--json", "--ideal", "--csv", str(table), *ENDLESS]
     assert main(["bend-twist", "examples/stiff_skin.toml", *given]) == 0
     record = json.loads(capsys.readouterr().out)
     assert (record["joint"], record["scales"], record["neutral"]) == ("compliant", "thin, rigid scales", "free")
@@ -234,7 +238,7 @@ def test_the_command_sets_the_hinge_beside(tmp_path, capsys):
 def test_the_command_tells_how_far_what_is_free_goes(capsys):
     """The ends of ways are where each beam is: the real one bows, hinges are held."""
     path, skin = "twist 0.07 rad/pitch; twist 0.08 rad/pitch", "examples/stiff_skin.toml"
-    assert main(["bend-twist", skin, "--path", path, "--points", "20"]) == 0
+    assert main(["bend-twist", skin, "--path", path, "--points", "20", *ENDLESS]) == 0
     rows = [line.rsplit(None, 2) for line in capsys.readouterr().out.splitlines() if line.startswith("  bend psi")]
     r = squama.bend_twist(SKIN, path, points=20, hold="nothing")
     bows = [float(r.psi.values[r.leg == leg][-1]) for leg in (1, 2)]

@@ -13,7 +13,7 @@ from squama.beam import matrixfile
 from squama.cli import main
 from squama.contacts import increments, path, row, states
 from squama.contacts.path import Path, Scale
-from squama.contacts.system import ENDLESS
+from squama.contacts.system import ENDLESS, FIRST, ONE, OTHER
 from squama.contacts.ties import LOOSE
 from squama.curves import real
 from squama.joints import law
@@ -359,16 +359,35 @@ def test_where_a_row_ends():
 
 
 def test_a_contact_that_leaves_its_edge_is_an_event_there():
-    """Contacts move along the tip edge, the first one farthest: where it comes to the corner the row jumps, or ends."""
+    """Contacts move along the tip edge, the first one farthest: where it comes to the corner the row jumps."""
     way = made(0, 0.0, **KINDS["thin, rigid"])
     way = Path.of(way.scale._replace(alpha=1.05, eta=2.8, beta=0.456), way.beams.K[0], 0.0)
     t = row.track(way, 4, twists(way, 8, 200))
-    snaps = t.events[t.events[:, 0] == increments.SNAP, 1]
-    phi = snaps[0] if snaps.size else t.end.phi
+    phi = t.events[t.events[:, 0] == increments.SNAP, 1][0]
     assert way.contact.phi < phi < 8 * way.contact.phi
-    v = named(row.track(way, 4, np.array([phi * (1 - 1e-7)])))
+    # an equilibrium that a snap leads to is looked for 1e-7 further on
+    v = named(row.track(way, 4, np.array([phi - 2e-7])))
     assert v["x"][0, 0] == pytest.approx(way.scale.beta, abs=1e-5)
     assert (v["x"][0, :3] < way.scale.beta).all()
+
+
+@pytest.mark.parametrize(("name", "mu"), [("thin, rigid", 0.0), ("thin, rigid", 0.1), ("thin, elastic", 0.1)])
+def test_scales_slide_off_one_by_one(name, mu):
+    """Each falls from the edge of the next one onto its own side edge, which then bears; what is lost is told."""
+    way = made(0, mu, **KINDS[name])
+    way = Path.of(way.scale._replace(alpha=1.05, eta=2.8, beta=0.456), way.beams.K[0], mu)
+    t = row.track(way, 4, twists(way, 4.5, 100))
+    assert t.end.code == increments.RANGE
+    snaps = t.events[t.events[:, 0] == increments.SNAP]
+    assert sorted(snaps[:, 6 + FIRST]) == [0, 1, 2]
+    # the tip edge was on the side edge of the next scale, and one side edge is on the other
+    assert (snaps[:, 6 + ONE : 6 + OTHER + 1] == [2, 1]).all()
+    v = named(t)
+    U, W, rubbed, lost = (v[name].sum(axis=1) for name in ("energy", "W", "W_fr", "W_snap"))
+    # tolerance: work by increments, relative to the largest energy
+    np.testing.assert_allclose(W - rubbed - lost, U, atol=1e-5 * U.max())
+    assert lost[-1] > 1e-3 * U.max()
+    assert (v["N"][-1, :3] > 0).all()
 
 
 def test_the_command(tmp_path, capsys):

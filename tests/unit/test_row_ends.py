@@ -10,7 +10,7 @@ from uncompiled import said
 import squama
 from squama.contacts import entry, increments, path, row, states
 from squama.contacts.path import Path, Scale
-from squama.contacts.system import EQUAL, LIES, PSI, UNTIED, System
+from squama.contacts.system import EQUAL, LIES, PHI, PSI, UNTIED, System
 from squama.contacts.ties import GRIPPED, LOOSE, of_ends
 from squama.curves import real
 from squama.errors import InputError
@@ -146,7 +146,7 @@ def test_cells_that_are_held_alike_are_the_row_of_equal_cells(name, mu):
     way = WAYS[name](mu, free=(0, 0, 0, 0))
     phis = way.contact.phi * np.linspace(0.8, 1.8, 8)
     same = row.track(way, 7, phis)
-    own = row.tied(way, 7, phis, UNTIED, way.beams.free)
+    own = row.tied(way, 7, row.legs(phis, PHI), UNTIED, way.beams.free)
     for name in ("torque", "M", "P", "N", "f", "u_Z", "w_Y", "x", "y", "W", "W_fr", "energy"):
         expected = column(same, name)
         np.testing.assert_allclose(

@@ -103,7 +103,17 @@ def test_where_the_joint_is_not_known_a_warning_says_so_and_hinges_are_asked_for
 
 
 def test_beyond_the_contact_it_is_refused(capsys):
-    given = ["vibrate", "examples/pla_on_vps.toml", "--load", "bending", "--rotor", "0.1 kg m2", "--release"]
+    given = [
+        "vibrate",
+        "examples/pla_on_vps.toml",
+        "--load",
+        "bending",
+        "--rotor",
+        "0.1 kg m2",
+        "--ends",
+        "endless",
+        "--release",
+    ]
     assert main([*given, "0.8 rad/pitch", "--hold", "twist, lateral bend"]) == 2
     assert "is beyond 0.5" in capsys.readouterr().err
     assert main([*given, "0.1 rad/pitch", "--swings", "1"]) == 0

@@ -11,11 +11,12 @@ from cyclopts import Parameter
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, settled
 from squama.errors import refuse
-from squama.loads import LOADS, THIN, fixed
+from squama.loads import ENDLESS, LOADS, THIN, ended, fixed
 from squama.model.outcome import SENTENCES, End
 from squama.units import moment, number
 
 if TYPE_CHECKING:
+    import xarray as xr
     from rich.table import Table
 
     from squama.beam.design import Beam
@@ -24,7 +25,11 @@ if TYPE_CHECKING:
 _PATH = 'Where to go, way by way: "bend 5 rad/m; twist 8 rad/m"; a comma joins what changes at once; below 0 is back.'
 _FREE = "Load that is left free on hinges, twisting or bending, while the other is imposed; without friction (--mu 0)."
 _MAP = "Pictures and tables are of the plane around the path: contacts, locks, theta, M and T, each straight from rest."
-_KEYS = "load free law joint scales joint_source band neutral hold margin path squama_version"
+_KEYS = "load free law joint scales joint_source band neutral hold ends margin path squama_version"
+_SMALL = 1e-6
+"""Moment over torque, or the other way round, that is rounding."""
+SHOWN = 24
+"""Events in the table of the summary at most."""
 _AT_ENDS = {
     "psi": ("bend psi, rad/pitch", 1.0),
     "phi": ("twist phi, rad/pitch", 1.0),
@@ -45,19 +50,22 @@ def bend_twist(
     points: Annotated[int, flags.points(200)] = 200,
     joints: flags.Joints = flags.JOINTS,
     free: Annotated[str | None, flag(_FREE, read=one_of(*LOADS))] = None,
+    ends: flags.Ends = None,
     plane: Annotated[bool, Parameter("--map", negative="", help=_MAP)] = False,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Bend and twist a beam as it is made along a path, beside hinges: contacts, moment and torque, ends."""
+    """Bend and twist a beam as it is made along a path, beside simpler models: contacts, moment and torque, ends."""
     common.check(beam)
     described = settled(common.beam(beam, mu))
 
     from squama.curves.polygons import bend_twist_map, bent_and_twisted
 
     given: dict[str, Any] = {"path": path, "margin": margin, "points": points}
-    with flags.laid(flags.arguments("path", "neutral", "free")):
-        data = bent_and_twisted(described, **given, **vars(joints), free=free)
+    with flags.laid(flags.arguments("path", "neutral", "free", "ends")):
+        data = bent_and_twisted(described, **given, **vars(joints), free=free, ends=ends)
         found = {data.attrs["joint"]: data}
+        if "ends" in data.attrs:
+            found[ENDLESS] = bent_and_twisted(described, **given, **vars(joints), ends=ENDLESS)
         if "compliant" in found:
             found["hinge"] = bent_and_twisted(described, **given, joint="hinge")
         if plane and free:
@@ -68,14 +76,24 @@ def bend_twist(
         written = output.write(common, lambda: bend_twist_map(described, path, **how), "plane_figure", paths=shown_in)
     else:
         beside: dict[str, Any] = {}
-        if common.plot and len(found) > 1:
+        if common.plot and "hinge" in found and found["hinge"] is not data:
             beside["hinge"] = found["hinge"].dataset()
         elif common.plot:
             beside["plane"] = bend_twist_map(described, path, neutral=joints.neutral, joint="hinge", mu=0.0)
-        written = output.write(common, data.dataset, "path_figure", lambda d: d.drop_dims("event"), **beside)
+        written = output.write(common, data.dataset, "path_figure", _lines, **beside)
     figures, at_ends = output.figures(data), {name: {**ways(one), "end": one["end"]} for name, one in found.items()}
-    record = output.record(described, data, _KEYS, figures=figures, events="event", ways=at_ends, curve="point")
+    record = output.record(described, data, _KEYS, figures=figures, events="event", ways=at_ends, **_curves(data))
     return output.report(common.json, beam, written, record, _shown(described, found))
+
+
+def _lines(data: xr.Dataset) -> xr.Dataset:
+    """Return a dataset as a table of one shape, a line for each scale of a beam with a number of them."""
+    return output.flat(data.drop_dims("event"), "theta")
+
+
+def _curves(data: Answer) -> dict[str, object]:
+    """Return what a record says along the path: of a beam with a number of scales, also of each."""
+    return {"curve": data.curves, "each": data.each} if "ends" in data.attrs else {"curve": "point"}
 
 
 def ways(data: Answer) -> dict[str, list[float]]:
@@ -87,7 +105,7 @@ def ways(data: Answer) -> dict[str, list[float]]:
 
     from squama.curves.both_faces import worst
 
-    along = {name: data[name] for name in _AT_ENDS if name in data.variables}
+    along = {name: data.along(name) for name in _AT_ENDS if name in data.variables}
     if "stress" in along:
         along["stress"] = worst(data.curves, "stress")
     # where the path ended before, its last way was not gone to the end
@@ -105,13 +123,15 @@ def _shown(beam: Beam, found: Mapping[str, Answer]) -> Iterable[str | Table]:
     attrs = data.attrs
     freed = f"; {attrs['free']} is left free" if "free" in attrs else ""
     yield (
-        f" bent and twisted as an endless beam: {covered(beam)}, mu = {float(data['mu']):g}, "
+        f" bent and twisted {ended(attrs)}: {covered(beam)}, mu = {float(data['mu']):g}, "
         f"{LOADS['twisting'].model(joint=attrs['joint'], scales=attrs['scales'])}; {fixed(attrs)}{freed}"
     )
     yield ""
-    yield _events(data)
+    yield from _events(data)
     yield ""
-    yield _ends(found)
+    yield _ends(beam, found)
+    if ENDLESS in found:
+        yield from _ratios(beam, data, found[ENDLESS])
     yield ""
     for joint, one in found.items():
         end, other = one["end"].item(), one["other_contact"].item()
@@ -130,25 +150,62 @@ def _shown(beam: Beam, found: Mapping[str, Answer]) -> Iterable[str | Table]:
     yield from output.warnings(attrs["warnings"])
 
 
-def _events(data: Answer) -> Table:
-    """Return the table of what happens on the way."""
+def _events(data: Answer) -> Iterable[str | Table]:
+    """Yield the table of what happens on the way; the same of several scales one after the other in one line."""
     pairs = [[data[f"{name}_event"] for name in names] for names in (("psi", "phi"), ("kappa", "Phi"))]
     jumps = [name for name in ("M_jump", "T_jump") if name in data.variables]
+    same = [(str(word), int(leg)) for word, leg in zip(data["event"], data["event_leg"], strict=True)]
+    scales = data["event_scale"].tolist() if "event_scale" in data.variables else []
+    runs: list[list[int]] = []
+    for i, one in enumerate(same):
+        if scales and scales[i] and runs and same[runs[-1][0]] == one:
+            runs[-1].append(i)
+        else:
+            runs.append([i])
     rows = (
         (
-            str(data["event"][i]),
-            str(data["event_leg"][i]),
+            same[i][0],
+            *([_ranges([scales[i] for i in run])] if scales else []),
+            str(same[i][1]),
             *(", ".join(number(float(v[i])) for v in pair) for pair in pairs),
             number(math.degrees(data["theta_event"][i])),
             *(moment(float(data[jump][i])) if data[jump][i] else "" for jump in jumps),
         )
-        for i in range(data["event"].size)
+        for run in (runs if len(runs) <= SHOWN else [*runs[: SHOWN - 1], runs[-1]])
+        for i in run[:1]
     )
-    head = ("", "way", "psi, phi rad/pitch", "kappa, Phi rad/m", "theta deg")
-    return output.table((*head, *(jump.replace("_jump", " jumps by") for jump in jumps)), rows, left=1, gap=1)
+    head = ("", *(["scales"] if scales else []), "way", "psi, phi rad/pitch", "kappa, Phi rad/m", "theta deg")
+    titles = (*head, *(jump.replace("_jump", " jumps by") for jump in jumps))
+    yield output.table(titles, rows, left=2 if scales else 1, gap=1)
+    if scales and len(runs) > SHOWN:
+        yield f"the first {SHOWN - 1} of {len(runs)} lines, and the last; where scales stand, the place is the first's"
+    elif scales:
+        yield "where several scales stand in a line, the place is the first's"
 
 
-def _ends(found: Mapping[str, Answer]) -> Table:
+def _ranges(scales: Iterable[int]) -> str:
+    """Return numbers of scales in words: "1-4, 7"; empty for the whole beam."""
+    parts: list[list[int]] = []
+    for i in sorted({*scales} - {0}):
+        if parts and i == parts[-1][-1] + 1:
+            parts[-1].append(i)
+        else:
+            parts.append([i])
+    return ", ".join(str(p[0]) if len(p) == 1 else f"{p[0]}-{p[-1]}" for p in parts)
+
+
+def _ratios(beam: Beam, data: Answer, endless: Answer) -> Iterable[str]:
+    """Yield by how much the loads of N scales differ from those of the endless beam where ways end."""
+    own, other = ways(data), ways(endless)
+    for i in range(len(data.attrs["path"])):
+        most = max(abs(other[name][i]) for name in ("M", "T"))
+        both = {name: (own[name][i], other[name][i]) for name in ("M", "T")}
+        shares = [f"{name} {a / b:.3g}" for name, (a, b) in both.items() if abs(b) > _SMALL * most and math.isfinite(a)]
+        if most > 0 and shares:
+            yield f"{beam.extent} over the endless beam at the end of way {i + 1}: {', '.join(shares)} times"
+
+
+def _ends(beam: Beam, found: Mapping[str, Answer]) -> Table:
     """Return the table of the ends of ways, a column for each kind of joint."""
     from squama.cli.report import HINGE, IDEAL, REAL
 
@@ -160,5 +217,6 @@ def _ends(found: Mapping[str, Answer]) -> Table:
             cells = [factor * one[name][i] if name in one else math.nan for one in at_ends]
             if not all(map(math.isnan, cells)):
                 rows.append([f"  {words}", *map(number, cells)])
-    named = {"compliant": REAL if data.attrs["scales"] != THIN else IDEAL, "hinge": HINGE}
+    own = REAL if data.attrs["scales"] != THIN else IDEAL
+    named = {"compliant": beam.extent if "ends" in data.attrs else own, ENDLESS: ENDLESS, "hinge": HINGE}
     return output.table(["", *(named[joint] for joint in found)], rows)

@@ -181,7 +181,7 @@ def _record(u: xr.Dataset, nominal: Bench | None = None) -> dict[str, object]:
         f = u.sel(figure=name)
         levels = zip(f["level"].values, f["quantile"].values, f["quantile_se"].values, strict=True)
         quantiles = [{"level": level, "value": value, "se": se} for level, value, se in levels]
-        known = {key: f[key].item() for key in _FIGURE}
+        known = {key: f[key].item() for key in (*_FIGURE, *(["own"] if "own" in u else []))}
         figures[str(name)] = {"unit": f["units"].item(), **known, "quantiles": quantiles}
     before = u.attrs["before"] and {
         "twist": u.attrs["before"],
@@ -228,6 +228,9 @@ def _shown(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Iterable[str | T
     # the levels nearest to 5, 50 and 95 %
     picked = u.isel(level=sorted({int(abs(u["level"].values - p).argmin()) for p in (0.05, 0.5, 0.95)}))
     yield _figures(picked, scales)
+    if "own" in u:
+        name = f"{u.attrs['own_scales']} scales"
+        yield f"{name}: the nominal beam with all of them, {u.attrs['ends']} ends; all other columns are endless"
     spread = picked.isel(figure=(picked["sd"] != 0).values)
     means, quantiles = (
         float((spread[key] / spread["sd"]).max()) if spread.sizes["figure"] else 0.0
@@ -258,16 +261,17 @@ def _shown(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Iterable[str | T
 def _figures(u: xr.Dataset, scales: int) -> Table:
     """Return the table with a row per figure; twists per pitch in total, too."""
     rows: list[list[str]] = []
+    own = {f"{u.attrs['own_scales']} scales": "own"} if "own" in u else {}
     for name in u["figure"].values:
         f = u.sel(figure=name)
         unit = f["units"].item().replace("1", "")
         shown = [(name, unit, 1.0)]
         if unit == "rad":
             shown = [(name, "rad/pitch", 1.0), ("  in total", "deg", math.degrees(scales))]
-        values = [*(float(f[key]) for key in ("nominal", "mean", "sd")), *f["quantile"].values]
+        values = [*(float(f[key]) for key in (*own.values(), "nominal", "mean", "sd")), *f["quantile"].values]
         for head, unit, factor in shown:
             rows.append([head, unit, *(number(v * factor) for v in values), f"{float(f['share']):.4g}"])
-    head = ("figure", "unit", "nominal", "mean", "sd", *(f"{p * 100:g} %" for p in u["level"].values), "in")
+    head = ("figure", "unit", *own, "nominal", "mean", "sd", *(f"{p * 100:g} %" for p in u["level"].values), "in")
     return output.table(head, rows, left=2, gap=1)
 
 

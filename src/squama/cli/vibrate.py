@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, settled, whole
-from squama.loads import LOADS
+from squama.loads import LOADS, ended
 from squama.units import number as shown_number
 
 if TYPE_CHECKING:
     import xarray as xr
     from rich.table import Table
 
-_KEYS = "load law joint scales mode faces damping inertia K_theta rigidity squama_version"
+_KEYS = "load law joint scales mode ends faces damping inertia K_theta rigidity squama_version"
 SHOWN = 12
 """Cycles in the table of the summary at most."""
-_NAMES = "rotor density damping release impulse mode swings static torque"
+_NAMES = "rotor density damping release impulse mode ends swings static torque"
 _BOTH = {"release, impulse": "--release, --impulse", "static, torque": "--static, --torque"}
 _LAID = flags.arguments(*_NAMES.split(), **_BOTH, frequencies="--lowest, --highest")
 
@@ -28,6 +28,7 @@ class Swinging(flags.How):
     """What swings, and by which model: arguments of :func:`squama.vibrate` and :func:`squama.shake`."""
 
     mode: flags.Mode = "uniform"
+    ends: flags.Ends = None
     rotor: Annotated[str | None, flag('Moment of inertia at the end, "1e-4 kg m2" (the beam\'s own).')] = None
     density: Annotated[str | None, flag('Mean density of the bar, "1100 kg/m3" (the beam\'s own).')] = None
 
@@ -65,7 +66,7 @@ def _cycles(data: xr.Dataset) -> Iterable[str | Table]:
     """Yield the summary: a row per cycle, and how the record ends."""
     kind, attrs = LOADS[data.attrs["load"]], data.attrs
     angle = kind.angle
-    yield f" swings as an endless beam in {kind.name} ({attrs['mode']}): {output.about(data)}"
+    yield f" swings {ended(attrs)} in {kind.name} ({attrs['mode']}): {output.about(data)}"
     columns = ("t_turn", f"{angle}_turn", "U_turn", "zeta_cycle", "period")
     t, y, U, zeta, period = (data[name].values for name in columns)
     n = min(zeta.size, SHOWN)
@@ -131,7 +132,7 @@ def _table(data: xr.Dataset) -> xr.Dataset:
 def _states(data: xr.Dataset) -> Iterable[str | Table]:
     """Yield the summary: a row per frequency, upwards and downwards."""
     kind, attrs = LOADS[data.attrs["load"]], data.attrs
-    yield f" shaken as an endless beam in {kind.name} ({attrs['mode']}): {output.about(data)}"
+    yield f" shaken {ended(attrs)} in {kind.name} ({attrs['mode']}): {output.about(data)}"
     head, columns = ["Hz"], [map(shown_number, data["frequency"].values)]
     for way in ("up", "down"):
         one = data.sel(way=way)

@@ -21,7 +21,7 @@ from squama.contacts.conditions import (
     violated,
 )
 from squama.contacts.detection import AT, GAP, edges_of, vertices
-from squama.contacts.handover import add_contact, apart, drop, exchange, leave, roll, succeed
+from squama.contacts.handover import add_contact, apart, drop, every, exchange, leave, roll, succeed
 from squama.contacts.increments import (
     CHANGE,
     ENGAGE,
@@ -107,8 +107,7 @@ def tried(w: Walk, h: float, fresh: bool) -> bool:
     if w.S.shapes[0, MU] > 0.0 and not fresh and w.counts[0] > 0:
         keep_stuck(w, w.con, w.stuck)
         guess(w, h)
-        for c in range(w.counts[0]):
-            w.con[c, STUCK] = 1
+        every(w, 1)
         if solved(w, h, True):
             return True
         keep_stuck(w, w.stuck, w.con)
@@ -174,12 +173,10 @@ def sliding(w: Walk, h: float) -> bool:
     """Solve for the state after an increment in which all contacts slide, from that without friction."""
     m = w.counts[0]
     guess(w, h)
-    for c in range(m):
-        w.con[c, STUCK] = SMOOTH
+    every(w, SMOOTH)
     w.J.kept[0] = 0
     found = solve(w.S, w.new, w.past, w.con, m, w.W, w.J, w.loads)
-    for c in range(m):
-        w.con[c, STUCK] = 0
+    every(w, 0)
     w.J.kept[0] = 0
     return found and solve(w.S, w.new, w.past, w.con, m, w.W, w.J, w.loads)
 
@@ -240,8 +237,7 @@ def regroup(w: Walk, h: float, deep: bool) -> int:
             if slide and w.S.shapes[0, MU] > 0.0 and w.counts[0] > 0:
                 # contacts that do not slide together may stick, or open when they do
                 slide, w.J.kept[0] = False, 0
-                for c in range(w.counts[0]):
-                    w.con[c, STUCK] = 1
+                every(w, 1)
                 continue
             ends += 1
             if ends > 3 or not unfold(w, w.new):

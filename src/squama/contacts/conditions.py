@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from squama.batch.keeping import part as _jit
-from squama.contacts.detection import GAP, VERTEX, covers, deepest, over, vertices, view
+from squama.contacts.detection import AT, GAP, VERTEX, covers, deepest, over, vertices, view
 from squama.contacts.geometry import back
 from squama.contacts.increments import Walk
 from squama.contacts.meeting import MARGIN, N_, along_edges, inclination, meet
@@ -20,6 +20,7 @@ from squama.contacts.system import (
     FIRST,
     FLUSH,
     KIND,
+    LET_GO,
     LIES,
     MU,
     ONE,
@@ -56,7 +57,7 @@ def beyond(S: System, st: State, c: Array, k: int) -> tuple[float, int]:
     """
     kind, i, j, s = c[KIND], c[FIRST], partner(S, c), st.s[k]
     least, which = 1e9 + 0.0 * s[0], 0
-    if kind == LIES:
+    if kind == LIES or c[STUCK] == LET_GO:
         return least, which
     if kind == EE:
         l0, h0, l1, h1 = low(S, i, c[ONE]), high(S, i, c[ONE]), low(S, j, c[OTHER]), high(S, j, c[OTHER])
@@ -82,7 +83,7 @@ def slope(w: Walk, st: State, k: int) -> tuple[float, int]:
     """
     S, c = w.S, w.con[k]
     i, j, kind = c[FIRST], partner(S, c), c[KIND]
-    if kind >= EF or c[ENDED] == 1 or not S.shapes[i, ELASTIC].real > 0:
+    if kind >= EF or c[ENDED] == 1 or c[STUCK] == LET_GO or not S.shapes[i, ELASTIC].real > 0:
         return 1e9 + 0.0 * st.s[k, 0], -1
     g = meet(S, st, c, st.s[k], w.W)
     n1, n2 = cross(g.tx1, g.ty1), cross(g.tx2, g.ty2)
@@ -177,13 +178,15 @@ def value(w: Walk, st: State, what: int, c: int) -> float:
         return condition(w, st, what, c)
     if w.best[KIND] == LIES:
         return inclination(w.S, int(w.best[FIRST]), w.W)
-    # a vertex of the overlap, if it is there
-    n = vertices(w.S, st, w.W, int(w.best[FIRST]), int(w.best[APART]), 1e9, w.found, 0)
+    # the vertex of the overlap, if it is there: one edge may be tangent at several places
+    n, gap, least = vertices(w.S, st, w.W, int(w.best[FIRST]), int(w.best[APART]), 1e9, w.found, 0), math.nan, math.inf
     for a in range(n):
-        if w.found[a, KIND] == w.best[KIND] and w.found[a, ONE] == w.best[ONE] and w.found[a, OTHER] == w.best[OTHER]:
-            gap: float = w.found[a, GAP]
-            return gap
-    return math.nan
+        v = w.found[a]
+        if v[KIND] == w.best[KIND] and v[ONE] == w.best[ONE] and v[OTHER] == w.best[OTHER]:
+            far = abs(v[AT] - w.best[AT]) + abs(v[AT + 1] - w.best[AT + 1])
+            if far < least:
+                gap, least = v[GAP], far
+    return gap
 
 
 @_jit

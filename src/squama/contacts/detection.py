@@ -25,8 +25,10 @@ from squama.contacts.system import (
     FIRST,
     FV,
     KIND,
+    LET_GO,
     ONE,
     OTHER,
+    STUCK,
     VF,
     H,
     State,
@@ -367,7 +369,7 @@ def known(S: System, st: State, con: Array, m: int, row: Array, W: Work) -> bool
     x1, y1, x2, y2 = spots(S, c, row[AT:])
     i, j = c[FIRST], partner(S, c)
     for a in range(m):
-        if con[a, FIRST] != c[FIRST] or con[a, APART] != c[APART]:
+        if con[a, FIRST] != c[FIRST] or con[a, APART] != c[APART] or con[a, STUCK] == LET_GO:
             continue
         k, o, t = con[a, KIND], con[a, ONE], con[a, OTHER]
         if k == kind and o == one and t == other and k < EF:

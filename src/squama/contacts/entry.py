@@ -113,7 +113,8 @@ def walk(S: System, C: int, notes: Array) -> Walk:
         np.zeros((C, 3), kind), np.zeros(3, kind),
     )  # fmt: skip
     return Walk(
-        S, W, J, state(S, C), state(S, C), state(S, C), state(S, C), state(S, C), past, np.zeros((C, 7), np.int64),
+        S, W, J, state(S, C), state(S, C), state(S, C), state(S, C), state(S, C), state(S, C),
+        past, np.zeros((C, 7), np.int64),
         np.zeros((C, 7), np.int64), np.zeros((C, 7), np.int64), np.zeros((64 * N, VERTEX)), np.zeros(4, kind),
         np.zeros(4, np.int64), np.zeros(8, kind), np.zeros(TALLY, kind), np.zeros(VERTEX),
         np.zeros((N, k), np.int64), notes,

@@ -41,6 +41,7 @@ from squama.contacts.system import (
     FE,
     FIRST,
     KIND,
+    LET_GO,
     LIES,
     MOTIONS,
     MU,
@@ -53,6 +54,7 @@ from squama.contacts.system import (
     cells,
     partner,
     pieces,
+    places_of,
     row_of,
     strain_columns,
 )
@@ -128,6 +130,11 @@ def residual(
             r[o + 5] = dot(t1, g.n)
         elif kind == FE:
             r[o + 5] = dot(t2, g.n)
+        if row[STUCK] == LET_GO:
+            # its force and its places are given
+            told[N_] = 0.0
+            for a in range(3 + places_of(kind)):
+                r[o + a] *= 0.0
         e1, e2 = turned(vector(st.q[i], 3)), turned(vector(st.q[j], 3))
         moment1, moment2 = by_vector(e1, cross(g.arm1, F)), by_vector(e2, back(P, cross(g.arm2, F)))
         behind = back(P, F)

@@ -13,7 +13,7 @@ from squama.batch.keeping import part as _jit
 from squama.contacts.changes import change, missed, regroup, tried
 from squama.contacts.conditions import FLIP, MEET, MISSED_GAP, OFF, lying, sideways, violated
 from squama.contacts.detection import GAP, deepest, deepest_of
-from squama.contacts.handover import merged, successor
+from squama.contacts.handover import every, merged, successor
 from squama.contacts.increments import (
     AT_REST,
     CHANGE,
@@ -57,7 +57,7 @@ from squama.contacts.increments import (
 from squama.contacts.locating import LOCATED, locate
 from squama.contacts.meeting import clear, inclination, prepared
 from squama.contacts.newton import solve
-from squama.contacts.slipped import GUESSES, slipped
+from squama.contacts.slipped import GUESSES, released, slipped
 from squama.contacts.system import ENDED, FIRST, FLUSH, FREE, KIND, LIES, MU, STRAINS, STUCK, cells, copy
 from squama.contacts.works import INEXACT, UNBALANCED, accept, fall, remember, rounded, unbalanced, worked
 from squama.contacts.written import write
@@ -79,22 +79,21 @@ snap loses, for it to be one."""
 def reached(w: Walk, h: float, before: float, gone: int) -> int:
     """Look for any equilibrium after an increment; 0 if it is found.
 
-    From the last contacts, as they are and all sticking, and from none; or, if it is not -1, with other edges in the
-    place of the contact ``gone``. None has more energy than that ``before`` and the work done.
+    From the last contacts, as they are and all sticking, and from none; or, if it is not -1, as the contact ``gone``
+    gives way, and with other edges in its place. None has more energy than that ``before`` and the work done.
     """
     code = NO_EQUILIBRIUM
-    for way in range(3 if gone < 0 else GUESSES):
+    for way in range(3 if gone < 0 else 1 + GUESSES):
         restore(w)
         w.tally[T_FRESH] = 0.0
         guess(w, h)
         if gone >= 0:
-            found = slipped(w, h, gone, way)
+            found = released(w, h, gone) if way == 0 else slipped(w, h, gone, way - 1)
         elif way == 1 and not rubs(w):
             continue
         else:
-            for c in range(w.counts[0]):
-                if way == 1:
-                    w.con[c, STUCK] = 1
+            if way == 1:
+                every(w, 1)
             if way == 2:
                 # from the state without any contact
                 w.counts[0], w.J.kept[0] = 0, 0
@@ -178,7 +177,7 @@ def strongest(con: Array, m: int, F: Array, others: Array, n: int) -> int:
 def jump(w: Walk, goal: float, step: float, gone: int, events: Array) -> int:
     """Go on from where the path is not continuous: to an equilibrium a little further, with the energy it loses.
 
-    ``gone``: a contact that left its edge, for which others are tried, or -1.
+    ``gone``: a contact that left its edge, which gives way, or -1.
     A station that would be passed is tried first: its state is one of its own way if there is an equilibrium.
     """
     t = w.tally
@@ -280,7 +279,7 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
     if t[T_ZERO] > zeros or t[T_EVENTS] > _EVENTS * N or not altering(w, what, c, events):
         t[T_ZERO] = 0.0
         code = jump(w, goal, step, -1, events)
-        if code != RANGE and what == OFF and w.S.stride == N:
+        if code != RANGE and what == OFF:
             code = jump(w, goal, step, c, events)
         # a corner that leaves an edge, and finds no other hold, comes to lie beside it
         return SIDE_ENTRY if what == OFF and code == NO_EQUILIBRIUM else code

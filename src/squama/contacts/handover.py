@@ -20,10 +20,12 @@ from squama.contacts.system import (
     FLUSH,
     FV,
     KIND,
+    LET_GO,
     LIES,
     MU,
     ONE,
     OTHER,
+    SMOOTH,
     STUCK,
     VF,
     State,
@@ -67,6 +69,23 @@ def drop(w: Walk, st: State, c: int) -> None:
 
 
 @_jit
+def every(w: Walk, how: int) -> None:
+    """Let all contacts stick (1), slide (0) or be smooth, but one that is let go of."""
+    for c in range(w.counts[0]):
+        if w.con[c, STUCK] != LET_GO:
+            w.con[c, STUCK] = how
+
+
+@_jit
+def let_go(w: Walk) -> int:
+    """Return the contact that is let go of, -1 for none."""
+    for c in range(w.counts[0]):
+        if w.con[c, STUCK] == LET_GO:
+            return c
+    return -1
+
+
+@_jit
 def add_contact(w: Walk, st: State, row: Array) -> bool:
     """Take a vertex in as a contact without a force; False where there is no room."""
     m = w.counts[0]
@@ -75,6 +94,9 @@ def add_contact(w: Walk, st: State, row: Array) -> bool:
     for a in range(FIRST, STUCK):
         w.con[m, a] = int(row[a])
     w.con[m, STUCK], w.con[m, ENDED] = 1 if w.S.shapes[0, MU].real > 0.0 else 0, 0
+    if let_go(w) >= 0:
+        # what it slides along meanwhile is not known
+        w.con[m, STUCK] = SMOOTH
     for a in range(3):
         st.F[m, a] = w.past.F[m, a] = 0.0
         st.s[m, a] = row[AT + a]

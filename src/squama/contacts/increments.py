@@ -97,6 +97,7 @@ class Walk(NamedTuple):
     old: State
     older: State
     trial: State
+    aside: State
     past: Past
     con: Array
     kept: Array

@@ -18,6 +18,7 @@ from squama.contacts.system import (
     FE,
     FIRST,
     KIND,
+    LET_GO,
     LIES,
     MOTIONS,
     MU,
@@ -343,6 +344,10 @@ def jacobian(  # noqa: C901 - one loop over contacts
         spread(J, shared(S, at, n), L, column[:inputs], rows[:outputs], W.lifts, from1, to1, from2, to2)
     if S.own:
         tie_rates(S, st, at, n, W, J)
+    for c in range(m):
+        if con[c, STUCK] == LET_GO:
+            for a in range(3 + places_of(con[c, KIND])):
+                alone(J, at[N + c] + a)
     for a in range(len(S.masked)):
         if S.masked[a] > 0:
             for i in range(N):

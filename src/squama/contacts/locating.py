@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
 from squama.contacts.changes import tried
 from squama.contacts.conditions import MEET, MISSED_GAP, value, violated
@@ -57,10 +58,16 @@ def marked(w: Walk) -> int:
     return n
 
 
+@_in
+def slack(what: int) -> float:
+    """Return by how much a gap that closes may be missed; 0 of other conditions, which change at rounding's pace."""
+    return MISSED_GAP if what == MEET else 0.0
+
+
 @_jit
 def bisected(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: float) -> tuple[float, int, int]:
     """Find as :func:`locate`, where new contacts are looked for between pairs that are marked."""
-    low_, up, vl, vu, last = 0.0, h, math.nan, high_value, 0
+    low_, up, vl, vu, last = 0.0, h, math.nan, high_value + slack(what), 0
     for count in range(80):
         if up - low_ < LOCATED:
             break
@@ -74,14 +81,14 @@ def bisected(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: floa
         w2, c2, v2 = violated(w, w.new, False)
         if w2 < 0:
             low_ = x
-            vl = value(w, w.new, what, c)
+            vl = value(w, w.new, what, c) + slack(what)
             if last == 1:
                 vu /= 2
             last = 1
         else:
             if w2 != what or (c2 != c and c2 >= 0):
                 what, c, vl = w2, c2, math.nan
-            up, vu = x, v2
+            up, vu = x, v2 + slack(what)
             if last == 2 and vl > 0.0:
                 vl /= 2
             last = 2

@@ -95,33 +95,43 @@ def placed(c: Array) -> str:
     return f"{what} of scale {i} on {face} of scale {j} (k = {c[APART]})"
 
 
+def legs(at: Array, *loads: int) -> Array:
+    """Return strains (n, 4) of which ``loads`` have values (n,), or (n, K) of K loads, and others are 0."""
+    strains = np.zeros((len(at), STRAINS))
+    strains[:, loads] = np.reshape(at, (len(at), -1))
+    return strains
+
+
 def track(
-    way: path.Path, scales: int, phis: Array, step: float = path.STEP, *, ends: int = EQUAL, load: int = PHI
+    way: path.Path, scales: int, at: Array, step: float = path.STEP, *, ends: int = EQUAL,
+    load: int | tuple[int, ...] = PHI,
 ) -> Track:  # fmt: skip
-    """Follow a row through twists (n,) in one sense from 0 on, to the last or to its end.
+    """Follow a row through twists (n,) from 0 on, which may go back, to the last or to its end.
 
     ``ends``: ENDLESS, EQUAL cells, or LOOSE or GRIPPED ends; twists are the mean of all cells. ``load``: another strain
-    in place of the twist. Gripped ends keep their distance where the stretch is held.
+    in place of the twist, or several of loose ends, whose values are (n, K). Gripped ends keep their distance where the
+    stretch is held.
     """
-    free = way.beams.free
+    free, loads = way.beams.free, load if isinstance(load, tuple) else (load,)
+    strains = legs(at, *loads)
     if ends not in (LOOSE, GRIPPED):
-        return tied(way, scales, phis, None, free, step=step, load=load, about=ends)
-    held = of_ends(scales, ends, load, apart=free[0, EPS] == 0)
-    return tied(way, scales, phis, held, (of_grips if ends == GRIPPED else freed)(free, load), step=step, load=load)
+        return tied(way, scales, strains, None, free, step=step, about=ends)
+    held = of_ends(scales, ends, *loads, apart=free[0, EPS] == 0)
+    return tied(way, scales, strains, held, (of_grips if ends == GRIPPED else freed)(free, *loads), step=step)
 
 
 def tied(
-    way: path.Path, scales: int, at: Array, ties: Ties | None, free: Array, *, step: float = path.STEP, load: int = PHI,
+    way: path.Path, scales: int, strains: Array, ties: Ties | None, free: Array, *, step: float = path.STEP,
     about: int = OWN,
 ) -> Track:  # fmt: skip
     """Follow a row whose cells have strains of their own by ties, or without ties cells as ``about`` says.
 
-    ``at`` (n,): values of the strain of the legs that changes; ``free`` (N, 4) which are imposed, free or loaded.
+    ``strains`` (n, 4): corners between which the path is straight, from rest; ``free`` (N, 4) which strains are
+    imposed, free or loaded.
     """
-    n, room, own = at.size, _CONTACTS * scales, about == OWN
+    n, room, own = len(strains), _CONTACTS * scales, about == OWN
     held = ties or UNTIED
-    strains = np.zeros((1, n, STRAINS))
-    strains[0, :, load] = at
+    ways = np.cumsum(np.linalg.norm(np.diff(strains, axis=0, prepend=0.0), axis=1))
     beams = way.beams._replace(free=free)
     raw = np.full((1, n, increments.LINE + held.course.shape[0] + 6 * held.floating), np.nan)
     motions = np.full((1, n, scales, MOTIONS + 2 * STRAINS * own), np.nan)
@@ -129,9 +139,8 @@ def tied(
     events, ended = np.zeros((1, _EVENTS * (scales + 4), increments.EVENT)), np.zeros((1, 4))
     tell(entry.many, "scales in contact")
     entry.many(
-        beams, scales, about, held, step, np.zeros(1), room,
-        np.cumsum(np.abs(np.diff(at, prepend=0.0)))[None], strains, raw, motions, bends, contacts, events, ended,
-        np.zeros((1, 0)), np.zeros((1, 0)),
+        beams, scales, about, held, step, np.zeros(1), room, ways[None], strains[None], raw, motions, bends, contacts,
+        events, ended, np.zeros((1, 0)), np.zeros((1, 0)),
     )  # fmt: skip
     code, phi, told, solved = ended[0].tolist()
     if code == increments.AT_REST:

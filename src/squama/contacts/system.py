@@ -30,9 +30,9 @@ IMPOSED, FREE, LOADED = range(3)
 _NONE = np.zeros(0)
 FIRST, APART, KIND, ONE, OTHER, STUCK, ENDED = range(7)
 """Columns of a contact: scale, how many scales further the other is, kind, features of both, whether it sticks (1;
-slides: 0; is taken as smooth: SMOOTH), and whether it stands for an edge that is tangent to the face nowhere any more:
-for this increment, or as it lies flush."""
-FLUSH, SMOOTH = 2, -1
+slides: 0; is taken as smooth: SMOOTH; is let go of, its force given: LET_GO), and whether it stands for an edge that is
+tangent to the face nowhere any more: for this increment, or as it lies flush."""
+FLUSH, SMOOTH, LET_GO = 2, -1, -2
 
 
 class Ties(NamedTuple):

@@ -49,10 +49,15 @@ def ties(n: int, every: Sequence[Tie], *, floating: bool = False) -> Ties:
     return Ties(forces, carried, turns, course, floating)
 
 
-def of_ends(n: int, ends: int, load: int = PHI, *, apart: bool = False) -> Ties:
-    """Return the ties of a row whose mean strain ``load`` is imposed; ``apart``: grips keep their distance."""
+def of_ends(n: int, ends: int, *loads: int, apart: bool = False) -> Ties:
+    """Return the ties of a row whose mean strains ``loads`` are imposed (one of them by grips), by default the twist.
+
+    ``apart``: grips keep their distance.
+    """
+    loads = loads or (PHI,)
     if ends != GRIPPED:
-        return ties(n, [Tie(carried=np.eye(STRAINS)[load].tolist(), course=(load, n))])
+        return ties(n, [Tie(carried=np.eye(STRAINS)[load].tolist(), course=(load, n)) for load in loads])
+    (load,) = loads
     coaxial = [Tie(turn=(n, axis, -n * Z), course=(load, 0.0)) for axis in (X, Y, Z)]
     across = [Tie([(n, axis)]) for axis in (X, Y)]
     return ties(n, [*coaxial, *across, *([Tie([(n, Z)], course=(EPS, n))] if apart else [])])

@@ -1,4 +1,4 @@
-"""The twist of a beam that is held bent: a path in one sense, solved, for what goes along such paths."""
+"""The twist of an endless beam that is held bent: a path in one sense, solved, for what goes along such paths."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from squama.curves.labelled import Answer
 from squama.curves.polygons import bent_and_twisted
 from squama.curves.way import Case, Curve
 from squama.errors import refuse
+from squama.loads import ENDLESS
 from squama.model.outcome import End
 from squama.symbols import OTHER
 from squama.types import Array
@@ -49,7 +50,7 @@ class Twisted(NamedTuple):
         """Do as :meth:`of`, and take the path as far as it goes: see :attr:`bent`."""
         sign, d, legs = arguments.sense(sense), beam.pitch, 2 if bend else 1
         far = MODELS[how.get("joint") or REAL].programs().far
-        answer = bent_and_twisted(beam, [(bend / d, 0.0), (bend / d, sign * far / d)][-legs:], **how)
+        answer = bent_and_twisted(beam, [(bend / d, 0.0), (bend / d, sign * far / d)][-legs:], ends=ENDLESS, **how)
         rigidity = float(answer.attrs.get("rigidity", beam.torsional_rigidity))
         case = Case(d, rigidity, float(answer["K_theta"]), beam.eta, beam.scale.theta0, sign < 0)
         return cls(case, answer, sign, legs)

@@ -82,13 +82,13 @@ def _hinge_solve(analysis: Analysis) -> tuple[Sequence[Solved], States]:
 
 def _compliant() -> Programs:
     from squama.contacts.path import RANGE
-    from squama.curves import real_cycles, real_walk
+    from squama.curves import real_cycles, real_polygons, real_walk
 
     return Programs(
         solve=real_walk.solve,
         gather=real_walk.gather,
         walk=real_cycles.walk,
-        polygon=real_walk.polygon,
+        polygon=real_polygons.polygon,
         plane=real_walk.plane,
         case=real_walk.case,
         far=RANGE,

@@ -21,7 +21,7 @@ from squama.curves.chosen import MODELS, chosen
 from squama.curves.labelled import Answer
 from squama.curves.way import Analysis, Solved, States, Way
 from squama.errors import naming, refuse
-from squama.loads import ENDLESS, ENDS, GRIPPED, Load
+from squama.loads import ENDLESS, ENDS, GRIPPED, LOADS, Load
 from squama.types import Array
 from squama.units import shown
 
@@ -247,13 +247,15 @@ def respond(
     return _curves(asked._replace(at=loads, ends=ends_of(asked, ends, row=row)))
 
 
-def ends_of(asked: Analysis, word: str | None, *, history: bool = False, row: bool = False) -> str:
+def ends_of(asked: Analysis, word: str | None, *, history: bool = False, row: bool = False, grips: bool = True) -> str:
     """Return the ends of a beam by their word, or as they are by default; refuse what a model does not know.
 
-    ``history``: of one that is loaded and unloaded; ``row``: it has ends even where it is endless by default.
+    ``history``: of one that is loaded and unloaded, or along several loads; ``row``: it has ends even where it is
+    endless by default; ``grips``: whether there may be grips, of a beam that is twisted alone.
     """
-    beam, model, load = asked.beam, MODELS[asked.joint], asked.way.load
-    known = [end for end in model.ends if load.sided or end != GRIPPED]
+    beam, model = asked.beam, MODELS[asked.joint]
+    grips &= asked.way.loaded == (LOADS["twisting"].verb,)
+    known = [end for end in model.ends if grips or end != GRIPPED]
     if history and model.straight:
         known = [ENDLESS]
     own = beam.ends if beam.ends in known else known[0]
@@ -268,7 +270,7 @@ def ends_of(asked: Analysis, word: str | None, *, history: bool = False, row: bo
     if beam.scales is None:
         refuse("ends", shown(word), "is of a beam with a number of scales, and this one is endless", "write scales=25")
     if word not in known:
-        why = f"is not known of {'a row on hinges' if model.straight else 'a beam that is bent'}"
+        why = f"is not known of {'a row on hinges' if model.straight else 'a beam that is bent, or swings'}"
         refuse("ends", shown(word), why, f'leave it out, or write ends="{known[0]}"')
     only_one(beam.faces, "a beam with ends")
     return word

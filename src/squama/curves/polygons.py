@@ -15,7 +15,7 @@ from squama.curves.doors import How
 from squama.curves.labelled import Answer
 from squama.curves.way import Analysis, States
 from squama.errors import refuse
-from squama.loads import LOADS
+from squama.loads import ENDLESS, LOADS
 from squama.types import Array
 
 if TYPE_CHECKING:
@@ -38,12 +38,13 @@ def bend_twist(
     neutral: str | None = None,
     hold: str | None = None,
     free: str | None = None,
+    ends: str | None = None,
 ) -> xr.Dataset:
     """Bend and twist a beam along a path: moment, torque, inclination, forces and energies, and what happens on it.
 
     The real beam by default, as :func:`twist`, with every contact of its scales. On the hinge thin, rigid scales, both
-    plates of every pair looked at (docs, theory: bending and twisting). Of the endless beam, whatever the number of
-    scales.
+    plates of every pair looked at (docs, theory: bending and twisting). A beam with a number of scales has all of them,
+    on hinges it is endless.
 
     Parameters
     ----------
@@ -76,6 +77,10 @@ def bend_twist(
         "twisting" leaves the twist of a beam that is bent free, "bending" the bend of one that is twisted: its moment
         is zero, the bar's and the scales' together. One way from rest, without friction (``mu=0``), on the next scale's
         eight contacts alone; contacts that share the force have both names ("BF+TS"), events are at the next point.
+    ends
+        Of a beam with a number of scales, as in :func:`twist`: "free" (the path is the mean bend and twist of the
+        cells, which a moment and a torque at both ends give), "equal" or "endless"; "gripped" where the path names the
+        twist alone.
 
     Returns
     -------
@@ -85,9 +90,13 @@ def bend_twist(
         motions, stress and the like of :func:`twist`; of the hinge ``mu_lock`` along the way, and each change of
         contact and each corner twice, before and after. Dimension ``event``: what happens, where, and on the hinge by
         how much M and T jump. Single figures: ``end``, ``psi_e``, ``phi_e``, ``psi_end``, ``phi_end``, ``theta_end``,
-        ... Attributes: ``joint``, ``scales``, ``joint_source``, ``neutral``. With
-        scales on both faces ``contact_other``, ``theta_other``, ``N_other``, ``stress_other`` and the like are of the
-        other face: a stress that is held against a strength is the larger of the two.
+        ... Attributes: ``joint``, ``scales``, ``joint_source``, ``neutral``.
+
+        A beam with a number of scales has the figures of each and the strains of the cells along ``scale``, as in
+        :func:`twist`; ``M_periodic``, ``T_periodic`` and ``theta_periodic`` are of the endless beam, ``contact`` has
+        every pair that touches once, ``event_scale`` is the scale whose contact it is (0: the whole beam). With scales
+        on both faces ``contact_other``, ``theta_other``, ``N_other``, ``stress_other`` and the like are of the other
+        face: a stress that is held against a strength is the larger of the two.
 
     Raises
     ------
@@ -108,22 +117,30 @@ def bend_twist(
     """
     return bent_and_twisted(
         beam, path, mu=mu, margin=margin, points=points, joint=joint, ideal=ideal, neutral=neutral, hold=hold,
-        free=free,
+        free=free, ends=ends,
     ).dataset()  # fmt: skip
 
 
 def bent_and_twisted(
-    beam: Beam, path: given.Path, *, points: int = 200, free: str | None = None, **how: Unpack[How]
+    beam: Beam,
+    path: given.Path,
+    *,
+    points: int = 200,
+    free: str | None = None,
+    ends: str | None = None,
+    **how: Unpack[How],
 ) -> Answer:
     """Return what :func:`bend_twist` returns, before it is a dataset."""
     arguments.beam(beam)
     analysis = doors.analysis(beam, given.path(path, beam), None, points=points, free=free, **how)
     if free is not None:
         analysis = _freed(free, analysis)
+    analysis = analysis._replace(ends=doors.ends_of(analysis, ends, history=True))
     states = MODELS[analysis.joint].programs().polygon(analysis)
     corners = [(psi / beam.pitch, phi / beam.pitch) for psi, phi in analysis.way.corners]
     title, attrs = f"{_BOTH} of a scale-covered beam", {"load": _BOTH, "path": corners}
-    return labelled.answer(analysis, states, title, attrs, load=LOADS["twisting"], page="combined")
+    answer = labelled.answer(analysis, states, title, attrs, load=LOADS["twisting"], page="combined")
+    return answer if analysis.ends == ENDLESS else answer.counted(scale=analysis.beam.pitches)
 
 
 def _freed(free: str, analysis: Analysis) -> Analysis:

@@ -136,7 +136,7 @@ def _of_row(
     along, each = rows.of_scales(one, load, stations.strains, track, turned)
     along["onset"] = along["onset"] * np.where(np.diff(x, prepend=0.0) < 0, -1.0, 1.0)
     each["f"] = each["f"] * np.where(np.diff(np.abs(x), prepend=0.0) < 0, -1.0, 1.0)[:, None]
-    return along, each | rows.cells_of(one, load, track, kind)
+    return along, each | rows.cells_of(one, track, kind, load)
 
 
 def _values(ones: Mapping[str, real.Path], load: Load, stations: Stations, found: path.Answers) -> dict[str, Array]:

@@ -7,19 +7,17 @@ At a corner of a way contacts stick while friction turns, so forces do not jump.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from squama.beam.design import Beam
 from squama.contacts import events, increments, path, states
-from squama.contacts.events import Event
 from squama.contacts.legs import follow_straight
 from squama.contacts.ties import GRIPPED
 from squama.curves import real, rows
 from squama.curves.both_faces import WHOSE
-from squama.curves.curve_figures import FINE, PLACES, figures, first_at, path_figures, tangents, work_error
+from squama.curves.curve_figures import FINE, figures, first_at, tangents
 from squama.curves.real_figures import by_load, exchanged, thresholds, touching, values
 from squama.curves.rows import KINDS, Row, Told
 from squama.curves.way import OPEN, SLIDING, VERBS, Analysis, Case, Curve, States, Stations, direction, spaced
@@ -199,85 +197,6 @@ def case(beam: Beam, load: Load) -> Case:
 def gather(_: Analysis, whole: list[Loaded]) -> list[Loaded]:
     """Return the paths: scales on both faces are one system."""
     return whole
-
-
-def polygon(analysis: Analysis) -> States:
-    """Return the states along bends and twists one after the other, what happens there, and how it ends."""
-    corners, beam = analysis.way.corners, analysis.beam
-    one = real.Path.of(beam, float(analysis.mus), analysis.way.loaded, ideal=analysis.ideal)
-    first = one.way.met(one.way.along(np.array(corners)))
-    engaged = [c.phi for c in first.contacts]
-    stations = Stations.of(corners, analysis.points, min(engaged) * (1 - _BEFORE))
-    answers = first.along(stations.strains)
-    end, n = answers.end(), answers.end().solved
-    stop = end.phi if end.code != increments.RANGE else float(stations.ways[-1])
-    v = values(one, stations.strains[:n], *(face.rows[0, :n] for face in answers.faces))
-    v["leg"] = stations.legs[:n]
-    v |= {name: names[:n] for name, names in touching(answers).items()}
-    told = []
-    for face, at in zip(answers.faces, engaged, strict=True):
-        # the same place as without stations, to the last digit
-        every = [event._replace(way=event.way if j else at) for j, event in enumerate(events.events(face))]
-        told.append([event for event in every if event.way <= stop])
-    (word,) = path.endings(np.array([min(first.contacts, key=lambda c: c.phi)], float), answers.ends)
-    places = _places(one, stations, v, [min(engaged), stop])
-    near, far = ({name: float(at[i]) for name, at in places.items()} for i in (0, 1))
-    single = path_figures(v, near, far, str(word), _second(told), one.held.K_theta)
-    ways, strains, happened = _timeline(stations, told, (stop, str(word)))
-    happened |= {f"{name}_event": at for name, at in _places(one, stations, v, ways, strains).items()}
-    by_dim: dict[tuple[str, ...], dict[str, Array]] = {
-        ("point",): {_ROLES.get(name, name): value for name, value in v.items() if name not in _INNER},
-        ("event",): happened,
-        (): single | {"energy_error": np.asarray(work_error(v))},
-    }
-    attrs = real.attributes(one.held, *analysis.way.loaded) | {"load": "bending and twisting"}
-    most = float(np.abs(stations.strains).max())
-    return States(by_dim, attrs, real.notes(one.held, beam, most, ideal=analysis.ideal))
-
-
-def _second(faces: Sequence[Sequence[Event]]) -> str:
-    """Return in words which contact comes in first beside another one, and where; nothing where none does."""
-    seconds = [(WHOSE * i, events.second(told)) for i, told in enumerate(faces)]
-    found = [(event.way, of + event.placed) for of, event in seconds if event]
-    return min(found, default=(math.nan, ""))[1]
-
-
-def _places(
-    one: real.Path, stations: Stations, v: Mapping[str, Array], ways: Sequence[float], located: Array | None = None
-) -> dict[str, Array]:
-    """Return bend and twist per pitch and per length, and inclination at ways; NaN at an infinite one.
-
-    By the variables of a path; strains that are imposed are known beyond its end. ``located`` (n, 2): bend and twist
-    of events, NaN where they are not known, for those that are free.
-    """
-    free, d = one.held.free, one.beam.pitch
-    imposed = (None if loose else given for loose, given in zip(free, stations.strains.T, strict=False))
-    known = [v[name] if given is None else given for name, given in zip(("psi", "phi"), imposed, strict=True)]
-    psi, phi, theta = (
-        np.where(np.isfinite(ways), np.interp(ways, stations.ways[: at.size], at), np.nan)
-        for at in (*known, v["theta"])
-    )
-    if located is not None:
-        both = zip(free, located.T, (psi, phi), strict=False)
-        psi, phi = (np.where(np.isnan(own), at, own) if loose else at for loose, own, at in both)
-    return dict(zip(PLACES, (psi, phi, psi / d, phi / d, theta), strict=True))
-
-
-def _timeline(
-    stations: Stations, faces: Sequence[Sequence[Event]], end: tuple[float, str]
-) -> tuple[list[float], Array, dict[str, Array]]:
-    """Return what happens: what contacts do, corners, the end; at which ways, and at which strains (NaN: not known)."""
-    ends, unknown = stations.ways[stations.turns[1:-1]].tolist(), (math.nan, math.nan)
-    rows = [
-        (event.way, of + event.word, (event.psi, event.phi))
-        for of, face in zip(("", WHOSE), faces, strict=False)
-        for event in face
-    ]
-    rows += [(way, "corner", unknown) for way in ends]
-    rows = [*sorted([row for row in rows if row[0] < end[0]], key=lambda row: row[0]), (*end, unknown)]
-    ways, words, strains = zip(*rows, strict=True)
-    legs = 1 + np.searchsorted(ends, [way * (1 - 1e-12) for way in ways])
-    return list(ways), np.array(strains), {"event": np.array(words), "event_leg": legs}
 
 
 def plane(analysis: Analysis, psi: Array, phi: Array) -> States:

@@ -71,7 +71,7 @@ def told(one: real.Path, load: Load, ends: Row, at: Array) -> Told:
     own = along | most | {"theta": each["theta"].mean(axis=1)}
     bent = states.bent(one.way.scale, track.rows.reshape(points * n, -1)).reshape(points, n)
     thin = np.flatnonzero(np.fmax.reduce(bent, axis=1) >= states.THIN)
-    cells = cells_of(one, load, track, ends.kind)
+    cells = cells_of(one, track, ends.kind, load)
     return Told(
         own={role: _whole(v, at.size) for role, v in own.items()},
         each={role: _whole(v, at.size) for role, v in (each | cells).items() if role not in ends.left},
@@ -79,7 +79,7 @@ def told(one: real.Path, load: Load, ends: Row, at: Array) -> Told:
         met=np.array([min(track.engaged, one.way.engaged)]),
         bent=float(at[thin[0]]) if thin.size else math.nan,
         ended=math.inf if _apart(one, track) else track.end.phi,
-        notes=_beyond(track, load, float(at[-1])),
+        notes=beyond(track, float(at[-1]), load),
     )
 
 
@@ -91,26 +91,28 @@ def _whole(v: Array, n: int) -> Array:
 
 
 def of_scales(
-    one: real.Path, load: Load, strains: Array, track: Track, turned: Array | float | None = None
+    one: real.Path, load: Load | None, strains: Array, track: Track, turned: Array | float | None = None
 ) -> tuple[dict[str, Array], dict[str, Array]]:  # fmt: skip
     """Return variables of the whole row (points,) and of each scale (points, scales) in SI units, by role.
 
-    ``strains`` (points, 2): bends and twists, where those are imposed; ``turned``: sign of the twist (points,), that of
+    By name where bend and twist are loads and there is no one ``load``. ``strains`` (points, 2): bends and twists,
+    where those are imposed; ``turned``: sign of the twist (points,), that of
     the way if it is not given.
     """
     points, n = track.held.shape
     flat, sign, known = track.rows.reshape(points * n, -1), sum(one.toward) or 1.0, np.repeat(strains, n, axis=0)
     turned = np.repeat(np.broadcast_to(one.toward[1] if turned is None else turned, points), n)
     parts = [slice(i, i + _MANY) for i in range(0, points * n, _MANY)]
-    found = [by_load(values(one, known[part], flat[part], turned=turned[part]), load, sign) for part in parts]
+    found = [values(one, known[part], flat[part], turned=turned[part]) for part in parts]
+    found = [by_load(v, load, sign) for v in found] if load else found
     every = {role: np.concatenate([v[role] for v in found]).reshape(points, n) for role in found[0]}
     along = {role: v.mean(axis=1) for role, v in every.items() if role not in OF_A_SCALE}
     along["RED"] = dissipation(along["U_el"], along["W_fr"])
     each = {role: v for role, v in every.items() if role in OF_A_SCALE and role not in _UNKNOWN}
     each["Q"] = track.held * one.unit_moment
-    if "scales" in along:
+    for role in {"scales", "T_scales", "M_scales"} & along.keys():
         # before contact what is left of the torque is rounding
-        along["scales"][(each["N"].sum(axis=1) == 0) & (each["Q"].sum(axis=1) == 0)] = 0.0
+        along[role][(each["N"].sum(axis=1) == 0) & (each["Q"].sum(axis=1) == 0)] = 0.0
     for role in ("N", "f", "f0"):
         # the last scale has no neighbour to touch
         each[role][:, -1] = math.nan
@@ -127,24 +129,31 @@ def may_be_gripped(held: real.Held, n: int) -> None:
         refuse("ends", '"gripped"', why, 'write ends="free", or hold="nothing" or "stretch"')
 
 
-def _beyond(track: Track, load: Load, far: float) -> tuple[str, ...]:
-    """Say where cells twist or bend farther than the model was compared with, and their mean does not."""
-    strains = np.abs(track.cells[..., load.axis]) if track.cells.size else np.zeros((1, 1))
-    if far > real.STRAIN_LIMIT or strains.max() <= real.STRAIN_LIMIT:
+def beyond(track: Track, far: float, *loads: Load) -> tuple[str, ...]:
+    """Say where cells twist or bend farther than the model was compared with, and their mean ``far`` does not."""
+    if far > real.STRAIN_LIMIT or not track.cells.size:
         return ()
-    cell = int(strains.max(axis=0).argmax()) + 1
-    return (
-        f"cell {cell} {load.verb}s by up to {strains.max():.3g} rad per pitch; the joint's stiffness was compared with "
-        f"nonlinear elements up to {real.STRAIN_LIMIT:g}",
-    )
+    found = []
+    for load in loads:
+        strains = np.abs(track.cells[..., load.axis]).max(axis=0)
+        if strains.max() > real.STRAIN_LIMIT:
+            found.append(
+                f"cell {int(strains.argmax()) + 1} {load.verb}s by up to {strains.max():.3g} rad per pitch; the "
+                f"joint's stiffness was compared with nonlinear elements up to {real.STRAIN_LIMIT:g}"
+            )
+    return tuple(found)
 
 
-def cells_of(one: real.Path, load: Load, track: Track, kind: int) -> dict[str, Array]:
-    """Return strains of each cell, and what it carries of the loads that there are, in SI units by role."""
+def cells_of(one: real.Path, track: Track, kind: int, *loads: Load) -> dict[str, Array]:
+    """Return strains of each cell, and what it carries of moments and forces that hold it, in SI units by role.
+
+    ``loads`` are the same in all cells, unless between grips.
+    """
     free, d = one.held.free, one.beam.pitch
     senses = (1.0, one.toward[1] or 1.0, 1.0, 1.0)
     known = [True] * 4 if len(one.held.K) > 7 else [False, True, False, False]
-    there = [known[e] and (kind == GRIPPED or (not free[e] and e != load.axis)) for e in range(STRAINS)]
+    loaded = [load.axis for load in loads]
+    there = [known[e] and (kind == GRIPPED or (not free[e] and e not in loaded)) for e in range(STRAINS)]
     units = one.unit_moment * np.append(np.ones(3), 1 / d)
     strains, carried = (np.moveaxis(v, -1, 0) for v in (track.cells[..., :4], track.cells[..., 4:]))
     # (adding 0 leaves no -0)

@@ -14,7 +14,7 @@ from squama.beam.design import Beam
 from squama.beam.parts import Quantity
 from squama.curves import labelled
 from squama.curves.chosen import MODELS
-from squama.curves.doors import analysis
+from squama.curves.doors import analysis, ends_of
 from squama.curves.labelled import Answer
 from squama.curves.way import Analysis, States, Way
 from squama.dynamics import motion, systems
@@ -24,10 +24,10 @@ from squama.dynamics.hinge_branches import FINEST
 from squama.dynamics.motion import Drive, State
 from squama.dynamics.systems import Bar, Model
 from squama.errors import naming, refuse
-from squama.loads import MODES
+from squama.loads import ENDLESS, MODES, UNIFORM
 from squama.progress import steps
 from squama.types import Array
-from squama.units import Bounds, Dimension, bounded
+from squama.units import Bounds, Dimension, bounded, shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -63,6 +63,8 @@ class Swinging(NamedTuple):
         engaged = {"load_e": np.asarray(self.sides.plus.y_e)}
         by_dim = {**by_dim, (): {**engaged, **own, **by_dim[()]}}
         said: dict[str, float | str] = {"mode": self.mode, "inertia": self.bar.inertia}
+        if self.model.ends != ENDLESS:
+            said["ends"] = self.model.ends
         if not (load.sided or MODELS[self.model.joint].straight):
             said["neutral"] = self.beam.given.line
         title = f"{title} of a scale-covered beam in {load.name}"
@@ -84,10 +86,12 @@ def vibrate(
     mode: str = "uniform",
     joint: str | None = None,
     ideal: bool | None = None,
+    ends: str | None = None,
 ) -> xr.Dataset:
     """Let a beam swing freely: its record, turning points, and the damping of every cycle.
 
-    Its torque or moment is that of an endless beam, whatever its number of scales; its length is that of the scales.
+    A beam with a number of scales swings by the torque or moment of all of them, between free ends: its own scales give
+    its frequency and its damping. A mode of bending is by the endless beam's moment at each place.
 
     Parameters
     ----------
@@ -117,6 +121,9 @@ def vibrate(
         "twisting" or "bending".
     mode
         "uniform", or in bending the first mode of a bar that is "simply supported" or a "cantilever".
+    ends
+        Of a beam with a number of scales, in uniform load: "free" (the default), "equal" or "endless", as in
+        :func:`squama.twist`.
 
     Returns
     -------
@@ -145,7 +152,7 @@ def vibrate(
     n = arguments.whole("swings", swings, 1, MOST_SWINGS)
     zeta = _bounded("damping", damping, Dimension.RATIO, DAMPING)
     read = _quantities(beam, load, mode, release=release, impulse=impulse, rotor=rotor, density=density)
-    model, request = model_of(beam, mu, law, load, joint, ideal)
+    model, request = model_of(beam, mu, law, load, joint, ideal, _ends(mode, ends))
     bar = systems.bar(beam, model, mode, read.get("rotor", beam.rotor), read.get("density", beam.density))
     if impulse is not None and mode != "uniform":
         refuse("impulse", "", "acts on a rotor, and a mode has none", "give release")
@@ -182,13 +189,24 @@ def _quantities(beam: Beam, load: str, mode: str, **given: Quantity | None) -> d
 
 
 def model_of(
-    beam: Beam, mu: float | None, law: str, load: str, joint: str | None, ideal: bool | None
+    beam: Beam, mu: float | None, law: str, load: str, joint: str | None, ideal: bool | None, ends: str | None = ENDLESS
 ) -> tuple[Model, Analysis]:
-    """Return the model of a beam under a load, and the analysis that it answers."""
+    """Return the model of a beam under a load, and the analysis that it answers; ``ends`` by default none."""
     kind = arguments.load(load)
     way = Way.of(kind.name, [1.0])
     one = analysis(beam, way, kind, mu=mu, law=law, margin=FINEST, points=3, joint=joint, ideal=ideal)
-    return Model(kind, float(one.mus), one.law, one.joint, one.ideal), one
+    if ends != ENDLESS:
+        one = one._replace(ends=ends_of(one, ends, history=True, grips=False))
+    return Model(kind, float(one.mus), one.law, one.joint, one.ideal, one.ends), one
+
+
+def _ends(mode: str, ends: str | None) -> str | None:
+    """Return the word of the ends of a beam in a mode, which is endless; refuse others for that."""
+    if mode == UNIFORM:
+        return ends
+    if ends not in (None, ENDLESS):
+        refuse("ends", shown(ends), "is of uniform load: a mode is by the endless beam's moment", "leave it out")
+    return ENDLESS
 
 
 def _bounded(name: str, value: object, dimension: Dimension, bounds: Bounds) -> float:
@@ -279,10 +297,11 @@ def shake(
     mode: str = "uniform",
     joint: str | None = None,
     ideal: bool | None = None,
+    ends: str | None = None,
 ) -> xr.Dataset:
     """Shake a beam by a harmonic torque: steady states over frequencies, gone through both ways.
 
-    Its torque or moment is that of an endless beam, as in :func:`vibrate`.
+    Its torque or moment is that of its own scales, as in :func:`vibrate`.
 
     Parameters
     ----------
@@ -297,7 +316,7 @@ def shake(
         Or the torque itself, N m or text; uniform load only.
     damping
         Damping ratio of the bar's material, above 0 to 0.5.
-    rotor, density, mu, law, load, mode, joint, ideal
+    rotor, density, mu, law, load, mode, joint, ideal, ends
         As in :func:`vibrate`.
 
     Returns
@@ -330,7 +349,7 @@ def shake(
         refuse("frequencies", "", f"must be 1 to {MOST_FREQUENCIES} growing numbers", "write e.g. [2, 2.5, 3]")
     zeta = _bounded("damping", damping, Dimension.RATIO, DAMPING)
     read = _quantities(beam, load, mode, static=static, torque=torque, rotor=rotor, density=density)
-    model, request = model_of(beam, mu, law, load, joint, ideal)
+    model, request = model_of(beam, mu, law, load, joint, ideal, _ends(mode, ends))
     bar = systems.bar(beam, model, mode, read.get("rotor", beam.rotor), read.get("density", beam.density))
     if torque is not None and mode != "uniform":
         refuse("torque", "", "acts on a rotor, and a mode has none", "give static")

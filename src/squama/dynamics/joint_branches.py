@@ -1,9 +1,11 @@
 r"""Branches of a real beam: thick, elastic scales on joints, walked along the load and back.
 
+Of an endless beam, or of all of N scales between their ends, whose loads and energies are those of a cell in the mean.
 By the same model as ``squama.twist``, ``bend`` and ``cycle`` (:mod:`squama.curves.real_walk`); each way back from a
 turning point is walked from there. The scales' torque or moment, and their energy, are over the beam's rigidity.
 
-Along a mode of bending the largest curvature a is the coordinate, and each place x follows its own bend a chi(x):
+Along a mode of bending, always by the endless beam, the largest curvature a is the coordinate, and each place x follows
+its own bend a chi(x):
 
 .. math::
     q_+(a) = \frac{\langle\chi\,q_+(a\chi)\rangle}{\langle\chi^2\rangle}, \qquad
@@ -23,17 +25,20 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from squama.beam.design import Beam
-from squama.contacts import increments, path, states
+from squama.contacts import increments, path, row, states
 from squama.curves import real
-from squama.curves.real_cycles import INCREMENT
+from squama.curves.real_cycles import INCREMENT, OF_ROWS
+from squama.curves.rows import KINDS
 from squama.curves.way import Stations, direction
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.modes import SHAPES, gauss
-from squama.loads import Load
+from squama.loads import ENDLESS, Load
 from squama.types import Array
 
-STEPS = 256
-"""Places of a branch between engagement and its end."""
+STEPS, OF_ROW = 256, 96
+"""Places of a branch between engagement and its end, of an endless beam and of N scales."""
+TOPS = 0.02
+"""Largest distance, rad per pitch, of turning points from which N scales are walked back; others lie between."""
 ALONG = 24
 """Places along a mode, on the engaged part of the beam."""
 NEAR = 0.3
@@ -58,27 +63,54 @@ class LoadStates(NamedTuple):
 
 
 class LoadedBeam(NamedTuple):
-    """A real beam under one load in one sense, ``sign``."""
+    """A real beam under one load in one sense, ``sign``; ``ends``: of its own scales, or it is endless."""
 
     one: real.Path
     load: Load
     sign: int
+    ends: str = ENDLESS
 
     @classmethod
-    def of(cls, beam: Beam, load: Load, mu: float, sign: int, far: float, *, ideal: bool) -> LoadedBeam:
+    def of(
+        cls, beam: Beam, load: Load, mu: float, sign: int, far: float, *, ideal: bool, ends: str = ENDLESS
+    ) -> LoadedBeam:  # fmt: skip
         """Return a beam under a load; first touches are looked for up to ``far``, rad per pitch, or farther."""
         toward, most = direction(load, sign), max(far, path.RANGE)
-        return cls(real.Path.of(beam, mu, (load.verb,), ideal=ideal, toward=toward, most=most), load, sign)
+        return cls(real.Path.of(beam, mu, (load.verb,), ideal=ideal, toward=toward, most=most), load, sign, ends)
+
+    @property
+    def steps(self) -> int:
+        """Number of places of a branch."""
+        return STEPS if self.ends == ENDLESS else OF_ROW
 
     def walk(self, x: Array) -> LoadStates:
         """Walk from rest through load angles (n,) above 0, no two in a row equal."""
-        one, axis = self.one, 1 - self.load.axis
+        if self.ends != ENDLESS:
+            return self._row(x)
+        one = self.one
         found = one.way.along(Stations.along(self.load, self.sign * x).strains, INCREMENT)
-        end, alone = found.end(), float(states.bare(one.way.beams)[0, axis, axis])
+        end, alone = found.end(), self._alone
         n, ends = (x.size, "") if end.code == increments.RANGE else (end.solved, str(end.word))
         u = states.energies(one.way, *(face.rows[0, :n] for face in found.faces))
         q = self.sign * path.named(found.rows[0, :n])["torque" if self.load.sided else "M"] / alone - x[:n]
         stored = (u["U_joint"] + u["U_plate"]) / alone
+        return LoadStates(np.where(np.abs(q) < NOTHING, 0.0, q), stored, ends)
+
+    @property
+    def _alone(self) -> float:
+        """Rigidity without contact, E d^3."""
+        axis = 1 - self.load.axis
+        return float(states.bare(self.one.way.beams)[0, axis, axis])
+
+    def _row(self, x: Array) -> LoadStates:
+        """Walk all scales of a beam between its ends, see :meth:`walk`."""
+        one, kind = self.one, KINDS[self.ends]
+        track = row.track(one.way, one.beam.pitches, self.sign * x, OF_ROWS, ends=kind, load=self.load.axis)
+        n = 0 if track.end.code == increments.AT_REST else len(track.rows)
+        v, alone = path.named(track.rows[:n]), self._alone
+        q = self.sign * v["torque" if self.load.sided else "M"][:, 0] / alone - x[:n]
+        stored = v["energy"].mean(axis=1) / alone - x[:n] ** 2 / 2
+        ends = "" if track.end.code == increments.RANGE else str(track.end.word)
         return LoadStates(np.where(np.abs(q) < NOTHING, 0.0, q), stored, ends)
 
 
@@ -87,7 +119,7 @@ def side(loaded: LoadedBeam, far: float, mode: str) -> Side:
     y_e = loaded.one.way.engaged
     if not y_e < far:
         return APART._replace(y_e=y_e)
-    y = np.linspace(y_e, far, STEPS)
+    y = np.linspace(y_e, far, loaded.steps)
     # scales touch with no force; a step that ends there would be followed by one that may find no balance
     found = loaded.walk(y[1:])
     n = 1 + found.q.size
@@ -108,8 +140,42 @@ def side(loaded: LoadedBeam, far: float, mode: str) -> Side:
 
     if mode != "uniform":
         return _modal(mode, up, elastic, back, found.ends)
-    walked = functools.lru_cache(maxsize=256)(functools.partial(back, steps=STEPS))
+    if loaded.ends != ENDLESS:
+        fall = _between(up, back)
+        return Side(y_e, float(y[-1]), found.ends, up, lambda top: fall(float(np.max(top))), elastic)
+    walked = functools.lru_cache(maxsize=256)(functools.partial(back, steps=loaded.steps))
     return Side(y_e, float(y[-1]), found.ends, up, lambda top: walked(float(np.max(top))), elastic)
+
+
+def _between(up: Branch, back: Callable[[float, int], Branch]) -> Callable[[float], Branch]:
+    """Return the ways back from any turning point by those from some, which take long to walk.
+
+    By how much they are below the loading branch is linear between turning points, at the same share of the way back.
+    """
+    y_e, last = float(up.places[0, 0]), up.last
+    m = max(1, math.ceil((last - y_e) / TOPS))
+
+    @functools.lru_cache(maxsize=256)
+    def below(i: int) -> CubicSpline:
+        """Return how far below, over the share of the way back from turning point number i."""
+        top = y_e + (last - y_e) * i / m
+        down = back(top, OF_ROW)
+        y = down.places[::-1, 0]
+        drop = up.force(y) - down.force(y)
+        drop[[0, -1]] = 0.0
+        return CubicSpline((top - y) / (top - y_e), drop)
+
+    @functools.lru_cache(maxsize=256)
+    def fall(top: float) -> Branch:
+        i, share = divmod((top - y_e) / (last - y_e) * m, 1.0)
+        farther = below(min(int(i) + 1, m))
+        way = farther.x
+        nearer = below(int(i))(way) if 0 < i <= m else 0.0 * way
+        y = top - way * (top - y_e)
+        q = up.force(y) - ((1 - share) * nearer + share * farther(way))
+        return Branch(y[::-1], q[::-1])
+
+    return fall
 
 
 def _back(top: float, y_e: float, steps: int) -> Array:

@@ -17,7 +17,7 @@ from squama.dynamics.decay import Limit, Sides
 from squama.dynamics.hinge_branches import FINEST
 from squama.dynamics.modes import SHAPES
 from squama.errors import refuse
-from squama.loads import Load
+from squama.loads import ENDLESS, Load
 
 ROUGH = 1e-7
 """Relative error of a step in time on branches of the real beam: they are no better than its increments."""
@@ -32,13 +32,14 @@ NOTED = 0.005
 
 
 class Model(NamedTuple):
-    """The model of a beam: kind of load, friction, law, joint; whether scales are thin and rigid."""
+    """The model of a beam: kind of load, friction, law, joint; whether scales are thin and rigid; its ends."""
 
     load: Load
     mu: float
     law: str
     joint: str
     ideal: bool
+    ends: str = ENDLESS
 
     def rigidity(self, beam: Beam) -> float:
         """Return the rigidity of a beam without contact, N m^2."""
@@ -158,7 +159,7 @@ def _hinged(beam: Beam, model: Model, mode: str) -> Sides:
 
 def _real(beam: Beam, model: Model, mode: str, sign: int, far: float) -> Side:
     """Return the branches of the real beam in one sense."""
-    loaded = joint_branches.LoadedBeam.of(beam, model.load, model.mu, sign, far, ideal=model.ideal)
+    loaded = joint_branches.LoadedBeam.of(beam, model.load, model.mu, sign, far, ideal=model.ideal, ends=model.ends)
     return joint_branches.side(loaded, far, mode)
 
 

@@ -59,7 +59,7 @@ class Course(NamedTuple):
     def follow(self, at: Array) -> Track:
         """Follow the part to strains (m,) of the path, which may go back."""
         held, free = ties(self.n, self.every, floating=self.floating), freed(self.way.beams.free, self.axis)
-        return row.tied(self.way, self.n, at, held, free, load=self.axis)
+        return row.tied(self.way, self.n, row.legs(at, self.axis), held, free)
 
     def load(self, track: Track) -> Array:
         """Return the load (points,)."""

@@ -14,7 +14,7 @@ from squama.model.outcome import End
 from squama.plot import style
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
 from squama.plot.plane import CONTACTS, flush, regimes
-from squama.plot.response import BESIDE, READABLE
+from squama.plot.response import BESIDE, EACH, READABLE, WITHOUT_ENDS
 from squama.types import Array
 
 WAY = "Way gone (rad per pitch)"
@@ -27,7 +27,8 @@ def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.
     Left: the path in the colours of its contacts (those of the scaled face), the line on which a scale's tip edge lies
     flush in the next face dashed, events marked; behind it, where ``plane`` is given (:func:`squama.bend_twist_map`),
     the contacts all over the plane, lines of equal inclination, and where straight ways from rest end before. Right:
-    moment and torque over the way gone, with their jumps (the axis ends before a lock), and the inclination; ``hinge``,
+    moment and torque over the way gone, with their jumps (the axis ends before a lock), and the inclination, of N
+    scales each thin, with their mean, and dotted those of the endless beam; ``hinge``,
     the answer of hinges for the same path, is drawn thin beside them, as far as the axes of the dataset alone go.
 
     >>> import squama
@@ -43,7 +44,12 @@ def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.
     plane_path(dataset, left, plane=plane)
     path_loads(dataset, loads, hinge=hinge)
     loads.set_xlabel("")
-    theta.plot(way, np.degrees(dataset["theta"].values), color=INK, label="scaled face")
+    inclined = np.degrees(dataset["theta"].values)
+    if "scale" in dataset["theta"].dims:
+        theta.plot(way, inclined, color=INK, **EACH)
+        theta.plot(way, np.degrees(dataset["theta_periodic"].values), color=INK, **WITHOUT_ENDS)
+        inclined = inclined.mean(axis=1)
+    theta.plot(way, inclined, color=INK, label="scaled face")
     if "theta_other" in dataset:
         theta.plot(way, np.degrees(dataset["theta_other"].values), color=ACCENT, label="other face")
         theta.legend(loc="best")
@@ -53,6 +59,8 @@ def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.
     theta.set(xlabel=WAY, ylabel=r"$\theta$ (deg)")
     loads.tick_params(labelbottom=False)
     held = f"{dataset.attrs['scales']} on {HELD[dataset.attrs['joint']]}{covering(dataset.attrs)}"
+    if "ends" in dataset.attrs:
+        held = f"{dataset.sizes['scale']} scales, {dataset.attrs['ends']} ends: {held}"
     return style.headline(figure, f"Bent and twisted: {held}, $\\mu$ = {float(dataset['mu']):g}", (left, loads, theta))
 
 
@@ -105,6 +113,9 @@ def path_loads(dataset: xr.Dataset, ax: Axes | None = None, *, hinge: xr.Dataset
     factor, text = style.prefixed("M", max(float(np.abs(v).max()) for v in both.values()))
     for (name, values), colour in zip(both.items(), (UNLOADED, INK), strict=True):
         ax.plot(way, factor * values, color=colour, label=f"${name}$")
+        if f"{name}_periodic" in dataset:
+            beside = factor * dataset[f"{name}_periodic"].values
+            ax.plot(way, beside, color=colour, label=f"${name}$, endless", **WITHOUT_ENDS)
     ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)
     ax.set(xlabel=WAY, xlim=(0, way[-1]), ylabel=f"$M$, $T$ {style.unit_of(text)}")
     if End(dataset["end"].item()).locks:

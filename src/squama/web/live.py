@@ -188,7 +188,7 @@ def swing(state: State) -> Swing:
     sign = -1 if s.sense == "-" and m.kind.sided else 1
     found = vibrate(
         s.beam, release=sign * top / s.beam.pitch, rotor=1.0, mu=s.mu, law=s.law, load=s.load, swings=SWINGS,
-        joint=m.joint, ideal=s.ideal,
+        joint=m.joint, ideal=s.ideal, ends=ENDLESS,
     )  # fmt: skip
     turn = found["t"].values * float(found["f_0"])
     times = np.arange(0.0, turn[-1], STEP / PERIOD)

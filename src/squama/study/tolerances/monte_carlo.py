@@ -28,7 +28,7 @@ from squama.progress import work
 from squama.study import columns
 from squama.study.models import Model, Twist, note, shares
 from squama.study.parameters import FACTOR
-from squama.study.tolerances import statistics
+from squama.study.tolerances import own_scales, statistics
 from squama.study.tolerances.distributions import Tolerance, nominal, tolerances
 from squama.study.tolerances.statistics import REPLICATES, Case, Indices, Limit, dataset
 from squama.types import Array
@@ -71,7 +71,8 @@ def uncertainty(
 ) -> xr.Dataset:
     """Compute how the tolerances of a beam scatter its engagement, end, torque, stiffness and dissipation.
 
-    Beams are taken as endless, whatever their number of scales.
+    Samples are taken as endless, whatever their number of scales; of a beam with a number of scales the nominal figures
+    are there with all of them, too.
 
     Parameters
     ----------
@@ -107,11 +108,12 @@ def uncertainty(
     xarray.Dataset
         Dimension ``figure``: ``mean``, ``sd``, ``quantile`` (by ``level``), each with its standard error ``*_se``,
         ``low``, ``high``, ``nominal``, ``units``, and ``share`` of the samples in which the figure exists, over which
-        the statistics are; figures of compliant joints have the names of :func:`squama.sweep`. Dimension ``end``:
-        ``probability``. Single figures: ``P_engaged``, ``P_strength``; on hinges ``P_locked``, ``P_locked_before``,
-        ``P_ended_before``. Dimension ``bin``: ``count`` of the stiffness ratio (on hinges the end twist), by ``end``.
-        Dimension ``indexed``: ``S1``, ``ST`` by ``parameter``. Dimension ``sample``: dimensions and figures of each
-        beam.
+        the statistics are; figures of compliant joints have the names of :func:`squama.sweep`. Of a beam with a number
+        of scales ``own`` is the nominal beam with all of them: statistics times own over nominal are about theirs.
+        Dimension ``end``: ``probability``. Single figures: ``P_engaged``, ``P_strength``; on hinges ``P_locked``,
+        ``P_locked_before``, ``P_ended_before``. Dimension ``bin``: ``count`` of the stiffness ratio (on hinges the end
+        twist), by ``end``. Dimension ``indexed``: ``S1``, ``ST`` by ``parameter``. Dimension ``sample``: dimensions and
+        figures of each beam.
 
     Raises
     ------
@@ -156,6 +158,11 @@ def uncertainty(
     samples_of = _run(case, _points(len(known), each, sampler, seed), REPLICATES * each, "samples", keep=keep)
     own_indices = _indices(case, base) if base else None
     found = dataset(case, samples_of, own_figures, own_indices, keep)
+    ends, with_ends = own_scales.figures(case, found.figure.values.tolist())
+    if ends:
+        about = {"long_name": "value of the nominal beam with its own number of scales", "units": statistics.MIXED}
+        found["own"] = ("figure", with_ends, about)
+        found.attrs |= {"ends": ends, "own_scales": beam.pitches}
     notes = [*filter(None, [note(beam, load, (law,), joint)])]
     notes += [f"{t.name} = {t.text}: how far the law of the joint was off, added to what is given" for t in own]
     notes += _notes(case, found.figure.values.tolist(), samples_of["code"])
