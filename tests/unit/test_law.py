@@ -42,7 +42,7 @@ def stepped(law, kappa, Phi):
 
 @pytest.mark.parametrize("mu", [0.0, 0.25])
 def test_committed_steps_are_the_path_of_bend_twist(mu):
-    r = squama.bend_twist(SKIN, WAYS, mu=mu, points=25)
+    r = squama.bend_twist(SKIN, WAYS, mu=mu, points=25, ends="endless")
     law = squama.law(SKIN, mu=mu)
     M, T = stepped(law, r.kappa.values, r.Phi.values)
     assert M[:, 0] == pytest.approx(r.M.values, abs=1e-9 * np.abs(r.M.values).max())
@@ -90,7 +90,7 @@ def test_there_and_back_is_a_cycle():
 
 def test_scales_on_both_faces_are_followed():
     both = SKIN.replace(faces="turned")
-    r = squama.bend_twist(both, "bend 2 rad/m; twist 4 rad/m", mu=0.2, points=9)
+    r = squama.bend_twist(both, "bend 2 rad/m; twist 4 rad/m", mu=0.2, points=9, ends="endless")
     M, T = stepped(squama.law(both, mu=0.2), r.kappa.values, r.Phi.values)
     assert M[:, 0] == pytest.approx(r.M.values, abs=1e-9 * float(np.abs(r.M).max()))
     assert T[:, 0] == pytest.approx(r["T"].values, abs=1e-9 * float(np.abs(r["T"]).max()))
