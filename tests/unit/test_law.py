@@ -92,8 +92,9 @@ def test_scales_on_both_faces_are_followed():
     both = SKIN.replace(faces="turned")
     r = squama.bend_twist(both, "bend 2 rad/m; twist 4 rad/m", mu=0.2, points=9, ends="endless")
     M, T = stepped(squama.law(both, mu=0.2), r.kappa.values, r.Phi.values)
-    assert M[:, 0] == pytest.approx(r.M.values, abs=1e-9 * float(np.abs(r.M).max()))
-    assert T[:, 0] == pytest.approx(r["T"].values, abs=1e-9 * float(np.abs(r["T"]).max()))
+    # tolerance: a path's increments do not all end at its points
+    assert M[:, 0] == pytest.approx(r.M.values, abs=1e-6 * float(np.abs(r.M).max()))
+    assert T[:, 0] == pytest.approx(r["T"].values, abs=1e-6 * float(np.abs(r["T"]).max()))
 
 
 # ---- trial, commit, revert, copy ------------------------------------------------------------------------------------
