@@ -35,18 +35,20 @@ class Loop(NamedTuple):
     noise: float
     drift: float
     resolution: float
+    fit: str
 
 
 LOOPS = {
     # three cycles; the second stays in contact
     "measured_loop.csv": Loop(
         "pla_on_vps.toml", "edge law", {"joint": "hinge", "ideal": True, "points": 2000}, 0.31, 0.72,
-        [0, 120, 0, 150, 60, 172, 0], 3.0, 15.0, 4.0, 5.0,
+        [0, 120, 0, 150, 60, 172, 0], 3.0, 15.0, 4.0, 5.0, "--joint hinge",
     ),
     "stiff_skin_loop.csv": Loop(
-        "stiff_skin.toml", "the real beam, which a guide keeps straight",
-        {"points": 400, "hold": "bend, lateral bend"}, 0.31, 0.105,
-        [0, 110, 0, 130, 90, 135, 0], 2.0, 0.2, 0.1, 0.05,
+        "stiff_skin.toml", "its 25 scales with free ends, kept straight by a guide",
+        {"points": 200, "hold": "bend, lateral bend"}, 0.31, 0.105,
+        [0, 110, 0, 130, 90, 135, 0], 2.0, 0.1, 0.05, 0.02,
+        "--set 'beam.hold=\"bend, lateral bend\"'",
     ),
 }  # fmt: skip
 
@@ -57,6 +59,7 @@ HEADER = """\
 {o.noise:g} N mm,
 # a zero that drifts by {o.drift:g} N mm in all, and steps of {o.resolution:g} N mm; the twist is read in steps of \
 {resolution} deg.
+# Fit it with: squama fit {name} {o.beam} {o.fit}
 # At each reversal there is a second reading, taken while the scales stick: its torque lies between both branches.
 time (s),total twist (deg),torque (N mm)
 """
@@ -67,7 +70,7 @@ def make(name: str) -> str:
     o, rng = LOOPS[name], np.random.default_rng(SEED)
     beam = squama.Beam.from_toml(HERE / o.beam).replace(friction={"mu": o.mu}, joint={"stiffness": o.K_theta})
     history = ", ".join(f"{end}" for end in o.ends) + " deg total"
-    true = squama.cycle(beam, history, ends="endless", **o.how)
+    true = squama.cycle(beam, history, **o.how)
     total, torque = np.degrees(true.Phi.values * beam.length), 1e3 * true["T"].values
     # every way begins and ends with a turning point, which stands twice in a cycle
     readings = []
@@ -90,7 +93,7 @@ def make(name: str) -> str:
     read = o.resolution * np.round(read / o.resolution)
     digits = 0 if o.resolution >= 1 else 2
     rows = [f"{t:.1f},{a:.2f},{m:.{digits}f}\n" for t, a, m in zip(time, twist, read + 0.0, strict=True)]
-    return HEADER.format(seed=SEED, speed=SPEED, resolution=TWIST_RESOLUTION, o=o) + "".join(rows)
+    return HEADER.format(name=name, seed=SEED, speed=SPEED, resolution=TWIST_RESOLUTION, o=o) + "".join(rows)
 
 
 if __name__ == "__main__":

@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     from squama.model.outcome import End
     from squama.part.door import load
     from squama.scene.picture import view
+    from squama.sections.state import Law, law
+    from squama.sections.table import LawTable, law_table
     from squama.study.store import open_sweep
     from squama.study.sweeping import sweep
     from squama.study.tolerances.monte_carlo import uncertainty
@@ -60,6 +62,8 @@ _NAMES = {
     "dynamics.doors": "vibrate shake",
     "dynamics.ratios": "free_vibration FreeVibration",
     "part.door": "load",
+    "sections.state": "law Law",
+    "sections.table": "law_table LawTable",
     "fe.runs": "cell",
     "fe.stiffness": "joint",
     "study.verification": "verify",
@@ -99,6 +103,8 @@ __all__ = [
     "Held",
     "InputError",
     "Joint",
+    "Law",
+    "LawTable",
     "Response",
     "Scale",
     "Solved",
@@ -124,6 +130,8 @@ __all__ = [
     "held",
     "inverse_design",
     "joint",
+    "law",
+    "law_table",
     "load",
     "open_sweep",
     "pareto",

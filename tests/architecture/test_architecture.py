@@ -26,7 +26,7 @@ LAYERS = (
     ("fe",),
     ("joints", "contacts"),
     ("curves", "arrays"),
-    ("fabrication", "dynamics", "part"),
+    ("fabrication", "dynamics", "part", "sections"),
     ("plot", "study", "identify", "inverse"),
     ("paper", "scene"),
     ("web",),

@@ -21,7 +21,7 @@ def cells(b: entry.Beams, scales: int, *, periodic: bool) -> tuple[np.ndarray, n
     strains[0, :, 1] = twists
     rows, motions, told = np.zeros((1, m, increments.LINE)), np.zeros((1, m, scales, 6)), np.zeros((1, 999, 99))
     bends, touches, end = np.zeros((1, m, scales, 24)), np.zeros((1, m, 8, increments.CONTACT)), np.zeros((1, 4))
-    room = 8 * scales, ways, strains, rows, motions, bends, touches, told, end, np.zeros((1, 0))
+    room = 8 * scales, ways, strains, rows, motions, bends, touches, told, end, np.zeros((1, 0)), np.zeros((1, 0))
     entry.many(b, scales, ENDLESS if periodic else EQUAL, UNTIED, path.STEP, np.zeros(1), *room)
     assert end[0, 0] == increments.RANGE
     return rows[0, :, 5:9], motions[0]

@@ -3,7 +3,8 @@
 In a page, in the order in which they stand and in one temporary folder and one namespace: ``python`` blocks are
 executed, and a ``text`` block right behind one must be what it printed; a block behind ``<!-- file: name -->`` is
 written to that file; every ``$ squama ...`` line of a ``console`` block is run, with exit status 0 or that of
-``<!-- exit n -->``. ``<!-- long -->`` before a console block leaves it to ``make verify``.
+``<!-- exit n -->``. A block behind ``<!-- needs name -->`` is left out where that package is not installed.
+``<!-- long -->`` before a console block leaves it to ``make verify``.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 import contextlib
 import doctest
 import importlib
+import importlib.util
 import io
 import pkgutil
 import re
@@ -79,6 +81,8 @@ def run_page(page: Path, folder: Path, *, long: bool) -> None:
         where = f"{page.relative_to(ROOT)}:{block.line}"
         if block.mark.startswith("file: "):
             (folder / block.mark[6:]).write_text(block.body, encoding="utf-8")
+        if block.mark.startswith("needs ") and importlib.util.find_spec(block.mark[6:]) is None:
+            continue
         if block.lang == "text" and block.follows and printed:
             assert printed.split() == block.body.split(), f"{where}: printed\n{printed}"
         printed = ""
@@ -121,7 +125,7 @@ def test_long_blocks_of_a_page_run(page: Path, folder: Path) -> None:
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.relative_to(ROOT).as_posix())
 def test_marks_and_languages_of_blocks_are_known(page: Path) -> None:
     for block in blocks(page):
-        assert re.fullmatch(r"(file: [\w.]+|exit \d|long)?", block.mark)
+        assert re.fullmatch(r"(file: [\w.]+|exit \d|needs \w+|long)?", block.mark)
         assert block.lang in {"python", "console", "text", "toml"} or block.lang.startswith("{")
 
 

@@ -167,15 +167,15 @@ def test_too_few_points_are_doubted():
 
 @pytest.mark.usefixtures("alone")
 def test_the_ends_of_the_beam_are_told():
-    assert fitted(*loop()).ends is None
-    fit = fitted(*loop(), scales=25)
+    assert fitted(*loop()).row is None
+    fit = fitted(*loop(), scales=25, ends="endless")
     row = squama.row(fit.beam, to=f"{TOP} rad/pitch", points=200)
     T, endless = row["T"].values, row.T_periodic.values
-    assert fit.ends.scales == 25
-    assert fit.ends.load == pytest.approx(TOP)
-    assert fit.ends.torque == pytest.approx(T[-1] / endless[-1], rel=1e-3)
+    assert fit.row.scales == 25
+    assert fit.row.load == pytest.approx(TOP)
+    assert fit.row.torque == pytest.approx(T[-1] / endless[-1], rel=1e-3)
     # tolerance: differences of 30 and of 200 points, 0.5 % measured, on every processor
-    assert fit.ends.tangent == pytest.approx((T[-1] - T[-2]) / (endless[-1] - endless[-2]), rel=0.1)
+    assert fit.row.tangent == pytest.approx((T[-1] - T[-2]) / (endless[-1] - endless[-2]), rel=0.1)
     line = next(line for line in fit.summary().splitlines() if line.startswith("25 scales have"))
     assert line.endswith("(squama row): mu and K_theta are those of an endless beam and biased by it")
     assert fit.dataset().attrs["checked"].splitlines()[0] == line
@@ -185,7 +185,7 @@ def test_the_ends_of_the_beam_are_told():
     share = float(row["T"][-1] / row.T_periodic[-1])
     # tolerance: ends of 100 scales stand for those of 1000, and of 80 here; they reach farther, 7 % measured
     assert 1 - long.torque == pytest.approx((1 - share) * 80 / 1000, rel=0.3)
-    assert long.torque > fit.ends.torque
+    assert long.torque > fit.row.torque
 
 
 def test_where_the_row_ends_before_the_data_that_is_told():

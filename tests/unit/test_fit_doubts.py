@@ -220,7 +220,7 @@ def test_errors_allow_for_the_nuisances_that_may_be_there(monkeypatch):
 @pytest.mark.parametrize("joint", ["compliant", "hinge"])
 def test_warnings_are_of_the_model_that_is_fitted(joint, capsys):
     given = ["fit", "examples/stiff_skin_loop.csv", "examples/stiff_skin.toml", "--joint", joint]
-    given += ["--nuisances", "none", "--starts", "1"]
+    given += ["--nuisances", "none", "--starts", "1", "--ends", "endless"]
     assert main(given) == 0
     assert ("the scales are not thin" in capsys.readouterr().out) == (joint == "hinge")
     assert main([*given, "--json"]) == 0

@@ -80,6 +80,7 @@ class Search:
     seed: Annotated[int, flag("Seed of the samples (1).", read=whole(0, 2**32 - 1, "1"))] = 1
     joint: Annotated[str | None, flag(_JOINT, read=flags.one_of("hinge", "compliant"))] = None
     nuisances: Annotated[str, flag(_NUISANCES, read=flags.one_of("auto", "none"))] = "auto"
+    ends: flags.Ends = None
 
 
 SEARCH = Search()
@@ -198,7 +199,7 @@ def _shown(found: Fit | DecayFit, file: str) -> Iterable[str]:
         yield from found.summary().splitlines()
     else:
         kind = LOADS[found.load].model(found.law, found.joint, found.scales)
-        yield f" fitted with {file} as an endless beam in {found.load}, {kind}"
+        yield f" fitted with {file} as {found.fitted_as} in {found.load}, {kind}"
         yield from found.summary().splitlines()
         yield from output.warnings(found.beam.warnings(found.load, joint=found.joint))
 

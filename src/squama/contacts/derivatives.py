@@ -39,6 +39,7 @@ from squama.contacts.increments import (
     NOTED_WHICH,
     NOTHING,
     T_BEFORE,
+    T_COUNT,
     T_SIZE,
     T_WAY,
     Walk,
@@ -208,17 +209,18 @@ def again(
     w: Walk, ways: Array, corners: Array, most: float, step: float, done: int, rows: Array, motions: Array,
     bends: Array, contacts: Array, events: Array,
 ) -> None:  # fmt: skip
-    """Follow a noted path with the complex steps of a beam, its ways and its corners.
+    """Follow a noted path with the complex steps of a beam, its ways and its corners, from where it began.
 
     ``done``: how many ways the real path reached. Written is what :func:`squama.contacts.follow.follow` writes, NaN
     where changes are not known: at ways behind a snap, at one where an event stands, and beyond the room for notes.
     """
     t, at, known = w.tally, 1, True
     stop = abs(int(w.notes[0]))
-    t[T_SIZE], t[T_BEFORE] = step, step
-    prepared(w.S, w.now, w.con, 0, True, w.W)
-    remember(w)
-    remember(w)
+    prepared(w.S, w.now, w.con, w.counts[0], True, w.W)
+    if t[T_COUNT].real == 0:
+        t[T_SIZE], t[T_BEFORE] = step, step
+        remember(w)
+        remember(w)
     unknown(events)
     for i in range(len(ways) + 1):
         goal = ways[i] if i < len(ways) else most + 0j

@@ -19,6 +19,7 @@ from squama.contacts.increments import TALLY, Walk
 from squama.contacts.jacobian import LOCAL
 from squama.contacts.linear import Linear
 from squama.contacts.meeting import Work
+from squama.contacts.snapshot import save, take
 from squama.contacts.system import (
     CHI,
     ELASTIC,
@@ -221,30 +222,42 @@ def _path(
 def _many(
     b: Beams, scales: int, about: int, ties: Ties, step: float, most: Array, C: int, ways: Array, corners: Array,
     rows: Array, motions: Array, bends: Array, contacts: Array, events: Array, ends: Array, notes: Array,
+    snapshots: Array,
 ) -> None:  # fmt: skip
     """Follow beams of a number of scales, endless or rows, on paths of their own: all arrays begin with (n,).
 
     ``about``: what their cells are, :data:`squama.contacts.system.ENDLESS` and so on. Where there are more beams than
-    paths, they are the scales of one.
+    paths, they are the scales of one; one beam may have many paths. ``snapshots`` (n, size): states from which paths
+    go on, and in their place those to which they went; or (n, 0), from rest.
     """
-    each = len(b.shapes) > len(ways)
+    each, one = len(b.shapes) > len(ways), len(b.shapes) == 1
     for i in range(len(ways)):
+        w = walk(system(b, -1 if each else 0 if one else i, scales, about, ties), C, notes[i])
+        if snapshots.shape[1] > 0:
+            take(w, snapshots[i])
         _follow(
-            walk(system(b, -1 if each else i, scales, about, ties), C, notes[i]), ways[i], corners[i], most[i], step,
-            rows[i], motions[i], bends[i], contacts[i], events[i], ends[i],
+            w, ways[i], corners[i], most[i], step, rows[i], motions[i], bends[i], contacts[i], events[i], ends[i]
         )  # fmt: skip
+        if snapshots.shape[1] > 0:
+            save(w, snapshots[i])
 
 
 def _move(
-    b: Beams, step: float, most: Array, C: int, ways: Array, corners: Array, notes: Array, ends: Array, rows: Array,
-    motions: Array, bends: Array, contacts: Array, events: Array,
+    b: Beams, step: float, most: Array, C: int, ways: Array, corners: Array, notes: Array, snapshots: Array,
+    ends: Array, rows: Array, motions: Array, bends: Array, contacts: Array, events: Array,
 ) -> None:  # fmt: skip
-    """Follow endless beams (n k) with complex steps, each k times, that were followed and noted: notes, ends (n,)."""
-    k = len(ways) // len(notes)
+    """Follow endless beams (n k) with complex steps, each k times, that were followed and noted: notes, ends (n,).
+
+    ``snapshots`` (n, size) of where they began, or (n, 0) for rest.
+    """
+    k, one = len(ways) // len(notes), len(b.shapes) == 1
     for i in range(len(ways)):
+        w = walk(system(b, 0 if one else i, faces(b), ENDLESS, UNTIED), C, notes[i // k])
+        if snapshots.shape[1] > 0:
+            take(w, snapshots[i // k])
         _again(
-            walk(system(b, i, faces(b), ENDLESS, UNTIED), C, notes[i // k]), ways[i], corners[i], most[i // k], step,
-            int(ends[i // k, 3]), rows[i], motions[i], bends[i], contacts[i], events[i],
+            w, ways[i], corners[i], most[i // k], step, int(ends[i // k, 3]), rows[i], motions[i], bends[i],
+            contacts[i], events[i],
         )  # fmt: skip
 
 

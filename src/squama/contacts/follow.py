@@ -24,6 +24,7 @@ from squama.contacts.increments import (
     SIDE_ENTRY,
     SNAP,
     T_BEFORE,
+    T_COUNT,
     T_ENERGY,
     T_EVENTS,
     T_FRESH,
@@ -361,7 +362,9 @@ def follow(
     w: Walk, ways: Array, corners: Array, most: float, step: float, rows: Array, motions: Array, bends: Array,
     contacts: Array, events: Array, end: Array,
 ) -> None:  # fmt: skip
-    """Follow a beam from rest along straight legs to corners (n, 4) in the strains, at rising ways (n,).
+    """Follow a beam along straight legs to corners (n, 4) in the strains, at rising ways (n,).
+
+    From rest, or from a state read from a snapshot (:mod:`squama.contacts.snapshot`): the first corner, at the way 0.
 
     Where nothing touches up to there, that is looked for straight on to the way ``most``; without ways along the first
     of ``corners``, a rate.
@@ -370,16 +373,17 @@ def follow(
     (E, 25), and ``end`` (4,): why, way, events, rows.
     """
     t = w.tally
-    t[T_H], t[T_SIZE], t[T_BEFORE] = step, step, step
     code = RANGE
     done = 0
-    prepared(w.S, w.now, w.con, 0, True, w.W)
-    weigh(w, step)
-    solve(w.S, w.now, w.past, w.con, 0, w.W, w.J, w.loads)
-    if deepest(w.S, w.now, w.con, 0, w.W, -1e-9, w.near, True, w.found) >= 0:
-        code = AT_REST
-    remember(w)
-    remember(w)
+    prepared(w.S, w.now, w.con, w.counts[0], True, w.W)
+    if t[T_COUNT] == 0:
+        t[T_H], t[T_SIZE], t[T_BEFORE] = step, step, step
+        weigh(w, step)
+        solve(w.S, w.now, w.past, w.con, 0, w.W, w.J, w.loads)
+        if deepest(w.S, w.now, w.con, 0, w.W, -1e-9, w.near, True, w.found) >= 0:
+            code = AT_REST
+        remember(w)
+        remember(w)
     for i in range(len(ways)):
         if code != RANGE:
             break

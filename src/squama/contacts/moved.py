@@ -53,13 +53,13 @@ def _move(
     every = entry.Beams._make(v[all_] for v in many)
     size, faces = NOTES, 1 + bool(real.seen.shape[1])
     while True:
-        notes = np.zeros((1, size))
-        entry.many(beam, faces, ENDLESS, UNTIED, step, most[one], faces * ROOM, at[one], legs[one], *own, notes)
+        notes, rest = np.zeros((1, size)), np.zeros((1, 0))
+        entry.many(beam, faces, ENDLESS, UNTIED, step, most[one], faces * ROOM, at[one], legs[one], *own, notes, rest)
         if notes[0, 0] >= 0.0:
             break
         size *= 4
     entry.move(
-        every, step, most[one], faces * ROOM, ways[all_], strains[all_], notes, own.ends, *changed.part(all_)[:-1]
+        every, step, most[one], faces * ROOM, ways[all_], strains[all_], notes, rest, own.ends, *changed.part(all_)[:-1]
     )  # fmt: skip
 
 

@@ -227,7 +227,8 @@ def follow_all(
     faces = 1 + bool(beams.seen.shape[1])
     found = Room.of(ways, room, faces)
     tell(entry.many, "scales in contact")
-    entry.many(beams, faces, ENDLESS, UNTIED, step, most, faces * ROOM, ways, strains, *found, np.zeros((len(ways), 0)))
+    none = np.zeros((len(ways), 0))
+    entry.many(beams, faces, ENDLESS, UNTIED, step, most, faces * ROOM, ways, strains, *found, none, none)
     return found.answers() if corners is not None else signed(found.answers(), targets)
 
 

@@ -140,7 +140,7 @@ def tied(
     tell(entry.many, "scales in contact")
     entry.many(
         beams, scales, about, held, step, np.zeros(1), room, ways[None], strains[None], raw, motions, bends, contacts,
-        events, ended, np.zeros((1, 0)),
+        events, ended, np.zeros((1, 0)), np.zeros((1, 0)),
     )  # fmt: skip
     code, phi, told, solved = ended[0].tolist()
     if code == increments.AT_REST:

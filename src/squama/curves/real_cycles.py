@@ -126,6 +126,18 @@ def _row(one: real.Path, load: Load, x: Array, n: int, kind: int) -> Track:
     return track
 
 
+def pressed(one: real.Path, load: Load, stations: Stations, n: int, kind: int | None) -> list[dict[str, Array]]:
+    """Follow a history from rest, of n scales between ends of a ``kind``, or of the endless beam where that is None.
+
+    States by name: of each scale, or of each face; the torque in each is the beam's. Refused as by :func:`follow`.
+    """
+    if kind is None:
+        states = [face.rows[0] for face in follow(one, stations).faces]
+    else:
+        states = [*_row(one, load, stations.loads, n, kind).rows.swapaxes(0, 1)]
+    return [path.named(scale) for scale in states]
+
+
 def _of_row(
     one: real.Path, load: Load, stations: Stations, n: int, kind: int
 ) -> tuple[dict[str, Array], dict[str, Array]]:  # fmt: skip
@@ -304,23 +316,17 @@ def _residual(one: real.Path, load: Load, stations: Stations, top: int, ends: tu
     0 where it does not while scales still press. ``ends``: the number of scales, and how their ends are.
     """
     begin, legs, left = stations.loads[: top + 1], stations.legs[: top + 1], 0.0
-    n, kind = ends
     down: Array = np.array(evenly(begin[-1], 0.0, [], LET_GO))
     for _ in range(2):
         x = np.append(begin, down)
         try:
-            if kind is None:
-                found = follow(one, Stations.along(load, x, np.append(legs, [legs[-1] + 1] * len(down))))
-                states = [face.rows[0] for face in found.faces]
-            else:
-                states = [*_row(one, load, x, n, kind).rows.swapaxes(0, 1)]
+            v = pressed(one, load, Stations.along(load, x, np.append(legs, [legs[-1] + 1] * len(down))), *ends)
         except LeftError:
             return 0.0
-        v = [path.named(scale[top:]) for scale in states]
-        x, pressed = x[top:], np.sum([scale["N"] for scale in v], axis=0)
-        torque = np.sign(x[0]) * v[0]["torque" if load.sided else "M"]
+        x, force = x[top:], np.sum([scale["N"][top:] for scale in v], axis=0)
+        torque = np.sign(x[0]) * v[0]["torque" if load.sided else "M"][top:]
         i = int(np.argmax(torque <= 0))
-        if i == 0 or x[i] == 0 or pressed[i] == 0:
+        if i == 0 or x[i] == 0 or force[i] == 0:
             return 0.0
         left = float(x[i - 1] + torque[i - 1] / (torque[i - 1] - torque[i]) * (x[i] - x[i - 1]))
         # scales may stick and slide between two points: once more, close to it

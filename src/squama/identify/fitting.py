@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -14,17 +15,18 @@ from squama.beam.faces import only_one
 from squama.curves import hinge_cycles, own_scales
 from squama.curves.own_scales import Ends
 from squama.errors import InputError, naming, refuse
-from squama.identify import doubts, estimate, prepare, records, selection, sentences
+from squama.identify import doubts, estimate, prepare, records, selection, sentences, with_ends
 from squama.identify.doubts import Rival
 from squama.identify.hinge_points import Hinged
+from squama.identify.joint_points import Walked
 from squama.identify.posterior import sample
 from squama.identify.prepare import Prepared, Wanted
-from squama.identify.result import Fit, SpecimenFit
+from squama.identify.result import Endless, Fit, SpecimenFit
 from squama.identify.selection import Found
 from squama.identify.slope import slope
 from squama.identify.unknowns import DEFAULT, NUISANCES, OF_TWIST, ask
 from squama.joints.choice import known
-from squama.loads import LOADS
+from squama.loads import ENDLESS, LOADS
 from squama.needs import need
 
 _MOST = 0.9
@@ -51,10 +53,12 @@ def fit(
     seed: int = 1,
     joint: str | None = None,
     nuisances: str = "auto",
+    ends: str | None = None,
 ) -> Fit:
     """Find friction, joint stiffness and other parameters of a beam from measured torque and twist.
 
-    The beam is taken as endless, whatever its number of scales. ``Fit.ends`` compares its own with that.
+    A beam with a number of scales is taken with these and its ends, as :func:`squama.cycle` takes it; ``Fit.endless``
+    has what the endless beam would give.
 
     Parameters
     ----------
@@ -88,6 +92,9 @@ def fit(
         asked and follows the record. The other one is fitted too, and a disagreement is said.
     nuisances
         "auto": those that the residual shows are found too; "none": only what is asked for.
+    ends
+        Of a beam with a number of scales, in place of its own ``ends``: "free", "gripped", "equal" or "endless", as in
+        :func:`squama.cycle`. Fits on hinges are endless.
 
     Returns
     -------
@@ -135,16 +142,17 @@ def fit(
     records.limits(beam, load, **limits)
     wanted = Wanted(beam, [], asked.names, load, law, bounds, limits, sigma, starts, candidates)
     kind, why = prepare.kind(joint, wanted, samples)
-    wanted = wanted._replace(specimens=records.read(data, beam, load))
+    wanted = wanted._replace(specimens=records.read(data, beam, load), ends=prepare.ends(kind, wanted, ends))
     try:
         made = prepare.prepared(kind, wanted)
     except InputError as error:
-        if joint is not None or kind == "hinge":
+        if joint is not None or kind == "hinge" or ends not in (None, ENDLESS):
             raise
+        wanted = wanted._replace(ends=ENDLESS)
         made, kind, why = prepare.prepared("hinge", wanted), "hinge", f"on the compliant joint: {error}"
     prepare.enough(made)
     try:
-        found = selection.find(made, starts, candidates)
+        found = with_ends.find(made, starts, candidates)
     except InputError:
         if not (cause := prepare.wrong_unit(made)):
             raise
@@ -193,7 +201,7 @@ def _result(made: Prepared, found: Found, wanted: Wanted, rival: Rival | None, w
     branch = np.where(rec.stuck & touching, "stick", branch)
     branch = np.where(made.usable & ~found.usable & touching, "stick", branch)
     branch = np.where(found.stray, "stray", branch)
-    band = estimate.standard_error(points, asked, best.values, found.covariance)
+    band = estimate.standard_error(found.points, asked, best.values, found.covariance)
     fitted = np.where(covered, points.torque(at), np.nan)
     senses, remedies = None, []
     if isinstance(points, Hinged):
@@ -233,13 +241,28 @@ def _result(made: Prepared, found: Found, wanted: Wanted, rival: Rival | None, w
         rival=rival,
         disagreement=doubts.disagreement(found, rival),
         slope=steep,
-        ends=_ends(made, found, beam),
+        ends=wanted.ends,
+        row=_row(made, found, beam) if wanted.ends == ENDLESS else None,
+        endless=_endless(made, found),
         doubts=(*doubts.of_record(made, found, steep), *doubts.doubts(found, rival, wanted.noise)),
     )
     return replace(result, notes=(*([why] if why else []), *sentences.notes(result, senses)))
 
 
-def _ends(made: Prepared, found: Found, beam: Beam) -> Ends | None:
+def _endless(made: Prepared, found: Found) -> Endless | None:
+    """Fit the endless beam to the points of a fit with ends; None where the fit itself is of the endless beam."""
+    points = made.points
+    if not (isinstance(points, Walked) and points.kind is not None):
+        return None
+    try:
+        plain = made._replace(asked=found.asked, usable=found.usable, points=points.endless())
+        other = selection.settle(plain, found.best.values)
+    except InputError as error:
+        return Endless(None, None, math.nan, str(error))
+    return Endless(other.best.values, np.sqrt(np.diag(other.covariance)), other.rms)
+
+
+def _row(made: Prepared, found: Found, beam: Beam) -> Ends | None:
     """Compare the fitted beam's own number of scales with the endless beam, at the top of the data."""
     if beam.scales is None or not LOADS[made.asked.load].sided or beam.friction.mu is None:
         return None
@@ -257,7 +280,7 @@ def _alone(made: Prepared, found: Found) -> tuple[SpecimenFit, ...]:
     if len(rec.specimens) == 1:
         return ()
     for i, specimen in enumerate(rec.specimens):
-        mine = made._replace(usable=found.usable & (rec.specimen == i), asked=found.asked)
+        mine = made._replace(usable=found.usable & (rec.specimen == i), asked=found.asked, points=found.points)
         try:
             prepare.enough(mine)
             one = selection.settle(mine, found.best.values)

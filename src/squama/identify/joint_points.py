@@ -4,11 +4,13 @@ Scales have six motions on the matrix of their joint, and are thick and, where t
 decides, so that no twist tells the torque alone. Each trial is a beam with the values put in, walked as
 :func:`squama.cycle` walks it: the matrix of its joint goes with the bar's modulus and takes a stiffness and a rigidity
 on as those of a beam's file (:func:`squama.joints.factor.scaled`), so that the fitted beam has the fitted curve.
+The beam is that of its number of scales with its ends, or the endless one.
 
 .. math:: T = T_b(\mu, K_\theta, R, E_B) + T_0 + D\,o
 
-with the drift D and the share o of the record up to the point. A walk of a loop takes some milliseconds, so that
-derivatives are differences of walks.
+with the drift D and the share o of the record up to the point. A walk of a loop takes some milliseconds, one of 25
+scales half a second; derivatives are differences of walks. A search asks hundreds of them, so that one with ends asks
+the endless beam times what the scales have of its torque (:meth:`Walked.shared`).
 """
 
 from __future__ import annotations
@@ -20,13 +22,12 @@ import math
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.contacts import path
-from squama.curves import real, real_cycles
+from squama.curves import real, real_cycles, rows
 from squama.curves.way import Stations
 from squama.errors import InputError
 from squama.identify.hinge_points import Physical
 from squama.identify.readings import Readings
-from squama.loads import LOADS
+from squama.loads import ENDLESS, LOADS
 from squama.types import Array
 
 NODES = 500
@@ -39,26 +40,49 @@ _RELATIVE = ("stiffness", "rigidity", "modulus")
 """Steps of the differences, and which of them are over the value."""
 _FAR = 1e3
 _TWISTING = LOADS["twisting"]
+_LEAST, _MOST = 1e-3, 20.0
+"""Torque, over the largest, below which a share says nothing; largest share, and one over the least."""
 
 
 class Walked:
     """Points of a test on the joint whose matrix the beam has.
 
     Trials on which the contact ends have a torque a thousand times too large; where it ends with the beam as given,
-    the record is refused.
+    the record is refused. ``ends``: of :data:`squama.loads.ENDS`.
     """
 
-    def __init__(self, beam: Beam, readings: Readings, v: Physical) -> None:
-        self.beam, self.readings, self.start = beam, readings, v
-        self.index = np.arange(readings.load.size)
+    def __init__(self, beam: Beam, readings: Readings, v: Physical, ends: str = ENDLESS) -> None:
+        self.beam, self.readings, self.start, self.ends = beam, readings, v, ends
+        self.index, self.share = np.arange(readings.load.size), np.ones(readings.load.size)
         self._walked = functools.lru_cache(_KEPT)(self._walk)
         self._at(v)
+
+    @property
+    def kind(self) -> int | None:
+        """The ends of a beam with a number of scales, None of the endless one."""
+        return rows.KINDS.get(self.ends)
 
     def take(self, index: Array) -> Walked:
         """Return some of the points; what is walked is shared."""
         other = copy.copy(self)
         other.index = self.index[index]
         return other
+
+    def endless(self) -> Walked:
+        """Return the points on the endless beam."""
+        other = copy.copy(self)
+        other.ends = ENDLESS
+        other._walked = functools.lru_cache(_KEPT)(other._walk)
+        return other
+
+    def shared(self, v: Physical) -> Walked:
+        """Return the points on the endless beam, whose torques are taken times the share that the scales have at v."""
+        endless = self.endless()
+        whole = endless._at(v)[0]
+        told = np.abs(whole) > _LEAST * np.abs(whole).max()
+        share = np.divide(self._at(v)[0], whole, out=np.ones(whole.size), where=told)
+        endless.share = np.clip(share, 1 / _MOST, _MOST)
+        return endless
 
     def touching(self, v: Physical) -> Array:
         """Whether plates touch."""
@@ -111,13 +135,14 @@ class Walked:
         """Return readings of each way to be drawn, and the number of their way."""
         readings, leg = self.readings.drawn(points, once=once)
         found = copy.copy(self)
-        found.readings, found.index = readings, np.flatnonzero(leg)
+        found.readings, found.index, found.share = readings, np.flatnonzero(leg), np.ones(readings.load.size)
         found._walked = functools.lru_cache(_KEPT)(found._walk)
         return found, leg[leg > 0]
 
     def _at(self, v: Physical) -> tuple[Array, Array]:
         """Return torques (N m) without zero and drift, and whether the scales touch, at all readings."""
-        return self._walked(v._replace(theta0=0.0, torque_zero=0.0, drift=0.0))
+        torque, touching = self._walked(v._replace(theta0=0.0, torque_zero=0.0, drift=0.0))
+        return torque * self.share, touching
 
     def _trial(self, v: Physical) -> Beam:
         """Return the beam with the values of a trial put in."""
@@ -135,14 +160,46 @@ class Walked:
             nodes = [_nodes(x[way], self.readings.direction[way.start]) for way in ways]
             twists, places = _joined(nodes)
             real_cycles.check(twists.tolist())
-            state = path.named(real_cycles.follow(one, Stations.along(_TWISTING, twists)).rows[0])
-            signed = state["torque"] * beam.unit_moment
+            found = real_cycles.pressed(one, _TWISTING, Stations.along(_TWISTING, twists), beam.pitches, self.kind)
+            signed, pressing = found[0]["torque"] * beam.unit_moment, np.sum([state["N"] for state in found], axis=0)
             for way, at, place in zip(ways, nodes, places, strict=True):
                 order = np.argsort(at)
-                known, values, force = at[order], signed[place][order], state["N"][place][order]
+                known, values, force = at[order], signed[place][order], pressing[place][order]
                 torque[way] = np.interp(x[way], known, values)
                 touching[way] = np.interp(x[way], known, force) > 0
         return torque, touching
+
+
+class Linear(Walked):
+    """Points whose torque is linear in all that it depends on, about values at which it is walked.
+
+    A derivative is walked when it is first asked for, and kept. ``columns`` are some that are known, by name.
+    """
+
+    def __init__(self, own: Walked, v: Physical, columns: dict[str, Array] | None = None) -> None:
+        vars(self).update(vars(own))
+        self.own, self.about, self.columns = own, v, columns or {}
+        self._torque, self._touches = own._at(v)
+
+    def touching(self, _: Physical) -> Array:
+        """Whether plates touch at the values about which the torque is linear."""
+        return self._touches[self.index]
+
+    def torque(self, v: Physical) -> Array:
+        """Torque that is read (N m)."""
+        found = self._torque + v.drift * self.readings.order + v.torque_zero
+        for name in _STEPS:
+            if step := getattr(v, name) - getattr(self.about, name):
+                found = found + step * self._column(name)
+        return np.asarray(found[self.index])
+
+    def _slope(self, _: Physical, name: str) -> Array:
+        return self._column(name)[self.index]
+
+    def _column(self, name: str) -> Array:
+        if name not in self.columns:
+            self.columns[name] = self.own._slope(self.about._replace(torque_zero=0.0, drift=0.0), name)
+        return self.columns[name]
 
 
 def _nodes(x: Array, sense: float) -> Array:

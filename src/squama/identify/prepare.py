@@ -11,8 +11,11 @@ from numpy.typing import NDArray
 from squama import arguments
 from squama.beam import matrixfile
 from squama.beam.design import Beam
-from squama.curves import hinge_cycles
+from squama.contacts.ties import GRIPPED
+from squama.curves import doors, hinge_cycles, rows
 from squama.curves.chosen import chosen
+from squama.curves.real import Held
+from squama.curves.way import Way
 from squama.errors import InputError, refuse
 from squama.identify import records
 from squama.identify.estimate import Points
@@ -23,7 +26,7 @@ from squama.identify.records import Record
 from squama.identify.slope import slope
 from squama.identify.unknowns import Asked, ask
 from squama.io.measured import Measured
-from squama.loads import LOADS
+from squama.loads import ENDLESS, LOADS
 from squama.types import Array
 
 _NEAR = 1e-9
@@ -34,7 +37,7 @@ class Wanted(NamedTuple):
     """What a fit is asked for, checked: arguments of :func:`squama.fit`.
 
     ``limits`` are ``to``, ``reversal`` and ``stick``; ``noise`` N m, if given; ``candidates`` nuisances that may be
-    found unasked.
+    found unasked; ``ends`` of the beam on compliant joints: hinges are endless.
     """
 
     beam: Beam
@@ -47,6 +50,7 @@ class Wanted(NamedTuple):
     noise: float | None
     starts: int
     candidates: tuple[str, ...]
+    ends: str = ENDLESS
 
 
 class Prepared(NamedTuple):
@@ -80,6 +84,16 @@ def kind(joint: str | None, wanted: Wanted, samples: int) -> tuple[str, str]:
     return found, why
 
 
+def ends(joint: str, wanted: Wanted, word: str | None) -> str:
+    """Return the ends of the beam of a fit on a kind of joint by their word, or as they are by default."""
+    load = LOADS[wanted.load]
+    asked = doors.analysis(wanted.beam, Way.of(wanted.load, [1.0]), load, points=3, mu=0.0, law=wanted.law, joint=joint)
+    found = doors.ends_of(asked, word, history=True)
+    if rows.KINDS.get(found) == GRIPPED:
+        rows.may_be_gripped(Held.of(wanted.beam), wanted.beam.pitches)
+    return found
+
+
 def _covered(wanted: Wanted, samples: int) -> None:
     """Refuse what the compliant joint does not cover."""
     if not LOADS[wanted.load].sided:
@@ -98,7 +112,7 @@ def prepared(joint: str, wanted: Wanted) -> Prepared:
     # a stiffness that the file gives does not go with the bar's modulus
     asked = asked._replace(follows=asked.follows and wanted.beam.joint.stiffness is None)
     record = records.record(wanted.specimens, beam, wanted.load, **wanted.limits)
-    made = placed(record, asked, wanted.law) if joint == "hinge" else _walked(record, asked)
+    made = placed(record, asked, wanted.law) if joint == "hinge" else _walked(record, asked, wanted.ends)
     return made._replace(noise=wanted.noise)
 
 
@@ -122,22 +136,20 @@ def _readings(record: Record, asked: Asked) -> Readings:
 
 def _held(beam: Beam) -> Beam:
     """Return the beam with the matrix of its joint, alone."""
-    from squama.curves.real import Held
-
     matrix = matrixfile.stored(beam, Held.of(beam).K)
     return beam.replace(joint={"matrix": matrix, "stiffness": None, "inclusion_factor": None})
 
 
-def _walked(record: Record, asked: Asked) -> Prepared:
+def _walked(record: Record, asked: Asked, ends: str) -> Prepared:
     """Put a record on the compliant joint; refuse one that the beam does not follow, nor with the least friction."""
     start = asked.physical(asked.start)
     readings = _readings(record, asked)
     try:
-        points = Walked(asked.beam, readings, start)
+        points = Walked(asked.beam, readings, start, ends)
     except InputError:
         if asked.place("mu") is None or not asked.bound("mu", 0) < start.mu:
             raise
-        points = Walked(asked.beam, readings, start._replace(mu=asked.bound("mu", 0)))
+        points = Walked(asked.beam, readings, start._replace(mu=asked.bound("mu", 0)), ends)
     stuck = record.stuck & points.touching(points.start)
     return Prepared(record, asked, points, record.asked & ~stuck)
 

@@ -23,7 +23,7 @@ from squama.identify.posterior import Posterior
 from squama.identify.records import Record
 from squama.identify.slope import Slope
 from squama.identify.unknowns import Asked, Parameter
-from squama.loads import LOADS
+from squama.loads import ENDLESS, LOADS
 from squama.types import Array
 from squama.units import moment
 
@@ -49,6 +49,18 @@ class SpecimenFit(NamedTuple):
     label: str
     values: Array | None
     errors: Array | None
+    problem: str = ""
+
+
+class Endless(NamedTuple):
+    """What the endless beam makes of the points of a fit with ends: estimates and errors, in its order; rms, N m.
+
+    None where that is not possible, ``problem`` says why.
+    """
+
+    values: Array | None
+    errors: Array | None
+    rms: float
     problem: str = ""
 
 
@@ -140,9 +152,10 @@ class Fit(Estimated):
     engagement), "loading", "unloading", "stick" (at a reversal) or "stray"; ``used`` which the fit is made from, none
     of a reversal and none that is stray.
 
-    ``slope`` slope of the torque before engagement over the beam's own, None where fewer points show none; ``ends``
-    torque and tangent of the beam's own number of scales over those of the endless beam that is fitted, at the farthest
-    point, None where that is not known.
+    ``ends`` of the beam that is fitted, a word of :func:`squama.cycle`; ``endless`` what the endless beam makes of the
+    same points, None where it is the one that is fitted: then ``row`` has torque and tangent of the beam's own number
+    of scales over those of the endless beam, at the farthest point, if that is known. ``slope`` slope of the torque
+    before engagement over the beam's own, None where fewer points show none.
 
     ``added`` names of nuisances that were found unasked; ``dependence`` how many points are worth one independent one,
     and ``uneven`` whether the noise goes with the slope: the errors allow for both. ``rival`` what the other model
@@ -184,7 +197,9 @@ class Fit(Estimated):
     rival: Rival | None
     disagreement: str
     slope: Slope | None
-    ends: Ends | None
+    ends: str
+    row: Ends | None
+    endless: Endless | None
     doubts: tuple[str, ...]
     posterior: Posterior | None = None
 
@@ -233,16 +248,34 @@ class Fit(Estimated):
 
     @property
     def _checked(self) -> list[str]:
-        """Sentences on the slope before engagement and on the ends of the beam's own number of scales."""
+        """Sentences on the ends of the beam's own number of scales and on the slope before engagement."""
         steep = self.slope.sentence if self.slope else "slope before engagement: too few points there to check the bar"
-        if self.ends is None:
+        if self.endless is not None:
+            return [self._compared(self.endless), steep]
+        if self.row is None:
             return [steep]
-        n, load, torque, tangent, end = self.ends
+        n, load, torque, tangent, end = self.row
         lost = [n for n in self.parameters if n in ("mu", "K_theta")]
         biased = f": {' and '.join(lost)} are those of an endless beam and biased by it" if lost else ""
         row = f"{n} scales have {torque:.3g} of the torque and {tangent:.3g} of the tangent of an endless beam"
         place = f"where the row ends: {end}" if end else "the top of the data"
         return [f"{row} at {load:.3g} rad/pitch, {place} (squama row){biased}", steep]
+
+    def _compared(self, other: Endless) -> str:
+        """Say of which scales a fit with ends is, and what the endless beam gives."""
+        head = f"fitted as {self.fitted_as}; as an endless beam: "
+        if other.values is None or other.errors is None:
+            return f"{head}no fit ({other.problem})"
+        rows = [*zip(self.rows, other.values, other.errors, strict=True)]
+        values = ", ".join(f"{r.name} = {r.written(v, e)}" for r, v, e in rows if r.name not in self.added)
+        return f"{head}{values}, residual rms {moment(other.rms, 3)}"
+
+    @property
+    def fitted_as(self) -> str:
+        """The beam in words: "25 scales with free ends", "an endless beam"."""
+        if self.ends == ENDLESS:
+            return "an endless beam"
+        return f"{self.beam.scales} scales with {self.ends} {'cells' if self.ends == 'equal' else 'ends'}"
 
     def summary(self) -> str:
         """Return estimates, errors, correlations and what is to be known about them, as text."""
@@ -299,7 +332,10 @@ class Fit(Estimated):
             "remedies": [{"what": r.what, "errors": self._by_name(r.errors)} for r in self.remedies],
             "disagreement": self.disagreement,
             "slope": self.slope and self.slope._asdict(),
-            "ends": self.ends and self.ends._asdict(),
+            "ends": self.ends,
+            "number_of_scales": None if self.ends == ENDLESS else self.beam.scales,
+            "row": self.row and self.row._asdict(),
+            "endless": self.endless and self.endless._asdict(),
             "doubts": list(self.doubts),
             "notes": list(self.notes),
             "posterior": samples
@@ -364,6 +400,7 @@ class Fit(Estimated):
             "estimates": ", ".join(self.lines),
             "disagreement": self.disagreement,
             "checked": "\n".join(self._checked),
+            **({} if self.ends == ENDLESS else {"ends": self.ends}),
             "doubts": "\n".join(self.doubts),
             "notes": "\n".join(self.notes),
             "remedies": json.dumps([{"what": r.what, "errors": r.errors.tolist()} for r in self.remedies]),

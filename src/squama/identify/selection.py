@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from squama.errors import InputError, refuse
 from squama.identify import estimate, noise
-from squama.identify.estimate import Estimate
+from squama.identify.estimate import Estimate, Points
 from squama.identify.hinge_points import Physical
 from squama.identify.joint_points import Walked
 from squama.identify.prepare import Prepared
@@ -54,7 +54,7 @@ class Found(NamedTuple):
     """What a search finds.
 
     ``noise`` of a point (N m), ``dependence`` tau, ``uneven`` whether the noise goes with the slope; ``usable`` without
-    the ``stray`` points; ``added`` names of nuisances that were not asked for.
+    the ``stray`` points; ``points`` of the search, ``added`` names of nuisances that were not asked for.
     """
 
     asked: Asked
@@ -65,6 +65,7 @@ class Found(NamedTuple):
     uneven: bool
     usable: NDArray[np.bool_]
     stray: NDArray[np.bool_]
+    points: Points
     added: tuple[str, ...]
 
     @property
@@ -75,10 +76,15 @@ class Found(NamedTuple):
 
 def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
     """Find the parameters, from so many starts, and those candidate nuisances that the residual shows."""
-    test, asked = _fit_for(test, test.asked.names), test.asked
-    index, _, torque, _ = test.used
+    test = fit_for(test, test.asked.names)
+    rough, out = robust(test, started(test, starts))
+    return chosen(test, rough, out, candidates)
+
+
+def chosen(test: Prepared, rough: Estimate, out: NDArray[np.bool_], candidates: tuple[str, ...]) -> Found:
+    """Return the least squares from a robust search, without the points that are ``out``, with nuisances that show."""
+    asked, (index, _, torque, _) = test.asked, test.used
     size = float(np.abs(torque).max())
-    rough, out = _robust(test, starts)
     stray = np.zeros(test.usable.size, bool)
     stray[index[out]] = True
     left = test._replace(usable=test.usable & ~stray)
@@ -88,15 +94,15 @@ def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
     if full is not None and best.best.square > (_rounding(test) * size) ** 2 * index.size:
         wanted, start = full
         try:
-            whole = settle(_fit_for(left, wanted.names)._replace(asked=wanted), start)
+            whole = settle(fit_for(left, wanted.names)._replace(asked=wanted), start)
             kept, apart = _needed(whole, asked)
         except InputError:
             # all at once the points do not tell them apart
             kept, apart = (), np.zeros_like(best.covariance)
         if kept:
-            chosen = wanted.without({n for n in wanted.names if n not in (*asked.names, *kept)})
-            values = [whole.best.values[wanted.names.index(n)] for n in chosen.names]
-            best, added = settle(_fit_for(left, kept)._replace(asked=chosen), np.array(values)), kept
+            some = wanted.without({n for n in wanted.names if n not in (*asked.names, *kept)})
+            values = [whole.best.values[wanted.names.index(n)] for n in some.names]
+            best, added = settle(fit_for(left, kept)._replace(asked=some), np.array(values)), kept
         best = best._replace(covariance=best.covariance + apart)
     agreed = best.best._replace(starts=rough.starts, agreed=rough.agreed)
     return best._replace(best=agreed, stray=stray, added=added)
@@ -104,26 +110,32 @@ def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
 
 def comes_near(test: Prepared, added: tuple[str, ...], rms: float) -> bool:
     """Say whether a search from the beam's own values leaves at most an rms (N m), with nuisances added."""
-    test = _fit_for(test, test.asked.names)
-    rough, out = _robust(test, 1, _GLANCE)
+    test = fit_for(test, test.asked.names)
+    rough, out = robust(test, started(test, 1), _GLANCE)
     square = float(np.mean(rough.residual[~out] ** 2))
     full = _with(test, rough.values, tuple(n for n in added if n not in test.asked.names)) if added else None
     if full is not None and square > rms * rms:
-        index, points, torque, _ = _fit_for(test, full[0].names).used
+        index, points, torque, _ = fit_for(test, full[0].names).used
         square = estimate.solve(points, torque, full[0], [full[1]], most=_GLANCE).square / index.size
     return math.sqrt(square) <= rms
 
 
-def _robust(test: Prepared, starts: int, most: int = 300) -> tuple[Estimate, NDArray[np.bool_]]:
-    """Return what a robust search finds from so many starts, and which points it leaves as stray ones."""
+def started(test: Prepared, number: int) -> list[Array]:
+    """Return so many starts of a search."""
+    _, points, torque, _ = test.used
+    return estimate.starts(points, torque, test.asked, number)
+
+
+def robust(test: Prepared, starts: Sequence[Array], most: int = 300) -> tuple[Estimate, NDArray[np.bool_]]:
+    """Return what a robust search finds from its starts, and which points it leaves as stray ones."""
     _, points, torque, way = test.used
     size = float(np.abs(torque).max())
     limit = max(_ROBUST * noise.scatter(torque, way), _FLOOR * size)
-    rough = estimate.solve(points, torque, test.asked, estimate.starts(points, torque, test.asked, starts), limit, most)
+    rough = estimate.solve(points, torque, test.asked, starts, limit, most)
     return rough, noise.strays(rough.residual, way, _FLOOR * size)
 
 
-def _fit_for(test: Prepared, names: Collection[str]) -> Prepared:
+def fit_for(test: Prepared, names: Collection[str]) -> Prepared:
     """Return the test without its points at reversals where the play is to be found.
 
     Whether a point lies in the play, in the drop behind or beyond it changes its torque by jumps.
@@ -154,7 +166,7 @@ def settle(test: Prepared, start: Array) -> Found:
     covariance = covariance * tau
     if not all(np.isfinite(values).all() for values in (best.values, covariance, sigma)):
         refuse("data", "", "the estimates or their errors are no finite numbers", "check the units of twist and torque")
-    return Found(asked, best, covariance, sigma, tau, skew, test.usable, np.zeros_like(test.usable), ())
+    return Found(asked, best, covariance, sigma, tau, skew, test.usable, np.zeros_like(test.usable), test.points, ())
 
 
 def _with(test: Prepared, values: Array, names: tuple[str, ...]) -> tuple[Asked, Array] | None:
