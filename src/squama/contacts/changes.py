@@ -21,7 +21,7 @@ from squama.contacts.conditions import (
     violated,
 )
 from squama.contacts.detection import AT, GAP, edges_of, vertices
-from squama.contacts.handover import add_contact, apart, drop, every, exchange, leave, roll, succeed
+from squama.contacts.handover import add_contact, any_let_go, apart, drop, every, exchange, leave, roll, succeed
 from squama.contacts.increments import (
     CHANGE,
     ENGAGE,
@@ -51,6 +51,7 @@ from squama.contacts.system import (
     FE,
     FIRST,
     KIND,
+    LET_GO,
     MU,
     ONE,
     OTHER,
@@ -192,7 +193,11 @@ def give(w: Walk, st: State, what: int, c: int) -> None:
         w.con[c, STUCK] = 1 - w.con[c, STUCK]
         w.J.kept[0] = 0
     elif not leave(w, st, c, beyond(w.S, st, w.con[c], c)[1]):
-        succeed(w, st, c)
+        if any_let_go(w):
+            # it slides off as another one did
+            w.con[c, STUCK], w.J.kept[0] = LET_GO, 0
+        else:
+            succeed(w, st, c)
 
 
 @_jit

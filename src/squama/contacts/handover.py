@@ -70,19 +70,19 @@ def drop(w: Walk, st: State, c: int) -> None:
 
 @_jit
 def every(w: Walk, how: int) -> None:
-    """Let all contacts stick (1), slide (0) or be smooth, but one that is let go of."""
+    """Let all contacts stick (1), slide (0) or be smooth, but those that are let go of."""
     for c in range(w.counts[0]):
         if w.con[c, STUCK] != LET_GO:
             w.con[c, STUCK] = how
 
 
 @_jit
-def let_go(w: Walk) -> int:
-    """Return the contact that is let go of, -1 for none."""
+def any_let_go(w: Walk) -> bool:
+    """Say whether contacts are let go of."""
+    found = False
     for c in range(w.counts[0]):
-        if w.con[c, STUCK] == LET_GO:
-            return c
-    return -1
+        found = found or w.con[c, STUCK] == LET_GO
+    return found
 
 
 @_jit
@@ -94,7 +94,7 @@ def add_contact(w: Walk, st: State, row: Array) -> bool:
     for a in range(FIRST, STUCK):
         w.con[m, a] = int(row[a])
     w.con[m, STUCK], w.con[m, ENDED] = 1 if w.S.shapes[0, MU].real > 0.0 else 0, 0
-    if let_go(w) >= 0:
+    if any_let_go(w):
         # what it slides along meanwhile is not known
         w.con[m, STUCK] = SMOOTH
     for a in range(3):

@@ -11,7 +11,7 @@ from __future__ import annotations
 from squama.batch.keeping import part as _jit
 from squama.contacts.changes import regroup
 from squama.contacts.detection import AT, bound
-from squama.contacts.handover import add_contact, drop, let_go
+from squama.contacts.handover import add_contact, drop
 from squama.contacts.increments import NO_EQUILIBRIUM, Walk
 from squama.contacts.meeting import meet
 from squama.contacts.system import (
@@ -49,26 +49,29 @@ _FIRST, _LEAST, _GROWTH, _SHRINK = 1 / 16, 1e-5, 2.0, 0.25
 def released(w: Walk, h: float, c: int) -> int:
     """Look for an equilibrium after an increment, from its guess, as the force of a contact is taken away; 0 if found.
 
-    Contacts that come in meanwhile are smooth: what they slide along is not known. They stick where they then bear.
+    Contacts that run off their edges meanwhile are let go of, too. Those that come in are smooth: what they slide along
+    is not known. They stick where they then bear.
     """
     w.con[c, STUCK] = LET_GO
     share, by, code = 1.0, _FIRST, 0
     laid_aside(w)
     while share > 0.0:
         less = max(0.0, share - by)
-        for a in range(3):
-            w.new.F[c, a] *= less / share
+        for o in range(w.counts[0]):
+            for a in range(3 if w.con[o, STUCK] == LET_GO else 0):
+                w.new.F[o, a] *= less / share
         code = regroup(w, h, False)
-        c = let_go(w)
-        if code == 0 and c >= 0:
+        if code == 0:
             share, by = less, by * _GROWTH
             laid_aside(w)
             continue
-        c = taken_up(w)
         by *= _SHRINK
         if by < _LEAST:
             return code
-    drop(w, w.new, c)
+        taken_up(w)
+    for o in range(w.counts[0] - 1, -1, -1):
+        if w.con[o, STUCK] == LET_GO:
+            drop(w, w.new, o)
     code = regroup(w, h, False)
     rough(w)
     return code
@@ -91,12 +94,11 @@ def laid_aside(w: Walk) -> None:
 
 
 @_jit
-def taken_up(w: Walk) -> int:
-    """Come back to the state that was kept; return the contact that is let go of."""
+def taken_up(w: Walk) -> None:
+    """Come back to the state that was kept."""
     copied(w.aside, w.new)
     copy(w.stuck, w.con)
     w.counts[0], w.J.kept[0] = w.counts[2], 0
-    return let_go(w)
 
 
 @_jit
