@@ -316,7 +316,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ): {"4 -> (4 * 2 + 1)": _ROOM},
     (
         "contacts/entry.py",
-        "walk(system(b, -1 if each else i, scales, about, ties), C, notes[i]), ways[i], corners[i], most[i], step,",
+        "w = walk(system(b, -1 if each else 0 if one else i, scales, about, ties), C, notes[i])",
     ): {"1 -> 2": _NONE},
     ("contacts/equations.py", "share = most / reach if reach.real > 0.0 else 0.0 * most"): {
         "0.0 -> 1.0 #2": "what it is a share of is 0",
