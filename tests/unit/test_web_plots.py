@@ -118,7 +118,7 @@ def test_a_decay_is_that_of_vibrate_picture_by_picture() -> None:
         m, played, sided = live.motion(now.setting), live.swing(now), now.load == "twisting"
         release = f"{'-' if now.sense == '-' else ''}{now.twist} rad/pitch"
         v = squama.vibrate(
-            now.beam, release=release, rotor=1, load=now.load, joint=m.joint, ideal=now.setting.ideal
+            now.beam.replace(scales=None), release=release, rotor=1, load=now.load, joint=m.joint, ideal=now.setting.ideal
         )  # fmt: skip
         angle = v.phi if sided else v.psi
         every = np.arange(len(played.frames)) * played.step / live.PERIOD

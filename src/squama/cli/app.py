@@ -50,7 +50,7 @@ EXAMPLES = {
     "pareto": "target.toml --plot front.png --csv front.csv",
     "row": "beam.toml --scales 9 --plot row.png",
     "load": 'beam.toml --scales 9 --load "2 N up at tip" --plot part.png',
-    "law": 'beam.toml --format abaqus --bend "5 rad/m" --twist "5 rad/m" --mu 0 -o beam.inp',
+    "law": 'beam.toml --bend "5 rad/m" --twist "5 rad/m" --mu 0 -o beam.inp',
     "joint": "beam.toml --levels 2",
     "cell": 'beam.toml --to "0.15 rad/pitch" --mesh coarse --csv cell.csv',
     "verify": 'beam.toml --to "0.15 rad/pitch" -o verify',

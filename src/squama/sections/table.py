@@ -179,6 +179,7 @@ def law_table(
     >>> bool(np.isclose(M, table.data.M[6, 5]))
     True
     """
+    arguments.beam(beam)
     grids = {name: _grid(name, v) for name, v in (("kappa", kappa), ("Phi", Phi)) if v is not None}
     if not grids:
         refuse("kappa", "", "neither curvatures nor twist rates are given", "give kappa, Phi or both, in rad/m")
