@@ -117,9 +117,8 @@ def test_a_decay_is_that_of_vibrate_picture_by_picture() -> None:
         now = one.change("path", "decay")
         m, played, sided = live.motion(now.setting), live.swing(now), now.load == "twisting"
         release = f"{'-' if now.sense == '-' else ''}{now.twist} rad/pitch"
-        v = squama.vibrate(
-            now.beam.replace(scales=None), release=release, rotor=1, load=now.load, joint=m.joint, ideal=now.setting.ideal
-        )  # fmt: skip
+        endless, ideal = now.beam.replace(scales=None), now.setting.ideal
+        v = squama.vibrate(endless, release=release, rotor=1, load=now.load, joint=m.joint, ideal=ideal)
         angle = v.phi if sided else v.psi
         every = np.arange(len(played.frames)) * played.step / live.PERIOD
         wanted = np.interp(every, v.t.values * float(v.f_0), angle.values)
