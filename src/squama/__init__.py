@@ -39,8 +39,8 @@ if TYPE_CHECKING:
     from squama.model.outcome import End
     from squama.part.door import load
     from squama.scene.picture import view
-    from squama.sections.state import Law, law
     from squama.sections.table import LawTable, law_table
+    from squama.sections.trial import Law, law
     from squama.study.store import open_sweep
     from squama.study.sweeping import sweep
     from squama.study.tolerances.monte_carlo import uncertainty
@@ -62,7 +62,7 @@ _NAMES = {
     "dynamics.doors": "vibrate shake",
     "dynamics.ratios": "free_vibration FreeVibration",
     "part.door": "load",
-    "sections.state": "law Law",
+    "sections.trial": "law Law",
     "sections.table": "law_table LawTable",
     "fe.runs": "cell",
     "fe.stiffness": "joint",

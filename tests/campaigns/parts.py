@@ -15,6 +15,7 @@ from real_histories import drawn
 
 from squama.contacts import increments, path
 from squama.contacts.path import Path
+from squama.contacts.row import Track
 from squama.contacts.ties import Tie
 from squama.part import loaded
 from squama.part.loaded import Course
@@ -59,6 +60,19 @@ def part(r: np.random.Generator) -> Part:
     return Part(loaded.course(way, n, [load], held, (1.0, 1.0, 1.0)), words)
 
 
+def wrong(track: Track) -> list[str]:
+    """Return what is wrong with what was followed: no numbers, work that is lost, no room for contacts."""
+    v, found = path.named(track.rows), []
+    U, W, rubbed, lost = (v[name].sum(axis=1) for name in ("energy", "W", "W_fr", "W_snap"))
+    if not np.isfinite(track.cells).all() or not np.isfinite(U).all():
+        found.append("has values that are no numbers")
+    elif U.size and np.abs(W - U - rubbed - lost).max() > BALANCE * U.max():
+        found.append(f"loses {np.abs(W - U - rubbed - lost).max() / U.max():.1e} of its work")
+    if track.end.code == increments.MANY or not math.isfinite(track.end.phi):
+        found.append(f"ends as {track.end.word} at {track.end.phi:.4g}")
+    return found
+
+
 def trial(seed: int, size: int = SIZE) -> list[str]:
     """Try parts; the line for a failure names the trial and its number."""
     r, ends, failed = np.random.default_rng([29, seed]), collections.Counter[str](), []
@@ -66,14 +80,6 @@ def trial(seed: int, size: int = SIZE) -> list[str]:
         one = part(r)
         track = one.course.follow(np.linspace(0.0, FAR, POINTS + 1)[1:])
         ends[str(track.end.word)] += 1
-        v, found = path.named(track.rows), []
-        U, W, rubbed, lost = (v[name].sum(axis=1) for name in ("energy", "W", "W_fr", "W_snap"))
-        if not np.isfinite(track.cells).all() or not np.isfinite(U).all():
-            found.append("has values that are no numbers")
-        elif U.size and np.abs(W - U - rubbed - lost).max() > BALANCE * U.max():
-            found.append(f"loses {np.abs(W - U - rubbed - lost).max() / U.max():.1e} of its work")
-        if track.end.code == increments.MANY or not math.isfinite(track.end.phi):
-            found.append(f"ends as {track.end.word} at {track.end.phi:.4g}")
-        failed += [f"trial {seed}, part {i} ({one.words}): {what}" for what in found]
+        failed += [f"trial {seed}, part {i} ({one.words}): {what}" for what in wrong(track)]
     print(f"parts, {seed}: " + ", ".join(f"{n} {end}" for end, n in ends.most_common()), flush=True)
     return failed

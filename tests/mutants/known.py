@@ -250,7 +250,7 @@ TESTS: dict[str, tuple[str, ...]] = {
     "curves/real.py": CURVES,
     "curves/real_figures.py": CURVES,
     "curves/real_walk.py": (*CURVES, "unit/test_bend_real.py", "unit/test_real_bend_twist.py"),
-    "study/tolerances/own_scales.py": ("unit/test_own_scales.py",),
+    "study/tolerances/nominal_beam.py": ("unit/test_own_scales.py",),
     "curves/real_polygons.py": ("unit/test_real_bend_twist.py", "unit/test_own_scales_bent_twisted.py"),
     "curves/real_cycles.py": ("unit/test_real_cycle.py", "unit/test_bend_cycle.py"),
     "contacts/changes.py": CONTACTS,

@@ -175,3 +175,11 @@ def test_tolerances_have_the_nominal_beam_with_its_own_scales(capsys, tmp_path):
     assert main(["uncertainty", str(file), "--vary", "scale.alpha=+- 1 deg", "--samples", "3200"]) == 0
     said = capsys.readouterr().out
     assert "6 scales: the nominal beam with all of them, free ends; all other columns are endless" in said
+
+
+def test_scales_that_slide_off_take_others_with_them():
+    """At .2772 rad per pitch one scale near the end runs off its edge; as it falls the one before it does, too."""
+    r = squama.twist(SKIN.replace(scales=25), to="0.285 rad/pitch", points=40)
+    assert r.end == "range end"
+    assert float(r.W_snap[-1]) > 0
+    assert abs(float(r.energy_error)) < 1e-4

@@ -15,7 +15,7 @@ from squama.beam.faces import only_one
 from squama.curves import hinge_cycles, own_scales
 from squama.curves.own_scales import Ends
 from squama.errors import InputError, naming, refuse
-from squama.identify import doubts, estimate, prepare, records, selection, sentences, with_ends
+from squama.identify import doubts, estimate, prepare, records, row_fit, selection, sentences
 from squama.identify.doubts import Rival
 from squama.identify.hinge_points import Hinged
 from squama.identify.joint_points import Walked
@@ -152,7 +152,7 @@ def fit(
         made, kind, why = prepare.prepared("hinge", wanted), "hinge", f"on the compliant joint: {error}"
     prepare.enough(made)
     try:
-        found = with_ends.find(made, starts, candidates)
+        found = row_fit.find(made, starts, candidates)
     except InputError:
         if not (cause := prepare.wrong_unit(made)):
             raise

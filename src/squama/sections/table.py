@@ -30,7 +30,7 @@ from squama.curves.chosen import REAL, idealisation
 from squama.curves.way import OPEN, SLIDING, VERBS
 from squama.errors import refuse
 from squama.loads import LOADS, Load
-from squama.sections.state import Law, real_path
+from squama.sections.trial import Law, real_path
 from squama.types import Array
 
 if TYPE_CHECKING:

@@ -28,7 +28,7 @@ from squama.progress import work
 from squama.study import columns
 from squama.study.models import Model, Twist, note, shares
 from squama.study.parameters import FACTOR
-from squama.study.tolerances import own_scales, statistics
+from squama.study.tolerances import nominal_beam, statistics
 from squama.study.tolerances.distributions import Tolerance, nominal, tolerances
 from squama.study.tolerances.statistics import REPLICATES, Case, Indices, Limit, dataset
 from squama.types import Array
@@ -158,7 +158,7 @@ def uncertainty(
     samples_of = _run(case, _points(len(known), each, sampler, seed), REPLICATES * each, "samples", keep=keep)
     own_indices = _indices(case, base) if base else None
     found = dataset(case, samples_of, own_figures, own_indices, keep)
-    ends, with_ends = own_scales.figures(case, found.figure.values.tolist())
+    ends, with_ends = nominal_beam.figures(case, found.figure.values.tolist())
     if ends:
         about = {"long_name": "value of the nominal beam with its own number of scales", "units": statistics.MIXED}
         found["own"] = ("figure", with_ends, about)
