@@ -244,7 +244,7 @@ def test_commands_and_targets_read_them_alike_and_say_what_is_guessed(tmp_path, 
     Path("lab.csv").write_bytes(lab.encode("latin-1"))
     said = {}
     for name, more in (("plain", []), ("lab", []), ("lab", ["--decimal", ",", "--columns", "1=total, 2=T"])):
-        assert main(["fit", f"{name}.csv", "beam.toml", "--json", *more]) == 0
+        assert main(["fit", f"{name}.csv", "beam.toml", "--joint", "hinge", "--json", *more]) == 0
         out = capsys.readouterr()
         said[name, len(more)] = json.loads(out.out)["parameters"]["mu"]["estimate"], out.err
     assert len({estimate for estimate, _ in said.values()}) == 1
@@ -267,5 +267,5 @@ def test_commands_and_targets_read_them_alike_and_say_what_is_guessed(tmp_path, 
     assert goals[-1].asked == pytest.approx(float(r["T"].max()), rel=1e-7)
     assert goals[-1].want.at.per_pitch(beam.pitch, beam.pitches) == pytest.approx(float(r.phi.max()), rel=1e-7)
     with pytest.warns(TableWarning):
-        fit = squama.fit(squama.read_measured("lab.csv", beam), beam)
+        fit = squama.fit(squama.read_measured("lab.csv", beam), beam, joint="hinge")
     assert fit.values["mu"] == pytest.approx(said["plain", 0][0], rel=1e-6)

@@ -112,6 +112,7 @@ def test_the_papers_figure_6b_takes_a_moment():
     np.testing.assert_allclose(free["T"] / beam.unit_moment, [0.00635, 0.01051, 0.01443], rtol=0.02)
 
 
+@pytest.mark.slow
 def test_the_bench_is_what_the_summary_says(capsys):
     free, straight = "endless, free to bow", "endless, held straight by a bending moment of"
     for hold, order in (("nothing", (free, straight)), ("bend", (straight, free))):

@@ -40,6 +40,7 @@ def run(tmp_path, monkeypatch):
     return nbformat.read(NOTEBOOK, as_version=4), do
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_the_tutorial_runs_and_prints_what_it_shows(run):
     notebook, do = run
