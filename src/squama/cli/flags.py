@@ -361,6 +361,11 @@ class Base:
         hold = getattr(self, "hold", None)
         return self.set_ if hold is None else (*self.set_, Setting("beam", "hold", hold, "--hold"))
 
+    @property
+    def places(self) -> dict[str, str]:
+        """Flags by the names of the values that they give."""
+        return {f"{s.table}.{s.key}": s.name for s in self.settings}
+
     def overrides(self, mu: float | None = None) -> dict[str, dict[str, object]]:
         """Return the values in place of the file's, by table and key; one that is given twice is refused."""
         found: dict[str, dict[str, object]] = {} if mu is None else {"friction": {"mu": mu}}
@@ -378,7 +383,7 @@ class Base:
         """
         from squama.beam.design import Beam
 
-        with problems().caught(), laid({f"{s.table}.{s.key}": s.name for s in self.settings}):
+        with problems().caught(), laid(self.places):
             found = Beam.from_toml(path, overrides=self.overrides(mu))
             if friction:
                 check_friction(path, found)
