@@ -57,8 +57,8 @@ def same(one, other, rtol=1e-12):
         (
             '[support]\nspan = "80 mm"\nkind = "simple"\n[load]\ntext = "1.5 N down at 50 mm"\n'
             '[along]\nscale.theta0 = ["23 deg", "17 deg"]\n"scale.width" = ["24 mm", "20 mm"]',
-            ["--load", "1.5 N down at 50 mm", "--support", "simple, span 80 mm"]
-            + ["--along", "scale.theta0=23 deg, 17 deg", "--along", "scale.width=24 mm, 20 mm"],
+            ["--load=1.5 N down at 50 mm", "--support=simple, span 80 mm"]
+            + [f"--along={name}={', '.join(values)}" for name, values in GRADES.items()],
         ),
         (
             '[support]\nkind = "clamped"\n[[load]]\ntext = "50 mN up at tip"\n[[load]]\ntext = "1 N tendon at 5 mm"',
@@ -195,7 +195,7 @@ LOADED = '[[load]]\ntext = "0.1 N up at tip"\n'
         ),
         (
             LOADED + '[along]\nscale.embedded = ["5 mm", "50 mm"]',
-            "[along]: scale 5: scale.embedded = 50 mm: goes through",
+            "[along]: scale 5: scale.embedded = 50 mm: the tab goes",
         ),
         (LOADED + '[along]\nbeam.pitch = ["9 mm", "8 mm"]', '"beam.pitch": must be one of scale.length'),
         (LOADED + '[along]\nscale.theta0 = ["10 deg", "40 deg"]', "[along]: scales touch before anything is loaded"),

@@ -87,7 +87,7 @@ def _part(common: flags.Common, path: str, mu: float | None, load: tuple[str, ..
     from squama.part.definition import Part
 
     found = None
-    with flags.problems().caught(), flags.laid(common.places):
+    with flags.problems().caught(), flags.laid({s.place: s.name for s in common.settings}):
         found = Part.from_toml(path, overrides=common.overrides(mu))
         flags.check_friction(path, found.beam)
     if found is not None and not (load or found.load):

@@ -82,11 +82,8 @@ def graded(beam: Beam, grades: Mapping[str, Sequence[float]], n: int) -> list[Be
     """Return the beam of each of n scales, or one for all where nothing differs."""
     if not grades:
         return [beam]
-    places = {len(numbers): np.linspace(0, 1, len(numbers)) for numbers in grades.values()}
     each = np.linspace(0, 1, n)
-    columns = {
-        name.removeprefix("scale."): np.interp(each, places[len(numbers)], numbers) for name, numbers in grades.items()
-    }
+    columns = {name.removeprefix("scale."): np.interp(each, np.linspace(0, 1, len(v)), v) for name, v in grades.items()}
     beams = []
     for i in range(n):
         with naming(f"along: scale {i + 1}"):
