@@ -54,7 +54,7 @@ def load(
 ) -> int:
     """Load a part: a beam of N scales on its supports, under forces, moments, a tendon or its weight."""
     common.check(beam, *(grade.text for grade in along if not grade.name))
-    given = {"load": list(load) or None, "support": support, "along": _grades(along)}
+    given: dict[str, Any] = {"load": list(load) or None, "support": support, "along": _grades(along)}
     given = {name: value for name, value in given.items() if value is not None}
     part = settled(_part(common, beam, mu, load))
 

@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -103,7 +103,7 @@ def load(
     engaged at 0.58 of it, 1.3 times the bare moment
     """
     part = beam if isinstance(beam, Part) else Part(beam)
-    given = {"load": load, "support": support, "along": along}
+    given: dict[str, Any] = {"load": load, "support": support, "along": along}
     part = replace(part, **{name: value for name, value in given.items() if value is not None})
     return _loaded(part, scales=scales, points=points, back=back, mu=mu, ideal=ideal, hold=hold).dataset()
 
