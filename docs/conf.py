@@ -16,7 +16,7 @@ from sphinx.environment import BuildEnvironment
 from sphinx.util.docutils import SphinxDirective
 
 import squama
-from squama.beam.beamfile import TABLES
+from squama.beam.beamfile import PART, TABLES, heading
 from squama.joints import law
 from squama.model.joint import LAWS
 from squama.plot import style
@@ -62,10 +62,11 @@ def symbols() -> list[str]:
 def keys() -> list[str]:
     """Rows of the table of keys of a beam file."""
     rows = ["| table | key | meaning | measures | example |", "|---|---|---|---|---|"]
-    for table, content in TABLES.items():
+    kinds = {'"': "text", "[": "list"}
+    for table, content in (*TABLES.items(), *PART.items()):
         for name, key in content.items():
-            measures = key.dimension or ("file" if key.example.startswith('"') else "whole number")
-            rows.append(f"| `[{table}]` | `{name}` | {key.meaning} | {measures} | `{key.example}` |")
+            measures = key.dimension or kinds.get(key.example[0], "whole number")
+            rows.append(f"| `{heading(table)}` | `{name}` | {key.meaning} | {measures} | `{key.example}` |")
     return rows
 
 

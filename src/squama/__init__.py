@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from squama.io.datasets import read, save
     from squama.io.measured import read_measured
     from squama.model.outcome import End
+    from squama.part.definition import Part
     from squama.part.door import load
     from squama.scene.picture import view
     from squama.sections.table import LawTable, law_table
@@ -61,6 +62,7 @@ _NAMES = {
     "curves.polygons": "bend_twist bend_twist_map",
     "dynamics.doors": "vibrate shake",
     "dynamics.ratios": "free_vibration FreeVibration",
+    "part.definition": "Part",
     "part.door": "load",
     "sections.trial": "law Law",
     "sections.table": "law_table LawTable",
@@ -105,6 +107,7 @@ __all__ = [
     "Joint",
     "Law",
     "LawTable",
+    "Part",
     "Response",
     "Scale",
     "Solved",

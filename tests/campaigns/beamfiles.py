@@ -68,6 +68,7 @@ def files() -> list[tuple[str, bytes, Callable[[Path], str]]]:
     rows = b"".join((EXAMPLES / "designs.csv").read_bytes().splitlines(keepends=True)[:12])
     return [
         ("a.toml", beam, _beam),
+        ("p.toml", (EXAMPLES / "cantilever.toml").read_bytes(), _any(squama.Part.from_toml)),
         ("a.csv", matrix, _matrix),
         ("d.csv", rows, _designs),
         ("m.csv", (EXAMPLES / "measured_loop.csv").read_bytes()[:3000], points),

@@ -97,7 +97,7 @@ def test_a_value_set_twice_is_refused_by_its_name(command, capsys):
 def test_a_value_set_twice_is_refused_in_a_target_and_by_mu(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     with flags.collecting(), pytest.raises(InputError, match=r"--set scale\.alpha: is given twice"):
-        flags.Base(set_=(flags.Setting("scale", "alpha", 1), flags.Setting("scale", "alpha", 1))).overrides()
+        flags.Base(set_=(flags.Setting("scale.alpha", 1), flags.Setting("scale.alpha", 1))).overrides()
     said = "--set friction.mu: is given twice, or by a flag of its own, too; keep one of them"
     refused(["cycle", EXAMPLE, "--to", "0.1 rad/pitch", "--mu", "0.2", "--set", "friction.mu=0.3"], [[said]], capsys)
 

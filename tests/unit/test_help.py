@@ -91,7 +91,7 @@ def test_the_examples_run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for name, source in {"test.csv": "measured_loop.csv", "target.toml": "limb.toml"}.items():
         shutil.copy(ROOT / "examples" / source, name)
-    for name in ("designs.csv", "pla_on_vps.toml"):
+    for name in ("designs.csv", "pla_on_vps.toml", "cantilever.toml"):
         shutil.copy(ROOT / "examples" / name, name)
     # in this order: what one writes another reads; elements, fronts and the paper's figures have tests of their own
     for command in EXAMPLES:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from squama.errors import InputError, Problem, Problems, refuse
+from squama.io import files
 from squama.io.tabular import close, guess
 from squama.units import Bounds, Dimension, as_text, shown
 
@@ -86,6 +88,18 @@ TABLES: Mapping[str, Mapping[str, Key]] = {
     },
     "friction": {"mu": _number(Dimension.RATIO, FRICTION, "coefficient of friction", "0.25")},
 }
+PART: Mapping[str, Mapping[str, Key]] = {
+    "support": {
+        "kind": Key(None, "clamped (the root), gripped (both ends) or simple (two rollers)", '"simple"'),
+        "span": Key(Dimension.LENGTH, "distance between the rollers of simple", '"160 mm"'),
+    },
+    "load": {"text": Key(None, "a force, moment, tendon ... or a deformation that is imposed", '"2 N up at tip"')},
+    "along": {
+        "scale.theta0": Key(None, "values of the first and the last scale, or of each", '["5 deg", "9 deg"]'),
+        "table": Key(None, "in place of these a table (CSV) with a row for each scale", '"scales.csv"'),
+    },
+}
+"""Sections of a part under load (:class:`squama.Part`), which stand beside the tables of its beam."""
 NUMBERS: dict[str, tuple[Dimension, Bounds]] = {
     f"{table}.{name}": (key.dimension, key.bounds)
     for table, keys in TABLES.items()
@@ -96,6 +110,12 @@ NUMBERS: dict[str, tuple[Dimension, Bounds]] = {
 # a value with a unit, but without the quotes that TOML wants
 _LONGEST_LINE = 200
 _UNQUOTED = re.compile(r"\s*([\w.-]+)\s*=\s*([+-]?\d[\w.+-]*\s*[^\s\d\"'#\[\]{},][^\"'#\[\]{},]*?)\s*(?:#.*)?")
+
+
+def read(path: str | os.PathLike[str]) -> tuple[str, str]:
+    """Return the name of a beam file for messages, and its text."""
+    name = files.label(path)
+    return name, files.read_text(path, missing=f"write an example with: squama new {name}")
 
 
 def loads(text: str) -> dict[str, Any]:
@@ -109,12 +129,17 @@ def loads(text: str) -> dict[str, Any]:
 
 
 def parse(text: str) -> tuple[dict[str, Any], Problems]:
-    """Turn the text of a beam file into the arguments of `Beam`, and name every key and table that does not belong."""
+    """Turn the text of a beam file into the arguments of `Beam`, and name every key and table that does not belong.
+
+    Sections of a part under load belong, and are left out: see :func:`sections`.
+    """
     arguments: dict[str, Any] = {}
     problems = Problems()
     for table, content in loads(text).items():
+        if table in PART:
+            continue
         if table not in TABLES:
-            problems.append(unknown_table(table, content))
+            problems.append(unknown_table(table, content, (*TABLES, *PART)))
         elif not isinstance(content, dict):
             problems.append(no_table(table, content))
         elif table == "beam":
@@ -123,6 +148,16 @@ def parse(text: str) -> tuple[dict[str, Any], Problems]:
         else:
             arguments[table] = content
     return arguments, problems
+
+
+def sections(text: str) -> dict[str, Any]:
+    """Return the sections of a part under load, of :data:`PART`, that stand in the text of a beam file."""
+    return {name: content for name, content in loads(text).items() if name in PART}
+
+
+def heading(section: str) -> str:
+    """Return how a section of a part begins in the file."""
+    return "[[load]]" if section == "load" else f"[{section}]"
 
 
 def merge(arguments: Mapping[str, Any], overrides: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
@@ -166,15 +201,15 @@ def explain(error: ValidationError, root: str | None, problems: Iterable[Problem
 
 def no_table(table: str, value: object) -> Problem:
     """Say that a table was given as something else."""
-    keys = ", ".join(TABLES.get(table, ()))
+    keys = ", ".join({**TABLES, **PART}.get(table, ()))
     return Problem(table, shown(value), "is not a table", f"write [{table}] and under it {keys}")
 
 
-def unknown_table(table: str, content: object) -> Problem:
-    """Say that a table (or a key outside any table) is not known, and guess which was meant."""
-    tables = ", ".join(TABLES)
+def unknown_table(table: str, content: object, known: Sequence[str] = tuple(TABLES)) -> Problem:
+    """Say that a table (or a key outside any table) is not known, and guess which of those known was meant."""
+    tables = ", ".join(known)
     if isinstance(content, dict):
-        meant = guess(table, TABLES, "[{}]")
+        meant = guess(table, known, "[{}]")
         return Problem(f"[{_name(table)}]", "", "unknown table", f"{meant}allowed: {tables}")
     homes = _homes(table)
     remedy = f"put it under {' or '.join(f'[{home}]' for home in homes)}" if homes else f"allowed tables: {tables}"
@@ -183,7 +218,7 @@ def unknown_table(table: str, content: object) -> Problem:
 
 def unknown_key(table: str, key: str, *, whole_beam: bool = False) -> Problem:
     """Say that a key of a table is not known, and guess which was meant."""
-    keys = [*TABLES[table], *(name for name in TABLES if whole_beam and name != "beam")]
+    keys = [*{**TABLES, **PART}[table], *(name for name in TABLES if whole_beam and name != "beam")]
     homes = _homes(key)
     meant = f"it belongs in {' or '.join(f'[{home}]' for home in homes)}; " if homes else guess(key, keys)
     return Problem(f"{table}.{_name(key)}", "", "unknown key", f"{meant}allowed: {', '.join(keys)}")

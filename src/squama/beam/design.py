@@ -16,6 +16,7 @@ from squama.beam import beamfile, card, validity
 from squama.beam.parts import Assembly, Friction, Joint, Quantity, Scale, Substrate, read_ratios
 from squama.errors import Problem, Problems, naming
 from squama.io import files
+from squama.progress import LOG
 
 __all__ = ["Beam", "Friction", "Joint", "Scale", "Substrate"]
 
@@ -95,14 +96,20 @@ class Beam(Assembly):
         Returns
         -------
         Beam
+            The beam alone; a line of the log names sections of a part under load, which `squama.Part` reads.
 
         Raises
         ------
         InputError
             The file or a value in it cannot be used: one line per mistake, each with the file's name.
         """
-        text = files.read_text(path, missing=f"write an example with: squama new {files.label(path)}")
-        return cls.from_toml_text(text, source=files.label(path), overrides=overrides, folder=Path(path).parent)
+        name, text = beamfile.read(path)
+        found = cls.from_toml_text(text, source=name, overrides=overrides, folder=Path(path).parent)
+        if part := ", ".join(map(beamfile.heading, beamfile.sections(text))):
+            LOG.warning(
+                "squama: %s: the beam alone is read, without %s; for these: squama load, squama.Part", name, part
+            )
+        return found
 
     @classmethod
     def from_toml_text(

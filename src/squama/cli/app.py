@@ -49,7 +49,7 @@ EXAMPLES = {
     "design": "target.toml -o designs",
     "pareto": "target.toml --plot front.png --csv front.csv",
     "row": "beam.toml --scales 9 --plot row.png",
-    "load": 'beam.toml --scales 9 --load "2 N up at tip" --plot part.png',
+    "load": "cantilever.toml --plot part.png",
     "law": 'beam.toml --bend "5 rad/m" --twist "5 rad/m" --mu 0 -o beam.inp',
     "joint": "beam.toml --levels 2",
     "cell": 'beam.toml --to "0.15 rad/pitch" --mesh coarse --csv cell.csv',

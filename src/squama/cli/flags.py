@@ -202,15 +202,14 @@ def once(name: str, pairs: Iterable[Pair], aliases: Mapping[str, str] | None = N
 class Setting(NamedTuple):
     """A value of --set, or of another flag that gives one of the file's."""
 
-    table: str
-    key: str
+    place: str
     value: int | str
     flag: str = "--set"
 
     @property
     def name(self) -> str:
         """The flag and what it sets, as they are written."""
-        return f"{self.flag} {self.table}.{self.key}" if self.flag == "--set" else self.flag
+        return f"{self.flag} {self.place}" if self.flag == "--set" else self.flag
 
 
 def _setting(name: str, text: str) -> Setting:
@@ -224,7 +223,7 @@ def _setting(name: str, text: str) -> Setting:
         wrong = beamfile.unknown_key(table, key) if table in known else beamfile.unknown_table(table, {})
         raise InputError(wrong.at(where))
     digits = value.lstrip("+-").isdecimal() and len(value) < 20
-    return Setting(table, key, int(value) if digits else value)
+    return Setting(place.strip(), int(value) if digits else value)
 
 
 def several(one: Reader[T]) -> Reader[tuple[T, ...]]:
@@ -344,9 +343,7 @@ _SET = 'A value in place of the beam file\'s, e.g. scale.alpha="30 deg"; may be 
 class Base:
     """Flags of every command that reads a beam."""
 
-    set_: Annotated[
-        tuple[Setting, ...], flag(_SET, "--set", read=Reader(_setting, Setting("", "", "")), many=True)
-    ] = ()
+    set_: Annotated[tuple[Setting, ...], flag(_SET, "--set", read=Reader(_setting, Setting("", "")), many=True)] = ()
     json: Json = False
     verbose: Annotated[bool, Parameter(help="Say on standard error what is done and how long it takes.")] = False
 
@@ -359,16 +356,17 @@ class Base:
     def settings(self) -> Sequence[Setting]:
         """Values in place of the file's; what is held is one of them, where it is a flag."""
         hold = getattr(self, "hold", None)
-        return self.set_ if hold is None else (*self.set_, Setting("beam", "hold", hold, "--hold"))
+        return self.set_ if hold is None else (*self.set_, Setting("beam.hold", hold, "--hold"))
 
     def overrides(self, mu: float | None = None) -> dict[str, dict[str, object]]:
         """Return the values in place of the file's, by table and key; one that is given twice is refused."""
         found: dict[str, dict[str, object]] = {} if mu is None else {"friction": {"mu": mu}}
         for one in self.settings:
-            table = found.setdefault(one.table, {})
-            if one.key in table:
+            name, _, key = one.place.partition(".")
+            table = found.setdefault(name, {})
+            if key in table:
                 refuse(one.name, "", "is given twice, or by a flag of its own, too", "keep one of them")
-            table[one.key] = one.value
+            table[key] = one.value
         return found
 
     def beam(self, path: str, mu: float | None = None, *, friction: bool = True) -> Beam | None:
@@ -378,7 +376,7 @@ class Base:
         """
         from squama.beam.design import Beam
 
-        with problems().caught(), laid({f"{s.table}.{s.key}": s.name for s in self.settings}):
+        with problems().caught(), laid({s.place: s.name for s in self.settings}):
             found = Beam.from_toml(path, overrides=self.overrides(mu))
             if friction:
                 check_friction(path, found)

@@ -6,20 +6,36 @@ import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any
 
+from squama.beam import beamfile
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled
-from squama.units import moment, number
+from squama.io.files import label
+from squama.units import moment, number, shown
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from squama.part.definition import Part
+
 _LOAD = (
     'What loads it: "0.2 N up at tip", "10 mm down at middle", "0.5 N down over all", "weight down", "30 N mm twist", '
-    '"90 deg bend", "3 N tendon at 4 mm"; may be repeated.'
+    '"90 deg bend", "3 N tendon at 4 mm"; may be repeated ([[load]] of the file).'
 )
-_SUPPORT = 'Supports: clamped (the root), gripped (both ends), "simple, span 180 mm" (two rollers) (clamped).'
-_ALONG = 'What differs along the beam, of the first and the last scale: scale.theta0="5 deg, 10 deg"; may be repeated.'
+_SUPPORT = (
+    'Supports: clamped (the root), gripped (both ends), "simple, span 180 mm" (two rollers) ([support] of the file, '
+    "clamped without it)."
+)
+_ALONG = (
+    'What differs along the beam, of the first and the last scale: scale.theta0="5 deg, 10 deg"; may be repeated. Or a '
+    "table (CSV) with a row for each scale ([along] of the file)."
+)
 _KEYS = "load loads support graded joint hold K_theta rigidity joint_source band squama_version"
+_PAIR = flags.pair("name=first, last", 'scale.theta0="5 deg, 10 deg"')
+
+
+def _grade(name: str, text: str) -> flags.Pair:
+    """Read a grade; what has no sign of equality is the name of a table."""
+    return _PAIR(name, text) if "=" in text else flags.Pair("", text)
 
 
 def load(
@@ -27,12 +43,9 @@ def load(
     /,
     *,
     load: Annotated[tuple[str, ...], flag(_LOAD, read=flags.Reader(lambda _, text: text, ""), many=True)] = (),
-    support: Annotated[str, flag(_SUPPORT)] = "clamped",
+    support: Annotated[str | None, flag(_SUPPORT)] = None,
     scales: Annotated[int | None, flags.scales(200, "Number of scales (that of the file)")] = None,
-    along: Annotated[
-        tuple[flags.Pair, ...],
-        flag(_ALONG, read=flags.pair("name=first, last", 'scale.theta0="5 deg, 10 deg"'), many=True),
-    ] = (),
+    along: Annotated[tuple[flags.Pair, ...], flag(_ALONG, read=flags.Reader(_grade, _PAIR.failed), many=True)] = (),
     mu: flags.Mu = None,
     back: Annotated[bool, flags.Parameter(help="Take the load off again.")] = False,
     ideal: flags.Ideal = False,
@@ -40,22 +53,47 @@ def load(
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Load a part: a beam of N scales on its supports, under forces, moments, a tendon or its weight."""
-    if not load:
-        flags.problems().add("--load", "", "is missing", 'give it, e.g. --load "0.2 N up at tip"')
-    common.check(beam)
-    described = settled(common.beam(beam, mu))
-    grades = {name: [v.strip() for v in text.split(",")] for name, text in flags.once("--along", along).items()}
+    common.check(beam, *(grade.text for grade in along if not grade.name))
+    given: dict[str, Any] = {"load": list(load) or None, "support": support, "along": _grades(along)}
+    given = {name: value for name, value in given.items() if value is not None}
+    part = settled(_part(common, beam, mu, load))
 
     from squama.part import door
 
-    how: dict[str, Any] = {"support": support, "scales": scales, "along": grades, "points": points, "back": back}
-    with flags.laid(flags.arguments("support", "scales", "along")):
-        data = door.load(described, list(load), ideal=ideal or None, **how)
+    how: dict[str, Any] = {"scales": scales, "points": points, "back": back, "ideal": ideal or None}
+    own = {name: f"{label(beam)}: {beamfile.heading(name)}" for name in beamfile.PART}
+    with flags.laid(flags.arguments("scales") | own | {name: f"--{name}" for name in given}):
+        data = door.load(part, **given, **how)
     written = output.write(common, lambda: data, "part_figure", lambda d: output.flat(d.drop_dims(_OTHERS), "theta"))
     parts = {"figures": output.figures(data), "curve": "point", "root": "point axis", "sections": "point section"}
-    record = output.record(described, data, _KEYS, **parts, scales="point scale")
+    record = output.record(part.beam, data, _KEYS, **parts, scales="point scale")
     record["idealisation"] = data.attrs["scales"]
-    return output.report(common.json, beam, written, record, _shown(data))
+    replaced = [f"--{name} in place of {own[name]}" for name in given if getattr(part, name)]
+    return output.report(common.json, beam, written, record, (*_shown(data), *replaced))
+
+
+def _grades(along: tuple[flags.Pair, ...]) -> dict[str, list[str]] | str | None:
+    """Return what --along gives: values by name, or the one table; mistakes are kept."""
+    tables = [grade.text for grade in along if not grade.name]
+    if tables and len(along) > 1:
+        flags.problems().add("--along", shown(tables[0]), "stands beside others", "give a table alone")
+    if tables:
+        return tables[0]
+    return {name: [v.strip() for v in text.split(",")] for name, text in flags.once("--along", along).items()} or None
+
+
+def _part(common: flags.Common, path: str, mu: float | None, load: tuple[str, ...]) -> Part | None:
+    """Read the part; mistakes are kept, as is that neither the file nor a flag loads it."""
+    from squama.part.definition import Part
+
+    found = None
+    with flags.problems().caught(), flags.laid({s.place: s.name for s in common.settings}):
+        found = Part.from_toml(path, overrides=common.overrides(mu))
+        flags.check_friction(path, found.beam)
+    if found is not None and not (load or found.load):
+        remedy = 'give it, e.g. --load "0.2 N up at tip", or write [[load]] in the beam file'
+        flags.problems().add("--load", "", "is missing", remedy)
+    return found
 
 
 _OTHERS = ["section", "axis"]

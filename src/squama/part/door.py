@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+import os
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +21,8 @@ from squama.curves.way import States, Way
 from squama.errors import refuse
 from squama.loads import LOADS, NOTHING
 from squama.part import grading, loaded, loading
+from squama.part.definition import Part
+from squama.part.grading import Grades
 from squama.part.loading import Load, Support
 from squama.part.told import Told
 from squama.units import Dimension, shown
@@ -28,16 +32,15 @@ if TYPE_CHECKING:
 
 MOST = 200
 """Largest number of scales of a part."""
-Grades = Mapping[str, Sequence[float | str]]
 
 
 def load(
-    beam: Beam,
-    load: str | Sequence[str],
+    beam: Beam | Part,
+    load: str | Sequence[str] | None = None,
     *,
-    support: str = "clamped",
+    support: str | None = None,
     scales: int | None = None,
-    along: Grades | None = None,
+    along: Grades | str | os.PathLike[str] | None = None,
     mu: float | None = None,
     points: int = 50,
     back: bool = False,
@@ -51,20 +54,22 @@ def load(
     Parameters
     ----------
     beam
-        The beam.
+        The beam; or a :class:`squama.Part`, e.g. of a file, in which case ``load``, ``support`` and ``along`` take the
+        place of its own where they are given.
     load
         What loads it, all of it growing alike from 0: texts such as "0.2 N up at tip", "0.5 N down over all", "weight
         down", "30 N mm twist", "20 N mm bend", "3 N tendon at 4 mm", "1 N thrust at 0 mm"; or one deformation that is
         imposed, "10 mm down at middle", "90 deg twist". Up is towards the scaled side, right along the scales' width,
         out from the root to the tip. Forces keep their direction. Several texts are parted by ";" or given as a list.
     support
-        "clamped" (default): the root is held, the tip is free; "gripped": both ends stay on one axis, and may come
+        "clamped" (if not given): the root is held, the tip is free; "gripped": both ends stay on one axis, and may come
         nearer; "simple" or "simple, span 180 mm": on two rollers, across which the part may slide.
     scales
         Number of scales, 2 to 200; the beam's own if not given.
     along
         Grading: names of the beam's lengths and angles with two values, of the first and the last scale, or one for
-        each scale: ``{"scale.theta0": ["5 deg", "10 deg"]}``.
+        each scale: ``{"scale.theta0": ["5 deg", "10 deg"]}``; or a table (CSV) with a row for each scale, whose columns
+        are such names with their units: ``scale.theta0 (deg)``.
     mu
         Coefficient of friction; the beam's own if not given.
     points
@@ -97,26 +102,24 @@ def load(
     >>> print(f"engaged at {float(r.share_e):.2f} of it, {stiffer:.1f} times the bare moment")
     engaged at 0.58 of it, 1.3 times the bare moment
     """
-    return loaded_part(
-        beam, load, support=support, scales=scales, along=along, points=points, back=back, mu=mu, ideal=ideal, hold=hold
-    ).dataset()  # fmt: skip
+    part = beam if isinstance(beam, Part) else Part(beam)
+    given: dict[str, Any] = {"load": load, "support": support, "along": along}
+    part = replace(part, **{name: value for name, value in given.items() if value is not None})
+    return _loaded(part, scales=scales, points=points, back=back, mu=mu, ideal=ideal, hold=hold).dataset()
 
 
-def loaded_part(
-    beam: Beam,
-    load: str | Sequence[str],
+def _loaded(
+    part: Part,
     *,
-    support: str = "clamped",
-    scales: int | None = None,
-    along: Grades | None = None,
-    points: int = 50,
-    back: bool = False,
-    mu: float | None = None,
-    ideal: bool | None = None,
-    hold: str | None = None,
+    scales: int | None,
+    points: int,
+    back: bool,
+    mu: float | None,
+    ideal: bool | None,
+    hold: str | None,
 ) -> Answer:
     """Return what :func:`load` returns, before it is a dataset."""
-    arguments.beam(beam)
+    beam = part.beam
     only_one(beam.faces, "a part under load")
     n, twisting = arguments.whole("scales", beam.pitches if scales is None else scales, 2, MOST), LOADS["twisting"]
     way = Way.of("twisting", [math.inf])
@@ -124,15 +127,19 @@ def loaded_part(
         beam.replace(scales=n), way, twisting, points=points, joint=REAL, mu=mu, ideal=ideal, hold=hold
     )
     beam = analysis.beam
-    held, given = loading.support(support, beam, n), loading.loads(load, beam, n)
+    support = "clamped" if part.support is None else part.support
+    held, given = loading.support(support, beam, n), loading.loads(part.load, beam, n)
     _go_together(given, held)
-    beams = grading.graded(beam, along or {}, n)
-    ones = [real.Path.of(one, float(analysis.mus), (NOTHING,), ideal=analysis.ideal) for one in beams]
+    grades = {} if part.along is None else grading.of_scales(part.along, n)
+    part = replace(part, beam=beam, along=grades)
+    ones = [real.Path.of(one, float(analysis.mus), (NOTHING,), ideal=analysis.ideal) for one in part.graded(n)]
     states = _solve(ones, n, given, held, points, back=back)
     words = "; ".join(g.words.strip() for g in given)
     attrs: dict[str, object] = {"load": "part", "loads": words, "support": support, "pitch": beam.pitch}
-    if along:
-        attrs["graded"] = ", ".join(along)
+    # the whole part, for whoever reads the result
+    attrs["beam"] = part.to_toml()
+    if grades:
+        attrs["graded"] = ", ".join(grades)
     answer = labelled.answer(analysis, states, "a part under load", attrs, load=twisting, page="parts")
     for name, count in (("scale", range(1, n + 1)), ("section", range(n + 1))):
         answer.variables[name] = Labelled((name,), np.array(count), {"long_name": f"{name}, counted along the beam"})
@@ -184,6 +191,8 @@ def _solve(
         where = "along" if len(ones) > 1 else "scale"
         refuse(where, "", "scales touch before anything is loaded", "let them differ less")
     notes = real.notes(one.held, one.beam, 0.0, ideal=not one.way.scale.h)
+    if len(ones) > 1 and one.beam.joint.matrix is not None:
+        notes.append("joint.matrix is of one shape: scales that differ along the part have the same joint")
     if held.word == "gripped" and given[0].tie.carried[1]:
         notes.append(
             "the grips leave the bar's ends free to warp: by elements 5 scales of stiff_skin.toml whose ends are held "

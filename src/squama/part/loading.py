@@ -55,14 +55,20 @@ class Support(NamedTuple):
     ends: tuple[float, float] = (0.0, 0.0)
 
 
+def texts(given: str | Sequence[str]) -> list[str]:
+    """Return the text of each load; none of what is neither a text nor a list."""
+    if isinstance(given, str):
+        return given.split(";")
+    return list(given) if isinstance(given, list | tuple) else []
+
+
 def loads(given: str | Sequence[str], beam: Beam, n: int) -> list[Load]:
     """Read the loads of a beam of n scales; refuse what is none, and those that do not go together."""
-    whole = isinstance(given, str | list | tuple)
-    texts = given.split(";") if isinstance(given, str) else list(given) if whole else []
-    if not texts or len(texts) > MANY or not all(isinstance(text, str) for text in texts):
+    whole = texts(given)
+    if not whole or len(whole) > MANY or not all(isinstance(text, str) for text in whole):
         refuse("load", "", f"must be 1 to {MANY} texts", f"write e.g. {EXAMPLES}")
     with naming("load"):
-        found = [_load(text, beam, n) for text in texts]
+        found = [_load(text, beam, n) for text in whole]
     imposed = [load for load in found if load.given]
     if imposed and len(found) > 1:
         why = "imposes a deformation, which stands alone"

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from squama.beam.design import Beam
+from squama.part.definition import Part
 from squama.plot import style
 from squama.plot.palette import ACCENT, GREY, INK
 from squama.types import Array
@@ -35,7 +38,8 @@ def part_figure(dataset: xr.Dataset) -> Figure:
 def shape(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the bar's axis and its scales at some points of :func:`squama.load`, mm."""
     ax, _ = style.panel(ax, dataset, "x_axis", "squama.load")
-    beam = Beam.from_toml_text(dataset.attrs["beam"])
+    part = Part.from_toml_text(dataset.attrs["beam"])
+    beams = part.graded(dataset.sizes["scale"])
     x, y, z = (1e3 * dataset[f"{name}_axis"].values for name in "xyz")
     above = np.ptp(x) > np.ptp(y)
     across = x if above else y
@@ -45,8 +49,8 @@ def shape(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     for i, colour in zip(chosen, style.shades(len(chosen)), strict=True):
         ax.plot(z[i], across[i], color=colour, linewidth=1.4)
         if not above:
-            ax.fill(*_bar(beam, y[i], z[i]), color=colour, alpha=0.2, linewidth=0)
-            ax.plot(*_scales(beam, dataset["theta"].values[i], y[i], z[i]), color=colour, linewidth=0.8)
+            ax.fill(*_bar(part.beam, y[i], z[i]), color=colour, alpha=0.2, linewidth=0)
+            ax.plot(*_scales(beams, dataset["theta"].values[i], y[i], z[i]), color=colour, linewidth=0.8)
         handles.append(style.key(f"{float(dataset['share'][i]):.2f}", color=colour))
     ax.set_aspect("equal", adjustable="datalim")
     ax.set(xlabel="Along the bar at rest (mm)", ylabel="Across (mm)" if above else "Up (mm)")
@@ -62,15 +66,16 @@ def _bar(beam: Beam, y: Array, z: Array) -> tuple[Array, Array]:
     return np.append(z + off_z, (z - off_z)[::-1]), np.append(y + off_y, (y - off_y)[::-1])
 
 
-def _scales(beam: Beam, theta: Array, y: Array, z: Array) -> tuple[Array, Array]:
+def _scales(beams: Sequence[Beam], theta: Array, y: Array, z: Array) -> tuple[Array, Array]:
     """Return lines of all scales as seen from the side: from the bar's face along the bar, and away from it."""
     along = np.gradient(z), np.gradient(y)
     size = np.hypot(*along)
     t_z, t_y = (np.interp(np.arange(theta.size) + 0.5, np.arange(z.size), v / size) for v in along)
     middle_z, middle_y = ((v[1:] + v[:-1]) / 2 for v in (z, y))
-    half, length = 1e3 * beam.substrate.thickness / 2, 1e3 * beam.scale.length
+    half, length = 1e3 * beams[0].substrate.thickness / 2, 1e3 * np.array([beam.scale.length for beam in beams])
+    alpha = np.array([beam.scale.alpha for beam in beams])
     base_z, base_y = middle_z - half * t_y, middle_y + half * t_z
-    ahead, up = length * np.cos(beam.scale.alpha) * np.cos(theta), length * np.sin(theta)
+    ahead, up = length * np.cos(alpha) * np.cos(theta), length * np.sin(theta)
     tip_z, tip_y = base_z + ahead * t_z - up * t_y, base_y + ahead * t_y + up * t_z
     gap = np.full(theta.size, np.nan)
     return np.column_stack([base_z, tip_z, gap]).ravel(), np.column_stack([base_y, tip_y, gap]).ravel()
