@@ -134,7 +134,7 @@ class Walked:
         return {sense: one.way.engaged for sense, one in both.items()}
 
     def bar(self) -> float:
-        """Return the slope of the torque over the twist before engagement, N m: grips hold the bow that twist brings."""
+        """Return the slope of the torque before engagement, N m: grips hold the bow that twist brings."""
         one = real.Path.of(self.beam, self.start.mu, (_TWISTING.verb,), ideal=False)
         stations = Stations.along(_TWISTING, np.array([0.0, _SLIGHT]))
         found = real_cycles.pressed(one, _TWISTING, stations, self.beam.pitches, self.kind)
