@@ -169,3 +169,17 @@ def test_a_search_walks_the_scales_some_tens_of_times(monkeypatch):
     T = c["T"].values + np.random.default_rng(6).normal(0, 1e-4, c.phi.size)
     squama.fit({"phi": c.phi.values, "T": T}, BEAM, starts=2)
     assert counts["free"] < 60 < counts["endless"]
+
+
+@pytest.mark.parametrize("ends", ["free", "gripped"])
+def test_the_slope_before_engagement_is_that_of_the_ends(ends):
+    beam = BEAM.replace(hold="nothing")
+    c = squama.cycle(beam, WAY, points=20, ends=ends)
+    made = prepare.prepared(
+        "compliant",
+        Wanted(
+            beam, records.read({"phi": c.phi.values, "T": c["T"].values}, beam, "twisting"), ("mu", "K_theta"),
+            "twisting", "edge", None, {"to": None, "reversal": None, "stick": 0.0}, None, 1, (), ends,
+        ),
+    )  # fmt: skip
+    assert prepare.bar(made) == pytest.approx(float(c["T"][1] / c.phi[1]), rel=1e-6)

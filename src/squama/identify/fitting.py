@@ -210,7 +210,7 @@ def _result(made: Prepared, found: Found, wanted: Wanted, rival: Rival | None, w
         remedies = estimate.remedies(asked, best.values, senses, used, best.jacobian, found.noise)
     else:
         beam = asked._replace(beam=wanted.beam).fitted(best.values)
-    steep = slope(rec, points, found.usable, at, made.asked.base.rigidity / beam.pitch, found.noise)
+    steep = slope(rec, points, found.usable, at, prepare.bar(made), found.noise)
     result = Fit(
         beam=beam,
         initial=asked.beam,

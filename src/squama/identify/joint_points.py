@@ -39,6 +39,8 @@ _STEPS = {"mu": 2e-3, "stiffness": 1e-3, "rigidity": 1e-3, "twist_zero": 2e-3, "
 _RELATIVE = ("stiffness", "rigidity", "modulus")
 """Steps of the differences, and which of them are over the value."""
 _FAR = 1e3
+_SLIGHT = 1e-4
+"""A twist before any engagement, rad per pitch."""
 _TWISTING = LOADS["twisting"]
 _LEAST, _MOST = 1e-3, 20.0
 """Torque, over the largest, below which a share says nothing; largest share, and one over the least."""
@@ -130,6 +132,13 @@ class Walked:
         """Twist per pitch at which plates first touch, by sense."""
         both = real_cycles.paths(self.beam, _TWISTING, self.start.mu, [-1.0, 1.0], ideal=False)
         return {sense: one.way.engaged for sense, one in both.items()}
+
+    def bar(self) -> float:
+        """Return the slope of the torque before engagement, N m: grips hold the bow that twist brings."""
+        one = real.Path.of(self.beam, self.start.mu, (_TWISTING.verb,), ideal=False)
+        stations = Stations.along(_TWISTING, np.array([0.0, _SLIGHT]))
+        found = real_cycles.pressed(one, _TWISTING, stations, self.beam.pitches, self.kind)
+        return float(found[0]["torque"][-1] * self.beam.unit_moment / _SLIGHT)
 
     def drawn(self, points: int, *, once: bool) -> tuple[Walked, Array]:
         """Return readings of each way to be drawn, and the number of their way."""

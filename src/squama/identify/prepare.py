@@ -190,8 +190,15 @@ def enough(made: Prepared) -> None:
     refuse("data", "", f"{reason}, where {' and '.join(hidden)} cannot be seen", remedy)
 
 
+def bar(made: Prepared) -> float:
+    """Return the slope of the torque of the beam as given before engagement, N m per rad of a pitch."""
+    points = made.points
+    gripped = isinstance(points, Walked) and points.kind == GRIPPED
+    return points.bar() if gripped else made.asked.base.rigidity / made.asked.beam.pitch
+
+
 def wrong_unit(made: Prepared) -> str:
     """Say what unit the slope of the first part of the twist speaks of; empty where a bar may explain it."""
-    asked, unit = made.asked, made.asked.base.rigidity / made.asked.beam.pitch
-    steep = slope(made.record, made.points, made.usable, asked.physical(asked.start), unit, None)
+    asked = made.asked
+    steep = slope(made.record, made.points, made.usable, asked.physical(asked.start), bar(made), None)
     return steep.cause(asked.names, asked.beam.pitches) if steep is not None and steep.wrong_unit else ""
