@@ -220,7 +220,7 @@ def test_more_loops_are_nearly_the_same_again():
 @pytest.mark.parametrize(
     ("twist", "options", "words"),
     [
-        ("0.5 rad/pitch", FAR, "twist = 0 rad/pitch: the contact is followed to 0.30"),
+        ("0.5 rad/pitch", FAR, "twist = 0.5 rad/pitch: the contact is followed back to 0.30"),
         ("1.2 rad/pitch", FAR, "twist = 1.2 rad/pitch: the contact is followed to 1.05"),
         ("1.2 rad/pitch", FAR, 'give at most "1.05'),
         ("1719 deg total", FAR, 'twist = "1719 deg total" (1.20009 rad/pitch): the contact is followed to 1.05'),

@@ -67,7 +67,8 @@ def walk(analysis: Analysis) -> States:
         else:
             v, each = _of_row(one, load, stations, n, kind)
     except LeftError as left:
-        _refuse(analysis, left, goals[stations.legs[left.point]])
+        leg = stations.legs[left.point]
+        _refuse(analysis, left, goals[leg if left.outward else leg - 1])
     rigidity = one.case(load).rigidity
     v["mode"][slid] = path.STICK
     v = _along(v, stations, rigidity)
@@ -231,13 +232,14 @@ class LeftError(InputError):
     """
 
     def __init__(self, point: int, far: float, why: str, *, outward: bool) -> None:
-        super().__init__(Problem("twist", "", f"the contact is followed to {far:.5g} rad/pitch: {why}"))
+        where = f"the contact is followed {'' if outward else 'back '}to {far:.5g} rad/pitch"
+        super().__init__(Problem("twist", "", f"{where}: {why}"))
         self.point, self.far, self.outward = point, far, outward
 
 
 def _refuse(analysis: Analysis, left: LeftError, goal: float) -> NoReturn:
-    """Refuse a history on which the contact ends on the way to a value, and say how far it may go."""
-    remedy = "turn round before"
+    """Refuse a history on which the contact ends on the way to a value, or back from it, and say how far it may go."""
+    remedy = "turn round before that"
     if left.outward and left.far:
         digits = 10.0 ** (math.floor(math.log10(abs(left.far))) - 3)
         # after a reversal the contact goes on a little before it comes back

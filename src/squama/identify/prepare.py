@@ -193,8 +193,9 @@ def enough(made: Prepared) -> None:
 def bar(made: Prepared) -> float:
     """Return the slope of the torque of the beam as given before engagement, N m per rad of a pitch."""
     points = made.points
-    gripped = isinstance(points, Walked) and points.kind == GRIPPED
-    return points.bar() if gripped else made.asked.base.rigidity / made.asked.beam.pitch
+    if isinstance(points, Walked) and points.kind == GRIPPED:
+        return points.bar()
+    return made.asked.base.rigidity / made.asked.beam.pitch
 
 
 def wrong_unit(made: Prepared) -> str:
