@@ -135,11 +135,14 @@ def beyond(track: Track, far: float, *loads: Load) -> tuple[str, ...]:
         return ()
     found = []
     for load in loads:
-        strains = np.abs(track.cells[..., load.axis]).max(axis=0)
-        if strains.max() > real.STRAIN_LIMIT:
+        strains = track.cells[..., load.axis]
+        most = np.abs(strains).max(axis=0)
+        if most.max() > real.STRAIN_LIMIT:
+            reached = int((np.abs(strains) > real.STRAIN_LIMIT).any(axis=1).argmax())
             found.append(
-                f"cell {int(strains.argmax()) + 1} {load.verb}s by up to {strains.max():.3g} rad per pitch; the "
-                f"joint's stiffness was compared with nonlinear elements up to {real.STRAIN_LIMIT:g}"
+                f"cell {int(most.argmax()) + 1} {load.verb}s by up to {most.max():.3g} rad per pitch; the joint's "
+                f"stiffness was compared with nonlinear elements up to {real.STRAIN_LIMIT:g}: end the curve where the "
+                f"beam {load.verb}s by {abs(strains[reached].mean()):.3g} rad per pitch in the mean"
             )
     return tuple(found)
 
