@@ -27,6 +27,8 @@ TAB_LIMIT = 0.025
 """Error of a torque by :func:`rigid_tab` from which on it is told; it may then be twice as large."""
 STRAIN_LIMIT = 0.3
 """Twist per pitch, rad, up to which the model was compared with nonlinear elements."""
+COMPARED = f"the joint's stiffness was compared with nonlinear elements up to {STRAIN_LIMIT:g}"
+"""What is said of cells that are strained farther."""
 TWIST = LOADS["twisting"].verb
 
 

@@ -138,11 +138,12 @@ def beyond(track: Track, far: float, *loads: Load) -> tuple[str, ...]:
         strains = track.cells[..., load.axis]
         most = np.abs(strains).max(axis=0)
         if most.max() > real.STRAIN_LIMIT:
-            reached = int((np.abs(strains) > real.STRAIN_LIMIT).any(axis=1).argmax())
+            farthest, mean = np.abs(strains).max(axis=1), np.abs(strains.mean(axis=1))
+            i = int((farthest > real.STRAIN_LIMIT).argmax())
+            end = np.interp(real.STRAIN_LIMIT, farthest[max(i - 1, 0) : i + 1], mean[max(i - 1, 0) : i + 1])
             found.append(
-                f"cell {int(most.argmax()) + 1} {load.verb}s by up to {most.max():.3g} rad per pitch; the joint's "
-                f"stiffness was compared with nonlinear elements up to {real.STRAIN_LIMIT:g}: end the curve where the "
-                f"beam {load.verb}s by {abs(strains[reached].mean()):.3g} rad per pitch in the mean"
+                f"cell {int(most.argmax()) + 1} {load.verb}s by up to {most.max():.3g} rad per pitch; {real.COMPARED}: "
+                f"end the curve where {end:.3g} rad per pitch is the mean of all cells"
             )
     return tuple(found)
 

@@ -200,8 +200,5 @@ def _solve(
         )
     most = float(np.abs(told.track.cells[..., :3]).max())
     if most > real.STRAIN_LIMIT:
-        notes.append(
-            f"cells are strained by up to {most:.3g} rad per pitch; the joint's stiffness was compared with nonlinear "
-            f"elements up to {real.STRAIN_LIMIT:g}"
-        )
+        notes.append(f"cells are strained by up to {most:.3g} rad per pitch; {real.COMPARED}: give a smaller load")
     return States(told.by_dim(), real.attributes(one.held, NOTHING), notes)
