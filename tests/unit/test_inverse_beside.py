@@ -10,8 +10,8 @@ import pytest
 
 import squama
 from squama.cli import main
-from squama.inverse.beside import beside
-from squama.inverse.reached import Beside, Reached
+from squama.inverse.beside import Beside, beside
+from squama.inverse.goals import Reached
 from squama.inverse.target import read_target
 
 SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(hold="bend, lateral bend")

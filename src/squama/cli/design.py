@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from squama.beam.design import Beam
     from squama.inverse.designing import Design, InverseDesign
-    from squama.inverse.reached import Reached
+    from squama.inverse.goals import Reached
     from squama.inverse.target import Target
 
 SHOWN = 6
@@ -106,7 +106,7 @@ def _record(found: InverseDesign) -> dict[str, object]:
 
 def _shown(found: InverseDesign) -> Iterable[str | Table]:
     """Return designs side by side, then what holds for the first."""
-    from squama.inverse.reached import SENSES
+    from squama.inverse.goals import SENSES
     from squama.study.parameters import people
 
     shown = found.designs[:MOST]

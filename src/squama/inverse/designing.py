@@ -17,10 +17,9 @@ from squama.beam.faces import only_one
 from squama.curves import doors
 from squama.curves.chosen import idealisation
 from squama.errors import refuse
-from squama.inverse import beside, joint_figures, making, search, with_ends
-from squama.inverse.goals import Pitches
-from squama.inverse.limits import LIMITS
-from squama.inverse.reached import Beside, Reached, reached
+from squama.inverse import beside, joint_figures, limits, search
+from squama.inverse.beside import Beside
+from squama.inverse.goals import Pitches, Reached, reached
 from squama.inverse.residuals import Look, Residuals
 from squama.inverse.target import Target, read_target
 from squama.loads import ENDLESS, LOADS
@@ -236,11 +235,11 @@ def find(
         y[same] = still[same]
     look, shares = search.refine(residuals, y), residuals.shares
     if target.own and any(goal.want.at is not None for goal in target.goals):
-        look, shares = with_ends.refined(target, look, count, seed)
+        look, shares = search.with_ends(target, look, count, seed)
     elif any(v.step for v in space.variables):
         best = np.argsort(look.merit, kind="stable")[: ROUNDED + 2 * count]
-        look = residuals.look(making.rounded(residuals, look.y[best], seed), slopes=True, plates=True)
-    refined = _Refined(residuals, look, residuals.effects(look.y) * np.expand_dims(shares, 1))
+        look = residuals.look(search.rounded(residuals, look.y.T[best], seed), slopes=True, plates=True)
+    refined = _Refined(residuals, look, residuals.effects(look.y.T) * np.expand_dims(shares, 1))
     kept = np.flatnonzero((refined.limits >= -BROKEN).all(axis=0) & np.isfinite(look.merit))
     if not kept.size:
         refuse("limits", "", "no beam within the bounds keeps them all", refined.broken(), target.source)
@@ -254,8 +253,8 @@ def find(
         notes.append(LOCK)
     if elements:
         rates = {goal.want.at.per_length(found[0].beam) for goal in target.goals if goal.want.at is not None}
-        notes += making.by_elements(found[0].beam, target.options.sense, sorted(rates))
-    sizes = residuals.tolerances(look.y[chosen[:1]])
+        notes += beside.by_elements(found[0].beam, target.options.sense, sorted(rates))
+    sizes = residuals.tolerances(look.y.T[chosen[:1]])
     return InverseDesign(
         source=target.source,
         met=found[0].met,
@@ -279,10 +278,10 @@ def find(
 
 def _idle(look: Look) -> Array:
     """Return the variables that no figure depends on, as far as there are starts that have all figures."""
-    whole = np.isfinite(look.found.values).all(axis=0)
+    whole = np.isfinite(look.values).all(axis=0)
     if not whole.any():
         return np.empty(0, int)
-    return np.flatnonzero(~look.found.slopes[..., whole].any(axis=(0, 2)))
+    return np.flatnonzero(~look.slopes[..., whole].any(axis=(0, 2)))
 
 
 class _Refined(NamedTuple):
@@ -302,15 +301,15 @@ class _Refined(NamedTuple):
         look, target = self.look, self.residuals.target
         least = np.maximum(-self.limits, 0).sum(axis=0)
         i = int(np.argmin(np.where(np.isfinite(look.merit), least, np.inf)))
-        sizes = self.residuals.sizes(self.residuals.space.cells(look.y[i : i + 1]), look.found.values[:, i : i + 1])
+        sizes = self.residuals.sizes(self.residuals.space.cells(look.y[:, [i]].T), look.values[:, i : i + 1])
         words = []
         for name, g in zip(self.residuals.names, self.limits[:, i], strict=False):
             if g >= -BROKEN:
                 continue
-            if name not in LIMITS:
+            if name not in limits.LIMITS:
                 words.append(name)
                 continue
-            limit, value = LIMITS[name], target.limits[name]
+            limit, value = limits.LIMITS[name], target.limits[name]
             has = float(np.ravel(limit.measure(sizes))[0])
             short = f"{has * 1e3:.4g} mm" if limit.dimension is Dimension.LENGTH else f"{has:.4g}"
             bound = f"at {'least' if limit.least else 'most'} {as_text(value, limit.dimension)}"
@@ -331,7 +330,7 @@ class _Refined(NamedTuple):
         chosen: list[int] = []
         for least in DISTINCT:
             for i in order.tolist():
-                if len(chosen) < count and all(np.abs(look.y[i] - look.y[j]).max() >= least for j in chosen):
+                if len(chosen) < count and all(np.abs(look.y[:, i] - look.y[:, j]).max() >= least for j in chosen):
                     chosen.append(i)
         return sorted(chosen, key=order.tolist().index)
 
@@ -340,34 +339,34 @@ class _Refined(NamedTuple):
 
         What is asked as "at least" or "at most" has room for them: what goes beyond that room counts.
         """
-        target, found = self.residuals.target, np.zeros(len(self.look.y))
+        target, found = self.residuals.target, np.zeros(self.look.merit.size)
         for k, goal in enumerate(target.goals):
             size = np.sqrt((self.effects[k] ** 2).sum(axis=0))
             if goal.sense != "=":
-                room = goal.relative(self.look.found.values[k], self.look.d, self.look.scales)
+                room = goal.relative(self.look.values[k], self.look.d, self.look.scales)
                 size = np.maximum(size - room * (1 if goal.sense == ">=" else -1), 0.0) * target.real
             found += (goal.weight * size) ** 2
         return np.sqrt(found)
 
     def meets(self, i: int) -> bool:
         """Whether a design meets every goal by the figures of the search."""
-        return all(goal.met for goal in self.reached(i, self.look.found.values[:, i], self._pitches(i)))
+        return all(goal.met for goal in self.reached(i, self.look.values[:, i], self._pitches(i)))
 
     def design(self, i: int) -> Design:
         """Return one complete design."""
         space, target = self.residuals.space, self.residuals.target
-        options, y = target.options, self.look.y[i]
+        options, y = target.options, self.look.y[:, i]
         beam = space.beam_of(y)
         if target.real:
             # all contacts, and steps of its own
             reached, answer = joint_figures.followed(beam, [goal.want for goal in target.goals], options)
             values = np.array(reached)
-            lines = making.refused(beam, target.printer)
+            lines = limits.refused(beam, target.printer)
         else:
             common = {name: getattr(options, name) for name in ("law", "sense", "margin")}
             answer = doors.respond(beam, space.load, points=3, joint="hinge", **common)
-            values = self.look.found.values[:, i]
-            lines = making.refused(beam, {}, sided=LOADS[space.load].sided)
+            values = self.look.values[:, i]
+            lines = limits.refused(beam, {}, sided=LOADS[space.load].sided)
         goals = tuple(self.reached(i, values, Pitches(beam.pitch, beam.pitches)))
         return Design(
             beam=beam,
@@ -397,19 +396,19 @@ class _Refined(NamedTuple):
     def active(self, i: int) -> list[str]:
         """Name the bounds and limits on which a design lies, and the goals that it just meets."""
         found, target = [], self.residuals.target
-        for v, share in zip(self.residuals.space.variables, self.look.y[i], strict=False):
+        for v, share in zip(self.residuals.space.variables, self.look.y[:, i], strict=False):
             if share <= ACTIVE or share >= 1 - ACTIVE:
                 side, bound = ("lower", v.low) if share <= ACTIVE else ("upper", v.high)
                 found.append(f"{v.name} at its {side} bound {text_of(v.key, bound)}")
-        for goal, value in zip(target.goals, self.look.found.values[:, i], strict=False):
+        for goal, value in zip(target.goals, self.look.values[:, i], strict=False):
             just = abs(value / goal.value(*self._pitches(i)) - 1) <= 2 * target.accept
             if target.real and goal.sense != "=" and just:
                 sense = "at least" if goal.sense == ">=" else "at most"
                 found.append(f"{goal.name} {sense} {goal.number:g} {goal.unit}".strip())
         for name, g in zip(self.residuals.names, self.look.g[:, i], strict=True):
-            if g <= ACTIVE and name in LIMITS:
+            if g <= ACTIVE and name in limits.LIMITS:
                 value = target.limits[name]
-                found.append(f"limit {name} {as_text(value, LIMITS[name].dimension)}")
+                found.append(f"limit {name} {as_text(value, limits.LIMITS[name].dimension)}")
             elif g <= ACTIVE:
                 found.append(name)
         return found

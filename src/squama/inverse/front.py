@@ -16,7 +16,7 @@ from squama.beam.design import Beam
 from squama.beam.faces import only_one
 from squama.curves.chosen import idealisation
 from squama.errors import Problems, refuse
-from squama.inverse import joint_figures, making
+from squama.inverse import joint_figures, limits
 from squama.inverse.named_figures import AT_TWIST, OF_BEAM, OF_LOCKS, At, Found, Want
 from squama.inverse.search import sobol
 from squama.inverse.space import built
@@ -238,7 +238,8 @@ class Trade:
             of_contact = [o.name in ("tangent", "stiffness_ratio") for o in self.chosen.objectives]
             values[np.ix_(apart, of_contact)] = np.nan
         at = [] if self.chosen.at is None else [self.chosen.at]
-        room = self.target.rooms(c, self.target.sizes(c, at, found.values[-1] if self.lock else None))
+        sizes = limits.Sizes.of(c, self.space.load, limits.farthest(c, at, found.values[-1] if self.lock else None))
+        room = self.target.rooms(c, sizes)
         short = {name: np.maximum(-np.broadcast_to(v, len(y)), 0.0) for name, v in room.items()}
         missing = {f"no {o.name}": ~np.isfinite(v) for o, v in zip(self.chosen.objectives, values.T, strict=True)}
         violation = np.where(good, np.nan_to_num(sum(short.values()), nan=1.0), 2.0) + np.any(
@@ -294,7 +295,7 @@ class Trade:
 
         Each keeps all limits, passes what the printer files ask and has the figures of its curve with all contacts.
         """
-        y = np.unique(making.nearest(self.space, y), axis=0)
+        y = np.unique(self.space.nearest(y), axis=0)
         values, violation = self.evaluate(y, plates=True)[:2]
         kept = np.flatnonzero(violation <= 0)
         kept = kept[[self._sound(y[i], values[i]) for i in kept.tolist()]] if kept.size else kept
@@ -304,7 +305,7 @@ class Trade:
 
     def _sound(self, y: Array, values: Array) -> bool:
         beam = self.space.beam_of(y)
-        if making.refused(beam, self.target.printer):
+        if limits.refused(beam, self.target.printer):
             return False
         wants = [o.want for o in self.chosen.objectives]
         again, _ = joint_figures.followed(beam, wants, self.target.options, endless=True)

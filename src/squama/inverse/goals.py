@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
@@ -10,7 +12,7 @@ import numpy as np
 
 from squama.errors import Problems, refuse
 from squama.inverse import targetfile
-from squama.inverse.named_figures import At, Want
+from squama.inverse.named_figures import FIGURES, At, Want
 from squama.inverse.space import Space
 from squama.inverse.targetfile import AT_POINTS, Context, Given, PointTable, TargetTable
 from squama.io import files, measured
@@ -18,24 +20,15 @@ from squama.loads import LOADS
 from squama.model.sensitivity import STEP
 from squama.study.columns import Cells
 from squama.types import Array
-from squama.units import Dimension, shown
+from squama.units import Dimension, look_up, shown
 
-MISSING = 100.0
-"""Residual of a design that has no such figure, e.g. does not lock; reached figures are relative to the asked ones."""
 ACCEPT = 0.01
 """Largest difference, relative to what is asked, of a goal that counts as reached."""
 LABELS = {"tangent": "tangent", "stiffness_ratio": "stiffness ratio", "strength_share": "stress over strength"}
-_DIMENSIONS = {
-    "torque": Dimension.TORQUE,
-    "stress": Dimension.PRESSURE,
-    "length": Dimension.LENGTH,
-    "stiffness": Dimension.RIGIDITY,
-    "tangent": Dimension.RIGIDITY,
-    "W_fr": Dimension.LINE_WORK,
-}
-"""Dimensions of the figures that are no ratios and no twists."""
 MOST_POINTS = 24
 """Points of a measured curve that are used; more are thinned out evenly."""
+SENSES = {"=": "", ">=": "at least ", "<=": "at most "}
+"""Words before an asked value."""
 
 
 class Pitches(NamedTuple):
@@ -94,33 +87,67 @@ class Goal(NamedTuple):
         return np.asarray(np.imag(self.relative(known + 1j * STEP * slopes, *moved)) / STEP)
 
 
-def residual(
-    goals: tuple[Goal, ...],
-    values: Array,
-    slopes: Array,
-    at: Pitches,
-    moved: Pitches,
-    short: Array,
-    *,
-    inside: float = 0.0,
-) -> tuple[Array, Array]:
-    """Weighted relative differences from the goals (goals, designs), and derivatives (goals, variables, designs).
+@dataclass(frozen=True)
+class Reached:
+    """One goal of a design, in the unit in which it was asked.
 
-    ``values`` and ``slopes`` of the figures have the same shapes; ``at`` are the designs' pitches, ``moved``
-    (variables, designs) those with complex steps. ``short`` (goals, designs) is how much of the asked twist a design
-    without the figure lacks. What is asked as "at least" or "at most" is sought by the share ``inside`` within.
+    ``difference`` is reached minus asked; ``spread`` the root of the sum of squares of ``effects``, which are
+    derivative times tolerance by dimension. A measured curve is one goal: ``reached`` is then the rms difference of its
+    points. A figure that the design does not have is NaN.
     """
-    r, J = np.empty_like(values), np.zeros_like(slopes)
-    for i, goal in enumerate(goals):
-        difference, slope = goal.relative(values[i], *at), goal.slope(values[i], slopes[i], moved)
-        if goal.sense != "=":
-            difference = difference - inside if goal.sense == ">=" else difference + inside
-            slack = difference >= 0 if goal.sense == ">=" else difference <= 0
-            difference, slope = np.where(slack, 0.0, difference), np.where(slack, 0.0, slope)
-        missing = ~np.isfinite(difference)
-        r[i] = goal.weight * np.where(missing, MISSING + short[i], difference)
-        J[i] = goal.weight * np.where(missing, 0.0, slope)
-    return r, J
+
+    name: str
+    unit: str
+    sense: str
+    asked: float
+    reached: float
+    difference: float
+    met: bool
+    spread: float = math.nan
+    effects: dict[str, float] = field(default_factory=dict, repr=False)
+
+    @property
+    def wanted(self) -> str:
+        """Goal in words: "at least 5", "45 deg total"."""
+        return f"{SENSES[self.sense]}{self.asked:.5g} {self.unit}".strip()
+
+
+def reached(
+    goals: Sequence[Goal],
+    values: Array,
+    own: Pitches,
+    accept: float,
+    effects: Array | None = None,
+    names: Sequence[str] = (),
+) -> list[Reached]:
+    """Return the reached goals of a design by its figures (goals,) in SI; points of a curve are one goal.
+
+    ``own`` are the design's pitch and number of scales, ``effects`` (goals, dimensions) what tolerances do, over the
+    asked values, by the ``names`` of the dimensions.
+    """
+    found: list[Reached] = []
+    if effects is None:
+        effects = np.zeros((len(goals), 0))
+
+    def add(goal: tuple[str, str, str, float], value: float, by: Array, *, met: bool) -> None:
+        spread = float(np.linalg.norm(by)) if names else math.nan
+        found.append(Reached(*goal, value, value - goal[3], met, spread, dict(zip(names, by.tolist(), strict=True))))
+
+    for k, goal in enumerate(goals):
+        if not goal.group:
+            met = goal.met(float(values[k]), *own, accept)
+            one = (goal.name, goal.unit, goal.sense, goal.number)
+            add(one, goal.shown(values[k], *own), goal.number * effects[k], met=met)
+    for group in dict.fromkeys(goal.group for goal in goals if goal.group):
+        those = [k for k, goal in enumerate(goals) if goal.group == group]
+        scale = goals[those[0]].scale
+        off = float(_rms(values[those] - [goals[k].asked for k in those]))
+        add((f"{group}, rms", "N m", "=", 0.0), off, scale * _rms(effects[those]), met=off / scale <= accept)
+    return found
+
+
+def _rms(values: Array) -> Array:
+    return np.asarray(np.sqrt(np.mean(np.square(values), axis=0)))
 
 
 def read_goals(table: TargetTable, context: Context, folder: Path, problems: Problems) -> tuple[Goal, ...]:
@@ -157,7 +184,8 @@ def _value(where: str, figure: str, value: object, context: Context) -> Given:
     """Read the goal value of a figure."""
     if figure in ("lock", "engagement"):
         return targetfile.twist(where, value, context)
-    got = targetfile.quantity(where, value, _DIMENSIONS.get(figure, Dimension.RATIO), context)
+    dimension, *_ = look_up(FIGURES[figure][0]) or (Dimension.RATIO,)
+    got = targetfile.quantity(where, value, dimension, context)
     if figure == "RED" and got.si >= 1:
         refuse(where, shown(got.number), "a part of the work cannot be 1 or more", "write e.g. 0.4")
     if figure == "critical_mu" and got.si > 10:

@@ -157,6 +157,12 @@ class Space(NamedTuple):
         varied = {v.name: v.rounded(float(at[v.key][0])) for v in self.variables}
         return built(self.beam, {**varied, **{name: x for one in self.chosen(y) for name, x in one[1].items()}})
 
+    def nearest(self, y: Array) -> Array:
+        """Return points (n, m) with every dimension rounded to the nearest multiple of its step."""
+        values = self.values(y)
+        values |= {v.key: np.array([v.rounded(x) for x in values[v.key].tolist()]) for v in self.variables}
+        return self.place(values)
+
     def chosen(self, y: Array) -> list[tuple[str, dict[str, float]]]:
         """Return the chosen options of one point (m,): words, and what they set."""
         shares = y[len(self.variables) :]
