@@ -13,8 +13,7 @@ from squama._version import __version__
 from squama.beam.design import Beam
 from squama.curves.chosen import idealisation
 from squama.dynamics.systems import Model
-from squama.identify.result import Estimated
-from squama.identify.unknowns import Parameter
+from squama.identify.unknowns import Estimated, Parameter
 from squama.types import Array
 
 if TYPE_CHECKING:
@@ -95,23 +94,17 @@ class DecayFit(Estimated):
 
     def dataset(self) -> xr.Dataset:
         """Return everything as an ``xarray.Dataset``: dimensions ``point`` and ``parameter``."""
-        import xarray as xr
-
-        names, angle = list(self.parameters), self.model.load.angle
-        data = {
-            "t": ("point", self.t, {"long_name": "time", "units": "s"}),
-            angle: ("point", self.angle, {"long_name": self.model.load.angle_words, "units": "rad"}),
-            f"{angle}_fit": ("point", self.fitted, {"long_name": f"fitted {angle}", "units": "rad"}),
-            "estimate": ("parameter", self.estimates, {"long_name": "estimate"}),
-            "error": ("parameter", self._deviations, {"long_name": "standard error"}),
-            "unit": ("parameter", [row.unit for row in self.rows], {"long_name": "unit of estimate and error"}),
-            "correlation": (("parameter", "other"), self.correlation, {"long_name": "correlation of the estimates"}),
-            "noise": ((), self.noise, {"long_name": "noise of a point", "units": "rad"}),
-        }
-        said = {"estimates": ", ".join(self.lines), "notes": "\n".join(self.notes), "beam": self.beam.to_toml()}
-        title = f"parameters of a scale-covered beam from a decay in {self.model.load.name}"
-        attrs = {"title": title, **self.attrs, **said, "squama_version": __version__}
-        return xr.Dataset(data, coords={"parameter": names, "other": names}, attrs=attrs)
+        load = self.model.load
+        return self._labelled(
+            f"decay in {load.name}",
+            {
+                "t": ("point", self.t, "time", "s"),
+                load.angle: ("point", self.angle, load.angle_words, "rad"),
+                f"{load.angle}_fit": ("point", self.fitted, f"fitted {load.angle}", "rad"),
+                "noise": ("", self.noise, "noise of a point", "rad"),
+            },
+            {**self.attrs, "notes": "\n".join(self.notes)},
+        )
 
     def plot(self) -> Figure:
         """Draw the record, the fitted motion and the residuals, see :func:`squama.plot.decay_figure`."""

@@ -1,0 +1,198 @@
+"""What is to be known about a fit: whether its errors hold, what its residual and the other model say, notes."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+
+from squama.curves.hinge_cycles import Senses
+from squama.identify import estimate, noise
+from squama.identify.prepare import Prepared
+from squama.identify.result import Fit
+from squama.identify.selection import Found, Rival
+from squama.identify.slope import Slope
+from squama.identify.unknowns import NUISANCES
+from squama.units import moment
+
+_WORTH, _EACH = 8.0, 10.0
+"""Points that are worth one, from which on they are no noise; independent points for each parameter at least."""
+_BETTER = 10.0
+"""Growth of n ln(S) from which one model describes the points better than another; BIC calls it very strong."""
+_LOUD = 1.5
+_SAME = 2.0
+"""Standard errors of a difference that is one."""
+_AS_WELL = 1.5
+"""Residual over that of the fit up to which the other model describes the points as well, and is reported."""
+_SPARE = 6
+"""Points beyond the number of parameters from which on the residual tells the noise: two standard errors then hold 91
+of 100 truths or more."""
+_ALIKE = 1.5
+"""Points that are worth one independent one, from which on it is said."""
+_HIDDEN = "the residual would hardly show it, but the errors would not hold without"
+_SMALL = 0.05
+"""Standard error of a friction that is known to be small."""
+_GAIN = 0.7
+"""A further measurement is named if it brings one of the errors concerned below this part of it."""
+
+
+def disagreement(found: Found, rival: Rival | None) -> str:
+    """Say where the other model finds other values by more than the errors; empty where it does not.
+
+    It is empty, too, where the other model does not describe the points as well: its values then say nothing.
+    """
+    if rival is None or rival.found is None or rival.found.rms > _AS_WELL * found.rms:
+        return ""
+    other = rival.found
+    asked = [n for n in found.asked.names if n not in found.added and n in other.asked.names]
+    here, there = (
+        {n: (one.estimates[i], math.sqrt(one.covariance[i, i])) for i, n in enumerate(one.asked.names)}
+        for one in (found, other)
+    )
+    better = describes_better(found, other)
+    # where one misses the points its errors say nothing
+    counted = {1: (0, 1), 0: (1, 1), -1: (1, 0)}[better]
+    errors = {n: math.hypot(counted[0] * here[n][1], counted[1] * there[n][1]) for n in asked}
+    apart = [n for n in asked if abs(here[n][0] - there[n][0]) > _SAME * errors[n]]
+    if not apart:
+        return ""
+    values = ", ".join(
+        f"{row.name} = {row.written(*there[row.name])}"
+        for row in other.asked.rows
+        if row.name in (*asked, *other.added)
+    )
+    words = {1: " and describe the points better", 0: " and describe the points as well", -1: ""}
+    return (
+        f"the models disagree on {' and '.join(apart)}: {rival.words} give {values}, with a residual rms of "
+        f"{moment(other.rms, 3)} against {moment(found.rms, 3)}{words[better]}"
+    )
+
+
+def describes_better(found: Found, other: Found) -> int:
+    """Return 1 where the other model describes the same points better, -1 where worse, 0 where none tells."""
+    n = np.count_nonzero(found.used) / min(found.dependence, other.dependence)
+    gain = 2 * n * math.log(max(found.rms, 1e-150) / max(other.rms, 1e-150))
+    return int(gain > _BETTER) - int(gain < -_BETTER)
+
+
+def of_record(test: Prepared, found: Found, steep: Slope | None) -> list[str]:
+    """Say what is wrong with a record, or with the bar that it was measured on, by name."""
+    rec, out, asked = test.record, [], found.asked
+    own = np.flatnonzero(found.used)
+    if noise.interleaved(rec.load[own], rec.torque[own], test.points.readings.numbers[own]):
+        out.append(
+            "the rows are sorted by the twist: the torque jumps between two branches from row to row, so that loading "
+            "and unloading are mixed up; give the rows in the order measured"
+        )
+    cause = steep.cause(asked.names, asked.beam.pitches) if steep is not None else ""
+    return [*out, cause] if cause else out
+
+
+def doubts(found: Found, rival: Rival | None, given: float | None) -> list[str]:
+    """Say why the errors do not hold."""
+    out, n = [], int(np.count_nonzero(found.used))
+    tau, p = found.dependence, len(found.asked.rows)
+    least = p + (_SPARE if given is None else 1)
+    if n < least:
+        what = "the noise" if given is None else "whether the model holds"
+        out.append(
+            f"too few points: {n} for {p} parameter{'s' * (p != 1)} hardly tell {what}; measure {least} or more, "
+            f"better {int(_EACH) * p}"
+        )
+    if tau > _WORTH or (tau > 1 and n / tau < _EACH * p):
+        out.append(
+            f"residuals are not noise alone: {n} points are worth only {n / tau:.0f} independent ones, so the model "
+            "misses something of the test"
+        )
+    if rival is not None and rival.found is not None and describes_better(found, rival.found) > 0:
+        out.append(f"{rival.words} describe the points better")
+    if given is not None and found.rms > _LOUD * given:
+        out.append(
+            f"residuals ({moment(found.rms, 3)}) are larger than the noise that is given ({moment(given, 3)}), so the "
+            "model misses something of the test"
+        )
+    return out
+
+
+def notes(fit: Fit, senses: Senses | None) -> list[str]:
+    """Return the notes on a fit; ``senses`` are those of the fitted beam on hinges."""
+    seen = {name: abs(fit.values[name]) > 2 * fit.errors[name] for name in fit.added}
+    out = [f"{n} is found too: {'the residual shows it' if yes else _HIDDEN}" for n, yes in seen.items()]
+    if fit.rival is not None and fit.rival.problem:
+        out.append(f'joint="{fit.rival.joint}" has no fit to compare with: {fit.rival.problem}')
+    for i in np.flatnonzero(fit.at_bound):
+        low, high, value = fit.asked.low[i], fit.asked.high[i], fit.estimates[i]
+        if fit.parameters[i] == "mu" and low + 2 * estimate.EDGE < value < high - 2 * estimate.EDGE:
+            out.append(
+                f"mu is {value:.3g} or more: from there on the scales stick all along, and the torque is the same"
+            )
+            continue
+        nearer = low if value - low < high - value else high
+        out.append(f"{fit.parameters[i]} is at its bound {nearer:.6g}: errors are as without bounds")
+    asked = [i for i, name in enumerate(fit.parameters) if name not in fit.added]
+    pairs = [(fit.parameters[i], fit.parameters[j], fit.correlation[i, j]) for i, j in itertools.combinations(asked, 2)]
+    hard = [(a, b, float(c)) for a, b, c in pairs if abs(c) > estimate.HARDLY]
+    for a, b, c in hard:
+        out.append(
+            f"{a} and {b} are hardly separable by these points (correlation {c:+.3f}, condition of the scaled "
+            f"derivatives {fit.condition:.3g}): a change of one is made up for by the other"
+        )
+    weak = [n for n in fit.parameters if n not in NUISANCES and fit.errors[n] > estimate.UNSEEN * abs(fit.values[n])]
+    weak = [n for n in weak if not fit.at_bound[fit.parameters.index(n)]]
+    if "mu" in weak and fit.errors["mu"] < _SMALL:
+        weak.remove("mu")
+        most = fit.values["mu"] + 2 * fit.errors["mu"]
+        out.append(f"mu cannot be told from 0: two standard errors above the estimate are {most:.2g}")
+    out += [
+        f"{n} is not determined by these points: its error is {fit.errors[n] / abs(fit.values[n]):.2g} times as large"
+        for n in weak
+    ]
+    concerned = [i for i, n in enumerate(fit.parameters) if n in {*weak, *(x for a, b, _ in hard for x in (a, b))}]
+    for r in fit.remedies:
+        now = np.array(list(fit.errors.values()))
+        if any(r.errors[i] < _GAIN * now[i] for i in concerned):
+            # with as many digits as with the estimates
+            rows = zip(fit.asked.rows, fit.estimates, r.errors, strict=True)
+            errors = ", ".join(f"{row.name} {row.written(v, error).partition(' +- ')[2]}" for row, v, error in rows)
+            out.append(f"would help: {r.what} (standard errors then {errors})")
+    if fit.dependence > _ALIKE:
+        n = int(np.count_nonzero(fit.used))
+        out.append(
+            f"residuals resemble their neighbours: {n} points are worth {n / fit.dependence:.0f}; errors allow for that"
+        )
+    if fit.uneven:
+        out.append("the noise goes with the slope of the curve, as a noise of the twist does; errors allow for that")
+    out += [f"stray, not used: {fit.record.where(int(i))}" for i in np.flatnonzero(fit.branch == "stray")]
+    return out + (_locked(fit, senses) if senses else []) + _scatter(fit)
+
+
+def _locked(fit: Fit, senses: Senses) -> list[str]:
+    """Return a note where the fitted beam ends before the farthest point."""
+    rec = fit.record
+    for sign, path in senses.paths.items():
+        there = fit.used & ((rec.load < 0) == (sign == "-"))
+        far = float(np.max(np.abs(rec.load), where=there, initial=0.0))
+        if far > path.load_end * (1 + 1e-9):
+            return [
+                f"the fitted beam ends at {path.load_end:.6g} rad/pitch ({path.end}), before the farthest point "
+                f"({far:.6g} rad/pitch): the points beyond are not described by it"
+            ]
+    return []
+
+
+def _scatter(fit: Fit) -> list[str]:
+    """Return notes on parameters whose specimens differ by more than their errors."""
+    alone = [s for s in fit.specimens if s.values is not None]
+    if len(alone) < 2:
+        return []
+    values, errors = np.array([s.values for s in alone]), np.array([s.errors for s in alone])
+    out = []
+    for i, (name, row) in enumerate(zip(fit.parameters, fit.asked.rows, strict=True)):
+        scatter = float(np.std(values[:, i], ddof=1))
+        if scatter > 2 * float(np.sqrt(np.mean(errors[:, i] ** 2))):
+            out.append(
+                f"{name} differs between the {len(alone)} specimens by more than its errors: "
+                f"{row.written(values[:, i].mean(), scatter)} is mean and scatter of the specimens"
+            )
+    return out
