@@ -48,19 +48,9 @@ COINCIDE = 1e-11
 """Margins below this have vanished."""
 TURNED, UPRIGHT = math.radians(179), math.pi / 2
 """Largest inclinations looked at: where the scale lies on its back (twisting), where it stands (bending)."""
-FRICTIONAL, KINEMATIC, STATIC, OTHER, RELEASED, RANGE, NONE, TOUCHING = (
-    CODES.index(e)
-    for e in (
-        End.FRICTIONAL,
-        End.KINEMATIC,
-        End.STATIC,
-        End.OTHER,
-        End.RELEASED,
-        End.RANGE,
-        End.NONE,
-        End.TOUCHING,
-    )
-)
+FRICTIONAL, KINEMATIC, STATIC = map(CODES.index, (End.FRICTIONAL, End.KINEMATIC, End.STATIC))
+OTHER, RELEASED, RANGE = map(CODES.index, (End.OTHER, End.RELEASED, End.RANGE))
+NONE, TOUCHING = map(CODES.index, (End.NONE, End.TOUCHING))
 PASSED, ENDS, TURNS, UNCLEAR = range(4)
 """What samples of a path show: nothing ends it, it ends, it folds, or they are too far apart to tell."""
 MARGINS = (KINEMATIC, FRICTIONAL, CODES.index(End.OFF_TIP), CODES.index(End.OFF_SIDE), RANGE)
@@ -157,10 +147,8 @@ def follow(
 
 def design(pair: Twist, mu: float, theta_f: float, k: float, kind: int, law: int) -> Design:
     """Return a contact with neighbour k."""
-    return Design(
-        pair.eta / k, pair.beta / k, pair.lam / k, pair.sa, pair.ca, pair.theta0, mu, theta_f, k, kind, law,
-        pair.thickness / k,
-    )  # fmt: skip
+    eta, beta, lam, thickness = pair.eta / k, pair.beta / k, pair.lam / k, pair.thickness / k
+    return Design(eta, beta, lam, pair.sa, pair.ca, pair.theta0, mu, theta_f, k, kind, law, thickness)
 
 
 def value(x: float, d: Design, room: Room, what: int) -> float:
