@@ -279,7 +279,8 @@ def follow(
         in_parts(begin, len(which), most=part, least=part, threads=threads)
     phi_e, phi_end, K_theta, rigidity, finite_ratio = alone
     slope = _slopes(at, along[0], phi_e) / rigidity[:, None]
-    return Response(phi_e, phi_end, ends, known, K_theta, rigidity, along[0], slope, *along[1:], finite_ratio=finite_ratio)
+    beams = phi_e, phi_end, ends, known, K_theta, rigidity
+    return Response._make([*beams, along[0], slope, *along[1:], finite_ratio])
 
 
 def _slopes(x: Array, y: Array, start: Array) -> Array:
