@@ -204,7 +204,7 @@ def _points(where: str, table: PointTable, kind: str, context: Context) -> list[
         if key not in allowed:
             refuse(f"{where}.{key}", "", "does not belong here", f"allowed: twist, {', '.join(allowed)}, weight")
         if key in AT_POINTS and context.joint == "hinge":
-            refuse(f"{where}.{key}", "", *_not_on_hinges(key, context))
+            refuse(f"{where}.{key}", "", "is not a figure of hinges", f"leave out {' and '.join(context.hinged)}")
     if not given:
         refuse(f"{where}.{known[0]}", "", "is missing", f"write e.g. {targetfile.EXAMPLES[kind]}")
     twist = table.twist.strip() if isinstance(table.twist, str) else f"{shown(table.twist)} rad/m"
@@ -215,14 +215,6 @@ def _points(where: str, table: PointTable, kind: str, context: Context) -> list[
         name, want = f"{LABELS.get(figure, key)} at {twist}", Want(figure, at)
         found.append(Goal(name, want, got.number, got.unit, got.si, got.at, got.sense, weight))
     return found
-
-
-def _not_on_hinges(key: str, context: Context) -> tuple[str, str]:
-    """Return why a figure of the real beam cannot be a goal, and the remedy in this file."""
-    if LOADS[context.load].sided:
-        return "is not a figure of hinges", f"leave out {' and '.join(context.hinged)}"
-    instead = "a stiffness under [[target.tangent]]" if key == "stiffness_ratio" else "a moment"
-    return "cannot be asked for in bending yet, where designs are on hinges", f"ask for {instead} instead"
 
 
 def _figure(key: str, value: object) -> str:

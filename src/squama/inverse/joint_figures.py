@@ -61,7 +61,7 @@ def _values(c: Cells, wants: Sequence[Want], options: Options, copies: int) -> t
     twists = list(dict.fromkeys(w.at for w in wants if w.at is not None)) or [At(0.0, path.RANGE)]
     n = c.sizes["beam"]["scales"]
     twists.sort(key=lambda at: float(np.max(at.per_pitch(c.d, n).real)))
-    common: dict[str, Any] = {"sense": options.sense, "copies": copies, "along": False}
+    common: dict[str, Any] = {"load": options.load, "sense": options.sense, "copies": copies, "along": False}
     by_twist = {at: real_columns.solved(c, at.per_pitch(c.d, n), **common) for at in twists}
     last = by_twist[twists[-1]]
     found = [_figure(c, want.figure, by_twist.get(want.at or twists[-1], last)) for want in wants]

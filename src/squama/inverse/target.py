@@ -170,15 +170,15 @@ def _of_locks(file: File, need: str) -> list[str]:
 
 
 def _joint(file: File, common: Mapping[str, Any], locks: Sequence[str], problems: Problems) -> str:
-    """Return the joint: "hinge" for locks, bending or the plate law, else "compliant"."""
-    covered = LOADS[common["load"]].sided and common["law"] == "edge"
+    """Return the joint: "hinge" for locks or the plate law, else "compliant"."""
+    covered = LOADS[common["load"]].law(common["law"]) == "edge"
     joint = "compliant" if covered and not locks else "hinge"
     if file.joint is None:
         return joint
     with problems.caught():
         joint = arguments.one_of("joint", str(file.joint), ("compliant", "hinge"))
     if joint == "compliant" and not covered:
-        problems.add("joint", shown(joint), "is for twisting with the edge law", 'write joint = "hinge"')
+        problems.add("joint", shown(joint), "is for the edge law", 'write joint = "hinge"')
     if joint == "compliant" and locks:
         reason = "is of a lock, which only thin, rigid scales on hinges have"
         problems.add(locks[0], "", reason, "ask for a stiffness ratio, torque or stress at a twist")
