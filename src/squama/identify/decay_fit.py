@@ -28,7 +28,7 @@ from squama.errors import InputError, refuse
 from squama.identify import estimate, noise, records
 from squama.identify.decay_result import DecayFit
 from squama.identify.records import Swings
-from squama.identify.unknowns import PARAMETERS, Parameter, ask
+from squama.identify.unknowns import PARAMETERS, Parameter, ask, named
 from squama.io import measured
 from squama.loads import MODES
 from squama.types import Array
@@ -170,7 +170,7 @@ def fit_decay(
     mu = 0.3000, damping = 0.0100, rotor 0.0100 kg m2
     """
     arguments.beam(beam)
-    names = _names(parameters)
+    names = named(parameters, (*CONTACT, "damping"))
     mu = 0.25 if "mu" in names and beam.friction.mu is None else None
     model, _ = doors.model_of(beam, mu, law, load, joint, ideal)
     arguments.one_of("mode", mode, MODES)
@@ -189,19 +189,6 @@ def fit_decay(
     p = _started(trials, p, record)
     _check_engagement(trials, p, record, contact)
     return _found(trials, rows, p, (low, high), record)
-
-
-def _names(parameters: Sequence[str] | str) -> list[str]:
-    """Return the checked names of the parameters to find."""
-    given = [n.strip() for n in parameters.split(",")] if isinstance(parameters, str) else [str(n) for n in parameters]
-    known = (*CONTACT, "damping")
-    for name in given:
-        if name not in known:
-            reason = f'"{name}" is not the name of a parameter of a decay'
-            refuse("parameters", "", reason, f"known are {', '.join(known)}")
-    if not given or given.count("damping") > 1:
-        refuse("parameters", "", "damping is given twice" if given else "none is named", 'write e.g. "mu, damping"')
-    return given
 
 
 def _started(trials: Trials, p: Array, record: Swings) -> Array:

@@ -124,11 +124,7 @@ def fit(
     if samples:
         need("emcee")
     with naming("noise"):
-        sigma = None if noise is None else units.quantity(noise, "torque")
-    if sigma is not None and sigma <= 0:
-        refuse("noise", f"{sigma:.6g} N m", "must be above 0", 'write e.g. "5 N mm"')
-    if sigma is not None and not records.TORQUES.hold(sigma):
-        refuse("noise", f"{sigma:.6g} N m", f"is out of range ({records.TORQUES.allowed})", 'write e.g. "5 N mm"')
+        sigma = None if noise is None else units.bounded(noise, "torque", records.TORQUES)
     automatic = arguments.one_of("nuisances", nuisances, ("auto", "none")) == "auto"
     asked = ask(beam, load, parameters, bounds, joint="hinge" if joint == "hinge" else "compliant")
     # samples are drawn at twists that stay
@@ -157,14 +153,7 @@ def fit(
         # what the points seem not to show is a consequence
         refuse("data", "", f"no fit is found: {cause}")
     result = _result(made, found, wanted, _rival(_OTHER[kind], wanted, found), why)
-    if samples:
-        assert isinstance(made.points, Hinged)
-        points, torque = made.points.take(np.flatnonzero(found.used)), made.record.torque[found.used]
-        drawn = sample(
-            points, torque, found.asked, result.estimates, result.covariance, samples, noise=sigma, seed=seed
-        )
-        result = replace(result, posterior=drawn)
-    return result
+    return replace(result, posterior=sample(made, found, samples, seed)) if samples else result
 
 
 def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:

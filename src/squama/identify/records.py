@@ -31,7 +31,7 @@ _SWINGS, _BACK = 20, 0.02
 """Points of the record of a decay; way back that makes a turning point, over the range of the twist."""
 _FEWEST, _TIMES, _WIDEST = 20, 6.0, 0.05
 """Points from which on the noise of a twist is known, way back over it, and that over the range at most."""
-TORQUES = Bounds(1e-30, 1e30, "1e-30 to 1e30 N m", closed=True, example="5 N mm")
+TORQUES = Bounds(1e-30, 1e30, "1e-30 to 1e30 N m", closed=True, example='"5 N mm"')
 """Magnitudes of torques: squares and ratios of them are finite."""
 _OUTLIER = 1e6
 """Over the median: beyond what a load cell tells apart, so no torque that was measured."""

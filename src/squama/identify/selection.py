@@ -124,7 +124,8 @@ def chosen(test: Prepared, rough: Estimate, out: NDArray[np.bool_], candidates: 
     stray[index[out]] = True
     left = test._replace(usable=test.usable & ~stray)
     full = _with(left, rough.values, tuple(n for n in candidates if n not in asked.names))
-    best, added = settle(left, rough.values), ()
+    best = settle(left, rough.values)
+    added: tuple[str, ...] = ()
     if full is not None and best.square > _rounding(test, torque):
         wanted, start = full
         try:

@@ -160,6 +160,10 @@ class Estimated(ABC):
         """Standard errors, in the order of the estimates."""
         return np.asarray(np.sqrt(np.diag(self.covariance)))
 
+    def _of(self, *names: str) -> dict[str, Any]:
+        """Return attributes by name."""
+        return {name: getattr(self, name) for name in names}
+
     def _by_name(self, values: Array) -> dict[str, float]:
         return dict(zip(self.parameters, values.tolist(), strict=True))
 
@@ -287,13 +291,7 @@ def ask(
     unknown or given twice, and bounds that are reversed or out of range, are refused together; so is, on a ``joint``
     "hinge", what no test tells apart there.
     """
-    given = [n.strip() for n in names.split(",")] if isinstance(names, str) else [str(n) for n in names]
-    problems, once = Problems(), dict.fromkeys(given)
-    problems += [Problem("parameters", "", f"{n} is given twice", "give it once") for n in once if given.count(n) > 1]
-    problems += [_unknown("parameters", n) for n in once if n not in PARAMETERS]
-    if not given:
-        problems.add("parameters", "", "none is named", 'give e.g. ("mu", "K_theta")')
-    problems.settle()
+    given, problems = named(names, PARAMETERS), Problems()
     rows = tuple(PARAMETERS[n] for n in given)
     follows = beam.joint.stiffness is None and "K_theta" not in given
     if joint == "hinge" and {"C_f", "E_B"} <= set(given) and not follows:
@@ -319,11 +317,24 @@ def ask(
     return Asked(beam, load, rows, start, low, high, base, follows)
 
 
-def _unknown(where: str, name: str) -> Problem:
-    known, meant = ", ".join(PARAMETERS), _OTHER_NAMES.get(name)
-    remedy = f"{tabular.guess(name, PARAMETERS)}known are {known}"
-    if meant:
-        remedy = f"write {meant} ({PARAMETERS[meant].words}) or another of {known}"
+def named(names: Sequence[str] | str, known: Collection[str]) -> list[str]:
+    """Return the checked names of the parameters to find."""
+    given = [n.strip() for n in names.split(",")] if isinstance(names, str) else [str(n) for n in names]
+    problems, once = Problems(), dict.fromkeys(given)
+    problems += [Problem("parameters", "", f"{n} is given twice", "give it once") for n in once if given.count(n) > 1]
+    problems += [_unknown("parameters", n, known) for n in once if n not in known]
+    if not given:
+        problems.add("parameters", "", "none is named", 'give e.g. ("mu", "K_theta")')
+    problems.settle()
+    return given
+
+
+def _unknown(where: str, name: str, known: Collection[str] = PARAMETERS.keys()) -> Problem:
+    """Return the mistake of an unknown name: what is meant by it elsewhere, or the likely one, and all there are."""
+    listed, meant = ", ".join(known), _OTHER_NAMES.get(name)
+    remedy = f"{tabular.guess(name, known)}known are {listed}"
+    if meant and meant in known:
+        remedy = f"write {meant} ({PARAMETERS[meant].words}) or another of {listed}"
     return Problem(where, "", f'"{name}" is not the name of a parameter', remedy)
 
 
