@@ -249,7 +249,7 @@ def _alone(label: str, made: Prepared, start: Array) -> Alone:
         one = selection.settle(made, start)
     except InputError as error:
         return Alone(label, None, None, problem=str(error))
-    return Alone(label, one.estimates, np.sqrt(np.diag(one.covariance)), one.rms)
+    return Alone(label, one.estimates, one.deviations, one.rms)
 
 
 def _row(made: Prepared, found: Found, beam: Beam) -> Ends | None:

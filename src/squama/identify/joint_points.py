@@ -84,8 +84,8 @@ class Walked:
         """Return the points on the endless beam, whose torques are taken times the share that the scales have at v."""
         endless = self.endless()
         whole = endless._at(v)[0]
-        told = np.abs(whole) > _LEAST * np.abs(whole).max()
-        share = np.divide(self._at(v)[0], whole, out=np.ones(whole.size), where=told)
+        known = np.abs(whole) > _LEAST * np.abs(whole).max()
+        share = np.divide(self._at(v)[0], whole, out=np.ones(whole.size), where=known)
         endless.share = np.clip(share, 1 / _MOST, _MOST)
         return endless
 

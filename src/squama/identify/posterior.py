@@ -68,9 +68,7 @@ def sample(made: Prepared, found: Found, number: int, seed: int) -> Posterior:
     random = np.random.RandomState(seed)
     p = len(asked.rows)
     walkers = max(WALKERS, 4 * p)
-    error, covariance = np.sqrt(np.diag(found.covariance)), found.covariance
-    start = random.multivariate_normal(np.zeros(p), covariance / np.outer(error, error), walkers)
-    start = estimates + start * error
+    start = estimates + random.multivariate_normal(np.zeros(p), found.correlation, walkers) * found.deviations
     # walkers that start outside are put as far inside
     start = np.where(start < low, np.minimum(2 * low - start, 0.5 * (low + high)), start)
     start = np.where(start > high, np.maximum(2 * high - start, 0.5 * (low + high)), start)

@@ -45,11 +45,8 @@ def disagreement(found: Found, rival: Rival | None) -> str:
     if rival is None or rival.found is None or rival.found.rms > _AS_WELL * found.rms:
         return ""
     other = rival.found
-    asked = [n for n in found.asked.names if n not in found.added and n in other.asked.names]
-    here, there = (
-        {n: (one.estimates[i], math.sqrt(one.covariance[i, i])) for i, n in enumerate(one.asked.names)}
-        for one in (found, other)
-    )
+    asked = [n for n in found.parameters if n not in found.added and n in other.parameters]
+    here, there = ({n: (one.values[n], one.errors[n]) for n in one.parameters} for one in (found, other))
     better = describes_better(found, other)
     # where one misses the points its errors say nothing
     counted = {1: (0, 1), 0: (1, 1), -1: (1, 0)}[better]
@@ -150,8 +147,7 @@ def notes(fit: Fit, senses: Senses | None) -> list[str]:
     ]
     concerned = [i for i, n in enumerate(fit.parameters) if n in {*weak, *(x for a, b, _ in hard for x in (a, b))}]
     for r in fit.remedies:
-        now = np.array(list(fit.errors.values()))
-        if any(r.errors[i] < _GAIN * now[i] for i in concerned):
+        if any(r.errors[i] < _GAIN * fit.deviations[i] for i in concerned):
             # with as many digits as with the estimates
             rows = zip(fit.asked.rows, fit.estimates, r.errors, strict=True)
             errors = ", ".join(f"{row.name} {row.written(v, error).partition(' +- ')[2]}" for row, v, error in rows)

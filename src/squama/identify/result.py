@@ -135,7 +135,7 @@ class Fit(Found):
     def _repr_html_(self) -> str:
         """Return the card of a notebook."""
         notes = [*self._doubted, *self._checked, *self.notes]
-        rows = zip(self.asked.rows, self.estimates, self._deviations, strict=True)
+        rows = zip(self.asked.rows, self.estimates, self.deviations, strict=True)
         found = [(f"{row.name}, {row.words}", row.written(value, error)) for row, value, error in rows]
         used = f"{np.count_nonzero(self.used)} of {self.used.size} points, residual rms {moment(self.rms, 3)}"
         return card(f"Fit: {used}; {self.scales}", found, notes)

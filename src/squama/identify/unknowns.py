@@ -143,20 +143,20 @@ class Estimated(ABC):
     @property
     def errors(self) -> dict[str, float]:
         """Standard errors by name, SI units."""
-        return self._by_name(self._deviations)
+        return self._by_name(self.deviations)
 
     @property
     def correlation(self) -> Array:
         """Correlation matrix of the estimates."""
-        return np.asarray(self.covariance / np.outer(self._deviations, self._deviations))
+        return np.asarray(self.covariance / np.outer(self.deviations, self.deviations))
 
     @property
     def lines(self) -> list[str]:
         """Estimates with their errors: "mu = 0.251 +- 0.013"."""
-        return self._written(self.estimates, self._deviations)
+        return self._written(self.estimates, self.deviations)
 
     @property
-    def _deviations(self) -> Array:
+    def deviations(self) -> Array:
         """Standard errors, in the order of the estimates."""
         return np.asarray(np.sqrt(np.diag(self.covariance)))
 
@@ -169,7 +169,7 @@ class Estimated(ABC):
 
     def _parameters(self, **columns: Array) -> dict[str, dict[str, object]]:
         """Return estimates by name, with errors, units and further columns."""
-        rows = zip(self.rows, self.estimates, self._deviations, *columns.values(), strict=True)
+        rows = zip(self.rows, self.estimates, self.deviations, *columns.values(), strict=True)
         return {
             row.name: {"estimate": float(value), "error": float(error), "unit": row.unit}
             | dict(zip(columns, (v.item() for v in more), strict=True))
@@ -190,8 +190,8 @@ class Estimated(ABC):
         names, units = list(self.parameters), np.array([row.unit for row in self.rows])
         own: dict[str, tuple[str, Any, str, str | None]] = {
             "estimate": ("parameter", self.estimates, "estimate", None),
-            "error": ("parameter", self._deviations, "standard error", None),
-            "unit": ("parameter", units, "unit of estimate and error", None),
+            "error": ("parameter", self.deviations, "standard error", None),
+            "unit": ("parameter", units, "unit of the parameter", None),
             "correlation": ("parameter other", self.correlation, "correlation of the estimates", None),
         }
         data = {}
