@@ -14,7 +14,6 @@ from squama._version import __version__
 from squama.beam.card import card
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
-from squama.curves import doors
 from squama.curves.chosen import idealisation
 from squama.errors import refuse
 from squama.inverse import beside, joint_figures, limits, search
@@ -243,9 +242,9 @@ def find(
     kept = np.flatnonzero((refined.limits >= -BROKEN).all(axis=0) & np.isfinite(look.merit))
     if not kept.size:
         refuse("limits", "", "no beam within the bounds keeps them all", refined.broken(), target.source)
-    made = {i: refined.design(i) for i in kept.tolist()} if target.real else {}
-    chosen = refined.chosen(kept, count, made)
-    found = tuple(made.get(i) or refined.design(i) for i in chosen)
+    made = {i: refined.design(i) for i in kept.tolist()}
+    chosen = refined.chosen(made, count)
+    found = tuple(made[i] for i in chosen)
     asked = steps(enumerate(found), len(found), "designs asked by other models")
     found = tuple(replace(d, beside=beside.beside(target, d.beam, elements=i < ASKED)) for i, d in asked)
     notes = [f"{space.variables[j].name} has no effect on what is asked" for j in idle.tolist()]
@@ -316,10 +315,10 @@ class _Refined(NamedTuple):
             words.append(f"{name} ({limit.formula} {bound}, is {short})")
         return f"the nearest breaks {' and '.join(words)}"
 
-    def chosen(self, kept: Array, count: int, made: Mapping[int, Design]) -> list[int]:
-        """Return the numbers of the reported designs, the best first; ``made`` holds designs that are complete."""
-        look = self.look
-        met = np.array([made[i].met if i in made else self.meets(i) for i in kept.tolist()])
+    def chosen(self, made: Mapping[int, Design], count: int) -> list[int]:
+        """Return the numbers of the reported designs, the best first, of those that are made."""
+        look, kept = self.look, np.array(list(made))
+        met = np.array([design.met for design in made.values()])
         if met.any():
             spread = self.spread()
             order = kept[met]
@@ -348,26 +347,16 @@ class _Refined(NamedTuple):
             found += (goal.weight * size) ** 2
         return np.sqrt(found)
 
-    def meets(self, i: int) -> bool:
-        """Whether a design meets every goal by the figures of the search."""
-        return all(goal.met for goal in self.reached(i, self.look.values[:, i], self._pitches(i)))
-
     def design(self, i: int) -> Design:
         """Return one complete design."""
         space, target = self.residuals.space, self.residuals.target
         options, y = target.options, self.look.y[:, i]
         beam = space.beam_of(y)
-        if target.real:
-            # all contacts, and steps of its own
-            reached, answer = joint_figures.followed(beam, [goal.want for goal in target.goals], options)
-            values = np.array(reached)
-            lines = limits.refused(beam, target.printer)
-        else:
-            common = {name: getattr(options, name) for name in ("law", "sense", "margin")}
-            answer = doors.respond(beam, space.load, points=3, joint="hinge", **common)
-            values = self.look.values[:, i]
-            lines = limits.refused(beam, {}, sided=LOADS[space.load].sided)
-        goals = tuple(self.reached(i, values, Pitches(beam.pitch, beam.pitches)))
+        # all contacts, and steps of its own
+        wants, load = [goal.want for goal in target.goals], LOADS[space.load]
+        values, answer = joint_figures.followed(beam, wants, options, options.joint)
+        lines = limits.refused(beam, target.printer if target.real else {}, sided=load.sided)
+        goals = tuple(self.reached(i, np.array(values), Pitches(beam.pitch, beam.pitches)))
         return Design(
             beam=beam,
             values={v.name: of_beam(beam, space.load, v.key) for v in space.variables},
@@ -376,7 +365,7 @@ class _Refined(NamedTuple):
             goals=goals,
             active=tuple(self.active(i)),
             end=answer["end"].item(),
-            rate_end=float(answer[f"{LOADS[space.load].rate}_end"]),
+            rate_end=float(answer[f"{load.rate}_end"]),
             other_contact=answer["other_contact"].item(),
             refused=tuple(lines),
             warnings=tuple(filter(None, answer.attrs["warnings"].split("\n"))),
