@@ -73,23 +73,17 @@ def describes_better(found: Found, other: Found) -> int:
     return int(gain > _BETTER) - int(gain < -_BETTER)
 
 
-def of_record(test: Prepared, found: Found, steep: Slope | None) -> list[str]:
-    """Say what is wrong with a record, or with the bar that it was measured on, by name."""
-    rec, out, asked = test.record, [], found.asked
-    own = np.flatnonzero(found.used)
-    if noise.interleaved(rec.load[own], rec.torque[own], test.points.readings.numbers[own]):
+def doubts(test: Prepared, found: Found, rival: Rival | None, steep: Slope | None) -> list[str]:
+    """Say why the errors do not hold: what is wrong with the record, or with the bar; what the residual says."""
+    rec, given, used, out = test.record, test.noise, np.flatnonzero(found.used), list[str]()
+    if noise.interleaved(rec.load[used], rec.torque[used], test.points.readings.numbers[used]):
         out.append(
             "the rows are sorted by the twist: the torque jumps between two branches from row to row, so that loading "
             "and unloading are mixed up; give the rows in the order measured"
         )
-    cause = steep.cause(asked.names, asked.beam.pitches) if steep is not None else ""
-    return [*out, cause] if cause else out
-
-
-def doubts(found: Found, rival: Rival | None, given: float | None) -> list[str]:
-    """Say why the errors do not hold."""
-    out, n = [], int(np.count_nonzero(found.used))
-    tau, p = found.dependence, len(found.asked.rows)
+    if steep is not None and (cause := steep.cause(found.parameters, found.asked.beam.pitches)):
+        out.append(cause)
+    n, tau, p = used.size, found.dependence, len(found.rows)
     least = p + (_SPARE if given is None else 1)
     if n < least:
         what = "the noise" if given is None else "whether the model holds"

@@ -18,7 +18,7 @@ from squama.curves.chosen import idealisation
 from squama.errors import refuse
 from squama.inverse import beside, joint_figures, limits, search
 from squama.inverse.beside import Beside
-from squama.inverse.goals import Pitches, Reached, reached
+from squama.inverse.goals import SENSES, Pitches, Reached, reached
 from squama.inverse.residuals import Look, Residuals
 from squama.inverse.target import Target, read_target
 from squama.loads import ENDLESS, LOADS
@@ -303,35 +303,29 @@ class _Refined(NamedTuple):
         sizes = self.residuals.sizes(self.residuals.space.cells(look.y[:, [i]].T), look.values[:, i : i + 1])
         words = []
         for name, g in zip(self.residuals.names, self.limits[:, i], strict=False):
-            if g >= -BROKEN:
-                continue
-            if name not in limits.LIMITS:
+            limit = limits.LIMITS.get(name)
+            if g < -BROKEN and limit is not None:
+                has = float(np.ravel(limit.measure(sizes))[0])
+                short = f"{has * 1e3:.4g} mm" if limit.dimension is Dimension.LENGTH else f"{has:.4g}"
+                bound = f"at {'least' if limit.least else 'most'} {as_text(target.limits[name], limit.dimension)}"
+                words.append(f"{name} ({limit.formula} {bound}, is {short})")
+            elif g < -BROKEN:
                 words.append(name)
-                continue
-            limit, value = limits.LIMITS[name], target.limits[name]
-            has = float(np.ravel(limit.measure(sizes))[0])
-            short = f"{has * 1e3:.4g} mm" if limit.dimension is Dimension.LENGTH else f"{has:.4g}"
-            bound = f"at {'least' if limit.least else 'most'} {as_text(value, limit.dimension)}"
-            words.append(f"{name} ({limit.formula} {bound}, is {short})")
         return f"the nearest breaks {' and '.join(words)}"
 
     def chosen(self, made: Mapping[int, Design], count: int) -> list[int]:
         """Return the numbers of the reported designs, the best first, of those that are made."""
         look, kept = self.look, np.array(list(made))
         met = np.array([design.met for design in made.values()])
-        if met.any():
-            spread = self.spread()
-            order = kept[met]
-            order = order[np.argsort(spread[order], kind="stable")]
-        else:
-            order = kept[np.argsort(look.merit[kept], kind="stable")]
-            order = order[look.merit[order] <= WORSE * look.merit[order[0]]]
+        near = met if met.any() else look.merit[kept] <= WORSE * look.merit[kept].min()
+        price = self.spread() if met.any() else look.merit
+        order = sorted(kept[near].tolist(), key=price.tolist().__getitem__)
         chosen: list[int] = []
         for least in DISTINCT:
-            for i in order.tolist():
+            for i in order:
                 if len(chosen) < count and all(np.abs(look.y[:, i] - look.y[:, j]).max() >= least for j in chosen):
                     chosen.append(i)
-        return sorted(chosen, key=order.tolist().index)
+        return sorted(chosen, key=order.index)
 
     def spread(self) -> Array:
         """Return by how much tolerances move each design off its target, relative; less is better.
@@ -350,13 +344,14 @@ class _Refined(NamedTuple):
     def design(self, i: int) -> Design:
         """Return one complete design."""
         space, target = self.residuals.space, self.residuals.target
-        options, y = target.options, self.look.y[:, i]
+        y, load, names = self.look.y[:, i], LOADS[space.load], [FULL.get(key, key) for key in target.tolerance]
         beam = space.beam_of(y)
         # all contacts, and steps of its own
-        wants, load = [goal.want for goal in target.goals], LOADS[space.load]
-        values, answer = joint_figures.followed(beam, wants, options, options.joint)
+        wants = [goal.want for goal in target.goals]
+        values, answer = joint_figures.followed(beam, wants, target.options, target.options.joint)
         lines = limits.refused(beam, target.printer if target.real else {}, sided=load.sided)
-        goals = tuple(self.reached(i, np.array(values), Pitches(beam.pitch, beam.pitches)))
+        own, effects = Pitches(beam.pitch, beam.pitches), self.effects[:, :, i]
+        goals = tuple(reached(target.goals, np.array(values), own, target.accept, effects, names))
         return Design(
             beam=beam,
             values={v.name: of_beam(beam, space.load, v.key) for v in space.variables},
@@ -372,16 +367,6 @@ class _Refined(NamedTuple):
             found_by=beside.found_by(target, beam),
         )
 
-    def _pitches(self, i: int) -> Pitches:
-        """Return pitch and number of scales of a design before it is rounded."""
-        return Pitches(float(self.look.d[i]), float(self.look.scales[i]))
-
-    def reached(self, i: int, values: Array, own: Pitches) -> list[Reached]:
-        """Return what a design reaches of each goal with its figures and its own pitches; those of a curve together."""
-        target = self.residuals.target
-        names = [FULL.get(key, key) for key in target.tolerance]
-        return reached(target.goals, values, own, target.accept, self.effects[:, :, i], names)
-
     def active(self, i: int) -> list[str]:
         """Name the bounds and limits on which a design lies, and the goals that it just meets."""
         found, target = [], self.residuals.target
@@ -389,11 +374,11 @@ class _Refined(NamedTuple):
             if share <= ACTIVE or share >= 1 - ACTIVE:
                 side, bound = ("lower", v.low) if share <= ACTIVE else ("upper", v.high)
                 found.append(f"{v.name} at its {side} bound {text_of(v.key, bound)}")
+        before = float(self.look.d[i]), float(self.look.scales[i])
         for goal, value in zip(target.goals, self.look.values[:, i], strict=False):
-            just = abs(value / goal.value(*self._pitches(i)) - 1) <= 2 * target.accept
+            just = abs(value / goal.value(*before) - 1) <= 2 * target.accept
             if target.real and goal.sense != "=" and just:
-                sense = "at least" if goal.sense == ">=" else "at most"
-                found.append(f"{goal.name} {sense} {goal.number:g} {goal.unit}".strip())
+                found.append(f"{goal.name} {SENSES[goal.sense]}{goal.number:g} {goal.unit}".strip())
         for name, g in zip(self.residuals.names, self.look.g[:, i], strict=True):
             if g <= ACTIVE and name in limits.LIMITS:
                 value = target.limits[name]

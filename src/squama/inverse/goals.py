@@ -125,25 +125,22 @@ def reached(
     ``own`` are the design's pitch and number of scales, ``effects`` (goals, dimensions) what tolerances do, over the
     asked values, by the ``names`` of the dimensions.
     """
-    found: list[Reached] = []
-    if effects is None:
-        effects = np.zeros((len(goals), 0))
-
-    def add(goal: tuple[str, str, str, float], value: float, by: Array, *, met: bool) -> None:
-        spread = float(np.linalg.norm(by)) if names else math.nan
-        found.append(Reached(*goal, value, value - goal[3], met, spread, dict(zip(names, by.tolist(), strict=True))))
-
+    by = np.zeros((len(goals), 0)) if effects is None else effects
+    found: list[tuple[tuple[str, str, str, float], float, bool, Array]] = []
     for k, goal in enumerate(goals):
         if not goal.group:
-            met = goal.met(float(values[k]), *own, accept)
-            one = (goal.name, goal.unit, goal.sense, goal.number)
-            add(one, goal.shown(values[k], *own), goal.number * effects[k], met=met)
+            asked, met = (goal.name, goal.unit, goal.sense, goal.number), goal.met(float(values[k]), *own, accept)
+            found.append((asked, goal.shown(values[k], *own), met, goal.number * by[k]))
     for group in dict.fromkeys(goal.group for goal in goals if goal.group):
         those = [k for k, goal in enumerate(goals) if goal.group == group]
         scale = goals[those[0]].scale
         off = float(_rms(values[those] - [goals[k].asked for k in those]))
-        add((f"{group}, rms", "N m", "=", 0.0), off, scale * _rms(effects[those]), met=off / scale <= accept)
-    return found
+        found.append(((f"{group}, rms", "N m", "=", 0.0), off, off / scale <= accept, scale * _rms(by[those])))
+    spreads = [float(np.linalg.norm(change)) if names else math.nan for *_, change in found]
+    return [
+        Reached(*asked, value, value - asked[3], met, spread, dict(zip(names, change.tolist(), strict=True)))
+        for (asked, value, met, change), spread in zip(found, spreads, strict=True)
+    ]
 
 
 def _rms(values: Array) -> Array:
