@@ -59,14 +59,13 @@ class Record(NamedTuple):
         return self.specimens[s].where(i - int(np.argmax(self.specimen == s)))
 
 
-def read(given: Any, beam: Beam, load: str, ordinate: Ordinate | None = None) -> list[Measured]:
+def read(given: object, beam: Beam, load: str, ordinate: Ordinate | None = None) -> list[Measured]:
     """Return the specimens of a file, of several files, of a dataset or of arrays; see :func:`squama.fit`.
 
     A mapping may have ``total`` (rad over the whole beam) in place of a twist rate; the ``ordinate`` is the torque.
     """
     beside = ordinate or measured.torque(LOADS[load])
-    several = isinstance(given, Sequence) and not isinstance(given, str | Measured)
-    items = list(given) if several else [given]
+    items = list(given) if isinstance(given, Sequence) and not isinstance(given, str | Measured) else [given]
     if not items:
         refuse("data", "", "is empty", "give a file, or several")
     found: list[Measured] = []
@@ -121,7 +120,7 @@ class Limits(NamedTuple):
     stick: float = 0.0
 
     @classmethod
-    def of(cls, beam: Beam, load: str, to: Any, reversal: Any, stick: Any) -> Limits:
+    def of(cls, beam: Beam, load: str, to: object, reversal: object, stick: object) -> Limits:
         """Read the limits; see :func:`squama.fit`."""
         limit = np.inf if to is None else _angle("to", to, beam, load)
         if limit <= 0:
@@ -155,7 +154,7 @@ def record(specimens: list[Measured], beam: Beam, limits: Limits = ALL) -> Recor
     return Record(specimens, *map(np.concatenate, zip(*parts, strict=True)))
 
 
-def _angle(name: str, value: Any, beam: Beam, load: str) -> float:
+def _angle(name: str, value: object, beam: Beam, load: str) -> float:
     """Return an angle per pitch from a rate (rad/m) or a text such as "0.1 rad/pitch"."""
     with naming(name):
         rate = LOADS[load].read(value, pitch=beam.pitch, scales=beam.pitches)

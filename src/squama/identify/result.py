@@ -254,7 +254,7 @@ class Fit(Found):
         labels = np.array([s.label for s in rec.specimens])
         error = f"standard error of the fitted {load.torque_words}"
         drawn, T = self.curve(), load.torque
-        table: dict[str, tuple[str, Any, str, str | None]] = {
+        table: dict[str, tuple[str, object, str, str | None]] = {
             "specimen": ("point", labels[rec.specimen], "specimen", ""),
             "branch": ("point", self.branch, "state in which the point was reached", ""),
             "used": ("point", self.used, "whether the fit is made from the point", ""),

@@ -160,7 +160,7 @@ class Estimated(ABC):
         """Standard errors, in the order of the estimates."""
         return np.asarray(np.sqrt(np.diag(self.covariance)))
 
-    def _of(self, *names: str) -> dict[str, Any]:
+    def _of(self, *names: str) -> dict[str, object]:
         """Return attributes by name."""
         return {name: getattr(self, name) for name in names}
 
@@ -182,13 +182,13 @@ class Estimated(ABC):
         return "\n".join([head, *(f"# {line}" for line in self.lines)]) + "\n\n" + self.beam.to_toml()
 
     def _labelled(
-        self, title: str, table: Mapping[str, tuple[str, Any, str, str | None]], attrs: Mapping[str, Any]
+        self, title: str, table: Mapping[str, tuple[str, object, str, str | None]], attrs: Mapping[str, object]
     ) -> xr.Dataset:
         """Return estimates, and a table by name of dimensions, values, words and unit, as a dataset."""
         import xarray as xr
 
         names, units = list(self.parameters), np.array([row.unit for row in self.rows])
-        own: dict[str, tuple[str, Any, str, str | None]] = {
+        own: dict[str, tuple[str, object, str, str | None]] = {
             "estimate": ("parameter", self.estimates, "estimate", None),
             "error": ("parameter", self.deviations, "standard error", None),
             "unit": ("parameter", units, "unit of the parameter", None),
