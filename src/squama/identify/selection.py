@@ -31,6 +31,7 @@ from squama.identify.hinge_points import Physical
 from squama.identify.joint_points import Linear, Walked
 from squama.identify.prepare import Prepared
 from squama.identify.unknowns import OF_TWIST, Asked, Estimated, Parameter, ask
+from squama.loads import HELD
 from squama.types import Array
 
 _EXACT = (1e-9, 1e-5)
@@ -101,11 +102,9 @@ class Rival(NamedTuple):
     @property
     def words(self) -> str:
         """The model in words."""
-        if self.joint == "hinge":
-            return "thin, rigid scales on hinges"
         assert self.found is not None
-        scales = idealisation(self.found.asked.beam, self.joint, ideal=False)
-        return f"{scales} on the compliant joint"
+        scales = idealisation(self.found.asked.beam, self.joint, ideal=self.joint == "hinge")
+        return f"{scales} on {HELD[self.joint]}"
 
 
 def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:

@@ -156,7 +156,7 @@ class InverseDesign:
 
 
 def inverse_design(
-    target: str | os.PathLike[str] | Mapping[str, Any],
+    target: str | os.PathLike[str] | Mapping[str, Any] | Target,
     *,
     beam: Beam | None = None,
     designs: int | None = None,
@@ -175,7 +175,7 @@ def inverse_design(
     target : path or mapping
         A TOML file, or the same as nested mappings: ``target`` (what is asked), ``vary`` (bounds by dimension),
         ``choose`` (lists of values or materials), ``limits``, ``rounding``, ``tolerance``; and ``start`` or the tables
-        of a beam. See docs, how-to: design a beam.
+        of a beam. See docs, how-to: design a beam. Or one that was read.
     beam, designs : Beam, int, optional
         In place of the target's: beam to start from, which keeps what is not varied; distinct designs at most (5).
     starts, seed : int
@@ -206,13 +206,7 @@ def inverse_design(
     """
     if beam is not None:
         arguments.beam(beam)
-    return find(read_target(target, beam=beam), designs=designs, starts=starts, seed=seed, elements=elements)
-
-
-def find(
-    target: Target, *, designs: int | None = None, starts: int = 4096, seed: int = 1, elements: bool = False
-) -> InverseDesign:
-    """Return the result of :func:`inverse_design` for a target that was read."""
+    target = target if isinstance(target, Target) else read_target(target, beam=beam)
     only_one(target.space.beam.faces, "inverse design")
     count = arguments.whole("designs", target.designs if designs is None else designs, 1, 100)
     starts, seed = arguments.whole("starts", starts, 16, 1 << 20), arguments.whole("seed", seed, 0, 2**31)

@@ -60,7 +60,7 @@ WAYS = {1: "max", -1: "min"}
 
 
 def pareto(
-    target: str | os.PathLike[str] | Mapping[str, Any],
+    target: str | os.PathLike[str] | Mapping[str, Any] | Target,
     *,
     beam: Beam | None = None,
     population: int | None = None,
@@ -111,13 +111,7 @@ def pareto(
     """
     if beam is not None:
         arguments.beam(beam)
-    return trade(read_target(target, beam=beam, need="front"), population, generations, seed)
-
-
-def trade(
-    target: Target, population: int | None = None, generations: int | None = None, seed: int | None = None
-) -> xr.Dataset:
-    """Return the result of :func:`pareto` for a target that was read."""
+    target = target if isinstance(target, Target) else read_target(target, beam=beam, need="front")
     if find_spec("pymoo") is None:
         refuse("pareto", "", "pymoo is not installed", "pip install squama[fit]")
     assert target.front is not None
