@@ -276,7 +276,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("dynamics/motion.py", "SETTLED, POLISHED = 1e-3, 10.0"): {"*": _TUNING},
     ("dynamics/motion.py", "return 0, None"): {"0 -> 1 #2": "without a branch nobody asks for the way"},
     ("dynamics/motion.py", "frequency: float = 1.0"): {"1.0 -> 2.0": "without a force nothing reads it"},
-    ("identify/decay_result.py", "@dataclass(frozen=True, repr=False, eq=False)"): {
+    ("identify/decay_fit.py", "@dataclass(frozen=True, repr=False, eq=False)"): {
         "False -> True": "the class has a __repr__ of its own, which is kept",
     },
     ("identify/records.py", "held = np.flatnonzero(np.abs(y[: turns[0]] - y[0]) > reach / 2)"): {

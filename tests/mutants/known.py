@@ -363,7 +363,6 @@ TESTS: dict[str, tuple[str, ...]] = {
     "identify/fitting.py": ("unit/test_fit.py", "unit/test_fit_input.py", "unit/test_fit_doubts.py"),
     "identify/estimate.py": ("unit/test_fit_branches.py", "unit/test_fit.py"),
     "identify/decay_fit.py": ("unit/test_fit_decay.py",),
-    "identify/decay_result.py": ("unit/test_fit_decay.py",),
     "identify/records.py": (
         "unit/test_fit_branches.py",
         "unit/test_fit_input.py",

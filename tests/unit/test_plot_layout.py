@@ -9,7 +9,6 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import squama
-from squama.inverse.designing import find
 from squama.inverse.target import read_target
 from squama.io.measured import Measured
 from squama.paper import maps, twisting2020
@@ -50,7 +49,7 @@ def row(joint):
 
 def design():
     target = read_target(ROOT / "examples/lock_at_120.toml")
-    return inverse_figure(find(target, starts=256), target)
+    return inverse_figure(squama.inverse_design(target, starts=256), target)
 
 
 def solids():

@@ -163,8 +163,8 @@ def held(
     angles = np.linspace(0.0, 2 * np.pi, n, endpoint=False)
 
     def border(part: list[Array]) -> screw.Held:
-        _, _, y_n, *_, theta0, mu = part
-        posed = screw.Posed.of(*part[:3], part[3:-1])
+        psi, phi, y_n, *_, theta0, mu = part
+        posed = screw.Posed.of(psi, phi, y_n, part[3:-1])
         here = screw.touching(*posed[1:])
         found = screw.Velocities.of(posed.g, y_n, here).held(here.theta - theta0, mu, angles)
         return screw.Held(*(np.where(here.contact == screw.NONE, np.nan, v) for v in found))

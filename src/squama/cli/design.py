@@ -60,7 +60,7 @@ def design(
 
     from squama.inverse import designing as inverse
 
-    found = inverse.find(read, designs=designs, starts=starts, seed=seed, elements=elements)
+    found = inverse.inverse_design(read, designs=designs, starts=starts, seed=seed, elements=elements)
     written = []
     if out is not None:
         title = f"design {{}} of {len(found)} for {label(target)}"
@@ -201,7 +201,7 @@ def pareto(
 
     from squama.inverse import front as inverse
 
-    found = inverse.trade(read, population, generations, seed)
+    found = inverse.pareto(read, population=population, generations=generations, seed=seed)
     many = found.sizes["design"]
     folder: list[Path] = []
     wrote = []

@@ -32,7 +32,6 @@ _MOST = 0.9
 """Part of the points that the other model has to cover."""
 _HOPELESS = 4.0
 """Residual rms of a search from one start, over that of the fit, beyond which the other model is not fitted further."""
-_OTHER = {"hinge": "compliant", "compliant": "hinge"}
 
 
 def fit(
@@ -124,11 +123,7 @@ def fit(
     if samples:
         need("emcee")
     with naming("noise"):
-        sigma = None if noise is None else units.quantity(noise, "torque")
-    if sigma is not None and sigma <= 0:
-        refuse("noise", f"{sigma:.6g} N m", "must be above 0", 'write e.g. "5 N mm"')
-    if sigma is not None and not records.TORQUES.hold(sigma):
-        refuse("noise", f"{sigma:.6g} N m", f"is out of range ({records.TORQUES.allowed})", 'write e.g. "5 N mm"')
+        sigma = None if noise is None else units.bounded(noise, "torque", records.TORQUES)
     automatic = arguments.one_of("nuisances", nuisances, ("auto", "none")) == "auto"
     asked = ask(beam, load, parameters, bounds, joint="hinge" if joint == "hinge" else "compliant")
     # samples are drawn at twists that stay
@@ -156,15 +151,8 @@ def fit(
             raise
         # what the points seem not to show is a consequence
         refuse("data", "", f"no fit is found: {cause}")
-    result = _result(made, found, wanted, _rival(_OTHER[kind], wanted, found), why)
-    if samples:
-        assert isinstance(made.points, Hinged)
-        points, torque = made.points.take(np.flatnonzero(found.used)), made.record.torque[found.used]
-        drawn = sample(
-            points, torque, found.asked, result.estimates, result.covariance, samples, noise=sigma, seed=seed
-        )
-        result = replace(result, posterior=drawn)
-    return result
+    result = _result(made, found, wanted, _rival("hinge" if kind == "compliant" else "compliant", wanted, found), why)
+    return replace(result, posterior=sample(made, found, samples, seed)) if samples else result
 
 
 def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
@@ -194,7 +182,7 @@ def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
 def _result(made: Prepared, found: Found, wanted: Wanted, rival: Rival | None, why: str) -> Fit:
     """Return the result of a fit; ``why`` says why the model is not the one of choice."""
     rec, points, asked = made.record, made.points, found.asked
-    at, beam = asked.physical(found.estimates), asked.fitted(found.estimates)
+    at, beam = asked.physical(found.estimates), asked._replace(beam=wanted.beam).fitted(found.estimates)
     touching, covered = points.touching(at), made.usable | (rec.stuck & rec.asked)
     branch = np.where(touching, np.where(rec.way > 0, "loading", "unloading"), "straight")
     branch = np.where((rec.stuck | (made.usable & ~found.used)) & touching, "stick", branch)
@@ -206,8 +194,6 @@ def _result(made: Prepared, found: Found, wanted: Wanted, rival: Rival | None, w
         senses = hinge_cycles.senses(beam, asked.load, at.mu, wanted.law, 0.01)
         used = points.take(np.flatnonzero(found.used)).at(at)
         remedies = estimate.remedies(asked, found.estimates, senses, used, found.jacobian, found.noise)
-    else:
-        beam = asked._replace(beam=wanted.beam).fitted(found.estimates)
     steep = slope(rec, points, found.used, at, prepare.bar(made), found.noise)
     result = Fit(
         **(vars(found) | {"points": points}),
@@ -230,7 +216,7 @@ def _result(made: Prepared, found: Found, wanted: Wanted, rival: Rival | None, w
         ends=wanted.ends,
         row=_row(made, found, beam) if wanted.ends == ENDLESS else None,
         endless=_endless(made, found),
-        doubts=(*remarks.of_record(made, found, steep), *remarks.doubts(found, rival, wanted.noise)),
+        doubts=tuple(remarks.doubts(made, found, rival, steep)),
     )
     return replace(result, notes=(*([why] if why else []), *remarks.notes(result, senses)))
 
@@ -260,7 +246,7 @@ def _alone(label: str, made: Prepared, start: Array) -> Alone:
         one = selection.settle(made, start)
     except InputError as error:
         return Alone(label, None, None, problem=str(error))
-    return Alone(label, one.estimates, np.sqrt(np.diag(one.covariance)), one.rms)
+    return Alone(label, one.estimates, one.deviations, one.rms)
 
 
 def _row(made: Prepared, found: Found, beam: Beam) -> Ends | None:

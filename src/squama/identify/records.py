@@ -31,7 +31,7 @@ _SWINGS, _BACK = 20, 0.02
 """Points of the record of a decay; way back that makes a turning point, over the range of the twist."""
 _FEWEST, _TIMES, _WIDEST = 20, 6.0, 0.05
 """Points from which on the noise of a twist is known, way back over it, and that over the range at most."""
-TORQUES = Bounds(1e-30, 1e30, "1e-30 to 1e30 N m", closed=True, example="5 N mm")
+TORQUES = Bounds(1e-30, 1e30, "1e-30 to 1e30 N m", closed=True, example='"5 N mm"')
 """Magnitudes of torques: squares and ratios of them are finite."""
 _OUTLIER = 1e6
 """Over the median: beyond what a load cell tells apart, so no torque that was measured."""
@@ -59,14 +59,13 @@ class Record(NamedTuple):
         return self.specimens[s].where(i - int(np.argmax(self.specimen == s)))
 
 
-def read(given: Any, beam: Beam, load: str, ordinate: Ordinate | None = None) -> list[Measured]:
+def read(given: object, beam: Beam, load: str, ordinate: Ordinate | None = None) -> list[Measured]:
     """Return the specimens of a file, of several files, of a dataset or of arrays; see :func:`squama.fit`.
 
     A mapping may have ``total`` (rad over the whole beam) in place of a twist rate; the ``ordinate`` is the torque.
     """
     beside = ordinate or measured.torque(LOADS[load])
-    several = isinstance(given, Sequence) and not isinstance(given, str | Measured)
-    items = list(given) if several else [given]
+    items = list(given) if isinstance(given, Sequence) and not isinstance(given, str | Measured) else [given]
     if not items:
         refuse("data", "", "is empty", "give a file, or several")
     found: list[Measured] = []
@@ -121,7 +120,7 @@ class Limits(NamedTuple):
     stick: float = 0.0
 
     @classmethod
-    def of(cls, beam: Beam, load: str, to: Any, reversal: Any, stick: Any) -> Limits:
+    def of(cls, beam: Beam, load: str, to: object, reversal: object, stick: object) -> Limits:
         """Read the limits; see :func:`squama.fit`."""
         limit = np.inf if to is None else _angle("to", to, beam, load)
         if limit <= 0:
@@ -155,7 +154,7 @@ def record(specimens: list[Measured], beam: Beam, limits: Limits = ALL) -> Recor
     return Record(specimens, *map(np.concatenate, zip(*parts, strict=True)))
 
 
-def _angle(name: str, value: Any, beam: Beam, load: str) -> float:
+def _angle(name: str, value: object, beam: Beam, load: str) -> float:
     """Return an angle per pitch from a rate (rad/m) or a text such as "0.1 rad/pitch"."""
     with naming(name):
         rate = LOADS[load].read(value, pitch=beam.pitch, scales=beam.pitches)

@@ -45,11 +45,8 @@ def disagreement(found: Found, rival: Rival | None) -> str:
     if rival is None or rival.found is None or rival.found.rms > _AS_WELL * found.rms:
         return ""
     other = rival.found
-    asked = [n for n in found.asked.names if n not in found.added and n in other.asked.names]
-    here, there = (
-        {n: (one.estimates[i], math.sqrt(one.covariance[i, i])) for i, n in enumerate(one.asked.names)}
-        for one in (found, other)
-    )
+    asked = [n for n in found.parameters if n not in found.added and n in other.parameters]
+    here, there = ({n: (one.values[n], one.errors[n]) for n in one.parameters} for one in (found, other))
     better = describes_better(found, other)
     # where one misses the points its errors say nothing
     counted = {1: (0, 1), 0: (1, 1), -1: (1, 0)}[better]
@@ -76,23 +73,17 @@ def describes_better(found: Found, other: Found) -> int:
     return int(gain > _BETTER) - int(gain < -_BETTER)
 
 
-def of_record(test: Prepared, found: Found, steep: Slope | None) -> list[str]:
-    """Say what is wrong with a record, or with the bar that it was measured on, by name."""
-    rec, out, asked = test.record, [], found.asked
-    own = np.flatnonzero(found.used)
-    if noise.interleaved(rec.load[own], rec.torque[own], test.points.readings.numbers[own]):
+def doubts(test: Prepared, found: Found, rival: Rival | None, steep: Slope | None) -> list[str]:
+    """Say why the errors do not hold: what is wrong with the record, or with the bar; what the residual says."""
+    rec, given, used, out = test.record, test.noise, np.flatnonzero(found.used), list[str]()
+    if noise.interleaved(rec.load[used], rec.torque[used], test.points.readings.numbers[used]):
         out.append(
             "the rows are sorted by the twist: the torque jumps between two branches from row to row, so that loading "
             "and unloading are mixed up; give the rows in the order measured"
         )
-    cause = steep.cause(asked.names, asked.beam.pitches) if steep is not None else ""
-    return [*out, cause] if cause else out
-
-
-def doubts(found: Found, rival: Rival | None, given: float | None) -> list[str]:
-    """Say why the errors do not hold."""
-    out, n = [], int(np.count_nonzero(found.used))
-    tau, p = found.dependence, len(found.asked.rows)
+    if steep is not None and (cause := steep.cause(found.parameters, found.asked.beam.pitches)):
+        out.append(cause)
+    n, tau, p = used.size, found.dependence, len(found.rows)
     least = p + (_SPARE if given is None else 1)
     if n < least:
         what = "the noise" if given is None else "whether the model holds"
@@ -150,8 +141,7 @@ def notes(fit: Fit, senses: Senses | None) -> list[str]:
     ]
     concerned = [i for i, n in enumerate(fit.parameters) if n in {*weak, *(x for a, b, _ in hard for x in (a, b))}]
     for r in fit.remedies:
-        now = np.array(list(fit.errors.values()))
-        if any(r.errors[i] < _GAIN * now[i] for i in concerned):
+        if any(r.errors[i] < _GAIN * fit.deviations[i] for i in concerned):
             # with as many digits as with the estimates
             rows = zip(fit.asked.rows, fit.estimates, r.errors, strict=True)
             errors = ", ".join(f"{row.name} {row.written(v, error).partition(' +- ')[2]}" for row, v, error in rows)

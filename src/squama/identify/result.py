@@ -135,7 +135,7 @@ class Fit(Found):
     def _repr_html_(self) -> str:
         """Return the card of a notebook."""
         notes = [*self._doubted, *self._checked, *self.notes]
-        rows = zip(self.asked.rows, self.estimates, self._deviations, strict=True)
+        rows = zip(self.asked.rows, self.estimates, self.deviations, strict=True)
         found = [(f"{row.name}, {row.words}", row.written(value, error)) for row, value, error in rows]
         used = f"{np.count_nonzero(self.used)} of {self.used.size} points, residual rms {moment(self.rms, 3)}"
         return card(f"Fit: {used}; {self.scales}", found, notes)
@@ -203,17 +203,23 @@ class Fit(Found):
         """Return the whole result as plain data, for JSON."""
         rec, samples, asked = self.record, self.posterior, self.asked
         columns = (asked.low, asked.high, asked.start, self.at_bound)
-        limits = dict(zip(("low", "high", "initial", "at_bound"), columns, strict=True))
         labels = [specimen.label for specimen in rec.specimens]
+        drawn = samples and {
+            "samples": len(samples.samples),
+            "effective": samples.effective,
+            "mean": self._by_name(samples.samples.mean(axis=0)),
+            "sd": self._by_name(samples.samples.std(axis=0, ddof=1)),
+            "acceptance": samples.acceptance,
+            "autocorrelation": samples.autocorrelation,
+        }
         return {
-            **{name: getattr(self, name) for name in ("load", "law", "joint", "scales")},
-            "parameters": self._parameters(**limits),
-            **{name: getattr(self, name) for name in ("correlation", "condition", "noise")},
+            **self._of("load", "law", "joint", "scales"),
+            "parameters": self._parameters(**dict(zip(("low", "high", "initial", "at_bound"), columns, strict=True))),
+            **self._of("correlation", "condition", "noise"),
             "noise_given": self.given_noise,
-            "rms": self.rms,
-            "dependence": self.dependence,
+            **self._of("rms", "dependence"),
             "nuisances": list(self.added),
-            "starts": {"agreed": self.starts[0], "of": self.starts[1]},
+            "starts": dict(zip(("agreed", "of"), self.starts, strict=True)),
             "points": {
                 "specimen": [labels[i] for i in rec.specimen.tolist()],
                 "load": rec.load,
@@ -221,8 +227,7 @@ class Fit(Found):
                 "fitted": self.fitted,
                 "error": self.band,
                 "residual": self.residuals,
-                "branch": self.branch,
-                "used": self.used,
+                **self._of("branch", "used"),
             },
             "specimens": [
                 {"label": s.label, "estimates": s.values, "errors": s.errors, "problem": s.problem}
@@ -237,15 +242,7 @@ class Fit(Found):
             "endless": self.endless and {name: getattr(self.endless, name) for name in Alone._fields[1:]},
             "doubts": list(self.doubts),
             "notes": list(self.notes),
-            "posterior": samples
-            and {
-                "samples": len(samples.samples),
-                "effective": samples.effective,
-                "mean": self._by_name(samples.samples.mean(axis=0)),
-                "sd": self._by_name(samples.samples.std(axis=0, ddof=1)),
-                "acceptance": samples.acceptance,
-                "autocorrelation": samples.autocorrelation,
-            },
+            "posterior": drawn,
             "beam": self.beam.model_dump(),
             "squama_version": __version__,
             "warnings": self.beam.warnings(self.load, joint=self.joint),
@@ -257,7 +254,7 @@ class Fit(Found):
         labels = np.array([s.label for s in rec.specimens])
         error = f"standard error of the fitted {load.torque_words}"
         drawn, T = self.curve(), load.torque
-        table: dict[str, tuple[str, Any, str, str | None]] = {
+        table: dict[str, tuple[str, object, str, str | None]] = {
             "specimen": ("point", labels[rec.specimen], "specimen", ""),
             "branch": ("point", self.branch, "state in which the point was reached", ""),
             "used": ("point", self.used, "whether the fit is made from the point", ""),

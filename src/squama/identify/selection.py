@@ -31,6 +31,7 @@ from squama.identify.hinge_points import Physical
 from squama.identify.joint_points import Linear, Walked
 from squama.identify.prepare import Prepared
 from squama.identify.unknowns import OF_TWIST, Asked, Estimated, Parameter, ask
+from squama.loads import HELD
 from squama.types import Array
 
 _EXACT = (1e-9, 1e-5)
@@ -101,11 +102,9 @@ class Rival(NamedTuple):
     @property
     def words(self) -> str:
         """The model in words."""
-        if self.joint == "hinge":
-            return "thin, rigid scales on hinges"
         assert self.found is not None
-        scales = idealisation(self.found.asked.beam, self.joint, ideal=False)
-        return f"{scales} on the compliant joint"
+        scales = idealisation(self.found.asked.beam, self.joint, ideal=self.joint == "hinge")
+        return f"{scales} on {HELD[self.joint]}"
 
 
 def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
@@ -124,7 +123,8 @@ def chosen(test: Prepared, rough: Estimate, out: NDArray[np.bool_], candidates: 
     stray[index[out]] = True
     left = test._replace(usable=test.usable & ~stray)
     full = _with(left, rough.values, tuple(n for n in candidates if n not in asked.names))
-    best, added = settle(left, rough.values), ()
+    best = settle(left, rough.values)
+    added: tuple[str, ...] = ()
     if full is not None and best.square > _rounding(test, torque):
         wanted, start = full
         try:

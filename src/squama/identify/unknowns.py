@@ -143,29 +143,33 @@ class Estimated(ABC):
     @property
     def errors(self) -> dict[str, float]:
         """Standard errors by name, SI units."""
-        return self._by_name(self._deviations)
+        return self._by_name(self.deviations)
 
     @property
     def correlation(self) -> Array:
         """Correlation matrix of the estimates."""
-        return np.asarray(self.covariance / np.outer(self._deviations, self._deviations))
+        return np.asarray(self.covariance / np.outer(self.deviations, self.deviations))
 
     @property
     def lines(self) -> list[str]:
         """Estimates with their errors: "mu = 0.251 +- 0.013"."""
-        return self._written(self.estimates, self._deviations)
+        return self._written(self.estimates, self.deviations)
 
     @property
-    def _deviations(self) -> Array:
+    def deviations(self) -> Array:
         """Standard errors, in the order of the estimates."""
         return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    def _of(self, *names: str) -> dict[str, object]:
+        """Return attributes by name."""
+        return {name: getattr(self, name) for name in names}
 
     def _by_name(self, values: Array) -> dict[str, float]:
         return dict(zip(self.parameters, values.tolist(), strict=True))
 
     def _parameters(self, **columns: Array) -> dict[str, dict[str, object]]:
         """Return estimates by name, with errors, units and further columns."""
-        rows = zip(self.rows, self.estimates, self._deviations, *columns.values(), strict=True)
+        rows = zip(self.rows, self.estimates, self.deviations, *columns.values(), strict=True)
         return {
             row.name: {"estimate": float(value), "error": float(error), "unit": row.unit}
             | dict(zip(columns, (v.item() for v in more), strict=True))
@@ -178,16 +182,16 @@ class Estimated(ABC):
         return "\n".join([head, *(f"# {line}" for line in self.lines)]) + "\n\n" + self.beam.to_toml()
 
     def _labelled(
-        self, title: str, table: Mapping[str, tuple[str, Any, str, str | None]], attrs: Mapping[str, Any]
+        self, title: str, table: Mapping[str, tuple[str, object, str, str | None]], attrs: Mapping[str, object]
     ) -> xr.Dataset:
         """Return estimates, and a table by name of dimensions, values, words and unit, as a dataset."""
         import xarray as xr
 
         names, units = list(self.parameters), np.array([row.unit for row in self.rows])
-        own: dict[str, tuple[str, Any, str, str | None]] = {
+        own: dict[str, tuple[str, object, str, str | None]] = {
             "estimate": ("parameter", self.estimates, "estimate", None),
-            "error": ("parameter", self._deviations, "standard error", None),
-            "unit": ("parameter", units, "unit of estimate and error", None),
+            "error": ("parameter", self.deviations, "standard error", None),
+            "unit": ("parameter", units, "unit of the parameter", None),
             "correlation": ("parameter other", self.correlation, "correlation of the estimates", None),
         }
         data = {}
@@ -287,13 +291,7 @@ def ask(
     unknown or given twice, and bounds that are reversed or out of range, are refused together; so is, on a ``joint``
     "hinge", what no test tells apart there.
     """
-    given = [n.strip() for n in names.split(",")] if isinstance(names, str) else [str(n) for n in names]
-    problems, once = Problems(), dict.fromkeys(given)
-    problems += [Problem("parameters", "", f"{n} is given twice", "give it once") for n in once if given.count(n) > 1]
-    problems += [_unknown("parameters", n) for n in once if n not in PARAMETERS]
-    if not given:
-        problems.add("parameters", "", "none is named", 'give e.g. ("mu", "K_theta")')
-    problems.settle()
+    given, problems = named(names, PARAMETERS), Problems()
     rows = tuple(PARAMETERS[n] for n in given)
     follows = beam.joint.stiffness is None and "K_theta" not in given
     if joint == "hinge" and {"C_f", "E_B"} <= set(given) and not follows:
@@ -319,11 +317,24 @@ def ask(
     return Asked(beam, load, rows, start, low, high, base, follows)
 
 
-def _unknown(where: str, name: str) -> Problem:
-    known, meant = ", ".join(PARAMETERS), _OTHER_NAMES.get(name)
-    remedy = f"{tabular.guess(name, PARAMETERS)}known are {known}"
-    if meant:
-        remedy = f"write {meant} ({PARAMETERS[meant].words}) or another of {known}"
+def named(names: Sequence[str] | str, known: Collection[str]) -> list[str]:
+    """Return the checked names of the parameters to find."""
+    given = [n.strip() for n in names.split(",")] if isinstance(names, str) else [str(n) for n in names]
+    problems, once = Problems(), dict.fromkeys(given)
+    problems += [Problem("parameters", "", f"{n} is given twice", "give it once") for n in once if given.count(n) > 1]
+    problems += [_unknown("parameters", n, known) for n in once if n not in known]
+    if not given:
+        problems.add("parameters", "", "none is named", 'give e.g. ("mu", "K_theta")')
+    problems.settle()
+    return given
+
+
+def _unknown(where: str, name: str, known: Collection[str] = PARAMETERS.keys()) -> Problem:
+    """Return the mistake of an unknown name: what is meant by it elsewhere, or the likely one, and all there are."""
+    listed, meant = ", ".join(known), _OTHER_NAMES.get(name)
+    remedy = f"{tabular.guess(name, known)}known are {listed}"
+    if meant and meant in known:
+        remedy = f"write {meant} ({PARAMETERS[meant].words}) or another of {listed}"
     return Problem(where, "", f'"{name}" is not the name of a parameter', remedy)
 
 

@@ -14,12 +14,11 @@ from squama._version import __version__
 from squama.beam.card import card
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
-from squama.curves import doors
 from squama.curves.chosen import idealisation
 from squama.errors import refuse
 from squama.inverse import beside, joint_figures, limits, search
 from squama.inverse.beside import Beside
-from squama.inverse.goals import Pitches, Reached, reached
+from squama.inverse.goals import SENSES, Pitches, Reached, reached
 from squama.inverse.residuals import Look, Residuals
 from squama.inverse.target import Target, read_target
 from squama.loads import ENDLESS, LOADS
@@ -157,7 +156,7 @@ class InverseDesign:
 
 
 def inverse_design(
-    target: str | os.PathLike[str] | Mapping[str, Any],
+    target: str | os.PathLike[str] | Mapping[str, Any] | Target,
     *,
     beam: Beam | None = None,
     designs: int | None = None,
@@ -176,7 +175,7 @@ def inverse_design(
     target : path or mapping
         A TOML file, or the same as nested mappings: ``target`` (what is asked), ``vary`` (bounds by dimension),
         ``choose`` (lists of values or materials), ``limits``, ``rounding``, ``tolerance``; and ``start`` or the tables
-        of a beam. See docs, how-to: design a beam.
+        of a beam. See docs, how-to: design a beam. Or one that was read.
     beam, designs : Beam, int, optional
         In place of the target's: beam to start from, which keeps what is not varied; distinct designs at most (5).
     starts, seed : int
@@ -207,13 +206,7 @@ def inverse_design(
     """
     if beam is not None:
         arguments.beam(beam)
-    return find(read_target(target, beam=beam), designs=designs, starts=starts, seed=seed, elements=elements)
-
-
-def find(
-    target: Target, *, designs: int | None = None, starts: int = 4096, seed: int = 1, elements: bool = False
-) -> InverseDesign:
-    """Return the result of :func:`inverse_design` for a target that was read."""
+    target = target if isinstance(target, Target) else read_target(target, beam=beam)
     only_one(target.space.beam.faces, "inverse design")
     count = arguments.whole("designs", target.designs if designs is None else designs, 1, 100)
     starts, seed = arguments.whole("starts", starts, 16, 1 << 20), arguments.whole("seed", seed, 0, 2**31)
@@ -243,9 +236,9 @@ def find(
     kept = np.flatnonzero((refined.limits >= -BROKEN).all(axis=0) & np.isfinite(look.merit))
     if not kept.size:
         refuse("limits", "", "no beam within the bounds keeps them all", refined.broken(), target.source)
-    made = {i: refined.design(i) for i in kept.tolist()} if target.real else {}
-    chosen = refined.chosen(kept, count, made)
-    found = tuple(made.get(i) or refined.design(i) for i in chosen)
+    made = {i: refined.design(i) for i in kept.tolist()}
+    chosen = refined.chosen(made, count)
+    found = tuple(made[i] for i in chosen)
     asked = steps(enumerate(found), len(found), "designs asked by other models")
     found = tuple(replace(d, beside=beside.beside(target, d.beam, elements=i < ASKED)) for i, d in asked)
     notes = [f"{space.variables[j].name} has no effect on what is asked" for j in idle.tolist()]
@@ -304,35 +297,29 @@ class _Refined(NamedTuple):
         sizes = self.residuals.sizes(self.residuals.space.cells(look.y[:, [i]].T), look.values[:, i : i + 1])
         words = []
         for name, g in zip(self.residuals.names, self.limits[:, i], strict=False):
-            if g >= -BROKEN:
-                continue
-            if name not in limits.LIMITS:
+            limit = limits.LIMITS.get(name)
+            if g < -BROKEN and limit is not None:
+                has = float(np.ravel(limit.measure(sizes))[0])
+                short = f"{has * 1e3:.4g} mm" if limit.dimension is Dimension.LENGTH else f"{has:.4g}"
+                bound = f"at {'least' if limit.least else 'most'} {as_text(target.limits[name], limit.dimension)}"
+                words.append(f"{name} ({limit.formula} {bound}, is {short})")
+            elif g < -BROKEN:
                 words.append(name)
-                continue
-            limit, value = limits.LIMITS[name], target.limits[name]
-            has = float(np.ravel(limit.measure(sizes))[0])
-            short = f"{has * 1e3:.4g} mm" if limit.dimension is Dimension.LENGTH else f"{has:.4g}"
-            bound = f"at {'least' if limit.least else 'most'} {as_text(value, limit.dimension)}"
-            words.append(f"{name} ({limit.formula} {bound}, is {short})")
         return f"the nearest breaks {' and '.join(words)}"
 
-    def chosen(self, kept: Array, count: int, made: Mapping[int, Design]) -> list[int]:
-        """Return the numbers of the reported designs, the best first; ``made`` holds designs that are complete."""
-        look = self.look
-        met = np.array([made[i].met if i in made else self.meets(i) for i in kept.tolist()])
-        if met.any():
-            spread = self.spread()
-            order = kept[met]
-            order = order[np.argsort(spread[order], kind="stable")]
-        else:
-            order = kept[np.argsort(look.merit[kept], kind="stable")]
-            order = order[look.merit[order] <= WORSE * look.merit[order[0]]]
+    def chosen(self, made: Mapping[int, Design], count: int) -> list[int]:
+        """Return the numbers of the reported designs, the best first, of those that are made."""
+        look, kept = self.look, np.array(list(made))
+        met = np.array([design.met for design in made.values()])
+        near = met if met.any() else look.merit[kept] <= WORSE * look.merit[kept].min()
+        price = self.spread() if met.any() else look.merit
+        order = sorted(kept[near].tolist(), key=price.tolist().__getitem__)
         chosen: list[int] = []
         for least in DISTINCT:
-            for i in order.tolist():
+            for i in order:
                 if len(chosen) < count and all(np.abs(look.y[:, i] - look.y[:, j]).max() >= least for j in chosen):
                     chosen.append(i)
-        return sorted(chosen, key=order.tolist().index)
+        return sorted(chosen, key=order.index)
 
     def spread(self) -> Array:
         """Return by how much tolerances move each design off its target, relative; less is better.
@@ -348,26 +335,17 @@ class _Refined(NamedTuple):
             found += (goal.weight * size) ** 2
         return np.sqrt(found)
 
-    def meets(self, i: int) -> bool:
-        """Whether a design meets every goal by the figures of the search."""
-        return all(goal.met for goal in self.reached(i, self.look.values[:, i], self._pitches(i)))
-
     def design(self, i: int) -> Design:
         """Return one complete design."""
         space, target = self.residuals.space, self.residuals.target
-        options, y = target.options, self.look.y[:, i]
+        y, load, names = self.look.y[:, i], LOADS[space.load], [FULL.get(key, key) for key in target.tolerance]
         beam = space.beam_of(y)
-        if target.real:
-            # all contacts, and steps of its own
-            reached, answer = joint_figures.followed(beam, [goal.want for goal in target.goals], options)
-            values = np.array(reached)
-            lines = limits.refused(beam, target.printer)
-        else:
-            common = {name: getattr(options, name) for name in ("law", "sense", "margin")}
-            answer = doors.respond(beam, space.load, points=3, joint="hinge", **common)
-            values = self.look.values[:, i]
-            lines = limits.refused(beam, {}, sided=LOADS[space.load].sided)
-        goals = tuple(self.reached(i, values, Pitches(beam.pitch, beam.pitches)))
+        # all contacts, and steps of its own
+        wants = [goal.want for goal in target.goals]
+        values, answer = joint_figures.followed(beam, wants, target.options, target.options.joint)
+        lines = limits.refused(beam, target.printer if target.real else {}, sided=load.sided)
+        own, effects = Pitches(beam.pitch, beam.pitches), self.effects[:, :, i]
+        goals = tuple(reached(target.goals, np.array(values), own, target.accept, effects, names))
         return Design(
             beam=beam,
             values={v.name: of_beam(beam, space.load, v.key) for v in space.variables},
@@ -376,22 +354,12 @@ class _Refined(NamedTuple):
             goals=goals,
             active=tuple(self.active(i)),
             end=answer["end"].item(),
-            rate_end=float(answer[f"{LOADS[space.load].rate}_end"]),
+            rate_end=float(answer[f"{load.rate}_end"]),
             other_contact=answer["other_contact"].item(),
             refused=tuple(lines),
             warnings=tuple(filter(None, answer.attrs["warnings"].split("\n"))),
             found_by=beside.found_by(target, beam),
         )
-
-    def _pitches(self, i: int) -> Pitches:
-        """Return pitch and number of scales of a design before it is rounded."""
-        return Pitches(float(self.look.d[i]), float(self.look.scales[i]))
-
-    def reached(self, i: int, values: Array, own: Pitches) -> list[Reached]:
-        """Return what a design reaches of each goal with its figures and its own pitches; those of a curve together."""
-        target = self.residuals.target
-        names = [FULL.get(key, key) for key in target.tolerance]
-        return reached(target.goals, values, own, target.accept, self.effects[:, :, i], names)
 
     def active(self, i: int) -> list[str]:
         """Name the bounds and limits on which a design lies, and the goals that it just meets."""
@@ -400,11 +368,11 @@ class _Refined(NamedTuple):
             if share <= ACTIVE or share >= 1 - ACTIVE:
                 side, bound = ("lower", v.low) if share <= ACTIVE else ("upper", v.high)
                 found.append(f"{v.name} at its {side} bound {text_of(v.key, bound)}")
+        before = float(self.look.d[i]), float(self.look.scales[i])
         for goal, value in zip(target.goals, self.look.values[:, i], strict=False):
-            just = abs(value / goal.value(*self._pitches(i)) - 1) <= 2 * target.accept
+            just = abs(value / goal.value(*before) - 1) <= 2 * target.accept
             if target.real and goal.sense != "=" and just:
-                sense = "at least" if goal.sense == ">=" else "at most"
-                found.append(f"{goal.name} {sense} {goal.number:g} {goal.unit}".strip())
+                found.append(f"{goal.name} {SENSES[goal.sense]}{goal.number:g} {goal.unit}".strip())
         for name, g in zip(self.residuals.names, self.look.g[:, i], strict=True):
             if g <= ACTIVE and name in limits.LIMITS:
                 value = target.limits[name]

@@ -14,7 +14,7 @@ from squama.errors import Problems, refuse
 from squama.inverse import targetfile
 from squama.inverse.named_figures import FIGURES, At, Want
 from squama.inverse.space import Space
-from squama.inverse.targetfile import AT_POINTS, Context, Given, PointTable, TargetTable
+from squama.inverse.targetfile import AT_POINTS, Context, PointTable, TargetTable
 from squama.io import files, measured
 from squama.loads import LOADS
 from squama.model.sensitivity import STEP
@@ -125,25 +125,22 @@ def reached(
     ``own`` are the design's pitch and number of scales, ``effects`` (goals, dimensions) what tolerances do, over the
     asked values, by the ``names`` of the dimensions.
     """
-    found: list[Reached] = []
-    if effects is None:
-        effects = np.zeros((len(goals), 0))
-
-    def add(goal: tuple[str, str, str, float], value: float, by: Array, *, met: bool) -> None:
-        spread = float(np.linalg.norm(by)) if names else math.nan
-        found.append(Reached(*goal, value, value - goal[3], met, spread, dict(zip(names, by.tolist(), strict=True))))
-
+    by = np.zeros((len(goals), 0)) if effects is None else effects
+    found: list[tuple[tuple[str, str, str, float], float, bool, Array]] = []
     for k, goal in enumerate(goals):
         if not goal.group:
-            met = goal.met(float(values[k]), *own, accept)
-            one = (goal.name, goal.unit, goal.sense, goal.number)
-            add(one, goal.shown(values[k], *own), goal.number * effects[k], met=met)
+            asked, met = (goal.name, goal.unit, goal.sense, goal.number), goal.met(float(values[k]), *own, accept)
+            found.append((asked, goal.shown(values[k], *own), met, goal.number * by[k]))
     for group in dict.fromkeys(goal.group for goal in goals if goal.group):
         those = [k for k, goal in enumerate(goals) if goal.group == group]
         scale = goals[those[0]].scale
         off = float(_rms(values[those] - [goals[k].asked for k in those]))
-        add((f"{group}, rms", "N m", "=", 0.0), off, scale * _rms(effects[those]), met=off / scale <= accept)
-    return found
+        found.append(((f"{group}, rms", "N m", "=", 0.0), off, off / scale <= accept, scale * _rms(by[those])))
+    spreads = [float(np.linalg.norm(change)) if names else math.nan for *_, change in found]
+    return [
+        Reached(*asked, value, value - asked[3], met, spread, dict(zip(names, change.tolist(), strict=True)))
+        for (asked, value, met, change), spread in zip(found, spreads, strict=True)
+    ]
 
 
 def _rms(values: Array) -> Array:
@@ -176,21 +173,22 @@ def _single(name: str, value: object, context: Context) -> Goal:
         if "value" not in value:
             refuse(where, "", "has no value", "write { value = ..., weight = 2 }")
         weight, value = _weight(where, value.get("weight", 1.0)), value["value"]
-    got = _value(where, name, value, context)
-    return Goal(name, Want(name), got.number, got.unit, got.si, got.at, got.sense, weight)
+    return _goal(where, name, Want(name), value, weight, context)
 
 
-def _value(where: str, figure: str, value: object, context: Context) -> Given:
+def _goal(where: str, name: str, want: Want, value: object, weight: float, context: Context) -> Goal:
     """Read the goal value of a figure."""
+    figure = want.figure
     if figure in ("lock", "engagement"):
-        return targetfile.twist(where, value, context)
-    dimension, *_ = look_up(FIGURES[figure][0]) or (Dimension.RATIO,)
-    got = targetfile.quantity(where, value, dimension, context)
+        got = targetfile.twist(where, value, context)
+    else:
+        dimension, *_ = look_up(FIGURES[figure][0]) or (Dimension.RATIO,)
+        got = targetfile.quantity(where, value, dimension, context)
     if figure == "RED" and got.si >= 1:
         refuse(where, shown(got.number), "a part of the work cannot be 1 or more", "write e.g. 0.4")
     if figure == "critical_mu" and got.si > 10:
         refuse(where, shown(value), "is out of range (up to 10)", "write e.g. 0.6")
-    return got
+    return Goal(name, want, got.number, got.unit, got.si, got.at, got.sense, weight)
 
 
 def _points(where: str, table: PointTable, kind: str, context: Context) -> list[Goal]:
@@ -211,9 +209,8 @@ def _points(where: str, table: PointTable, kind: str, context: Context) -> list[
     weight, found = _weight(where, table.weight), []
     for key, value in given.items():
         figure = _figure(key, value)
-        got = _value(f"{where}.{key}", figure, value, context)
-        name, want = f"{LABELS.get(figure, key)} at {twist}", Want(figure, at)
-        found.append(Goal(name, want, got.number, got.unit, got.si, got.at, got.sense, weight))
+        name = f"{LABELS.get(figure, key)} at {twist}"
+        found.append(_goal(f"{where}.{key}", name, Want(figure, at), value, weight, context))
     return found
 
 

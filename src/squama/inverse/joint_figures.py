@@ -92,7 +92,9 @@ def followed(
     at = [None if w.at is None else w.at.per_length(beam) for w in wants]
     rates = sorted({rate for rate in at if rate is not None})
     common: dict[str, Any] = {"sense": options.sense, "joint": joint, "ends": ENDLESS if endless else None}
-    if not rates and joint is None:
+    if joint == "hinge":
+        common |= {"law": options.law, "margin": options.margin}
+    if not rates and joint != "compliant":
         rates = [NEAR_REST / beam.pitch]
     elif not rates:
         # as far as the engagement's own figures are read

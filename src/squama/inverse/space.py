@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -112,7 +112,7 @@ class Space(NamedTuple):
             found[v.key] = np.clip(value, v.low, v.high)
         return found
 
-    def place(self, values: dict[str, Any]) -> Array:
+    def place(self, values: Mapping[str, Array | float]) -> Array:
         """Return the point (m,), or points (n, m), of the unit cube of dimensions, by key; the nearest within bounds.
 
         Of what is chosen it is the option that is nearest in its first dimension.

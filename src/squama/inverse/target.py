@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -188,9 +187,14 @@ def _joint(file: File, common: Mapping[str, Any], locks: Sequence[str], problems
 def _common(file: File, problems: Problems) -> dict[str, Any]:
     """Read the keys outside of tables: load, law, sense, margin and number of designs."""
     found: dict[str, Any] = {}
-    checks: tuple[Callable[[Any], object], ...] = (arguments.load, arguments.law, arguments.sense, arguments.margin)
-    designs = functools.partial(arguments.whole, "designs", low=1, high=MOST_DESIGNS)
-    for name, check in zip(("load", "law", "sense", "margin", "designs"), (*checks, designs), strict=True):
+    checks: dict[str, Callable[[Any], object]] = {
+        "load": arguments.load,
+        "law": arguments.law,
+        "sense": arguments.sense,
+        "margin": arguments.margin,
+        "designs": lambda value: arguments.whole("designs", value, 1, MOST_DESIGNS),
+    }
+    for name, check in checks.items():
         value = getattr(file, name)
         with problems.caught():
             if name in ("margin", "designs") and (isinstance(value, bool) or not isinstance(value, int | float)):

@@ -93,24 +93,12 @@ class Followed(NamedTuple):
     crossing: int
 
 
-def follow(
-    eta: float,
-    beta: float,
-    lam: float,
-    sa: float,
-    ca: float,
-    theta0: float,
-    mu: float,
-    thickness: float,
-    kind: int,
-    law: int,
-    room: Room,
-) -> Followed:
-    """Follow the contact that a design meets first; lengths in pitches, ``sa`` < 0 is the other sense.
+def follow(pair: Twist, mu: float, kind: int, law: int, room: Room) -> Followed:
+    """Follow the contact that a design meets first; lengths in pitches, ``pair.sa`` < 0 is the other sense.
 
     ``kind`` is BENT for bending, else OPEN; ``law`` as in Design.
     """
-    pair, n, load_e = Twist(eta, beta, lam, sa, ca, theta0, 1.0, thickness), 0, math.inf
+    n, load_e, theta0 = 0, math.inf, pair.theta0
     if kind != BENT:
         n, load_e = first_engagement(pair)
     else:
