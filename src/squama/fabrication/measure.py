@@ -46,7 +46,8 @@ def solid(recipe: Recipe, mesh: Mesh) -> Iterator[Check]:
     """Look at a solid: closed, manifold, in one piece, its volume that of the closed form."""
     body = meshes.manifold(mesh)
     yield Check("edges that are not closed", mesh.name, 0, meshes.open_edges(mesh), "", 0)
-    yield Check("pinched vertices", mesh.name, 0, meshes.pinched(mesh), "", 0)
+    # the kernel gives each of several sheets that meet in a point alone a vertex of its own
+    yield Check("pinched vertices", mesh.name, 0, body.num_vert() - len(mesh.vertices), "", 0)
     yield Check("pieces", mesh.name, 1, len(body.decompose()), "", 0)
     yield Check("volume", mesh.name, recipe.volume, mesh.volume, "mm^3", VOLUME * recipe.volume)
 
@@ -59,17 +60,11 @@ def scale(plan: Plan, mesh: Mesh) -> Iterator[Check]:
     yield from _angles(plan, mesh.name, top.normal)
 
 
-class _Cuts(NamedTuple):
-    """Slots or slits seen in a mesh: direction of their floors, level of each along it, thicknesses, lowest point."""
+def _cuts(mesh: Mesh) -> tuple[Array, Array, Array, float] | None:
+    """Find the parallel oblique slots of a solid on the bench; None if there are none.
 
-    normal: Array
-    levels: Array
-    thicknesses: Array
-    lowest: float
-
-
-def _cuts(mesh: Mesh) -> _Cuts | None:
-    """Find the parallel oblique slots of a solid on the bench; None if there are none."""
+    Returns the direction of their floors (3,), the level of each along it (n,), thicknesses, and the lowest point, mm.
+    """
     oblique = [f for f in meshes.faces(mesh) if np.abs(f.normal).max() < 1 - 1e-9]
     # walls that face each other; the largest such pair is what a plate lies between
     pairs = [(f, g) for f in oblique if f.normal[2] > LENGTH for g in oblique if f.normal @ g.normal < -1 + 1e-9]
@@ -90,7 +85,7 @@ def _cuts(mesh: Mesh) -> _Cuts | None:
         # a ray may leave through the mouth
         found.append(met[np.isfinite(met)])
     corners = mesh.vertices[np.unique(mesh.triangles[np.concatenate([f.triangles for f in oblique])])]
-    return _Cuts(floor.normal, levels, np.concatenate(found), float(corners[:, 2].min()))
+    return floor.normal, levels, np.concatenate(found), float(corners[:, 2].min())
 
 
 def _levels(mesh: Mesh, face: meshes.Faces, normal: Array) -> tuple[Array, list[Index], Array]:
@@ -106,11 +101,8 @@ def upright(plan: Plan, mesh: Mesh, face: int) -> Mesh:
     """Return a solid on the bench with a face brought to the scaled one's place by the map between them."""
     S = BENCH @ plan.sides[face][0]
     middle = np.array([0.0, 0.0, plan.height / 2])
-    inside_out = np.prod(S) < 0
-    return mesh._replace(
-        vertices=(mesh.vertices - middle) * S + middle,
-        triangles=mesh.triangles[:, ::-1] if inside_out else mesh.triangles,
-    )
+    triangles = mesh.triangles[:, ::-1] if np.prod(S) < 0 else mesh.triangles
+    return mesh._replace(vertices=(mesh.vertices - middle) * S + middle, triangles=triangles)
 
 
 def halves(plan: Plan, mesh: Mesh) -> Iterator[Mesh]:
@@ -124,17 +116,17 @@ def halves(plan: Plan, mesh: Mesh) -> Iterator[Mesh]:
 def slots(plan: Plan, mesh: Mesh) -> Iterator[Check]:
     """Measure the slots of the substrate on the bench: number, distance, depth, thickness and angles."""
     seen = _cuts(mesh)
-    yield Check("slots", mesh.name, plan.scales, 0 if seen is None else seen.levels.size, "", 0)
+    yield Check("slots", mesh.name, plan.scales, 0 if seen is None else seen[1].size, "", 0)
     if seen is None:
         return
-    pitches = np.diff(seen.levels) / np.abs(seen.normal[0])
+    normal, levels, thicknesses, lowest = seen
+    pitches = np.diff(levels) / np.abs(normal[0])
     yield Check("distance of slots", mesh.name, plan.pitch, _worst(pitches, plan.pitch), "mm", LENGTH)
     _, _, wide = plan.slot
-    yield Check("thickness of slots", mesh.name, wide, _worst(seen.thicknesses, wide), "mm", LENGTH)
+    yield Check("thickness of slots", mesh.name, wide, _worst(thicknesses, wide), "mm", LENGTH)
     deep = plan.slot[0] * sin(plan.theta0) + wide / 2 * cos(plan.theta0)
-    depth = float(mesh.vertices[:, 2].max()) - seen.lowest
-    yield Check("depth of slots", mesh.name, deep, depth, "mm", LENGTH)
-    yield from _angles(plan, mesh.name, seen.normal)
+    yield Check("depth of slots", mesh.name, deep, float(mesh.vertices[:, 2].max()) - lowest, "mm", LENGTH)
+    yield from _angles(plan, mesh.name, normal)
 
 
 def _angles(plan: Plan, name: str, normal: Array) -> Iterator[Check]:
@@ -163,14 +155,13 @@ def gap(one: Mesh, others: Sequence[Mesh], search: float) -> float:
     return min((float(body.min_gap(meshes.manifold(o), search)) for o in others), default=search)
 
 
-def read_back(loaded: Sequence[tuple[str, Trimesh, float]], file: str) -> Iterator[Check]:
-    """Look at solids read from a file: (name, trimesh.Trimesh, volume asked for) each; no name: all in one."""
-    for name, found, volume in loaded:
-        where = f"{file}, {name}" if name else file
-        # solids in one STL file may touch; their surface is then closed, but not a manifold
-        closed = found.is_watertight and found.is_winding_consistent if name else meshes.closed(np.asarray(found.faces))
-        yield Check("watertight", where, 1, float(closed), "", 0)
-        yield Check("volume", where, volume, float(found.volume), "mm^3", FILE_VOLUME * volume)
+def loaded(found: Trimesh, file: str, name: str, volume: float) -> Iterator[Check]:
+    """Look at a solid read from a file, of so much volume; without a name at all solids of the file in one."""
+    where = f"{file}, {name}" if name else file
+    # solids in one STL file may touch; their surface is then closed, but not a manifold
+    closed = found.is_watertight and found.is_winding_consistent if name else meshes.closed(np.asarray(found.faces))
+    yield Check("watertight", where, 1, float(closed), "", 0)
+    yield Check("volume", where, volume, float(found.volume), "mm^3", FILE_VOLUME * volume)
 
 
 def _worst(found: Array, expected: float) -> float:
@@ -182,11 +173,10 @@ def slits(plan: Plan, lids: Sequence[Mesh]) -> Iterator[Check]:
     """Measure the slits of the lid in its place on the bench: number, thickness and angles."""
     count = 0
     for lid in lids:
-        seen = _cuts(lid)
-        if seen is None:
-            continue
-        count += seen.levels.size
-        found = _worst(seen.thicknesses, plan.slit[1])
-        yield Check("thickness of slits", lid.name, plan.slit[1], found, "mm", LENGTH)
-        yield from _angles(plan, lid.name, seen.normal)
+        if (seen := _cuts(lid)) is not None:
+            normal, levels, thicknesses, _ = seen
+            count += levels.size
+            found = _worst(thicknesses, plan.slit[1])
+            yield Check("thickness of slits", lid.name, plan.slit[1], found, "mm", LENGTH)
+            yield from _angles(plan, lid.name, normal)
     yield Check("slits", "lid", plan.scales, count, "", 0)

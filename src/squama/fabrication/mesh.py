@@ -103,9 +103,8 @@ class Faces(NamedTuple):
 def open_edges(mesh: Mesh) -> int:
     """Return how many edges are not run through once in each direction; 0: closed, oriented and manifold."""
     start, stop = _edges(mesh.triangles)
-    key, back = start * len(mesh.vertices) + stop, stop * len(mesh.vertices) + start
-    unique, counts = np.unique(key, return_counts=True)
-    return int((counts > 1).sum() + (~np.isin(back, unique)).sum())
+    unique, counts = np.unique(start * len(mesh.vertices) + stop, return_counts=True)
+    return int((counts > 1).sum() + (~np.isin(stop * len(mesh.vertices) + start, unique)).sum())
 
 
 def _edges(triangles: Index) -> Index:
@@ -116,17 +115,8 @@ def _edges(triangles: Index) -> Index:
 def closed(triangles: Index) -> bool:
     """Say whether every edge is run through as often in one direction as in the other, at least once."""
     edges = _edges(triangles)
-    low, high = edges.min(axis=0), edges.max(axis=0)
-    _, which = np.unique(low * (high.max(initial=0) + 1) + high, return_inverse=True)
-    return bool(edges.size and not np.bincount(which, np.where(edges[0] == low, 1.0, -1.0)).any())
-
-
-def pinched(mesh: Mesh) -> int:
-    """Return at how many vertices several sheets of the surface meet in the point alone; 0 for a manifold.
-
-    The kernel gives each sheet a vertex of its own. Raises SquamaError: the surface is not closed.
-    """
-    return int(manifold(mesh).num_vert()) - len(mesh.vertices)
+    _, which = np.unique(np.sort(edges, axis=0).T, axis=0, return_inverse=True)
+    return bool(edges.size and not np.bincount(which.ravel(), np.where(edges[0] < edges[1], 1.0, -1.0)).any())
 
 
 def faces(mesh: Mesh) -> list[Faces]:

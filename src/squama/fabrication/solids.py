@@ -15,6 +15,7 @@ from squama.fabrication.formats import Placed
 from squama.fabrication.measure import Check
 from squama.fabrication.mesh import Mesh
 from squama.fabrication.plan import Plan, between
+from squama.types import Array
 
 PARTS = ("scale", "substrate", "mould", "assembly")
 SPACING = 2.0
@@ -64,7 +65,8 @@ def make(plan: Plan, parts: Sequence[str]) -> Solids:
         pieces = [(r, built(r)) for r in (*bodies.trays(plan), *bodies.lids(plan))]
         knife = bodies.blade(plan)
         edge = built(knife)
-        files |= {recipe.name: [_alone(recipe, made, down=True)] for recipe, made in pieces}
+        # put down on the bed with its corner at 0
+        files |= {recipe.name: [_alone(recipe, made, -made.bounds[0])] for recipe, made in pieces}
         files["blade"] = [_alone(knife, edge)]
         blades = _seated(plan, "blade", knife, edge, plan.slot[2])
         files["mould"] = [*(_alone(recipe, made) for recipe, made in pieces), blades]
@@ -94,10 +96,9 @@ def _fitted(plan: Plan, body: Mesh, seated: list[Mesh]) -> Iterator[Check]:
         yield Check("gap between neighbouring scales", "assembly", expected, found, "mm", measured.LENGTH)
 
 
-def _alone(recipe: Recipe, made: Mesh, *, down: bool = False) -> Item:
-    """Return a solid as it is, or put down on the bed with its corner at 0."""
-    shift = -made.bounds[0] if down else np.zeros(3)
-    return Item(recipe, [Placed(recipe.name, made, np.eye(3), shift)])
+def _alone(recipe: Recipe, made: Mesh, shift: Array | None = None) -> Item:
+    """Return a solid as it is, or moved."""
+    return Item(recipe, [Placed(recipe.name, made, np.eye(3), np.zeros(3) if shift is None else shift)])
 
 
 def _names(plan: Plan, word: str) -> list[str]:
@@ -119,10 +120,8 @@ def _plates(plan: Plan, flat: Mesh) -> Iterator[tuple[str, list[Placed]]]:
     if plan.bed is not None:
         room = plan.bed + SPACING
         columns, rows = min(columns, int(room // wide)), int(room // long)
-    each = rows * columns
-    named = _names(plan, "scale")
-    plates = [named[i : i + each] for i in range(0, len(named), each)]
-    for i, plate in enumerate(plates):
-        places = (np.array([j // columns * long, j % columns * wide, 0.0]) for j in range(each))
-        placed = [Placed(name, flat, np.eye(3), place) for name, place in zip(plate, places, strict=False)]
-        yield bodies.numbered("scales", i, len(plates)), placed
+    each, named = rows * columns, _names(plan, "scale")
+    places = [np.array([j // columns * long, j % columns * wide, 0.0]) for j in range(each)]
+    for i in range(count := ceil(len(named) / each)):
+        plate = zip(named[i * each :], places, strict=False)
+        yield bodies.numbered("scales", i, count), [Placed(name, flat, np.eye(3), place) for name, place in plate]
