@@ -10,7 +10,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from squama.plot.along import line as line
     from squama.plot.cycle import cycle_figure as cycle_figure
     from squama.plot.cycle import energies as energies
     from squama.plot.cycle import loops as loops
@@ -28,15 +27,16 @@ if TYPE_CHECKING:
     from squama.plot.part import load_curve as load_curve
     from squama.plot.part import part_figure as part_figure
     from squama.plot.part import shape as shape
-    from squama.plot.path import path_figure as path_figure
-    from squama.plot.path import path_loads as path_loads
-    from squama.plot.path import plane_path as plane_path
+    from squama.plot.plane import path_figure as path_figure
+    from squama.plot.plane import path_loads as path_loads
     from squama.plot.plane import plane_contacts as plane_contacts
     from squama.plot.plane import plane_figure as plane_figure
     from squama.plot.plane import plane_load as plane_load
+    from squama.plot.plane import plane_path as plane_path
     from squama.plot.regimes import lock_lines_figure as lock_lines_figure
     from squama.plot.regimes import regime_figure as regime_figure
     from squama.plot.response import curve as curve
+    from squama.plot.response import line as line
     from squama.plot.response import response_figure as response_figure
     from squama.plot.row import finite_figure as finite_figure
     from squama.plot.row import inclinations as inclinations
@@ -62,14 +62,12 @@ _NAMES = {
     "cycle": "cycle_figure energies loops",
     "row": "finite_figure inclinations row_figure",
     "part": "load_curve part_figure shape",
-    "path": "path_figure path_loads plane_path",
-    "plane": "plane_contacts plane_figure plane_load",
+    "plane": "path_figure path_loads plane_contacts plane_figure plane_load plane_path",
     "inverse": "front_figure inverse_figure tradeoff",
     "regimes": "lock_lines_figure regime_figure",
-    "along": "line",
     "sweep": "map_figure map_slice",
     "maps": "red_figure",
-    "response": "curve response_figure",
+    "response": "curve line response_figure",
     "style": "save_figure",
     "solids": "solids_figure",
     "uncertainty": "cumulative histogram sobol uncertainty_figure",

@@ -61,7 +61,11 @@ def regime_figure(dataset: xr.Dataset) -> Figure:
             still = line["end"].values == "static lock"
             keep &= ~(still & np.roll(still, 1) & np.roll(still, -1))
             ax.plot(np.where(keep, x, np.nan), np.where(keep, y, np.nan), color=colour, linestyle=DASHES[law])
-            for mark, at in _stops(line["end"].values).items():
+            # off the axis it stops beside designs that end without a lock, and at the ends of the range
+            locked, sliding = np.isin(line["end"].values, SHOWN), line["end"].values == "frictional lock"
+            beside = np.r_[False, ~locked[:-1]] | np.r_[~locked[1:], False]
+            outer = np.arange(locked.size) % (locked.size - 1) == 0
+            for mark, at in (("other", sliding & beside), ("range", sliding & outer & ~beside)):
                 marked |= {mark} if at.any() else set()
                 ax.plot(x[at], y[at], linestyle="", color=colour, **STOPS[mark][0])
     ax.set_xlim(0, 1.03 * max(right, float(np.nanmax(dataset["phi_lock"].values)) / np.pi))
@@ -80,16 +84,14 @@ def regime_figure(dataset: xr.Dataset) -> Figure:
     span = rf"$\{over}$ = {limits[0]:.3g}{unit} or {limits[1]:.3g}{unit}"
     handles += [key(words.format(span), linestyle="", **style) for m, (style, words) in STOPS.items() if m in marked]
     figure.legend(handles=handles, loc="outside right center")
-    _regions(ax, *scaled(dataset["phi_lock"], dataset["theta_lock"]))
+    x, y = scaled(dataset["phi_lock"], dataset["theta_lock"])
+    there, (wide, high) = np.isfinite(x), (ax.get_xlim()[1], ax.get_ylim()[1])
+    # linear on the axis before engagement, nonlinear while sliding, locked beyond the envelope
+    words: Look = {"style": "italic", "fontsize": 7.5, "color": INK}
+    ax.text(float(np.median(x[there])), float(np.max(y[there])) + 0.012, "locked", ha="center", va="bottom", **words)
+    ax.text(0.022 * wide, 0.62 * high, "sliding: nonlinear", rotation=90, ha="center", va="center", **words)
+    ax.text(0.985 * wide, 0.02 * high, "on the axis: no contact, linear", ha="right", va="bottom", **words)
     return figure
-
-
-def _stops(end: Array) -> dict[str, Array]:
-    """Where an envelope stops off the axis: beside designs that end without a lock, and at the ends of the range."""
-    locked, sliding = np.isin(end, SHOWN), end == "frictional lock"
-    beside = np.r_[False, ~locked[:-1]] | np.r_[~locked[1:], False]
-    outer = np.arange(end.size) % (end.size - 1) == 0
-    return {"other": sliding & beside, "range": sliding & outer & ~beside}
 
 
 def tag(ax: Axes, x: Array, y: Array, text: str, pad: float = 0.8) -> None:
@@ -103,16 +105,6 @@ def over_pi(load: str) -> str:
     """Return the label of an axis of load angles over pi."""
     of = LOADS[load]
     return rf"{of.verb.capitalize()} per pitch ${SYMBOLS[of.angle].tex}/\pi$ (1)"
-
-
-def _regions(ax: Axes, x: Array, y: Array) -> None:
-    """Name the regimes: linear on the axis before engagement, nonlinear while sliding, locked beyond the envelope."""
-    good = np.isfinite(x)
-    words: Look = {"style": "italic", "fontsize": 7.5, "color": INK}
-    ax.text(float(np.median(x[good])), float(np.max(y[good])) + 0.012, "locked", ha="center", va="bottom", **words)
-    wide, high = ax.get_xlim()[1], ax.get_ylim()[1]
-    ax.text(0.022 * wide, 0.62 * high, "sliding: nonlinear", rotation=90, ha="center", va="center", **words)
-    ax.text(0.985 * wide, 0.02 * high, "on the axis: no contact, linear", ha="right", va="bottom", **words)
 
 
 @styled

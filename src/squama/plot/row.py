@@ -45,12 +45,12 @@ def inclinations(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the inclination of every scale of :func:`squama.row`, a line per twist, beside the endless beam's."""
     ax, _ = style.panel(ax, dataset, "theta_periodic", "squama.row")
     touching = np.flatnonzero(dataset["phi"].values >= float(dataset["phi_e"]))
-    chosen = _some(touching) if touching.size else np.array([0])
-    handles = _inclinations(ax, dataset, chosen)
-    for i, colour in zip(chosen, style.shades(len(chosen)), strict=True):
+    mark: style.Look = {"marker": "_", "markersize": 8}
+    chosen, handles = _inclinations(ax, dataset, touching if touching.size else np.array([0]))
+    for i, colour in chosen:
         endless = np.degrees(float(dataset["theta_periodic"][i]))
-        ax.plot([dataset.sizes["scale"] + 0.5], [endless], color=colour, marker="_", markersize=8)
-    handles.append(style.key("endless beam", linestyle="", marker="_", markersize=8))
+        ax.plot([dataset.sizes["scale"] + 0.5], [endless], color=colour, **mark)
+    handles.append(style.key("endless beam", linestyle="", **mark))
     style.legend_under(ax, handles, TWISTS)
     return ax
 
@@ -65,18 +65,17 @@ def finite_figure(data: xr.Dataset) -> Figure:
     figure = style.new_figure(style.PAGE, 3.0)
     left, middle, right = figure.subplots(1, 3)
     phi = data["phi"].values
-    chosen = _some(np.arange(phi.size))
-    handles = _inclinations(left, data, chosen)
-    for i, colour in zip(chosen, style.shades(len(chosen)), strict=True):
+    chosen, handles = _inclinations(left, data, np.arange(phi.size))
+    for i, colour in chosen:
         middle.plot(data["scale"].values, data["twist"].values[i], color=colour, marker=".")
     middle.set(ylabel="Twist of a pitch (rad)", xlabel=PLACE)
     middle.xaxis.set_major_locator(MaxNLocator(integer=True))
     factor, text = style.prefixed("T", style.finite_max(np.abs(data["T"].values)))
     T = factor * data["T"].values
     if phi.size > 1:
-        start = T[1] / phi[1] * phi[-1]
-        right.plot([0, phi[-1]], [0, start], color=GREY, linestyle="--")
-        handles.append(style.key("slope of the torque at the start", color=GREY, linestyle="--"))
+        look: style.Look = {"color": GREY, "linestyle": "--"}
+        right.plot([0, phi[-1]], [0, T[1] / phi[1] * phi[-1]], **look)
+        handles.append(style.key("slope of the torque at the start", **look))
     right.plot(phi, T, color=INK)
     right.set(xlabel=style.angle_label("twisting"), ylabel=text)
     style.legend_below(figure, handles, 7)
@@ -84,18 +83,14 @@ def finite_figure(data: xr.Dataset) -> Figure:
     return style.headline(figure, f"{about}\nScales: {data.attrs['plates']}", (left, middle, right))
 
 
-def _some(places: Array) -> Array:
-    """Return some of the places, evenly."""
-    return np.unique(places[np.linspace(0, places.size - 1, LINES).round().astype(int)])
-
-
-def _inclinations(ax: Axes, dataset: xr.Dataset, chosen: Array) -> list[Artist]:
-    """Draw the inclination of every scale, a line per twist; return what a legend says of them."""
-    handles: list[Artist] = []
-    for i, colour in zip(chosen, style.shades(len(chosen)), strict=True):
+def _inclinations(ax: Axes, dataset: xr.Dataset, places: Array) -> tuple[list[tuple[int, style.Colour]], list[Artist]]:
+    """Draw the inclination of every scale at some of the points, evenly chosen; return these, coloured, and a legend."""
+    some = np.unique(places[np.linspace(0, places.size - 1, LINES).round().astype(int)]).tolist()
+    chosen, handles = list(zip(some, style.shades(len(some)), strict=True)), list[Artist]()
+    for i, colour in chosen:
         look: style.Look = {"color": colour, "marker": "."}
         ax.plot(dataset["scale"].values, np.degrees(dataset["theta"].values[i]), **look)
         handles.append(style.key(f"{dataset['phi'].values[i]:.3g}", **look))
     ax.set(xlabel=PLACE, ylabel=style.label("theta", "deg"))
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))
-    return handles
+    return chosen, handles
