@@ -15,7 +15,6 @@ from matplotlib.colors import BoundaryNorm
 from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from matplotlib.path import Path
 
 from squama.model.outcome import End
 from squama.plot.palette import ACCENT, ENDS, GREY, INK, LOCKS
@@ -40,10 +39,6 @@ TOUCH: Look = {"color": ENDS[End.OTHER], "linewidth": 1.3}
 HALO: list[patheffects.AbstractPathEffect] = [patheffects.withStroke(linewidth=1.5, foreground="white")]
 """Around the numbers of lines, so that they are read on dark grounds."""
 CASING = [patheffects.Stroke(linewidth=2.6, foreground="white"), patheffects.Normal()]
-ROOM, APART = 0.03, 0.1
-"""Least distance of a number from other lines, and from other numbers, over the size of the panel."""
-DARK = COLOURS(1)
-"""Ground of a hatching in the legend: dissipation is small where a curve ends without a lock."""
 BOUNDARY = "here the end changes: values may jump"
 BLANK = ("static lock", "no engagement")
 """Regions without a value, on white."""
@@ -86,7 +81,8 @@ def red_figure(dataset: xr.Dataset) -> Figure:
 def hatched(end: str, *, blank: bool | None = None, words: str = "") -> Patch:
     """Return a handle for a region that is hatched, on the ground of its map; its words unless others are given."""
     hatch, own = HATCHES[end]
-    ground, line = ("white", GREY) if (end in BLANK if blank is None else blank) else (DARK, "white")
+    # dissipation is small where a curve ends without a lock
+    ground, line = ("white", GREY) if (end in BLANK if blank is None else blank) else (COLOURS(1), "white")
     with mpl.rc_context({"hatch.color": line}):
         return Patch(facecolor=ground, edgecolor=line, hatch=hatch, label=words or own)
 
@@ -109,32 +105,23 @@ def hatch_ground(ax: Axes, x: Array, y: Array, inside: Array, end: str) -> None:
         ax.contourf(x, y, inside.astype(float), zorder=0.5, **look)
 
 
-def _border(ax: Axes, x: Array, y: Array, own: Array, unknown: Array) -> Path:
-    """Return the outline of a group of cells: halfway to others, and no farther than its cells where nothing is known.
-
-    Lines of cells, and cells, between unknown ones, which would have no area, reach halfway too.
-    """
-    from scipy.ndimage import binary_dilation, binary_opening
-
-    single = ~unknown & ~binary_opening(~unknown, np.ones((2, 2), bool))
-    near = binary_dilation(single, np.ones((3, 3), bool))
-    inside = np.where(own, 1.0, np.where(unknown & ~near, -1e6, 0.0))
-    mask = ax.contourf(x, y, inside, levels=[0.5, 1.5], colors="none")
-    outline = mask.get_paths()[0]
-    mask.remove()
-    return outline
-
-
-def contours(ax: Axes, x: Array, y: Array, values: Array, groups: Iterable[Array], look: Look,
-             avoid: Array | None = None, unknown: Array | None = None) -> None:  # fmt: skip
-    """Fill contours of values (rows along y) in each group of cells by itself, with lines, and numbers where room is.
+def contours(
+    ax: Axes,
+    grid: tuple[Array, Array, Array],
+    groups: Iterable[Array],
+    look: Look,
+    avoid: Array | None = None,
+    unknown: Array | None = None,
+) -> None:
+    """Fill contours of a ``grid`` (x, y, values by y and x) in each group of cells by itself, with lines and numbers.
 
     Values jump from group to group: each runs on beyond its border as it is nearest to it, and is cut off there, so
     that nothing is interpolated across; beside cells that are ``unknown`` it ends with its own. ``look`` has
     ``levels``, ``norm`` and ``cmap``; no number stands at the points ``avoid`` (n, 2). The limits of ``ax`` are set.
     """
-    from scipy.ndimage import distance_transform_edt
+    from scipy.ndimage import binary_dilation, binary_opening, distance_transform_edt
 
+    x, y, values = grid
     levels, kept_free = np.asarray(look["levels"], float), np.empty((0, 2)) if avoid is None else avoid
     for group in groups:
         own = group & np.isfinite(values)
@@ -142,7 +129,15 @@ def contours(ax: Axes, x: Array, y: Array, values: Array, groups: Iterable[Array
             continue
         border, near = None, kept_free
         if not own.all():
-            border = _border(ax, x, y, own, np.zeros_like(own) if unknown is None else unknown)
+            # halfway to other cells, and no farther than its own where nothing is known; lines of cells, and cells,
+            # between unknown ones, which would have no area, reach halfway too
+            known = np.ones_like(own) if unknown is None else ~unknown
+            single = known & ~binary_opening(known, np.ones((2, 2), bool))
+            near_single = binary_dilation(single, np.ones((3, 3), bool))
+            inside = np.where(own, 1.0, np.where(known | near_single, 0.0, -1e6))
+            mask = ax.contourf(x, y, inside, levels=[0.5, 1.5], colors="none")
+            border = mask.get_paths()[0]
+            mask.remove()
             near = np.concatenate([kept_free, np.asarray(border.vertices)])
         nearest = distance_transform_edt(~own, return_distances=False, return_indices=True)
         whole = np.clip(values[tuple(nearest)], levels[0], levels[-1])
@@ -155,18 +150,17 @@ def contours(ax: Axes, x: Array, y: Array, values: Array, groups: Iterable[Array
             part.set_clip_path(border, ax.transData)
 
 
-def _joined(pieces: Iterable[Array]) -> Array:
-    """Return the points of all pieces of a line (n, 2)."""
-    return np.concatenate([np.empty((0, 2)), *pieces])
-
-
 def _number(ax: Axes, x: Array, y: Array, lines: QuadContourSet, own: Array, border: Array) -> None:
-    """Write each line's number where it is farthest from other lines, from the border and from other numbers."""
+    """Write each line's number where it is farthest from other lines, from the border and from other numbers.
+
+    A number needs 0.03 of the panel's size around it, and 0.1 to other numbers.
+    """
     from scipy.spatial import cKDTree
 
     low, size = np.array([x[0], y[0]]), np.array([x[-1] - x[0], y[-1] - y[0]])
-    points = [(_joined(segments) - low) / size for segments in lines.allsegs]
-    ways = [_joined(np.gradient(s / size, axis=0) for s in segments) for segments in lines.allsegs]
+    none = np.empty((0, 2))
+    points = [(np.concatenate([none, *pieces]) - low) / size for pieces in lines.allsegs]
+    ways = [np.concatenate([none, *(np.gradient(s / size, axis=0) for s in pieces)]) for pieces in lines.allsegs]
     placed: list[Array] = []
     for i, (level, line, way) in enumerate(zip(lines.levels, points, ways, strict=True)):
         if not len(line):
@@ -176,13 +170,13 @@ def _number(ax: Axes, x: Array, y: Array, lines: QuadContourSet, own: Array, bor
         if len(others):
             room = np.minimum(room, cKDTree(others).query(line)[0])
         if placed:
-            room[cKDTree(np.array(placed)).query(line)[0] < APART] = 0
+            room[cKDTree(np.array(placed)).query(line)[0] < 0.1] = 0
         place = line * size + low
         column, row = (abs(place[:, j, None] - grid).argmin(axis=1) for j, grid in enumerate((x, y)))
         room[~own[row, column]] = 0
         # rather where the line is level, and the number upright
         best = int((room * (0.3 + abs(way[:, 0]) / np.maximum(np.hypot(*way.T), 1e-300))).argmax())
-        if room[best] > ROOM:
+        if room[best] > 0.03:
             placed.append(line[best])
             at = [(float(place[best, 0]), float(place[best, 1]))]
             ax.clabel(lines, levels=[level], fmt="%.4g", fontsize=6, inline_spacing=3, manual=at)
@@ -204,25 +198,21 @@ def _panel(ax: Axes, x: Array, y: Array, part: xr.Dataset) -> list[str]:
     ends = [e for e in np.unique(end) if e not in LOCKS and e != "no engagement"]
     look: Look = {"levels": LEVELS, "norm": NORM, "cmap": COLOURS}
     locks, folded = np.isin(end, LOCKS), part["folded"].values.T
-    contours(ax, x, y, red, [locks & ~folded, locks & folded, *(end == e for e in ends)], look, avoid)
+    contours(ax, (x, y, red), [locks & ~folded, locks & folded, *(end == e for e in ends)], look, avoid)
     if (locks & folded).any():
         ax.contour(x, y, (locks & folded).astype(float), levels=[0.5], colors=ACCENT, linewidths=0.9, zorder=4)
     found = [name for name in HATCHES if (end == name).any()]
     for name in found:
-        if name == End.STATIC:
-            _static(ax, x, part["mu_static"].values, float(y[-1]))
-        else:
+        if name != End.STATIC:
             hatch_region(ax, x, y, end == name, name)
+            continue
+        # above its line, with its name where that is highest and there is room
+        line, top = part["mu_static"].values, float(y[-1])
+        own: Look = {"facecolor": "white", "edgecolor": GREY, "hatch": HATCHES[name][0], "linewidth": 0}
+        ax.fill_between(x, line, top, zorder=5, **own)
+        ax.plot(x, line, color=INK, linewidth=1.0, zorder=6)
+        room = np.where((x > x[0] + 0.18 * np.ptp(x)) & (x < x[0] + 0.82 * np.ptp(x)), top - line, 0.0)
+        if room[col := int(room.argmax())] > 0.06 * top:
+            box = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
+            ax.text(x[col], (line[col] + top) / 2, "static lock", ha="center", va="center", bbox=box, zorder=7)
     return found
-
-
-def _static(ax: Axes, x: Array, line: Array, top: float) -> None:
-    """Hatch the static lock above its line, with its name where that is highest and there is room."""
-    look: Look = {"facecolor": "white", "edgecolor": GREY, "hatch": HATCHES[End.STATIC][0], "linewidth": 0}
-    ax.fill_between(x, line, top, zorder=5, **look)
-    ax.plot(x, line, color=INK, linewidth=1.0, zorder=6)
-    room = np.where((x > x[0] + 0.18 * np.ptp(x)) & (x < x[0] + 0.82 * np.ptp(x)), top - line, 0.0)
-    col = int(room.argmax())
-    if room[col] > 0.06 * top:
-        box = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
-        ax.text(x[col], (line[col] + top) / 2, "static lock", ha="center", va="center", bbox=box, zorder=7)

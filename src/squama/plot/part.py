@@ -49,21 +49,17 @@ def shape(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     for i, colour in zip(chosen, style.shades(len(chosen)), strict=True):
         ax.plot(z[i], across[i], color=colour, linewidth=1.4)
         if not above:
-            ax.fill(*_bar(part.beam, y[i], z[i]), color=colour, alpha=0.2, linewidth=0)
+            # the outline of the bar as seen from the side
+            along_z, along_y = np.gradient(z[i]), np.gradient(y[i])
+            half = 1e3 * part.beam.substrate.thickness / 2 / np.hypot(along_z, along_y)
+            low, high = (np.array([z[i], y[i]]) + side * half * [along_y, -along_z] for side in (1, -1))
+            ax.fill(*np.hstack([high, low[:, ::-1]]), color=colour, alpha=0.2, linewidth=0)
             ax.plot(*_scales(beams, dataset["theta"].values[i], y[i], z[i]), color=colour, linewidth=0.8)
         handles.append(style.key(f"{float(dataset['share'][i]):.2f}", color=colour))
     ax.set_aspect("equal", adjustable="datalim")
     ax.set(xlabel="Along the bar at rest (mm)", ylabel="Across (mm)" if above else "Up (mm)")
     style.legend_under(ax, handles, "part of the load")
     return ax
-
-
-def _bar(beam: Beam, y: Array, z: Array) -> tuple[Array, Array]:
-    """Return the outline of the bar as seen from the side."""
-    along_z, along_y = np.gradient(z), np.gradient(y)
-    half = 1e3 * beam.substrate.thickness / 2 / np.hypot(along_z, along_y)
-    off_z, off_y = -half * along_y, half * along_z
-    return np.append(z + off_z, (z - off_z)[::-1]), np.append(y + off_y, (y - off_y)[::-1])
 
 
 def _scales(beams: Sequence[Beam], theta: Array, y: Array, z: Array) -> tuple[Array, Array]:

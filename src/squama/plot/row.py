@@ -84,7 +84,7 @@ def finite_figure(data: xr.Dataset) -> Figure:
 
 
 def _inclinations(ax: Axes, dataset: xr.Dataset, places: Array) -> tuple[list[tuple[int, style.Colour]], list[Artist]]:
-    """Draw the inclination of every scale at some of the points, evenly chosen; return these, coloured, and a legend."""
+    """Draw the inclination of every scale at some points, evenly chosen; return these with colours, and a legend."""
     some = np.unique(places[np.linspace(0, places.size - 1, LINES).round().astype(int)]).tolist()
     chosen, handles = list(zip(some, style.shades(len(some)), strict=True)), list[Artist]()
     for i, colour in chosen:

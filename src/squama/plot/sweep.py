@@ -39,8 +39,8 @@ _JUMPS = ("tangent", "stiffness_ratio")
 TOUCHING = "here scales begin to touch: stiffness jumps"
 _AT_CUTOFF = ("f0", "torque", "U_el", "W_fr", "RED")
 """Variables that depend on the margin."""
-_NAMES, _GREEK = re.compile(r"\b(?:nu|[A-Z]|t)_\w+"), r"\\\g<0>"
-"""Symbols in the words of a beam file's keys, such as t_s, and how a Greek letter of them is set."""
+_NAMES = re.compile(r"\b(?:nu|[A-Z]|t)_\w+")
+"""Symbols in the words of a beam file's keys, such as t_s."""
 _ENVELOPES: dict[str, tuple[tuple[End, ...], style.Look]] = {
     "kinematic lock": ((End.KINEMATIC,), {"linewidth": 2.4}),
     "frictional lock; on the axis static": ((End.FRICTIONAL, End.STATIC), {"linewidth": 1.3}),
@@ -145,7 +145,9 @@ def _drawn(
 def axis_values(part: xr.Dataset, name: str) -> tuple[Array, str]:
     """Return the values of a dimension in units for people, and the label of its axis."""
     factor, text = for_people(part[name].attrs.get("units", "1"))
-    words = _NAMES.sub(lambda one: f"${re.sub('nu|theta', _GREEK, one[0])}$", part[name].attrs.get("long_name", name))
+    words = _NAMES.sub(r"$\g<0>$", part[name].attrs.get("long_name", name))
+    # Greek letters of symbols
+    words = re.sub(r"\$[^$]*\$", lambda one: re.sub("nu|theta", r"\\\g<0>", one[0]), words)
     tex = SYMBOLS[name].tex if name in SYMBOLS else ""
     label = f"{words[0].upper()}{words[1:]}" + (f" ${tex}$" if tex else "") + (f" ({text})" if text else "")
     return part[name].values * factor, label
@@ -161,19 +163,6 @@ def _values(part: xr.Dataset, variable: str) -> Array:
     """Return the values of a variable, in the unit of its label."""
     factor = 1e-6 if part[variable].attrs.get("units") == "Pa" else 1.0
     return factor * np.asarray(part[variable].values, float)
-
-
-def _touching(part: xr.Dataset, variable: str) -> Array:
-    """Return the cells in which scales touch, of a variable that jumps as they begin to; else all."""
-    there = variable in _JUMPS and "N" in part
-    return np.asarray(part["N"].values > 0) if there else np.ones(part[variable].shape, bool)
-
-
-def _groups(code: Array, touching: Array) -> list[Array]:
-    """Return cells among which nothing jumps: the kinds of locks go over into each other, other ends jump."""
-    locks = np.isin(code, LOCKS)
-    groups = [locks, *(code == c for c in np.unique(code[~locks]))]
-    return [group & side for group in groups for side in (touching, ~touching)]
 
 
 def _word(name: str | None, part: xr.Dataset) -> str:
@@ -257,8 +246,14 @@ def _contours(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, 
     for ax, part, grid, code in zip(axes, parts, grids, codes, strict=True):
         xs, ys = _frame(ax, part, x, y)
         look: style.Look = {"levels": levels, "norm": norm, "cmap": colours}
-        unknown, touching = np.isin(code, _UNKNOWN), _touching(part, variable)
-        contours(ax, xs, ys, grid, _groups(code, touching), look, unknown=unknown)
+        unknown, touching = np.isin(code, _UNKNOWN), np.ones(code.shape, bool)
+        if variable in _JUMPS and "N" in part:
+            touching = np.asarray(part["N"].values > 0)
+        # the kinds of locks go over into each other; at other ends, and where scales begin to touch, values jump
+        locks = np.isin(code, LOCKS)
+        groups = [locks, *(code == c for c in np.unique(code[~locks]))]
+        groups = [group & side for group in groups for side in (touching, ~touching)]
+        contours(ax, (xs, ys, grid), groups, look, unknown=unknown)
         if len(np.unique(touching[~unknown])) > 1:
             jumps = True
             side = np.where(unknown, np.nan, touching)
@@ -286,8 +281,7 @@ def _contours(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, 
 
 
 def _regimes(axes: list[Axes], parts: list[xr.Dataset], x: str, y: str) -> list[Artist]:
-    names = list(ENDS)
-    colours = ListedColormap(list(ENDS.values()))
+    names, colours = list(ENDS), ListedColormap(list(ENDS.values()))
     norm = BoundaryNorm(np.arange(-0.5, len(names)), len(names))
     codes = [np.vectorize(names.index, otypes=[int])(ends(part)) for part in parts]
     for ax, part, code in zip(axes, parts, codes, strict=True):
@@ -308,18 +302,23 @@ def _envelopes(
     load_end = LOADS[parts[0].attrs["load"]].variable("load_end")
     theta0 = Beam.from_toml_text(parts[0].attrs["beam"]).scale.theta0
     coloured = list(zip(lines, style.shades(len(lines)), strict=True))
+
+    def start_of(part: xr.Dataset) -> Array:
+        # inclination at rest, of the cells or of the beam
+        return np.asarray(part["theta0"].values if "theta0" in part.coords else theta0)
+
     there: set[str] = set()
     top = right = 0.0
     for ax, part in zip(axes, parts, strict=True):
         for value, (load, theta) in paths.items():
-            start = value if x == "theta0" else _theta0(part, theta0)
+            start = value if x == "theta0" else start_of(part)
             across, up = load / np.pi, (theta - start) / np.pi
             ax.plot(np.r_[across[:1], across], np.r_[0, up], color=GREY, linewidth=0.8, zorder=1)
             tag(ax, across, up, _value(part, x, value).replace(" deg", "°"), 0.6)
         for value, colour in coloured:
             line = part.sel({y: value})
             across = np.asarray(line[load_end].values, float) / np.pi
-            up = (np.asarray(line["theta_end"].values, float) - _theta0(line, theta0)) / np.pi
+            up = (np.asarray(line["theta_end"].values, float) - start_of(line)) / np.pi
             code = ends(line)
             for words, (codes, look) in _ENVELOPES.items():
                 keep = np.isin(code, codes)
@@ -337,11 +336,6 @@ def _envelopes(
     if paths:
         handles.append(style.key(f"path of the scales for one {_tex(x)}", color=GREY, linewidth=0.8))
     return handles
-
-
-def _theta0(part: xr.Dataset, otherwise: float) -> Array:
-    """Inclination at rest, of the cells or of the beam."""
-    return np.asarray(part["theta0"].values if "theta0" in part.coords else otherwise)
 
 
 def _lines(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str) -> list[Artist]:
