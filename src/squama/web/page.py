@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable, Coroutine, Iterator
 from contextlib import contextmanager
 from importlib.resources import files
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 from nicegui import ui
 
@@ -30,9 +30,6 @@ def _printed(state: State, table: Table | None, kind: str) -> tuple[str, bytes]:
 
 WAIT = 0.3
 """Seconds without a change after which the link is written, and the map computed anew."""
-BUSY = "Elements are being solved for the joint ..."
-UP = "\N{UPWARDS ARROW}"
-"""Mark of a point that lies above what can be read."""
 T = TypeVar("T")
 SOLVING = Aside(live.prepare, most=2)
 READING = Aside(tables.opened, most=1, limit=5)
@@ -62,13 +59,10 @@ class Explorer:
         if not all(one.quick for one in (state, *state.kept)):
             state = state.hinged._replace(kept=())
         self.state = self.drawn = state
-        self.solving: asyncio.Task[None] | None = None
-        self.working: asyncio.Task[None] | None = None
+        self.solving = self.working = self.pending = cast("asyncio.Task[None] | None", None)
         self.table: Table | None = None
         self.found: list[str] = []
-        self.dark = False
-        self.map_axes = ("mu", "alpha")
-        self.pending: asyncio.Task[None] | None = None
+        self.dark, self.map_axes = False, ("mu", "alpha")
         self.map_key: map.Key | None = None
         # kept here: what is clicked may be gone before all is drawn
         self.client = ui.context.client
@@ -170,7 +164,7 @@ class Explorer:
     async def _solve(self, refuse: Callable[[str], None]) -> None:
         """Solve what is asked for away from the event loop; of changes that come in meanwhile the last one counts."""
         while (asked := self.state) != self.drawn:
-            self.say(BUSY)
+            self.say("Elements are being solved for the joint ...")
             try:
                 await SOLVING(asked)
             except InputError as error:
@@ -195,20 +189,16 @@ class Explorer:
 
     def choose_axis(self, i: int, name: str) -> None:
         """Draw the map over another parameter; the one that is there already changes places."""
-        axes = list(self.map_axes)
-        axes[i], old = name, axes[i]
-        if axes[1 - i] == name:
-            axes[1 - i] = old
+        axes = {i: name, 1 - i: self.map_axes[i if self.map_axes[1 - i] == name else 1 - i]}
         with telling(self.say):
-            map.check_axes(*axes)
+            map.check_axes(axes[0], axes[1])
             self.map_axes = (axes[0], axes[1])
             self.draw_map()
 
     def toggle_arrows(self) -> None:
         """Show or hide the arrows of the forces."""
-        on = not self.view.props["arrows"]
-        put(self.view, arrows=on)
-        write(self.arrows, "Hide forces" if on else "Show forces")
+        put(self.view, arrows=not self.view.props["arrows"])
+        write(self.arrows, "Hide forces" if self.view.props["arrows"] else "Show forces")
 
     def let_go(self) -> None:
         """Play the decay from the load that is shown, or stop it."""
@@ -325,8 +315,9 @@ class Explorer:
         for plot, (chart, place) in self.plots.items():
             put(chart, options=charts.line_options(self.drawn, plot, dark=self.dark, table=self.table))
             if plot != charts.RESIDUAL:
+                # an arrow where it lies above what can be read
                 left, top = charts.point(self.drawn, plot, self.table)
-                panels.show_marks(place, [map.Mark("" if top else UP, colour, left, top)])
+                panels.show_marks(place, [map.Mark("" if top else "\N{UPWARDS ARROW}", colour, left, top)])
         self.residual_plot.set_visibility(self.table is not None)
         panels.show_lines(self.lines, charts.lines(self.drawn, "torque", dark=self.dark, table=self.table))
         self.measured.show(self.table, self.drawn, self.found)

@@ -18,10 +18,6 @@ from squama.web.tables import Table
 
 NOW = {"color": THEMES["light"]["mark"], "markersize": 4}
 """The current point."""
-LETTERS = 105
-"""Characters of a line of the legend at most."""
-POINT = 0.75
-"""Points of a printed line for a pixel of the page's."""
 
 
 def made(state: State, table: Table | None, kind: str) -> tuple[str, bytes]:
@@ -43,7 +39,7 @@ def figure(state: State, table: Table | None = None) -> Figure:
     rows = live.compared(state)
     told = [f"{row['what']}; {row['model']}" for row in rows]
     words = {"this design": told[-1]} | {row["name"]: f"{row['name']}: {t}" for row, t in zip(rows, told, strict=True)}
-    words = {name: "\n".join(wrap(text, LETTERS)) for name, text in words.items()}
+    words = {name: "\n".join(wrap(text, 105)) for name, text in words.items()}
     handles: dict[str, Line2D] = {}
     for ax, plot in zip(axes, plots, strict=True):
         ends = charts.frame(state, plot, table)
@@ -65,5 +61,6 @@ def figure(state: State, table: Table | None = None) -> Figure:
 def _look(line: Line) -> Look:
     if line.points:
         return {"color": line.colour, "linestyle": "", "marker": ".", "markersize": 3}
-    dashes = [POINT * n for n in line.dashes]
-    return {"color": line.colour, "linewidth": POINT * line.width, "linestyle": (0, dashes) if dashes else "-"}
+    # points of a printed line for a pixel of the page's
+    width, *dashes = (0.75 * n for n in (line.width, *line.dashes))
+    return {"color": line.colour, "linewidth": width, "linestyle": (0, dashes) if dashes else "-"}
