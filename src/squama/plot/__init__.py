@@ -23,7 +23,9 @@ if TYPE_CHECKING:
     from squama.plot.inverse import front_figure as front_figure
     from squama.plot.inverse import inverse_figure as inverse_figure
     from squama.plot.inverse import tradeoff as tradeoff
+    from squama.plot.maps import lock_lines_figure as lock_lines_figure
     from squama.plot.maps import red_figure as red_figure
+    from squama.plot.maps import regime_figure as regime_figure
     from squama.plot.part import load_curve as load_curve
     from squama.plot.part import part_figure as part_figure
     from squama.plot.part import shape as shape
@@ -33,8 +35,6 @@ if TYPE_CHECKING:
     from squama.plot.plane import plane_figure as plane_figure
     from squama.plot.plane import plane_load as plane_load
     from squama.plot.plane import plane_path as plane_path
-    from squama.plot.regimes import lock_lines_figure as lock_lines_figure
-    from squama.plot.regimes import regime_figure as regime_figure
     from squama.plot.response import curve as curve
     from squama.plot.response import line as line
     from squama.plot.response import response_figure as response_figure
@@ -64,9 +64,8 @@ _NAMES = {
     "part": "load_curve part_figure shape",
     "plane": "path_figure path_loads plane_contacts plane_figure plane_load plane_path",
     "inverse": "front_figure inverse_figure tradeoff",
-    "regimes": "lock_lines_figure regime_figure",
     "sweep": "map_figure map_slice",
-    "maps": "red_figure",
+    "maps": "lock_lines_figure red_figure regime_figure",
     "response": "curve line response_figure",
     "style": "save_figure",
     "solids": "solids_figure",

@@ -22,9 +22,21 @@ from squama.errors import refuse
 from squama.loads import LOADS, model
 from squama.model.outcome import End
 from squama.plot import style
-from squama.plot.maps import BOUNDARY, COLOURS, HATCHES, LEVELS, SWATCH, contours, hatch_ground, hatch_region, hatched
+from squama.plot.maps import (
+    BOUNDARY,
+    COLOURS,
+    HATCHES,
+    LEVELS,
+    ROTATION,
+    SWATCH,
+    contours,
+    hatch_ground,
+    hatch_region,
+    hatched,
+    over_pi,
+    tag,
+)
 from squama.plot.palette import ACCENT, ENDS, GREY, INK, LOCKS
-from squama.plot.regimes import ROTATION, over_pi, tag
 from squama.study.models import Twist
 from squama.study.slices import ends
 from squama.symbols import SYMBOLS

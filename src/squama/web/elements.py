@@ -87,15 +87,10 @@ class NumberField(ui.element, component="field.js"):
         if hint is not None:
             new["hint"] = f"{hint / f.factor:.4g} by its law"
         at = value if value is not None else hint
-        new["at"] = 0.0 if at is None else self._place(at / f.factor, new.get("high", self._props["high"]))
-        put(self, **new)
-
-    def _place(self, shown: float, high: float) -> float:
-        low = self.field.low
-        shown = min(max(shown, low), high)
-        if self.field.log:
-            return math.log(shown / low) / math.log(high / low)
-        return (shown - low) / (high - low) if high > low else 0.0
+        top = new.get("high", self._props["high"])
+        shown = f.low if at is None else min(max(at / f.factor, f.low), top)
+        low, place, top = (math.log(v) if f.log else v for v in (f.low, shown, top))
+        put(self, **new, at=(place - low) / (top - low) if top > low else 0.0)
 
     def explain(self, message: str) -> None:
         """Say what is wrong with the entry."""

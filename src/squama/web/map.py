@@ -154,9 +154,9 @@ def options(wanted: Key, found: Grid, *, dark: bool) -> charts.Options:
     """Return the options of the map."""
     look, sides, angle = THEMES["dark" if dark else "light"], drawn(wanted.x, wanted.y), LOADS[wanted.load].letter
     values = []
-    for axis, gap in zip(sides, (20, 30), strict=True):
+    for axis, gap, place in zip(sides, (20, 30), ("bottom", "left"), strict=True):
         borders = {"min": axis.low - axis.step / 2, "max": axis.high + axis.step / 2, "splitLine": {"show": False}}
-        values.append(charts.axis(axis.label, look, nameGap=gap, **borders))
+        values.append({**charts.axis(axis.label, look, nameGap=gap, **borders), "position": place})
         values[-1]["axisLabel"] |= {"showMinLabel": False, "showMaxLabel": False}
     names = [{"type": "category", "show": False, "data": list(range(n))} for n in SIZE]
     pieces = [{"value": CODES.index(end), "color": ENDS[end]} for end in ends(found)]
@@ -179,8 +179,8 @@ def options(wanted: Key, found: Grid, *, dark: bool) -> charts.Options:
         **charts.ground(f"Map of ends, {wanted.scales} on hinges, over {sides[0].label} and {sides[1].label}", ROOM),
         "tooltip": tip,
         "words": words,
-        "xAxis": [names[0], {**values[0], "position": "bottom"}],
-        "yAxis": [names[1], {**values[1], "position": "left"}],
+        "xAxis": [names[0], values[0]],
+        "yAxis": [names[1], values[1]],
         "visualMap": {"type": "piecewise", "pieces": pieces, "dimension": 2, "seriesIndex": 0, "show": False},
         "series": [heat],
     }

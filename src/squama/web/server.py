@@ -54,15 +54,14 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
     from nicegui import app, background_tasks, core, ui
     from threadpoolctl import threadpool_limits
 
-    from squama.web import map, memory  # noqa: A004 - the module is named after what it draws
-    from squama.web.connections import MOST, Patient
-    from squama.web.guard import TOKEN, Guard
-    from squama.web.page import Explorer
+    from squama.web import map  # noqa: A004 - the module is named after what it draws
+    from squama.web.guard import MOST, TOKEN, Guard, Patient
+    from squama.web.page import Explorer, Sweep, make_room
 
     reading = Aside(live.taken, most=2, limit=LIMIT)
 
     async def page() -> None:
-        memory.make_room()
+        make_room()
         state, notice = start, ""
         if query := ui.context.client.request.url.query:
             try:
@@ -100,7 +99,7 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
     handlers = core.sio.handlers["/"]
     # a connection is refused by an exception
     handlers |= {name: _borne(handlers[name]) for name in handlers.keys() - {"connect"}}
-    app.on_delete(memory.Sweep().soon)
+    app.on_delete(Sweep().soon)
     ui.run_with(
         outer, title=TITLE, favicon=ICON, tailwind=False, show_welcome_message=False, dark=None, language="en-US"
     )
