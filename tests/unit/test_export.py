@@ -18,7 +18,7 @@ import pytest
 import squama
 from squama import arguments, needs
 from squama.errors import InputError, SquamaError
-from squama.fabrication import exporting, formats, measure
+from squama.fabrication import exporting, formats, mesh
 from squama.fabrication.bodies import BENCH, block
 from squama.fabrication.mesh import TRIANGLES, Mesh
 
@@ -229,7 +229,7 @@ def test_a_file_that_is_not_as_it_should_be_is_not_put_there(tmp_path, monkeypat
         squama.export(BEAM, tmp_path / "out", **few)
     assert list((tmp_path / "out").iterdir()) == []
     monkeypatch.setattr(formats, "stl", whole)
-    monkeypatch.setattr(measure, "VOLUME", -1.0)
+    monkeypatch.setattr(mesh, "VOLUME", -1.0)
     with pytest.raises(SquamaError, match="scale: volume"):
         squama.export(BEAM, tmp_path / "other", **few)
     assert not (tmp_path / "other").exists()

@@ -18,12 +18,11 @@ from squama._version import __version__
 from squama.beam import mass
 from squama.errors import Problems, SquamaError
 from squama.fabrication import formats as written
-from squama.fabrication import measure, refuse
+from squama.fabrication import mesh, refuse
 from squama.fabrication import plan as plans
 from squama.fabrication import solids as made
 from squama.fabrication.bodies import Recipe
-from squama.fabrication.measure import Check
-from squama.fabrication.mesh import Mesh
+from squama.fabrication.mesh import Check, Mesh
 from squama.fabrication.plan import Plan
 from squama.fabrication.solids import PARTS, Item
 from squama.io import files
@@ -217,7 +216,7 @@ def _read_back(path: Path, name: str, items: list[Item]) -> Iterator[Check]:
     data = io.BytesIO(path.read_bytes())
     if name.endswith(".stl"):
         solid = next(iter(volumes)) if len(volumes) == 1 else ""
-        yield from measure.loaded(trimesh.load_mesh(data, file_type="stl"), name, solid, sum(volumes.values()))
+        yield from mesh.loaded(trimesh.load_mesh(data, file_type="stl"), name, solid, sum(volumes.values()))
         return
     scene = trimesh.load_scene(data, file_type="3mf")
     seen = {node: scene.geometry[scene.graph[node][1]] for node in scene.graph.nodes_geometry}
@@ -225,8 +224,8 @@ def _read_back(path: Path, name: str, items: list[Item]) -> Iterator[Check]:
         message = f"{path.name}: {len(seen)} solids are in the file, not {len(volumes)}"
         raise SquamaError(message)
     found = sorted(seen.items(), key=lambda pair: pair[1].volume)
-    for (solid, mesh), volume in zip(found, sorted(volumes.values()), strict=True):
-        yield from measure.loaded(mesh, name, solid, volume)
+    for (solid, body), volume in zip(found, sorted(volumes.values()), strict=True):
+        yield from mesh.loaded(body, name, solid, volume)
 
 
 def _digest(data: bytes) -> str:

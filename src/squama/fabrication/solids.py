@@ -9,11 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.fabrication import bodies, mesh
-from squama.fabrication import measure as measured
 from squama.fabrication.bodies import Recipe
 from squama.fabrication.formats import Placed
-from squama.fabrication.measure import Check
-from squama.fabrication.mesh import Mesh
+from squama.fabrication.mesh import Check, Mesh
 from squama.fabrication.plan import Plan, between
 from squama.types import Array
 
@@ -45,7 +43,7 @@ def make(plan: Plan, parts: Sequence[str]) -> Solids:
 
     def built(recipe: Recipe) -> Mesh:
         made = mesh.build(recipe)
-        checks.extend(measured.solid(recipe, made))
+        checks.extend(mesh.solid(recipe, made))
         return made
 
     scale, bar = bodies.scale(plan), bodies.substrate(plan)
@@ -58,7 +56,7 @@ def make(plan: Plan, parts: Sequence[str]) -> Solids:
     if {"substrate", "assembly"} & set(parts):
         body = built(bar)
         counts.append((bar, 1))
-        checks += [check for half in measured.halves(plan, body) for check in measured.slots(plan, half)]
+        checks += [check for half in mesh.halves(plan, body) for check in mesh.slots(plan, half)]
     if "substrate" in parts:
         files["substrate"] = [_alone(bar, body)]
     if "mould" in parts:
@@ -71,8 +69,8 @@ def make(plan: Plan, parts: Sequence[str]) -> Solids:
         blades = _seated(plan, "blade", knife, edge, plan.slot[2])
         files["mould"] = [*(_alone(recipe, made) for recipe, made in pieces), blades]
         counts += [*((recipe, 1) for recipe, _ in pieces), (knife, plan.scales)]
-        checks += measured.slits(plan, [made for recipe, made in pieces if recipe.name.startswith("lid")])
-        checks.append(measured.overlaps([p.seated for item in files["mould"] for p in item.placed], "mould"))
+        checks += mesh.slits(plan, [made for recipe, made in pieces if recipe.name.startswith("lid")])
+        checks.append(mesh.overlaps([p.seated for item in files["mould"] for p in item.placed], "mould"))
     if "assembly" in parts:
         scales = _seated(plan, "scale", scale, flat, plan.thickness)
         files["assembly"] = [_alone(bar, body), scales]
@@ -83,17 +81,17 @@ def make(plan: Plan, parts: Sequence[str]) -> Solids:
 def _fitted(plan: Plan, body: Mesh, seated: list[Mesh]) -> Iterator[Check]:
     """Measure the assembled beam."""
     for i, one in enumerate(seated):
-        yield from measured.scale(plan, measured.upright(plan, one, i // plan.scales))
-    yield measured.overlaps([body, *seated], "assembly")
+        yield from mesh.scale(plan, mesh.upright(plan, one, i // plan.scales))
+    yield mesh.overlaps([body, *seated], "assembly")
     search = 2 * max(plan.clearance, plan.thickness)
-    found = measured.gap(body, seated, search)
-    yield Check("gap between scales and substrate", "assembly", plan.clearance, found, "mm", measured.LENGTH)
+    found = mesh.gap(body, seated, search)
+    yield Check("gap between scales and substrate", "assembly", plan.clearance, found, "mm", mesh.LENGTH)
     t = plan.thickness / 2
     sides = np.array([(-plan.embedded, -t), (plan.length, -t), (plan.length, t), (-plan.embedded, t)])
     expected = between(plan, sides, plan.breadth)
     for one, other in (seated[i : i + 2] for i in range(0, plan.pieces, plan.scales) if plan.scales > 1):
-        found = measured.gap(one, [other], 2 * expected)
-        yield Check("gap between neighbouring scales", "assembly", expected, found, "mm", measured.LENGTH)
+        found = mesh.gap(one, [other], 2 * expected)
+        yield Check("gap between neighbouring scales", "assembly", expected, found, "mm", mesh.LENGTH)
 
 
 def _alone(recipe: Recipe, made: Mesh, shift: Array | None = None) -> Item:

@@ -159,8 +159,8 @@ def picture(meshes: Sequence[Mesh], colours: Sequence[Sequence[float]], view: Vi
         seen.append(corners[mesh.triangles[towards]])
         own = np.c_[np.outer(bright, colour), np.full(len(bright), number), normals, slope]
         shades.append(own[towards])
-    for one in raster.fill(depth, np.concatenate(seen)):
-        face[one.window][one.front] = one.number
+    for number, window, front, _ in raster.fill(depth, np.concatenate(seen)):
+        face[window][front] = number
     shade = np.concatenate(shades)
     # one row more, for what is not seen (face -1)
     colour = np.append(np.c_[shade[:, :3], np.ones(len(shade))], [[1.0, 1, 1, 0]], axis=0).astype(np.float32)

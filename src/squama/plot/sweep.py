@@ -21,21 +21,7 @@ from squama.beam.design import Beam
 from squama.errors import refuse
 from squama.loads import LOADS, model
 from squama.model.outcome import End
-from squama.plot import style
-from squama.plot.maps import (
-    BOUNDARY,
-    COLOURS,
-    HATCHES,
-    LEVELS,
-    ROTATION,
-    SWATCH,
-    contours,
-    hatch_ground,
-    hatch_region,
-    hatched,
-    over_pi,
-    tag,
-)
+from squama.plot import maps, style
 from squama.plot.palette import ACCENT, ENDS, GREY, INK, LOCKS
 from squama.study.models import Twist
 from squama.study.slices import ends
@@ -96,7 +82,7 @@ def map_figure(
     if handles and variable in ("end", "lock") and y is not None:
         figure.legend(handles=handles, loc="outside right center")
     elif handles:
-        style.legend_below(figure, handles, 3 if y else 4, **(SWATCH if y else {}))
+        style.legend_below(figure, handles, 3 if y else 4, **(maps.SWATCH if y else {}))
     across = drawn[-1].get_xlabel()
     for i, ax in enumerate(drawn):
         ax.label_outer(remove_inner_ticks=False)
@@ -224,7 +210,7 @@ def _frame(ax: Axes, part: xr.Dataset, x: str, y: str) -> tuple[Array, Array]:
 def levels_of(values: Array, variable: str) -> Array:
     """Return the levels of the contours: those of all maps of RED, else round numbers without the rare extremes."""
     if variable == "RED":
-        return np.array(LEVELS)
+        return np.array(maps.LEVELS)
     good = values[np.isfinite(values)]
     low, high = np.quantile(good, [0.01, 0.99]) if good.size else (0.0, 1.0)
     if low > 0 and high / low > 50:
@@ -251,9 +237,9 @@ def _contours(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, 
     seen = {*np.unique(code).tolist()}
     levels = levels_of(every if variable == "phi_e" else every[code != End.STATIC], variable)
     norm = BoundaryNorm(levels, len(levels) - 1 if variable == "RED" else 256)
-    colours = COLOURS if variable == "RED" else COLOURS.resampled(256)
+    colours = maps.COLOURS if variable == "RED" else maps.COLOURS.resampled(256)
     # regions without a value stand on white
-    empty = {end for end in HATCHES if end == End.STATIC or not np.isfinite(every[code == end]).any()}
+    empty = {end for end in maps.HATCHES if end == End.STATIC or not np.isfinite(every[code == end]).any()}
     jumps = False
     for ax, part, grid, code in zip(axes, parts, grids, codes, strict=True):
         xs, ys = _frame(ax, part, x, y)
@@ -265,16 +251,16 @@ def _contours(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, 
         locks = np.isin(code, LOCKS)
         groups = [locks, *(code == c for c in np.unique(code[~locks]))]
         groups = [group & side for group in groups for side in (touching, ~touching)]
-        contours(ax, (xs, ys, grid), groups, look, unknown=unknown)
+        maps.contours(ax, (xs, ys, grid), groups, look, unknown=unknown)
         if len(np.unique(touching[~unknown])) > 1:
             jumps = True
             side = np.where(unknown, np.nan, touching)
             ax.contour(xs, ys, side, levels=[0.5], zorder=4, colors=ACCENT, linewidths=0.9)
-        for name in HATCHES:
+        for name in maps.HATCHES:
             if (inside := code == name).any() and name in _UNKNOWN:
-                hatch_ground(ax, xs, ys, inside, name)
+                maps.hatch_ground(ax, xs, ys, inside, name)
             elif inside.any():
-                hatch_region(ax, xs, ys, inside, name, blank=name in empty)
+                maps.hatch_region(ax, xs, ys, inside, name, blank=name in empty)
     bar = axes[0].figure.colorbar(ScalarMappable(norm, colours), ax=axes, aspect=28)
     ticks = levels if len(levels) <= 14 else levels[::2]
     bar.set_ticks(list(ticks), labels=[f"{tick:.4g}" for tick in ticks])
@@ -283,11 +269,11 @@ def _contours(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, 
     bar.outline.set_linewidth(0.7)
     real = "at" in parts[0].attrs
     handles: list[Artist] = [
-        hatched(name, blank=name in empty, words=name if real else "") for name in HATCHES if name in seen
+        maps.hatched(name, blank=name in empty, words=name if real else "") for name in maps.HATCHES if name in seen
     ]
     if _UNDONE in seen:
         handles.append(Patch(facecolor="white", edgecolor=INK, label="not computed yet"))
-    if words := "; ".join([BOUNDARY] * (len(seen - {*_UNKNOWN}) > 1) + [TOUCHING] * jumps):
+    if words := "; ".join([maps.BOUNDARY] * (len(seen - {*_UNKNOWN}) > 1) + [TOUCHING] * jumps):
         handles.append(style.key(words, color=ACCENT, linewidth=0.9))
     return handles
 
@@ -326,7 +312,7 @@ def _envelopes(
             start = value if x == "theta0" else start_of(part)
             across, up = load / np.pi, (theta - start) / np.pi
             ax.plot(np.r_[across[:1], across], np.r_[0, up], color=GREY, linewidth=0.8, zorder=1)
-            tag(ax, across, up, _value(part, x, value).replace(" deg", "°"), 0.6)
+            maps.tag(ax, across, up, _value(part, x, value).replace(" deg", "°"), 0.6)
         for value, colour in coloured:
             line = part.sel({y: value})
             across = np.asarray(line[load_end].values, float) / np.pi
@@ -338,7 +324,7 @@ def _envelopes(
                     there.add(words)
                     ax.plot(np.where(keep, across, np.nan), np.where(keep, up, np.nan), **{"color": colour, **look})
                     top, right = max(top, float(up[keep].max())), max(right, float(across[keep].max()))
-        ax.set(xlabel=over_pi(part.attrs["load"]), ylabel=ROTATION)
+        ax.set(xlabel=maps.over_pi(part.attrs["load"]), ylabel=maps.ROTATION)
     for ax in axes:
         ax.set(xlim=(0, 1.03 * right or 1), ylim=(-0.01 * top, 1.05 * top or 1))
     handles: list[Artist] = [style.key(_word(y, parts[0].sel({y: value})), color=colour) for value, colour in coloured]

@@ -113,11 +113,11 @@ class Canvas:
         colours = np.broadcast_to(colours, (len(placed), 3))[ahead]
         # the inverse of the distance is linear in the picture
         corners = np.concatenate([placed[ahead, :, :2], 1 / placed[ahead, :, 2:]], axis=-1)
-        for one in raster.fill(self.near, corners):
-            pixels, colour = self.colour[one.window], colours[one.number]
+        for number, window, front, behind in raster.fill(self.near, corners):
+            pixels, colour = self.colour[window], colours[number]
             if through:
-                pixels[one.behind] += 0.3 * (colour - pixels[one.behind])
-            pixels[one.front] = colour
+                pixels[behind] += 0.3 * (colour - pixels[behind])
+            pixels[front] = colour
 
     def pixels(self) -> Array:
         """Return the picture as bytes (height, width, 3)."""
