@@ -22,9 +22,10 @@ from squama.fabrication import mesh, refuse
 from squama.fabrication import plan as plans
 from squama.fabrication import solids as made
 from squama.fabrication.bodies import Recipe
+from squama.fabrication.formats import Placed
 from squama.fabrication.mesh import Check, Mesh
 from squama.fabrication.plan import Plan
-from squama.fabrication.solids import PARTS, Item
+from squama.fabrication.solids import PARTS
 from squama.io import files
 from squama.needs import need
 
@@ -159,7 +160,7 @@ def export(
     solids = made.make(plan, wanted)
     _settle(solids.checks)
     bill = _rows(plan, solids.counts, *densities)
-    contents = {f"{stem}.{kind}": _bytes(stem, items, kind) for stem, items in solids.files.items() for kind in kinds}
+    contents = {f"{stem}.{kind}": _bytes(stem, placed, kind) for stem, placed in solids.files.items() for kind in kinds}
     table = [",".join(v if isinstance(v, str) else f"{v:.10g}" for v in row.record().values()) for row in bill]
     contents["bill.csv"] = ("\n".join([",".join(bill[0].record()), *table]) + "\n").encode()
     _check_folder(folder, [*contents, RECORD], force=force)
@@ -180,7 +181,7 @@ def export(
         "beam": beam.to_toml(),
     }
     paths = _write(folder, contents, record, look)
-    meshes = {stem: [p.seated for item in items for p in item.placed] for stem, items in solids.files.items()}
+    meshes = {stem: [one.seated for one in placed] for stem, placed in solids.files.items()}
     return Export(tuple(paths), tuple(bill), tuple(found), plan, meshes)
 
 
@@ -202,17 +203,16 @@ def _rows(plan: Plan, solids: Sequence[tuple[Recipe, int]], printed: float, cast
     return found
 
 
-def _bytes(stem: str, items: list[Item], kind: str) -> bytes:
-    placed = [(item.recipe, one) for item in items for one in item.placed]
+def _bytes(stem: str, placed: list[Placed], kind: str) -> bytes:
     if kind == "step":
         return written.step(stem, placed)
-    return (written.stl if kind == "stl" else written.three_mf)([one for _, one in placed])
+    return written.stl(placed) if kind == "stl" else written.three_mf(placed)
 
 
-def _read_back(path: Path, name: str, items: list[Item]) -> Iterator[Check]:
+def _read_back(path: Path, name: str, placed: list[Placed]) -> Iterator[Check]:
     """Measure the solids in a file as trimesh reads them; those of an STL file are one."""
     trimesh = need("trimesh")
-    volumes = {one.name: item.recipe.volume for item in items for one in item.placed}
+    volumes = {one.name: one.recipe.volume for one in placed}
     data = io.BytesIO(path.read_bytes())
     if name.endswith(".stl"):
         solid = next(iter(volumes)) if len(volumes) == 1 else ""

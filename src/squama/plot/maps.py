@@ -18,21 +18,8 @@ from matplotlib.patches import Patch
 
 from squama.loads import LOADS
 from squama.model.outcome import End
+from squama.plot import style
 from squama.plot.palette import ACCENT, ENDS, GREY, INK, LOCKS
-from squama.plot.style import (
-    DASHES,
-    LAWS,
-    PAGE,
-    Look,
-    key,
-    label,
-    law_keys,
-    legend_below,
-    letter,
-    new_figure,
-    shades,
-    styled,
-)
 from squama.symbols import SYMBOLS
 from squama.types import Array
 
@@ -49,7 +36,7 @@ HATCHES = {
     "joint unknown": ("xx", "joint unknown"),
 }
 """Regions that end without a lock, or at once: hatching and name."""
-TOUCH: Look = {"color": ENDS[End.OTHER], "linewidth": 1.3}
+TOUCH: style.Look = {"color": ENDS[End.OTHER], "linewidth": 1.3}
 """Line below which other plates touch first; on a white one, so that it is seen on every ground."""
 HALO: list[patheffects.AbstractPathEffect] = [patheffects.withStroke(linewidth=1.5, foreground="white")]
 """Around the numbers of lines, so that they are read on dark grounds."""
@@ -57,18 +44,18 @@ CASING = [patheffects.Stroke(linewidth=2.6, foreground="white"), patheffects.Nor
 BOUNDARY = "here the end changes: values may jump"
 BLANK = ("static lock", "no engagement")
 """Regions without a value, on white."""
-SWATCH: Look = {"handlelength": 2.4, "handleheight": 1.3}
+SWATCH: style.Look = {"handlelength": 2.4, "handleheight": 1.3}
 """Size of the handles of a legend, so that a hatching is seen."""
 ROTATION = r"Rotation of the scales $(\theta-\theta_0)/\pi$ (1)"
 SHOWN = ("frictional lock", "static lock")
-STOPS: dict[str, tuple[Look, str]] = {
+STOPS: dict[str, tuple[style.Look, str]] = {
     "other": ({"marker": "o", "markersize": 3.2}, "beyond: ends without a lock"),
     "range": ({"marker": "o", "markersize": 3.6, "markerfacecolor": "white"}, "drawn so far: {}"),
 }
 """Marks where an envelope stops, by why: another end takes over, or the range of the drawing; and their words."""
 
 
-@styled
+@style.styled
 def red_figure(dataset: xr.Dataset) -> Figure:
     """Draw the relative energy dissipation to the end of each curve, from :func:`squama.paper.maps.red_map`.
 
@@ -77,7 +64,7 @@ def red_figure(dataset: xr.Dataset) -> Figure:
     """
     laws = [str(law) for law in dataset["law"].values]
     over = str(dataset.attrs["over"])
-    figure = new_figure(PAGE if len(laws) > 1 else 0.55 * PAGE, 3.5)
+    figure = style.new_figure(style.PAGE if len(laws) > 1 else 0.55 * style.PAGE, 3.5)
     axes = np.atleast_1d(np.asarray(figure.subplots(1, len(laws), sharey=True)))
     factor = 180 / np.pi if over == "alpha" else 1.0
     x, y = dataset["value"].values * factor, dataset["mu"].values
@@ -85,18 +72,18 @@ def red_figure(dataset: xr.Dataset) -> Figure:
     for ax, law, name in zip(axes, laws, "abcdef", strict=False):
         part = dataset.sel(law=law)
         seen += [e for e in _panel(ax, x, y, part) if e not in seen]
-        letter(ax, f"({name}) {LAWS[law]}")
-        ax.set_xlabel(label("alpha", "deg") if over == "alpha" else label("eta"))
-    axes[0].set_ylabel(label("mu"))
+        style.letter(ax, f"({name}) {style.LAWS[law]}")
+        ax.set_xlabel(style.label("alpha", "deg") if over == "alpha" else style.label("eta"))
+    axes[0].set_ylabel(style.label("mu"))
     bar = figure.colorbar(ScalarMappable(NORM, COLOURS), ax=list(axes), ticks=LEVELS, aspect=28)
-    bar.set_label(f"{label('RED')}, margin {dataset.attrs['margin']:g}")
+    bar.set_label(f"{style.label('RED')}, margin {dataset.attrs['margin']:g}")
     bar.outline.set_linewidth(0.7)
     handles: list[Artist] = [hatched(e) for e in HATCHES if e in seen]
     if set(seen) - {"static lock"}:
-        handles.append(key("another end, or past a fold: values may jump", color=ACCENT, linewidth=0.9))
+        handles.append(style.key("another end, or past a fold: values may jump", color=ACCENT, linewidth=0.9))
     if bool((dataset["phi_end"] > dataset["phi_touch"]).any()):
-        handles.append(key("below it other plates touch first", **TOUCH))
-    legend_below(figure, handles, 3, **SWATCH)
+        handles.append(style.key("below it other plates touch first", **TOUCH))
+    style.legend_below(figure, handles, 3, **SWATCH)
     return figure
 
 
@@ -113,7 +100,7 @@ def hatch_region(ax: Axes, x: Array, y: Array, inside: Array, end: str, *, blank
     """Hatch a region (rows along y) that ends without a lock, or at once, with a line around it."""
     blank = end in BLANK if blank is None else blank
     ground, line = ("white", GREY) if blank else ("none", "white")
-    look: Look = {"levels": [0.5, 1.5], "colors": ground, "hatches": [HATCHES[end][0]]}
+    look: style.Look = {"levels": [0.5, 1.5], "colors": ground, "hatches": [HATCHES[end][0]]}
     with mpl.rc_context({"hatch.color": line}):
         ax.contourf(x, y, inside.astype(float), zorder=3.7 if blank else 3, **look)
     if not inside.all():
@@ -122,7 +109,7 @@ def hatch_region(ax: Axes, x: Array, y: Array, inside: Array, end: str, *, blank
 
 def hatch_ground(ax: Axes, x: Array, y: Array, inside: Array, end: str) -> None:
     """Hatch the ground of a region of whose cells nothing is known, up to the cells beside it, which lie over it."""
-    look: Look = {"levels": [1e-6, 1.5], "colors": "white", "hatches": [HATCHES[end][0]]}
+    look: style.Look = {"levels": [1e-6, 1.5], "colors": "white", "hatches": [HATCHES[end][0]]}
     with mpl.rc_context({"hatch.color": GREY}):
         ax.contourf(x, y, inside.astype(float), zorder=0.5, **look)
 
@@ -131,7 +118,7 @@ def contours(
     ax: Axes,
     grid: tuple[Array, Array, Array],
     groups: Iterable[Array],
-    look: Look,
+    look: style.Look,
     avoid: Array | None = None,
     unknown: Array | None = None,
 ) -> None:
@@ -218,7 +205,7 @@ def _panel(ax: Axes, x: Array, y: Array, part: xr.Dataset) -> list[str]:
         avoid = np.asarray(first.get_paths()[0].vertices)
     # RED goes to 0 at the static lock: contours run on to the line, and the region is covered after
     ends = [e for e in np.unique(end) if e not in LOCKS and e != "no engagement"]
-    look: Look = {"levels": LEVELS, "norm": NORM, "cmap": COLOURS}
+    look: style.Look = {"levels": LEVELS, "norm": NORM, "cmap": COLOURS}
     locks, folded = np.isin(end, LOCKS), part["folded"].values.T
     contours(ax, (x, y, red), [locks & ~folded, locks & folded, *(end == e for e in ends)], look, avoid)
     if (locks & folded).any():
@@ -230,7 +217,7 @@ def _panel(ax: Axes, x: Array, y: Array, part: xr.Dataset) -> list[str]:
             continue
         # above its line, with its name where that is highest and there is room
         line, top = part["mu_static"].values, float(y[-1])
-        own: Look = {"facecolor": "white", "edgecolor": GREY, "hatch": HATCHES[name][0], "linewidth": 0}
+        own: style.Look = {"facecolor": "white", "edgecolor": GREY, "hatch": HATCHES[name][0], "linewidth": 0}
         ax.fill_between(x, line, top, zorder=5, **own)
         ax.plot(x, line, color=INK, linewidth=1.0, zorder=6)
         room = np.where((x > x[0] + 0.18 * np.ptp(x)) & (x < x[0] + 0.82 * np.ptp(x)), top - line, 0.0)
@@ -240,7 +227,7 @@ def _panel(ax: Axes, x: Array, y: Array, part: xr.Dataset) -> list[str]:
     return found
 
 
-@styled
+@style.styled
 def regime_figure(dataset: xr.Dataset) -> Figure:
     """Draw the regimes of a beam in twisting (linear, sliding, locked), from :func:`squama.paper.maps.regimes`.
 
@@ -248,7 +235,7 @@ def regime_figure(dataset: xr.Dataset) -> Figure:
     contact leaves the tip edge or another pair of plates touches.
     """
     theta0, over = float(dataset.attrs["theta0"]), str(dataset.attrs["over"])
-    figure = new_figure(PAGE, 4.3)
+    figure = style.new_figure(style.PAGE, 4.3)
     ax = figure.subplots()
 
     def scaled(phi: xr.DataArray, theta: xr.DataArray) -> tuple[Array, Array]:
@@ -268,7 +255,7 @@ def regime_figure(dataset: xr.Dataset) -> Figure:
     ax.plot(*scaled(dataset["phi_lock"], dataset["theta_lock"]), color=INK, linewidth=2.2, zorder=4)
     laws = [str(law) for law in dataset["law"].values]
     mus = [float(mu) for mu in dataset["mu"].values]
-    colours = shades(len(mus))
+    colours = style.shades(len(mus))
     marked: set[str] = set()
     for law in laws:
         for mu, colour in zip(mus, colours, strict=True):
@@ -278,7 +265,7 @@ def regime_figure(dataset: xr.Dataset) -> Figure:
             # at a static lock the line runs on the axis: its first point there is enough
             still = line["end"].values == "static lock"
             keep &= ~(still & np.roll(still, 1) & np.roll(still, -1))
-            ax.plot(np.where(keep, x, np.nan), np.where(keep, y, np.nan), color=colour, linestyle=DASHES[law])
+            ax.plot(np.where(keep, x, np.nan), np.where(keep, y, np.nan), color=colour, linestyle=style.DASHES[law])
             # off the axis it stops beside designs that end without a lock, and at the ends of the range
             locked, sliding = np.isin(line["end"].values, SHOWN), line["end"].values == "frictional lock"
             beside = np.r_[False, ~locked[:-1]] | np.r_[~locked[1:], False]
@@ -289,23 +276,25 @@ def regime_figure(dataset: xr.Dataset) -> Figure:
     ax.set_xlim(0, 1.03 * max(right, float(np.nanmax(dataset["phi_lock"].values)) / np.pi))
     ax.set(ylim=(0, 1.08 * float(np.nanmax(dataset["theta_lock"].values) - theta0) / np.pi), xlabel=over_pi("twisting"))
     ax.set_ylabel(ROTATION)
-    handles = [key("kinematic lock", linewidth=2.2)]
-    handles += [key(rf"frictional lock, $\mu$ = {mu:g}", color=c) for mu, c in zip(mus, colours, strict=True)]
-    handles += law_keys(laws)
-    handles.append(key(rf"path of the scales for one $\{over}$", color=GREY, linewidth=0.9))
+    handles = [style.key("kinematic lock", linewidth=2.2)]
+    handles += [style.key(rf"frictional lock, $\mu$ = {mu:g}", color=c) for mu, c in zip(mus, colours, strict=True)]
+    handles += style.law_keys(laws)
+    handles.append(style.key(rf"path of the scales for one $\{over}$", color=GREY, linewidth=0.9))
     if np.isfinite(dataset["phi_off"].values).any():
-        handles.append(key("contact leaves the tip edge", color=GREY, linestyle="-.", linewidth=1.6))
+        handles.append(style.key("contact leaves the tip edge", color=GREY, linestyle="-.", linewidth=1.6))
     if np.isfinite(dataset["phi_touch"].values).any():
-        handles.append(key("other plates touch first", color=ACCENT, linestyle=":"))
+        handles.append(style.key("other plates touch first", color=ACCENT, linestyle=":"))
     limits = dataset["scan"].values[[0, -1]] * (180 / np.pi if over == "alpha" else 1)
     unit = "°" if over == "alpha" else ""
     span = rf"$\{over}$ = {limits[0]:.3g}{unit} or {limits[1]:.3g}{unit}"
-    handles += [key(words.format(span), linestyle="", **style) for m, (style, words) in STOPS.items() if m in marked]
+    handles += [
+        style.key(words.format(span), linestyle="", **dots) for m, (dots, words) in STOPS.items() if m in marked
+    ]
     figure.legend(handles=handles, loc="outside right center")
     x, y = scaled(dataset["phi_lock"], dataset["theta_lock"])
     there, (wide, high) = np.isfinite(x), (ax.get_xlim()[1], ax.get_ylim()[1])
     # linear on the axis before engagement, nonlinear while sliding, locked beyond the envelope
-    words: Look = {"style": "italic", "fontsize": 7.5, "color": INK}
+    words: style.Look = {"style": "italic", "fontsize": 7.5, "color": INK}
     ax.text(float(np.median(x[there])), float(np.max(y[there])) + 0.012, "locked", ha="center", va="bottom", **words)
     ax.text(0.022 * wide, 0.62 * high, "sliding: nonlinear", rotation=90, ha="center", va="center", **words)
     ax.text(0.985 * wide, 0.02 * high, "on the axis: no contact, linear", ha="right", va="bottom", **words)
@@ -325,19 +314,19 @@ def over_pi(load: str) -> str:
     return rf"{of.verb.capitalize()} per pitch ${SYMBOLS[of.angle].tex}/\pi$ (1)"
 
 
-@styled
+@style.styled
 def lock_lines_figure(dataset: xr.Dataset) -> Figure:
     """Set the lock lines of twisting beside those of bending, from :func:`squama.paper.maps.lock_lines`.
 
     Above, the lock lines; below, their distance from the kinematic line. In bending it is arctan(mu) everywhere, so the
     line is a translate; in twisting it is not.
     """
-    figure = new_figure(PAGE, 5.2)
+    figure = style.new_figure(style.PAGE, 5.2)
     axes = figure.subplots(2, 2, sharex="col", sharey="row")
     mus = [float(mu) for mu in dataset["mu"].values]
     fixed = rf"$\eta$ varies along a line from {dataset.attrs['eta_low']:g} (right) to {dataset.attrs['eta_high']:g}"
     # the first is 0, the kinematic lock
-    colours = dict(zip(mus[1:], shades(len(mus) - 1), strict=True))
+    colours = dict(zip(mus[1:], style.shades(len(mus) - 1), strict=True))
     for column, loading in enumerate(("bending", "twisting")):
         part = dataset.sel(loading=loading)
         top, low = axes[0][column], axes[1][column]
@@ -350,12 +339,12 @@ def lock_lines_figure(dataset: xr.Dataset) -> Figure:
                 low.axhline(np.degrees(np.arctan(mu)), color=GREY, linewidth=0.8, linestyle=":", zorder=0)
         low.set_xlabel(over_pi(loading))
         top.set_xlim(0, None)
-        letter(top, f"({'ab'[column]}) {loading}: {fixed}")
-        letter(low, f"({'cd'[column]}) {loading}: distance below the kinematic line")
+        style.letter(top, f"({'ab'[column]}) {loading}: {fixed}")
+        style.letter(low, f"({'cd'[column]}) {loading}: distance below the kinematic line")
     axes[0][0].set(ylabel=r"Inclination at the lock $\theta$ (deg)", ylim=(0, None))
     axes[1][0].set(ylabel="Drop of the inclination (deg)", ylim=(0, None))
-    handles = [key(r"kinematic lock, $\mu$ = 0", linewidth=2.2)]
-    handles += [key(rf"frictional lock, $\mu$ = {mu:g}", color=c) for mu, c in colours.items()]
-    handles.append(key(r"a translate by arctan $\mu$", color=GREY, linestyle=":", linewidth=0.8))
+    handles = [style.key(r"kinematic lock, $\mu$ = 0", linewidth=2.2)]
+    handles += [style.key(rf"frictional lock, $\mu$ = {mu:g}", color=c) for mu, c in colours.items()]
+    handles.append(style.key(r"a translate by arctan $\mu$", color=GREY, linestyle=":", linewidth=0.8))
     figure.legend(handles=handles, loc="outside lower center", ncols=4)
     return figure
