@@ -194,9 +194,11 @@ def _settle(checks: Iterable[Check]) -> None:
 
 def _rows(plan: Plan, solids: Sequence[tuple[Recipe, int]], printed: float, cast: float) -> list[Row]:
     """Return the bill of solids, each with its number, and of the silicone that the slots' clearance takes up."""
-    found = [Row(solid.name, "PLA", "printed", number, solid.volume, printed) for solid, number in solids]
-    bar = {"material": "silicone", "made": "cast", "density": cast}
-    found = [row._replace(**bar) if row.part == "substrate" else row for row in found]
+    bar, other = ("silicone", "cast", cast), ("PLA", "printed", printed)
+    found = []
+    for solid, number in solids:
+        material, how, density = bar if solid.name == "substrate" else other
+        found.append(Row(solid.name, material, how, number, solid.volume, density))
     if plan.clearance > 0 and "substrate" in {row.part for row in found}:
         glue = math.prod(plan.slot) - plan.embedded * plan.breadth * plan.thickness
         found.append(Row("glue in a slot", "silicone", "filled in", plan.pieces, glue, cast))

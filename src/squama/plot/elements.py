@@ -56,8 +56,8 @@ def elements_figure(data: xr.Dataset) -> Figure:
     ticks: style.Look = {"color": GREY, "linestyle": "", "marker": "|", "markersize": 4}
     inclination.plot(rate, np.zeros_like(rate), transform=inclination.get_xaxis_transform(), **ticks)
     factor, text = style.prefixed("N", max(style.finite_max(N), style.finite_max(f)))
-    for v, colour, words in ((N, INK, "normal $N$"), (f, ACCENT, "friction $f$")):
-        forces.plot(rate, factor * v, color=colour, label=words)
+    for v, ink, words in ((N, INK, "normal $N$"), (f, ACCENT, "friction $f$")):
+        forces.plot(rate, factor * v, color=ink, label=words)
     forces.set_ylabel(text.replace("Normal force $N$", "Force of a contact"))
     factor, text = style.prefixed("W", style.finite_max(W))
     works = (W, first, "torque's work $W$"), (U_el, second, r"elastic $U_\mathrm{el}$")

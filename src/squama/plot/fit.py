@@ -69,8 +69,9 @@ def fitted(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
         ax.plot(x, y, color=ACCENT, zorder=3, linewidth=1.1)
         # the drop at the start of a way has no width
         for wide, alpha, zorder in ((np.full_like(error, noise), 0.12, 1), (error, 0.35, 2)):
-            low, high = (y + 2 * sign * wide for sign in (-1, 1))
-            ax.fill_between(x[1:], low[1:], high[1:], color=ACCENT, alpha=alpha, linewidth=0, zorder=zorder)
+            ax.fill_between(
+                x[1:], (y - 2 * wide)[1:], (y + 2 * wide)[1:], color=ACCENT, alpha=alpha, linewidth=0, zorder=zorder
+            )
     _points(ax, dataset, angle, values)
     handles = [
         *ax.get_legend_handles_labels()[0],

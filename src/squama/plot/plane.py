@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -102,7 +103,7 @@ def _contacts(ax: Axes, dataset: xr.Dataset, paths: Sequence[xr.Dataset]) -> lis
     return handles
 
 
-def _flush(ax: Axes, dataset: xr.Dataset, **look: object) -> None:
+def _flush(ax: Axes, dataset: xr.Dataset, **look: Any) -> None:
     """Draw the line on which a scale's tip edge lies flush in the next face."""
     slope = np.tan(Beam.from_toml_text(dataset.attrs["beam"]).scale.alpha)
     ax.axline((0, 0), slope=slope, linestyle=style.DASHED, **look)

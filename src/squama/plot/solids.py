@@ -57,10 +57,10 @@ def solids_figure(made: Export) -> Figure:
     heights = [[(v.top - v.bottom) / (v.right - v.left) * width + 0.5 for _, _, v in panels] for panels in columns]
     figure.set_figheight(max(map(sum, heights)) + 0.5)
     grid = figure.add_gridspec(1, len(columns))
-    for panels, high, place in zip(columns, heights, grid, strict=True):
+    for i, (panels, high) in enumerate(zip(columns, heights, strict=True)):
         # the shorter column is filled up from below
         own = [*high, max(map(sum, heights)) - sum(high) + 1e-6]
-        rows = place.subgridspec(len(own), 1, height_ratios=own)
+        rows = grid[i].subgridspec(len(own), 1, height_ratios=own)
         for row, (title, meshes, view) in enumerate(panels):
             ax = figure.add_subplot(rows[row])
             image = picture(meshes, [COLOURS[_kind(m)] for m in meshes], view, 1000)
@@ -173,10 +173,10 @@ def picture(meshes: Sequence[Mesh], colours: Sequence[Sequence[float]], view: Vi
     for p, q in ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1])):
         jump = np.abs(flat[p] - flat[q]) > size * (1.5 * np.maximum(slope[p], slope[q]) + 1)
         line[p] |= (kind[p] != kind[q]) | jump
-    pixels = colour[face]
-    pixels[line] = [*EDGE, 1.0]
+    fine_image = colour[face]
+    fine_image[line] = [*EDGE, 1.0]
     rows, columns = (n // fine for n in face.shape)
-    small = pixels.reshape(rows, fine, columns, fine, 4)
+    small = fine_image.reshape(rows, fine, columns, fine, 4)
     weight = small[..., 3:]
     mixed = (small[..., :3] * weight).sum((1, 3)) / np.maximum(weight.sum((1, 3)), 1e-9)
     whole = np.concatenate([mixed, weight.mean((1, 3))], axis=-1)

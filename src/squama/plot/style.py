@@ -89,15 +89,15 @@ class _Shown(Figure):
     """A figure that shows itself at the end of a notebook's cell, though it is made without pyplot."""
 
     def _repr_png_(self) -> bytes:
-        return _written(self, format="png")
+        return written(self, "png")
 
 
-def _written(figure: Figure, **how: Any) -> bytes:
-    """Return a figure as the bytes of a file."""
-    made = io.BytesIO()
+def written(figure: Figure, kind: str) -> bytes:
+    """Return a figure as the bytes of a file ("png", "svg", "pdf"); the same figure gives the same bytes."""
+    made, undated = io.BytesIO(), {"png": "Software", "svg": "Date", "pdf": "CreationDate"}[kind]
     with mpl.rc_context():
         mpl.rcParams.update(_SETTINGS)
-        figure.savefig(made, **how)
+        figure.savefig(made, format=kind, metadata={undated: None})
     return made.getvalue()
 
 
@@ -141,9 +141,8 @@ def save_figure(figure: Figure, path: str | os.PathLike[str]) -> Path:
     if ending not in FORMATS:
         what = f'the ending "{ending}" is not known' if ending else "has no ending"
         refuse("", "", what, "write a name that ends in .png, .svg or .pdf", files.label(path))
-    undated = {".png": "Software", ".svg": "Date", ".pdf": "CreationDate"}[ending]
-    # written at once: of a disk that is full matplotlib makes errors of its own kinds
-    made = _written(figure, format=ending[1:], metadata={undated: None})
+    # as a whole: of a disk that is full matplotlib makes errors of its own kinds
+    made = written(figure, ending[1:])
     return files.atomic_write(path, lambda place: place.write_bytes(made))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from copy import copy
 from typing import Any, NamedTuple
 
@@ -15,7 +15,7 @@ from squama.beam.matrixfile import MOTIONS
 from squama.curves import both_faces, doors, hinge, real_figures, real_walk
 from squama.curves.bent_twist import Twisted
 from squama.curves.chosen import idealisation, thin
-from squama.curves.way import Way
+from squama.curves.way import Solved, Way
 from squama.errors import refuse
 from squama.fe import plate
 from squama.fe.geometry import geometry
@@ -115,10 +115,12 @@ class Motion:
         self.model = self.kind.model(self.kind.law(law), joint, scales)
         if bend and (load, law) != ("twisting", "edge"):
             refuse("bend", f"{bend:.4g} rad/pitch", "is held in twisting, by the edge law", "leave it out")
+        path: Solved
+        notes: Sequence[str]
         if bend:
             how |= {"joint": joint, "ideal": ideal}
-            path = Twisted.of(setting.beam, bend, sense=sense, **how)
-            notes = path.notes
+            path = twisted = Twisted.of(setting.beam, bend, sense=sense, **how)
+            notes = twisted.notes
         else:
             path, notes = doors.solved(analysis)
         self.rigidity, self.stiffness = path.case.rigidity, path.case.stiffness

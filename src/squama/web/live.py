@@ -311,7 +311,7 @@ def compared(state: State) -> list[dict[str, str]]:
     fields = _differing(every)
     for name, one in zip([*NAMES[: len(state.kept)], "now"], every, strict=True):
         m = motion(one.setting)
-        figures, ended = m.figures, m.end is not End.NONE
+        figures = m.figures
         row = {
             "name": name,
             "what": _described(one, fields, every),
@@ -319,8 +319,11 @@ def compared(state: State) -> list[dict[str, str]]:
             "end": str(m.end),
             "engagement": number(figures["load_e"]),
         }
-        at = (number(figures["load_end"]), quantity(figures["torque_c"], "N m"), number(figures["RED_c"]))
-        rows.append(row | dict(zip(("at", "torque", "RED"), at if ended else "---", strict=True)))
+        if m.end is End.NONE:
+            rows.append(row | {"at": "-", "torque": "-", "RED": "-"})
+        else:
+            torque = quantity(figures["torque_c"], "N m")
+            rows.append(row | {"at": number(figures["load_end"]), "torque": torque, "RED": number(figures["RED_c"])})
     return rows
 
 

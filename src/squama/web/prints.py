@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
 from textwrap import wrap
 
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from squama.plot.palette import THEMES
-from squama.plot.style import PAGE, Look, headline, key, new_figure, save_figure, styled
+from squama.plot.style import PAGE, Look, headline, key, new_figure, styled, written
 from squama.web import charts, live
 from squama.web.charts import Line
 from squama.web.state import State
@@ -22,9 +20,7 @@ NOW = {"color": THEMES["light"]["mark"], "markersize": 4}
 
 def made(state: State, table: Table | None, kind: str) -> tuple[str, bytes]:
     """Return name and content of a picture of the plots, "svg" or "png"."""
-    name = f"plots.{kind}"
-    with tempfile.TemporaryDirectory() as folder:
-        return name, save_figure(figure(state, table), Path(folder) / name).read_bytes()
+    return f"plots.{kind}", written(figure(state, table), kind)
 
 
 @styled

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from importlib.resources import files
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from urllib.parse import parse_qsl, urlencode
 
 from squama import arguments
@@ -104,7 +104,7 @@ class State(NamedTuple):
         Raises InputError: it cannot be used; one line with what is allowed.
         """
         if name in CHOICES:
-            new = self._replace(**{name: arguments.one_of(name, text, tuple(CHOICES[name][1]))})
+            new = self._with(name, arguments.one_of(name, text, tuple(CHOICES[name][1])))
             if name == "joint":
                 # only the hinge's scales are ideal unless asked, and only it knows the plate law
                 return new.hinged if text == "hinge" else new._replace(ideal="no", law="edge")
@@ -122,11 +122,14 @@ class State(NamedTuple):
                 text = repr(rate * self.beam.pitch)
             number = bounded(text, *MEASURES[name]) if angle else field.read(text)
         if name in PLAIN:
-            return self._replace(**{name: number})
+            return self._with(name, number)
         try:
             return self._replace(beam=self.beam._with(dict([placed(self.beam, name, number)])))
         except InputError as error:
             raise error.renamed(LABELS) from None
+
+    def _with(self, name: str, value: Any) -> State:
+        return self._replace(**{name: value})
 
     def started(self) -> State:
         """Return the state part of the way to its end, or to that of hinges where its own is not there at once."""
