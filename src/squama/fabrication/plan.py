@@ -151,10 +151,10 @@ class Plan(NamedTuple):
         deep, across, t = self.slot
         return deep + self.shank + HANDLE, across + 2 * self.wall, t
 
-    def corners(self, profile: Array, across: float, k: int = 0) -> Array:
-        """Return the corners of the prism over a profile in X and Z, |Y| <= across/2, of scale k."""
+    def corners(self, profile: Array, across: float) -> Array:
+        """Return the corners of the prism over a profile in X and Z, |Y| <= across/2, of the first scale."""
         local = [(x, y, z) for (x, z), y in itertools.product(profile, (-across / 2, across / 2))]
-        return np.asarray(np.array(local) @ self.axes + self.base(k))
+        return np.asarray(np.array(local) @ self.axes + self.base(0))
 
 
 def read(given: Mapping[str, object], prefix: str = "", *, bare: bool = True) -> dict[str, float]:

@@ -28,9 +28,8 @@ if TYPE_CHECKING:
     from squama.inverse.designing import InverseDesign
     from squama.inverse.target import Target
 
-BARS = 8
-"""Dimensions whose tolerances are drawn."""
-CURVES = 8
+MOST = 8
+"""Curves that are drawn, and dimensions whose tolerances are, at most."""
 SYMBOL = {
     "tangent": r"Tangent stiffness (N m$^2$)",
     "stiffness_ratio": "Stiffness over that without contact",
@@ -74,7 +73,7 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
     how: Look = {name: getattr(options, name) for name in ("law", "sense", "margin", "joint")} | {"ends": ENDLESS}
     lines, handles, which = [], [], ""
     ats = [at for goal in target.goals for at in (goal.want.at, goal.twist) if at is not None]
-    for i, (d, colour) in enumerate(zip(found.designs[:CURVES], shades(min(len(found), CURVES)), strict=False)):
+    for i, (d, colour) in enumerate(zip(found.designs[:MOST], shades(min(len(found), MOST)), strict=False)):
         # a hinge's curves are drawn to their ends, a real beam's a little beyond what is asked
         most = 1.1 * max((float(at.per_pitch(d.beam.pitch, d.beam.pitches)) for at in ats), default=0.0)
         to = f"{most!r} rad/pitch" if target.real and most else None
@@ -120,7 +119,7 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
 
 def _bars(ax: Axes, found: InverseDesign) -> None:
     goal = found[0].goals[0]
-    rows = sorted(goal.effects.items(), key=lambda item: -abs(item[1]))[:BARS]
+    rows = sorted(goal.effects.items(), key=lambda item: -abs(item[1]))[:MOST]
     rows = [row for row in rows if row[1]][::-1]
     colours = [GREY if value < 0 else INK for _, value in rows]
     ax.barh(range(len(rows)), [abs(value) for _, value in rows], color=colours, height=0.6)

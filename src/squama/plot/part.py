@@ -15,9 +15,6 @@ from squama.plot import style
 from squama.plot.palette import ACCENT, GREY, INK
 from squama.types import Array
 
-SHAPES = 4
-"""Points at which a shape is drawn."""
-
 
 @style.styled
 def part_figure(dataset: xr.Dataset) -> Figure:
@@ -44,7 +41,7 @@ def shape(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     above = np.ptp(x) > np.ptp(y)
     across = x if above else y
     most = int(dataset["share"].values.argmax())
-    chosen = np.unique(np.linspace(0, most, SHAPES).round().astype(int))
+    chosen = np.unique(np.linspace(0, most, 4).round().astype(int))
     handles = []
     for i, colour in zip(chosen, style.shades(len(chosen)), strict=True):
         ax.plot(z[i], across[i], color=colour, linewidth=1.4)

@@ -15,8 +15,6 @@ from squama.plot.palette import ACCENT, GREY, INK
 from squama.types import Array
 
 PLACE, TWISTS = "Scale, counted from the first", r"twist per pitch $\varphi$ (rad)"
-LINES = 6
-"""Twists at which values along the row are drawn."""
 
 
 @style.styled
@@ -85,7 +83,7 @@ def finite_figure(data: xr.Dataset) -> Figure:
 
 def _inclinations(ax: Axes, dataset: xr.Dataset, places: Array) -> tuple[list[tuple[int, style.Colour]], list[Artist]]:
     """Draw the inclination of every scale at some points, evenly chosen; return these with colours, and a legend."""
-    some = np.unique(places[np.linspace(0, places.size - 1, LINES).round().astype(int)]).tolist()
+    some = np.unique(places[np.linspace(0, places.size - 1, 6).round().astype(int)]).tolist()
     chosen, handles = list(zip(some, style.shades(len(some)), strict=True)), list[Artist]()
     for i, colour in chosen:
         look: style.Look = {"color": colour, "marker": "."}

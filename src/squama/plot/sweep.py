@@ -32,11 +32,6 @@ from squama.units import for_people, shown
 _UNDONE = "not computed"
 _UNKNOWN = ("joint unknown", _UNDONE)
 """Cells of which nothing is known."""
-_JUMPS = ("tangent", "stiffness_ratio")
-"""Variables that jump where the scales begin to touch."""
-TOUCHING = "here scales begin to touch: stiffness jumps"
-_AT_CUTOFF = ("f0", "torque", "U_el", "W_fr", "RED")
-"""Variables that depend on the margin."""
 _NAMES = re.compile(r"\b(?:nu|[A-Z]|t)_\w+")
 """Symbols in the words of a beam file's keys, such as t_s."""
 _ENVELOPES: dict[str, tuple[tuple[End, ...], style.Look]] = {
@@ -193,7 +188,7 @@ def _title(dataset: xr.Dataset, variable: str, over: tuple[str | None, ...]) -> 
     if "at" in dataset.attrs:
         scales = Beam.from_toml_text(dataset.attrs["beam"]).pitches
         words.append(f"at {Twist.from_text(dataset.attrs['at']).words(scales)}")
-    if "margin" in dataset.attrs and variable in _AT_CUTOFF:
+    if "margin" in dataset.attrs and variable in ("f0", "torque", "U_el", "W_fr", "RED"):
         words.append(f"margin {dataset.attrs['margin']:g}")
     words += [_word(str(n), dataset) for n in dataset.coords if n not in (*over, "law") and dataset[n].ndim == 0]
     return ", ".join(word for word in words if word)
@@ -245,7 +240,7 @@ def _contours(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, 
         xs, ys = _frame(ax, part, x, y)
         look: style.Look = {"levels": levels, "norm": norm, "cmap": colours}
         unknown, touching = np.isin(code, _UNKNOWN), np.ones(code.shape, bool)
-        if variable in _JUMPS and "N" in part:
+        if variable in ("tangent", "stiffness_ratio") and "N" in part:
             touching = np.asarray(part["N"].values > 0)
         # the kinds of locks go over into each other; at other ends, and where scales begin to touch, values jump
         locks = np.isin(code, LOCKS)
@@ -273,7 +268,9 @@ def _contours(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, 
     ]
     if _UNDONE in seen:
         handles.append(Patch(facecolor="white", edgecolor=INK, label="not computed yet"))
-    if words := "; ".join([maps.BOUNDARY] * (len(seen - {*_UNKNOWN}) > 1) + [TOUCHING] * jumps):
+    if words := "; ".join(
+        [maps.BOUNDARY] * (len(seen - {*_UNKNOWN}) > 1) + ["here scales begin to touch: stiffness jumps"] * jumps
+    ):
         handles.append(style.key(words, color=ACCENT, linewidth=0.9))
     return handles
 

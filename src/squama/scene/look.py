@@ -12,8 +12,6 @@ from squama.types import Array
 
 LOOK = np.array([-0.75, 0.72, -0.16])
 """From where one looks."""
-FIELD = np.radians(32.0)
-"""Angle of view, from the lower to the upper edge of the picture."""
 AWAY = 1.1
 """How much farther away one stands than the beam needs."""
 SAMPLES = 2
@@ -56,7 +54,8 @@ def fitted(points: Array, aspect: float) -> Camera:
     right = np.cross([0.0, 1.0, 0.0], back)
     right /= np.linalg.norm(right)
     up = np.cross(back, right)
-    slope = float(np.tan(FIELD / 2))
+    # the angle of view is 32 deg, from the lower to the upper edge of the picture
+    slope = float(np.tan(np.radians(32.0) / 2))
     q = points - middle
     needed = np.maximum(np.abs(q @ right) / aspect, np.abs(q @ up))
     away = AWAY * max(0.0, float(np.max(q @ back + needed / slope)))

@@ -69,6 +69,8 @@ class Field(NamedTuple):
 
 
 _RATIOS, _SIZES, _BAR, _LOAD = "Ratios and angles", "Dimensions", "Material and joint", "Loading"
+_T_S = "t\N{LATIN SUBSCRIPT SMALL LETTER S}"
+_NU, _SIGMA, _EPSILON = "\N{GREEK SMALL LETTER NU}", "\N{GREEK SMALL LETTER SIGMA}", "\N{GREEK SMALL LETTER EPSILON}"
 _given = partial(Field, group=_BAR, optional=True)
 FIELDS: dict[str, Field] = {
     "twist": Field("Twist per pitch", "φ", "rad/pitch", 0, 1, "twist", _LOAD),
@@ -79,24 +81,26 @@ FIELDS: dict[str, Field] = {
     "beta": Field("Half width over pitch b/d", "β", "", 0.1, 3, "beta", _RATIOS),
     "lam": Field("Half thickness over pitch t/d", "λ", "", 0.05, 2, "lam", _RATIOS),
     "zeta": Field("Embedded over pitch L/d", "ζ", "", 0.02, 1.5, "zeta", _RATIOS),
-    "slenderness": Field("Slenderness of the tab", "L/tₛ", "", 2, 80, "slenderness", _RATIOS),
+    "slenderness": Field("Slenderness of the tab", f"L/{_T_S}", "", 2, 80, "slenderness", _RATIOS),
     "alpha": Field("Angle of the scale width", "α", "deg", 1, 85, "scale.alpha", _RATIOS),
-    "theta0": Field("Inclination at rest", "θ₀", "deg", 1, 45, "scale.theta0", _RATIOS),
+    "theta0": Field("Inclination at rest", "θ\N{SUBSCRIPT ZERO}", "deg", 1, 45, "scale.theta0", _RATIOS),
     "length": Field("Scale length, exposed", "l", "mm", 2, 200, "scale.length", _SIZES, log=True),
     "width": Field("Scale width", "2b", "mm", 2, 100, "scale.width", _SIZES, log=True),
     "embedded": Field("Embedded length", "L", "mm", 0, 30, "scale.embedded", _SIZES),
-    "thickness": Field("Scale thickness", "tₛ", "mm", 0.05, 5, "scale.thickness", _SIZES, log=True),
+    "thickness": Field("Scale thickness", _T_S, "mm", 0.05, 5, "scale.thickness", _SIZES, log=True),
     "pitch": Field("Pitch", "d", "mm", 2, 100, "beam.pitch", _SIZES, log=True),
     "bar_width": Field("Substrate width", "w", "mm", 5, 150, "substrate.width", _SIZES, log=True),
     "bar_thickness": Field("Substrate thickness", "2t", "mm", 1, 80, "substrate.thickness", _SIZES, log=True),
     "scales": Field("Number of scales", "N", "", 2, 60, "beam.scales", _SIZES, whole=True),
     "modulus": Field("Young's modulus of the bar", "E_B", "MPa", 0.1, 3e4, "substrate.youngs_modulus", _BAR, log=True),
-    "poisson": Field("Poisson's ratio of the bar", "ν", "", 0, 0.499, "substrate.poisson_ratio", _BAR),
+    "poisson": Field("Poisson's ratio of the bar", _NU, "", 0, 0.499, "substrate.poisson_ratio", _BAR),
     "scale_modulus": _given("Young's modulus of the scales", "E_s", "GPa", 0.01, 300, "scale.youngs_modulus", log=True),
-    "scale_poisson": _given("Poisson's ratio of the scales", "ν_s", "", 0, 0.499, "scale.poisson_ratio"),
-    "scale_strength": _given("Strength of the scales", "σ_s", "MPa", 1, 3000, "scale.strength", log=True),
-    "strength": _given("Strength of the bar", "σ_B", "MPa", 0.1, 3000, "substrate.strength", log=True),
-    "strain_limit": _given("Strain limit of the bar", "ε_B", "", 0.001, 10, "substrate.strain_limit", log=True),
+    "scale_poisson": _given("Poisson's ratio of the scales", f"{_NU}_s", "", 0, 0.499, "scale.poisson_ratio"),
+    "scale_strength": _given("Strength of the scales", f"{_SIGMA}_s", "MPa", 1, 3000, "scale.strength", log=True),
+    "strength": _given("Strength of the bar", f"{_SIGMA}_B", "MPa", 0.1, 3000, "substrate.strength", log=True),
+    "strain_limit": _given(
+        "Strain limit of the bar", f"{_EPSILON}_B", "", 0.001, 10, "substrate.strain_limit", log=True
+    ),
     "stiffness": _given("Joint stiffness", "K_θ", "N m", 1e-4, 1e4, "joint.stiffness", log=True),
     "inclusion": _given("Inclusion factor", "C_f", "", 1, 5, "joint.inclusion_factor"),
 }
