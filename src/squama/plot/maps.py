@@ -41,7 +41,6 @@ TOUCH: style.Look = {"color": ENDS[End.OTHER], "linewidth": 1.3}
 HALO: list[patheffects.AbstractPathEffect] = [patheffects.withStroke(linewidth=1.5, foreground="white")]
 """Around the numbers of lines, so that they are read on dark grounds."""
 CASING = [patheffects.Stroke(linewidth=2.6, foreground="white"), patheffects.Normal()]
-BOUNDARY = "here the end changes: values may jump"
 BLANK = ("static lock", "no engagement")
 """Regions without a value, on white."""
 SWATCH: style.Look = {"handlelength": 2.4, "handleheight": 1.3}

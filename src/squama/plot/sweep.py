@@ -268,10 +268,10 @@ def _contours(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, 
     ]
     if _UNDONE in seen:
         handles.append(Patch(facecolor="white", edgecolor=INK, label="not computed yet"))
-    if words := "; ".join(
-        [maps.BOUNDARY] * (len(seen - {*_UNKNOWN}) > 1) + ["here scales begin to touch: stiffness jumps"] * jumps
-    ):
-        handles.append(style.key(words, color=ACCENT, linewidth=0.9))
+    words = ["here the end changes: values may jump"] if len(seen - {*_UNKNOWN}) > 1 else []
+    words += ["here scales begin to touch: stiffness jumps"] if jumps else []
+    if words:
+        handles.append(style.key("; ".join(words), color=ACCENT, linewidth=0.9))
     return handles
 
 

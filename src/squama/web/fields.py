@@ -70,7 +70,7 @@ class Field(NamedTuple):
 
 _RATIOS, _SIZES, _BAR, _LOAD = "Ratios and angles", "Dimensions", "Material and joint", "Loading"
 _T_S = "t\N{LATIN SUBSCRIPT SMALL LETTER S}"
-_NU, _SIGMA, _EPSILON = "\N{GREEK SMALL LETTER NU}", "\N{GREEK SMALL LETTER SIGMA}", "\N{GREEK SMALL LETTER EPSILON}"
+_NU, _SIGMA, _EPS = "\N{GREEK SMALL LETTER NU}", "\N{GREEK SMALL LETTER SIGMA}", "\N{GREEK SMALL LETTER EPSILON}"
 _given = partial(Field, group=_BAR, optional=True)
 FIELDS: dict[str, Field] = {
     "twist": Field("Twist per pitch", "φ", "rad/pitch", 0, 1, "twist", _LOAD),
@@ -98,9 +98,7 @@ FIELDS: dict[str, Field] = {
     "scale_poisson": _given("Poisson's ratio of the scales", f"{_NU}_s", "", 0, 0.499, "scale.poisson_ratio"),
     "scale_strength": _given("Strength of the scales", f"{_SIGMA}_s", "MPa", 1, 3000, "scale.strength", log=True),
     "strength": _given("Strength of the bar", f"{_SIGMA}_B", "MPa", 0.1, 3000, "substrate.strength", log=True),
-    "strain_limit": _given(
-        "Strain limit of the bar", f"{_EPSILON}_B", "", 0.001, 10, "substrate.strain_limit", log=True
-    ),
+    "strain_limit": _given("Strain limit of the bar", f"{_EPS}_B", "", 0.001, 10, "substrate.strain_limit", log=True),
     "stiffness": _given("Joint stiffness", "K_θ", "N m", 1e-4, 1e4, "joint.stiffness", log=True),
     "inclusion": _given("Inclusion factor", "C_f", "", 1, 5, "joint.inclusion_factor"),
 }

@@ -133,7 +133,7 @@ class Outcome:
             self.list.set_visibility(False)
             self.sentence = text("p", "", "sentence").props('aria-live="polite"')
             self.readings = ui.element("dl")
-        self.shown: dict[str, ui.element] = {}
+        self.shown: list[ui.element] = []
 
     def show(self, now: State) -> None:
         """Show a state."""
@@ -143,15 +143,14 @@ class Outcome:
         write(self.where, where)
         write(self.sentence, sentence)
         rows = live.readings(now)
-        if [label for label, _ in rows] != list(self.shown):
+        if anew(self.readings, [label for label, _ in rows]):
             self.shown.clear()
-            self.readings.clear()
             for label, _ in rows:
                 with self.readings, ui.element("div"):
                     text("dt", label)
-                    self.shown[label] = text("dd")
-        for label, value in rows:
-            write(self.shown[label], value)
+                    self.shown.append(text("dd"))
+        for place, (_, value) in zip(self.shown, rows, strict=True):
+            write(place, value)
         lines = live.warnings(now)
         if anew(self.list, lines):
             self.list.set_visibility(bool(lines))
