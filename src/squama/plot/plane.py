@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -103,7 +102,7 @@ def _contacts(ax: Axes, dataset: xr.Dataset, paths: Sequence[xr.Dataset]) -> lis
     return handles
 
 
-def _flush(ax: Axes, dataset: xr.Dataset, **look: Any) -> None:
+def _flush(ax: Axes, dataset: xr.Dataset, look: style.Look) -> None:
     """Draw the line on which a scale's tip edge lies flush in the next face."""
     slope = np.tan(Beam.from_toml_text(dataset.attrs["beam"]).scale.alpha)
     ax.axline((0, 0), slope=slope, linestyle=style.DASHED, **look)
@@ -111,7 +110,7 @@ def _flush(ax: Axes, dataset: xr.Dataset, **look: Any) -> None:
 
 def _frame(ax: Axes, dataset: xr.Dataset, paths: Sequence[xr.Dataset]) -> None:
     """Draw the flush line, paths with their events (an end that is not the path's own crossed), and the axes."""
-    _flush(ax, dataset, color=INK, linewidth=0.7)
+    _flush(ax, dataset, {"color": INK, "linewidth": 0.7})
     for path in paths:
         line: style.Look = {"color": ACCENT, "zorder": 4}
         ax.plot(path["kappa"], path["Phi"], linewidth=1.4, **line)
@@ -210,7 +209,8 @@ def plane_path(dataset: xr.Dataset, ax: Axes | None = None, *, plane: xr.Dataset
         seen.add(name)
         whole = slice(max(0, start - 1), stop)
         ax.plot(psi[whole], phi[whole], color=CONTACTS.get(name, UNLOADED), linewidth=1.6, label=text)
-    _flush(ax, dataset, label=r"$\varphi = \psi\,\tan\alpha$", color=GREY, linewidth=0.8, zorder=1)
+    words = r"$\varphi = \psi\,\tan\alpha$"
+    _flush(ax, dataset, {"label": words, "color": GREY, "linewidth": 0.8, "zorder": 1})
     point: style.Look = {"linestyle": "", "markersize": 3.5, "zorder": 4}
     ax.plot(dataset["psi_event"], dataset["phi_event"], color=INK, marker="o", markerfacecolor="white", **point)
     if (end := str(dataset["end"].item())) != End.RANGE:

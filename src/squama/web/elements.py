@@ -37,14 +37,9 @@ class BeamView(ui.element, component="view.js", esm={"nicegui-scene": str(THREE)
         self, shown: Mapping[str, object], on_dark: Callable[[bool], None], on_rest: Callable[[], None]
     ) -> None:
         super().__init__()
-        self._props.update({"arrows": True, "palette": SCENE})
-        self.show(shown)
+        self._props.update({"arrows": True, "palette": SCENE, **shown})
         self.on("dark", lambda event: on_dark(bool(event.args)))
         self.on("rest", on_rest)
-
-    def show(self, shown: Mapping[str, object]) -> None:
-        """Show another design or state."""
-        put(self, **shown)
 
 
 class Chart(ui.element, component="chart.js", esm={"nicegui-echart": str(ECHARTS)}):

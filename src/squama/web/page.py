@@ -79,7 +79,14 @@ class Explorer:
             panels.tools(self.save, lambda: self.mode.set_value(not self.dark))
         with ui.element("div").classes("explorer"):
             with ui.element("main"):
-                self._stage()
+                with ui.element("section").classes("stage").props('aria-label="Beam"'):
+                    self.view = BeamView(live.scene(self.drawn), self.darken, self.rest)
+                    with ui.element("div").classes("over"):
+                        words = "Play the vibration from the twist that is shown"
+                        self.release = button(LET_GO, self.let_go, words, "release")
+                        button("Reset view", lambda: self.view.run_method("reset"), "Show the whole beam", "reset")
+                        self.arrows = button("Hide forces", self.toggle_arrows, "Show or hide the arrows", "arrows")
+                    panels.legend()
                 self.notice = text("p", "", "notice").props('role="alert"')
                 self.outcome = panels.Outcome()
                 self.measured = panels.Measured(self.fit, lambda: self.measure(None))
@@ -95,15 +102,6 @@ class Explorer:
         # a page that nobody looks at costs no more than its making
         self.client.on_connect(self.begin)
         self.client.on_delete(self.end)
-
-    def _stage(self) -> None:
-        with ui.element("section").classes("stage").props('aria-label="Beam"'):
-            self.view = BeamView(live.scene(self.drawn), self.darken, self.rest)
-            with ui.element("div").classes("over"):
-                self.release = button(LET_GO, self.let_go, "Play the vibration from the twist that is shown", "release")
-                button("Reset view", lambda: self.view.run_method("reset"), "Show the whole beam", "reset")
-                self.arrows = button("Hide forces", self.toggle_arrows, "Show or hide the arrows", "arrows")
-            panels.legend()
 
     def _chart(self, plot: str) -> tuple[Chart, ui.element]:
         with ui.element("div").classes("plot") as place, ui.element("div").classes("cells"):
@@ -304,7 +302,7 @@ class Explorer:
         if self.release.props["textContent"] == STOP:
             self.view.run_method("rest")
         self.release.set_visibility(self.drawn.path == "decay")
-        self.view.show(live.scene(self.drawn))
+        put(self.view, **live.scene(self.drawn))
         self.controls.show(self.drawn)
         self.outcome.show(self.drawn)
         self.compared.show(self.drawn)
