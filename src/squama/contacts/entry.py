@@ -14,8 +14,9 @@ from squama.batch.keeping import part as _jit
 from squama.contacts.derivatives import again
 from squama.contacts.detection import VERTEX, WINDOW
 from squama.contacts.follow import follow
+from squama.contacts.from_endless import from_endless
 from squama.contacts.geometry import PLACED, RATES, put
-from squama.contacts.increments import TALLY, Walk
+from squama.contacts.increments import NO_EQUILIBRIUM, RANGE, TALLY, Walk
 from squama.contacts.jacobian import LOCAL
 from squama.contacts.linear import Linear
 from squama.contacts.meeting import Work
@@ -42,6 +43,7 @@ from squama.contacts.system import (
     copy,
     pieces,
 )
+from squama.contacts.written import write
 from squama.types import Array
 
 SOURCES = [*sorted(Path(__file__).parent.glob("*.py")), Path(records.__file__)]
@@ -71,6 +73,12 @@ def _again(
 ) -> None:  # fmt: skip
     """Follow a noted path once more, see :func:`_follow`."""
     again(records.held(w), ways, corners, most, step, done, rows, motions, bends, contacts, events)
+
+
+@_jit
+def _begun(w: Walk, given: Array) -> bool:
+    """Solve for a row's state from an endless beam's, see :func:`_follow`."""
+    return from_endless(records.held(w), given)
 
 
 @making
@@ -228,11 +236,16 @@ def _many(
 
     ``about``: what their cells are, :data:`squama.contacts.system.ENDLESS` and so on. Where there are more beams than
     paths, they are the scales of one; one beam may have many paths. ``snapshots`` (n, size): states from which paths
-    go on, and in their place those to which they went; or (n, 0), from rest.
+    go on, and in their place those to which they went; or (n, 0), from rest. Rows whose cells have strains of their own
+    have states of the endless beam there (:mod:`squama.contacts.from_endless`) beside which one is solved for.
     """
     each, one = len(b.shapes) > len(ways), len(b.shapes) == 1
     for i in range(len(ways)):
         w = walk(system(b, -1 if each else 0 if one else i, scales, about, ties), C, notes[i])
+        if snapshots.shape[1] > 0 and about == OWN:
+            ends[i, 0] = RANGE if _begun(w, snapshots[i]) else NO_EQUILIBRIUM
+            write(w, rows[i, 0], motions[i, 0], bends[i, 0], contacts[i, 0])
+            continue
         if snapshots.shape[1] > 0:
             take(w, snapshots[i])
         _follow(
