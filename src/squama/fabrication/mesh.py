@@ -161,8 +161,8 @@ def cast(mesh: Mesh, origins: Array, direction: Array) -> Array:
     v = (turned @ direction) / det
     t = (turned * second).sum(-1) / det
     slack = 1e-12
-    met = (u >= -slack) & (v >= -slack) & (u + v <= 1 + slack) & (t > 1e-7)
-    return np.asarray(np.where(met, t, np.inf).min(axis=1))
+    hit = (u >= -slack) & (v >= -slack) & (u + v <= 1 + slack) & (t > 1e-7)
+    return np.asarray(np.where(hit, t, np.inf).min(axis=1))
 
 
 class Check(NamedTuple):
@@ -225,9 +225,9 @@ def _cuts(mesh: Mesh) -> tuple[Array, Array, Array, float] | None:
         return None
     found = [np.array([np.inf])] if roofs.size != levels.size else [roofs - levels]
     for plane in planes:
-        met = cast(mesh, points[plane].reshape(-1, 3), floor.normal)
+        through = cast(mesh, points[plane].reshape(-1, 3), floor.normal)
         # a ray may leave through the mouth
-        found.append(met[np.isfinite(met)])
+        found.append(through[np.isfinite(through)])
     corners = mesh.vertices[np.unique(mesh.triangles[np.concatenate([f.triangles for f in oblique])])]
     return floor.normal, levels, np.concatenate(found), float(corners[:, 2].min())
 

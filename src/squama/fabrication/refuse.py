@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from math import cos, degrees, sin, tan
 
 import numpy as np
+from scipy.optimize import bisect
 
 from squama.errors import InputError, Problem
 from squama.fabrication import bodies
@@ -158,14 +159,12 @@ def _ligament(plan: Plan, gap: Callable[[Plan], float], words: str, otherwise: s
     found = gap(plan)
     if plan.scales < 2 or found >= plan.feature - SLACK:
         return
-    low, high = plan.pitch, plan.pitch
+    high = plan.pitch
     while gap(plan._replace(pitch=high)) < plan.feature:
-        low, high = high, 2 * high
-    for _ in range(60):
-        middle = (low + high) / 2
-        low, high = (low, middle) if gap(plan._replace(pitch=middle)) >= plan.feature else (middle, high)
+        high *= 2
+    least = bisect(lambda pitch: gap(plan._replace(pitch=pitch)) - plan.feature, high / 2, high)
     reason = words.format(f"are only {mm(found)} apart" if found > 0 else "meet")
-    remedy = f"write at least {mm_up(high)}, {otherwise}"
+    remedy = f"write at least {mm_up(least)}, {otherwise}"
     yield Problem("beam.pitch", mm(plan.pitch), f"{reason}, they need {mm(plan.feature)}", remedy)
 
 

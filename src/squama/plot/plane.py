@@ -166,7 +166,7 @@ def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.
     plane_path(dataset, left, plane=plane)
     path_loads(dataset, loads, hinge=hinge)
     loads.set_xlabel("")
-    way, inclined = _gone(dataset), np.degrees(dataset["theta"].values)
+    way, inclined = _path_length(dataset), np.degrees(dataset["theta"].values)
     if "scale" in dataset["theta"].dims:
         theta.plot(way, inclined, color=INK, **EACH)
         theta.plot(way, np.degrees(dataset["theta_periodic"].values), color=INK, **WITHOUT_ENDS)
@@ -177,7 +177,7 @@ def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.
         theta.legend(loc="best")
     if hinge is not None:
         with style.within(theta):
-            theta.plot(_gone(hinge), np.degrees(hinge["theta"].values), color=INK, **BESIDE)
+            theta.plot(_path_length(hinge), np.degrees(hinge["theta"].values), color=INK, **BESIDE)
     theta.set(xlabel=WAY, ylabel=r"$\theta$ (deg)")
     loads.tick_params(labelbottom=False)
     held = f"{dataset.attrs['scales']} on {HELD[dataset.attrs['joint']]}{covering(dataset.attrs)}"
@@ -186,8 +186,8 @@ def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.
     return style.headline(figure, f"Bent and twisted: {held}, $\\mu$ = {float(dataset['mu']):g}", (left, loads, theta))
 
 
-def _gone(dataset: xr.Dataset) -> Array:
-    """Return the way gone (n,) in the strains that the path names, rad per pitch."""
+def _path_length(dataset: xr.Dataset) -> Array:
+    """Return the length (n,) of the path in the strains that the path names, rad per pitch."""
     strains = np.column_stack([dataset["psi"].values, dataset["phi"].values])
     steps = np.diff(strains, axis=0, prepend=0.0) * np.any(np.reshape(dataset.attrs["path"], (-1, 2)), axis=0)
     return np.cumsum(np.hypot(*steps.T))
@@ -229,7 +229,7 @@ def path_loads(dataset: xr.Dataset, ax: Axes | None = None, *, hinge: xr.Dataset
     ``hinge``, the answer of hinges for the same path, is drawn thin as far as these axes go.
     """
     ax, _ = style.panel(ax, dataset, "event", "squama.bend_twist")
-    way, colours = _gone(dataset), {"M": UNLOADED, "T": INK}
+    way, colours = _path_length(dataset), {"M": UNLOADED, "T": INK}
     factor, text = style.prefixed("M", max(float(np.abs(dataset[name].values).max()) for name in colours))
     both = {name: factor * dataset[name].values for name in colours}
     for name, colour in colours.items():
@@ -246,7 +246,7 @@ def path_loads(dataset: xr.Dataset, ax: Axes | None = None, *, hinge: xr.Dataset
         with style.within(ax):
             for name, colour in colours.items():
                 words = f"${name}$ on hinges"
-                ax.plot(_gone(hinge), factor * hinge[name].values, color=colour, label=words, **BESIDE)
+                ax.plot(_path_length(hinge), factor * hinge[name].values, color=colour, label=words, **BESIDE)
     # over the hinge's lines, which leave the axes early
     ax.legend(**BOX | ({"loc": "upper left"} if hinge is None else {}))
     return ax

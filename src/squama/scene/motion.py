@@ -34,7 +34,7 @@ FREE, SLIDING, LOCKED, ENDED = "free", "sliding", "locked", "ended"
 """States of the scales: not in contact; in contact; locked; at an end that is no lock."""
 ROOM = 1.1
 """How far beyond its end a beam may be asked to go, over the load of the end."""
-WALKED = 121
+POINTS = 121
 """Points of a curve that is walked; states between them are interpolated."""
 _STATE = ("load", "theta", "N", "f", "torque")
 
@@ -126,7 +126,7 @@ class Motion:
         self.rigidity, self.stiffness = path.case.rigidity, path.case.stiffness
         self.notes = [*filter(None, [analysis.note]), *notes]
         self.hinge = path if isinstance(path, hinge.Path) else None
-        found = path.curve(points=3 if self.hinge else WALKED)
+        found = path.curve(points=3 if self.hinge else POINTS)
         reached = np.isfinite(found.along["torque"])
         self.curve = {role: values[reached] for role, values in found.along.items() if values.dtype.kind == "f"}
         # forces are drawn where the tip edge meets the side edge
