@@ -16,6 +16,12 @@ if TYPE_CHECKING:
     from squama.plot.elements import compare_figure as compare_figure
     from squama.plot.elements import deformed_figure as deformed_figure
     from squama.plot.elements import elements_figure as elements_figure
+    from squama.plot.finite import finite_figure as finite_figure
+    from squama.plot.finite import inclinations as inclinations
+    from squama.plot.finite import load_curve as load_curve
+    from squama.plot.finite import part_figure as part_figure
+    from squama.plot.finite import row_figure as row_figure
+    from squama.plot.finite import shape as shape
     from squama.plot.fit import corner_figure as corner_figure
     from squama.plot.fit import fit_figure as fit_figure
     from squama.plot.fit import fitted as fitted
@@ -26,9 +32,6 @@ if TYPE_CHECKING:
     from squama.plot.maps import lock_lines_figure as lock_lines_figure
     from squama.plot.maps import red_figure as red_figure
     from squama.plot.maps import regime_figure as regime_figure
-    from squama.plot.part import load_curve as load_curve
-    from squama.plot.part import part_figure as part_figure
-    from squama.plot.part import shape as shape
     from squama.plot.plane import path_figure as path_figure
     from squama.plot.plane import path_loads as path_loads
     from squama.plot.plane import plane_contacts as plane_contacts
@@ -38,9 +41,6 @@ if TYPE_CHECKING:
     from squama.plot.response import curve as curve
     from squama.plot.response import line as line
     from squama.plot.response import response_figure as response_figure
-    from squama.plot.row import finite_figure as finite_figure
-    from squama.plot.row import inclinations as inclinations
-    from squama.plot.row import row_figure as row_figure
     from squama.plot.solids import solids_figure as solids_figure
     from squama.plot.style import save_figure as save_figure
     from squama.plot.sweep import map_figure as map_figure
@@ -60,8 +60,7 @@ _NAMES = {
     "elements": "compare_figure deformed_figure elements_figure",
     "fit": "corner_figure fit_figure fitted residuals",
     "cycle": "cycle_figure energies loops",
-    "row": "finite_figure inclinations row_figure",
-    "part": "load_curve part_figure shape",
+    "finite": "finite_figure inclinations load_curve part_figure row_figure shape",
     "plane": "path_figure path_loads plane_contacts plane_figure plane_load plane_path",
     "inverse": "front_figure inverse_figure tradeoff",
     "sweep": "map_figure map_slice",

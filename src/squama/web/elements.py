@@ -56,8 +56,8 @@ class NumberField(ui.element, component="field.js"):
     def __init__(self, name: str, on_change: Callable[[str, str], None]) -> None:
         super().__init__()
         self.name, self.field = name, FIELDS[name]
-        told = ("label", "symbol", "unit", "allowed", "low", "high", "log", "whole", "optional")
-        self._props.update({part: getattr(self.field, part) for part in told})
+        parts = ("label", "symbol", "unit", "allowed", "low", "high", "log", "whole", "optional")
+        self._props.update({part: getattr(self.field, part) for part in parts})
         self._props.update({"name": name, "error": "", "answered": 0})
 
         def changed(event: Any) -> None:

@@ -213,7 +213,7 @@ def prepare(state: State) -> None:
         along(one.setting)
 
 
-def taken(link: str) -> State:
+def linked(link: str) -> State:
     """Return the state of a link, and solve what is drawn of it first. Raises InputError: as :func:`state.read`."""
     found = read(link)
     for one in (found, *found.kept):
@@ -336,8 +336,8 @@ def warnings(state: State) -> list[str]:
         found.append(f"the view shows {most} of the {state.beam.pitches} scales")
     if state.bent:
         found.insert(0, "the map is of beams that are not bent")
-    if state.path == "cycle" and isinstance(told := loop(state), str):
-        found.append(f"no unloading is shown: {told}")
+    if state.path == "cycle" and isinstance(reason := loop(state), str):
+        found.append(f"no unloading is shown: {reason}")
     return found
 
 
@@ -362,13 +362,13 @@ def make_file(state: State, kind: str) -> tuple[str, bytes]:
 
 def _table(state: State) -> xr.Dataset:
     """Return the curve up to what is shown, or the loop, as a table of one shape."""
-    m, asked = motion(state.setting), state.setting._asdict()
+    m, how = motion(state.setting), state.setting._asdict()
     if state.bent:
-        del asked["load"], asked["law"]
-        return Twisted.of(**asked).answer.dataset().drop_dims("event")
-    del asked["bend"]
+        del how["load"], how["law"]
+        return Twisted.of(**how).answer.dataset().drop_dims("event")
+    del how["bend"]
     if state.path != "cycle":
-        return respond(**asked, ends=ENDLESS, to=None if m.hinge else m.last / state.beam.pitch).dataset()
+        return respond(**how, ends=ENDLESS, to=None if m.hinge else m.last / state.beam.pitch).dataset()
     found = loop(state)
     if isinstance(found, str):
         refuse("", "", found)

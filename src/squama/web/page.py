@@ -125,7 +125,7 @@ class Explorer:
         self.draw_plots()
         wanted, self.wanted = self.wanted, self.drawn
         if wanted != self.drawn:
-            self.go(wanted, self.say)
+            self.change_to(wanted, self.say)
 
     def end(self) -> None:
         """Let go of what is under way: nobody looks at the page any more."""
@@ -139,15 +139,15 @@ class Explorer:
         """Take what was entered in a field; what cannot be used is explained there and changes nothing."""
         explain = self.controls.fields[name].explain
         with telling(explain):
-            self.go(self.state.change(name, words), explain)
+            self.change_to(self.state.change(name, words), explain)
 
     def attempt(self, make: Callable[[State], State]) -> None:
         """Go to what is made of the state, or say why that cannot be."""
         with telling(self.say):
             self.say("")
-            self.go(make(self.state), self.say)
+            self.change_to(make(self.state), self.say)
 
-    def go(self, state: State, refuse: Callable[[str], None]) -> None:
+    def change_to(self, state: State, refuse: Callable[[str], None]) -> None:
         """Show a state: at once where no elements are needed, else when it is solved; ``refuse`` is told why not.
 
         Raises InputError: it cannot be shown, found at once.
@@ -164,10 +164,10 @@ class Explorer:
 
     async def _solve(self, refuse: Callable[[str], None]) -> None:
         """Solve what is asked for away from the event loop; of changes that come in meanwhile the last one counts."""
-        while (asked := self.state) != self.drawn:
+        while (aim := self.state) != self.drawn:
             self.say("Elements are being solved for the joint ...")
             try:
-                await SOLVING(asked)
+                await SOLVING(aim)
             except InputError as error:
                 self.state = self.drawn
                 self.say("")
@@ -176,9 +176,9 @@ class Explorer:
                 return
             if self.view.is_deleted:
                 return
-            if asked == self.state:
+            if aim == self.state:
                 self.say("")
-                self.drawn = asked
+                self.drawn = aim
                 self.draw()
 
     def clicked(self, event: Any) -> None:
@@ -206,15 +206,15 @@ class Explorer:
         if self.release.props["textContent"] == STOP:
             self.view.run_method("rest")
             return
-        asked = self.drawn
+        shown = self.drawn
 
         def play(found: live.Swing) -> None:
-            if asked == self.drawn:
+            if shown == self.drawn:
                 write(self.release, STOP)
                 self.say(found.words)
                 self.view.run_method("play", found.frames, found.step)
 
-        self.beside("The vibration is being computed ...", SWINGING(asked), play)
+        self.beside("The vibration is being computed ...", SWINGING(shown), play)
 
     def rest(self) -> None:
         """Offer to let go again, as the view shows the state."""

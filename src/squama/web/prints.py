@@ -33,8 +33,8 @@ def figure(state: State, table: Table | None = None) -> Figure:
     drawn = new_figure(PAGE, 4.6 if table else 2.9)
     axes = drawn.subplots(*((2, 2) if table else (1, 3))).flat
     rows = live.compared(state)
-    told = [f"{row['what']}; {row['model']}" for row in rows]
-    words = {"this design": told[-1]} | {row["name"]: f"{row['name']}: {t}" for row, t in zip(rows, told, strict=True)}
+    words = {row["name"]: f"{row['what']}; {row['model']}" for row in rows}
+    words = {"this design": words.pop("now")} | {name: f"{name}: {text}" for name, text in words.items()}
     words = {name: "\n".join(wrap(text, 105)) for name, text in words.items()}
     handles: dict[str, Line2D] = {}
     for ax, plot in zip(axes, plots, strict=True):

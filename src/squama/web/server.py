@@ -58,7 +58,7 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
     from squama.web.guard import MOST, TOKEN, Guard, Patient
     from squama.web.page import Explorer, Sweep, make_room
 
-    reading = Aside(live.taken, most=2, limit=LIMIT)
+    reading = Aside(live.linked, most=2, limit=LIMIT)
 
     async def page() -> None:
         make_room()

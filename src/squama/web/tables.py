@@ -151,9 +151,9 @@ def fitted(table: Table, state: State) -> tuple[Beam, list[str]]:
     names = LOADS[state.load]
     every = table.points.specimens()
     data = [{names.rate: one.rate.tolist(), names.torque: one.load.tolist()} for one in every]
-    asked = {"data": data, "beam": state.beam.to_toml(), "load": state.load, "law": names.law(state.law)}
+    request = {"data": data, "beam": state.beam.to_toml(), "load": state.load, "law": names.law(state.law)}
     # fits of bending are of hinges
-    asked["joint"] = live.motion(state.setting).joint if names.sided else "hinge"
+    request["joint"] = live.motion(state.setting).joint if names.sided else "hinge"
     command = [sys.executable, "-c", "from squama.web import tables; tables.answer()"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdin
@@ -161,7 +161,7 @@ def fitted(table: Table, state: State) -> tuple[Beam, list[str]]:
         end = threading.Timer(SECONDS, process.kill)
         end.start()
         try:
-            process.stdin.write(json.dumps(asked) + "\n")
+            process.stdin.write(json.dumps(request) + "\n")
             process.stdin.flush()
             said = process.stdout.readline()
         except BrokenPipeError:
@@ -183,14 +183,14 @@ def answer() -> None:
 
     from squama.identify.fitting import fit
 
-    asked = json.loads(sys.stdin.readline())
+    request = json.loads(sys.stdin.readline())
     threading.Thread(target=lambda: (sys.stdin.read(), os._exit(1)), daemon=True).start()
     try:
-        beam = Beam.from_toml_text(asked["beam"], source="beam")
-        found = fit(asked["data"], beam, load=asked["load"], law=asked["law"], joint=asked["joint"])
-        told: dict[str, object] = {"beam": found.beam.to_toml(), "lines": found.summary().splitlines()}
+        beam = Beam.from_toml_text(request["beam"], source="beam")
+        found = fit(request["data"], beam, load=request["load"], law=request["law"], joint=request["joint"])
+        reply: dict[str, object] = {"beam": found.beam.to_toml(), "lines": found.summary().splitlines()}
     except InputError as error:
-        told = {"error": str(error)}
-    print(json.dumps(told), flush=True)
+        reply = {"error": str(error)}
+    print(json.dumps(reply), flush=True)
     # reading the input ends with the process only
     os._exit(0)
