@@ -18,7 +18,7 @@ from squama.fabrication.mesh import Check
 from squama.fabrication.plan import Plan, apart, between
 from squama.fabrication.plan import plan as make_plan
 from squama.fe import geometry as elements
-from squama.plot import solids as drawn
+from squama.plot import projection as drawn
 
 pytest.importorskip("manifold3d")
 

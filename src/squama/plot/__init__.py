@@ -38,10 +38,10 @@ if TYPE_CHECKING:
     from squama.plot.plane import plane_figure as plane_figure
     from squama.plot.plane import plane_load as plane_load
     from squama.plot.plane import plane_path as plane_path
+    from squama.plot.projection import solids_figure as solids_figure
     from squama.plot.response import curve as curve
     from squama.plot.response import line as line
     from squama.plot.response import response_figure as response_figure
-    from squama.plot.solids import solids_figure as solids_figure
     from squama.plot.style import save_figure as save_figure
     from squama.plot.sweep import map_figure as map_figure
     from squama.plot.sweep import map_slice as map_slice
@@ -67,7 +67,7 @@ _NAMES = {
     "maps": "lock_lines_figure red_figure regime_figure",
     "response": "curve line response_figure",
     "style": "save_figure",
-    "solids": "solids_figure",
+    "projection": "solids_figure",
     "uncertainty": "cumulative histogram sobol uncertainty_figure",
     "vibration": "damping decay_figure phase_plane record shaken_figure vibration_figure",
 }

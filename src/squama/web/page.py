@@ -19,9 +19,9 @@ from squama.plot.palette import THEMES, variables
 from squama.scene.picture import SIZE
 from squama.web import charts, live, map, panels, tables  # noqa: A004 - the module is named after what it draws
 from squama.web.aside import Aside
-from squama.web.elements import BeamView, Chart, FileButton, button, put, received, text, write
 from squama.web.state import State, query
 from squama.web.tables import Table
+from squama.web.widgets import BeamView, Chart, FileButton, button, put, received, text, write
 
 
 def _printed(state: State, table: Table | None, kind: str) -> tuple[str, bytes]:

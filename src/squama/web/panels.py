@@ -13,10 +13,10 @@ from squama.model.outcome import End
 from squama.plot.palette import ENDS, KEPT, STATES, WORDS
 from squama.web import live, map, state, tables  # noqa: A004 - the module is named after what it draws
 from squama.web.charts import Line
-from squama.web.elements import Choice, NumberField, anew, button, text, write
 from squama.web.fields import CHOICES, FIELDS, MATERIALS, OTHER, material
 from squama.web.state import PRESETS, State
 from squama.web.tables import Table
+from squama.web.widgets import Choice, NumberField, anew, button, text, write
 
 Attempt = Callable[[Callable[[State], State]], None]
 """Goes from the state that is shown to another one, or says why that cannot be."""
