@@ -384,7 +384,7 @@ TESTS: dict[str, tuple[str, ...]] = {
     ),
     "io/measured.py": ("unit/test_measured.py", "unit/test_fit_input.py"),
     "io/tabular.py": ("unit/test_measured.py", "unit/test_designs_table.py", "unit/test_store.py"),
-    "fabrication/measure.py": ("unit/test_export_solids.py", "unit/test_export.py"),
+    "fabrication/mesh.py": ("unit/test_export_solids.py", "unit/test_export.py"),
     "cli/flags.py": ("unit/test_flags.py", "unit/test_cli_summary.py", "unit/test_cli_errors.py", "unit/test_cli.py"),
     "cli/output.py": (
         "unit/test_cli_summary.py",
