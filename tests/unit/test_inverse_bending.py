@@ -59,9 +59,9 @@ def test_derivatives_are_those_of_the_figures():
         low, high = residuals.look(aside, slopes=False, plates=True).values.T
         slopes = (high - low) / (2 * step)
         assert np.isfinite(look.values).all()
-        assert look.slopes[:, i, 0] == pytest.approx(
-            slopes, rel=2e-3, abs=2e-3 * np.abs(look.slopes).max(axis=1)[:, 0].min()
-        )
+        # a part of the largest slope of the figure stands for those that nearly vanish
+        largest = np.abs(look.slopes[:, :, 0]).max(axis=1)
+        assert np.all(np.abs(look.slopes[:, i, 0] - slopes) < 2e-3 * largest)
 
 
 def test_locks_in_bending_stay_those_of_hinges():
