@@ -419,6 +419,9 @@ def test_a_table_is_opened_and_fitted_and_a_beam_too(visit, tmp_path) -> None:
         file.set_input_files(str(bad))
         notice.filter(has_text=words).wait_for()
         assert page.state()["eta"] == pytest.approx(2.5)
+    file.set_input_files("examples/cantilever.toml")
+    notice.filter(has_text="the beam alone is shown, without [support], [[load]], [along]").wait_for()
+    assert page.state()["eta"] == pytest.approx(3.5)
 
 
 def test_warnings_are_seen_and_push_nothing_away(visit) -> None:

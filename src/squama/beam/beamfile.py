@@ -155,6 +155,11 @@ def sections(text: str) -> dict[str, Any]:
     return {name: content for name, content in loads(text).items() if name in PART}
 
 
+def beside_the_beam(text: str) -> str:
+    """Return the headings of the sections of a part under load in the text of a beam file, which no beam has."""
+    return ", ".join(map(heading, sections(text)))
+
+
 def heading(section: str) -> str:
     """Return how a section of a part begins in the file."""
     return "[[load]]" if section == "load" else f"[{section}]"

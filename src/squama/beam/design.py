@@ -105,7 +105,7 @@ class Beam(Assembly):
         """
         name, text = beamfile.read(path)
         found = cls.from_toml_text(text, source=name, overrides=overrides, folder=Path(path).parent)
-        if part := ", ".join(map(beamfile.heading, beamfile.sections(text))):
+        if part := beamfile.beside_the_beam(text):
             LOG.warning(
                 "squama: %s: the beam alone is read, without %s; for these: squama load, squama.Part", name, part
             )

@@ -13,6 +13,7 @@ from typing import Any, TypeVar, cast
 
 from nicegui import Client, ui
 
+from squama.beam.beamfile import beside_the_beam
 from squama.beam.design import Beam
 from squama.errors import InputError
 from squama.plot.palette import THEMES, variables
@@ -273,8 +274,11 @@ class Explorer:
         def show(found: State | Table) -> None:
             if isinstance(found, Table):
                 self.measure(found)
-            else:
-                self.attempt(lambda now: found._replace(kept=now.kept))
+                return
+            self.attempt(lambda now: found._replace(kept=now.kept))
+            part = beside_the_beam(content.decode(errors="replace"))
+            if part and self.state.beam == found.beam:
+                self.say(f"the beam alone is shown, without {part}; for these: squama load")
 
         self.beside("The file is being read ...", READING(name, content, self.state), show)
 
