@@ -282,12 +282,6 @@ TESTS: dict[str, tuple[str, ...]] = {
         *CORNERS,
     ),
     "contacts/entry.py": (*CONTACTS, "unit/test_contact_derivatives.py"),
-    "contacts/legs.py": (
-        "unit/test_plane.py",
-        "unit/test_corner_contact.py",
-        "unit/test_real_bent.py",
-        "unit/test_real_bend_twist.py",
-    ),
     "contacts/moved.py": ("unit/test_contact_derivatives.py",),
     "contacts/of_face.py": ("properties/test_both_faces.py",),
     "contacts/path.py": (*REAL, "unit/test_real_beams.py"),
@@ -301,8 +295,7 @@ TESTS: dict[str, tuple[str, ...]] = {
         "unit/test_cli_summary.py",
         "unit/test_store.py",
     ),
-    "curves/own_scales.py": ("unit/test_row_points.py", "unit/test_fit_checks.py"),
-    "curves/finite_rows.py": ("unit/test_row.py", "unit/test_real_row.py"),
+    "curves/finite_rows.py": ("unit/test_row.py", "unit/test_real_row.py", "unit/test_fit_checks.py"),
     "curves/hinge_rows.py": ("unit/test_row.py",),
     "curves/rows.py": ("unit/test_real_row.py", "unit/test_own_scales.py"),
     "curves/doors.py": (

@@ -140,22 +140,8 @@ def twist(
     >>> print(r.end.item(), f"at {float(r.phi_end):.4f} rad per pitch, RED = {float(r.RED_c):.3f}")
     frictional lock at 0.2691 rad per pitch, RED = 0.740
     """
-    return respond(
-        beam,
-        "twisting",
-        mu=mu,
-        law=law,
-        margin=margin,
-        points=points,
-        at=at,
-        to=to,
-        sense=sense,
-        ideal=ideal,
-        joint=joint,
-        neutral=neutral,
-        hold=hold,
-        ends=ends,
-    ).dataset()
+    how = How(mu=mu, law=law, margin=margin, joint=joint, ideal=ideal, neutral=neutral, hold=hold)
+    return respond(beam, "twisting", points=points, at=at, to=to, sense=sense, ends=ends, **how).dataset()
 
 
 def bend(
@@ -219,10 +205,8 @@ def bend(
     >>> print(m.end.item(), f"at {float(5 * m.psi_end):.5f} / eta")
     frictional lock at 0.96228 / eta
     """
-    return respond(
-        beam, "bending", mu=mu, margin=margin, points=points, at=at, to=to, joint=joint, ideal=ideal, neutral=neutral,
-        hold=hold, ends=ends,
-    ).dataset()  # fmt: skip
+    how = How(mu=mu, margin=margin, joint=joint, ideal=ideal, neutral=neutral, hold=hold)
+    return respond(beam, "bending", points=points, at=at, to=to, ends=ends, **how).dataset()
 
 
 def respond(
@@ -361,8 +345,7 @@ def _curves(analysis: Analysis) -> Answer:
     title = f"{way.load.name} of a scale-covered beam"
     notes = [*more.notes, *dict.fromkeys(note for curve in curves for note in curve.notes)]
     states = States(by_dim, attrs, notes)
-    answer = labelled.answer(analysis, states, title, {"mu": analysis.mus.tolist()}, sense=way.sense)
-    return answer.counted(scale=analysis.beam.pitches) if each else answer
+    return labelled.answer(analysis, states, title, {"mu": analysis.mus.tolist()}, sense=way.sense)
 
 
 def _small(beam: Beam, sign: int) -> float:

@@ -88,13 +88,6 @@ class Answer:
         }
         return Answer(one, self.attrs)
 
-    def counted(self, **sizes: int) -> Answer:
-        """Return the answer with coordinates of dimensions along the beam, counted from 1; changes it."""
-        for name, size in sizes.items():
-            words = {"long_name": f"{name}, counted along the beam"}
-            self.variables[name] = Labelled((name,), np.arange(1, size + 1), words)
-        return self
-
     def dataset(self) -> xr.Dataset:
         """Return the same as an ``xarray.Dataset``."""
         import xarray as xr
@@ -163,7 +156,11 @@ def answer(
         "warnings": "\n".join([*filter(None, [analysis.note]), *beam.warnings(load.name, sense, joint), *states.notes]),
     }
     page = model.pages[load.name] if page is None else page
-    return Answer(_labelled(load, states, analysis.mus, page), {**about, **attrs, **states.attrs})
+    found = Answer(_labelled(load, states, analysis.mus, page), {**about, **attrs, **states.attrs})
+    if any("scale" in dims for dims in states.by_dim):
+        words = {"long_name": "scale, counted along the beam"}
+        found.variables["scale"] = Labelled(("scale",), np.arange(1, beam.pitches + 1), words)
+    return found
 
 
 @functools.lru_cache(maxsize=64)
