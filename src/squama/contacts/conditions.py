@@ -33,7 +33,7 @@ PULL, OFF, SLOPE, FLIP, MEET = range(5)
 """What an increment violates."""
 MISSED_GAP, MISSED_PULL, MISSED_PLACE, MISSED_CONE, MISSED_SLOPE = 1e-10, 1e-12, 1e-9, 1e-11, 1e-9
 """Gap, force, place, force beyond the cone of friction, and slope by which a condition may be missed."""
-_FLAT, _SHALLOW, _BESIDE = 1e-8, 1e-6, (0.01, 0.03, 0.1, 0.3)
+FLAT, _SHALLOW, _BESIDE = 1e-8, 1e-6, (0.01, 0.03, 0.1, 0.3)
 """Gap, in pitches, below which an edge lies flush, depth from which on it has a tangent again, and where is looked."""
 
 
@@ -105,21 +105,8 @@ def dips(w: Walk, st: State, k: int) -> tuple[float, int]:
     """
     least, edge = slope(w, st, k)
     if least.real < 0.0 and w.con[k, touch.ENDED] == touch.FLUSH:
-        least = _SHALLOW - depth(w, st, k, edge) + 0.0 * least
+        least = _SHALLOW + beside_it(w, st, k, edge)[0] + 0.0 * least
     return least, edge
-
-
-@_jit
-def depth(w: Walk, st: State, k: int, edge: int) -> float:
-    """Return how much deeper an edge of a contact lies beside it (+ 4: of the other scale)."""
-    return -beside_it(w, st, k, edge)[0]
-
-
-@_jit
-def is_flush(w: Walk, st: State, k: int, edge: int) -> bool:
-    """Say whether an edge lies along the face so closely beside a contact that it has no tangent there."""
-    least, most = beside_it(w, st, k, edge)
-    return max(-least, most) < _FLAT
 
 
 @_jit

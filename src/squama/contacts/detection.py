@@ -364,7 +364,7 @@ def known(S: System, st: State, con: Array, m: int, row: Array, W: Work) -> bool
 @_jit
 def deepest_of(
     S: System, st: State, con: Array, m: int, W: Work, i: int, k: int, cap: float, out: Array, n: int
-) -> tuple[int, int]:  # fmt: skip
+) -> tuple[int, int]:
     """Return as :func:`deepest` a vertex of scale i and its neighbour k; rows are written from n on, to the second."""
     first, n, best = n, vertices(S, st, W, i, k, cap, out, n), -1
     for a in range(first, n):
@@ -374,9 +374,7 @@ def deepest_of(
 
 
 @_jit
-def deepest(
-    S: System, st: State, con: Array, m: int, W: Work, cap: float, near: Array, every: bool, out: Array
-) -> int:  # fmt: skip
+def deepest(S: System, st: State, con: Array, m: int, W: Work, cap: float, near: Array, every: bool, out: Array) -> int:
     """Return the vertex with the least gap below ``cap`` that is not known, a row of ``out``; -1 where there is none.
 
     ``near`` (N, reach) marks the pairs that have one: all pairs are looked at where ``every``, else those only.

@@ -63,9 +63,7 @@ def mapped(x: Vector, y: Vector, z: Vector, v: Vector) -> Vector:
 
 
 @_jit
-def chain(
-    S: System, strains: Array, i: int, many: int, outer: float, axes: Array, base: Vector, out: Array
-) -> None:  # fmt: skip
+def chain(S: System, strains: Array, i: int, many: int, outer: float, axes: Array, base: Vector, out: Array) -> None:
     """Write how axes (3, 3) and a point of the section move over parts of cells i, i + 1, .., and the rates of that.
 
     Written are the axes in columns, row by row, and the point; then of each strain the turn and the shift per strain.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from squama.batch.keeping import part as _jit
 from squama.contacts import touch
-from squama.contacts.conditions import is_flush
+from squama.contacts.conditions import FLAT, beside_it
 from squama.contacts.detection import known, vertices
 from squama.contacts.geometry import put, vector
 from squama.contacts.increments import Walk, number
@@ -101,7 +101,8 @@ def roll(w: Walk, st: State, c: int, edge: int) -> None:
     One that lies flush has no place at which it is tangent: the contact bears on.
     """
     S, row = w.S, w.con[c]
-    if is_flush(w, st, c, edge):
+    least, most = beside_it(w, st, c, edge)
+    if max(-least, most) < FLAT:
         row[touch.ENDED] = touch.FLUSH
         return
     row[touch.ENDED] = 0

@@ -91,20 +91,6 @@ class Written(NamedTuple):
 
 
 @_jit
-def impose(w: Walk, way: float, st: State) -> None:
-    """Write the strains that are imposed at a way along the leg."""
-    for e in range(STRAINS):
-        given = w.leg[e] + w.leg[4 + e] * way
-        if w.S.free[e] == IMPOSED:
-            for i in range(len(st.strains)):
-                st.strains[i, e] = given
-    for k in range(len(w.S.ties.course)):
-        e = int(w.S.ties.course[k, 0])
-        if e >= 0:
-            st.ties[GIVEN, k] = w.leg[e] + w.leg[4 + e] * way
-
-
-@_jit
 def extrapolate(t: Array, x: float, y: float, now: Array, old: Array, older: Array, new: Array) -> None:
     """Add to numbers what the last three states say of their change, linear by x and quadratic by y."""
     a, b, c, n = now.flat, old.flat, older.flat, new.flat
@@ -129,7 +115,16 @@ def guess(w: Walk, h: float) -> None:
         extrapolate(t, x, y, a.ties[LOADS], b.ties[LOADS], c.ties[LOADS], n.ties[LOADS])
         extrapolate(t, x, y, a.F[:m], b.F[:m], c.F[:m], n.F[:m])
         extrapolate(t, x, y, a.s[:m], b.s[:m], c.s[:m], n.s[:m])
-    impose(w, t[tally.WAY] + h, n)
+    # strains that are imposed, and how far along the leg ties go
+    way = t[tally.WAY] + h
+    for e in range(STRAINS):
+        if w.S.free[e] == IMPOSED:
+            for i in range(len(n.strains)):
+                n.strains[i, e] = w.leg[e] + w.leg[4 + e] * way
+    for k in range(len(w.S.ties.course)):
+        e = int(w.S.ties.course[k, 0])
+        if e >= 0:
+            n.ties[GIVEN, k] = w.leg[e] + w.leg[4 + e] * way
 
 
 @_jit
@@ -207,18 +202,6 @@ def number(c: Array) -> int:
 
 
 @_jit
-def tell_contacts(w: Walk, row: Array, without: int) -> None:
-    """Write into an event which contacts there are behind it; -1 for none. One of them may be about to go."""
-    n = AFTER
-    for c in range(w.counts[0]):
-        if c != without and n < len(row):
-            row[n] = number(w.con[c])
-            n += 1
-    for a in range(n, len(row)):
-        row[a] = -1.0
-
-
-@_jit
 def strain(st: State, e: int) -> float:
     """Return a strain of the cells, in the mean."""
     whole = 0.0 * st.strains[0, e]
@@ -245,7 +228,14 @@ def tell(w: Walk, events: Array, kind: int, c: int, lost: float) -> None:
         row[11], row[12], row[13] = w.loads[1], lost, w.counts[0]
         for a in range(3):
             row[14 + a] = w.now.s[c, a] if c >= 0 else 0.0
-        tell_contacts(w, row, c if kind == OPEN else -1)
+        # one that is let go is about to go
+        n = AFTER
+        for a in range(w.counts[0]):
+            if (kind != OPEN or a != c) and n < len(row):
+                row[n] = number(w.con[a])
+                n += 1
+        for a in range(n, len(row)):
+            row[a] = -1.0
         w.tally[tally.EVENTS] += 1
 
 

@@ -58,7 +58,7 @@ def lifts(S: System, st: State, con: Array, m: int, W: Work) -> bool:
 @_jit
 def lifted(
     S: System, st: State, con: Array, at: Array, n: int, c: int, side: int, W: Work, begin: int, end: int
-) -> None:  # fmt: skip
+) -> None:
     """Write the derivatives (3, n) of lift and slopes at a place, by the forces on its plate alone, into W.lifts.
 
     They are by unknowns from ``begin`` to before ``end``, and by free strains that all cells share.

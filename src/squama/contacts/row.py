@@ -141,7 +141,7 @@ def tied(
 
 def _states(
     way: path.Path, raw: Array, motions: Array, bends: Array, contacts: Array, cells: Array
-) -> tuple[Array, Array]:  # fmt: skip
+) -> tuple[Array, Array]:
     """Return states of all scales, and the moments of the substrate, see :class:`Track`."""
     points, n = motions.shape[:2]
     rows, held = np.zeros((points, n, path.WIDTH)), np.zeros((points, n))

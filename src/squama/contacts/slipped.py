@@ -50,7 +50,9 @@ def released(w: Walk, h: float, c: int) -> int:
         by *= _SHRINK
         if by < _LEAST:
             return code
-        taken_up(w)
+        copied(w.aside, w.new)
+        copy(w.stuck, w.con)
+        w.counts[0], w.J.kept[0] = w.counts[2], 0
     for o in range(w.counts[0] - 1, -1, -1):
         if w.con[o, touch.STUCK] == touch.LET_GO:
             drop(w, w.new, o)
@@ -73,14 +75,6 @@ def laid_aside(w: Walk) -> None:
     copied(w.new, w.aside)
     copy(w.con, w.stuck)
     w.counts[2] = w.counts[0]
-
-
-@_jit
-def taken_up(w: Walk) -> None:
-    """Come back to the state that was kept."""
-    copied(w.aside, w.new)
-    copy(w.stuck, w.con)
-    w.counts[0], w.J.kept[0] = w.counts[2], 0
 
 
 @_jit

@@ -210,12 +210,6 @@ def places_of(kind: int) -> int:
 
 
 @_in
-def unknowns_of(kind: int) -> int:
-    """Return how many unknowns a contact of a kind has: its force and places, or the moment of the substrate."""
-    return 1 if kind == touch.LIES else 3 + places_of(kind)
-
-
-@_in
 def lengthwise(edge: int) -> bool:
     """Say whether an edge runs along the length."""
     return edge in (1, 2)
@@ -318,7 +312,8 @@ def layout(S: System, con: Array, m: int, at: Array) -> int:
         at[i] = MOTIONS
     for c in range(m):
         at[N + c] = at[con[c, touch.FIRST]]
-        at[con[c, touch.FIRST]] += unknowns_of(con[c, touch.KIND])
+        # its force and places, or the moment of the substrate
+        at[con[c, touch.FIRST]] += 1 if con[c, touch.KIND] == touch.LIES else 3 + places_of(con[c, touch.KIND])
     for i in range(N):
         size = at[i]
         at[i] = n + first

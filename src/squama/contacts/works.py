@@ -89,15 +89,6 @@ def slid(w: Walk, c: int) -> float:
 
 
 @_jit
-def yielded(w: Walk, c: int) -> float:
-    """Return the work that a contact that sticks takes up over the increment just solved for: its grip gives way."""
-    n = meet(w.S, w.new, w.con[c], w.new.s[c], w.W).n
-    f, last = tangential(vector(w.new.F[c], 0), n), tangential(vector(w.past.F[c], 0), n)
-    taken: float = w.S.grip * (dot(f, f) - dot(last, last)) / 2
-    return taken
-
-
-@_jit
 def worked(w: Walk, h: float) -> tuple[float, float, float, float, float, int]:
     """Return over the increment just solved for work of the loads and frictional work, and their rates at its end.
 
@@ -115,7 +106,10 @@ def worked(w: Walk, h: float) -> tuple[float, float, float, float, float, int]:
             if w.con[c, touch.KIND] == touch.LIES:
                 continue
             if w.con[c, touch.STUCK] > 0:
-                grips += yielded(w, c)
+                # its grip gives way
+                n = meet(w.S, w.new, w.con[c], w.new.s[c], w.W).n
+                f, last = tangential(vector(w.new.F[c], 0), n), tangential(vector(w.past.F[c], 0), n)
+                grips += w.S.grip * (dot(f, f) - dot(last, last)) / 2
                 continue
             rate += power(w, c, h)
             if not smooth:
@@ -167,10 +161,13 @@ def accept(w: Walk, h: float, event: bool, spent: tuple[float, float, float, flo
         t[tally.POWER2] = rate
     t[tally.POWER], t[tally.LOAD], t[tally.STICK] = rate, load, stick
     for face in range(S.stride):
-        c = foremost(w, face)
-        if c >= 0 and w.con[c, touch.STUCK] == 0:
-            D = before(S, w.con[c], w.new.s[c], w.past, 0)[0]
-            t[tally.SLID + face] += np.sqrt(dot(D, D))
+        # of the first contact of the face's scales
+        for c in range(w.counts[0]):
+            if w.con[c, touch.FIRST] % S.stride == face:
+                if w.con[c, touch.STUCK] == 0:
+                    D = before(S, w.con[c], w.new.s[c], w.past, 0)[0]
+                    t[tally.SLID + face] += np.sqrt(dot(D, D))
+                break
     copied(w.old, w.older)
     copied(w.now, w.old)
     copied(w.new, w.now)
@@ -179,15 +176,6 @@ def accept(w: Walk, h: float, event: bool, spent: tuple[float, float, float, flo
     t[tally.BEFORE], t[tally.SIZE] = t[tally.SIZE], h
     t[tally.FRESH] = 0.0 if event else t[tally.FRESH] + 1
     t[tally.COUNT] += 1
-
-
-@_jit
-def foremost(w: Walk, face: int) -> int:
-    """Return the first contact of a face's scales; -1 where there is none."""
-    for c in range(w.counts[0]):
-        if w.con[c, touch.FIRST] % w.S.stride == face:
-            return c
-    return -1
 
 
 @_jit

@@ -208,9 +208,7 @@ def _places(
     return dict(zip(PLACES, (psi, phi, psi / d, phi / d, theta), strict=True))
 
 
-def _timeline(
-    one: real.Path, stations: Stations, v: Mapping[str, Array], found: Followed
-) -> dict[str, Array]:  # fmt: skip
+def _timeline(one: real.Path, stations: Stations, v: Mapping[str, Array], found: Followed) -> dict[str, Array]:
     """Return what happens, by name: what contacts do, corners, the end; and where."""
     ends = stations.ways[stations.turns[1:-1]].tolist()
     every = [*found.happened, *(Happening(way, "corner") for way in ends)]

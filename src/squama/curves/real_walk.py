@@ -85,9 +85,7 @@ class Loaded(NamedTuple):
         loads = _refined(at[within], met)
         told = rows.told(one, load, ends, loads) if ends else self._endless(loads)
         own = told.own
-        own |= tangents(
-            case.rigidity, case.pitch, told.met, loads[np.diff(loads, append=np.inf) > _SAME], loads, own
-        )  # fmt: skip
+        own |= tangents(case.rigidity, case.pitch, told.met, loads[np.diff(loads, append=np.inf) > _SAME], loads, own)
         reached, engaged = np.flatnonzero(np.isfinite(own["torque"])), float(told.met[0])
         numbers = {role: v for role, v in own.items() if v.dtype.kind == "f"}
         last = {role: float(v[reached[-1]]) if reached.size else math.nan for role, v in numbers.items()}

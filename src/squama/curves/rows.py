@@ -96,7 +96,7 @@ def _whole(v: Array, n: int) -> Array:
 
 def of_scales(
     one: real.Path, load: Load | None, strains: Array, track: Track, turned: Array | float | None = None
-) -> tuple[dict[str, Array], dict[str, Array]]:  # fmt: skip
+) -> tuple[dict[str, Array], dict[str, Array]]:
     """Return variables of the whole row (points,) and of each scale (points, scales) in SI units, by role.
 
     By name where bend and twist are loads and there is no one ``load``. ``strains`` (points, 2): bends and twists,

@@ -25,11 +25,11 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from squama.beam.design import Beam
-from squama.contacts import increments, path, row, states
+from squama.contacts import increments, path, states
 from squama.curves import real
-from squama.curves.real_cycles import INCREMENT, OF_ROWS
+from squama.curves.real_cycles import reached
 from squama.curves.rows import KINDS
-from squama.curves.way import Stations, direction
+from squama.curves.way import direction
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.modes import SHAPES, gauss
 from squama.loads import ENDLESS, Load
@@ -73,7 +73,7 @@ class LoadedBeam(NamedTuple):
     @classmethod
     def of(
         cls, beam: Beam, load: Load, mu: float, sign: int, far: float, *, ideal: bool, ends: str = ENDLESS
-    ) -> LoadedBeam:  # fmt: skip
+    ) -> LoadedBeam:
         """Return a beam under a load; first touches are looked for up to ``far``, rad per pitch, or farther."""
         toward, most = direction(load, sign), max(far, path.RANGE)
         return cls(real.Path.of(beam, mu, (load.verb,), ideal=ideal, toward=toward, most=most), load, sign, ends)
@@ -85,32 +85,13 @@ class LoadedBeam(NamedTuple):
 
     def walk(self, x: Array) -> LoadStates:
         """Walk from rest through load angles (n,) above 0, no two in a row equal."""
-        if self.ends != ENDLESS:
-            return self._row(x)
-        one = self.one
-        found = one.way.along(Stations.along(self.load, self.sign * x).strains, INCREMENT)
-        end, alone = found.end(), self._alone
-        n, ends = (x.size, "") if end.code == increments.RANGE else (end.solved, str(end.word))
-        u = states.energies(one.way, *(face.rows[0, :n] for face in found.faces))
-        q = self.sign * path.named(found.rows[0, :n])["torque" if self.load.sided else "M"] / alone - x[:n]
-        stored = (u["U_joint"] + u["U_plate"]) / alone
-        return LoadStates(np.where(np.abs(q) < NOTHING, 0.0, q), stored, ends)
-
-    @property
-    def _alone(self) -> float:
-        """Rigidity without contact, E d^3."""
+        v, end = reached(self.one, self.load, self.sign * x, KINDS.get(self.ends))
+        n = 0 if end.code == increments.AT_REST else v[0]["N"].size
         axis = 1 - self.load.axis
-        return float(states.bare(self.one.way.beams)[0, axis, axis])
-
-    def _row(self, x: Array) -> LoadStates:
-        """Walk all scales of a beam between its ends, see :meth:`walk`."""
-        one, kind = self.one, KINDS[self.ends]
-        track = row.track(one.way, one.beam.pitches, self.sign * x, OF_ROWS, ends=kind, load=self.load.axis)
-        n = 0 if track.end.code == increments.AT_REST else len(track.rows)
-        v, alone = path.named(track.rows[:n]), self._alone
-        q = self.sign * v["torque" if self.load.sided else "M"][:, 0] / alone - x[:n]
-        stored = v["energy"].mean(axis=1) / alone - x[:n] ** 2 / 2
-        ends = "" if track.end.code == increments.RANGE else str(track.end.word)
+        alone = float(states.bare(self.one.way.beams)[0, axis, axis])
+        q = self.sign * v[0]["torque" if self.load.sided else "M"][:n] / alone - x[:n]
+        stored = np.mean([each["energy"][:n] for each in v], axis=0) / alone - x[:n] ** 2 / 2
+        ends = "" if end.code == increments.RANGE else str(end.word)
         return LoadStates(np.where(np.abs(q) < NOTHING, 0.0, q), stored, ends)
 
 
