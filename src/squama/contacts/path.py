@@ -106,17 +106,13 @@ class Contact(NamedTuple):
     @property
     def words(self) -> str:
         """The pair in words."""
-        return words(self.first, self.second, self.k)
+        found = f"{FEATURES[self.first]} on {FEATURES[self.second]} (k = {self.k})"
+        return "" if self.first < 0 else found
 
     @property
     def mirrored(self) -> Contact:
         """What meets in the mirror image, where the sides of a scale are exchanged."""
         return self._replace(first=MIRRORED[self.first], second=MIRRORED[self.second]) if self.first >= 0 else self
-
-
-def words(first: int, second: int, k: int) -> str:
-    """Return what meets in words."""
-    return "" if first < 0 else f"{FEATURES[first]} on {FEATURES[second]} (k = {k})"
 
 
 def features(kind: Array, one: Array, other: Array) -> tuple[Array, Array]:
@@ -173,27 +169,13 @@ def beams(
     scale: Scale, K: Array, mu: Array, *, sense: int = 1, free: Free = HELD, aside: Array | float = 1.0,
     masked: Sequence[float] = (), seen: Sequence[float] = (), own: Sequence[float] = (),
 ) -> entry.Beams:  # fmt: skip
-    """Return beams for the compiled model.
+    """Return beams for the compiled model: a scale of arrays (n,), K (n, 9, 9), or (n, 7, 7) without bend and stretch.
 
-    Parameters
-    ----------
-    scale
-        Arrays (n,) in place of floats.
-    K
-        Matrices (n, 9, 9), or (n, 7, 7) of bars that neither bend nor stretch.
-    mu
-        Coefficients of friction (n,).
-    sense
-        -1 for the mirror image.
-    free
-        Which of the strains bend, twist, lateral bend and stretch are free, with no moment or force: 1, else 0.
-    aside
-        Stiffness of the bar against lateral bend over that against bend (n,).
-    masked
-        1 for each of the six motions that stays 0, as those of hinges; none if not given.
-    seen, own
-        With scales on both faces the signs with which the other face sees bend, twist and lateral bend, and the
-        stiffness against the four strains that the matrices of both hold, the bar's own.
+    ``mu`` (n,); ``sense``: -1 for the mirror image; ``free``: 1 for each of the strains bend, twist, lateral bend and
+    stretch that has no moment or force; ``aside`` (n,): stiffness of the bar against lateral bend over that against
+    bend; ``masked``: 1 for each of the six motions that stays 0, as those of hinges, or none. With scales on both faces
+    ``seen`` are the signs with which the other face sees bend, twist and lateral bend, and ``own`` the stiffness
+    against the four strains that the matrices of both hold, the bar's own.
     """
     motions = K.shape[-1]
     signs = MIRROR[:motions] if sense < 0 else np.ones(motions)

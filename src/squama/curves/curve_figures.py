@@ -80,13 +80,6 @@ def tangents(
     return {"tangent": found, "stiffness_ratio": found / rigidity}
 
 
-def stiffened(touching: Array, ratios: Array, x: Array, torque: Array) -> dict[str, float]:
-    """Return where the stiffness over that without contact comes to :data:`TIMES`, and the torque to its first peak."""
-    found = {f"load_{name}": first_at(touching, ratios, n) for name, n in TIMES.items()}
-    peak = np.flatnonzero((torque[1:-1] > torque[:-2]) & (torque[1:-1] >= torque[2:]))
-    return found | {"load_peak": float(x[peak[0] + 1]) if peak.size else math.nan}
-
-
 def first_at(x: Array, y: Array, level: float) -> float:
     """Return where y first comes to a level, linear between points; NaN where it does not."""
     above = np.flatnonzero(y >= level)

@@ -154,18 +154,14 @@ def _slides_back(start: float, stop: float, found: Senses) -> None:
         )
 
 
-def _jam(senses: Senses, sign: str) -> float:
-    """Smallest load angle from which a beam that is let go does not come back; inf for none."""
-    side = senses.sides.get(sign)
-    x = history.jam(side, senses.bar) if side is not None else None
-    return math.inf if side is None or x is None else float(side.row.point(x, side.law, FLOAT).load)
-
-
 def _of_sense(senses: Senses, sign: str) -> dict[str, float | int | str]:
     """Return what holds for a sense, by role."""
-    p = senses.paths[sign]
+    p, jam = senses.paths[sign], math.inf
+    if (side := senses.sides.get(sign)) is not None and (x := history.jam(side, senses.bar)) is not None:
+        # from there on a beam that is let go does not come back
+        jam = float(side.row.point(x, side.law, FLOAT).load)
     return {
-        "sense": sign, "load_e": p.load_e, "most": senses.most[sign], "jam": _jam(senses, sign),
+        "sense": sign, "load_e": p.load_e, "most": senses.most[sign], "jam": jam,
         "load_end": math.inf if p.row is None else p.load_end, "end": str(p.end), "other_contact": p.other,
         "neighbour": p.neighbour,
     }  # fmt: skip

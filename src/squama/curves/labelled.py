@@ -125,20 +125,8 @@ def answer(
 ) -> Answer:  # fmt: skip
     """Return what a model's states say under their names, with what every answer says of the beam and of its loading.
 
-    Parameters
-    ----------
-    analysis, states
-        The analysis, and the states that it gave.
-    title
-        What is answered.
-    attrs
-        More attributes; those of the states come after them.
-    load
-        By which names are given, that of the way if not given.
-    sense
-        In which a beam is loaded.
-    page
-        Of the theory, for equations; that of the model if not given.
+    ``attrs``: more attributes, before those of the states; ``load``: by which names are given, that of the way if not
+    given; ``sense``: in which a beam is loaded; ``page`` of the theory, for equations, that of the model if not given.
     """
     load, joint, beam = load or analysis.way.load, analysis.joint, analysis.beam
     model = MODELS[joint]

@@ -100,13 +100,7 @@ def paths(beam: Beam, load: Load, mu: float, goals: Sequence[float], *, ideal: b
 
 
 def follow(one: real.Path, stations: Stations) -> path.Answers:
-    """Follow a history of one load from rest.
-
-    Raises
-    ------
-    LeftError
-        There is no equilibrium on the history.
-    """
+    """Follow a history of one load from rest; :class:`LeftError` where there is no equilibrium on it."""
     answers = one.way.along(stations.strains, INCREMENT)
     _goes_on(answers.end(), stations.loads)
     return answers

@@ -192,11 +192,6 @@ def case(beam: Beam, load: Load) -> Case:
     return real.Path.of(beam, 0.0, (load.verb,), ideal=True).case(load)
 
 
-def gather(_: Analysis, whole: list[Loaded]) -> list[Loaded]:
-    """Return the paths: scales on both faces are one system."""
-    return whole
-
-
 def plane(analysis: Analysis, psi: Array, phi: Array) -> States:
     """Return the states at bends and twists (n,), each straight from rest, or what ends the way there."""
     beam, strains = analysis.beam, np.column_stack([psi, phi])
