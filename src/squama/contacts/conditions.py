@@ -10,22 +10,8 @@ from squama.contacts.detection import covers, deepest, over, vertices, view
 from squama.contacts.geometry import back
 from squama.contacts.increments import Walk
 from squama.contacts.meeting import MARGIN, N_, along_edges, inclination, meet
-from squama.contacts.system import (
-    BETA,
-    ELASTIC,
-    ETA,
-    MU,
-    H,
-    State,
-    System,
-    copy,
-    high,
-    lengthwise,
-    low,
-    on_edge,
-    partner,
-    spots,
-)
+from squama.contacts.system import BETA, ELASTIC, ETA, MU, H, State, System, copy, high, low, on_edge, partner, spots
+from squama.contacts.touch import lengthwise
 from squama.contacts.vectors import cross, dot
 from squama.types import Array
 

@@ -25,12 +25,12 @@ from squama.contacts.system import (
     corner,
     further,
     high,
-    lengthwise,
     low,
     on_edge,
     partner,
     spots,
 )
+from squama.contacts.touch import lengthwise
 from squama.contacts.vectors import Vector, add
 from squama.types import Array
 

@@ -22,19 +22,7 @@ import numpy as np
 from squama.batch.keeping import part as _jit
 from squama.contacts import touch
 from squama.contacts.geometry import back, vector
-from squama.contacts.meeting import (
-    F_,
-    MARGIN,
-    N_,
-    Work,
-    along_edges,
-    before,
-    clear,
-    frame,
-    inclination,
-    lever,
-    meet,
-)
+from squama.contacts.meeting import F_, MARGIN, N_, Work, along_edges, before, clear, frame, inclination, lever, meet
 from squama.contacts.supports import tied
 from squama.contacts.system import (
     MOTIONS,
@@ -47,10 +35,10 @@ from squama.contacts.system import (
     cells,
     partner,
     pieces,
-    places_of,
     row_of,
     strain_columns,
 )
+from squama.contacts.touch import places_of
 from squama.contacts.vectors import add, by_vector, cross, dot, scaled, turned
 from squama.types import Array
 

@@ -9,7 +9,8 @@ from squama.contacts.detection import known, vertices
 from squama.contacts.geometry import put, vector
 from squama.contacts.increments import Walk, number
 from squama.contacts.meeting import meet
-from squama.contacts.system import BETA, ETA, MU, State, copy, corner_at, lengthwise, partner, spots
+from squama.contacts.system import BETA, ETA, MU, State, copy, partner, spots
+from squama.contacts.touch import corner_at, lengthwise
 from squama.contacts.vectors import dot
 from squama.types import Array
 

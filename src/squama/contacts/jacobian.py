@@ -20,14 +20,12 @@ from squama.contacts.system import (
     Past,
     State,
     System,
-    lengthwise,
     partner,
     pieces,
-    places_of,
     spots,
     strain_columns,
-    unknown,
 )
+from squama.contacts.touch import lengthwise, places_of, unknown
 from squama.contacts.vectors import Vector, add, by_vector, cross, dot, scaled, spin, turned
 from squama.types import Array
 

@@ -17,8 +17,8 @@ from squama.contacts.system import (
     pieces,
     spots,
     strain_columns,
-    unknown,
 )
+from squama.contacts.touch import unknown
 from squama.contacts.vectors import by_vector, cross, dot, scaled, turned
 from squama.types import Array
 

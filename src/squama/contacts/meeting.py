@@ -11,7 +11,8 @@ from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
 from squama.contacts import touch
 from squama.contacts.geometry import attitudes, beside, lift, neighbours, normal, press, turn, vector
-from squama.contacts.system import ELASTIC, POWERS, H, Past, State, System, lengthwise, partner, spots
+from squama.contacts.system import ELASTIC, POWERS, H, Past, State, System, partner, spots
+from squama.contacts.touch import lengthwise
 from squama.contacts.vectors import Vector, add, cross, dot, scaled
 from squama.types import Array
 

@@ -11,7 +11,8 @@ from squama.contacts.jacobian import jacobian
 from squama.contacts.linear import RESIDUALS, SOLVED, Linear, factor, laid_out, substitute
 from squama.contacts.meeting import Work, prepared
 from squama.contacts.supports import moved_alone, shifted
-from squama.contacts.system import MOTIONS, STRAINS, Past, State, System, places_of, strain_columns
+from squama.contacts.system import MOTIONS, STRAINS, Past, State, System, strain_columns
+from squama.contacts.touch import places_of
 from squama.types import Array
 
 TIGHT = 1e-11

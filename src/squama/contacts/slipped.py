@@ -15,7 +15,8 @@ from squama.contacts.detection import bound
 from squama.contacts.handover import add_contact, drop
 from squama.contacts.increments import NO_EQUILIBRIUM, Walk
 from squama.contacts.meeting import meet
-from squama.contacts.system import MU, System, copied, copy, high, lengthwise, low, partner, spots
+from squama.contacts.system import MU, System, copied, copy, high, low, partner, spots
+from squama.contacts.touch import lengthwise
 from squama.contacts.vectors import dot
 from squama.types import Array
 

@@ -23,16 +23,7 @@ from squama.batch.keeping import part as _jit
 from squama.contacts.geometry import PLACED, back, chain, put, turn, vector
 from squama.contacts.linear import Linear, enter
 from squama.contacts.meeting import Work
-from squama.contacts.system import (
-    LOADED,
-    STRAINS,
-    State,
-    System,
-    ahead,
-    borders,
-    sectioned,
-    strain_columns,
-)
+from squama.contacts.system import LOADED, STRAINS, State, System, ahead, borders, sectioned, strain_columns
 from squama.contacts.vectors import Vector, add, cross, dot, rotated, scaled, spin, turned
 from squama.types import Array
 

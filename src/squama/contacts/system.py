@@ -14,6 +14,7 @@ import numpy as np
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
 from squama.contacts import touch
+from squama.contacts.touch import lengthwise, places_of
 from squama.types import Array
 
 ETA, BETA, H, MU, ELASTIC, STIFF = range(6)
@@ -204,18 +205,6 @@ def borders(S: System) -> int:
 
 
 @_in
-def places_of(kind: int) -> int:
-    """Return how many unknown places a contact of a kind has."""
-    return 3 if kind >= touch.EF else 2
-
-
-@_in
-def lengthwise(edge: int) -> bool:
-    """Say whether an edge runs along the length."""
-    return edge in (1, 2)
-
-
-@_in
 def low(S: System, i: int, edge: int) -> float:
     """Return the least place on an edge of scale i."""
     place: float = 0.0 * S.shapes[i, BETA] if lengthwise(edge) else -S.shapes[i, BETA]
@@ -248,18 +237,6 @@ def corner(S: System, i: int, v: int) -> tuple[float, float]:
     return x, -S.shapes[i, BETA] if v % 2 == 0 else S.shapes[i, BETA]
 
 
-@_in
-def corner_at(edge: int, high_end: bool) -> int:
-    """Return the corner at an end of an edge."""
-    if edge == 0:
-        return 1 if high_end else 0
-    if edge == 1:
-        return 0 if high_end else 2
-    if edge == 2:
-        return 1 if high_end else 3
-    return 3 if high_end else 2
-
-
 @_jit
 def spots(S: System, c: Array, s: Array) -> tuple[float, float, float, float]:
     """Return x, y of a contact on its first scale and on the other one."""
@@ -280,24 +257,6 @@ def spots(S: System, c: Array, s: Array) -> tuple[float, float, float, float]:
         x2, y2 = on_edge(S, j, c[touch.OTHER], s[2])
         x1, y1 = s[0], s[1]
     return x1, y1, x2, y2
-
-
-@_in
-def unknown(kind: int, one: int, other: int) -> tuple[int, int, int, int]:
-    """Return which unknown place x1, y1, x2, y2 of a contact are; -1 for those that do not change."""
-    if kind == touch.EE:
-        x1, y1 = (0, -1) if lengthwise(one) else (-1, 0)
-        x2, y2 = (1, -1) if lengthwise(other) else (-1, 1)
-        return x1, y1, x2, y2
-    if kind == touch.VF:
-        return -1, -1, 0, 1
-    if kind == touch.FV:
-        return 0, 1, -1, -1
-    if kind == touch.EF:
-        x1, y1 = (2, -1) if lengthwise(one) else (-1, 2)
-        return x1, y1, 0, 1
-    x2, y2 = (2, -1) if lengthwise(other) else (-1, 2)
-    return 0, 1, x2, y2
 
 
 @_jit
