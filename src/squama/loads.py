@@ -146,6 +146,8 @@ MODES = (UNIFORM, "simply supported", "cantilever")
 FREE, GRIPPED, ENDLESS = "free", "gripped", "endless"
 """Words of ends: a torque or moment alone, coaxial grips, none: all pitches are alike."""
 ENDS = (FREE, GRIPPED, "equal", ENDLESS)
+MANY_SCALES = 200
+"""Largest number of scales of a beam whose ends are followed unasked."""
 """How the ends of a beam may be: :func:`squama.twist`."""
 STRAINS = ("bend", "twist", "lateral bend", "stretch")
 """What a pitch of the bar does, per pitch: psi, phi, chi, epsilon."""

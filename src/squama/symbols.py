@@ -93,6 +93,8 @@ _TABLE: tuple[tuple[str, ...], ...] = (
     ("U_bar", "J/m", "elastic energy of the bar without contact per length", r"U_\mathrm{bar}", "theory: real beam"),
     ("W_fr", "J/m", "frictional work per length", r"W_\mathrm{fr}", "paper Eq. 15b"),
     ("W_snap", "J/m", "energy per length lost where scales jump to another state", r"W_\mathrm{snap}"),
+    ("finite_ratio", "1", "torque or moment of N scales over that of the endless beam", "r_N", "theory: a finite row"),
+    ("finite_torque", "N m", "torque or moment with the beam's own N scales", "T_N", "theory: a finite row"),
     ("RED", "1", "relative energy dissipation", r"\mathrm{RED}", "paper Eq. 16"),
     ("dphi_dtheta", "1", "twist per inclination", r"\mathrm{d}\varphi/\mathrm{d}\theta", "paper Eq. 6"),
     ("dr_dtheta", "1", "slip per inclination, in pitches", r"\mathrm{d}r/\mathrm{d}\theta", "paper Eq. 10"),

@@ -13,11 +13,12 @@ from squama.batch.threads import in_parts
 from squama.beam.joint_law import Given
 from squama.beam.parts import PLASTIC
 from squama.contacts import path, states
+from squama.contacts.finite import Own, ratios
 from squama.contacts.moved import moved
 from squama.errors import naming, refuse
 from squama.joints import law
 from squama.joints.factor import K_THETA, pivots, scaled
-from squama.loads import LOADS, NOTHING
+from squama.loads import LOADS, MANY_SCALES, NOTHING, STRAINS
 from squama.model import section
 from squama.types import Array
 
@@ -105,6 +106,9 @@ class Response(NamedTuple):
     over the rigidity; ``N``, ``f`` forces of a cell's contacts over E d^2; ``W_fr``, ``W_snap``, ``W`` frictional work,
     energy lost in snaps, and the torque's work, per pitch over E d^3 (elastic energy is W - W_fr - W_snap); ``stress``
     the largest (von Mises) in an elastic scale over E; NaN beyond the end.
+
+    At the last twist ``finite_ratio``: the torque of a beam with the number of scales asked for over that of the
+    endless one; NaN where no number is given, or where it is not found.
     """
 
     phi_e: Array
@@ -121,6 +125,7 @@ class Response(NamedTuple):
     W_snap: Array
     W: Array
     stress: Array
+    finite_ratio: Array
 
 
 def response(
@@ -140,6 +145,7 @@ def response(
     scale_nu: ArrayLike = PLASTIC,
     sense: str = "+",
     hold: str = NOTHING,
+    scales: int | None = None,
     threads: int | None = None,
 ) -> Response:
     """Twist arrays of real beams: thick, elastic scales on a joint of six motions (docs, theory: the real beam).
@@ -161,6 +167,8 @@ def response(
         "+" or "-"; twists are magnitudes.
     hold
         What is held, as in :func:`squama.twist`: by default nothing, the beams bow.
+    scales
+        Number of scales of beams with free ends, for ``finite_ratio``.
     threads
         By default as many as there are cores, or as NUMBA_NUM_THREADS says.
 
@@ -195,6 +203,7 @@ def response(
         np.broadcast_to(twists, (columns[0].size, twists.size)),
         given,
         sense=sign,
+        own=None if scales is None else Own(arguments.whole("scales", scales, 2, MANY_SCALES)),
         threads=threads,
     )
     return Response._make(v.reshape((*shape, *v.shape[1:])) for v in found)
@@ -211,6 +220,7 @@ def follow(
     sense: int = 1,
     copies: int = 0,
     stressed: slice = slice(None),
+    own: Own | None = None,
     threads: int | None = None,
 ) -> Response:
     """Follow n beams along rising twists ``at`` (n, m); what :func:`response` returns, nothing checked.
@@ -222,14 +232,16 @@ def follow(
     With complex steps in designs and twists, each beam ``copies`` times, one after the other, all that depends on them
     is complex: derivatives of what is followed, to all digits (:mod:`squama.contacts.derivatives`). Stresses are taken
     at some of the twists, ``stressed``. First contacts are looked for below the twists ``most`` (n,), by default the
-    last ones. ``ideal``: scales are thin and rigid, whatever holds them.
+    last ones. ``ideal``: scales are thin and rigid, whatever holds them. ``own``: number of scales and ends with which
+    the endless beams are compared.
     """
     (n, m), kind = at.shape, designs.eta.dtype
     known = np.ones(n, bool) if given.matrix else law.within(designs.shape)
     upto = np.real(at[:, -1]) if most is None else most
     loaded = (LOADS[load].verb,) if designs.psi is None else ("bend", "twist")
-    strain, before = int(load == "bending"), np.zeros(n) if designs.psi is None else np.abs(designs.psi)
-    alone, along = np.full((4, n), np.nan, kind), np.full((len(COLUMNS) + 1, n, m), np.nan, kind)
+    strains, strain = tuple(map(STRAINS.index, loaded)), int(load == "bending")
+    before = np.zeros(n) if designs.psi is None else np.abs(designs.psi)
+    alone, along = np.full((5, n), np.nan, kind), np.full((len(COLUMNS) + 1, n, m), np.nan, kind)
     ends = np.full(n, "", dtype=path.WORDS.dtype)
     which = np.flatnonzero(known).reshape((-1, copies) if copies else -1)
 
@@ -245,7 +257,9 @@ def follow(
             if copies:
                 found = moved(beams, ways, copies, most=far, corners=corners)
             else:
-                found = path.follow_all(beams, ways, most=far, corners=corners)
+                found = path.follow_all(beams, ways, most=far, corners=corners, room=path.ROOM if own else 1)
+            if own:
+                alone[4, i] = ratios(beams, found, own, *strains)
             found = found._replace(rows=found.rows[:, -m:])
             places = np.stack([found.contacts[:, 3], found.ends[:, 1]])
             alone[:2, i] = places if designs.psi is None else np.maximum(places - before[i], 0.0)
@@ -263,9 +277,10 @@ def follow(
     with threadpool_limits(1, user_api="blas"):
         part = max(1, PART // max(1, copies))
         in_parts(begin, len(which), most=part, least=part, threads=threads)
-    phi_e, phi_end, K_theta, rigidity = alone
+    phi_e, phi_end, K_theta, rigidity, finite_ratio = alone
     slope = _slopes(at, along[0], phi_e) / rigidity[:, None]
-    return Response(phi_e, phi_end, ends, known, K_theta, rigidity, along[0], slope, *along[1:])
+    beams = phi_e, phi_end, ends, known, K_theta, rigidity
+    return Response._make([*beams, along[0], slope, *along[1:], finite_ratio])
 
 
 def _slopes(x: Array, y: Array, start: Array) -> Array:

@@ -15,8 +15,9 @@ from squama.contacts import tally, touch
 from squama.contacts.derivatives import again
 from squama.contacts.detection import WINDOW
 from squama.contacts.follow import follow
+from squama.contacts.from_endless import from_endless
 from squama.contacts.geometry import PLACED, RATES, put
-from squama.contacts.increments import Legs, Walk, Written
+from squama.contacts.increments import NO_EQUILIBRIUM, RANGE, Legs, Walk, Written
 from squama.contacts.jacobian import LOCAL
 from squama.contacts.linear import Linear
 from squama.contacts.meeting import Work
@@ -43,6 +44,7 @@ from squama.contacts.system import (
     copy,
     pieces,
 )
+from squama.contacts.written import write
 from squama.types import Array
 
 SOURCES = [*sorted(Path(__file__).parent.glob("*.py")), Path(records.__file__)]
@@ -79,6 +81,14 @@ def _of(found: Written, i: int) -> Written:
     """Return what is written of one of many paths."""
     rows, motions, bends, contacts, events, ends = found
     return Written(rows[i], motions[i], bends[i], contacts[i], events[i], ends[i])
+
+
+@_jit
+def _begun(w: Walk, given: Array, written: Written) -> None:
+    """Solve for a row's state from an endless beam's, and write it, see :func:`_follow`."""
+    row = records.held(w)
+    written.ends[0] = RANGE if from_endless(row, given) else NO_EQUILIBRIUM
+    write(row, written, 0)
 
 
 @making
@@ -231,11 +241,15 @@ def _many(
 
     ``about``: what their cells are, :data:`squama.contacts.system.ENDLESS` and so on. Where there are more beams than
     paths, they are the scales of one; one beam may have many paths. ``snapshots`` (n, size): states from which paths
-    go on, and in their place those to which they went; or (n, 0), from rest.
+    go on, and in their place those to which they went; or (n, 0), from rest. Rows whose cells have strains of their own
+    have states of the endless beam there (:mod:`squama.contacts.from_endless`) beside which one is solved for.
     """
     each, one = len(b.shapes) > len(legs.ways), len(b.shapes) == 1
     for i in range(len(legs.ways)):
         w = walk(system(b, -1 if each else 0 if one else i, scales, about, ties), C, notes[i])
+        if snapshots.shape[1] > 0 and about == OWN:
+            _begun(w, snapshots[i], _of(found, i))
+            continue
         if snapshots.shape[1] > 0:
             take(w, snapshots[i])
         _follow(w, _at(legs, i), _of(found, i))

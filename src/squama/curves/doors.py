@@ -21,15 +21,13 @@ from squama.curves.chosen import MODELS, chosen
 from squama.curves.labelled import Answer
 from squama.curves.way import Analysis, Solved, States, Way
 from squama.errors import naming, refuse
-from squama.loads import ENDLESS, ENDS, GRIPPED, LOADS, Load
+from squama.loads import ENDLESS, ENDS, GRIPPED, LOADS, MANY_SCALES, Load
 from squama.types import Array
 from squama.units import shown
 
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST = 200
-"""Largest number of scales of a beam whose ends are followed unasked."""
 Rates = ArrayLike | Sequence[float | str] | str
 """Rates in rad/m, or texts with their units."""
 
@@ -244,7 +242,7 @@ def ends_of(asked: Analysis, word: str | None, *, history: bool = False, row: bo
         known = [ENDLESS]
     own = beam.ends if beam.ends in known else known[0]
     if word is None and not row:
-        return ENDLESS if beam.scales is None or beam.scales > MOST or beam.other else str(own)
+        return ENDLESS if beam.scales is None or beam.scales > MANY_SCALES or beam.other else str(own)
     if word is None:
         word = "equal" if own == ENDLESS else own
     if word not in ENDS:

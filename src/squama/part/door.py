@@ -19,7 +19,7 @@ from squama.curves.chosen import REAL
 from squama.curves.labelled import Answer, Labelled
 from squama.curves.way import States, Way
 from squama.errors import refuse
-from squama.loads import LOADS, NOTHING
+from squama.loads import LOADS, MANY_SCALES, NOTHING
 from squama.part import grading, loaded, loading
 from squama.part.definition import Part
 from squama.part.grading import Grades
@@ -29,9 +29,6 @@ from squama.units import Dimension, shown
 
 if TYPE_CHECKING:
     import xarray as xr
-
-MOST = 200
-"""Largest number of scales of a part."""
 
 
 def load(
@@ -121,7 +118,8 @@ def _loaded(
     """Return what :func:`load` returns, before it is a dataset."""
     beam = part.beam
     only_one(beam.faces, "a part under load")
-    n, twisting = arguments.whole("scales", beam.pitches if scales is None else scales, 2, MOST), LOADS["twisting"]
+    n = arguments.whole("scales", beam.pitches if scales is None else scales, 2, MANY_SCALES)
+    twisting = LOADS["twisting"]
     way = Way.of("twisting", [math.inf])
     analysis = doors.analysis(
         beam.replace(scales=n), way, twisting, points=points, joint=REAL, mu=mu, ideal=ideal, hold=hold

@@ -12,9 +12,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from squama import loads
 from squama.beam import joint_law
 from squama.beam.design import Beam
+from squama.contacts.finite import Own
 from squama.contacts.path import RANGE
+from squama.contacts.ties import GRIPPED, LOOSE
 from squama.curves import real
 from squama.curves.chosen import Chosen, chosen, idealisation, thin
 from squama.errors import naming, refuse
@@ -80,11 +83,15 @@ class Twist(NamedTuple):
 
 
 class Model(NamedTuple):
-    """A kind of joint, whether scales are thin and rigid, and where figures are taken (None: at the cut-off)."""
+    """A kind of joint, whether scales are thin and rigid, and where figures are taken (None: at the cut-off).
+
+    ``own``: number of scales and ends with which real beams are compared, where the beam has such.
+    """
 
     joint: str = "hinge"
     ideal: bool = True
     at: Twist | None = None
+    own: Own | None = None
 
     @classmethod
     def chosen(
@@ -116,7 +123,7 @@ class Model(NamedTuple):
             refuse("at", "", f"the beam itself does not engage below {RANGE:g} rad/pitch", "give the twist")
         if (angle := float(twist.per_pitch(beam.pitch))) >= np.pi:
             refuse("at", f"{angle:.6g} rad/pitch", "must be below half a turn per pitch")
-        return cls(found.joint, ideal, twist)
+        return cls(found.joint, ideal, twist, _own(beam, load, bent=bent))
 
     @property
     def real(self) -> bool:
@@ -133,7 +140,7 @@ class Model(NamedTuple):
         """Return the figures of cells of a beam in arrays of a shape, by role, SI units; ``few`` as for batches."""
         if self.at is not None:
             at = np.broadcast_to(self.at.per_pitch(c.d), shape)
-            found = real_columns.solved(c, at, load=load, sense=sense, ideal=self.ideal)._asdict()
+            found = real_columns.solved(c, at, load=load, sense=sense, ideal=self.ideal, own=self.own)._asdict()
             return {name: v.reshape(shape) for name, v in found.items()}
         if c.psi is not None:
             return hinge_columns.bent(beam, c, shape, sense=sense, margin=margin)
@@ -145,7 +152,8 @@ class Model(NamedTuple):
         """The model as plain data; empty for the paper's, thin scales on hinges."""
         if self == Model():
             return {}
-        return {"joint": self.joint, "ideal": self.ideal, "at": self.at and self.at.text}
+        own = {"own": [self.own.scales, self.own.kind]} if self.own else {}
+        return {"joint": self.joint, "ideal": self.ideal, "at": self.at and self.at.text, **own}
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any]) -> Model:
@@ -153,7 +161,8 @@ class Model(NamedTuple):
         if "joint" not in record:
             return cls()
         at = record["at"]
-        return cls(record["joint"], record["ideal"], at and Twist.from_text(at))
+        own = record.get("own")
+        return cls(record["joint"], record["ideal"], at and Twist.from_text(at), own and Own(*own))
 
     def attrs(self, beam: Beam) -> dict[str, str]:
         """Return the attributes of a dataset that name the model."""
@@ -179,6 +188,14 @@ def _chosen(beam: Beam, load: str, laws: Sequence[str], joint: str | None, ideal
     """Choose the model of many beams; no elements make their joints, and of two laws the plate law decides."""
     kind = LOADS[load]
     return chosen(beam, None if bent else kind, law=kind.law(max(laws)), joint=joint, ideal=ideal, elements=False)
+
+
+def _own(beam: Beam, load: str, *, bent: bool) -> Own | None:
+    """Return the number of scales and the ends of a beam that has such; grips are of one that is twisted alone."""
+    if beam.scales is None or beam.scales > loads.MANY_SCALES or beam.other:
+        return None
+    gripped = beam.ends == loads.GRIPPED and LOADS[load].sided and not bent
+    return Own(beam.scales, GRIPPED if gripped else LOOSE)
 
 
 def _engagement(beam: Beam, load: str, sense: str, *, ideal: bool) -> float:

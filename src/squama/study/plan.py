@@ -73,12 +73,19 @@ def _real(load: str) -> dict[str, Variable]:
 
 VARIABLES = {(joint, load): of(load) for joint, of in (("hinge", _hinged), ("compliant", _real)) for load in LOADS}
 """Variables of a store by the joint and the load."""
+OWN = ("finite_torque", "finite_ratio")
+"""Those of beams with a number of scales."""
 MARK = "squama_sweep"
 """Attribute of the group that marks a store; its value is the version of the layout."""
 STATUS = "status"
 CHECKSUMS = "checksums"
 """Array of the checksums of the chunks of each tile, in the order of the variables."""
 _STATUS_ATTRS = {"long_name": "state of each tile", "flag_values": [0, 1], "flag_meanings": "not_computed done"}
+
+
+def variables(model: Model, load: str) -> dict[str, Variable]:
+    """Return the variables of a model's answers under a load, by name."""
+    return {name: v for name, v in VARIABLES[model.joint, load].items() if model.own or v.field not in OWN}
 
 
 class Plan(NamedTuple):
@@ -97,7 +104,7 @@ class Plan(NamedTuple):
     @property
     def variables(self) -> dict[str, Variable]:
         """Variables of the store by name."""
-        return VARIABLES[self.model.joint, self.load]
+        return variables(self.model, self.load)
 
     @property
     def sizes(self) -> dict[str, int]:

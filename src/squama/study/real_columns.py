@@ -12,6 +12,7 @@ import numpy as np
 from squama.arrays.real_beams import Designs, Response, follow
 from squama.beam.parts import PLASTIC
 from squama.contacts import path
+from squama.contacts.finite import Own
 from squama.model.outcome import End
 from squama.study.columns import Cells
 from squama.types import Array
@@ -42,7 +43,8 @@ class Figures(NamedTuple):
     five times that without contact, and at which a scale reaches its strength, in rad per pitch, no further than
     the twist asked for, 0 of a beam that is held bent where that is while it is bent; ``code`` of :data:`ENDS`; at
     that twist ``torque`` (N m), ``tangent`` (N m^2), ``stiffness_ratio``, ``N`` (N), ``stress`` (Pa), ``W_fr``,
-    ``U_el`` (J/m; without what snaps lost), ``RED``. ``K_theta`` (N m) and ``rigidity`` (N m^2) of the joint.
+    ``U_el`` (J/m; without what snaps lost), ``RED``, ``finite_torque`` (N m) with the beam's own scales,
+    ``finite_ratio`` of it to that of the endless one. ``K_theta`` (N m) and ``rigidity`` (N m^2) of the joint.
     """
 
     load_e: Array
@@ -56,6 +58,8 @@ class Figures(NamedTuple):
     W_fr: Array
     U_el: Array
     RED: Array
+    finite_torque: Array
+    finite_ratio: Array
     load_twofold: Array
     load_fivefold: Array
     load_strength: Array
@@ -65,7 +69,7 @@ class Figures(NamedTuple):
 
 def solved(
     c: Cells, at: Array | float, *, load: str = "twisting", sense: str = "+", ideal: bool = False, copies: int = 0,
-    along: bool = True,
+    along: bool = True, own: Own | None = None,
 ) -> Figures:  # fmt: skip
     """Follow beams to the twists, or bends, ``at`` (rad per pitch); all arrays broadcast, the result is flat.
 
@@ -74,7 +78,8 @@ def solved(
     The joint is that of the beam's matrix or the law's, with a stiffness and an inclusion factor as they are given, its
     K_theta times the cells' ``joint_factor``; ``ideal``: scales are thin and rigid. Memory is that of
     :data:`AT_ONCE` curves, whatever n is. With complex steps, each beam ``copies`` times, one after the other, figures
-    are complex. Without ``along`` a stress is known at the twist only, and no ``load_strength``.
+    are complex. Without ``along`` a stress is known at the twist only, and no ``load_strength``; without
+    ``own``, the beam's own number of scales and its ends, none of the two.
     """
     scale, bar = c.sizes["scale"], c.sizes["substrate"]
     E, d = bar["youngs_modulus"], c.d
@@ -98,6 +103,8 @@ def solved(
     there = {name: v for name, v in columns.items() if v is not None}
     flat = dict(zip(there, (v.ravel() for v in np.broadcast_arrays(*there.values())), strict=True))
     kind, n = np.result_type(*flat.values()), flat["to"].size
+    # the last place of a curve is behind the twist
+    own = own and own._replace(states=slice(-1))
     most = AT_ONCE // max(1, copies) * max(1, copies)
 
     def part(low: int) -> Figures:
@@ -109,7 +116,7 @@ def solved(
         stressed = slice(None if along and np.isfinite(strength).any() else STEPS, STEPS + 1)
         r = follow(
             designs, twists, c.given, load=load, most=np.maximum(to.real, path.RANGE), ideal=ideal,
-            sense=-1 if sense == "-" else 1, copies=copies, stressed=stressed,
+            sense=-1 if sense == "-" else 1, copies=copies, stressed=stressed, own=own,
         )  # fmt: skip
         return _figures(r, twists, strength, some["unit"], some["pitch"])
 
@@ -141,6 +148,8 @@ def _figures(r: Response, twists: Array, strength: Array, unit: Array, pitch: Ar
         W_fr=last["W_fr"] * unit / pitch,
         U_el=(last["W"] - last["W_fr"] - last["W_snap"]) * unit / pitch,
         RED=RED,
+        finite_torque=last["torque"] * unit * r.finite_ratio,
+        finite_ratio=r.finite_ratio,
         **{f"load_{name}": first(twists, ratio, np.full(to.size, level), r.phi_e) for name, level in LEVELS.items()},
         load_strength=first(twists, r.stress[:, : STEPS + 1], strength, r.phi_e),
         K_theta=r.K_theta * unit,

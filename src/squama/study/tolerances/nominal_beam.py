@@ -39,7 +39,9 @@ def figures(case: Case, names: Sequence[str]) -> tuple[str, list[float]]:
     there = math.isclose(float(found[load.angle][-1]), at, rel_tol=1e-6)
 
     def figure(name: str) -> float:
-        named = {"torque": load.torque, "tangent": load.tangent}.get(name, name)
+        if name == "finite_ratio":
+            return figure("torque") / float(found.along(f"{load.torque}_periodic")[-1]) if there else math.nan
+        named = {"torque": load.torque, "finite_torque": load.torque, "tangent": load.tangent}.get(name, name)
         v = found.variables.get(named)
         if v is None:
             return float(found.attrs.get(name, math.nan))

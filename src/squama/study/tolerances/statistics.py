@@ -29,7 +29,7 @@ from squama.loads import LOADS
 from squama.model.outcome import CODES
 from squama.study.models import Model
 from squama.study.parameters import PARAMETERS, canonical
-from squama.study.plan import VARIABLES
+from squama.study.plan import variables
 from squama.study.real_columns import ENDS, UNKNOWN
 from squama.study.tolerances.distributions import Tolerance
 from squama.types import Array
@@ -251,7 +251,7 @@ class Case(NamedTuple):
     def figures(self) -> tuple[Figure, ...]:
         """The figures of a sample."""
         if self.model.real:
-            stored = VARIABLES[self.model.joint, self.load].items()
+            stored = variables(self.model, self.load).items()
             known = [(v.field, name, v.attrs["units"], v.attrs["long_name"]) for name, v in stored if name != "end"]
             return tuple(Figure(*row) for row in known)
         of = LOADS[self.load]

@@ -1,0 +1,82 @@
+"""Loads of beams with their own number of scales, beside those of endless ones, at one state of these."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.batch.keeping import tell
+from squama.contacts import entry, from_endless, increments, path
+from squama.contacts.increments import Legs, Written
+from squama.contacts.system import EPS, MOTIONS, OWN, POWERS, STRAINS, Ties
+from squama.contacts.ties import GRIPPED, LOOSE, freed, of_ends, of_grips
+from squama.types import Array
+
+MOST = 24
+"""Scales that are solved for between loose ends; of more the ends' part is shared among all."""
+
+
+class Own(NamedTuple):
+    """A number of scales between ends of a kind, ``LOOSE`` or ``GRIPPED``; ``states``: up to which of a path."""
+
+    scales: int
+    kind: int = LOOSE
+    states: slice = slice(None)
+
+
+_MOTION, _STRAIN, _LOAD = (path.COLUMNS.index(name) for name in ("u_X", "psi", "M"))
+
+
+def _loads(rows: Array) -> Array:
+    """Return M, T, B and P of states."""
+    return rows[:, _LOAD : _LOAD + STRAINS]
+
+
+def _cell(rows: Array) -> Array:
+    """Return motions, strains and powers of states."""
+    motions, strains = (rows[:, at : at + n] for at, n in ((_MOTION, MOTIONS), (_STRAIN, STRAINS)))
+    return np.column_stack([motions, strains, path.deflections(rows)])
+
+
+def _solved(beams: entry.Beams, scales: int, ties: Ties, given: Array, contacts: int) -> Array:
+    """Return M, T, B and P (n, 4) of rows of scales from endless states, NaN where none is found.
+
+    ``contacts``: of each scale, for which there is room.
+    """
+    n = len(given)
+    one, none = np.zeros((n, 1)), np.zeros((n, 0))
+    sizes = (increments.LINE,), (scales, MOTIONS + 2 * STRAINS), (scales, POWERS), (0, increments.CONTACT)
+    found = Written(*(np.zeros((n, 1, *v)) for v in sizes), np.zeros((n, 1, increments.EVENT)), np.zeros((n, 4)))
+    legs = Legs(one, np.zeros((n, 1, STRAINS)), one[:, 0], path.STEP)
+    tell(entry.many, "scales in contact")
+    entry.many(beams, scales, OWN, ties, scales * contacts, legs, found, none, given)
+    return np.where(found.ends[:, :1] == increments.RANGE, found.rows[:, 0, 5 : 5 + STRAINS], np.nan)
+
+
+def ratios(beams: entry.Beams, answers: path.Answers, own: Own, *loads: int) -> Array:
+    """Return the load of beams with their own scales over that of the endless ones, at the last of the states, (n,).
+
+    ``loads``: strains that are loaded, the last one that whose load is meant. 1 where nothing touches, NaN where the
+    endless beam ends before, or where no state of the contacts that it has is found.
+    """
+    rows, touches = answers.rows[:, own.states], answers.touches[:, own.states]
+    told = path.named(rows)
+    touching, last = told["contacts"] > 0, touches[:, -1]
+    known, counts = np.isfinite(rows[:, -1, 0]), np.nan_to_num(told["contacts"][:, -1])
+    found = np.where(known & (counts == 0), 1.0, np.nan)
+    which = np.flatnonzero(known & (counts > 0) & (counts <= last.shape[1]))
+    if not which.size:
+        return found
+    n = own.scales if own.kind == GRIPPED else min(own.scales, MOST)
+    free = (of_grips if own.kind == GRIPPED else freed)(beams.free, *loads)
+    ties = of_ends(n, own.kind, *loads, apart=bool(beams.free[0, EPS] == 0))
+    then, now = rows[which, touching[which].argmax(axis=1)], rows[which, -1]
+    given = np.column_stack([
+        _cell(then), _cell(now), _loads(now), counts[which], last[which].reshape(which.size, -1),
+    ])  # fmt: skip
+    assert given.shape[1] == from_endless.size(last.shape[1])
+    torques = _solved(entry.Beams._make(v[which] for v in beams._replace(free=free)), n, ties, given, int(counts.max()))
+    # of more scales each more bears what one of an endless beam does
+    found[which] = 1 - (1 - torques[:, loads[-1]] / _loads(now)[:, loads[-1]]) * (n / own.scales)
+    return found

@@ -1,0 +1,109 @@
+"""The state of a row from that of the endless beam at the same load: Newton's method, no path; compiled.
+
+All cells begin with the endless beam's state; the contacts that the ends lack are left out, and the state of the others
+is solved for. A slip is that since the endless beam's scales engaged.
+"""
+
+from __future__ import annotations
+
+from squama.batch.keeping import part as _jit
+from squama.contacts import touch
+from squama.contacts.increments import CONTACT, Walk
+from squama.contacts.meeting import N_, prepared
+from squama.contacts.newton import solve
+from squama.contacts.supports import GIVEN, LOADS
+from squama.contacts.system import MOTIONS, POWERS, STRAINS
+from squama.contacts.touch import unknown
+from squama.contacts.works import remember
+from squama.types import Array
+
+_CELL = MOTIONS + STRAINS + POWERS
+_TRIES = 4
+"""Times that contacts which pull are let go of."""
+
+
+def size(contacts: int) -> int:
+    """Return how many numbers there are of an endless beam's states when it engages and now, and of its contacts now.
+
+    Motions, strains and powers of both; M, T, B, P; how many contacts there are, and each (16,).
+    """
+    return 2 * _CELL + STRAINS + 1 + CONTACT * contacts
+
+
+@_jit
+def _laid(w: Walk, given: Array, at: int) -> None:
+    """Lay a state of one scale on all cells."""
+    st = w.now
+    for i in range(len(st.q)):
+        for a in range(MOTIONS):
+            st.q[i, a] = given[at + a]
+        for e in range(STRAINS):
+            st.strains[i, e] = given[at + MOTIONS + e]
+        for a in range(POWERS):
+            st.b[i, a] = given[at + MOTIONS + STRAINS + a]
+
+
+@_jit
+def _touched(w: Walk, given: Array, at: int) -> None:
+    """Give all cells the contacts of one, but for those that would reach beyond the ends."""
+    N, n = len(w.S.shapes), 0
+    for i in range(N):
+        for c in range(int(given[at])):
+            o, row, s = at + 1 + CONTACT * c, w.con[n], w.now.s[n]
+            if i + int(given[o + touch.APART]) >= N:
+                continue
+            for a in range(touch.ENDED):
+                row[a] = int(given[o + a])
+            row[touch.FIRST], row[touch.STUCK], row[touch.ENDED] = i, 0, 0
+            for a, place in enumerate(unknown(row[touch.KIND], row[touch.ONE], row[touch.OTHER])):
+                if place >= 0:
+                    s[place] = given[o + 6 + a]
+            for a in range(3):
+                w.now.F[n, a] = given[o + 10 + a]
+            n += 1
+    w.counts[0] = n
+
+
+@_jit
+def _let_go(w: Walk) -> bool:
+    """Take away contacts that pull; say whether there were any."""
+    kept = 0
+    m: int = w.counts[0]
+    for c in range(m):
+        if w.W.told[c, N_] < 0.0:
+            continue
+        for a in range(w.con.shape[1]):
+            w.con[kept, a] = w.con[c, a]
+        for a in range(3):
+            w.now.F[kept, a], w.now.s[kept, a] = w.now.F[c, a], w.now.s[c, a]
+        kept += 1
+    w.counts[0], w.J.kept[0] = kept, 0
+    return kept < m
+
+
+@_jit
+def from_endless(w: Walk, given: Array) -> bool:
+    """Solve for the state of a row whose cells have strains of their own; say whether one was found.
+
+    ``given``: of the endless beam, see :func:`size`; loads go as far as there.
+    """
+    S = w.S
+    _laid(w, given, 0)
+    prepared(S, w.now, w.con, 0, True, w.W)
+    # deflections of plates without contacts are none
+    _laid(w, given, 0)
+    remember(w)
+    w.past.weights[0], w.past.weights[1], w.past.weights[2] = 1.0, -1.0, 0.0
+    _laid(w, given, _CELL)
+    _touched(w, given, 2 * _CELL + STRAINS)
+    for k in range(len(S.ties.course)):
+        e = int(S.ties.course[k, 0])
+        if e >= 0:
+            w.now.ties[GIVEN, k] = given[_CELL + MOTIONS + e]
+            w.now.ties[LOADS, k] = given[2 * _CELL + e] * (S.ties.course[k, 1] / len(S.shapes))
+    for _ in range(_TRIES):
+        if not solve(S, w.now, w.past, w.con, w.counts[0], w.W, w.J, w.loads):
+            return False
+        if not _let_go(w):
+            return True
+    return False
