@@ -206,7 +206,7 @@ def again(w: Walk, legs: Legs, written: Written) -> None:
         remember(w)
     unknown(events)
     for i in range(len(ways) + 1):
-        goal = ways[i] if i < len(ways) else legs.most + 0j
+        goal = ways[i] if i < len(ways) else complex(legs.most)
         begin = ways[i - 1].real if i > 0 else 0.0
         if i < len(ways) and ways[i].real > begin:
             set_out(w, legs.corners, ways, i, legs.step)

@@ -328,7 +328,8 @@ def follow(w: Walk, legs: Legs, written: Written) -> None:
     Where nothing touches up to there, that is looked for straight on; without ways along the first of the corners, a
     rate.
     """
-    ways, corners, step, events, end = legs.ways, legs.corners, legs.step, written.events, written.ends
+    ways, corners, most, step = legs.ways, legs.corners, float(legs.most), legs.step
+    events, end = written.events, written.ends
     t = w.tally
     code = increments.RANGE
     done = 0
@@ -358,10 +359,10 @@ def follow(w: Walk, legs: Legs, written: Written) -> None:
             write(w, written, i)
             done += 1
     end[0], end[1] = code, t[tally.WAY]
-    while code == increments.RANGE and t[tally.EVENTS] == 0 and t[tally.WAY] < legs.most - 1e-13:
+    while code == increments.RANGE and t[tally.EVENTS] == 0 and t[tally.WAY] < most - 1e-13:
         if len(ways) == 0 and t[tally.WAY] == 0.0:
             for e in range(STRAINS):
                 w.leg[4 + e] = corners[0, e]
-        if advance(w, legs.most, step, events) != increments.RANGE:
+        if advance(w, most, step, events) != increments.RANGE:
             break
     end[2], end[3] = t[tally.EVENTS], done

@@ -28,18 +28,17 @@ def moved(
     many = stepped(beams, real, copies)
     whole = None if corners is None else corners.astype(complex)
     legs, faces = path.on_legs(targets.astype(complex), whole, most, step), path.faces(real)
-    first = (np.ascontiguousarray(np.real(v[::copies])) for v in legs[:3])
-    at = Legs(*first, step)
+    at = Legs._make([*(np.ascontiguousarray(np.real(v[::copies])) for v in legs[:3]), step])
     found, changed = path.unwritten(at.ways, room, faces), path.unwritten(legs.ways, room, faces)
     for i in range(len(at.ways)):
         one, all_ = slice(i, i + 1), slice(i * copies, (i + 1) * copies)
         own = Written._make(v[one] for v in found)
-        notes = noted(_some(real, one), Legs(*(v[one] for v in at[:3]), step), own)
+        beam, alike = (entry.Beams._make(v[which] for v in some) for some, which in ((real, one), (many, all_)))
+        notes = noted(beam, _part(at, one), own)
         changed.ends[all_] = own.ends
-        moving = Written._make(v[all_] for v in changed)
-        follow_steps(_some(many, all_), Legs(*(v[all_] for v in legs[:3]), step), moving, notes)
+        follow_steps(alike, _part(legs, all_), Written._make(v[all_] for v in changed), notes)
     both = [_joined(np.repeat(v, copies, axis=0), c.imag) for v, c in zip(found[:-1], changed[:-1], strict=True)]
-    return path.read(Written(*both, changed.ends), targets if corners is None else None)
+    return path.read(Written._make([*both, changed.ends]), targets if corners is None else None)
 
 
 def stepped(beams: entry.Beams, real: entry.Beams, copies: int) -> entry.Beams:
@@ -67,9 +66,9 @@ def follow_steps(beams: entry.Beams, legs: Legs, found: Written, notes: Array, s
     entry.move(beams, path.faces(beams) * path.ROOM, legs, found, notes, begin)
 
 
-def _some(beams: entry.Beams, which: slice) -> entry.Beams:
-    """Return some of the beams."""
-    return entry.Beams._make(v[which] for v in beams)
+def _part(legs: Legs, which: slice) -> Legs:
+    """Return the legs of some paths."""
+    return Legs._make([*(v[which] for v in legs[:3]), legs.step])
 
 
 def _joined(real: Array, imag: Array) -> Array:

@@ -267,7 +267,7 @@ def unwritten(ways: Array, contacts: int, faces: int = 1) -> Written:
     sizes = (increments.LINE,), (faces, 6), (faces, 24)
     states = (np.full((n, m, *size), np.nan, kind) for size in sizes)
     touches = np.zeros((n, m, contacts, increments.CONTACT), kind)
-    return Written(*states, touches, np.zeros(events, kind), np.zeros((n, 4)))
+    return Written._make([*states, touches, np.zeros(events, kind), np.zeros((n, 4))])
 
 
 def read(found: Written, targets: Array | None = None) -> Answers:

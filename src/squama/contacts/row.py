@@ -118,12 +118,9 @@ def tied(
     ways = np.cumsum(np.linalg.norm(np.diff(strains, axis=0, prepend=0.0), axis=1))
     line = increments.LINE + held.course.shape[0] + 6 * held.floating
     sizes = (line,), (scales, MOTIONS + 2 * STRAINS * own), (scales, 24)
-    found = Written(
-        *(np.full((1, n, *size), np.nan) for size in sizes),
-        np.zeros((1, n, room, increments.CONTACT)),
-        np.zeros((1, _EVENTS * (scales + 4), increments.EVENT)),
-        np.zeros((1, 4)),
-    )
+    states = (np.full((1, n, *size), np.nan) for size in sizes)
+    rest = (n, room, increments.CONTACT), (_EVENTS * (scales + 4), increments.EVENT), (4,)
+    found = Written._make([*states, *(np.zeros((1, *size)) for size in rest)])
     tell(entry.many, "scales in contact")
     legs, none = Legs(ways[None], strains[None], np.zeros(1), step), np.zeros((1, 0))
     entry.many(way.beams._replace(free=free), scales, about, held, room, legs, found, none, none)

@@ -57,6 +57,7 @@ class Model(NamedTuple):
 
 def _hinge() -> Programs:
     from squama.curves import hinge, hinge_cycles, hinge_polygons
+    from squama.curves.way import Case
 
     return Programs(
         solve=_hinge_solve,
@@ -64,7 +65,7 @@ def _hinge() -> Programs:
         walk=hinge_cycles.walk,
         polygon=hinge_polygons.polygon,
         plane=hinge_polygons.plane,
-        case=lambda beam, load: hinge.Case.of(beam, load.name),
+        case=lambda beam, load: Case.of(beam, load.name),
         far=1.0,
     )
 

@@ -162,11 +162,11 @@ def _touching(track: Track) -> Array:
 
 def _happenings(track: Track) -> Iterable[Happening]:
     """Yield what happens to the scales of a row."""
-    touch: dict[int, list[str]] = {}
+    touching: dict[int, list[str]] = {}
     for told in track.events:
         kind, c = int(told[0]), told[6 + touch.FIRST : 6 + touch.OTHER + 1].astype(int)
         name, scale = _name(c), int(c[touch.FIRST]) + 1
-        here = touch.setdefault(scale, [])
+        here = touching.setdefault(scale, [])
         if kind in (increments.SNAP, increments.CHANGE) and not name:
             words = "snap" if kind == increments.SNAP else "jump of the scales"
         elif c[touch.KIND] == touch.LIES:
