@@ -305,7 +305,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("contacts/detection.py", "return feature, -1"): {"1 -> 2": _NONE},
     (
         "contacts/detection.py",
-        "if (abs(X1 - x1) < near * S.shapes[i, ETA] and abs(Y1 - y1) < 2 * near * S.shapes[i, BETA]",
+        "here = abs(X1 - x1) < near * S.shapes[i, ETA] and abs(Y1 - y1) < 2 * near * S.shapes[i, BETA]",
     ): {
         "* -> /": _TUNING,
         "* -> / #2": "places that are near on the other plate are near on this one, too",

@@ -65,8 +65,8 @@ def view(W: Work, i: int, j: int, k: int, other: bool, out: Array) -> None:
 @_jit
 def seen(v: Array, x: float, y: float, z: float) -> Vector:
     """Return a place of a scale in the other one's axes."""
-    return (v[0] + v[3] * x + v[6] * y + v[9] * z, v[1] + v[4] * x + v[7] * y + v[10] * z,
-            v[2] + v[5] * x + v[8] * y + v[11] * z)  # fmt: skip
+    X, Y = v[0] + v[3] * x + v[6] * y + v[9] * z, v[1] + v[4] * x + v[7] * y + v[10] * z
+    return X, Y, v[2] + v[5] * x + v[8] * y + v[11] * z
 
 
 @_jit
@@ -354,9 +354,8 @@ def known(S: System, st: State, con: Array, m: int, row: Array, W: Work) -> bool
             return True
         X1, Y1, X2, Y2 = spots(S, d, st.s[a])
         near = W.window[0] if kind >= touch.EF or k >= touch.EF else _SAME
-        if (abs(X1 - x1) < near * S.shapes[i, ETA] and abs(Y1 - y1) < 2 * near * S.shapes[i, BETA]
-                and abs(X2 - x2) < near * S.shapes[j, ETA]
-                and abs(Y2 - y2) < 2 * near * S.shapes[j, BETA]):  # fmt: skip
+        here = abs(X1 - x1) < near * S.shapes[i, ETA] and abs(Y1 - y1) < 2 * near * S.shapes[i, BETA]
+        if here and abs(X2 - x2) < near * S.shapes[j, ETA] and abs(Y2 - y2) < 2 * near * S.shapes[j, BETA]:
             return True
     return False
 

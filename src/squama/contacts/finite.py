@@ -10,7 +10,7 @@ from squama.batch.keeping import tell
 from squama.contacts import entry, from_endless, increments, path
 from squama.contacts.increments import Legs, Written
 from squama.contacts.system import EPS, MOTIONS, OWN, POWERS, STRAINS, Ties
-from squama.contacts.ties import GRIPPED, LOOSE, freed, of_ends, of_grips
+from squama.contacts.ties import GRIPPED, LOOSE, freed, of_ends
 from squama.types import Array
 
 MOST = 24
@@ -70,7 +70,7 @@ def ratios(beams: entry.Beams, answers: path.Answers, own: Own, *loads: int) -> 
     if not which.size:
         return found
     n = own.scales if own.kind == GRIPPED else min(own.scales, MOST)
-    free = (of_grips if own.kind == GRIPPED else freed)(beams.free, *loads)
+    free = freed(beams.free, *loads, ends=own.kind)
     ties = of_ends(n, own.kind, *loads, apart=bool(beams.free[0, EPS] == 0))
     then, now = rows[which, touching[which].argmax(axis=1)], rows[which, -1]
     given = np.column_stack([

@@ -1,6 +1,6 @@
 """Endless beams that go on from states: straight legs in the strains, and derivatives of loads behind them; E = d = 1.
 
-Each leg is followed as one of :func:`squama.contacts.path.follow_legs`, and leaves a snapshot
+Each leg is followed as one of :func:`squama.contacts.path.Path.along`, and leaves a snapshot
 (:mod:`squama.contacts.snapshot`) from which the next one goes on. All are of one beam, in states of their own.
 """
 

@@ -230,15 +230,6 @@ def follow(
     entry.many(beams, many, ENDLESS, UNTIED, many * ROOM, legs, found, *kept)
 
 
-def follow_legs(beams: entry.Beams, corners: Array, step: float = STEP) -> Answers:
-    """Follow one beam from rest through corners (n, 2): bends and twists per pitch between which the path is straight.
-
-    ``step``: largest increment of the way.
-    """
-    ways = np.cumsum(np.hypot(*np.diff(corners, axis=0, prepend=np.zeros((1, 2))).T))
-    return follow_all(beams, ways[None], step=step, corners=corners[None], room=ROOM)
-
-
 def on_legs(targets: Array, corners: Array | None, most: float | Array | None, step: float) -> Legs:
     """Return the legs to targets (n, m), see :func:`follow_all`.
 
@@ -403,8 +394,9 @@ class Path(NamedTuple):
         return follow_all(self.beams, targets[None], most=0.0, step=step, room=ROOM)
 
     def along(self, corners: Array, step: float = STEP) -> Answers:
-        """Follow the beam along legs, see :func:`follow_legs`."""
-        return follow_legs(self.beams, corners, step)
+        """Follow the beam from rest through corners (n, 2), bends and twists between which the path is straight."""
+        ways = np.cumsum(np.hypot(*np.diff(corners, axis=0, prepend=np.zeros((1, 2))).T))
+        return follow_all(self.beams, ways[None], step=step, corners=corners[None], room=ROOM)
 
     def states(self, targets: Array, step: float = STEP) -> tuple[Array, End]:
         """Follow the twist to targets (n,); return rows, see :class:`Answers`, NaN beyond the end."""

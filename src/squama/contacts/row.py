@@ -15,7 +15,7 @@ from squama.batch.keeping import tell
 from squama.contacts import entry, increments, path, states, touch
 from squama.contacts.increments import Legs, Written
 from squama.contacts.system import EPS, EQUAL, MOTIONS, OWN, PHI, STRAINS, UNTIED, Ties
-from squama.contacts.ties import GRIPPED, LOOSE, freed, of_ends, of_grips
+from squama.contacts.ties import GRIPPED, LOOSE, freed, of_ends
 from squama.types import Array
 
 _CONTACTS, _EVENTS, _BEGIN = 4, 16, 2e-4
@@ -102,7 +102,7 @@ def track(
     if ends not in (LOOSE, GRIPPED):
         return tied(way, scales, strains, None, free, step=step, about=ends)
     held = of_ends(scales, ends, *loads, apart=free[0, EPS] == 0)
-    return tied(way, scales, strains, held, (of_grips if ends == GRIPPED else freed)(free, *loads), step=step)
+    return tied(way, scales, strains, held, freed(free, *loads, ends=ends), step=step)
 
 
 def tied(

@@ -28,8 +28,6 @@ from squama.types import Array
 
 _NEAR, _SAME = 1e-5, 1e-6
 """Distance of stations, rad per pitch, below which one is not added, or not taken for a slope."""
-_BEFORE = 1e-9
-"""By how much a station is put before engagement, relatively: a step from there must not be much smaller."""
 _INNER = ("mode", "onset", "work")
 """Names of variables that are not told."""
 _ROLES = {"phi": "load", "Phi": "rate", "T": "torque", "T_scales": "scales"}
