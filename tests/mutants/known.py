@@ -271,6 +271,7 @@ TESTS: dict[str, tuple[str, ...]] = {
     "contacts/newton.py": CONTACTS,
     "contacts/slipped.py": CONTACTS,
     "contacts/system.py": CONTACTS,
+    "contacts/touch.py": CONTACTS,
     "contacts/works.py": CONTACTS,
     "contacts/vectors.py": CONTACTS,
     "contacts/written.py": CONTACTS,

@@ -251,11 +251,6 @@ def _figures(senses: Senses, base: float, top: float) -> list[float]:
         side = senses.sides[sign]
         x = history.residual(side, senses.bar, senses.place(sign, abs(top)))
         residual = 0.0 if x is None else math.copysign(float(side.row.point(x, side.law, FLOAT).load), top)
-    return loop_figures(
-        (base, top),
-        senses.case.pitch,
-        dissipated=sum(float(part["W_fr"][-1]) for _, part in (*there, *back)),
-        elastic=float(highest["U_el"][-1]),
-        torques=(float(highest["torque"][-1]), float(turned["torque"][0]), float(lowest["torque"][-1])),
-        residual=residual,
-    )
+    energies = sum(float(part["W_fr"][-1]) for _, part in (*there, *back)), float(highest["U_el"][-1])
+    torques = [float(torque) for torque in (highest["torque"][-1], turned["torque"][0], lowest["torque"][-1])]
+    return loop_figures(base, top, senses.case.pitch, energies, torques, residual)

@@ -299,16 +299,10 @@ def _loops(
         drop = v["torque"][stuck] if kind is None else np.float64(math.nan)
         if slides and kind is None:
             drop = v["onset"][stuck + 1]
-        rows.append(
-            loop_figures(
-                (loop.base, loop.top),
-                one.beam.pitch,
-                dissipated=dissipated,
-                elastic=float(v["U_el"][top]),
-                torques=(float(v["torque"][top]), float(drop), float(v["torque"][base])),
-                residual=_residual(one, load, stations, int(turns[goals.index(loop.top)]), kind),
-            )
-        )
+        residual = _residual(one, load, stations, int(turns[goals.index(loop.top)]), kind)
+        torques = [float(torque) for torque in (v["torque"][top], drop, v["torque"][base])]
+        energies = dissipated, float(v["U_el"][top])
+        rows.append(loop_figures(loop.base, loop.top, one.beam.pitch, energies, torques, residual))
     return loop_table(rows)
 
 
