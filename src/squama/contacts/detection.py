@@ -30,7 +30,7 @@ from squama.contacts.system import (
     partner,
     spots,
 )
-from squama.contacts.touch import lengthwise
+from squama.contacts.touch import corner_at, lengthwise
 from squama.contacts.vectors import Vector, add
 from squama.types import Array
 
@@ -207,8 +207,7 @@ def vertices(S: System, st: State, W: Work, i: int, k: int, cap: float, out: Arr
         if covers(S, i, p[0], p[1]) and gap < cap and n < room:
             n = noted(out, n, (i, k), touch.FV, 0, c, gap, p[0], p[1], 0.0)
     for e in range(4):
-        first = 0 if e == 0 else (2 if e == 1 else (3 if e == 2 else 2))
-        last = 1 if e == 0 else (0 if e == 1 else (1 if e == 2 else 3))
+        first, last = corner_at(e, False), corner_at(e, True)
         for f in range(4):
             axis, goal = across(f), bound(S, j, f)
             way = corners[last, axis] - corners[first, axis]

@@ -139,7 +139,7 @@ class Answers(NamedTuple):
     """Of n beams on paths of m targets: first contacts (n, 6), rows (n, m, 60), events (n, 64, 25), ends (n, 4).
 
     Rows are :data:`COLUMNS` and the 24 powers of the plate's deflection; NaN beyond the end. ``touches`` (n, m, C, 16):
-    all contacts, see :func:`squama.contacts.follow.write`. With scales on both faces what is told of a scale, of
+    all contacts, see :func:`squama.contacts.written.write`. With scales on both faces what is told of a scale, of
     contacts and of events is of the scaled face's, and ``other`` are the same answers for the other face.
     """
 

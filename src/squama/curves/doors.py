@@ -266,26 +266,21 @@ def analysis(
     points: int,
     most: float = 1e5,
     family: bool = False,
-    mu: ArrayLike | None = None,
-    law: str = "edge",
-    margin: float = 0.01,
-    joint: str | None = None,
-    ideal: bool | None = None,
-    neutral: str | None = None,
-    hold: str | None = None,
     free: str | None = None,
+    **how: Unpack[How],
 ) -> Analysis:
     """Return the analysis of a beam on a way: its arguments checked, and the model that answers.
 
-    ``load`` as of :func:`squama.curves.chosen.chosen`; ``most`` points are allowed; ``family``: there may be several
-    coefficients of friction. Others as of the doors.
+    ``load`` and ``free`` as of :func:`squama.curves.chosen.chosen`; ``most`` points are allowed; ``family``: there may
+    be several coefficients of friction.
     """
-    arguments.law(law)
-    law = load.law(law) if load else law
-    own = beam.friction.mu
+    asked, mu, own = how.get("law", "edge"), how.get("mu"), beam.friction.mu
+    arguments.law(asked)
+    law = load.law(asked) if load else asked
     mus = arguments.frictions(own, mu) if family else np.asarray(arguments.friction(own, mu))
-    margin, points = arguments.margin(margin), arguments.whole("points", points, 3, most)
-    held = arguments.held_by(beam, hold)
+    margin, points = arguments.margin(how.get("margin", 0.01)), arguments.whole("points", points, 3, most)
+    held = arguments.held_by(beam, how.get("hold"))
+    joint, ideal, neutral = how.get("joint"), how.get("ideal"), how.get("neutral")
     means = chosen(held, load, law=law, joint=joint, ideal=ideal, neutral=neutral, free=free)
     return Analysis(means.beam, way, mus, law, margin, points, None, means.ideal, means.note, means.joint)
 
