@@ -45,5 +45,5 @@ def _solved(analysis: Analysis, mu: float) -> Loaded:
     held = real.Held(Joint(None, "hinge", "", 0.0), K, K_theta / d**3, K_theta, beam.torsional_rigidity, path.HELD, 1.0)
     scale = real.scale(beam, ideal=True)._replace(h=hinge.thickness(analysis))
     way = path.Path.of(scale, K, mu, toward=toward, most=max(far, SEARCH), masked=BLOCKED)
-    ends = Row(beam.pitches, EQUAL, endless, GIVES)
+    ends = Row(EQUAL, endless, GIVES)
     return Loaded(real.Path(beam, held, way, toward), analysis.way.load, far, ends)

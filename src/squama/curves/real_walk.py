@@ -182,7 +182,7 @@ def solve(analysis: Analysis) -> tuple[list[Loaded], States]:
     n, kind = beam.pitches, KINDS[analysis.ends]
     if kind == GRIPPED:
         rows.may_be_gripped(held, n)
-    return [whole._replace(ends=Row(n, kind, whole)) for whole in endless], more
+    return [whole._replace(ends=Row(kind, whole)) for whole in endless], more
 
 
 def case(beam: Beam, load: Load) -> Case:

@@ -38,12 +38,11 @@ _UNKNOWN = ("slip", "contact", "mu_lock")
 
 
 class Row(NamedTuple):
-    """N ``scales`` between ends of a kind, and the same beam without ends.
+    """Ends of a kind of a beam with a number of scales, and the same beam without ends.
 
     ``left``: roles that are not told, of scales on hinges: those are known to touch by tip edges on side edges.
     """
 
-    scales: int
     kind: int
     endless: Solved
     left: tuple[str, ...] = ()
@@ -67,7 +66,7 @@ class Told(NamedTuple):
 
 def told(one: real.Path, load: Load, ends: Row, at: Array) -> Told:
     """Follow a beam of N scales to load angles (n,) from 0 on, NaN beyond its end."""
-    n, sign = ends.scales, sum(one.toward)
+    n, sign = one.beam.pitches, sum(one.toward)
     track = row.track(one.way, n, sign * at, ends=ends.kind, load=load.axis)
     points = len(track.rows)
     along, each = of_scales(one, load, Stations.along(load, sign * at[:points]).strains, track)
