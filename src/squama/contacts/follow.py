@@ -182,7 +182,8 @@ def stopped(w: Walk, goal: float, step: float, events: Array) -> int:
             return code
     copy(w.kept[c], w.con[c])
     tell(w, events, increments.OPEN, c, 0.0)
-    w.tally[tally.H], w.tally[tally.ZERO] = step * _SOFTLY, 0.0
+    # where a row has no balance with this one less either, the next one follows without smaller trials
+    w.tally[tally.H], w.tally[tally.ZERO] = 2 * _LEAST if several else step * _SOFTLY, 0.0
     return 0
 
 
