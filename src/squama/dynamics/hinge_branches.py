@@ -115,7 +115,8 @@ class PathBranch(Way):
 
     def take(self, index: Any) -> PathBranch:
         """Return the branches of some designs."""
-        return PathBranch(*(v.take(index) for v in self.pieces), self.last[index])
+        load, energy, slope = (v.take(index) for v in self.pieces)
+        return PathBranch(load, energy, slope, self.last[index])
 
 
 class Paths(NamedTuple):
