@@ -30,7 +30,7 @@ def test_fit_of_a_loop_with_three_parameters(benchmark) -> None:
 
 def test_torque_and_derivatives_at_200_points(benchmark) -> None:
     asked = ask(BEAM, "twisting", NAMES)
-    forward = placed(record(read(loop(), BEAM, "twisting"), BEAM, "twisting"), asked, "edge").points
+    forward = placed(record(read(loop(), BEAM, "twisting"), BEAM), asked, "edge").points
     p = asked.start
 
     def once() -> None:

@@ -28,8 +28,7 @@ if TYPE_CHECKING:
     from squama.fabrication.exporting import Export, export
     from squama.fe.runs import cell
     from squama.fe.stiffness import joint
-    from squama.identify.decay_fit import fit_decay
-    from squama.identify.decay_result import DecayFit
+    from squama.identify.decay_fit import DecayFit, fit_decay
     from squama.identify.fitting import fit
     from squama.identify.result import Fit
     from squama.inverse.designing import inverse_design
@@ -71,8 +70,7 @@ _NAMES = {
     "study.verification": "verify",
     "inverse.designing": "inverse_design",
     "inverse.front": "pareto",
-    "identify.decay_fit": "fit_decay",
-    "identify.decay_result": "DecayFit",
+    "identify.decay_fit": "fit_decay DecayFit",
     "identify.fitting": "fit",
     "identify.result": "Fit",
     "study.sweeping": "sweep",

@@ -187,7 +187,7 @@ _KINDS = {
 }
 _TYPES = {"NoneType": "nothing", "bool": "no number", "list": "a list", "dict": "a table", "date": "a date"}
 _RATE = _KINDS[Dimension.TWIST_RATE]
-_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL | re.ASCII)
+NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL | re.ASCII)
 
 
 def shown(value: object, limit: int = 60) -> str:
@@ -374,7 +374,7 @@ def _split(value: str, kind: _Kind) -> tuple[str, str, tuple[Dimension, float, f
     """Split text into number and unit, and look that up."""
     if len(value) > LONGEST:
         raise kind.error(value, _TOO_LONG)
-    match = _NUMBER.fullmatch(value)
+    match = NUMBER.fullmatch(value)
     if match is None:
         raise kind.error(value, f"is not {kind.noun}")
     number, unit = match.groups()

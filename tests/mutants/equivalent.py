@@ -276,13 +276,13 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("dynamics/motion.py", "SETTLED, POLISHED = 1e-3, 10.0"): {"*": _TUNING},
     ("dynamics/motion.py", "return 0, None"): {"0 -> 1 #2": "without a branch nobody asks for the way"},
     ("dynamics/motion.py", "frequency: float = 1.0"): {"1.0 -> 2.0": "without a force nothing reads it"},
-    ("identify/decay_result.py", "@dataclass(frozen=True, repr=False, eq=False)"): {
+    ("identify/decay_fit.py", "@dataclass(frozen=True, repr=False, eq=False)"): {
         "False -> True": "the class has a __repr__ of its own, which is kept",
     },
-    ("identify/swings.py", "held = np.flatnonzero(np.abs(y[: turns[0]] - y[0]) > reach / 2)"): {
+    ("identify/records.py", "held = np.flatnonzero(np.abs(y[: turns[0]] - y[0]) > reach / 2)"): {
         "0 -> 1 #2": "any point at which it is held",
     },
-    ("identify/swings.py", "last = max(int(held[0]) - 1, 0) if held.size else 0"): {"- -> +": _BEGINS},
+    ("identify/records.py", "last = max(int(held[0]) - 1, 0) if held.size else 0"): {"- -> +": _BEGINS},
     ("identify/decay_fit.py", "if len(turned) > 1:"): {"1 -> 2": "in two periods it turns four times"},
     ("identify/decay_fit.py", '_STEP = {"hinge": 1e-5, "compliant": 3e-3}'): {"*": _TUNING},
     ("identify/decay_fit.py", '_STILL = {"hinge": 1e-8, "compliant": 1e-6}'): {"*": _TUNING},

@@ -181,7 +181,7 @@ def test_the_series_tells_when_it_has_not_converged(monkeypatch: pytest.MonkeyPa
 
 def followed(mu: float, law: str = "edge") -> tuple[Followed, Room]:
     room, half = Room(), math.sqrt(0.5)
-    return follow(3.0, 1.25, 0.45, half, half, math.radians(10), mu, 0.0, OPEN, NAMES.index(law), room), room
+    return follow(Twist(3.0, 1.25, 0.45, half, half, math.radians(10)), mu, OPEN, NAMES.index(law), room), room
 
 
 def series(f: Followed, stop: float, law: str = "edge") -> float:

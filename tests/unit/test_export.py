@@ -18,7 +18,7 @@ import pytest
 import squama
 from squama import arguments, needs
 from squama.errors import InputError, SquamaError
-from squama.fabrication import exporting, formats, measure
+from squama.fabrication import bodies, exporting, formats, mesh
 from squama.fabrication.bodies import BENCH, block
 from squama.fabrication.mesh import TRIANGLES, Mesh
 
@@ -229,7 +229,7 @@ def test_a_file_that_is_not_as_it_should_be_is_not_put_there(tmp_path, monkeypat
         squama.export(BEAM, tmp_path / "out", **few)
     assert list((tmp_path / "out").iterdir()) == []
     monkeypatch.setattr(formats, "stl", whole)
-    monkeypatch.setattr(measure, "VOLUME", -1.0)
+    monkeypatch.setattr(mesh, "VOLUME", -1.0)
     with pytest.raises(SquamaError, match="scale: volume"):
         squama.export(BEAM, tmp_path / "other", **few)
     assert not (tmp_path / "other").exists()
@@ -316,7 +316,7 @@ def test_occurrences_of_a_step_file_are_numbered_from_1():
 
 def test_names_are_quoted_in_3mf():
     mesh = Mesh('a "b" <&>', block((0, 0, 0), (1, 1, 1)), TRIANGLES)
-    placed = formats.Placed(mesh.name, mesh, np.eye(3), np.zeros(3))
+    placed = formats.Placed(mesh.name, bodies.Recipe(mesh.name, mesh.vertices, (), 1.0), mesh)
     model = zipfile.ZipFile(io.BytesIO(formats.three_mf([placed]))).read("3D/3dmodel.model")
     root = ElementTree.fromstring(model)
     assert next(root.iter(f"{CORE}object")).get("name") == 'a "b" <&>'

@@ -10,7 +10,7 @@ import pytest
 import squama
 from squama.cli import main
 from squama.errors import InputError
-from squama.fabrication import measure
+from squama.fabrication import mesh
 from squama.plot import solids_figure
 
 pytest.importorskip("manifold3d")
@@ -84,7 +84,7 @@ def test_bad_flags(folder, capsys, flags, words):
 
 
 def test_a_failed_check_is_told_without_a_traceback(folder, capsys, monkeypatch):
-    monkeypatch.setattr(measure, "VOLUME", -1.0)
+    monkeypatch.setattr(mesh, "VOLUME", -1.0)
     assert main(["export", "beam.toml", "--scales", "2", "-o", "out"]) == 2
     assert "scale: volume = 1267.2 mm^3, should be 1267.2 mm^3" in capsys.readouterr().err
     assert not (folder / "out").exists()

@@ -152,10 +152,10 @@ def test_random_plans_are_refused_or_hold():
         pieces += "lid-1" in built.files
         if plan.bed is not None:
             assert all(
-                np.ptp(item.placed[0].mesh.bounds, axis=0)[0] <= plan.bed * (1 + 1e-12)
-                for name, items in built.files.items()
+                np.ptp(one.mesh.bounds, axis=0)[0] <= plan.bed * (1 + 1e-12)
+                for name, placed in built.files.items()
                 if name not in ("mould", "assembly", "substrate")
-                for item in items
+                for one in placed
             )
     assert min(refused, made) > 50
     assert pieces > 3

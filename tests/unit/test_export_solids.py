@@ -12,13 +12,13 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 import squama
 from squama.errors import SquamaError
-from squama.fabrication import bodies, measure, mesh, solids
+from squama.fabrication import bodies, mesh, solids
 from squama.fabrication.bodies import block
-from squama.fabrication.measure import Check
+from squama.fabrication.mesh import Check
 from squama.fabrication.plan import Plan, apart, between
 from squama.fabrication.plan import plan as make_plan
 from squama.fe import geometry as elements
-from squama.plot import solids as drawn
+from squama.plot import projection as drawn
 
 pytest.importorskip("manifold3d")
 
@@ -82,7 +82,7 @@ def test_volume_of_the_substrate_by_half_spaces(plan):
     assert body.volume == pytest.approx(expected, rel=1e-10)
     assert bodies.substrate(plan).volume == pytest.approx(expected, rel=1e-10)
     lowest = min(slot_in_bar(plan, k)[1][:, 2].min() for k in range(plan.scales))
-    depth = next(c for c in measure.slots(plan, body) if c.what == "depth of slots")
+    depth = next(c for c in mesh.slots(plan, body) if c.what == "depth of slots")
     assert depth.measured == pytest.approx(plan.height - lowest, abs=1e-9)
 
 
@@ -213,13 +213,13 @@ def test_a_wrong_solid_does_not_pass():
         return {c.what for c in checks if not c.holds}
 
     seated = flat.moved(*bodies.seat(PLA, 0, PLA.thickness))
-    assert failed(measure.scale(PLA, seated)) == set()
-    assert failed(measure.scale(PLA._replace(thickness=0.81), seated)) == {"thickness"}
-    assert failed(measure.scale(PLA._replace(theta0=PLA.theta0 + 1e-6), seated)) == {"theta0"}
-    assert failed(measure.scale(PLA._replace(alpha=-PLA.alpha), seated)) == {"alpha"}
+    assert failed(mesh.scale(PLA, seated)) == set()
+    assert failed(mesh.scale(PLA._replace(thickness=0.81), seated)) == {"thickness"}
+    assert failed(mesh.scale(PLA._replace(theta0=PLA.theta0 + 1e-6), seated)) == {"theta0"}
+    assert failed(mesh.scale(PLA._replace(alpha=-PLA.alpha), seated)) == {"alpha"}
     mirrored = seated._replace(vertices=seated.vertices * [1, -1, 1], triangles=seated.triangles[:, ::-1])
-    assert failed(measure.scale(PLA, mirrored)) == {"alpha"}
-    assert failed(measure.scale(PLA._replace(alpha=-PLA.alpha), mirrored)) == set()
+    assert failed(mesh.scale(PLA, mirrored)) == {"alpha"}
+    assert failed(mesh.scale(PLA._replace(alpha=-PLA.alpha), mirrored)) == set()
     for changed, what in [
         ({"alpha": -PLA.alpha}, {"alpha"}),
         ({"clearance": 0.25}, {"thickness of slots", "depth of slots"}),
@@ -227,10 +227,10 @@ def test_a_wrong_solid_does_not_pass():
         ({"pitch": 20.001}, {"distance of slots"}),
         ({"scales": 5}, {"slots"}),
     ]:
-        assert failed(measure.slots(PLA._replace(**changed), bar)) == what
-    assert failed(measure.solid(bodies.scale(PLA)._replace(volume=1267.21), flat)) == {"volume"}
-    assert failed(measure.slots(PLA, flat)) == {"slots"}
-    assert mesh.open_edges(flat) == mesh.pinched(flat) == 0
+        assert failed(mesh.slots(PLA._replace(**changed), bar)) == what
+    assert failed(mesh.solid(bodies.scale(PLA)._replace(volume=1267.21), flat)) == {"volume"}
+    assert failed(mesh.slots(PLA, flat)) == {"slots"}
+    assert mesh.open_edges(flat) == 0
     assert mesh.open_edges(flat._replace(triangles=flat.triangles[1:])) == 3
     turned = flat.triangles.copy()
     turned[0] = turned[0][::-1]
@@ -247,20 +247,21 @@ def test_a_wrong_solid_does_not_pass():
         "", np.concatenate([corners, -corners[1:]]), np.concatenate([four, np.where(four, four + 3, 0)[:, ::-1]])
     )
     assert mesh.open_edges(both) == 0
-    assert mesh.pinched(both) == 1
+    pinched = next(c for c in mesh.solid(bodies.scale(PLA), both) if c.what == "pinched vertices")
+    assert (pinched.measured, pinched.holds) == (1, False)
 
 
 def test_overlaps_are_found_with_their_volume():
     flat = mesh.build(bodies.scale(PLA))
     moved = flat.moved(np.eye(3), (3.0, -2.0, 0.3))
     common = (66 - 3) * (24 - 2) * (0.8 - 0.3)
-    assert measure.overlaps([flat, moved], "").measured == pytest.approx(common, rel=1e-12)
+    assert mesh.overlaps([flat, moved], "").measured == pytest.approx(common, rel=1e-12)
     thick = PLA._replace(thickness=3.0)
     plates = [mesh.build(bodies.scale(thick)).moved(*bodies.seat(thick, k, 3.0)) for k in range(2)]
     x, y, z = np.abs(directions(thick) @ [thick.pitch, 0, 0])
     lens = (66 - x) * (24 - y) * (3 - z)
-    assert measure.overlaps(plates, "").measured == pytest.approx(lens, rel=1e-9)
-    assert not measure.overlaps(plates, "").holds
+    assert mesh.overlaps(plates, "").measured == pytest.approx(lens, rel=1e-9)
+    assert not mesh.overlaps(plates, "").holds
 
 
 @PLANS
@@ -269,7 +270,7 @@ def test_neighbours_are_as_far_apart_as_their_corners_say(plan):
     plates = [mesh.build(bodies.scale(plan)).moved(*bodies.seat(plan, k, plan.thickness)) for k in range(2)]
     step = np.abs(directions(plan) @ [plan.pitch, 0, 0])
     free = np.maximum(step - [plan.length + plan.embedded, plan.breadth, plan.thickness], 0)
-    assert measure.gap(plates[0], plates[1:], 50.0) == pytest.approx(np.linalg.norm(free), abs=1e-9)
+    assert mesh.gap(plates[0], plates[1:], 50.0) == pytest.approx(np.linalg.norm(free), abs=1e-9)
 
 
 def test_distance_of_polygons_by_points_on_them():

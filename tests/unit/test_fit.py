@@ -134,7 +134,7 @@ def test_derivatives_against_central_differences(load):
         ("E_B", "K_theta"),
     ):
         asked = ask(BEAM, load, names)
-        points = placed(record(read(data, BEAM, load), BEAM, load), asked, "edge")
+        points = placed(record(read(data, BEAM, load), BEAM), asked, "edge")
         p = np.array([TRUE.get(n, 0.01) for n in names]) * 1.07
         for mu in (1.0, 3.0, 40.0):
             # forty times the friction is far beyond the lock: the continuation has its derivatives too
@@ -190,7 +190,7 @@ def test_near_a_lock():
     fit = hinged(data, BEAM.replace(friction={"mu": 2.0}))
     assert fit.values["mu"] == pytest.approx(0.3, rel=1e-9)
     asked = ask(BEAM, "twisting", ("mu",))
-    forward = placed(record(read(data, BEAM, "twisting"), BEAM, "twisting"), asked, "edge").points
+    forward = placed(record(read(data, BEAM, "twisting"), BEAM), asked, "edge").points
     lock = forward.locks_at(asked.physical(asked.start))
     trials = np.linspace(0, 3 * lock, 400)
     peak = np.array([forward.torque(asked.physical(np.array([m]))).max() for m in trials])

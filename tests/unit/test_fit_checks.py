@@ -45,7 +45,7 @@ def test_the_slope_before_engagement_is_always_told(joint):
     assert fit.slope.points == np.count_nonzero(straight)
     # by hand: lines of one slope through the points of either way
     x, T = (values[straight] for values in loop(joint=joint))
-    way = fit.forward.readings.numbers[straight]
+    way = fit.points.readings.numbers[straight]
     A = np.column_stack([x, *(way == number for number in np.unique(way))]).astype(float)
     expected = np.linalg.lstsq(A, T, rcond=None)[0][0] / (fit.asked.base.rigidity / BEAM.pitch)
     assert fit.slope.ratio == pytest.approx(expected, rel=1e-9)

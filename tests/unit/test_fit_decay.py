@@ -132,7 +132,7 @@ def test_of_slow_noise_points_count_less_and_parameters_take_more_of_it(monkeypa
 def test_what_is_refused():
     t, y, _ = sampled(release="0.15 rad/pitch", swings=2, **HINGE)
     record = {"t": t, "phi": y}
-    with pytest.raises(squama.InputError, match=re.escape('"kappa" is not the name of a parameter of a decay')):
+    with pytest.raises(squama.InputError, match=re.escape('"kappa" is not the name of a parameter')):
         squama.fit_decay(record, GUESS, "mu, kappa")
     with pytest.raises(squama.InputError, match=re.escape("theta0 is not found on the compliant joint")):
         squama.fit_decay(record, GUESS, "theta0")

@@ -125,7 +125,7 @@ def test_noise_of_the_twist_that_turns_it_round_is_no_reversal():
     start, data, true = loop("white noise")
     phi = data["phi"] + np.random.default_rng(4).normal(0, 1e-3, data["phi"].size)
     fit = few_starts({"phi": phi, "T": data["T"]}, start)
-    assert len(np.unique(fit.forward.readings.numbers)) == 2
+    assert len(np.unique(fit.points.readings.numbers)) == 2
     assert fit.uneven
     for name, value in true.items():
         assert abs(fit.values[name] - value) < 3 * fit.errors[name]

@@ -254,7 +254,7 @@ HEAD = "phi (rad),T (N m)"
         (table(HEAD, *UP), ["--bounds", "K_theta=0.1:2"], '"0.1": has no unit'),
         (table(HEAD, *UP), ["--bounds", "theta0=5 deg:20 deg"], "theta0 is not to be found"),
         (table(HEAD, *UP), ["--noise", "5"], "--noise = 5: has no unit"),
-        (table(HEAD, *UP), ["--noise", "0 N m"], "--noise = 0 N m: must be above 0"),
+        (table(HEAD, *UP), ["--noise", "0 N m"], '--noise = "0 N m": is out of range (1e-30 to 1e30 N m)'),
         (table(HEAD, *UP), ["--to", "5 N m"], "--to = "),
         (table(HEAD, *UP), ["--to", "0 rad/m"], "--to: must be above 0"),
         (table(HEAD, *UP), ["--reversal", "-1 rad/m"], "--reversal = -1 rad/m: must be 0 or more"),

@@ -12,7 +12,7 @@ import squama
 from squama.curves import real
 from squama.identify.estimate import derivatives
 from squama.identify.prepare import Wanted, prepared
-from squama.identify.records import read
+from squama.identify.records import ALL, read
 from squama.loads import LOADS
 
 pytestmark = pytest.mark.usefixtures("alone")
@@ -112,7 +112,7 @@ def test_all_of_the_matrix_goes_with_the_modulus_of_the_bar():
     """Twice the modulus of bar, joint and scales is twice the torque; a joint whose stiffness is given stays."""
     stiff = BEAM.replace(scale={"youngs_modulus": None})
     _, loop = measured(("mu",), "compliant", "twisting")
-    wanted = Wanted(stiff, read(loop, stiff, "twisting"), ("E_B",), "twisting", "edge", None, {}, None, 1, ())
+    wanted = Wanted(stiff, read(loop, stiff, "twisting"), ("E_B",), "twisting", "edge", None, ALL, None, 1, ())
     made = prepared("compliant", wanted)
     at = made.asked.start
     one, two = (made.points.torque(made.asked.physical(factor * at)) for factor in (1, 2))
@@ -127,7 +127,7 @@ def test_derivatives_to_the_modulus_and_the_inclusion_factor():
     """Against differences ten times as wide."""
     _, loop = measured(("mu",), "compliant", "twisting")
     names = COMPLIANT
-    wanted = Wanted(BEAM, read(loop, BEAM, "twisting"), names, "twisting", "edge", None, {}, None, 1, ())
+    wanted = Wanted(BEAM, read(loop, BEAM, "twisting"), names, "twisting", "edge", None, ALL, None, 1, ())
     for some in (names, ("mu", "C_f", "E_B")):
         made = prepared("compliant", wanted._replace(names=some))
         p = made.asked.start

@@ -28,10 +28,9 @@ def cycle(ends=None, hold="bend, lateral bend", sign=""):
 
 def walked(c, beam, ends):
     """Return the points of a test at the twists of a cycle, and the values of its beam."""
-    limits = {"to": None, "reversal": None, "stick": 0.0}
     specimens = records.read({"phi": c.phi.values, "T": c["T"].values}, beam, "twisting")
     asked = "mu", "K_theta"
-    wanted = Wanted(beam, specimens, asked, "twisting", "edge", None, limits, None, 1, (), ends)
+    wanted = Wanted(beam, specimens, asked, "twisting", "edge", None, records.ALL, None, 1, (), ends)
     made = prepare.prepared("compliant", wanted)
     return made.points, made.asked.physical(np.array([0.31, 0.105]))
 
@@ -175,11 +174,7 @@ def test_a_search_walks_the_scales_some_tens_of_times(monkeypatch):
 def test_the_slope_before_engagement_is_that_of_the_ends(ends):
     beam = BEAM.replace(hold="nothing")
     c = squama.cycle(beam, WAY, points=20, ends=ends)
-    made = prepare.prepared(
-        "compliant",
-        Wanted(
-            beam, records.read({"phi": c.phi.values, "T": c["T"].values}, beam, "twisting"), ("mu", "K_theta"),
-            "twisting", "edge", None, {"to": None, "reversal": None, "stick": 0.0}, None, 1, (), ends,
-        ),
-    )  # fmt: skip
+    specimens, names = records.read({"phi": c.phi.values, "T": c["T"].values}, beam, "twisting"), ("mu", "K_theta")
+    wanted = Wanted(beam, specimens, names, "twisting", "edge", None, records.ALL, None, 1, (), ends)
+    made = prepare.prepared("compliant", wanted)
     assert prepare.bar(made) == pytest.approx(float(c["T"][1] / c.phi[1]), rel=1e-6)

@@ -148,7 +148,7 @@ def test_other_contacts_of_the_plates_are_looked_for():
     problem = Residuals(read_target(data, beam=start))
     y = np.random.default_rng(0).random((150, 3))
     alone, all_plates = (problem.look(y, slopes=False, plates=plates) for plates in (False, True))
-    cut = np.flatnonzero(np.isfinite(alone.found.values[0]) & np.isnan(all_plates.found.values[0]))
+    cut = np.flatnonzero(np.isfinite(alone.values[0]) & np.isnan(all_plates.values[0]))
     assert cut.size > 3
     for i in cut[:3]:
         r = squama.twist(problem.space.beam_of(y[i]), points=3, joint="hinge")

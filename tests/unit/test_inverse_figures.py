@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 import squama
-from squama.inverse.goals import MISSING
 from squama.inverse.hinge_figures import evaluate
 from squama.inverse.limits import LIMITS, Sizes, shear_factor
 from squama.inverse.named_figures import At, Options, Want, flat, harmless
-from squama.inverse.residuals import Residuals
+from squama.inverse.residuals import MISSING, Residuals
 from squama.inverse.search import lsi
 from squama.inverse.space import Space, Variable, cells_of
 from squama.inverse.target import read_target
@@ -149,7 +148,7 @@ def test_slopes_of_residuals_and_limits_against_central_differences(load):
         for slopes, a, b in ((found.J[:, j], up.r, down.r), (found.G[:, j], up.g, down.g)):
             differences = (a - b) / (2 * h)
             # not across the border of what is smooth, nor where a figure is not there
-            smooth = (np.abs(differences) < 1e3) & (up.found.code == down.found.code)
+            smooth = (np.abs(differences) < 1e3) & (up.code == down.code)
             smooth &= (np.abs(a) < MISSING) & (np.abs(b) < MISSING)
             error = np.abs(differences - slopes) / (1 + np.abs(differences))
             assert np.all(error[smooth] < 1e-5), j
@@ -166,7 +165,7 @@ def test_a_twist_that_is_not_reached_counts_by_how_much_it_lacks():
     }
     at = Residuals(read_target(data, beam=BEAM))
     found = at.look(np.linspace(0, 1, 9)[:, None], slopes=False, plates=False)
-    end, (r,) = found.found.load_end, found.r
+    end, (r,) = found.load_end, found.r
     there = end > 0.2
     assert 0 < there.sum() < 9
     np.testing.assert_allclose(r[~there], MISSING + (0.2 - end[~there]) / 0.2)

@@ -274,7 +274,6 @@ def test_mistakes_in_a_front(folder, capsys, old, new, words):
 
 
 def test_pictures_without_a_lock_and_with_points(folder):
-    from squama.inverse.designing import find
     from squama.inverse.target import read_target
 
     data = {
@@ -283,7 +282,7 @@ def test_pictures_without_a_lock_and_with_points(folder):
         "vary": {"substrate.thickness": ("10 mm", "20 mm")},
     }
     target = read_target(data)
-    figure = inverse_figure(find(target, starts=32), target)
+    figure = inverse_figure(squama.inverse_design(target, starts=32), target)
     words = [t.get_text() for t in figure.axes[0].get_legend().get_texts()]
     assert "asked" in words
     assert figure.axes[0].get_xlabel() == "Twist of 25 scales (deg)"

@@ -14,10 +14,10 @@ from squama.cli import main
 from squama.fabrication import refuse
 from squama.fabrication.plan import plan
 from squama.fabrication.solids import PARTS
-from squama.inverse import making
-from squama.inverse.limits import known_rooms, printed_rooms
+from squama.inverse.limits import known_rooms, printed_rooms, refused
 from squama.inverse.named_figures import flat
 from squama.inverse.residuals import Residuals
+from squama.inverse.search import rounded
 from squama.inverse.space import Grid, Variable
 from squama.inverse.target import read_target
 from squama.joints import law
@@ -137,9 +137,8 @@ def test_neighbours_on_the_grid_are_no_worse_than_the_nearest():
     target = read_target(data, beam=BEAM)
     residuals = Residuals(target)
     y = np.random.default_rng(0).uniform(0.3, 0.7, (6, 4))
-    found, near = (residuals.look(z, slopes=False, plates=True).merit for z in (
-        making.rounded(residuals, y), making.nearest(target.space, y)
-    ))  # fmt: skip
+    ways = rounded(residuals, y), target.space.nearest(y)
+    found, near = (residuals.look(z, slopes=False, plates=True).merit for z in ways)
     assert (found <= near * (1 + 1e-9)).all()
     assert (found < 0.5 * near).sum() >= 3
 
@@ -179,7 +178,7 @@ def test_materials_and_sheets_are_chosen():
     ratios = {
         word: float(squama.twist(beam, at="90 deg total").stiffness_ratio[0])
         for word, beam in made.items()
-        if not making.refused(beam, {})
+        if not refused(beam, {})
     }
     assert len(ratios) > 1
     asked = {"points": [PIECE | {"stiffness_ratio": "at least 100"}]}
@@ -219,7 +218,7 @@ def test_rooms_agree_with_what_the_printer_files_and_the_law_refuse():
     seen = {"fits": 0, "no": 0, "takes": 0}
     for i in np.flatnonzero(valid(c)):
         beam = beam_at(BEAM, "twisting", {key: float(v[i]) for key, v in values.items()})
-        lines = making.refused(beam, {}, sided=False)
+        lines = refused(beam, {}, sided=False)
         if not fits[i]:
             assert lines
             seen["no"] += 1
@@ -394,6 +393,6 @@ def test_fronts_of_real_beams():
         assert float(front["stress"][i]) == pytest.approx(float(r.stress[0]), rel=0.02)
         assert f'length = "{beam.scale.length * 1e3:.1f}'.removesuffix(".0") + " mm" in beam.to_toml()
         assert str(front["chosen.scale.thickness"][i].values) == f"{beam.scale.thickness * 1e3:g} mm"
-        assert not making.refused(beam, {})
+        assert not refused(beam, {})
     again = squama.pareto(data, beam=BEAM)
     assert again.identical(front)

@@ -9,7 +9,6 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import squama
-from squama.inverse.designing import find
 from squama.inverse.target import read_target
 from squama.io.measured import Measured
 from squama.paper import maps, twisting2020
@@ -50,7 +49,7 @@ def row(joint):
 
 def design():
     target = read_target(ROOT / "examples/lock_at_120.toml")
-    return inverse_figure(find(target, starts=256), target)
+    return inverse_figure(squama.inverse_design(target, starts=256), target)
 
 
 def solids():
@@ -224,7 +223,7 @@ def test_contours_do_not_run_across_a_jump():
     for groups, expected in (([right, ~right], set()), ([right | ~right], {2.0, 5.0})):
         ax = Figure().subplots()
         ax.set(xlim=(0, 1), ylim=(0, 1))
-        contours(ax, x, y, values, groups, {"levels": [0, 0.5, 2, 5, 10.5, 12]})
+        contours(ax, (x, y, values), groups, {"levels": [0, 0.5, 2, 5, 10.5, 12]})
         lines = [c for c in ax.collections if not c.filled]
         drawn = {float(level) for c in lines for level, path in zip(c.levels, c.get_paths(), strict=True) if len(path)}
         assert drawn == {0.5, 10.5} | expected

@@ -16,7 +16,7 @@ from squama.errors import InputError
 from squama.fe.plate import Rest
 from squama.joints import choice, factor, law
 from squama.scene import geometry
-from squama.scene.motion import SLIDING, WALKED, Motion, Setting, shape
+from squama.scene.motion import POINTS, SLIDING, Motion, Setting, shape
 from squama.units import moment
 
 UNIT = BEAM.substrate.youngs_modulus * BEAM.pitch**3
@@ -322,12 +322,12 @@ def test_the_picture_of_the_command_is_of_the_same_joint(tmp_path, capsys):
 
 def test_a_picture_goes_along_the_walked_curve():
     motion = Motion(Setting(BEAM, 0.2, joint="compliant"))
-    r = squama.twist(BEAM, mu=0.2, joint="compliant", points=WALKED)
+    r = squama.twist(BEAM, mu=0.2, joint="compliant", points=POINTS)
     assert str(motion.end) == r.end.item()
     assert (motion.neighbour, motion.load_e) == (int(r.neighbour), float(r.phi_e))
     assert motion.rigidity == r.attrs["rigidity"]
     assert motion.last == pytest.approx(float(r.phi[np.isfinite(r["T"])][-1]))
-    i = WALKED // 2
+    i = POINTS // 2
     state = motion.state(float(r.phi[i]))
     assert state[:5] == pytest.approx([float(r[name][i]) for name in ("phi", "theta", "N", "f", "T")], rel=1e-12)
     assert state.name == SLIDING

@@ -173,7 +173,7 @@ def test_a_joint_that_is_not_known_at_once_is_not_waited_for(monkeypatch) -> Non
         raise AssertionError
 
     monkeypatch.setattr("squama.joints.choice._found", elements)
-    assert live.taken(state.query(far)) == far
+    assert live.linked(state.query(far)) == far
     assert state.of(far.beam).twist == far.hinged.started().twist
     # where nobody knows it the beam is on hinges, and that is told
     monkeypatch.setattr("squama.joints.choice.impossible", lambda _: "there are no elements")

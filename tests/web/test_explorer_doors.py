@@ -17,7 +17,7 @@ import pytest
 import uvicorn
 from web_raw import SOCKET, Raw, explorer, resident
 
-from squama.web import connections, state
+from squama.web import guard, state
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +106,7 @@ def test_half_open_requests_leave_the_owner_a_place(address: str, known: Raw) ->
     "sent", ["", "GET / HTTP/1.1\r\nX: ", "POST / HTTP/1.1\r\nHost: a\r\nContent-Length: 99999\r\n\r\nx"]
 )
 def test_heads_and_the_rest_of_what_is_answered_time_out(monkeypatch, sent: str) -> None:
-    monkeypatch.setattr(connections, "HEAD", 0.2)
+    monkeypatch.setattr(guard, "HEAD", 0.2)
 
     async def app(scope, receive, send) -> None:
         # whose head is there is waited for
@@ -119,7 +119,7 @@ def test_heads_and_the_rest_of_what_is_answered_time_out(monkeypatch, sent: str)
         config, state = uvicorn.Config(app, timeout_keep_alive=600), uvicorn.server.ServerState()
         config.load()
         server = await asyncio.get_running_loop().create_server(
-            lambda: connections.Patient(config=config, server_state=state, app_state={}), "127.0.0.1", 0
+            lambda: guard.Patient(config=config, server_state=state, app_state={}), "127.0.0.1", 0
         )
         place = server.sockets[0].getsockname()
         reader, writer = await asyncio.open_connection(*place)

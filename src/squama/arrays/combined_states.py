@@ -108,8 +108,8 @@ def combined(
 
     def states(part: list[Array]) -> Combined:
         psi, phi, dpsi, dphi, y_n, *_, mu = part
-        g, pair, turn = _met(psi, phi, *part[4:-1])
-        return Combined(*screw.state(pair, g, *turn, mu, (dpsi, dphi), y_n), *turn)
+        posed = screw.Posed.of(psi, phi, y_n, part[5:-1])
+        return Combined(*screw.state(posed, mu, (dpsi, dphi), y_n), posed.closing, posed.rolling)
 
     return Combined._make(np.concatenate(v).reshape(shape) for v in _by_parts(states, columns))
 
@@ -163,25 +163,16 @@ def held(
     angles = np.linspace(0.0, 2 * np.pi, n, endpoint=False)
 
     def border(part: list[Array]) -> screw.Held:
-        _, _, y_n, *_, theta0, mu = part
-        g, pair, turn = _met(*part[:-1])
-        here = screw.touching(pair, *turn)
-        found = screw.Velocities.of(g, y_n, here).held(here.theta - theta0, mu, angles)
+        psi, phi, y_n, *_, theta0, mu = part
+        posed = screw.Posed.of(psi, phi, y_n, part[3:-1])
+        here = screw.touching(*posed[1:])
+        found = screw.Velocities.of(posed.g, y_n, here).held(here.theta - theta0, mu, angles)
         return screw.Held(*(np.where(here.contact == screw.NONE, np.nan, v) for v in found))
 
     with np.errstate(all="ignore"):
         M, T, cone = (np.concatenate(v, axis=-1) for v in _by_parts(border, columns))
     last = np.moveaxis(cone, -1, 0).reshape(*shape, 2, 2)
     return Held(M.T.reshape(*shape, n), T.T.reshape(*shape, n), last)
-
-
-def _met(
-    psi: Array, phi: Array, y_n: Array, eta: Array, beta: Array, lam: Array, alpha: Array, theta0: Array
-) -> tuple[screw.Screw, screw.Pair, tuple[Array, Array]]:
-    """Return the screw motion from pitch to pitch, a pair of scales, and its turns: closing and rolling."""
-    g = screw.Screw.of(psi, phi, y_n)
-    cos, sin = np.cos(alpha), np.sin(alpha)
-    return g, screw.Pair.of(g, eta, beta, lam, alpha, theta0), (psi * cos + phi * sin, phi * cos - psi * sin)
 
 
 def _by_parts(f: Callable[[list[Array]], Iterable[Array]], columns: Sequence[Array]) -> Iterator[tuple[Array, ...]]:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from squama.beam.design import Beam
     from squama.inverse.designing import Design, InverseDesign
-    from squama.inverse.reached import Reached
+    from squama.inverse.goals import Reached
     from squama.inverse.target import Target
 
 SHOWN = 6
@@ -60,7 +60,7 @@ def design(
 
     from squama.inverse import designing as inverse
 
-    found = inverse.find(read, designs=designs, starts=starts, seed=seed, elements=elements)
+    found = inverse.inverse_design(read, designs=designs, starts=starts, seed=seed, elements=elements)
     written = []
     if out is not None:
         title = f"design {{}} of {len(found)} for {label(target)}"
@@ -106,7 +106,7 @@ def _record(found: InverseDesign) -> dict[str, object]:
 
 def _shown(found: InverseDesign) -> Iterable[str | Table]:
     """Return designs side by side, then what holds for the first."""
-    from squama.inverse.reached import SENSES
+    from squama.inverse.goals import SENSES
     from squama.study.parameters import people
 
     shown = found.designs[:MOST]
@@ -201,7 +201,7 @@ def pareto(
 
     from squama.inverse import front as inverse
 
-    found = inverse.trade(read, population, generations, seed)
+    found = inverse.pareto(read, population=population, generations=generations, seed=seed)
     many = found.sizes["design"]
     folder: list[Path] = []
     wrote = []

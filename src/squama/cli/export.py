@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from squama.fabrication.exporting import Export
-    from squama.fabrication.measure import Check
+    from squama.fabrication.mesh import Check
 
 KEPT = ("thickness", "theta0", "alpha", "depth of slots", "thickness of slots", "distance of slots")
 """Sizes that are printed beside what was asked for."""

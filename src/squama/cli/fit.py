@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from squama.beam.design import Beam
-    from squama.identify.decay_result import DecayFit
+    from squama.identify.decay_fit import DecayFit
     from squama.identify.result import Fit
     from squama.io.measured import Measured
 
@@ -191,7 +191,7 @@ def _of_tests(data: list[str], search: Search, **others: object) -> None:
 
 def _shown(found: Fit | DecayFit, file: str) -> Iterable[str]:
     """Return the summary."""
-    from squama.identify.decay_result import DecayFit
+    from squama.identify.decay_fit import DecayFit
 
     if isinstance(found, DecayFit):
         load, kind = found.attrs["load"], model(found.attrs)

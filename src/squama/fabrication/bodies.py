@@ -88,11 +88,7 @@ def substrate(plan: Plan) -> Recipe:
 
 
 class Lid(NamedTuple):
-    """Sizes of the lid in mm.
-
-    Half the ``inner`` width between its skirts, half its ``outer`` width, the depth of its ``skirt``, and where it
-    begins and ends along the bar (``low``, ``high``).
-    """
+    """Sizes of the lid, mm: half widths between its skirts (``inner``) and outside, their depth, and its ends."""
 
     inner: float
     outer: float
@@ -121,13 +117,12 @@ class Seam(NamedTuple):
 def lid_sizes(plan: Plan) -> Lid:
     """Return the sizes of the lid; what is left open at the bar's ends is for pouring."""
     inner = tray_half(plan) + plan.clearance
-    corners = [plan.corners(plan.slit_profile, plan.slit[0], k) for k in (0, plan.scales - 1)]
-    heads = [plan.corners(np.array([(plan.shank, 0.0)]), plan.blade[1], k) for k in (0, plan.scales - 1)]
-    reach = float(np.abs(corners[0][:, 0]).max())
-    low = min(float(points[:, 2].min()) for points in (corners[0], heads[0]))
-    high = max(float(points[:, 2].max()) for points in (corners[1], heads[1]))
-    outer = max(inner, reach) + plan.wall
-    return Lid(inner, outer, min(plan.wall, plan.height / 2), low - plan.wall, high + plan.wall)
+    slit = plan.corners(plan.slit_profile, plan.slit[0])
+    head = plan.corners(np.array([(plan.shank, 0.0)]), plan.blade[1])
+    low, high = (float(f([f(slit[:, 2]), f(head[:, 2])])) for f in (np.min, np.max))
+    outer = max(inner, float(np.abs(slit[:, 0]).max())) + plan.wall
+    last = (plan.scales - 1) * plan.pitch
+    return Lid(inner, outer, min(plan.wall, plan.height / 2), low - plan.wall, high + last + plan.wall)
 
 
 def tray_half(plan: Plan) -> float:
@@ -169,8 +164,7 @@ def trays(plan: Plan) -> list[Recipe]:
         floor, middle, rim = ((plan.width + 2 * g) * length for g, length in zip(levels, lengths, strict=True))
         cavity = plan.height * (floor + 4 * middle + rim) / 6
         volume = 2 * half * (plan.height + plan.wall) * (high - low) - cavity
-        levels_cut = (-y, y + BEYOND)
-        hollow = np.array([(sides[j][i], levels_cut[j], along[j][k]) for i, j, k in np.ndindex(2, 2, 2)])
+        hollow = np.array([(sides[j][i], (-y, y + BEYOND)[j], along[j][k]) for i, j, k in np.ndindex(2, 2, 2)])
         found.append(on_bench(plan, Recipe(numbered("tray", i, pieces), whole, (hollow,), volume)))
     return found
 
@@ -184,25 +178,21 @@ def lids(plan: Plan) -> list[Recipe]:
     middle = (2 * lid.outer * plan.wall * plan.wall - skirts * lid.skirt) / 2 / area
     x, high = (-lid.outer, lid.outer), (-lid.skirt, plan.wall)
     # a slit is an oblique prism
-    oblique = plan.slit[0] * plan.slit[1] * plan.wall / sin(plan.theta0)
+    across, t = plan.slit
+    oblique = across * t * plan.wall / sin(plan.theta0)
+    out, top = t / 2 / tan(plan.theta0) + BEYOND, (plan.wall + t / 2 * cos(plan.theta0)) / sin(plan.theta0) + BEYOND
+    slit = block((-out, -across / 2, -t / 2), (top, across / 2, t / 2), plan.axes)
     seams = _between(plan, lid, lid_counts(plan) or [plan.scales])
     pieces = []
     for i, (front, back) in enumerate(itertools.pairwise(seams)):
         whole = np.array([(px, y + py, seam.at(px, py)) for px in x for py in high for seam in (front, back)])
         far = (whole[:, 2].min() - BEYOND, whole[:, 2].max() + BEYOND)
         channel = block((-lid.inner, y - lid.skirt - BEYOND, far[0]), (lid.inner, y, far[1]))
-        cuts = (channel, *(_slit(plan, k) for k in range(front.before, back.before)))
+        cuts = (channel, *(slit + plan.base(k) for k in range(front.before, back.before)))
         # the ends are planes, so it is their distance at the section's middle that counts
         volume = area * (back.at(0, middle) - front.at(0, middle)) - (back.before - front.before) * oblique
         pieces.append(on_bench(plan, Recipe(numbered("lid", i, len(seams) - 1), whole, cuts, volume)))
     return pieces
-
-
-def _slit(plan: Plan, k: int) -> Array:
-    across, t = plan.slit
-    out = t / 2 / tan(plan.theta0) + BEYOND
-    top = (plan.wall + t / 2 * cos(plan.theta0)) / sin(plan.theta0) + BEYOND
-    return block((-out, -across / 2, -t / 2), (top, across / 2, t / 2), plan.axes, plan.base(k))
 
 
 def seam(plan: Plan) -> Seam | None:

@@ -7,7 +7,8 @@ import io
 import json
 import math
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -17,20 +18,18 @@ from squama._version import __version__
 from squama.beam import mass
 from squama.errors import Problems, SquamaError
 from squama.fabrication import formats as written
-from squama.fabrication import measure, refuse
+from squama.fabrication import mesh, refuse
 from squama.fabrication import plan as plans
 from squama.fabrication import solids as made
 from squama.fabrication.bodies import Recipe
-from squama.fabrication.measure import Check
-from squama.fabrication.mesh import Mesh
+from squama.fabrication.formats import Placed
+from squama.fabrication.mesh import Check, Mesh
 from squama.fabrication.plan import Plan
-from squama.fabrication.solids import PARTS, Item
+from squama.fabrication.solids import PARTS
 from squama.io import files
 from squama.needs import need
 
 if TYPE_CHECKING:
-    from trimesh import Trimesh
-
     from squama.beam.design import Beam
 
 FORMATS = ("stl", "3mf", "step")
@@ -41,10 +40,7 @@ PLA, SILICONE = mass.PLASTIC / 1000, mass.SILICONE / 1000
 
 
 class Row(NamedTuple):
-    """One line: ``part``, its ``material``, how it is ``made``, ``number`` of them.
-
-    ``volume`` is that of one in mm^3, ``density`` in g/cm^3.
-    """
+    """One line: ``part``, its ``material``, how it is ``made``, ``number``, ``volume`` (mm^3), ``density`` (g/cm^3)."""
 
     part: str
     material: str
@@ -154,10 +150,9 @@ def export(
     if bed is not None:
         sizes["bed"] = bed
     wanted, kinds = arguments.several("parts", parts, PARTS), arguments.several("formats", formats, FORMATS)
-    densities = tuple(
-        arguments.scalar(name, value, 0.01, 25, "a density in g/cm^3, 0.01 to 25; write e.g. 1.2")
-        for name, value in (("scale_density", scale_density), ("substrate_density", substrate_density))
-    )
+    given = {"scale_density": scale_density, "substrate_density": substrate_density}
+    allowed = "a density in g/cm^3, 0.01 to 25; write e.g. 1.2"
+    densities = [arguments.scalar(name, value, 0.01, 25, allowed) for name, value in given.items()]
     plan = plans.plan(beam, scales, plans.read(sizes))
     refuse.check(plan, wanted)
     for package in ("manifold3d", "trimesh", *(("build123d",) if "step" in kinds else ())):
@@ -165,15 +160,15 @@ def export(
     solids = made.make(plan, wanted)
     _settle(solids.checks)
     bill = _rows(plan, solids.counts, *densities)
-    contents = {f"{stem}.{kind}": _bytes(stem, items, kind) for stem, items in solids.files.items() for kind in kinds}
-    contents["bill.csv"] = _table(bill).encode()
+    contents = {f"{stem}.{kind}": _bytes(stem, placed, kind) for stem, placed in solids.files.items() for kind in kinds}
+    table = [",".join(v if isinstance(v, str) else f"{v:.10g}" for v in row.record().values()) for row in bill]
+    contents["bill.csv"] = ("\n".join([",".join(bill[0].record()), *table]) + "\n").encode()
     _check_folder(folder, [*contents, RECORD], force=force)
     found = list(solids.checks)
 
     def look(name: str, path: Path) -> None:
-        stem, _, kind = name.rpartition(".")
-        if kind in ("stl", "3mf"):
-            seen = list(measure.read_back(_read(path, kind, solids.files[stem]), name))
+        if name.endswith((".stl", ".3mf")):
+            seen = list(_read_back(path, name, solids.files[name[:-4]]))
             _settle(seen)
             found.extend(seen)
 
@@ -186,7 +181,7 @@ def export(
         "beam": beam.to_toml(),
     }
     paths = _write(folder, contents, record, look)
-    meshes = {stem: [p.seated for item in items for p in item.placed] for stem, items in solids.files.items()}
+    meshes = {stem: [one.seated for one in placed] for stem, placed in solids.files.items()}
     return Export(tuple(paths), tuple(bill), tuple(found), plan, meshes)
 
 
@@ -199,45 +194,40 @@ def _settle(checks: Iterable[Check]) -> None:
 
 def _rows(plan: Plan, solids: Sequence[tuple[Recipe, int]], printed: float, cast: float) -> list[Row]:
     """Return the bill of solids, each with its number, and of the silicone that the slots' clearance takes up."""
+    bar, other = ("silicone", "cast", cast), ("PLA", "printed", printed)
     found = []
-    for solid, count in solids:
-        bar = solid.name == "substrate"
-        material, how, density = ("silicone", "cast", cast) if bar else ("PLA", "printed", printed)
-        found.append(Row(solid.name, material, how, count, solid.volume, density))
+    for solid, number in solids:
+        material, how, density = bar if solid.name == "substrate" else other
+        found.append(Row(solid.name, material, how, number, solid.volume, density))
     if plan.clearance > 0 and "substrate" in {row.part for row in found}:
         glue = math.prod(plan.slot) - plan.embedded * plan.breadth * plan.thickness
         found.append(Row("glue in a slot", "silicone", "filled in", plan.pieces, glue, cast))
     return found
 
 
-def _table(bill: Sequence[Row]) -> str:
-    """Return the bill as CSV."""
-    rows = [",".join(v if isinstance(v, str) else f"{v:.10g}" for v in row.record().values()) for row in bill]
-    return "\n".join([",".join(bill[0].record()), *rows]) + "\n"
-
-
-def _bytes(stem: str, items: list[Item], kind: str) -> bytes:
-    placed = [(item.recipe, one) for item in items for one in item.placed]
+def _bytes(stem: str, placed: list[Placed], kind: str) -> bytes:
     if kind == "step":
         return written.step(stem, placed)
-    return (written.stl if kind == "stl" else written.three_mf)([one for _, one in placed])
+    return written.stl(placed) if kind == "stl" else written.three_mf(placed)
 
 
-def _read(path: Path, kind: str, items: list[Item]) -> list[tuple[str, Trimesh, float]]:
-    """Return the solids in a file as trimesh reads them: name, mesh, volume that it should have."""
+def _read_back(path: Path, name: str, placed: list[Placed]) -> Iterator[Check]:
+    """Measure the solids in a file as trimesh reads them; those of an STL file are one."""
     trimesh = need("trimesh")
-    volumes = {name: item.recipe.volume for item in items for name, *_ in item.placed}
+    volumes = {one.name: one.recipe.volume for one in placed}
     data = io.BytesIO(path.read_bytes())
-    if kind == "stl":
-        name = next(iter(volumes)) if len(volumes) == 1 else ""
-        return [(name, trimesh.load_mesh(data, file_type="stl"), sum(volumes.values()))]
+    if name.endswith(".stl"):
+        solid = next(iter(volumes)) if len(volumes) == 1 else ""
+        yield from mesh.loaded(trimesh.load_mesh(data, file_type="stl"), name, solid, sum(volumes.values()))
+        return
     scene = trimesh.load_scene(data, file_type="3mf")
     seen = {node: scene.geometry[scene.graph[node][1]] for node in scene.graph.nodes_geometry}
     if len(seen) != len(volumes):
         message = f"{path.name}: {len(seen)} solids are in the file, not {len(volumes)}"
         raise SquamaError(message)
     found = sorted(seen.items(), key=lambda pair: pair[1].volume)
-    return [(name, mesh, volume) for (name, mesh), volume in zip(found, sorted(volumes.values()), strict=True)]
+    for (solid, body), volume in zip(found, sorted(volumes.values()), strict=True):
+        yield from mesh.loaded(body, name, solid, volume)
 
 
 def _digest(data: bytes) -> str:
@@ -246,13 +236,12 @@ def _digest(data: bytes) -> str:
 
 def _check_folder(folder: str | os.PathLike[str], names: list[str], *, force: bool) -> None:
     """Refuse a folder that cannot be written to, or in which files of these names are not those of an export."""
-    place = Path(folder)
+    place, known, problems = Path(folder), _known(Path(folder)), Problems()
     if files.exists(place) or place.is_symlink():
         files.make_folder(place)
     elif not place.parent.is_dir():
         reason = f"its folder {files.label(place.parent)} does not exist"
         errors.refuse("", "", reason, "make it first", source=files.label(folder))
-    known, problems = _known(place), Problems()
     for name in names:
         path = place / name
         if path.is_dir():
@@ -290,11 +279,9 @@ def _write(
 def _known(place: Path) -> dict[str, str | None]:
     """Return the files that exports have written, with their digests; the record itself is known by its content."""
     path = place / RECORD
-    try:
+    with suppress(OSError, ValueError, KeyError, TypeError):
         data = path.read_bytes()
         record = json.loads(data)
         if record["by"] == "squama export":
             return {**record["earlier"], **record["files"], RECORD: _digest(data)}
-    except (OSError, ValueError, KeyError, TypeError):
-        pass
     return {}

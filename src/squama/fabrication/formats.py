@@ -42,12 +42,13 @@ _DATE = "1980-01-01T00:00:00"
 
 
 class Placed(NamedTuple):
-    """A mesh in its place: ``name`` of this copy, ``mesh`` shared by its copies, rotation ``turn`` and ``shift``."""
+    """A solid in its place: ``name`` of this copy, recipe and mesh of all copies, rotation ``turn`` and ``shift``."""
 
     name: str
+    recipe: Recipe
     mesh: Mesh
-    turn: Array
-    shift: Array
+    turn: Array = np.eye(3)
+    shift: Array = np.zeros(3)
 
     @property
     def seated(self) -> Mesh:
@@ -117,13 +118,13 @@ def _number(value: float) -> str:
     return f"{float(value) + 0.0:.17g}"
 
 
-def step(name: str, solids: Iterable[tuple[Recipe, Placed]]) -> bytes:
+def step(name: str, solids: Iterable[Placed]) -> bytes:
     """Return a STEP file in millimetres of the whole's name. Raises SquamaError: a volume is not the closed form's."""
     cad = need("build123d")
     children = []
-    for recipe, one in solids:
+    for one in solids:
         # a shape of its own for each copy: the file's names belong to shapes
-        child = _solid(cad, recipe.moved(one.turn, one.shift))
+        child = _solid(cad, one.recipe.moved(one.turn, one.shift))
         child.label = one.name
         children.append(child)
     whole = cad.Compound(label=name, children=children) if len(children) > 1 else children[0]

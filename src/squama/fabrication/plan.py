@@ -151,10 +151,10 @@ class Plan(NamedTuple):
         deep, across, t = self.slot
         return deep + self.shank + HANDLE, across + 2 * self.wall, t
 
-    def corners(self, profile: Array, across: float, k: int = 0) -> Array:
-        """Return the corners of the prism over a profile in X and Z, |Y| <= across/2, of scale k."""
+    def corners(self, profile: Array, across: float) -> Array:
+        """Return the corners of the prism over a profile in X and Z, |Y| <= across/2, of the first scale."""
         local = [(x, y, z) for (x, z), y in itertools.product(profile, (-across / 2, across / 2))]
-        return np.asarray(np.array(local) @ self.axes + self.base(k))
+        return np.asarray(np.array(local) @ self.axes + self.base(0))
 
 
 def read(given: Mapping[str, object], prefix: str = "", *, bare: bool = True) -> dict[str, float]:
@@ -190,21 +190,16 @@ def apart(a: Array, b: Array) -> float:
     >>> apart(square, square + [4, 5])
     5.0
     """
-    return min(_to_edges(a, b), _to_edges(b, a)) if _separated(a, b) or _separated(b, a) else 0.0
-
-
-def _separated(a: Array, b: Array) -> bool:
-    """Say whether one of a's edges has all of b on its outer side."""
-    edges = np.roll(a, -1, axis=0) - a
-    normals = np.stack([edges[:, 1], -edges[:, 0]], axis=1)
-    own, other = normals @ a.T, normals @ b.T
-    return bool(((other.min(1) >= own.max(1)) | (other.max(1) <= own.min(1))).any())
-
-
-def _to_edges(points: Array, polygon: Array) -> float:
-    edge, away = np.roll(polygon, -1, axis=0) - polygon, points[:, None] - polygon
-    along = np.clip((away * edge).sum(-1) / (edge**2).sum(-1), 0, 1)
-    return float(np.linalg.norm(away - along[..., None] * edge, axis=-1).min())
+    separated, least = False, np.inf
+    for polygon, points in ((a, b), (b, a)):
+        edge, away = np.roll(polygon, -1, axis=0) - polygon, points[:, None] - polygon
+        normals = np.stack([edge[:, 1], -edge[:, 0]], axis=1)
+        own, other = normals @ polygon.T, normals @ points.T
+        # one of the edges has all of the other polygon on its outer side
+        separated |= bool(((other.min(1) >= own.max(1)) | (other.max(1) <= own.min(1))).any())
+        along = np.clip((away * edge).sum(-1) / (edge**2).sum(-1), 0, 1)
+        least = min(least, float(np.linalg.norm(away - along[..., None] * edge, axis=-1).min()))
+    return least if separated else 0.0
 
 
 def between(plan: Plan, profile: Array, across: float) -> float:

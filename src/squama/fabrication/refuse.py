@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from math import cos, degrees, sin, tan
 
 import numpy as np
+from scipy.optimize import bisect
 
 from squama.errors import InputError, Problem
 from squama.fabrication import bodies
@@ -79,10 +80,9 @@ def _along(plan: Plan) -> Iterator[Problem]:
     """Slots beside each other, and the bar's ends."""
     slots = "the slots of neighbouring tabs {} in the bar", "or a smaller scale.embedded"
     yield from _ligament(plan, lambda p: between(p, p.slot_profile, p.slot[1]), *slots)
-    low = plan.corners(plan.slot_profile, plan.slot[1], 0)[:, 2].min()
-    high = plan.corners(plan.slot_profile, plan.slot[1], plan.scales - 1)[:, 2].max()
-    high = float(high) + max(shift for _, shift in plan.sides)
-    short = plan.feature - min(float(low), plan.total - high)
+    along = plan.corners(plan.slot_profile, plan.slot[1])[:, 2]
+    last = (plan.scales - 1) * plan.pitch + max(shift for _, shift in plan.sides)
+    short = plan.feature - min(float(along.min()), plan.total - last - float(along.max()))
     if short > SLACK:
         remedy = f"write at least {mm_up(plan.ends + short)}"
         yield Problem("ends", mm(plan.ends), "a slot opens at the bar's end", remedy)
@@ -90,20 +90,15 @@ def _along(plan: Plan) -> Iterator[Problem]:
 
 def _at_rest(plan: Plan) -> Iterator[Problem]:
     """Plates of true thickness above each other; they are parallel, so their own axes separate them or nothing does."""
-    sizes = np.array([plan.length + plan.embedded, plan.breadth, plan.thickness])
-    lift = plan.pitch * plan.slope
-    k = 1
-    while k < plan.scales and plan.step[0] * k < sizes[0] and plan.step[1] * k < sizes[1]:
-        gap = abs(plan.step[2]) * k - plan.thickness
-        if gap < plan.clearance - SLACK:
-            words = "lie in each other" if gap < 0 else f"are only {mm(gap)} apart"
-            reason = f"{words} at rest, the pitch lifts them by d sin(theta0) cos(alpha) = {mm(lift)}"
-            thinner = _at_most(lift - plan.clearance, "write a larger scale.theta0")
-            least = mm_up((plan.thickness + plan.clearance) / plan.slope / k)
-            remedy = f"{thinner}, or a beam.pitch of at least {least}"
-            yield Problem("scale.thickness", mm(plan.thickness), f"neighbouring scales {reason}", remedy)
-            return
-        k += 1
+    x, y, z = plan.step
+    lift, gap = plan.pitch * plan.slope, abs(z) - plan.thickness
+    # the next scale is the nearest
+    if plan.scales > 1 and x < plan.length + plan.embedded and y < plan.breadth and gap < plan.clearance - SLACK:
+        words = "lie in each other" if gap < 0 else f"are only {mm(gap)} apart"
+        reason = f"{words} at rest, the pitch lifts them by d sin(theta0) cos(alpha) = {mm(lift)}"
+        thinner = _at_most(lift - plan.clearance, "write a larger scale.theta0")
+        remedy = f"{thinner}, or a beam.pitch of at least {mm_up((plan.thickness + plan.clearance) / plan.slope)}"
+        yield Problem("scale.thickness", mm(plan.thickness), f"neighbouring scales {reason}", remedy)
 
 
 def _mould(plan: Plan) -> Iterator[Problem]:
@@ -164,14 +159,12 @@ def _ligament(plan: Plan, gap: Callable[[Plan], float], words: str, otherwise: s
     found = gap(plan)
     if plan.scales < 2 or found >= plan.feature - SLACK:
         return
-    low, high = plan.pitch, plan.pitch
+    high = plan.pitch
     while gap(plan._replace(pitch=high)) < plan.feature:
-        low, high = high, 2 * high
-    for _ in range(60):
-        middle = (low + high) / 2
-        low, high = (low, middle) if gap(plan._replace(pitch=middle)) >= plan.feature else (middle, high)
+        high *= 2
+    least = bisect(lambda pitch: gap(plan._replace(pitch=pitch)) - plan.feature, high / 2, high)
     reason = words.format(f"are only {mm(found)} apart" if found > 0 else "meet")
-    remedy = f"write at least {mm_up(high)}, {otherwise}"
+    remedy = f"write at least {mm_up(least)}, {otherwise}"
     yield Problem("beam.pitch", mm(plan.pitch), f"{reason}, they need {mm(plan.feature)}", remedy)
 
 

@@ -9,11 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.fabrication import bodies, mesh
-from squama.fabrication import measure as measured
 from squama.fabrication.bodies import Recipe
 from squama.fabrication.formats import Placed
-from squama.fabrication.measure import Check
-from squama.fabrication.mesh import Mesh
+from squama.fabrication.mesh import Check
 from squama.fabrication.plan import Plan, between
 
 PARTS = ("scale", "substrate", "mould", "assembly")
@@ -21,97 +19,79 @@ SPACING = 2.0
 """Between scales that are laid out for the printer, mm."""
 
 
-class Item(NamedTuple):
-    """A solid in a file: its ``recipe``, and its copies where they are ``placed``."""
-
-    recipe: Recipe
-    placed: list[Placed]
-
-
 class Solids(NamedTuple):
     """All solids of an export: ``files`` by name without ending, numbers of the parts, and what was measured."""
 
-    files: dict[str, list[Item]]
+    files: dict[str, list[Placed]]
     counts: list[tuple[Recipe, int]]
     checks: list[Check]
 
 
 def make(plan: Plan, parts: Sequence[str]) -> Solids:
     """Return the solids of the parts that are asked for, measured."""
-    files: dict[str, list[Item]] = {}
+    files: dict[str, list[Placed]] = {}
     counts: list[tuple[Recipe, int]] = []
     checks: list[Check] = []
 
-    def built(recipe: Recipe) -> Mesh:
-        made = mesh.build(recipe)
-        checks.extend(measured.solid(recipe, made))
+    def built(recipe: Recipe, number: int) -> Placed:
+        made = Placed(recipe.name, recipe, mesh.build(recipe))
+        checks.extend(mesh.solid(recipe, made.mesh))
+        counts.append((recipe, number))
         return made
 
-    scale, bar = bodies.scale(plan), bodies.substrate(plan)
     if {"scale", "assembly"} & set(parts):
-        flat = built(scale)
-        counts.append((scale, plan.pieces))
+        flat = built(bodies.scale(plan), plan.pieces)
     if "scale" in parts:
-        files["scale"] = [_alone(scale, flat)]
-        files |= {name: [Item(scale, placed)] for name, placed in _plates(plan, flat)}
+        files |= {"scale": [flat], **dict(_plates(plan, flat))}
     if {"substrate", "assembly"} & set(parts):
-        body = built(bar)
-        counts.append((bar, 1))
-        checks += [check for half in measured.halves(plan, body) for check in measured.slots(plan, half)]
+        bar = built(bodies.substrate(plan), 1)
+        checks += [check for half in mesh.halves(plan, bar.mesh) for check in mesh.slots(plan, half)]
     if "substrate" in parts:
-        files["substrate"] = [_alone(bar, body)]
+        files["substrate"] = [bar]
     if "mould" in parts:
-        pieces = [(r, built(r)) for r in (*bodies.trays(plan), *bodies.lids(plan))]
-        knife = bodies.blade(plan)
-        edge = built(knife)
-        files |= {recipe.name: [_alone(recipe, made, down=True)] for recipe, made in pieces}
-        files["blade"] = [_alone(knife, edge)]
-        blades = _seated(plan, "blade", knife, edge, plan.slot[2])
-        files["mould"] = [*(_alone(recipe, made) for recipe, made in pieces), blades]
-        counts += [*((recipe, 1) for recipe, _ in pieces), (knife, plan.scales)]
-        checks += measured.slits(plan, [made for recipe, made in pieces if recipe.name.startswith("lid")])
-        checks.append(measured.overlaps([p.seated for item in files["mould"] for p in item.placed], "mould"))
+        pieces = [built(recipe, 1) for recipe in (*bodies.trays(plan), *bodies.lids(plan))]
+        knife = built(bodies.blade(plan), plan.scales)
+        # put down on the bed with its corner at 0
+        files |= {one.name: [one._replace(shift=-one.mesh.bounds[0])] for one in pieces}
+        files |= {"blade": [knife], "mould": [*pieces, *_seated(plan, knife, plan.slot[2])]}
+        checks += mesh.slits(plan, [one.mesh for one in pieces if one.name.startswith("lid")])
+        checks.append(mesh.overlaps([one.seated for one in files["mould"]], "mould"))
     if "assembly" in parts:
-        scales = _seated(plan, "scale", scale, flat, plan.thickness)
-        files["assembly"] = [_alone(bar, body), scales]
-        checks += _fitted(plan, body, [p.seated for p in scales.placed])
+        files["assembly"] = [bar, *_seated(plan, flat, plan.thickness)]
+        checks += _fitted(plan, [one.seated for one in files["assembly"]])
     return Solids(files, counts, checks)
 
 
-def _fitted(plan: Plan, body: Mesh, seated: list[Mesh]) -> Iterator[Check]:
-    """Measure the assembled beam."""
+def _fitted(plan: Plan, solids: list[mesh.Mesh]) -> Iterator[Check]:
+    """Measure the assembled beam: the substrate and its scales."""
+    body, *seated = solids
     for i, one in enumerate(seated):
-        yield from measured.scale(plan, measured.upright(plan, one, i // plan.scales))
-    yield measured.overlaps([body, *seated], "assembly")
-    search = 2 * max(plan.clearance, plan.thickness)
-    found = measured.gap(body, seated, search)
-    yield Check("gap between scales and substrate", "assembly", plan.clearance, found, "mm", measured.LENGTH)
+        yield from mesh.scale(plan, mesh.upright(plan, one, i // plan.scales))
+    yield mesh.overlaps(solids, "assembly")
+    found = mesh.gap(body, seated, 2 * max(plan.clearance, plan.thickness))
+    yield Check("gap between scales and substrate", "assembly", plan.clearance, found, "mm", mesh.LENGTH)
     t = plan.thickness / 2
     sides = np.array([(-plan.embedded, -t), (plan.length, -t), (plan.length, t), (-plan.embedded, t)])
     expected = between(plan, sides, plan.breadth)
     for one, other in (seated[i : i + 2] for i in range(0, plan.pieces, plan.scales) if plan.scales > 1):
-        found = measured.gap(one, [other], 2 * expected)
-        yield Check("gap between neighbouring scales", "assembly", expected, found, "mm", measured.LENGTH)
+        found = mesh.gap(one, [other], 2 * expected)
+        yield Check("gap between neighbouring scales", "assembly", expected, found, "mm", mesh.LENGTH)
 
 
-def _alone(recipe: Recipe, made: Mesh, *, down: bool = False) -> Item:
-    """Return a solid as it is, or put down on the bed with its corner at 0."""
-    shift = -made.bounds[0] if down else np.zeros(3)
-    return Item(recipe, [Placed(recipe.name, made, np.eye(3), shift)])
-
-
-def _names(plan: Plan, word: str) -> list[str]:
+def _copies(plan: Plan, one: Placed) -> list[Placed]:
+    """Return a plate for each scale of the beam, numbered."""
     digits = len(str(plan.pieces))
-    return [f"{word} {i + 1:0{digits}d}" for i in range(plan.pieces)]
+    return [one._replace(name=f"{one.name} {i + 1:0{digits}d}") for i in range(plan.pieces)]
 
 
-def _seated(plan: Plan, word: str, recipe: Recipe, made: Mesh, thickness: float) -> Item:
+def _seated(plan: Plan, flat: Placed, thickness: float) -> list[Placed]:
     """Return flat plates of a thickness, each in its place on the bar."""
     places = (bodies.seat(plan, i, thickness) for i in range(plan.pieces))
-    return Item(recipe, [Placed(n, made, *place) for n, place in zip(_names(plan, word), places, strict=True)])
+    copies = zip(_copies(plan, flat), places, strict=True)
+    return [one._replace(turn=turn, shift=shift) for one, (turn, shift) in copies]
 
 
-def _plates(plan: Plan, flat: Mesh) -> Iterator[tuple[str, list[Placed]]]:
+def _plates(plan: Plan, flat: Placed) -> Iterator[tuple[str, list[Placed]]]:
     """Lay all scales out flat in rows, on as many beds as it takes."""
     long, wide = plan.length + plan.embedded + SPACING, plan.breadth + SPACING
     rows = max(1, round(sqrt(plan.pieces * wide / long)))
@@ -119,10 +99,8 @@ def _plates(plan: Plan, flat: Mesh) -> Iterator[tuple[str, list[Placed]]]:
     if plan.bed is not None:
         room = plan.bed + SPACING
         columns, rows = min(columns, int(room // wide)), int(room // long)
-    each = rows * columns
-    named = _names(plan, "scale")
-    plates = [named[i : i + each] for i in range(0, len(named), each)]
-    for i, plate in enumerate(plates):
-        places = (np.array([j // columns * long, j % columns * wide, 0.0]) for j in range(each))
-        placed = [Placed(name, flat, np.eye(3), place) for name, place in zip(plate, places, strict=False)]
-        yield bodies.numbered("scales", i, len(plates)), placed
+    each, every = rows * columns, _copies(plan, flat)
+    places = [np.array([j // columns * long, j % columns * wide, 0.0]) for j in range(each)]
+    for i in range(count := ceil(len(every) / each)):
+        plate = zip(every[i * each :], places, strict=False)
+        yield bodies.numbered("scales", i, count), [one._replace(shift=place) for one, place in plate]

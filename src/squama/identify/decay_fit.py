@@ -16,22 +16,31 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squama import arguments
+from squama._version import __version__
 from squama.beam.design import Beam
+from squama.curves.chosen import idealisation
 from squama.dynamics import doors, motion, systems
 from squama.dynamics.motion import Drive, Part, State
+from squama.dynamics.systems import Model
 from squama.errors import InputError, refuse
-from squama.identify import estimate, noise, swings
-from squama.identify.decay_result import DecayFit
-from squama.identify.swings import Swings
-from squama.identify.unknowns import PARAMETERS, Parameter, ask
+from squama.identify import estimate, noise, records
+from squama.identify.records import Swings
+from squama.identify.unknowns import PARAMETERS, Estimated, Parameter, ask, named
+from squama.io import measured
 from squama.loads import MODES
 from squama.types import Array
 from squama.units import Dimension
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
 
 DEFAULT = ("mu", "K_theta", "damping")
 """What is found if nothing is named."""
@@ -68,7 +77,7 @@ class Trials(NamedTuple):
     """Trial beams, and the names of the parameters in the order of their values."""
 
     beam: Beam
-    model: systems.Model
+    model: Model
     mode: str
     names: tuple[str, ...]
 
@@ -123,6 +132,99 @@ class Trials(NamedTuple):
         return np.array([columns[name] for name in self.names]).T * sizes
 
 
+@dataclass(frozen=True, repr=False, eq=False)
+class DecayFit(Estimated):
+    """Parameters of a beam found from the record of a decay.
+
+    ``beam`` has the estimates put in, with the rotor (in a mode the density) of the frequency that was found. Names of
+    what was found are ``parameters``: what was asked for, then ``f_0`` (Hz), ``release`` (first turning point, rad per
+    pitch), ``start`` (its time, s) and ``twist_zero`` (reading at rest, rad over the whole beam). In this order
+    ``estimates``, ``covariance`` and ``correlation``, by name ``values`` and standard ``errors``, SI units.
+
+    Arrays of one length, the points: ``t`` (s), ``angle`` measured, ``fitted`` (rad per pitch). ``noise`` of a point
+    from its neighbours, ``rms`` of the residuals (rad per pitch); ``at_bound`` by parameter; ``notes`` what is to be
+    known.
+    """
+
+    beam: Beam
+    initial: Beam
+    model: Model
+    mode: str
+    found: tuple[Parameter, ...]
+    estimates: Array
+    covariance: Array
+    t: Array
+    angle: Array
+    fitted: Array
+    noise: float
+    at_bound: NDArray[np.bool_]
+    notes: tuple[str, ...]
+
+    @property
+    def rows(self) -> tuple[Parameter, ...]:
+        """What was found."""
+        return self.found
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the residuals, rad per pitch."""
+        return math.sqrt(float(np.mean((self.angle - self.fitted) ** 2)))
+
+    @property
+    def attrs(self) -> dict[str, str]:
+        """What the fit is made with, in words."""
+        model = self.model
+        return {
+            "load": model.load.name,
+            "law": model.law,
+            "joint": model.joint,
+            "scales": idealisation(self.beam, model.joint, ideal=model.ideal),
+            "mode": self.mode,
+            **({"faces": self.beam.faces} if self.beam.other else {}),
+        }
+
+    def report(self) -> dict[str, Any]:
+        """Return the whole result as plain data, for JSON."""
+        return {
+            **self.attrs,
+            "parameters": self._parameters(at_bound=self.at_bound),
+            **{name: getattr(self, name) for name in ("correlation", "noise", "rms")},
+            "points": {"t": self.t, "load": self.angle, "fitted": self.fitted},
+            "notes": list(self.notes),
+            "beam": self.beam.model_dump(),
+            "squama_version": __version__,
+        }
+
+    def __repr__(self) -> str:
+        return f"DecayFit({', '.join(self.lines)}; {self.t.size} points, rms {self.rms:.3g} rad/pitch)"
+
+    def summary(self) -> str:
+        """Return estimates, errors, correlations and what is to be known about them, as text."""
+        sizes = f"residual rms {self.rms:.3g} rad/pitch, noise of a point {self.noise:.3g} rad/pitch"
+        return "\n".join([*self._described(), f"{sizes}; {self.t.size} points", *(f"note: {n}" for n in self.notes)])
+
+    def dataset(self) -> xr.Dataset:
+        """Return everything as an ``xarray.Dataset``: dimensions ``point`` and ``parameter``."""
+        load = self.model.load
+        return self._labelled(
+            f"decay in {load.name}",
+            {
+                "t": ("point", self.t, "time", "s"),
+                load.angle: ("point", self.angle, load.angle_words, "rad"),
+                f"{load.angle}_fit": ("point", self.fitted, f"fitted {load.angle}", "rad"),
+                "noise": ("", self.noise, "noise of a point", "rad"),
+            },
+            {**self.attrs, "notes": "\n".join(self.notes)},
+        )
+
+    def plot(self) -> Figure:
+        """Draw the record, the fitted motion and the residuals, see :func:`squama.plot.decay_figure`."""
+        from squama.plot import decay_figure
+
+        drawn: Figure = decay_figure(self.dataset())
+        return drawn
+
+
 def fit_decay(
     data: Any,
     beam: Beam,
@@ -169,7 +271,7 @@ def fit_decay(
     mu = 0.3000, damping = 0.0100, rotor 0.0100 kg m2
     """
     arguments.beam(beam)
-    names = _names(parameters)
+    names = named(parameters, (*CONTACT, "damping"))
     mu = 0.25 if "mu" in names and beam.friction.mu is None else None
     model, _ = doors.model_of(beam, mu, law, load, joint, ideal)
     arguments.one_of("mode", mode, MODES)
@@ -178,7 +280,7 @@ def fit_decay(
         refuse("parameters", "", "theta0 is not found on the compliant joint", 'leave it out, or give joint="hinge"')
     contact = [n for n in names if n in CONTACT]
     asked = ask(beam, load, contact, joint=model.joint) if contact else None
-    record = swings.swings(swings.read(data, beam, model.load), beam.pitch)
+    record = records.swings(records.read(data, beam, load, measured.TIME), beam.pitch)
     own = {"damping": 0.01} if "damping" in names else {}
     own |= {"f_0": 1.0, "release": record.release, "start": record.start, "twist_zero": 0.0}
     columns = list(zip(asked.start, asked.low, asked.high, strict=True)) if asked else []
@@ -188,19 +290,6 @@ def fit_decay(
     p = _started(trials, p, record)
     _check_engagement(trials, p, record, contact)
     return _found(trials, rows, p, (low, high), record)
-
-
-def _names(parameters: Sequence[str] | str) -> list[str]:
-    """Return the checked names of the parameters to find."""
-    given = [n.strip() for n in parameters.split(",")] if isinstance(parameters, str) else [str(n) for n in parameters]
-    known = (*CONTACT, "damping")
-    for name in given:
-        if name not in known:
-            reason = f'"{name}" is not the name of a parameter of a decay'
-            refuse("parameters", "", reason, f"known are {', '.join(known)}")
-    if not given or given.count("damping") > 1:
-        refuse("parameters", "", "damping is given twice" if given else "none is named", 'write e.g. "mu, damping"')
-    return given
 
 
 def _started(trials: Trials, p: Array, record: Swings) -> Array:

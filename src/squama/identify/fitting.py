@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -15,25 +14,24 @@ from squama.beam.faces import only_one
 from squama.curves import finite_rows, hinge_cycles
 from squama.curves.finite_rows import Ends
 from squama.errors import InputError, naming, refuse
-from squama.identify import doubts, estimate, prepare, records, row_fit, selection, sentences
-from squama.identify.doubts import Rival
+from squama.identify import estimate, prepare, records, remarks, selection
 from squama.identify.hinge_points import Hinged
 from squama.identify.joint_points import Walked
 from squama.identify.posterior import sample
 from squama.identify.prepare import Prepared, Wanted
-from squama.identify.result import Endless, Fit, SpecimenFit
-from squama.identify.selection import Found
+from squama.identify.result import Alone, Fit
+from squama.identify.selection import Found, Rival
 from squama.identify.slope import slope
 from squama.identify.unknowns import DEFAULT, NUISANCES, OF_TWIST, ask
 from squama.joints.choice import known
 from squama.loads import ENDLESS, LOADS
 from squama.needs import need
+from squama.types import Array
 
 _MOST = 0.9
 """Part of the points that the other model has to cover."""
 _HOPELESS = 4.0
 """Residual rms of a search from one start, over that of the fit, beyond which the other model is not fitted further."""
-_OTHER = {"hinge": "compliant", "compliant": "hinge"}
 
 
 def fit(
@@ -125,11 +123,7 @@ def fit(
     if samples:
         need("emcee")
     with naming("noise"):
-        sigma = None if noise is None else units.quantity(noise, "torque")
-    if sigma is not None and sigma <= 0:
-        refuse("noise", f"{sigma:.6g} N m", "must be above 0", 'write e.g. "5 N mm"')
-    if sigma is not None and not records.TORQUES.hold(sigma):
-        refuse("noise", f"{sigma:.6g} N m", f"is out of range ({records.TORQUES.allowed})", 'write e.g. "5 N mm"')
+        sigma = None if noise is None else units.bounded(noise, "torque", records.TORQUES)
     automatic = arguments.one_of("nuisances", nuisances, ("auto", "none")) == "auto"
     asked = ask(beam, load, parameters, bounds, joint="hinge" if joint == "hinge" else "compliant")
     # samples are drawn at twists that stay
@@ -137,9 +131,8 @@ def fit(
     if samples and moved:
         refuse("posterior", str(samples), f"no samples are drawn with {' and '.join(moved)}", "leave one out")
     candidates = tuple(n for n in NUISANCES if automatic and not (samples and n in OF_TWIST))
-    limits = {"to": to, "reversal": reversal, "stick": stick}
     # before the joint is looked for, which may take finite elements
-    records.limits(beam, load, **limits)
+    limits = records.Limits.of(beam, load, to, reversal, stick)
     wanted = Wanted(beam, [], asked.names, load, law, bounds, limits, sigma, starts, candidates)
     kind, why = prepare.kind(joint, wanted, samples)
     wanted = wanted._replace(specimens=records.read(data, beam, load), ends=prepare.ends(kind, wanted, ends))
@@ -152,21 +145,14 @@ def fit(
         made, kind, why = prepare.prepared("hinge", wanted), "hinge", f"on the compliant joint: {error}"
     prepare.enough(made)
     try:
-        found = row_fit.find(made, starts, candidates)
+        found = selection.find(made, starts, candidates)
     except InputError:
         if not (cause := prepare.wrong_unit(made)):
             raise
         # what the points seem not to show is a consequence
         refuse("data", "", f"no fit is found: {cause}")
-    result = _result(made, found, wanted, _rival(_OTHER[kind], wanted, found), why)
-    if samples:
-        assert isinstance(made.points, Hinged)
-        points, torque = made.points.take(np.flatnonzero(found.usable)), made.record.torque[found.usable]
-        drawn = sample(
-            points, torque, found.asked, result.estimates, result.covariance, samples, noise=sigma, seed=seed
-        )
-        result = replace(result, posterior=drawn)
-    return result
+    result = _result(made, found, wanted, _rival("hinge" if kind == "compliant" else "compliant", wanted, found), why)
+    return replace(result, posterior=sample(made, found, samples, seed)) if samples else result
 
 
 def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
@@ -177,10 +163,10 @@ def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
         if joint == "compliant" and not known(wanted.beam):
             refuse("joint", "", "is known by elements only", f'ask for it by joint="{joint}"')
         made = prepare.prepared(joint, wanted)
-        usable = made.usable & found.usable
+        usable = made.usable & found.used
         # at reversals the models use a few other points
-        if np.count_nonzero(usable) < _MOST * np.count_nonzero(found.usable):
-            refuse("data", "", f"{np.count_nonzero(found.usable & ~usable)} of the points are not covered")
+        if np.count_nonzero(usable) < _MOST * np.count_nonzero(found.used):
+            refuse("data", "", f"{np.count_nonzero(found.used & ~usable)} of the points are not covered")
         made = made._replace(usable=usable)
         prepare.enough(made)
         if not selection.comes_near(made, found.added, _HOPELESS * found.rms):
@@ -194,97 +180,82 @@ def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
 
 
 def _result(made: Prepared, found: Found, wanted: Wanted, rival: Rival | None, why: str) -> Fit:
-    rec, points, asked, best = made.record, made.points, found.asked, found.best
-    at, beam = asked.physical(best.values), asked.fitted(best.values)
+    """Return the result of a fit; ``why`` says why the model is not the one of choice."""
+    rec, points, asked = made.record, made.points, found.asked
+    at, beam = asked.physical(found.estimates), asked._replace(beam=wanted.beam).fitted(found.estimates)
     touching, covered = points.touching(at), made.usable | (rec.stuck & rec.asked)
     branch = np.where(touching, np.where(rec.way > 0, "loading", "unloading"), "straight")
-    branch = np.where(rec.stuck & touching, "stick", branch)
-    branch = np.where(made.usable & ~found.usable & touching, "stick", branch)
+    branch = np.where((rec.stuck | (made.usable & ~found.used)) & touching, "stick", branch)
     branch = np.where(found.stray, "stray", branch)
-    band = estimate.standard_error(found.points, asked, best.values, found.covariance)
+    band = estimate.standard_error(found.points, asked, found.estimates, found.covariance)
     fitted = np.where(covered, points.torque(at), np.nan)
     senses, remedies = None, []
     if isinstance(points, Hinged):
         senses = hinge_cycles.senses(beam, asked.load, at.mu, wanted.law, 0.01)
-        used = points.take(np.flatnonzero(found.usable)).at(at)
-        remedies = estimate.remedies(asked, best.values, senses, used, best.jacobian, found.noise)
-    else:
-        beam = asked._replace(beam=wanted.beam).fitted(best.values)
-    steep = slope(rec, points, found.usable, at, prepare.bar(made), found.noise)
+        used = points.take(np.flatnonzero(found.used)).at(at)
+        remedies = estimate.remedies(asked, found.estimates, senses, used, found.jacobian, found.noise)
+    steep = slope(rec, points, found.used, at, prepare.bar(made), found.noise)
     result = Fit(
+        **(vars(found) | {"points": points}),
         beam=beam,
         initial=asked.beam,
         load=asked.load,
         law=wanted.law,
-        asked=asked,
         record=rec,
-        forward=points,
-        estimates=best.values,
-        covariance=found.covariance,
-        noise=found.noise,
         given_noise=wanted.noise is not None,
-        rms=found.rms,
         residuals=rec.torque - fitted,
         fitted=fitted,
         band=np.where(covered, band, np.nan),
         branch=np.where(covered, branch, "beyond"),
-        used=found.usable,
-        jacobian=best.jacobian,
-        starts=(best.agreed, best.starts),
-        at_bound=best.at_bound,
-        specimens=_alone(made, found),
+        specimens=_specimens(made, found),
         remedies=tuple(remedies),
         notes=(),
-        added=found.added,
-        dependence=found.dependence,
-        uneven=found.uneven,
         rival=rival,
-        disagreement=doubts.disagreement(found, rival),
+        disagreement=remarks.disagreement(found, rival),
         slope=steep,
         ends=wanted.ends,
         row=_row(made, found, beam) if wanted.ends == ENDLESS else None,
         endless=_endless(made, found),
-        doubts=(*doubts.of_record(made, found, steep), *doubts.doubts(found, rival, wanted.noise)),
+        doubts=tuple(remarks.doubts(made, found, rival, steep)),
     )
-    return replace(result, notes=(*([why] if why else []), *sentences.notes(result, senses)))
+    return replace(result, notes=(*([why] if why else []), *remarks.notes(result, senses)))
 
 
-def _endless(made: Prepared, found: Found) -> Endless | None:
+def _endless(made: Prepared, found: Found) -> Alone | None:
     """Fit the endless beam to the points of a fit with ends; None where the fit itself is of the endless beam."""
     points = made.points
     if not (isinstance(points, Walked) and points.kind is not None):
         return None
+    plain = made._replace(asked=found.asked, usable=found.used, points=points.endless())
+    return _alone(ENDLESS, plain, found.estimates)
+
+
+def _specimens(made: Prepared, found: Found) -> tuple[Alone, ...]:
+    """Fit each of several specimens alone."""
+    rec, own = made.record, made._replace(asked=found.asked, points=found.points)
+    if len(rec.specimens) == 1:
+        return ()
+    parts = [own._replace(usable=found.used & (rec.specimen == i)) for i in range(len(rec.specimens))]
+    return tuple(_alone(s.label, part, found.estimates) for s, part in zip(rec.specimens, parts, strict=True))
+
+
+def _alone(label: str, made: Prepared, start: Array) -> Alone:
+    """Fit some of the points, or all of them by another model, from the estimates of a fit."""
     try:
-        plain = made._replace(asked=found.asked, usable=found.usable, points=points.endless())
-        other = selection.settle(plain, found.best.values)
+        prepare.enough(made)
+        one = selection.settle(made, start)
     except InputError as error:
-        return Endless(None, None, math.nan, str(error))
-    return Endless(other.best.values, np.sqrt(np.diag(other.covariance)), other.rms)
+        return Alone(label, None, None, problem=str(error))
+    return Alone(label, one.estimates, one.deviations, one.rms)
 
 
 def _row(made: Prepared, found: Found, beam: Beam) -> Ends | None:
     """Compare the fitted beam's own number of scales with the endless beam, at the top of the data."""
     if beam.scales is None or not LOADS[made.asked.load].sided or beam.friction.mu is None:
         return None
-    load = made.record.load[found.usable & made.points.touching(found.asked.physical(found.best.values))]
+    load = made.record.load[found.used & made.points.touching(found.asked.physical(found.estimates))]
     if not load.size:
         return None
     far, hinged = float(max(load, key=abs)), isinstance(made.points, Hinged)
     joint = "hinge" if hinged else "compliant"
     return finite_rows.ends(beam, abs(far) / beam.pitch, sense="-" if far < 0 else "+", joint=joint, ideal=hinged)
-
-
-def _alone(made: Prepared, found: Found) -> tuple[SpecimenFit, ...]:
-    """Fit each specimen alone."""
-    rec, out = made.record, []
-    if len(rec.specimens) == 1:
-        return ()
-    for i, specimen in enumerate(rec.specimens):
-        mine = made._replace(usable=found.usable & (rec.specimen == i), asked=found.asked, points=found.points)
-        try:
-            prepare.enough(mine)
-            one = selection.settle(mine, found.best.values)
-            out.append(SpecimenFit(specimen.label, one.best.values, np.sqrt(np.diag(one.covariance))))
-        except InputError as error:
-            out.append(SpecimenFit(specimen.label, None, None, str(error)))
-    return tuple(out)

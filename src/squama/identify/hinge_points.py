@@ -157,8 +157,18 @@ class Hinged:
         out[:, 4], out[:, 7] = 1.0, self.readings.order[self.index]
         for i in (5, 6):
             if wanted[i]:
-                out[:, i] = difference(self, v, Physical._fields[i], _STEP)
+                out[:, i] = self._slope(v, Physical._fields[i])
         return out
+
+    def _slope(self, v: Physical, name: str) -> Array:
+        """Return a derivative of the torque by central differences; one-sided where there is no play."""
+        value = getattr(v, name)
+        low, high = max(value - _STEP, 0.0) if name == "backlash" else value - _STEP, value + _STEP
+        ends = [v._replace(**{name: at}) for at in (high, low)]
+        up, down = (self.torque(end) for end in ends)
+        first, last = (self.at(end).way * self.at(end).sign for end in ends)
+        # where play is just taken up the branch changes: that is no slope
+        return np.asarray(np.where(first == last, up - down, 0.0) / (high - low))
 
     def locks_at(self, v: Physical) -> float:
         """Smallest friction at which one of the points that are loaded is beyond a lock; inf if there is none."""
@@ -172,15 +182,3 @@ class Hinged:
         """Return readings of each way to be drawn, and the number of their way."""
         readings, leg = self.readings.drawn(points, once=once)
         return Hinged(self.senses, readings).take(np.flatnonzero(leg)), leg[leg > 0]
-
-
-def difference(points: Hinged, v: Physical, name: str, h: float) -> Array:
-    """Return the derivative of the torque to a quantity by central differences; one-sided where there is no play."""
-    value = getattr(v, name)
-    low = max(value - h, 0.0) if name == "backlash" else value - h
-    ends = [v._replace(**{name: at}) for at in (value + h, low)]
-    up, down = (points.torque(end) for end in ends)
-    ways = [points.at(end).way * points.at(end).sign for end in ends]
-    # where play is just taken up the branch changes: that is no slope
-    up = np.where(ways[0] == ways[1], up, down)
-    return np.asarray((up - down) / (value + h - low))

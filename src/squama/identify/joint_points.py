@@ -69,19 +69,22 @@ class Walked:
         other.index = self.index[index]
         return other
 
+    def _changed(self, **changes: object) -> Walked:
+        """Return points with other attributes, which are walked anew."""
+        other = copy.copy(self)
+        vars(other).update(changes, _walked=functools.lru_cache(_KEPT)(other._walk))
+        return other
+
     def endless(self) -> Walked:
         """Return the points on the endless beam."""
-        other = copy.copy(self)
-        other.ends = ENDLESS
-        other._walked = functools.lru_cache(_KEPT)(other._walk)
-        return other
+        return self._changed(ends=ENDLESS)
 
     def shared(self, v: Physical) -> Walked:
         """Return the points on the endless beam, whose torques are taken times the share that the scales have at v."""
         endless = self.endless()
         whole = endless._at(v)[0]
-        told = np.abs(whole) > _LEAST * np.abs(whole).max()
-        share = np.divide(self._at(v)[0], whole, out=np.ones(whole.size), where=told)
+        known = np.abs(whole) > _LEAST * np.abs(whole).max()
+        share = np.divide(self._at(v)[0], whole, out=np.ones(whole.size), where=known)
         endless.share = np.clip(share, 1 / _MOST, _MOST)
         return endless
 
@@ -141,10 +144,8 @@ class Walked:
     def drawn(self, points: int, *, once: bool) -> tuple[Walked, Array]:
         """Return readings of each way to be drawn, and the number of their way."""
         readings, leg = self.readings.drawn(points, once=once)
-        found = copy.copy(self)
-        found.readings, found.index, found.share = readings, np.flatnonzero(leg), np.ones(readings.load.size)
-        found._walked = functools.lru_cache(_KEPT)(found._walk)
-        return found, leg[leg > 0]
+        share = np.ones(readings.load.size)
+        return self._changed(readings=readings, index=np.flatnonzero(leg), share=share), leg[leg > 0]
 
     def _at(self, v: Physical) -> tuple[Array, Array]:
         """Return torques (N m) without zero and drift, and whether the scales touch, at all readings."""

@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from squama import progress
-from squama.identify.hinge_points import Hinged
-from squama.identify.unknowns import Asked
+from squama.identify.prepare import Prepared
+from squama.identify.selection import Found
 from squama.interrupt import Interrupted, until_interrupted
 from squama.needs import need
 from squama.types import Array
@@ -48,25 +48,11 @@ class Posterior(NamedTuple):
         )
 
 
-def sample(
-    points: Hinged,
-    torque: Array,
-    asked: Asked,
-    estimates: Array,
-    covariance: Array,
-    number: int,
-    *,
-    noise: float | None,
-    seed: int,
-) -> Posterior:
-    """Draw samples from the measured torque at the points that are used; the chains start from the estimates.
-
-    ``noise`` is the standard deviation of a measured torque, N m, None where it is not known. The same seed gives the
-    same samples.
-    """
-    emcee = need("emcee")
-    low, high = asked.low, asked.high
-    size = float(np.abs(torque).max())
+def sample(made: Prepared, found: Found, number: int, seed: int) -> Posterior:
+    """Draw samples by the points that a fit on hinges uses, from the estimates on; the same seed gives the same."""
+    emcee, asked, estimates, noise = need("emcee"), found.asked, found.estimates, made.noise
+    points, torque = made.points.take(np.flatnonzero(found.used)), made.record.torque[found.used]
+    low, high, size = asked.low, asked.high, float(np.abs(torque).max())
 
     def log_probability(p: Array) -> Array:
         inside = np.asarray(np.all((p >= low) & (p <= high), axis=1))
@@ -82,9 +68,7 @@ def sample(
     random = np.random.RandomState(seed)
     p = len(asked.rows)
     walkers = max(WALKERS, 4 * p)
-    error = np.sqrt(np.diag(covariance))
-    start = random.multivariate_normal(np.zeros(p), covariance / np.outer(error, error), walkers)
-    start = estimates + start * error
+    start = estimates + random.multivariate_normal(np.zeros(p), found.correlation, walkers) * found.deviations
     # walkers that start outside are put as far inside
     start = np.where(start < low, np.minimum(2 * low - start, 0.5 * (low + high)), start)
     start = np.where(start > high, np.maximum(2 * high - start, 0.5 * (low + high)), start)

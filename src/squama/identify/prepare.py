@@ -22,7 +22,7 @@ from squama.identify.estimate import Points
 from squama.identify.hinge_points import Hinged
 from squama.identify.joint_points import Walked
 from squama.identify.readings import Readings
-from squama.identify.records import Record
+from squama.identify.records import Limits, Record
 from squama.identify.slope import slope
 from squama.identify.unknowns import Asked, ask
 from squama.io.measured import Measured
@@ -36,8 +36,8 @@ _ENGAGED = {"mu", "K_theta", "theta0"}
 class Wanted(NamedTuple):
     """What a fit is asked for, checked: arguments of :func:`squama.fit`.
 
-    ``limits`` are ``to``, ``reversal`` and ``stick``; ``noise`` N m, if given; ``candidates`` nuisances that may be
-    found unasked; ``ends`` of the beam on compliant joints: hinges are endless.
+    ``noise`` N m, if given; ``candidates`` nuisances that may be found unasked; ``ends`` of the beam on compliant
+    joints: hinges are endless.
     """
 
     beam: Beam
@@ -46,7 +46,7 @@ class Wanted(NamedTuple):
     load: str
     law: str
     bounds: Mapping[str, tuple[Any, Any]] | None
-    limits: dict[str, Any]
+    limits: Limits
     noise: float | None
     starts: int
     candidates: tuple[str, ...]
@@ -71,17 +71,20 @@ class Prepared(NamedTuple):
 
 def kind(joint: str | None, wanted: Wanted, samples: int) -> tuple[str, str]:
     """Return the joint of the fit, and why it is the hinge where no joint is given and the load has both."""
+    load, inclined = LOADS[wanted.load], "theta0" in wanted.names
     if joint is not None and arguments.joint(joint) == "compliant":
-        _covered(wanted, samples)
-    kind = LOADS[wanted.load]
-    means = chosen(wanted.beam, kind, law=wanted.law, joint=joint or (None if kind.sided else "hinge"))
-    found, why = means.joint, means.note
-    if joint is None and found == "compliant":
-        if "theta0" in wanted.names:
-            found, why = "hinge", "theta0 is found on hinges only: the matrix of a joint depends on it"
-        elif samples:
-            found, why = "hinge", "samples are drawn on hinges only"
-    return found, why
+        if not load.sided:
+            refuse("load", f'"{wanted.load}"', 'is not covered by joint="compliant"', 'write load="twisting"')
+        if samples:
+            refuse("posterior", str(samples), 'no samples are drawn with joint="compliant"', "leave it out")
+        if inclined:
+            reason = 'theta0 is not found with joint="compliant": the elements depend on it'
+            refuse("parameters", "", reason, "leave it out")
+    means = chosen(wanted.beam, load, law=wanted.law, joint=joint or (None if load.sided else "hinge"))
+    if joint is not None or means.joint == "hinge" or not (inclined or samples):
+        return means.joint, means.note
+    why = "theta0 is found on hinges only: the matrix of a joint depends on it"
+    return "hinge", why if inclined else "samples are drawn on hinges only"
 
 
 def ends(joint: str, wanted: Wanted, word: str | None) -> str:
@@ -94,24 +97,13 @@ def ends(joint: str, wanted: Wanted, word: str | None) -> str:
     return found
 
 
-def _covered(wanted: Wanted, samples: int) -> None:
-    """Refuse what the compliant joint does not cover."""
-    if not LOADS[wanted.load].sided:
-        refuse("load", f'"{wanted.load}"', 'is not covered by joint="compliant"', 'write load="twisting"')
-    if samples:
-        refuse("posterior", str(samples), 'no samples are drawn with joint="compliant"', "leave it out")
-    if "theta0" in wanted.names:
-        reason = 'theta0 is not found with joint="compliant": the elements depend on it'
-        refuse("parameters", "", reason, "leave it out")
-
-
 def prepared(joint: str, wanted: Wanted) -> Prepared:
     """Return the points of a record by a kind of joint; refuse what no trial covers."""
     beam = wanted.beam if joint == "hinge" else _held(wanted.beam)
     asked = ask(beam, wanted.load, wanted.names, wanted.bounds, joint=joint)
     # a stiffness that the file gives does not go with the bar's modulus
     asked = asked._replace(follows=asked.follows and wanted.beam.joint.stiffness is None)
-    record = records.record(wanted.specimens, beam, wanted.load, **wanted.limits)
+    record = records.record(wanted.specimens, beam, wanted.limits)
     made = placed(record, asked, wanted.law) if joint == "hinge" else _walked(record, asked, wanted.ends)
     return made._replace(noise=wanted.noise)
 

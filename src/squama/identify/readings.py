@@ -57,10 +57,8 @@ class Readings(NamedTuple):
     @property
     def numbers(self) -> NDArray[np.int64]:
         """Numbers of the points' ways."""
-        found = np.zeros(self.load.size, np.int64)
-        for number, way in enumerate(way for ways in self.records for way in ways):
-            found[way] = number
-        return found
+        new = (np.diff(self.direction) != 0) | (np.diff(self.specimen) != 0)
+        return np.concatenate([[0], np.cumsum(new)])
 
     def turning(self, share: float) -> NDArray[np.bool_]:
         """Tell which readings come after a reversal by less than a share of the range."""

@@ -27,9 +27,11 @@ from squama.units import Bounds
 MOST = 1_000_000
 """Most points of all specimens."""
 _LEAST_LEG = 3
+_SWINGS, _BACK = 20, 0.02
+"""Points of the record of a decay; way back that makes a turning point, over the range of the twist."""
 _FEWEST, _TIMES, _WIDEST = 20, 6.0, 0.05
 """Points from which on the noise of a twist is known, way back over it, and that over the range at most."""
-TORQUES = Bounds(1e-30, 1e30, "1e-30 to 1e30 N m", closed=True, example="5 N mm")
+TORQUES = Bounds(1e-30, 1e30, "1e-30 to 1e30 N m", closed=True, example='"5 N mm"')
 """Magnitudes of torques: squares and ratios of them are finite."""
 _OUTLIER = 1e6
 """Over the median: beyond what a load cell tells apart, so no torque that was measured."""
@@ -57,13 +59,13 @@ class Record(NamedTuple):
         return self.specimens[s].where(i - int(np.argmax(self.specimen == s)))
 
 
-def read(given: Any, beam: Beam, load: str) -> list[Measured]:
+def read(given: object, beam: Beam, load: str, ordinate: Ordinate | None = None) -> list[Measured]:
     """Return the specimens of a file, of several files, of a dataset or of arrays; see :func:`squama.fit`.
 
-    A mapping may have ``total`` (rad over the whole beam) in place of a twist rate.
+    A mapping may have ``total`` (rad over the whole beam) in place of a twist rate; the ``ordinate`` is the torque.
     """
-    several = isinstance(given, Sequence) and not isinstance(given, str | Measured)
-    items = list(given) if several else [given]
+    beside = ordinate or measured.torque(LOADS[load])
+    items = list(given) if isinstance(given, Sequence) and not isinstance(given, str | Measured) else [given]
     if not items:
         refuse("data", "", "is empty", "give a file, or several")
     found: list[Measured] = []
@@ -73,10 +75,10 @@ def read(given: Any, beam: Beam, load: str) -> list[Measured]:
             if isinstance(item, Measured):
                 found += item.specimens()
             elif isinstance(item, str | os.PathLike):
-                found += measured.read(item, pitch=beam.pitch, scales=beam.pitches, load=load).specimens()
+                one = measured.read(item, pitch=beam.pitch, scales=beam.pitches, load=load, ordinate=beside)
+                found += one.specimens()
             else:
-                name = f"data[{i}]" if len(items) > 1 else "data"
-                found.append(arrays(item, name, beam, LOADS[load], measured.torque(LOADS[load])))
+                found.append(_arrays(item, f"data[{i}]" if len(items) > 1 else "data", beam, LOADS[load], beside))
     problems.settle()
     # specimens of one name (from several files) get a number
     labels = [s.label for s in found]
@@ -84,7 +86,7 @@ def read(given: Any, beam: Beam, load: str) -> list[Measured]:
     return [s._replace(label=f"{s.label} {n}") if n else s for s, n in zip(found, again, strict=True)]
 
 
-def arrays(item: Any, name: str, beam: Beam, load: Load, ordinate: Ordinate) -> Measured:
+def _arrays(item: Any, name: str, beam: Beam, load: Load, ordinate: Ordinate) -> Measured:
     """Return a specimen from a mapping or dataset by the symbols of its variables."""
     symbol = ordinate.names[0]
     wanted = f'"{load.rate}" (rad/m) and "{symbol}" {ordinate.cell.removeprefix(symbol).strip()}'
@@ -107,42 +109,52 @@ def arrays(item: Any, name: str, beam: Beam, load: Load, ordinate: Ordinate) -> 
     return Measured(rate / over[key], values, name)
 
 
-def record(
-    specimens: list[Measured], beam: Beam, load: str, *, to: Any = None, reversal: Any = None, stick: Any = 0.0
-) -> Record:
+class Limits(NamedTuple):
+    """How far points are used, the way back that is noise (None if not given), and that on which a contact may stick.
+
+    All per pitch, rad.
+    """
+
+    to: float = np.inf
+    reversal: float | None = None
+    stick: float = 0.0
+
+    @classmethod
+    def of(cls, beam: Beam, load: str, to: object, reversal: object, stick: object) -> Limits:
+        """Read the limits; see :func:`squama.fit`."""
+        limit = np.inf if to is None else _angle("to", to, beam, load)
+        if limit <= 0:
+            refuse("to", "", "must be above 0", 'write e.g. "0.1 rad/pitch"')
+        back = None if reversal is None else _angle("reversal", reversal, beam, load)
+        return cls(limit, back, _angle("stick", stick, beam, load))
+
+
+ALL = Limits()
+"""Limits within which all points are used."""
+
+
+def record(specimens: list[Measured], beam: Beam, limits: Limits = ALL) -> Record:
     """Put specimens one behind the other, and tell how every point was reached; see :func:`squama.fit`.
 
     A record that does not move, whose torque is constant, or that is not in the order measured is refused.
     """
-    limit, back, hold = limits(beam, load, to, reversal, stick)
     if sum(s.rate.size for s in specimens) > MOST:
         refuse("data", "", f"more than {MOST} points are too many", "thin them out")
     problems, parts = Problems(), []
     for number, s in enumerate(specimens):
         angle = s.rate * beam.pitch
         place = s.label if s.lines is None else f"{s.file}: specimen {s.label}" if len(specimens) > 1 else s.file
-        found = ways(angle, tolerance=_jitter(angle) if back is None else back, stick=hold)
+        back = _jitter(angle) if limits.reversal is None else limits.reversal
+        found = ways(angle, tolerance=back, stick=limits.stick)
         with problems.caught(place):
             _usable(s, found.turns)
         way = found.direction * np.where(angle < 0, -1, 1)
-        parts.append((np.full(angle.size, number), angle, s.load, way, found.stuck, np.abs(angle) <= limit))
+        parts.append((np.full(angle.size, number), angle, s.load, way, found.stuck, np.abs(angle) <= limits.to))
     problems.settle()
-    columns = [np.concatenate(column) for column in zip(*parts, strict=True)]
-    return Record(specimens, *columns)
+    return Record(specimens, *map(np.concatenate, zip(*parts, strict=True)))
 
 
-def limits(
-    beam: Beam, load: str, to: Any = None, reversal: Any = None, stick: Any = 0.0
-) -> tuple[float, float | None, float]:
-    """Read how far points are used, the way back that is noise, and the way on which a contact may stick; per pitch."""
-    limit = np.inf if to is None else _angle("to", to, beam, load)
-    if limit <= 0:
-        refuse("to", "", "must be above 0", 'write e.g. "0.1 rad/pitch"')
-    back = None if reversal is None else _angle("reversal", reversal, beam, load)
-    return limit, back, _angle("stick", stick, beam, load)
-
-
-def _angle(name: str, value: Any, beam: Beam, load: str) -> float:
+def _angle(name: str, value: object, beam: Beam, load: str) -> float:
     """Return an angle per pitch from a rate (rad/m) or a text such as "0.1 rad/pitch"."""
     with naming(name):
         rate = LOADS[load].read(value, pitch=beam.pitch, scales=beam.pitches)
@@ -270,3 +282,44 @@ def ways(values: Array, *, tolerance: float = 0.0, stick: float = 0.0) -> Ways:
             away = way * (values[first : b + 1] - values[a]) > width
             stuck[first : first + (int(away.argmax()) if away.any() else away.size)] = True
     return Ways(direction, stuck, turns)
+
+
+class Swings(NamedTuple):
+    """A record behind its first turning point, or from before that if it is held there.
+
+    ``y`` rad per pitch, ``turns`` places of the turning points after the first, ``release`` and
+    ``start`` angle and time of the first one.
+    """
+
+    t: Array
+    y: Array
+    turns: list[int]
+    release: float
+    start: float
+
+
+def swings(specimens: list[Measured], pitch: float) -> Swings:
+    """Find the turning points of the record of a decay; one that is not a decay is refused."""
+    given, *more = specimens
+    place = given.file or given.label
+    if more:
+        refuse(given.file or "data", "", f"has {len(specimens)} specimens", "give one decay")
+    t, y = given.load, given.rate * pitch
+    back = np.flatnonzero(np.diff(t) <= 0)
+    if back.size:
+        refuse(given.where(int(back[0]) + 1), "", "the time does not grow", "give the rows in the order measured")
+    if t.size < _SWINGS or not np.ptp(y) > 0:
+        refuse(place, "", f"{t.size} points, {np.ptp(y):.3g} rad/pitch apart, are no decay", f"give {_SWINGS} or more")
+    sigma = scatter(y, np.zeros(y.size))
+    reach = max(_BACK * float(np.ptp(y)), min(_TIMES * sigma, 0.1 * float(np.ptp(y))))
+    turns = turning_points(y, reach)
+    if len(turns) > 1 and y[0] * y[turns[0]] < 0 and abs(y[0]) > reach:
+        # let go at the first row, or held until it moves
+        held = np.flatnonzero(np.abs(y[: turns[0]] - y[0]) > reach / 2)
+        last = max(int(held[0]) - 1, 0) if held.size else 0
+        return Swings(t, y, turns, float(np.median(y[: last + 1])), float(t[last]))
+    if len(turns) < 3:
+        refuse(place, "", f"too few turning points: {len(turns)}", "give a record of one swing there and back, or more")
+    first = turns[0]
+    after = first + 1
+    return Swings(t[after:], y[after:], [i - after for i in turns[1:]], float(y[first]), float(t[first]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from abc import ABC, abstractmethod
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -16,13 +16,12 @@ from squama.beam.design import Beam
 from squama.curves.chosen import idealisation
 from squama.curves.finite_rows import Ends
 from squama.identify import estimate
-from squama.identify.doubts import Rival
-from squama.identify.estimate import Points, Remedy
+from squama.identify.estimate import Remedy
 from squama.identify.joint_points import Walked
 from squama.identify.posterior import Posterior
 from squama.identify.records import Record
+from squama.identify.selection import Found, Rival
 from squama.identify.slope import Slope
-from squama.identify.unknowns import Asked, Parameter
 from squama.loads import ENDLESS, LOADS
 from squama.types import Array
 from squama.units import moment
@@ -43,103 +42,21 @@ POINTS = 80
 """Points of each way of the fitted curve."""
 
 
-class SpecimenFit(NamedTuple):
-    """Estimates and errors from one specimen alone; None where that is not possible, ``problem`` says why."""
-
-    label: str
-    values: Array | None
-    errors: Array | None
-    problem: str = ""
-
-
-class Endless(NamedTuple):
-    """What the endless beam makes of the points of a fit with ends: estimates and errors, in its order; rms, N m.
+class Alone(NamedTuple):
+    """What the same search finds of one specimen alone, or on the endless beam: estimates, errors, rms (N m).
 
     None where that is not possible, ``problem`` says why.
     """
 
+    label: str
     values: Array | None
     errors: Array | None
-    rms: float
+    rms: float = math.nan
     problem: str = ""
 
 
-class Estimated(ABC):
-    """Parameters with their estimates and the covariance of these."""
-
-    beam: Beam
-    estimates: Array
-    covariance: Array
-
-    @property
-    @abstractmethod
-    def rows(self) -> tuple[Parameter, ...]:
-        """What was found."""
-
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """Names of what was found."""
-        return tuple(row.name for row in self.rows)
-
-    @property
-    def values(self) -> dict[str, float]:
-        """Estimates by name, SI units."""
-        return self._by_name(self.estimates)
-
-    @property
-    def errors(self) -> dict[str, float]:
-        """Standard errors by name, SI units."""
-        return self._by_name(self._deviations)
-
-    @property
-    def correlation(self) -> Array:
-        """Correlation matrix of the estimates."""
-        return np.asarray(self.covariance / np.outer(self._deviations, self._deviations))
-
-    @property
-    def lines(self) -> list[str]:
-        """Estimates with their errors: "mu = 0.251 +- 0.013"."""
-        return self._written(self.estimates, self._deviations)
-
-    @property
-    def _deviations(self) -> Array:
-        """Standard errors, in the order of the estimates."""
-        return np.asarray(np.sqrt(np.diag(self.covariance)))
-
-    def _by_name(self, values: Array) -> dict[str, float]:
-        return dict(zip(self.parameters, values.tolist(), strict=True))
-
-    def _parameters(self, **columns: Array) -> dict[str, dict[str, object]]:
-        """Return estimates by name, with errors, units and further columns."""
-        rows = zip(self.rows, self.estimates, self._deviations, *columns.values(), strict=True)
-        return {
-            row.name: {"estimate": float(value), "error": float(error), "unit": row.unit}
-            | dict(zip(columns, (v.item() for v in more), strict=True))
-            for row, value, error, *more in rows
-        }
-
-    def beam_file(self, sources: list[str]) -> str:
-        """Return the text of the beam file with the estimates put in; comments tell where they come from."""
-        head = f"# Fitted by squama fit to {', '.join(sources)}: estimates and standard errors"
-        return "\n".join([head, *(f"# {line}" for line in self.lines)]) + "\n\n" + self.beam.to_toml()
-
-    def _written(self, values: Array, errors: Array) -> list[str]:
-        rows = zip(self.rows, values, errors, strict=True)
-        return [f"{row.name} = {row.written(value, error)}" for row, value, error in rows]
-
-    def _described(self) -> list[str]:
-        """Return a line for each estimate, with its error and its correlation with those before."""
-        lines = []
-        for i, row in enumerate(self.rows):
-            other = [f"{self.correlation[i, j]:+.2f} with {self.parameters[j]}" for j in range(i)]
-            also = f"; correlation {', '.join(other)}" if other else ""
-            text = row.written(self.values[row.name], self.errors[row.name])
-            lines.append(f"{row.name:11} {text:24} {row.words}{also}")
-        return lines
-
-
 @dataclass(frozen=True, repr=False, eq=False)
-class Fit(Estimated):
+class Fit(Found):
     """Parameters of a beam found from a test.
 
     ``beam`` has the estimates put in. Names of what was found are ``parameters``; in this order ``covariance`` and
@@ -172,41 +89,23 @@ class Fit(Estimated):
     initial: Beam
     load: str
     law: str
-    asked: Asked
     record: Record
-    forward: Points
-    estimates: Array
-    covariance: Array
-    noise: float
     given_noise: bool
-    rms: float
     residuals: Array
     fitted: Array
     band: Array
     branch: NDArray[np.str_]
-    used: NDArray[np.bool_]
-    jacobian: Array
-    starts: tuple[int, int]
-    at_bound: NDArray[np.bool_]
-    specimens: tuple[SpecimenFit, ...]
+    specimens: tuple[Alone, ...]
     remedies: tuple[Remedy, ...]
     notes: tuple[str, ...]
-    added: tuple[str, ...]
-    dependence: float
-    uneven: bool
     rival: Rival | None
     disagreement: str
     slope: Slope | None
     ends: str
     row: Ends | None
-    endless: Endless | None
+    endless: Alone | None
     doubts: tuple[str, ...]
     posterior: Posterior | None = None
-
-    @property
-    def rows(self) -> tuple[Parameter, ...]:
-        """What was found."""
-        return self.asked.rows
 
     @property
     def condition(self) -> float:
@@ -217,7 +116,7 @@ class Fit(Estimated):
     @property
     def joint(self) -> str:
         """How the scales were held: "hinge" or "compliant"."""
-        return "compliant" if isinstance(self.forward, Walked) else "hinge"
+        return "compliant" if isinstance(self.points, Walked) else "hinge"
 
     @property
     def scales(self) -> str:
@@ -236,7 +135,7 @@ class Fit(Estimated):
     def _repr_html_(self) -> str:
         """Return the card of a notebook."""
         notes = [*self._doubted, *self._checked, *self.notes]
-        rows = zip(self.asked.rows, self.estimates, self._deviations, strict=True)
+        rows = zip(self.asked.rows, self.estimates, self.deviations, strict=True)
         found = [(f"{row.name}, {row.words}", row.written(value, error)) for row, value, error in rows]
         used = f"{np.count_nonzero(self.used)} of {self.used.size} points, residual rms {moment(self.rms, 3)}"
         return card(f"Fit: {used}; {self.scales}", found, notes)
@@ -261,7 +160,7 @@ class Fit(Estimated):
         place = f"where the row ends: {end}" if end else "the top of the data"
         return [f"{row} at {load:.3g} rad/pitch, {place} (squama row){biased}", steep]
 
-    def _compared(self, other: Endless) -> str:
+    def _compared(self, other: Alone) -> str:
         """Say of which scales a fit with ends is, and what the endless beam gives."""
         head = f"fitted as {self.fitted_as}; as an endless beam: "
         if other.values is None or other.errors is None:
@@ -304,17 +203,23 @@ class Fit(Estimated):
         """Return the whole result as plain data, for JSON."""
         rec, samples, asked = self.record, self.posterior, self.asked
         columns = (asked.low, asked.high, asked.start, self.at_bound)
-        limits = dict(zip(("low", "high", "initial", "at_bound"), columns, strict=True))
         labels = [specimen.label for specimen in rec.specimens]
+        drawn = samples and {
+            "samples": len(samples.samples),
+            "effective": samples.effective,
+            "mean": self._by_name(samples.samples.mean(axis=0)),
+            "sd": self._by_name(samples.samples.std(axis=0, ddof=1)),
+            "acceptance": samples.acceptance,
+            "autocorrelation": samples.autocorrelation,
+        }
         return {
-            **{name: getattr(self, name) for name in ("load", "law", "joint", "scales")},
-            "parameters": self._parameters(**limits),
-            **{name: getattr(self, name) for name in ("correlation", "condition", "noise")},
+            **self._of("load", "law", "joint", "scales"),
+            "parameters": self._parameters(**dict(zip(("low", "high", "initial", "at_bound"), columns, strict=True))),
+            **self._of("correlation", "condition", "noise"),
             "noise_given": self.given_noise,
-            "rms": self.rms,
-            "dependence": self.dependence,
+            **self._of("rms", "dependence"),
             "nuisances": list(self.added),
-            "starts": {"agreed": self.starts[0], "of": self.starts[1]},
+            "starts": dict(zip(("agreed", "of"), self.starts, strict=True)),
             "points": {
                 "specimen": [labels[i] for i in rec.specimen.tolist()],
                 "load": rec.load,
@@ -322,8 +227,7 @@ class Fit(Estimated):
                 "fitted": self.fitted,
                 "error": self.band,
                 "residual": self.residuals,
-                "branch": self.branch,
-                "used": self.used,
+                **self._of("branch", "used"),
             },
             "specimens": [
                 {"label": s.label, "estimates": s.values, "errors": s.errors, "problem": s.problem}
@@ -335,18 +239,10 @@ class Fit(Estimated):
             "ends": self.ends,
             "number_of_scales": None if self.ends == ENDLESS else self.beam.scales,
             "row": self.row and self.row._asdict(),
-            "endless": self.endless and self.endless._asdict(),
+            "endless": self.endless and {name: getattr(self.endless, name) for name in Alone._fields[1:]},
             "doubts": list(self.doubts),
             "notes": list(self.notes),
-            "posterior": samples
-            and {
-                "samples": len(samples.samples),
-                "effective": samples.effective,
-                "mean": self._by_name(samples.samples.mean(axis=0)),
-                "sd": self._by_name(samples.samples.std(axis=0, ddof=1)),
-                "acceptance": samples.acceptance,
-                "autocorrelation": samples.autocorrelation,
-            },
+            "posterior": drawn,
             "beam": self.beam.model_dump(),
             "squama_version": __version__,
             "warnings": self.beam.warnings(self.load, joint=self.joint),
@@ -354,13 +250,11 @@ class Fit(Estimated):
 
     def dataset(self) -> xr.Dataset:
         """Return everything as an ``xarray.Dataset``: dimensions ``point``, ``parameter``, ``curve``, ``sample``."""
-        import xarray as xr
-
-        load, rec, names = LOADS[self.load], self.record, list(self.parameters)
+        load, rec = LOADS[self.load], self.record
         labels = np.array([s.label for s in rec.specimens])
         error = f"standard error of the fitted {load.torque_words}"
-        drawn, T, units = self.curve(), load.torque, np.array([row.unit for row in self.asked.rows])
-        table: dict[str, tuple[str, Any, str, str | None]] = {
+        drawn, T = self.curve(), load.torque
+        table: dict[str, tuple[str, object, str, str | None]] = {
             "specimen": ("point", labels[rec.specimen], "specimen", ""),
             "branch": ("point", self.branch, "state in which the point was reached", ""),
             "used": ("point", self.used, "whether the fit is made from the point", ""),
@@ -370,13 +264,9 @@ class Fit(Estimated):
             f"{T}_fit": ("point", self.fitted, f"fitted {load.torque_words}", "N m"),
             f"{T}_error": ("point", self.band, error, "N m"),
             "residual": ("point", self.residuals, "measured less fitted", "N m"),
-            "estimate": ("parameter", self.estimates, "estimate", None),
-            "error": ("parameter", self._deviations, "standard error", None),
             "low": ("parameter", self.asked.low, "lower bound", None),
             "high": ("parameter", self.asked.high, "upper bound", None),
             "initial": ("parameter", self.asked.start, "value in the beam as given", None),
-            "unit": ("parameter", units, "unit of estimate, error and bounds", None),
-            "correlation": ("parameter other", self.correlation, "correlation of the estimates", None),
             "rms": ("", self.rms, "root mean square of the residuals", "N m"),
             "noise": ("", self.noise, "standard deviation of a point", "N m"),
             f"{load.angle}_curve": ("curve", drawn.load, f"{load.angle} of the fitted curve", "rad"),
@@ -386,27 +276,16 @@ class Fit(Estimated):
         }
         if self.posterior is not None:
             table["sample_value"] = ("sample parameter", self.posterior.samples, "posterior sample", None)
-        data = {}
-        for name, (dims, values, words, unit) in table.items():
-            data[name] = dims.split(), values, {"long_name": words} | ({} if unit is None else {"units": unit})
         attrs = {
-            "title": f"parameters of a scale-covered beam from a test in {self.load}",
-            "load": self.load,
-            "law": self.law,
-            "joint": self.joint,
-            "scales": self.scales,
-            "beam": self.beam.to_toml(),
+            **{name: getattr(self, name) for name in ("load", "law", "joint", "scales", "disagreement")},
             "initial_beam": self.initial.to_toml(),
-            "estimates": ", ".join(self.lines),
-            "disagreement": self.disagreement,
             "checked": "\n".join(self._checked),
             **({} if self.ends == ENDLESS else {"ends": self.ends}),
             "doubts": "\n".join(self.doubts),
             "notes": "\n".join(self.notes),
             "remedies": json.dumps([{"what": r.what, "errors": r.errors.tolist()} for r in self.remedies]),
-            "squama_version": __version__,
         }
-        return xr.Dataset(data, coords={"parameter": names, "other": names}, attrs=attrs)
+        return self._labelled(f"test in {self.load}", table, attrs)
 
     def plot(self) -> Figure:
         """Draw measured points, the fitted curve and the residuals, see :func:`squama.plot.fit_figure`."""
@@ -419,7 +298,7 @@ class Fit(Estimated):
 
         A way that begins at a reversal begins with the drop there.
         """
-        drawn, leg = self.forward.drawn(POINTS, once="drift" not in self.parameters)
+        drawn, leg = self.points.drawn(POINTS, once="drift" not in self.parameters)
         error = estimate.standard_error(drawn, self.asked, self.estimates, self.covariance)
         torque = drawn.torque(self.asked.physical(self.estimates))
         return Curve(drawn.readings.load[drawn.index], torque, error, leg)

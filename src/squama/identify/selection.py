@@ -17,18 +17,21 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from squama.curves.chosen import idealisation
 from squama.errors import InputError, refuse
 from squama.identify import estimate, noise
 from squama.identify.estimate import Estimate, Points
 from squama.identify.hinge_points import Physical
-from squama.identify.joint_points import Walked
+from squama.identify.joint_points import Linear, Walked
 from squama.identify.prepare import Prepared
-from squama.identify.unknowns import OF_TWIST, Asked, ask
+from squama.identify.unknowns import OF_TWIST, Asked, Estimated, Parameter, ask
+from squama.loads import HELD
 from squama.types import Array
 
 _EXACT = (1e-9, 1e-5)
@@ -48,34 +51,66 @@ _GLANCE = 12
 _ROBUST, _FLOOR = 3.0, 1e-3
 """Residuals that count linearly in the first search: over the noise, and over the largest torque at least; less than
 that is no stray point either."""
+_SHARES, _NEAR = 3, 1e-2
+"""How often a share of an endless beam's torque is found at most, and the change of it from which on once more."""
+_ROUNDS, _STAYS, _SMALL, _HALVES = 10, 0.02, 0.5, 6
+"""How often the torque is linearised and a step is halved at most; moves over their errors that are none, and small."""
 
 
-class Found(NamedTuple):
-    """What a search finds.
+@dataclass(frozen=True, repr=False, eq=False)
+class Found(Estimated):
+    """What a search finds, of its points.
 
-    ``noise`` of a point (N m), ``dependence`` tau, ``uneven`` whether the noise goes with the slope; ``usable`` without
-    the ``stray`` points; ``points`` of the search, ``added`` names of nuisances that were not asked for.
+    ``noise`` of a point (N m), ``dependence`` tau, ``uneven`` whether the noise goes with the slope; ``used`` without
+    the ``stray`` points; ``square`` sum of squares of the residuals, ``starts`` how many of them agreed, and all;
+    ``added`` names of nuisances that were not asked for.
     """
 
     asked: Asked
-    best: Estimate
+    points: Points
+    estimates: Array
     covariance: Array
+    jacobian: Array
+    square: float
     noise: float
     dependence: float
     uneven: bool
-    usable: NDArray[np.bool_]
+    used: NDArray[np.bool_]
     stray: NDArray[np.bool_]
-    points: Points
+    at_bound: NDArray[np.bool_]
+    starts: tuple[int, int]
     added: tuple[str, ...]
 
     @property
+    def rows(self) -> tuple[Parameter, ...]:
+        """What was found."""
+        return self.asked.rows
+
+    @property
     def rms(self) -> float:
-        """Root mean square of the residuals, N m."""
-        return math.sqrt(self.best.square / np.count_nonzero(self.usable))
+        """Root mean square of the residuals of the points that are used, N m."""
+        return math.sqrt(self.square / np.count_nonzero(self.used))
+
+
+class Rival(NamedTuple):
+    """The other model fitted to the same points: ``joint``; None where that is not possible, ``problem`` says why."""
+
+    joint: str
+    found: Found | None
+    problem: str
+
+    @property
+    def words(self) -> str:
+        """The model in words."""
+        assert self.found is not None
+        scales = idealisation(self.found.asked.beam, self.joint, ideal=self.joint == "hinge")
+        return f"{scales} on {HELD[self.joint]}"
 
 
 def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
     """Find the parameters, from so many starts, and those candidate nuisances that the residual shows."""
+    if isinstance(test.points, Walked) and test.points.kind is not None:
+        return _find_with_ends(test, test.points, starts, candidates)
     test = fit_for(test, test.asked.names)
     rough, out = robust(test, started(test, starts))
     return chosen(test, rough, out, candidates)
@@ -84,14 +119,13 @@ def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
 def chosen(test: Prepared, rough: Estimate, out: NDArray[np.bool_], candidates: tuple[str, ...]) -> Found:
     """Return the least squares from a robust search, without the points that are ``out``, with nuisances that show."""
     asked, (index, _, torque, _) = test.asked, test.used
-    size = float(np.abs(torque).max())
     stray = np.zeros(test.usable.size, bool)
     stray[index[out]] = True
     left = test._replace(usable=test.usable & ~stray)
     full = _with(left, rough.values, tuple(n for n in candidates if n not in asked.names))
     best = settle(left, rough.values)
     added: tuple[str, ...] = ()
-    if full is not None and best.best.square > (_rounding(test) * size) ** 2 * index.size:
+    if full is not None and best.square > _rounding(test, torque):
         wanted, start = full
         try:
             whole = settle(fit_for(left, wanted.names)._replace(asked=wanted), start)
@@ -101,11 +135,10 @@ def chosen(test: Prepared, rough: Estimate, out: NDArray[np.bool_], candidates: 
             kept, apart = (), np.zeros_like(best.covariance)
         if kept:
             some = wanted.without({n for n in wanted.names if n not in (*asked.names, *kept)})
-            values = [whole.best.values[wanted.names.index(n)] for n in some.names]
+            values = [whole.values[n] for n in some.names]
             best, added = settle(fit_for(left, kept)._replace(asked=some), np.array(values)), kept
-        best = best._replace(covariance=best.covariance + apart)
-    agreed = best.best._replace(starts=rough.starts, agreed=rough.agreed)
-    return best._replace(best=agreed, stray=stray, added=added)
+        best = replace(best, covariance=best.covariance + apart)
+    return replace(best, starts=(rough.agreed, rough.starts), stray=stray, added=added)
 
 
 def comes_near(test: Prepared, added: tuple[str, ...], rms: float) -> bool:
@@ -145,8 +178,9 @@ def fit_for(test: Prepared, names: Collection[str]) -> Prepared:
     return test._replace(usable=test.usable & ~test.points.readings.turning(_TURNING))
 
 
-def _rounding(test: Prepared) -> float:
-    return _EXACT[isinstance(test.points, Walked)]
+def _rounding(test: Prepared, torque: Array) -> float:
+    """Return the sum of squares of residuals that are rounding."""
+    return (_EXACT[isinstance(test.points, Walked)] * float(np.abs(torque).max())) ** 2 * torque.size
 
 
 def settle(test: Prepared, start: Array) -> Found:
@@ -156,7 +190,7 @@ def settle(test: Prepared, start: Array) -> Found:
     sigma = math.sqrt(best.square / (index.size - len(asked.rows))) if test.noise is None else test.noise
     covariance = estimate.covariance(best.jacobian, sigma, asked.names)
     tau, skew = 1.0, False
-    if best.square > (_rounding(test) * float(np.abs(torque).max())) ** 2 * index.size:
+    if best.square > _rounding(test, torque):
         tau = noise.dependence(best.residual, way)
         wanted = np.array([name == "twist_zero" for name in Physical._fields])
         slope = points.jacobian(asked.physical(best.values), wanted)[:, 5]
@@ -166,7 +200,22 @@ def settle(test: Prepared, start: Array) -> Found:
     covariance = covariance * tau
     if not all(np.isfinite(values).all() for values in (best.values, covariance, sigma)):
         refuse("data", "", "the estimates or their errors are no finite numbers", "check the units of twist and torque")
-    return Found(asked, best, covariance, sigma, tau, skew, test.usable, np.zeros_like(test.usable), test.points, ())
+    return Found(
+        asked=asked,
+        points=test.points,
+        estimates=best.values,
+        covariance=covariance,
+        jacobian=best.jacobian,
+        square=best.square,
+        noise=sigma,
+        dependence=tau,
+        uneven=skew,
+        used=test.usable,
+        stray=np.zeros_like(test.usable),
+        at_bound=best.at_bound,
+        starts=(best.agreed, best.starts),
+        added=(),
+    )
 
 
 def _with(test: Prepared, values: Array, names: tuple[str, ...]) -> tuple[Asked, Array] | None:
@@ -214,9 +263,9 @@ class _Selection(NamedTuple):
 
 def _selections(whole: Found, own: int) -> dict[frozenset[int], _Selection]:
     """Return all selections of the nuisances, by the places of those that are found; the first ``own`` always are."""
-    p, C, n = whole.best.values, whole.covariance, np.count_nonzero(whole.usable)
+    p, C, n = whole.estimates, whole.covariance, np.count_nonzero(whole.used)
     every = np.arange(own, p.size)
-    free = [i for i in every.tolist() if not whole.best.at_bound[i]]
+    free = [i for i in every.tolist() if not whole.at_bound[i]]
     found = {}
     for kept in (kept for size in range(len(free) + 1) for kept in itertools.combinations(free, size)):
         out = [i for i in every if i not in kept]
@@ -258,3 +307,80 @@ def _needed(whole: Found, asked: Asked) -> tuple[tuple[str, ...], Array]:
     larger, directions = eigh(moment[rows], here)
     half = here @ directions * np.sqrt(np.maximum(larger - 1, 0.0))
     return tuple(whole.asked.names[i] for i in sorted(kept)), half @ half.T
+
+
+def _find_with_ends(test: Prepared, own: Walked, starts: int, candidates: tuple[str, ...]) -> Found:
+    """Find the parameters as :func:`find` does, on a beam's own scales with its ends.
+
+    The search begins on the endless beam times the share that the scales have of its torque. From there on the torque
+    of the scales is linear about the estimate, until that stays: Gauss and Newton's method, with halved steps where a
+    whole one makes the residual larger, and derivatives that are kept on a small one.
+    """
+    test = fit_for(test, test.asked.names)
+    before = own.shared(own.start)
+    near = test._replace(points=before)
+    rough, out = robust(near, started(near, starts))
+    agreed = rough.agreed
+    for _ in range(_SHARES):
+        try:
+            points = own.shared(test.asked.physical(rough.values))
+        except InputError:
+            # the scales do not follow what the endless beam does
+            break
+        rough, out = robust(test._replace(points=points), [rough.values])
+        if np.abs(points.share / before.share - 1).max() < _NEAR:
+            break
+        before = points
+    v, place, columns = test.asked.physical(rough.values), test.asked.place("mu"), dict[str, Array]()
+    found: Found | None = None
+    for _ in range(_ROUNDS):
+        try:
+            linear = Linear(own, v, columns)
+        except InputError:
+            v = own.start
+            continue
+        if place is not None and not linear.jacobian(v, np.arange(len(v)) == 0).any():
+            # scales stick all along: their torque is not linear in the friction
+            break
+        near = test._replace(points=linear)
+        rough, out = robust(near, [rough.values])
+        found = chosen(near, rough, out, candidates)
+        goal = found.asked.physical(found.estimates)
+        if (move := _move(found, v, goal)) < _STAYS:
+            return replace(found, starts=(agreed, starts))
+        nearer = _nearer(test, found, v, goal)
+        if nearer is None:
+            break
+        v, columns = nearer, linear.columns if move < _SMALL else {}
+    else:
+        if found is not None:
+            # two selections of nuisances follow each other, within the errors
+            return replace(found, starts=(agreed, starts))
+    rough, out = robust(test, [rough.values])
+    return replace(chosen(test, rough, out, candidates), starts=(agreed, starts))
+
+
+def _nearer(test: Prepared, found: Found, v: Physical, goal: Physical) -> Physical | None:
+    """Return a goal, or a place on the way to it where the whole way makes the residual larger; None if all do.
+
+    It is larger, too, where a nuisance is left out, which the linear torque tells.
+    """
+
+    def square(at: Physical) -> float:
+        return float(np.sum((test.points.torque(at) - test.record.torque)[found.used] ** 2))
+
+    # (more by a tenth of the noise of a point is none)
+    most = max(square(v), found.square) * (1 + 0.1 / np.count_nonzero(found.used))
+    for _ in range(_HALVES):
+        if square(goal) <= most:
+            return goal
+        goal = Physical(*((a + b) / 2 for a, b in zip(v, goal, strict=True)))
+    return None
+
+
+def _move(found: Found, v: Physical, goal: Physical) -> float:
+    """Return how far values lie apart, over the errors of what is found."""
+    chain = found.asked.chain(found.estimates)
+    errors = np.sqrt(np.einsum("ij,jk,ik->i", chain, found.covariance, chain))
+    apart = np.abs(np.subtract(goal, v))
+    return float(np.max(apart / np.where(errors > 0, errors, np.inf), initial=0.0))

@@ -7,12 +7,14 @@ the test, not to the beam, are its nuisances.
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from squama import arguments, units
+from squama._version import __version__
 from squama.beam.beamfile import FACTOR, MODULUS, STIFFNESS
 from squama.beam.design import Beam
 from squama.errors import Problem, Problems, naming, refuse
@@ -23,6 +25,9 @@ from squama.model.sensitivity import STEP
 from squama.study.parameters import of_beam
 from squama.types import Array
 from squama.units import Dimension, for_people, prefix, torque_unit
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 DEFAULT = ("mu", "K_theta")
 """Parameters that are found if none are named."""
@@ -113,6 +118,104 @@ _OTHER_NAMES = {
 }
 
 
+class Estimated(ABC):
+    """Parameters with their estimates and the covariance of these."""
+
+    beam: Beam
+    estimates: Array
+    covariance: Array
+
+    @property
+    @abstractmethod
+    def rows(self) -> tuple[Parameter, ...]:
+        """What was found."""
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of what was found."""
+        return tuple(row.name for row in self.rows)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Estimates by name, SI units."""
+        return self._by_name(self.estimates)
+
+    @property
+    def errors(self) -> dict[str, float]:
+        """Standard errors by name, SI units."""
+        return self._by_name(self.deviations)
+
+    @property
+    def correlation(self) -> Array:
+        """Correlation matrix of the estimates."""
+        return np.asarray(self.covariance / np.outer(self.deviations, self.deviations))
+
+    @property
+    def lines(self) -> list[str]:
+        """Estimates with their errors: "mu = 0.251 +- 0.013"."""
+        return self._written(self.estimates, self.deviations)
+
+    @property
+    def deviations(self) -> Array:
+        """Standard errors, in the order of the estimates."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    def _of(self, *names: str) -> dict[str, object]:
+        """Return attributes by name."""
+        return {name: getattr(self, name) for name in names}
+
+    def _by_name(self, values: Array) -> dict[str, float]:
+        return dict(zip(self.parameters, values.tolist(), strict=True))
+
+    def _parameters(self, **columns: Array) -> dict[str, dict[str, object]]:
+        """Return estimates by name, with errors, units and further columns."""
+        rows = zip(self.rows, self.estimates, self.deviations, *columns.values(), strict=True)
+        return {
+            row.name: {"estimate": float(value), "error": float(error), "unit": row.unit}
+            | dict(zip(columns, (v.item() for v in more), strict=True))
+            for row, value, error, *more in rows
+        }
+
+    def beam_file(self, sources: list[str]) -> str:
+        """Return the text of the beam file with the estimates put in; comments tell where they come from."""
+        head = f"# Fitted by squama fit to {', '.join(sources)}: estimates and standard errors"
+        return "\n".join([head, *(f"# {line}" for line in self.lines)]) + "\n\n" + self.beam.to_toml()
+
+    def _labelled(
+        self, title: str, table: Mapping[str, tuple[str, object, str, str | None]], attrs: Mapping[str, object]
+    ) -> xr.Dataset:
+        """Return estimates, and a table by name of dimensions, values, words and unit, as a dataset."""
+        import xarray as xr
+
+        names, units = list(self.parameters), np.array([row.unit for row in self.rows])
+        own: dict[str, tuple[str, object, str, str | None]] = {
+            "estimate": ("parameter", self.estimates, "estimate", None),
+            "error": ("parameter", self.deviations, "standard error", None),
+            "unit": ("parameter", units, "unit of the parameter", None),
+            "correlation": ("parameter other", self.correlation, "correlation of the estimates", None),
+        }
+        data = {}
+        for name, (dims, values, words, unit) in {**table, **own}.items():
+            data[name] = dims.split(), values, {"long_name": words} | ({} if unit is None else {"units": unit})
+        found = {"beam": self.beam.to_toml(), "estimates": ", ".join(self.lines), "squama_version": __version__}
+        attributes = {"title": f"parameters of a scale-covered beam from a {title}", **attrs, **found}
+        return xr.Dataset(data, coords={"parameter": names, "other": names}, attrs=attributes)
+
+    def _written(self, values: Array, errors: Array) -> list[str]:
+        rows = zip(self.rows, values, errors, strict=True)
+        return [f"{row.name} = {row.written(value, error)}" for row, value, error in rows]
+
+    def _described(self) -> list[str]:
+        """Return a line for each estimate, with its error and its correlation with those before."""
+        lines = []
+        for i, row in enumerate(self.rows):
+            other = [f"{self.correlation[i, j]:+.2f} with {self.parameters[j]}" for j in range(i)]
+            also = f"; correlation {', '.join(other)}" if other else ""
+            text = row.written(self.values[row.name], self.errors[row.name])
+            lines.append(f"{row.name:11} {text:24} {row.words}{also}")
+        return lines
+
+
 class Asked(NamedTuple):
     """Parameters to find, in the order asked, with start values of the beam and bounds, arrays of one length.
 
@@ -188,13 +291,7 @@ def ask(
     unknown or given twice, and bounds that are reversed or out of range, are refused together; so is, on a ``joint``
     "hinge", what no test tells apart there.
     """
-    given = [n.strip() for n in names.split(",")] if isinstance(names, str) else [str(n) for n in names]
-    problems, once = Problems(), dict.fromkeys(given)
-    problems += [Problem("parameters", "", f"{n} is given twice", "give it once") for n in once if given.count(n) > 1]
-    problems += [_unknown("parameters", n) for n in once if n not in PARAMETERS]
-    if not given:
-        problems.add("parameters", "", "none is named", 'give e.g. ("mu", "K_theta")')
-    problems.settle()
+    given, problems = named(names, PARAMETERS), Problems()
     rows = tuple(PARAMETERS[n] for n in given)
     follows = beam.joint.stiffness is None and "K_theta" not in given
     if joint == "hinge" and {"C_f", "E_B"} <= set(given) and not follows:
@@ -220,11 +317,24 @@ def ask(
     return Asked(beam, load, rows, start, low, high, base, follows)
 
 
-def _unknown(where: str, name: str) -> Problem:
-    known, meant = ", ".join(PARAMETERS), _OTHER_NAMES.get(name)
-    remedy = f"{tabular.guess(name, PARAMETERS)}known are {known}"
-    if meant:
-        remedy = f"write {meant} ({PARAMETERS[meant].words}) or another of {known}"
+def named(names: Sequence[str] | str, known: Collection[str]) -> list[str]:
+    """Return the checked names of the parameters to find."""
+    given = [n.strip() for n in names.split(",")] if isinstance(names, str) else [str(n) for n in names]
+    problems, once = Problems(), dict.fromkeys(given)
+    problems += [Problem("parameters", "", f"{n} is given twice", "give it once") for n in once if given.count(n) > 1]
+    problems += [_unknown("parameters", n, known) for n in once if n not in known]
+    if not given:
+        problems.add("parameters", "", "none is named", 'give e.g. ("mu", "K_theta")')
+    problems.settle()
+    return given
+
+
+def _unknown(where: str, name: str, known: Collection[str] = PARAMETERS.keys()) -> Problem:
+    """Return the mistake of an unknown name: what is meant by it elsewhere, or the likely one, and all there are."""
+    listed, meant = ", ".join(known), _OTHER_NAMES.get(name)
+    remedy = f"{tabular.guess(name, known)}known are {listed}"
+    if meant and meant in known:
+        remedy = f"write {meant} ({PARAMETERS[meant].words}) or another of {listed}"
     return Problem(where, "", f'"{name}" is not the name of a parameter', remedy)
 
 

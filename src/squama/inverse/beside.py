@@ -7,23 +7,56 @@ its scales are thin and rigid and it is held straight: it is asked as everybody 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from squama.beam.design import Beam
+from squama.curves import doors
 from squama.errors import InputError
+from squama.fe import runs
 from squama.inverse import joint_figures
-from squama.inverse.goals import Goal, Pitches
+from squama.inverse.goals import Goal, Pitches, Reached, reached
 from squama.inverse.named_figures import OF_LOCKS
-from squama.inverse.reached import Beside, reached
 from squama.inverse.target import Target
 from squama.joints import law
 from squama.joints.choice import impossible, known, said, shape
-from squama.loads import ENDLESS, LOADS, NOTHING, holds
+from squama.loads import ENDLESS, LOADS, NOTHING, STRAIGHT, holds
+from squama.units import change, moment
 
 OF_BOW = ("torque", "tangent", "stiffness_ratio")
 """Figures at a twist that are known of a beam that is free to bow."""
+MESH, INCREMENTS = "coarse", 20
+"""Mesh of the elements that a design is held against, and increments of their twist."""
+
+
+@dataclass(frozen=True)
+class Beside:
+    """What a design reaches by another model than the one that found it.
+
+    ``key`` is "door" (``squama.twist`` or ``squama.bend`` of the file, as everybody calls them), "endless" (without
+    ends) or "free_to_bow" (without the bending moment that holds it straight); ``words`` say so; ``goals`` are those
+    that may differ there; ``note``: why a figure is missing.
+    """
+
+    key: str
+    words: str
+    goals: tuple[Reached, ...]
+    note: str = ""
+
+    @property
+    def agrees(self) -> bool:
+        """Whether every goal is met here, too; what has no ends is told only for comparison."""
+        return self.key == "endless" or (all(goal.met for goal in self.goals) and bool(self.goals or not self.note))
+
+    def says(self, goal: Reached) -> str:
+        """Return what is reached of a goal here, in words: "4.9 with 10 scales"."""
+        value = f"{goal.reached:.3g} {goal.unit}".strip()
+        if self.key == "door":
+            return f"{self.words} has none" if math.isnan(goal.reached) else f"{self.words} says {value}"
+        return f"{'not known' if math.isnan(goal.reached) else value} {self.words}"
 
 
 def found_by(target: Target, beam: Beam) -> str:
@@ -83,3 +116,31 @@ def _at_twists(key: str, words: str, target: Target, beam: Beam, goals: Sequence
     note = "" if np.isfinite(values).all() else str(answer["end"].item())
     found = reached(goals, np.array(values), Pitches(beam.pitch, beam.pitches), target.accept)
     return Beside(key, words, tuple(found), note)
+
+
+def by_elements(beam: Beam, sense: str, rates: Sequence[float]) -> list[str]:
+    """Return lines that compare finite elements with the real beam's curve at twist rates (rad/m).
+
+    Both are of one pitch that is held straight.
+
+    Raises
+    ------
+    InputError
+        The extra ``fe`` is not installed, or the mesh is refused.
+    """
+    run = runs.cell(beam, to=max(rates), sense=sense, mesh=MESH, increment=max(rates) * beam.pitch / INCREMENTS)
+    x, T = run["Phi"].values, run["T"].values
+    how = doors.How(joint="compliant", hold=STRAIGHT)
+    own = doors.respond(beam, "twisting", at=x.tolist(), sense=sense, ends=ENDLESS, **how)["T"]
+    # slopes of both between the same twists
+    ratios = [np.gradient(torque, x) / (torque[1] / x[1]) for torque in (T, own)]
+    lines = []
+    for rate in rates:
+        where = f"elements ({MESH} mesh), held straight, {rate * beam.pitch:.4g} rad per pitch"
+        if rate > x[-1] * (1 + 1e-9):
+            lines.append(f"{where}: the run ends before, {run.attrs['sentence']}")
+            continue
+        torque, real, stiffer, as_stiff = (float(np.interp(rate, x, v)) for v in (T, own, *ratios))
+        beside = f"stiffness ratio {stiffer:.3g} (real beam: {as_stiff:.3g})"
+        lines.append(f"{where}: torque {moment(torque)} ({change(torque / real - 1, '+')}), {beside}")
+    return lines

@@ -14,13 +14,11 @@ from squama._version import __version__
 from squama.beam.card import card
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
-from squama.curves import doors
 from squama.curves.chosen import idealisation
 from squama.errors import refuse
-from squama.inverse import beside, joint_figures, making, search, with_ends
-from squama.inverse.goals import Pitches
-from squama.inverse.limits import LIMITS
-from squama.inverse.reached import Beside, Reached, reached
+from squama.inverse import beside, joint_figures, limits, search
+from squama.inverse.beside import Beside
+from squama.inverse.goals import SENSES, Pitches, Reached, reached
 from squama.inverse.residuals import Look, Residuals
 from squama.inverse.target import Target, read_target
 from squama.loads import ENDLESS, LOADS
@@ -158,7 +156,7 @@ class InverseDesign:
 
 
 def inverse_design(
-    target: str | os.PathLike[str] | Mapping[str, Any],
+    target: str | os.PathLike[str] | Mapping[str, Any] | Target,
     *,
     beam: Beam | None = None,
     designs: int | None = None,
@@ -177,7 +175,7 @@ def inverse_design(
     target : path or mapping
         A TOML file, or the same as nested mappings: ``target`` (what is asked), ``vary`` (bounds by dimension),
         ``choose`` (lists of values or materials), ``limits``, ``rounding``, ``tolerance``; and ``start`` or the tables
-        of a beam. See docs, how-to: design a beam.
+        of a beam. See docs, how-to: design a beam. Or one that was read.
     beam, designs : Beam, int, optional
         In place of the target's: beam to start from, which keeps what is not varied; distinct designs at most (5).
     starts, seed : int
@@ -208,13 +206,7 @@ def inverse_design(
     """
     if beam is not None:
         arguments.beam(beam)
-    return find(read_target(target, beam=beam), designs=designs, starts=starts, seed=seed, elements=elements)
-
-
-def find(
-    target: Target, *, designs: int | None = None, starts: int = 4096, seed: int = 1, elements: bool = False
-) -> InverseDesign:
-    """Return the result of :func:`inverse_design` for a target that was read."""
+    target = target if isinstance(target, Target) else read_target(target, beam=beam)
     only_one(target.space.beam.faces, "inverse design")
     count = arguments.whole("designs", target.designs if designs is None else designs, 1, 100)
     starts, seed = arguments.whole("starts", starts, 16, 1 << 20), arguments.whole("seed", seed, 0, 2**31)
@@ -236,17 +228,17 @@ def find(
         y[same] = still[same]
     look, shares = search.refine(residuals, y), residuals.shares
     if target.own and any(goal.want.at is not None for goal in target.goals):
-        look, shares = with_ends.refined(target, look, count, seed)
+        look, shares = search.with_ends(target, look, count, seed)
     elif any(v.step for v in space.variables):
         best = np.argsort(look.merit, kind="stable")[: ROUNDED + 2 * count]
-        look = residuals.look(making.rounded(residuals, look.y[best], seed), slopes=True, plates=True)
-    refined = _Refined(residuals, look, residuals.effects(look.y) * np.expand_dims(shares, 1))
+        look = residuals.look(search.rounded(residuals, look.y.T[best], seed), slopes=True, plates=True)
+    refined = _Refined(residuals, look, residuals.effects(look.y.T) * np.expand_dims(shares, 1))
     kept = np.flatnonzero((refined.limits >= -BROKEN).all(axis=0) & np.isfinite(look.merit))
     if not kept.size:
         refuse("limits", "", "no beam within the bounds keeps them all", refined.broken(), target.source)
-    made = {i: refined.design(i) for i in kept.tolist()} if target.real else {}
-    chosen = refined.chosen(kept, count, made)
-    found = tuple(made.get(i) or refined.design(i) for i in chosen)
+    made = {i: refined.design(i) for i in kept.tolist()}
+    chosen = refined.chosen(made, count)
+    found = tuple(made[i] for i in chosen)
     asked = steps(enumerate(found), len(found), "designs asked by other models")
     found = tuple(replace(d, beside=beside.beside(target, d.beam, elements=i < ASKED)) for i, d in asked)
     notes = [f"{space.variables[j].name} has no effect on what is asked" for j in idle.tolist()]
@@ -254,8 +246,8 @@ def find(
         notes.append(LOCK)
     if elements:
         rates = {goal.want.at.per_length(found[0].beam) for goal in target.goals if goal.want.at is not None}
-        notes += making.by_elements(found[0].beam, target.options.sense, sorted(rates))
-    sizes = residuals.tolerances(look.y[chosen[:1]])
+        notes += beside.by_elements(found[0].beam, target.options.sense, sorted(rates))
+    sizes = residuals.tolerances(look.y.T[chosen[:1]])
     return InverseDesign(
         source=target.source,
         met=found[0].met,
@@ -279,10 +271,10 @@ def find(
 
 def _idle(look: Look) -> Array:
     """Return the variables that no figure depends on, as far as there are starts that have all figures."""
-    whole = np.isfinite(look.found.values).all(axis=0)
+    whole = np.isfinite(look.values).all(axis=0)
     if not whole.any():
         return np.empty(0, int)
-    return np.flatnonzero(~look.found.slopes[..., whole].any(axis=(0, 2)))
+    return np.flatnonzero(~look.slopes[..., whole].any(axis=(0, 2)))
 
 
 class _Refined(NamedTuple):
@@ -302,73 +294,58 @@ class _Refined(NamedTuple):
         look, target = self.look, self.residuals.target
         least = np.maximum(-self.limits, 0).sum(axis=0)
         i = int(np.argmin(np.where(np.isfinite(look.merit), least, np.inf)))
-        sizes = self.residuals.sizes(self.residuals.space.cells(look.y[i : i + 1]), look.found.values[:, i : i + 1])
+        sizes = self.residuals.sizes(self.residuals.space.cells(look.y[:, [i]].T), look.values[:, i : i + 1])
         words = []
         for name, g in zip(self.residuals.names, self.limits[:, i], strict=False):
-            if g >= -BROKEN:
-                continue
-            if name not in LIMITS:
+            limit = limits.LIMITS.get(name)
+            if g < -BROKEN and limit is not None:
+                has = float(np.ravel(limit.measure(sizes))[0])
+                short = f"{has * 1e3:.4g} mm" if limit.dimension is Dimension.LENGTH else f"{has:.4g}"
+                bound = f"at {'least' if limit.least else 'most'} {as_text(target.limits[name], limit.dimension)}"
+                words.append(f"{name} ({limit.formula} {bound}, is {short})")
+            elif g < -BROKEN:
                 words.append(name)
-                continue
-            limit, value = LIMITS[name], target.limits[name]
-            has = float(np.ravel(limit.measure(sizes))[0])
-            short = f"{has * 1e3:.4g} mm" if limit.dimension is Dimension.LENGTH else f"{has:.4g}"
-            bound = f"at {'least' if limit.least else 'most'} {as_text(value, limit.dimension)}"
-            words.append(f"{name} ({limit.formula} {bound}, is {short})")
         return f"the nearest breaks {' and '.join(words)}"
 
-    def chosen(self, kept: Array, count: int, made: Mapping[int, Design]) -> list[int]:
-        """Return the numbers of the reported designs, the best first; ``made`` holds designs that are complete."""
-        look = self.look
-        met = np.array([made[i].met if i in made else self.meets(i) for i in kept.tolist()])
-        if met.any():
-            spread = self.spread()
-            order = kept[met]
-            order = order[np.argsort(spread[order], kind="stable")]
-        else:
-            order = kept[np.argsort(look.merit[kept], kind="stable")]
-            order = order[look.merit[order] <= WORSE * look.merit[order[0]]]
+    def chosen(self, made: Mapping[int, Design], count: int) -> list[int]:
+        """Return the numbers of the reported designs, the best first, of those that are made."""
+        look, kept = self.look, np.array(list(made))
+        met = np.array([design.met for design in made.values()])
+        near = met if met.any() else look.merit[kept] <= WORSE * look.merit[kept].min()
+        price = self.spread() if met.any() else look.merit
+        order = sorted(kept[near].tolist(), key=price.tolist().__getitem__)
         chosen: list[int] = []
         for least in DISTINCT:
-            for i in order.tolist():
-                if len(chosen) < count and all(np.abs(look.y[i] - look.y[j]).max() >= least for j in chosen):
+            for i in order:
+                if len(chosen) < count and all(np.abs(look.y[:, i] - look.y[:, j]).max() >= least for j in chosen):
                     chosen.append(i)
-        return sorted(chosen, key=order.tolist().index)
+        return sorted(chosen, key=order.index)
 
     def spread(self) -> Array:
         """Return by how much tolerances move each design off its target, relative; less is better.
 
         What is asked as "at least" or "at most" has room for them: what goes beyond that room counts.
         """
-        target, found = self.residuals.target, np.zeros(len(self.look.y))
+        target, found = self.residuals.target, np.zeros(self.look.merit.size)
         for k, goal in enumerate(target.goals):
             size = np.sqrt((self.effects[k] ** 2).sum(axis=0))
             if goal.sense != "=":
-                room = goal.relative(self.look.found.values[k], self.look.d, self.look.scales)
+                room = goal.relative(self.look.values[k], self.look.d, self.look.scales)
                 size = np.maximum(size - room * (1 if goal.sense == ">=" else -1), 0.0) * target.real
             found += (goal.weight * size) ** 2
         return np.sqrt(found)
 
-    def meets(self, i: int) -> bool:
-        """Whether a design meets every goal by the figures of the search."""
-        return all(goal.met for goal in self.reached(i, self.look.found.values[:, i], self._pitches(i)))
-
     def design(self, i: int) -> Design:
         """Return one complete design."""
         space, target = self.residuals.space, self.residuals.target
-        options, y = target.options, self.look.y[i]
+        y, load, names = self.look.y[:, i], LOADS[space.load], [FULL.get(key, key) for key in target.tolerance]
         beam = space.beam_of(y)
-        if target.real:
-            # all contacts, and steps of its own
-            reached, answer = joint_figures.followed(beam, [goal.want for goal in target.goals], options)
-            values = np.array(reached)
-            lines = making.refused(beam, target.printer)
-        else:
-            common = {name: getattr(options, name) for name in ("law", "sense", "margin")}
-            answer = doors.respond(beam, space.load, points=3, joint="hinge", **common)
-            values = self.look.found.values[:, i]
-            lines = making.refused(beam, {}, sided=LOADS[space.load].sided)
-        goals = tuple(self.reached(i, values, Pitches(beam.pitch, beam.pitches)))
+        # all contacts, and steps of its own
+        wants = [goal.want for goal in target.goals]
+        values, answer = joint_figures.followed(beam, wants, target.options, target.options.joint)
+        lines = limits.refused(beam, target.printer if target.real else {}, sided=load.sided)
+        own, effects = Pitches(beam.pitch, beam.pitches), self.effects[:, :, i]
+        goals = tuple(reached(target.goals, np.array(values), own, target.accept, effects, names))
         return Design(
             beam=beam,
             values={v.name: of_beam(beam, space.load, v.key) for v in space.variables},
@@ -377,39 +354,29 @@ class _Refined(NamedTuple):
             goals=goals,
             active=tuple(self.active(i)),
             end=answer["end"].item(),
-            rate_end=float(answer[f"{LOADS[space.load].rate}_end"]),
+            rate_end=float(answer[f"{load.rate}_end"]),
             other_contact=answer["other_contact"].item(),
             refused=tuple(lines),
             warnings=tuple(filter(None, answer.attrs["warnings"].split("\n"))),
             found_by=beside.found_by(target, beam),
         )
 
-    def _pitches(self, i: int) -> Pitches:
-        """Return pitch and number of scales of a design before it is rounded."""
-        return Pitches(float(self.look.d[i]), float(self.look.scales[i]))
-
-    def reached(self, i: int, values: Array, own: Pitches) -> list[Reached]:
-        """Return what a design reaches of each goal with its figures and its own pitches; those of a curve together."""
-        target = self.residuals.target
-        names = [FULL.get(key, key) for key in target.tolerance]
-        return reached(target.goals, values, own, target.accept, self.effects[:, :, i], names)
-
     def active(self, i: int) -> list[str]:
         """Name the bounds and limits on which a design lies, and the goals that it just meets."""
         found, target = [], self.residuals.target
-        for v, share in zip(self.residuals.space.variables, self.look.y[i], strict=False):
+        for v, share in zip(self.residuals.space.variables, self.look.y[:, i], strict=False):
             if share <= ACTIVE or share >= 1 - ACTIVE:
                 side, bound = ("lower", v.low) if share <= ACTIVE else ("upper", v.high)
                 found.append(f"{v.name} at its {side} bound {text_of(v.key, bound)}")
-        for goal, value in zip(target.goals, self.look.found.values[:, i], strict=False):
-            just = abs(value / goal.value(*self._pitches(i)) - 1) <= 2 * target.accept
+        before = float(self.look.d[i]), float(self.look.scales[i])
+        for goal, value in zip(target.goals, self.look.values[:, i], strict=False):
+            just = abs(value / goal.value(*before) - 1) <= 2 * target.accept
             if target.real and goal.sense != "=" and just:
-                sense = "at least" if goal.sense == ">=" else "at most"
-                found.append(f"{goal.name} {sense} {goal.number:g} {goal.unit}".strip())
+                found.append(f"{goal.name} {SENSES[goal.sense]}{goal.number:g} {goal.unit}".strip())
         for name, g in zip(self.residuals.names, self.look.g[:, i], strict=True):
-            if g <= ACTIVE and name in LIMITS:
+            if g <= ACTIVE and name in limits.LIMITS:
                 value = target.limits[name]
-                found.append(f"limit {name} {as_text(value, LIMITS[name].dimension)}")
+                found.append(f"limit {name} {as_text(value, limits.LIMITS[name].dimension)}")
             elif g <= ACTIVE:
                 found.append(name)
         return found

@@ -16,7 +16,7 @@ from squama.beam.design import Beam
 from squama.beam.faces import only_one
 from squama.curves.chosen import idealisation
 from squama.errors import Problems, refuse
-from squama.inverse import joint_figures, making
+from squama.inverse import joint_figures, limits
 from squama.inverse.named_figures import AT_TWIST, OF_BEAM, OF_LOCKS, At, Found, Want
 from squama.inverse.search import sobol
 from squama.inverse.space import built
@@ -60,7 +60,7 @@ WAYS = {1: "max", -1: "min"}
 
 
 def pareto(
-    target: str | os.PathLike[str] | Mapping[str, Any],
+    target: str | os.PathLike[str] | Mapping[str, Any] | Target,
     *,
     beam: Beam | None = None,
     population: int | None = None,
@@ -111,13 +111,7 @@ def pareto(
     """
     if beam is not None:
         arguments.beam(beam)
-    return trade(read_target(target, beam=beam, need="front"), population, generations, seed)
-
-
-def trade(
-    target: Target, population: int | None = None, generations: int | None = None, seed: int | None = None
-) -> xr.Dataset:
-    """Return the result of :func:`pareto` for a target that was read."""
+    target = target if isinstance(target, Target) else read_target(target, beam=beam, need="front")
     if find_spec("pymoo") is None:
         refuse("pareto", "", "pymoo is not installed", "pip install squama[fit]")
     assert target.front is not None
@@ -238,29 +232,27 @@ class Trade:
             of_contact = [o.name in ("tangent", "stiffness_ratio") for o in self.chosen.objectives]
             values[np.ix_(apart, of_contact)] = np.nan
         at = [] if self.chosen.at is None else [self.chosen.at]
-        room = self.target.rooms(c, self.target.sizes(c, at, found.values[-1] if self.lock else None))
+        sizes = limits.Sizes.of(c, self.space.load, limits.farthest(c, at, found.values[-1] if self.lock else None))
+        room = self.target.rooms(c, sizes)
         short = {name: np.maximum(-np.broadcast_to(v, len(y)), 0.0) for name, v in room.items()}
         missing = {f"no {o.name}": ~np.isfinite(v) for o, v in zip(self.chosen.objectives, values.T, strict=True)}
-        violation = np.where(good, np.nan_to_num(sum(short.values()), nan=1.0), 2.0) + np.any(
-            [*missing.values()], axis=0
-        )
+        violation = np.where(good, np.nan_to_num(sum(short.values()), nan=1.0), 2.0)
+        violation += np.any([*missing.values()], axis=0)
         return Seen(values, violation, found, c, {name: v > 0 for name, v in short.items()} | missing)
 
     def costs(self, values: Array) -> Array:
         """Return objectives (n, k) as costs: less is better, and those that span decades by their logarithm."""
         columns = []
         for o, column in zip(self.chosen.objectives, values.T, strict=True):
-            good = np.isfinite(column)
-            if o.name in DECADES:
-                good &= column > 0
-            value = np.log(np.where(good, column, 1.0)) if o.name in DECADES else column
+            decades = o.name in DECADES
+            good = np.isfinite(column) & ((column > 0) | (not decades))
+            value = np.log(np.where(good, column, 1.0)) if decades else column
             columns.append(-o.sense * np.where(good, value, 0.0))
         return np.stack(columns, axis=1)
 
     def ask(self, y: Array) -> tuple[Array, Array]:
         """Return costs (n, k), less is better, and violations (n,) of designs; keep the good ones."""
-        seen = self.evaluate(y, plates=False)
-        values, violation = seen.values, seen.violation
+        values, violation = self.evaluate(y, plates=False)[:2]
         costs, there = self.costs(values), self.best[1]
         # testing plates against each other takes longest: only what comes to the front by more than NEAR is tested
         new = np.flatnonzero(violation <= 0)
@@ -294,7 +286,7 @@ class Trade:
 
         Each keeps all limits, passes what the printer files ask and has the figures of its curve with all contacts.
         """
-        y = np.unique(making.nearest(self.space, y), axis=0)
+        y = np.unique(self.space.nearest(y), axis=0)
         values, violation = self.evaluate(y, plates=True)[:2]
         kept = np.flatnonzero(violation <= 0)
         kept = kept[[self._sound(y[i], values[i]) for i in kept.tolist()]] if kept.size else kept
@@ -304,7 +296,7 @@ class Trade:
 
     def _sound(self, y: Array, values: Array) -> bool:
         beam = self.space.beam_of(y)
-        if making.refused(beam, self.target.printer):
+        if limits.refused(beam, self.target.printer):
             return False
         wants = [o.want for o in self.chosen.objectives]
         again, _ = joint_figures.followed(beam, wants, self.target.options, endless=True)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
@@ -10,32 +12,23 @@ import numpy as np
 
 from squama.errors import Problems, refuse
 from squama.inverse import targetfile
-from squama.inverse.named_figures import At, Want
+from squama.inverse.named_figures import FIGURES, At, Want
 from squama.inverse.space import Space
-from squama.inverse.targetfile import AT_POINTS, Context, Given, PointTable, TargetTable
+from squama.inverse.targetfile import AT_POINTS, Context, PointTable, TargetTable
 from squama.io import files, measured
 from squama.loads import LOADS
 from squama.model.sensitivity import STEP
 from squama.study.columns import Cells
 from squama.types import Array
-from squama.units import Dimension, shown
+from squama.units import Dimension, look_up, shown
 
-MISSING = 100.0
-"""Residual of a design that has no such figure, e.g. does not lock; reached figures are relative to the asked ones."""
 ACCEPT = 0.01
 """Largest difference, relative to what is asked, of a goal that counts as reached."""
 LABELS = {"tangent": "tangent", "stiffness_ratio": "stiffness ratio", "strength_share": "stress over strength"}
-_DIMENSIONS = {
-    "torque": Dimension.TORQUE,
-    "stress": Dimension.PRESSURE,
-    "length": Dimension.LENGTH,
-    "stiffness": Dimension.RIGIDITY,
-    "tangent": Dimension.RIGIDITY,
-    "W_fr": Dimension.LINE_WORK,
-}
-"""Dimensions of the figures that are no ratios and no twists."""
 MOST_POINTS = 24
 """Points of a measured curve that are used; more are thinned out evenly."""
+SENSES = {"=": "", ">=": "at least ", "<=": "at most "}
+"""Words before an asked value."""
 
 
 class Pitches(NamedTuple):
@@ -94,33 +87,64 @@ class Goal(NamedTuple):
         return np.asarray(np.imag(self.relative(known + 1j * STEP * slopes, *moved)) / STEP)
 
 
-def residual(
-    goals: tuple[Goal, ...],
-    values: Array,
-    slopes: Array,
-    at: Pitches,
-    moved: Pitches,
-    short: Array,
-    *,
-    inside: float = 0.0,
-) -> tuple[Array, Array]:
-    """Weighted relative differences from the goals (goals, designs), and derivatives (goals, variables, designs).
+@dataclass(frozen=True)
+class Reached:
+    """One goal of a design, in the unit in which it was asked.
 
-    ``values`` and ``slopes`` of the figures have the same shapes; ``at`` are the designs' pitches, ``moved``
-    (variables, designs) those with complex steps. ``short`` (goals, designs) is how much of the asked twist a design
-    without the figure lacks. What is asked as "at least" or "at most" is sought by the share ``inside`` within.
+    ``difference`` is reached minus asked; ``spread`` the root of the sum of squares of ``effects``, which are
+    derivative times tolerance by dimension. A measured curve is one goal: ``reached`` is then the rms difference of its
+    points. A figure that the design does not have is NaN.
     """
-    r, J = np.empty_like(values), np.zeros_like(slopes)
-    for i, goal in enumerate(goals):
-        difference, slope = goal.relative(values[i], *at), goal.slope(values[i], slopes[i], moved)
-        if goal.sense != "=":
-            difference = difference - inside if goal.sense == ">=" else difference + inside
-            slack = difference >= 0 if goal.sense == ">=" else difference <= 0
-            difference, slope = np.where(slack, 0.0, difference), np.where(slack, 0.0, slope)
-        missing = ~np.isfinite(difference)
-        r[i] = goal.weight * np.where(missing, MISSING + short[i], difference)
-        J[i] = goal.weight * np.where(missing, 0.0, slope)
-    return r, J
+
+    name: str
+    unit: str
+    sense: str
+    asked: float
+    reached: float
+    difference: float
+    met: bool
+    spread: float = math.nan
+    effects: dict[str, float] = field(default_factory=dict, repr=False)
+
+    @property
+    def wanted(self) -> str:
+        """Goal in words: "at least 5", "45 deg total"."""
+        return f"{SENSES[self.sense]}{self.asked:.5g} {self.unit}".strip()
+
+
+def reached(
+    goals: Sequence[Goal],
+    values: Array,
+    own: Pitches,
+    accept: float,
+    effects: Array | None = None,
+    names: Sequence[str] = (),
+) -> list[Reached]:
+    """Return the reached goals of a design by its figures (goals,) in SI; points of a curve are one goal.
+
+    ``own`` are the design's pitch and number of scales, ``effects`` (goals, dimensions) what tolerances do, over the
+    asked values, by the ``names`` of the dimensions.
+    """
+    by = np.zeros((len(goals), 0)) if effects is None else effects
+    found: list[tuple[tuple[str, str, str, float], float, bool, Array]] = []
+    for k, goal in enumerate(goals):
+        if not goal.group:
+            asked, met = (goal.name, goal.unit, goal.sense, goal.number), goal.met(float(values[k]), *own, accept)
+            found.append((asked, goal.shown(values[k], *own), met, goal.number * by[k]))
+    for group in dict.fromkeys(goal.group for goal in goals if goal.group):
+        those = [k for k, goal in enumerate(goals) if goal.group == group]
+        scale = goals[those[0]].scale
+        off = float(_rms(values[those] - [goals[k].asked for k in those]))
+        found.append(((f"{group}, rms", "N m", "=", 0.0), off, off / scale <= accept, scale * _rms(by[those])))
+    spreads = [float(np.linalg.norm(change)) if names else math.nan for *_, change in found]
+    return [
+        Reached(*asked, value, value - asked[3], met, spread, dict(zip(names, change.tolist(), strict=True)))
+        for (asked, value, met, change), spread in zip(found, spreads, strict=True)
+    ]
+
+
+def _rms(values: Array) -> Array:
+    return np.asarray(np.sqrt(np.mean(np.square(values), axis=0)))
 
 
 def read_goals(table: TargetTable, context: Context, folder: Path, problems: Problems) -> tuple[Goal, ...]:
@@ -149,20 +173,22 @@ def _single(name: str, value: object, context: Context) -> Goal:
         if "value" not in value:
             refuse(where, "", "has no value", "write { value = ..., weight = 2 }")
         weight, value = _weight(where, value.get("weight", 1.0)), value["value"]
-    got = _value(where, name, value, context)
-    return Goal(name, Want(name), got.number, got.unit, got.si, got.at, got.sense, weight)
+    return _goal(where, name, Want(name), value, weight, context)
 
 
-def _value(where: str, figure: str, value: object, context: Context) -> Given:
+def _goal(where: str, name: str, want: Want, value: object, weight: float, context: Context) -> Goal:
     """Read the goal value of a figure."""
+    figure = want.figure
     if figure in ("lock", "engagement"):
-        return targetfile.twist(where, value, context)
-    got = targetfile.quantity(where, value, _DIMENSIONS.get(figure, Dimension.RATIO), context)
+        got = targetfile.twist(where, value, context)
+    else:
+        dimension, *_ = look_up(FIGURES[figure][0]) or (Dimension.RATIO,)
+        got = targetfile.quantity(where, value, dimension, context)
     if figure == "RED" and got.si >= 1:
         refuse(where, shown(got.number), "a part of the work cannot be 1 or more", "write e.g. 0.4")
     if figure == "critical_mu" and got.si > 10:
         refuse(where, shown(value), "is out of range (up to 10)", "write e.g. 0.6")
-    return got
+    return Goal(name, want, got.number, got.unit, got.si, got.at, got.sense, weight)
 
 
 def _points(where: str, table: PointTable, kind: str, context: Context) -> list[Goal]:
@@ -176,25 +202,16 @@ def _points(where: str, table: PointTable, kind: str, context: Context) -> list[
         if key not in allowed:
             refuse(f"{where}.{key}", "", "does not belong here", f"allowed: twist, {', '.join(allowed)}, weight")
         if key in AT_POINTS and context.joint == "hinge":
-            refuse(f"{where}.{key}", "", *_not_on_hinges(key, context))
+            refuse(f"{where}.{key}", "", "is not a figure of hinges", f"leave out {' and '.join(context.hinged)}")
     if not given:
         refuse(f"{where}.{known[0]}", "", "is missing", f"write e.g. {targetfile.EXAMPLES[kind]}")
     twist = table.twist.strip() if isinstance(table.twist, str) else f"{shown(table.twist)} rad/m"
     weight, found = _weight(where, table.weight), []
     for key, value in given.items():
         figure = _figure(key, value)
-        got = _value(f"{where}.{key}", figure, value, context)
-        name, want = f"{LABELS.get(figure, key)} at {twist}", Want(figure, at)
-        found.append(Goal(name, want, got.number, got.unit, got.si, got.at, got.sense, weight))
+        name = f"{LABELS.get(figure, key)} at {twist}"
+        found.append(_goal(f"{where}.{key}", name, Want(figure, at), value, weight, context))
     return found
-
-
-def _not_on_hinges(key: str, context: Context) -> tuple[str, str]:
-    """Return why a figure of the real beam cannot be a goal, and the remedy in this file."""
-    if LOADS[context.load].sided:
-        return "is not a figure of hinges", f"leave out {' and '.join(context.hinged)}"
-    instead = "a stiffness under [[target.tangent]]" if key == "stiffness_ratio" else "a moment"
-    return "cannot be asked for in bending yet, where designs are on hinges", f"ask for {instead} instead"
 
 
 def _figure(key: str, value: object) -> str:

@@ -132,7 +132,7 @@ class _Part:
             value = self._room(want.figure) if want.figure in ("tip", "side", "hold") else self._dissipated(want.figure)
         return np.flatnonzero(locks), value
 
-    def _stepped(self, value: Array, steps: Steps, lanes: Any = slice(None)) -> Array:
+    def _stepped(self, value: Array, steps: Steps, lanes: Array | slice = slice(None)) -> Array:
         """Return a result (moved, n) with the steps of all that was moved, from those by the path's parameters."""
         total = np.zeros_like(self.columns["d"][:, lanes].real)
         for p, step in steps.items():

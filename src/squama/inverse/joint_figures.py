@@ -61,7 +61,7 @@ def _values(c: Cells, wants: Sequence[Want], options: Options, copies: int) -> t
     twists = list(dict.fromkeys(w.at for w in wants if w.at is not None)) or [At(0.0, path.RANGE)]
     n = c.sizes["beam"]["scales"]
     twists.sort(key=lambda at: float(np.max(at.per_pitch(c.d, n).real)))
-    common: dict[str, Any] = {"sense": options.sense, "copies": copies, "along": False}
+    common: dict[str, Any] = {"load": options.load, "sense": options.sense, "copies": copies, "along": False}
     by_twist = {at: real_columns.solved(c, at.per_pitch(c.d, n), **common) for at in twists}
     last = by_twist[twists[-1]]
     found = [_figure(c, want.figure, by_twist.get(want.at or twists[-1], last)) for want in wants]
@@ -92,7 +92,9 @@ def followed(
     at = [None if w.at is None else w.at.per_length(beam) for w in wants]
     rates = sorted({rate for rate in at if rate is not None})
     common: dict[str, Any] = {"sense": options.sense, "joint": joint, "ends": ENDLESS if endless else None}
-    if not rates and joint is None:
+    if joint == "hinge":
+        common |= {"law": options.law, "margin": options.margin}
+    if not rates and joint != "compliant":
         rates = [NEAR_REST / beam.pitch]
     elif not rates:
         # as far as the engagement's own figures are read

@@ -11,10 +11,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.fabrication.plan import Plan
+from squama.beam.design import Beam
+from squama.errors import InputError
+from squama.fabrication import refuse as refusals
+from squama.fabrication.plan import MOST_SCALES, Plan, plan
+from squama.fabrication.solids import PARTS
 from squama.inverse.named_figures import At
-from squama.joints.law import Shape
-from squama.joints.law import rooms as law_rooms
+from squama.joints import law
+from squama.joints.choice import shape
 from squama.model import joint
 from squama.study.columns import Cells
 from squama.types import Array
@@ -152,7 +156,7 @@ def rooms(s: Sizes, limits: Mapping[str, float], laws: Sequence[str]) -> dict[st
         "zeta beta/lambda": s.embedded * s.width / (s.d * s.height),
     }
     found = {name: LIMITS[name].room(s, value) for name, value in limits.items()}
-    for limit in (limit for law in laws for limit in joint.LAWS[law].limits):
+    for limit in (limit for name in laws for limit in joint.LAWS[name].limits):
         share = ratios[limit.ratio]
         found[f"joint_law ({limit.ratio} <= {limit.high:g})"] = 1 - share / limit.high
         if limit.low > 0:
@@ -164,17 +168,17 @@ def known_rooms(c: Cells) -> dict[str, Array]:
     """Room to the ends of the range in which the law knows the joint of the real beam."""
     scale, bar = c.sizes["scale"], c.sizes["substrate"]
     over = bar["width"] / c.d, c.lam, scale["embedded"] / c.d, c.beta, scale["thickness"] / c.d
-    return law_rooms(Shape(*over, c.alpha, c.theta0, bar["poisson_ratio"]))
+    return law.rooms(law.Shape(*over, c.alpha, c.theta0, bar["poisson_ratio"]))
 
 
-def printed_rooms(c: Cells, plan: Plan) -> dict[str, Array]:
+def printed_rooms(c: Cells, sizes: Plan) -> dict[str, Array]:
     """Room to what :mod:`squama.fabrication.refuse` refuses of most beams, in pitches; sizes are those of the plan.
 
     In closed form, for the search; that of the slits of the mould is a little narrow, and what is handed out is asked
     there.
     """
     scale, bar = c.sizes["scale"], c.sizes["substrate"]
-    clear, feature = plan.clearance * 1e-3, plan.feature * 1e-3
+    clear, feature = sizes.clearance * 1e-3, sizes.feature * 1e-3
     sin, cos, ca = np.sin(c.theta0), np.cos(c.theta0), np.cos(c.alpha)
     deep, half = scale["embedded"] + clear, scale["thickness"] / 2 + clear
     out = _most(deep * cos + half * sin, half / sin) * np.sin(c.alpha)
@@ -191,3 +195,18 @@ def printed_rooms(c: Cells, plan: Plan) -> dict[str, Array]:
 def _most(a: Array, b: Array) -> Array:
     """Return the larger of each two; a complex step goes through."""
     return np.where(np.real(a) >= np.real(b), a, b)
+
+
+def refused(beam: Beam, sizes: dict[str, float] | None, *, sided: bool = True) -> list[str]:
+    """Return reasons, one a line, why a beam cannot be printed with a workshop's sizes, or its joint is not known.
+
+    The joint is looked at where the load is ``sided``: the law is that of twisting.
+    """
+    unknown = sided and beam.joint.matrix is None
+    lines = [f"joint: {p}" for p in law.outside(shape(beam))] if unknown else []
+    if sizes is not None:
+        try:
+            refusals.check(plan(beam, min(beam.pitches, MOST_SCALES), sizes), PARTS)
+        except InputError as error:
+            lines += [f"printer files: {p}" for p in error.problems]
+    return lines

@@ -37,6 +37,7 @@ OF_LOCKS = {
     "critical_mu": ("1", "smallest friction that locks at engagement"),
 }
 """Figures of the lock, which only hinges have."""
+FIGURES = OF_LOCKS | OF_BEAM | AT_TWIST
 
 
 class At(NamedTuple):

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.inverse.goals import Pitches, residual
-from squama.inverse.limits import Sizes
+from squama.inverse.goals import Pitches
+from squama.inverse.limits import Sizes, farthest
 from squama.inverse.named_figures import OF_LOCKS, Found, Want
 from squama.inverse.space import stepped
 from squama.inverse.target import Target
@@ -22,6 +22,8 @@ ROOM = 1e-9
 """Limits are kept with this much room, so that rounding does not break them."""
 EDGE = 1e-6
 """The same for the border of the domain where a figure is there."""
+MISSING = 100.0
+"""Residual of a design that has no such figure, e.g. does not lock; reached figures are relative to the asked ones."""
 PRICE = 1e4
 """What a broken limit costs, in residuals."""
 BORDERS = {
@@ -35,10 +37,12 @@ BORDERS = {
 
 
 class Look(NamedTuple):
-    """Designs as the search sees them: residuals, limits, slopes of both by variable, and the merit (less is better).
+    """Designs as the search sees them, the last axis of all: residuals, limits, slopes of both, and the merit.
 
-    ``r`` (goals, n), ``J`` (goals, variables, n), ``g`` (limits, n), ``G`` (limits, variables, n); ``found`` has the
-    figures of the goals first. ``d`` and ``scales`` are the designs' pitches and numbers of scales.
+    ``y`` (variables, n) in the unit cube, ``r`` (goals, n), ``J`` (goals, variables, n), ``g`` (limits, n), ``G``
+    (limits, variables, n); of the merit less is better. ``values`` and ``slopes`` of the figures as in :class:`Found`,
+    those of the goals first; ``code`` and ``load_end`` of the curve's end; ``d`` and ``scales`` pitches and numbers of
+    scales.
     """
 
     y: Array
@@ -47,7 +51,10 @@ class Look(NamedTuple):
     g: Array
     G: Array
     merit: Array
-    found: Found
+    values: Array
+    slopes: Array
+    code: Array
+    load_end: Array
     d: Array
     scales: Array
 
@@ -70,7 +77,7 @@ class Residuals:
         names = [*edges, *["reach"] * bool(self.rates), *["engagement"] * len(self.tangents)] if hinge else []
         self.inside = [Want(name) for name in names]
         start = self.space.cells(self.space.start[None])
-        self.names = [*self._rooms(start, np.zeros((len(self.wants), 1))), *(BORDERS[name] for name in names)]
+        self.names = [*self.rooms(start, np.zeros((len(self.wants), 1))), *(BORDERS[name] for name in names)]
         """Names of the limits in the order of ``Look.g``."""
 
     def look(self, y: Array, *, slopes: bool, plates: bool) -> Look:
@@ -84,19 +91,16 @@ class Residuals:
         found.values[:k] *= self.shares
         found.slopes[:k] *= self.shares[:, None]
         own, by = Pitches(c.d, c.sizes["beam"]["scales"]), Pitches.of(moved, n)
-        figures, short = (found.values[:k], found.slopes[:k]), self._short(c, found)
-        r, J = residual(self.target.goals, *figures, own, by, short, inside=self.target.inside)
+        r, J = self._residuals(found, own, by)
         g, G = self._limits(c, moved, found)
         room, rising = self._inside(every, c.d, np.imag(by.d) / STEP)
         g, G = np.concatenate([g, room]), np.concatenate([G, rising[:, : len(moved)]])
         merit = 0.5 * (r * r).sum(axis=0) + PRICE * np.maximum(-g, 0).sum(axis=0)
         merit = np.where(good & np.isfinite(merit), merit, np.inf)
-        if not slopes:
-            J, G = np.zeros((k, m, n)), np.zeros((len(g), m, n))
         # what is chosen from a list has no slope
         still = ((0, 0), (0, m - J.shape[1]), (0, 0))
         J, G = np.pad(J, still), np.pad(G, still)
-        return Look(y, r, J, g, G, merit, found, *own)
+        return Look(y.T, r, J, g, G, merit, found.values, found.slopes, found.code, found.load_end, *own)
 
     def _inside(self, every: Found, d: Array, d_slopes: Array) -> tuple[Array, Array]:
         """Room to the borders of the figures' domain, and its derivatives; 1 where there is no border."""
@@ -122,32 +126,44 @@ class Residuals:
         slopes = np.where(missing[:, None, :] | ~np.isfinite(slopes), 0.0, slopes)
         return np.where(missing, 1.0, room) - EDGE, slopes
 
-    def _short(self, c: Cells, found: Found) -> Array:
-        """Missing share (goals, n) of the twist that a goal needs; 0 where the curve goes far enough."""
-        short = np.zeros((len(self.target.goals), c.d.size))
-        for i, goal in enumerate(self.target.goals):
-            at = goal.want.at or goal.twist
-            if at is not None:
-                need = at.per_pitch(c.d, c.sizes["beam"]["scales"])
-                short[i] = np.clip((need - found.load_end) / need, 0.0, 1.0)
-        return short
+    def _residuals(self, found: Found, own: Pitches, moved: Pitches) -> tuple[Array, Array]:
+        """Return weighted relative differences from the goals (goals, n), and derivatives (goals, variables, n).
 
-    def sizes(self, c: Cells, values: Array) -> Sizes:
-        """Return the sizes that limits need; ``values`` as in :class:`Found`, with the columns' complex steps."""
-        return self.target.sizes(c, self.rates, values[-1] if self.lock else None)
+        Of a design without the figure the first is MISSING and how much of the twist it lacks.
+        """
+        k, inside = len(self.target.goals), self.target.inside
+        r, J = np.empty((k, own.d.size)), np.zeros_like(found.slopes[:k])
+        for i, goal in enumerate(self.target.goals):
+            difference = goal.relative(found.values[i], *own)
+            slope = goal.slope(found.values[i], found.slopes[i], moved)
+            if goal.sense != "=":
+                difference = difference - inside if goal.sense == ">=" else difference + inside
+                slack = difference >= 0 if goal.sense == ">=" else difference <= 0
+                difference, slope = np.where(slack, 0.0, difference), np.where(slack, 0.0, slope)
+            missing, at = ~np.isfinite(difference), goal.want.at or goal.twist
+            need = np.inf if at is None else at.per_pitch(*own)
+            short = 0.0 if at is None else np.clip((need - found.load_end) / need, 0.0, 1.0)
+            r[i] = goal.weight * np.where(missing, MISSING + short, difference)
+            J[i] = goal.weight * np.where(missing, 0.0, slope)
+        return r, J
 
     def _limits(self, c: Cells, moved: Sequence[Cells], found: Found) -> tuple[Array, Array]:
         """Room to every limit (limits, n) and its derivatives."""
 
         def every(c: Cells, values: Array) -> Array:
-            return np.array([np.broadcast_to(room, c.d.size) for room in self._rooms(c, values).values()])
+            return np.array([np.broadcast_to(room, c.d.size) for room in self.rooms(c, values).values()])
 
         g = every(c, found.values).reshape(-1, c.d.size) - ROOM
         slopes = [every(v, found.values + 1j * STEP * found.slopes[:, j]).imag / STEP for j, v in enumerate(moved)]
         return g, np.stack(slopes, axis=1).reshape(len(g), -1, c.d.size) if moved else np.zeros((len(g), 0, c.d.size))
 
-    def _rooms(self, c: Cells, values: Array) -> dict[str, Array]:
+    def rooms(self, c: Cells, values: Array) -> dict[str, Array]:
+        """Room to every limit by name; ``values`` as in :class:`Found`, with the complex steps of the columns."""
         return self.target.rooms(c, self.sizes(c, values))
+
+    def sizes(self, c: Cells, values: Array) -> Sizes:
+        """Return the sizes that limits look at, up to the farthest twist of a goal, and the lock."""
+        return Sizes.of(c, self.space.load, farthest(c, self.rates, values[-1] if self.lock else None))
 
     def tolerances(self, y: Array) -> dict[str, Array]:
         """Return the tolerance of every dimension (by key) for designs y (n, m), SI."""

@@ -3,15 +3,23 @@
 All starts are evaluated together (:mod:`squama.batch`). A step is the least-squares step inside a box around the
 point, inside the bounds, and inside the limits as they are linearised there; it is taken if the merit falls, else the
 box shrinks. So a step that loses the lock, or meets another contact of the plates first, is not taken.
+
+The search asks endless beams, whose end scales lack no neighbour. A figure at a twist of a beam with a number of scales
+is that of the endless beam times the share that its own scales have of it. The share changes little from one design to
+its neighbours, so it is found at a design, kept while that is refined, and found anew.
 """
 
 from __future__ import annotations
 
 import copy
+import itertools
+from collections.abc import Callable
 
 import numpy as np
 
+from squama.inverse import joint_figures
 from squama.inverse.residuals import PRICE, Look, Residuals
+from squama.inverse.target import Target
 from squama.progress import steps
 from squama.types import Array
 
@@ -30,6 +38,22 @@ DAMPING = 1e-7
 SMALL = 1e-13
 WIDEST, FIRST = 0.5, 0.15
 """Half widths of the box of a step, of the unit cube."""
+CORNERS = 8
+"""Dimensions all of whose roundings up and down are tried together; of more as many are drawn."""
+NEIGHBOURS = 4
+"""How often neighbours on the grid are looked at."""
+GOOD = 1e-12
+"""Merit below which a design does all that is asked."""
+AWAY = 1e-9
+"""Price of the distance from the design before it is rounded, in steps squared: among equals the nearest is taken."""
+REPEATS, NEAR = 4, 2e-3
+"""How often a design is refined for its own scales, and the change of a share from which on it is once more."""
+TYPICAL, LIKELY = 5, 4
+"""Designs whose shares are taken as typical; designs that are refined, beside two for each that is wanted."""
+MOST = 20.0
+"""Largest share, and one over the least."""
+Move = Callable[[Residuals, Array], Array]
+"""From residuals and a point (1, m) to one that is nearer to the target."""
 
 
 def sobol(n: int, m: int, seed: int) -> Array:
@@ -61,26 +85,26 @@ def refine(target: Residuals, y: Array) -> Look:
     """Return the designs at which the search ends, from starts (n, m) in the unit cube."""
     # arrays of its own, which may be written to
     best = copy.deepcopy(target.look(y, slopes=True, plates=True))
-    n = len(y)
-    radius = np.full(n, FIRST)
+    radius = np.full(len(y), FIRST)
     live = np.isfinite(best.merit)
     for turn in steps(range(ROUNDS), ROUNDS, "steps of the search"):
         lanes = np.flatnonzero(live)
         if not lanes.size:
             break
-        ways = np.array([_step(best, int(i), radius[i]) for i in lanes])
-        trial = np.clip(best.y[lanes] + ways, 0.0, 1.0)
-        look = target.look(trial, slopes=True, plates=True)
+        moves = np.array([_step(best, int(i), radius[i]) for i in lanes])
+        look = target.look(np.clip(best.y.T[lanes] + moves, 0.0, 1.0), slopes=True, plates=True)
+        moved = (look.y - best.y[:, lanes]).T
         gain = best.merit[lanes] - look.merit
-        promised = np.array([best.merit[i] - _model(best, int(i), trial[k] - best.y[i]) for k, i in enumerate(lanes)])
+        promised = np.array([best.merit[i] - _model(best, int(i), move) for i, move in zip(lanes, moved, strict=True)])
         better = gain > 0
-        size = np.abs(trial - best.y[lanes]).max(axis=1)
+        size = np.abs(moved).max(axis=1)
         with np.errstate(all="ignore"):
             ratio = np.where(promised > 0, gain / promised, 0.0)
         # where the border holds a step back the box shrinks too, and lets the next one nearer to it
         wide = np.where(ratio > 0.7, 2.0, 1.0) * np.clip(radius[lanes], size, np.maximum(2 * size, radius[lanes] / 8))
         radius[lanes] = np.where(ratio > 0.2, np.minimum(wide, WIDEST), np.minimum(size, radius[lanes]) / 3)
-        _adopt(best, look, lanes[better], np.flatnonzero(better))
+        for mine, other in zip(best, look, strict=True):
+            mine[..., lanes[better]] = other[..., better]
         done = (radius[lanes] < SMALL) | (best.merit[lanes] < 1e-26) | (better & (gain < STILL * best.merit[lanes]))
         if turn >= LATE:
             done |= best.merit[lanes] > HOPELESS * best.merit.min()
@@ -88,23 +112,14 @@ def refine(target: Residuals, y: Array) -> Look:
     return best
 
 
-def _adopt(best: Look, look: Look, to: Array, of: Array) -> None:
-    """Replace points ``to`` by the better ones ``of`` another evaluation."""
-    best.y[to] = look.y[of]
-    for name in ("r", "J", "g", "G", "merit", "d", "scales"):
-        getattr(best, name)[..., to] = getattr(look, name)[..., of]
-    for mine, theirs in zip(best.found, look.found, strict=True):
-        mine[..., to] = theirs[..., of]
-
-
 def _step(look: Look, i: int, radius: float) -> Array:
     """Return the step (m,) of point i inside a box of half width ``radius``."""
-    m = look.y.shape[1]
+    m = len(look.y)
     # a residual without a slope (a figure that is not there) has nothing to say
     J, r = look.J[:, :, i], look.r[:, i]
     E = np.vstack([J, np.sqrt(DAMPING) * np.eye(m)])
     f = np.append(-r, np.zeros(m))
-    low, high = np.maximum(-look.y[i], -radius), np.minimum(1 - look.y[i], radius)
+    low, high = np.maximum(-look.y[:, i], -radius), np.minimum(1 - look.y[:, i], radius)
     box, edge = np.vstack([np.eye(m), -np.eye(m)]), np.append(low, -high)
     # limits and the border of the domain may bend: keep off them as far as they may bend within the box
     g, G = look.g[:, i] - BEND * radius**2, look.G[:, :, i]
@@ -159,3 +174,116 @@ def lsi(E: Array, f: Array, G: Array, h: Array) -> Array | None:
     if abs(rest[-1]) < 1e-13:
         return None
     return np.asarray(start + np.linalg.solve(R, -rest[:-1] / rest[-1] * top))
+
+
+def rounded(residuals: Residuals, y: Array, seed: int = 1) -> Array:
+    """Return designs (n, m) on the grid of the steps: of each the best neighbour."""
+    space = residuals.space
+    grid = [v for v in space.variables if v.step]
+    if not grid:
+        return y
+    sizes = np.array([v.step for v in grid])
+    low, high = np.array([v.multiples for v in grid], float).T
+    values = space.values(y)
+    exact = np.stack([values[v.key] for v in grid], axis=1) / sizes
+
+    def place(which: Array, multiples: Array) -> Array:
+        """Return points of designs (k,) with multiples (k, g)."""
+        at = {key: column[which] for key, column in values.items()}
+        return space.place(at | {v.key: column for v, column in zip(grid, (multiples * sizes).T, strict=True)})
+
+    rng = np.random.default_rng(seed)
+    best = np.clip(np.round(exact), low, high)
+    merit = np.full(len(y), np.inf)
+    for turn in range(NEIGHBOURS):
+        live = np.flatnonzero(merit > GOOD)
+        if not live.size:
+            break
+        moves = _around(len(grid)) if turn else _corners(len(grid), rng)
+        base = best[live] if turn else np.floor(exact[live])
+        tried = np.clip(base[:, None] + moves, low, high)
+        points = place(np.repeat(live, len(moves)), tried.reshape(-1, len(grid)))
+        found = residuals.look(points, slopes=False, plates=True).merit.reshape(live.size, -1)
+        first = np.argmin(found + AWAY * ((tried - exact[live, None]) ** 2).sum(axis=2), axis=1)
+        lanes = np.arange(live.size)
+        better = found[lanes, first] < merit[live]
+        best[live[better]] = tried[lanes, first][better]
+        merit[live[better]] = found[lanes, first][better]
+        if turn and not better.any():
+            break
+    return place(np.arange(len(y)), best)
+
+
+def _corners(k: int, rng: np.random.Generator) -> Array:
+    """Return roundings down (0) and up (1) of k numbers."""
+    if k <= CORNERS:
+        return np.array(list(itertools.product((0.0, 1.0), repeat=k)))
+    return rng.integers(0, 2, (2**CORNERS, k)).astype(float)
+
+
+def _around(k: int) -> Array:
+    """Return steps of one or two of k numbers."""
+    one = np.concatenate([np.eye(k), -np.eye(k)])
+    two = [a + b for a, b in itertools.combinations(one, 2) if np.any(a + b)]
+    return np.array([*one, *two])
+
+
+def with_ends(target: Target, look: Look, count: int, seed: int) -> tuple[Look, Array]:
+    """Refine the designs of a search for their own number of scales; ``count`` are wanted.
+
+    All of them once more with the shares that are typical, then the best ones with their own. The second are the shares
+    (goals, n) of the endless beam's figures that they have.
+    """
+    some = np.concatenate([_shares(target, look.y[:, [i]].T) for i in _best(look, TYPICAL)], axis=1)
+    some = some[:, np.isfinite(some).all(axis=0)]
+    if some.size:
+        look = refine(Residuals(target, np.median(some, axis=1, keepdims=True)), look.y.T)
+    best = _best(look, LIKELY + 2 * count)
+    found = [_with_ends(target, look.y[:, [i]].T, seed) for i in steps(best.tolist(), best.size, "designs refined")]
+    # a design that does not come to the twist cannot be judged, unless there is no other
+    found = [one for one in found if np.isfinite(one[1]).all()] or found
+    looks, shares = zip(*found, strict=True)
+    joined = Look(*(np.concatenate(parts, axis=-1) for parts in zip(*looks, strict=True)))
+    return joined, np.nan_to_num(np.concatenate(shares, axis=1), nan=1.0)
+
+
+def _best(look: Look, n: int) -> Array:
+    """Return the numbers of the best designs, n at most."""
+    best = np.argsort(look.merit, kind="stable")[:n]
+    return best[np.isfinite(look.merit[best])]
+
+
+def _with_ends(target: Target, y: Array, seed: int) -> tuple[Look, Array]:
+    """Refine a design (1, m) for its own scales, and put it on the grid of what can be made."""
+
+    def settled(
+        y: Array, shares: Array, before: float, move: Callable[[Residuals, Array], Array]
+    ) -> tuple[Array, Array]:
+        last: Array | float = before
+        for _ in range(REPEATS):
+            # (a beam that does not come to a twist stays as it is)
+            if not np.abs(shares / last - 1).max() >= NEAR:
+                break
+            y = move(Residuals(target, shares), y)
+            last, shares = shares, _shares(target, y)
+        return y, shares
+
+    exact, shares = settled(y, _shares(target, y), 1.0, lambda residuals, y: refine(residuals, y).y.T)
+    if any(v.step for v in target.space.variables):
+        y, shares = settled(exact, shares, np.inf, lambda residuals, _: rounded(residuals, exact, seed))
+    else:
+        y = exact
+    return Residuals(target, np.nan_to_num(shares, nan=1.0)).look(y, slopes=True, plates=True), shares
+
+
+def _shares(target: Target, y: Array) -> Array:
+    """Return the shares (goals, 1) of the endless beam's figures that a design (1, m) has; 1 of what has no twist.
+
+    NaN where the design does not come to the twist.
+    """
+    wants, beam = [goal.want for goal in target.goals], target.space.beam_of(y[0])
+    own, _ = joint_figures.followed(beam, wants, target.options)
+    endless, _ = joint_figures.followed(beam, wants, target.options, endless=True)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where([want.at is not None for want in wants], np.divide(own, endless), 1.0)
+    return np.clip(share, 1 / MOST, MOST)[:, None]

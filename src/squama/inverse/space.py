@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -112,7 +112,7 @@ class Space(NamedTuple):
             found[v.key] = np.clip(value, v.low, v.high)
         return found
 
-    def place(self, values: dict[str, Any]) -> Array:
+    def place(self, values: Mapping[str, Array | float]) -> Array:
         """Return the point (m,), or points (n, m), of the unit cube of dimensions, by key; the nearest within bounds.
 
         Of what is chosen it is the option that is nearest in its first dimension.
@@ -156,6 +156,12 @@ class Space(NamedTuple):
         at = self.values(y[None])
         varied = {v.name: v.rounded(float(at[v.key][0])) for v in self.variables}
         return built(self.beam, {**varied, **{name: x for one in self.chosen(y) for name, x in one[1].items()}})
+
+    def nearest(self, y: Array) -> Array:
+        """Return points (n, m) with every dimension rounded to the nearest multiple of its step."""
+        values = self.values(y)
+        values |= {v.key: np.array([v.rounded(x) for x in values[v.key].tolist()]) for v in self.variables}
+        return self.place(values)
 
     def chosen(self, y: Array) -> list[tuple[str, dict[str, float]]]:
         """Return the chosen options of one point (m,): words, and what they set."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,11 +13,11 @@ from squama.beam.design import Beam
 from squama.errors import InputError, Problems, naming, refuse
 from squama.fabrication.plan import SIZES, plan
 from squama.fabrication.plan import read as read_sizes
-from squama.inverse import goals, targetfile, varied
+from squama.inverse import goals, targetfile
 from squama.inverse.goals import ACCEPT, Goal
 from squama.inverse.joint_figures import EVALUATE
-from squama.inverse.limits import ALWAYS, LIMITS, Sizes, farthest, known_rooms, printed_rooms, rooms
-from squama.inverse.named_figures import AT_TWIST, LOCKS, OF_LOCKS, At, Found, Options, Want, harmless
+from squama.inverse.limits import ALWAYS, LIMITS, Sizes, known_rooms, printed_rooms, rooms
+from squama.inverse.named_figures import AT_TWIST, LOCKS, OF_LOCKS, Found, Options, Want, harmless
 from squama.inverse.space import DIMENSIONS, Space
 from squama.inverse.targetfile import Context, File, FrontTable
 from squama.io import files
@@ -83,10 +83,6 @@ class Target(NamedTuple):
         """
         return EVALUATE[self.options.joint](harmless(c, valid(c)), moved, wants, self.options, plates=plates)
 
-    def sizes(self, c: Cells, at: Sequence[At], lock: Array | None) -> Sizes:
-        """Return the sizes of designs that limits look at, up to the twists ``at`` and the twist (n,) of the lock."""
-        return Sizes.of(c, self.space.load, farthest(c, at, lock))
-
     def rooms(self, c: Cells, s: Sizes) -> dict[str, Array]:
         """Room to every limit by name, to what the law of the joint knows, and to what can be printed."""
         found = rooms(s, self.limits, self.laws)
@@ -125,22 +121,18 @@ def read_target(
             start = _start(data.get("start"), tables, folder, overrides or {}, bare=bare)
     elif tables or "start" in data:
         problems.add("start", "", "a beam is given as an argument too", "give one of them")
-    common: dict[str, Any] = {}
-    if file is not None:
-        common = _common(file, problems)
-        if getattr(file, need) is None:
-            problems.add(f"[{need}]", "", "is missing", f"add this table with e.g. {targetfile.EXAMPLES[need]}")
+    if file is not None and getattr(file, need) is None:
+        problems.add(f"[{need}]", "", "is missing", f"add this table with e.g. {targetfile.EXAMPLES[need]}")
+    common = {} if file is None else _common(file, problems)
     problems.settle(source)
     assert file is not None
     assert start is not None
-    context = Context(start.pitches, common["load"], bare)
-    names = _of_locks(file, need)
-    common["joint"] = _joint(file, common, names, problems)
+    locks = _of_locks(file, need)
+    joint = _joint(file, common, locks, problems)
     # the keys for which hinges answer
     keys = [f'{key} = "{value}"' for key, value in _HINGED.items() if getattr(file, key) == value]
-    context = context._replace(joint=common["joint"], hinged=(*keys, *names))
-    found = _read(file, start, common, context, folder, problems)
-    found = found._replace(source=source)
+    context = Context(start.pitches, common["load"], bare, joint, (*keys, *locks))
+    found = _read(source, file, start, common, context, folder, problems)
     problems.settle(source)
     return found
 
@@ -177,15 +169,15 @@ def _of_locks(file: File, need: str) -> list[str]:
 
 
 def _joint(file: File, common: Mapping[str, Any], locks: Sequence[str], problems: Problems) -> str:
-    """Return the joint: "hinge" for locks, bending or the plate law, else "compliant"."""
-    covered = LOADS[common["load"]].sided and common["law"] == "edge"
+    """Return the joint: "hinge" for locks or the plate law, else "compliant"."""
+    covered = LOADS[common["load"]].law(common["law"]) == "edge"
     joint = "compliant" if covered and not locks else "hinge"
     if file.joint is None:
         return joint
     with problems.caught():
         joint = arguments.one_of("joint", str(file.joint), ("compliant", "hinge"))
     if joint == "compliant" and not covered:
-        problems.add("joint", shown(joint), "is for twisting with the edge law", 'write joint = "hinge"')
+        problems.add("joint", shown(joint), "is for the edge law", 'write joint = "hinge"')
     if joint == "compliant" and locks:
         reason = "is of a lock, which only thin, rigid scales on hinges have"
         problems.add(locks[0], "", reason, "ask for a stiffness ratio, torque or stress at a twist")
@@ -195,24 +187,30 @@ def _joint(file: File, common: Mapping[str, Any], locks: Sequence[str], problems
 def _common(file: File, problems: Problems) -> dict[str, Any]:
     """Read the keys outside of tables: load, law, sense, margin and number of designs."""
     found: dict[str, Any] = {}
-    words = {"load": tuple(LOADS), "law": ("edge", "plate"), "sense": ("+", "-")}
-    for name, allowed in words.items():
-        with problems.caught():
-            found[name] = arguments.one_of(name, getattr(file, name), allowed)
-    for name in ("margin", "designs"):
+    checks: dict[str, Callable[[Any], object]] = {
+        "load": arguments.load,
+        "law": arguments.law,
+        "sense": arguments.sense,
+        "margin": arguments.margin,
+        "designs": lambda value: arguments.whole("designs", value, 1, MOST_DESIGNS),
+    }
+    for name, check in checks.items():
         value = getattr(file, name)
         with problems.caught():
-            if isinstance(value, bool) or not isinstance(value, int | float):
+            if name in ("margin", "designs") and (isinstance(value, bool) or not isinstance(value, int | float)):
                 refuse(name, shown(value), "is no plain number")
-            found[name] = arguments.margin(value) if name == "margin" else arguments.whole(name, value, 1, MOST_DESIGNS)
+            check(value)
+            found[name] = value
     return found
 
 
-def _read(file: File, beam: Beam, common: dict[str, Any], context: Context, folder: Path, problems: Problems) -> Target:
-    real = context.joint == "compliant"
-    variables = varied.variables(file, problems, context)
-    choices = varied.choices(file.choose, problems, context)
-    space = Space(beam, context.load, variables, choices)
+def _read(
+    source: str, file: File, beam: Beam, common: dict[str, Any], context: Context, folder: Path, problems: Problems
+) -> Target:
+    """Read the tables of a target."""
+    real, load = context.joint == "compliant", context.load
+    choices = targetfile.choices(file.choose, problems, context)
+    space = Space(beam, load, targetfile.variables(file, problems, context), choices)
     keys = set(space.keys)
     if len(keys) < len(space.keys):
         problems.add("[choose]", "", "sets what is varied or chosen elsewhere, too", "keep one")
@@ -245,35 +243,32 @@ def _read(file: File, beam: Beam, common: dict[str, Any], context: Context, fold
             if wrong := [name for name in file.printer if name not in SIZES]:
                 raise InputError(targetfile.unknown(f"printer.{wrong[0]}", wrong[0], SIZES, "unknown key"))
             printer = read_sizes(file.printer, "printer.", bare=context.bare)
-    designs, law = common.pop("designs"), LOADS[context.load].law(common.pop("law"))
-    options = Options(**common, law=law, locks=_LOCKS.get(by, LOCKS))
-    tolerance = _tolerances(file.tolerance, space, problems, context)
-    return Target("", space, options, asked, accept, limits, laws, tolerance, designs, file.front, printer)
+    law, locks = LOADS[load].law(common["law"]), _LOCKS.get(by, LOCKS)
+    options = Options(law, common["sense"], common["margin"], load, locks, context.joint)
+    tolerance, designs = _tolerances(file.tolerance, space, problems, context), common["designs"]
+    return Target(source, space, options, asked, accept, limits, laws, tolerance, designs, file.front, printer)
 
 
 def _limits(
     file: File, beam: Beam, varied: set[str], context: Context, problems: Problems
 ) -> tuple[dict[str, float], list[str]]:
-    found = dict(ALWAYS)
-    laws: list[str] = []
+    """Read the limits, SI, and the laws whose ranges hold as limits."""
+    found, laws = dict(ALWAYS), list[str]()
+    words = {"joint_law": "hinges; the joint of a real beam is within its law", "printable": "real beams"}
     for name, value in file.limits.items():
         where = f"limits.{name}"
-        if name in ("joint_law", "printable") and (name == "joint_law") != (context.joint == "hinge"):
-            words = "hinges; the joint of a real beam is within its law" if name == "joint_law" else "real beams"
-            problems.add(where, "", f"is a limit of {words}", "leave it out")
-        elif name == "printable" and isinstance(value, bool):
-            found[name] = value
-        elif name in ("joint_law", "printable"):
-            if not isinstance(value, bool):
-                problems.add(where, shown(value), "must be true or false")
-            elif value:
-                laws = [
-                    law
-                    for law, key in (("stiffness", "stiffness"), (f"inclusion {context.load}", "inclusion_factor"))
-                    if beam.joint.matrix is None and getattr(beam.joint, key) is None and f"joint.{key}" not in varied
-                ]
+        if name in words and (name == "joint_law") != (context.joint == "hinge"):
+            problems.add(where, "", f"is a limit of {words[name]}", "leave it out")
+        elif name in words and not isinstance(value, bool):
+            problems.add(where, shown(value), "must be true or false")
+        elif name == "printable":
+            found[name] = bool(value)
+        elif name == "joint_law":
+            pairs = (("stiffness", "stiffness"), (f"inclusion {context.load}", "inclusion_factor"))
+            known = [key for _, key in pairs if getattr(beam.joint, key) is not None or f"joint.{key}" in varied]
+            laws = [law for law, key in pairs if value and beam.joint.matrix is None and key not in known]
         elif name not in LIMITS:
-            problems.append(targetfile.unknown(where, name, [*LIMITS, "joint_law", "printable"], "unknown limit"))
+            problems.append(targetfile.unknown(where, name, [*LIMITS, *words], "unknown limit"))
         elif name == "edge" and value is False:
             del found["edge"]
         else:
@@ -285,7 +280,7 @@ def _limits(
 
 def _tolerances(table: dict[str, object], space: Space, problems: Problems, context: Context) -> dict[str, float]:
     """Return tolerances by key; a share of the value as minus that share."""
-    bare, real = context.bare, context.joint == "compliant"
+    real = context.joint == "compliant"
     has = (ALIASES.get(name, name) for name in DIMENSIONS if own(space.beam, name) is not None)
     keys = dict.fromkeys([*has, *(v.key for v in space.variables)])
     without = (SCALES,) if real else (SCALES, *ELASTIC)
@@ -293,27 +288,18 @@ def _tolerances(table: dict[str, object], space: Space, problems: Problems, cont
     kinds = {key: PARAMETERS[key].dimension for key in keys}
     found = {key: DEFAULTS.get(kinds[key], -SHARE) for key in keys}
     groups = {"length": Dimension.LENGTH, "angle": Dimension.ANGLE, "relative": Dimension.RATIO}
-
-    def size(where: str, value: object, kind: Dimension) -> float:
-        with naming(where):
-            si = units.quantity(value, kind, bare=bare)
-        if si < 0:
-            refuse(where, shown(value), "is below 0", "write the size of the tolerance")
-        return si
-
     for name, value in sorted(dict(flattened(table)).items(), key=lambda item: item[0] not in groups):
         where = f"tolerance.{name}"
         with problems.caught():
-            if name in groups:
-                si = size(where, value, groups[name])
-                share = name == "relative"
-                same = (k for k in keys if (kinds[k] not in DEFAULTS if share else kinds[k] is groups[name]))
-                found |= dict.fromkeys(same, -si if share else si)
-                continue
-            key = varied.key_of(where, name)
-            if real and key not in keys:
+            key = "" if name in groups else targetfile.key_of(where, name)
+            if real and key and key not in keys:
                 refuse(where, "", "is of what the beam does not give", "give it to the beam")
-            share = isinstance(value, str) and value.strip().endswith("%")
-            si = size(where, value, Dimension.RATIO if share else PARAMETERS[key].dimension)
-            found[key] = -si if share else si
+            share = name == "relative" or (bool(key) and isinstance(value, str) and value.strip().endswith("%"))
+            kind = Dimension.RATIO if share else groups.get(name) or PARAMETERS[key].dimension
+            with naming(where):
+                si = units.quantity(value, kind, bare=context.bare)
+            if si < 0:
+                refuse(where, shown(value), "is below 0", "write the size of the tolerance")
+            same = [k for k in keys if (kinds[k] not in DEFAULTS if share else kinds[k] is kind)]
+            found |= dict.fromkeys([key] if key else same, -si if share else si)
     return found

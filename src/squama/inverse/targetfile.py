@@ -11,18 +11,24 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from squama import units
 from squama.beam.beamfile import TABLES
-from squama.errors import Problem, naming, refuse
+from squama.errors import InputError, Problem, Problems, naming, printable, refuse
 from squama.inverse.named_figures import At
+from squama.inverse.space import DIMENSIONS, Choice, Grid, Variable
 from squama.io.tabular import guess
 from squama.loads import LOADS
+from squama.study.parameters import ALIASES, PARAMETERS, SCALES, effective, flattened, text_of
 from squama.units import LONGEST, Dimension, shown
 
-_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL | re.ASCII)
 _SENSE = re.compile(r"\s*(at least|at most|>=|<=)\s+(.*)", re.DOTALL | re.IGNORECASE)
 
 
 AT_POINTS = ("stiffness_ratio", "stress", "RED", "W_fr")
 """Figures of the real beam that may be asked at a point, beside the torque."""
+MATERIAL = ("youngs_modulus", "poisson_ratio", "strength")
+GROUPS = {str(kind): kind for kind in (Dimension.LENGTH, Dimension.ANGLE, Dimension.PRESSURE, Dimension.RATIO)}
+FINEST = 1e-9
+ROUNDED = {"length": Grid(0.1, "mm"), "angle": Grid(0.5, "deg")}
+"""To what real beams are rounded unless the file says else."""
 
 
 class _Table(BaseModel):
@@ -220,8 +226,106 @@ def _sense(value: object) -> tuple[str, object]:
 
 def _split(value: object, unit: str) -> tuple[float, str]:
     """Return number and unit as given."""
-    if isinstance(value, str) and len(value) <= LONGEST and (match := _NUMBER.fullmatch(value)):
+    if isinstance(value, str) and len(value) <= LONGEST and (match := units.NUMBER.fullmatch(value)):
         return float(match[1]), match[2]
     if isinstance(value, int | float) and not isinstance(value, bool):
         return float(value), unit
     return math.nan, ""
+
+
+def variables(file: File, problems: Problems, context: Context) -> tuple[Variable, ...]:
+    """Read the tables [vary] and [rounding]."""
+    found: list[Variable] = []
+    if not (flat := dict(flattened(file.vary))) and not file.choose:
+        problems.add("[vary]", "", "nothing to vary", f"add this table with e.g. {EXAMPLES['vary']}")
+    for name, bounds in flat.items():
+        with problems.caught():
+            found.append(_variable(f"vary.{name}", name, bounds, context))
+    grids: dict[str, Grid] = dict(ROUNDED) if context.joint == "compliant" else {}
+    for name, step in sorted(flattened(file.rounding), key=lambda item: item[0] not in GROUPS):
+        where = f"rounding.{name}"
+        with problems.caught():
+            kind = GROUPS.get(name) or PARAMETERS[key_of(where, name)].dimension
+            key = str(kind) if name in GROUPS else key_of(where, name)
+            if step is False:
+                grids[key] = Grid()
+                continue
+            got = quantity(where, step, kind, context)
+            if got.si < FINEST:
+                refuse(where, shown(step), "is finer than any workshop", f"write at least {FINEST:g} in SI units")
+            grids[key] = Grid(got.number, got.unit)
+    grids[SCALES] = Grid(1.0)
+    return tuple(v._replace(grid=grids.get(v.key, grids.get(str(PARAMETERS[v.key].dimension), v.grid))) for v in found)
+
+
+def choices(table: dict[str, object], problems: Problems, context: Context) -> tuple[Choice, ...]:
+    """Read what is chosen from lists: values of a dimension, or materials."""
+    found: list[Choice] = []
+    for name, listed in flattened(table):
+        where = f"choose.{name}"
+        with problems.caught():
+            if not isinstance(listed, list | tuple) or not listed:
+                refuse(where, shown(listed), "is no list", f"write e.g. {EXAMPLES['choose']}")
+            if name in ("scale.material", "substrate.material"):
+                part = name.split(".")[0]
+                read = [_material(f"{where}[{i}]", part, one, context) for i, one in enumerate(listed)]
+                if any(set(option) != set(read[0][1]) for _, option in read):
+                    remedy = f"allowed: name, {', '.join(MATERIAL)}"
+                    refuse(where, "", "does not say the same of every material", remedy)
+            else:
+                key = key_of(where, name)
+                read = [(text_of(key, value), {name: value}) for value in _values(where, key, listed, context)]
+            found.append(Choice(name, *zip(*read, strict=True)))
+    return tuple(found)
+
+
+def _material(where: str, table: str, given: object, context: Context) -> tuple[str, dict[str, float]]:
+    """Read a material: its name, and what it sets of a table of the beam."""
+    allowed = [key for key in MATERIAL if f"{table}.{key}" in PARAMETERS]
+    if not isinstance(given, Mapping) or not isinstance(given.get("name"), str) or "youngs_modulus" not in given:
+        refuse(where, shown(given), "is no material", 'write { name = "PETG", youngs_modulus = "2.1 GPa" }')
+    for key in given:
+        if key not in ("name", *allowed):
+            raise InputError(unknown(f"{where}.{key}", key, ["name", *allowed], "unknown key"))
+    keys = [key for key in allowed if key in given]
+    found = {f"{table}.{k}": _values(f"{where}.{k}", f"{table}.{k}", [given[k]], context)[0] for k in keys}
+    return printable(given["name"]), found
+
+
+def _variable(where: str, name: str, bounds: object, context: Context) -> Variable:
+    """Read the bounds of a dimension."""
+    key = key_of(where, name)
+    if not isinstance(bounds, list | tuple) or len(bounds) != 2:
+        table, _, own = name.partition(".")
+        first = units.quantity(TABLES[table][own].example.strip('"'), PARAMETERS[key].dimension)
+        example = ", ".join(f'"{text_of(key, factor * first)}"' for factor in (1, 1.5))
+        refuse(where, shown(bounds), "is no pair of bounds", f"write e.g. {name} = [{example}]")
+    low, high = _values(where, key, bounds, context)
+    if low == high:
+        refuse(where, shown(bounds), "begins where it ends", "put that value into the beam and leave it out here")
+    if low > high:
+        refuse(where, shown(bounds), "is reversed", f"write [{shown(bounds[1])}, {shown(bounds[0])}]")
+    if context.joint == "hinge":
+        effective(key, "hinge", ideal=True)
+    return Variable(name, low, high)
+
+
+def _values(where: str, key: str, given: Sequence[object], context: Context) -> list[float]:
+    """Read values of a dimension, SI; numbers of scales are whole, and those of real beams."""
+    if key == SCALES and context.joint == "hinge":
+        refuse(where, "", "is varied of real beams; on hinges it stays as it is", "put it into the beam")
+    kind = PARAMETERS[key]
+    with naming(where):
+        found = [units.bounded(value, kind.dimension, kind.bounds, bare=context.bare) for value in given]
+    if key == SCALES and (parts := [value for value in found if value != round(value)]):
+        refuse(where, f"{parts[0]:g}", "is not a whole number", "write e.g. 25")
+    return found
+
+
+def key_of(where: str, name: str) -> str:
+    """Return the key of a dimension of the beam file, or refuse a name that is none."""
+    if name in DIMENSIONS:
+        return ALIASES.get(name, name)
+    full = [f for f in DIMENSIONS if f.rpartition(".")[2] == name and name not in ("width", "thickness")]
+    meant = f"did you mean {full[-1]}? " if full else guess(name, DIMENSIONS)
+    raise InputError(Problem(where, "", "is no dimension of a beam", f"{meant}allowed: {', '.join(DIMENSIONS)}"))

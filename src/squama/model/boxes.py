@@ -23,9 +23,11 @@ PARALLEL = 1e-12
 SIDES = (2, 0), (0, 0), (1, 2), (1, 1)
 """Cosines k_IJ that hold the common normal of tip and side edge outside both boxes."""
 _FLAT = (
-    "{side} on the lower face of scale 1", "{side} on the tip face of scale 1",
-    "{tip} on the upper face of scale {k}", "{tip} on the side face of scale {k}",
-)  # fmt: skip
+    "{side} on the lower face of scale 1",
+    "{side} on the tip face of scale 1",
+    "{tip} on the upper face of scale {k}",
+    "{tip} on the side face of scale {k}",
+)
 
 
 def directions(half: Sequence[float], o: Array, M: Array) -> Array:

@@ -18,7 +18,7 @@ import numpy as np
 from squama.model.energy import TOLERANCE, beyond
 from squama.model.evaluation import FOLDED, Design, Room, looks, spot
 from squama.model.follow import FRICTIONAL, KINEMATIC, Followed, follow
-from squama.model.paths import FLOAT
+from squama.model.paths import FLOAT, Twist
 from squama.types import Array
 
 LOCKING = (FRICTIONAL, KINEMATIC)
@@ -80,7 +80,8 @@ def fill(designs: Array, low: int, high: int, common: Common, room: Room, out: A
         alpha, theta0, mu = float(designs[3, i]), float(designs[4, i]), float(designs[5, i])
         thickness = float(designs[6, i])
         sa, ca = common.sign * math.sin(alpha), math.cos(alpha)
-        f = follow(eta, beta, lam, sa, ca, theta0, mu, thickness, common.kind, common.law, room)
+        pair = Twist(eta, beta, lam, sa, ca, theta0, 1.0, thickness)
+        f = follow(pair, mu, common.kind, common.law, room)
         out[0, i], out[1, i], out[2, i], out[3, i], out[4, i] = f.load_e, f.load_end, f.x0, f.x_end, f.d.theta_f
         whole[0, i], whole[1, i], whole[2, i], whole[3, i] = f.code, f.k, f.crossing, f.d.kind
         if common.with_figures:

@@ -48,19 +48,9 @@ COINCIDE = 1e-11
 """Margins below this have vanished."""
 TURNED, UPRIGHT = math.radians(179), math.pi / 2
 """Largest inclinations looked at: where the scale lies on its back (twisting), where it stands (bending)."""
-FRICTIONAL, KINEMATIC, STATIC, OTHER, RELEASED, RANGE, NONE, TOUCHING = (
-    CODES.index(e)
-    for e in (
-        End.FRICTIONAL,
-        End.KINEMATIC,
-        End.STATIC,
-        End.OTHER,
-        End.RELEASED,
-        End.RANGE,
-        End.NONE,
-        End.TOUCHING,
-    )
-)
+FRICTIONAL, KINEMATIC, STATIC = map(CODES.index, (End.FRICTIONAL, End.KINEMATIC, End.STATIC))
+OTHER, RELEASED, RANGE = map(CODES.index, (End.OTHER, End.RELEASED, End.RANGE))
+NONE, TOUCHING = map(CODES.index, (End.NONE, End.TOUCHING))
 PASSED, ENDS, TURNS, UNCLEAR = range(4)
 """What samples of a path show: nothing ends it, it ends, it folds, or they are too far apart to tell."""
 MARGINS = (KINEMATIC, FRICTIONAL, CODES.index(End.OFF_TIP), CODES.index(End.OFF_SIDE), RANGE)
@@ -103,24 +93,12 @@ class Followed(NamedTuple):
     crossing: int
 
 
-def follow(
-    eta: float,
-    beta: float,
-    lam: float,
-    sa: float,
-    ca: float,
-    theta0: float,
-    mu: float,
-    thickness: float,
-    kind: int,
-    law: int,
-    room: Room,
-) -> Followed:
-    """Follow the contact that a design meets first; lengths in pitches, ``sa`` < 0 is the other sense.
+def follow(pair: Twist, mu: float, kind: int, law: int, room: Room) -> Followed:
+    """Follow the contact that a design meets first; lengths in pitches, ``pair.sa`` < 0 is the other sense.
 
     ``kind`` is BENT for bending, else OPEN; ``law`` as in Design.
     """
-    pair, n, load_e = Twist(eta, beta, lam, sa, ca, theta0, 1.0, thickness), 0, math.inf
+    n, load_e, theta0 = 0, math.inf, pair.theta0
     if kind != BENT:
         n, load_e = first_engagement(pair)
     else:
@@ -157,10 +135,8 @@ def follow(
 
 def design(pair: Twist, mu: float, theta_f: float, k: float, kind: int, law: int) -> Design:
     """Return a contact with neighbour k."""
-    return Design(
-        pair.eta / k, pair.beta / k, pair.lam / k, pair.sa, pair.ca, pair.theta0, mu, theta_f, k, kind, law,
-        pair.thickness / k,
-    )  # fmt: skip
+    eta, beta, lam, thickness = pair.eta / k, pair.beta / k, pair.lam / k, pair.thickness / k
+    return Design(eta, beta, lam, pair.sa, pair.ca, pair.theta0, mu, theta_f, k, kind, law, thickness)
 
 
 def value(x: float, d: Design, room: Room, what: int) -> float:

@@ -15,6 +15,7 @@ slip along the way (psi', phi'),
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -149,6 +150,21 @@ class Pair(NamedTuple):
         """Return n_X and n_Z of the one and of the other at an inclination."""
         c, s = np.cos(theta), np.sin(theta)
         return c * self.a + s * self.b, c * self.b - s * self.a, c * self.Ra + s * self.Rb, c * self.Rb - s * self.Ra
+
+
+class Posed(NamedTuple):
+    """Two scales (n,) with the screw from one to the next, and by how much they close and roll."""
+
+    g: Screw
+    d: Pair
+    closing: Array
+    rolling: Array
+
+    @classmethod
+    def of(cls, psi: Array, phi: Array, y_n: Array, shape: Sequence[Array]) -> Posed:
+        """Return scales of a ``shape`` (eta, beta, lam, alpha, theta0) at bends and twists."""
+        g, sin, cos = Screw.of(psi, phi, y_n), np.sin(shape[3]), np.cos(shape[3])
+        return cls(g, Pair.of(g, *shape), psi * cos + phi * sin, phi * cos - psi * sin)
 
 
 def gap(kind: Kind, d: Pair) -> Array:
@@ -376,12 +392,10 @@ class State(NamedTuple):
 
 
 @np.errstate(all="ignore")
-def state(
-    d: Pair, g: Screw, closing: Array, rolling: Array, mu: Array, toward: tuple[Array, Array], y_n: Array
-) -> State:
+def state(posed: Posed, mu: Array, toward: tuple[Array, Array], y_n: Array) -> State:
     """Return the states of pairs, reached along directions (psi', phi')."""
-    here = touching(d, closing, rolling)
-    slid = Velocities.of(g, y_n, here).sliding(here.theta - d.theta0, mu, toward)
+    here = touching(*posed[1:])
+    slid = Velocities.of(posed.g, y_n, here).sliding(here.theta - posed.d.theta0, mu, toward)
     free, locked = here.contact == NONE, here.locked
     N, M, T = (np.where(free, np.where(locked, np.nan, 0.0), v) for v in slid[:3])
     contact = np.where(locked, LOCKED, here.contact)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.model.bracket import zero
-from squama.model.screw import NONE, Pair, Screw, State, state
+from squama.model.screw import NONE, Posed, State, state
 from squama.model.screw_path import Design
 from squama.types import Array
 
@@ -63,11 +63,9 @@ _LOST = (np.nan, np.nan, np.nan, NONE, np.nan, np.nan, np.nan)
 def _state(design: Design, psi: float, phi: float) -> State:
     """Return the state without friction."""
     one = np.ones(1)
-    g = Screw.of(psi * one, phi * one, design.y_n * one)
-    cos, sin = np.cos(design.alpha), np.sin(design.alpha)
-    turn = (psi * cos + phi * sin) * one, (phi * cos - psi * sin) * one
-    pair = Pair.of(g, *(v * one for v in design[:5]))
-    return state(pair, g, *turn, 0.0 * one, (one, one), design.y_n * one)
+    y_n = design.y_n * one
+    posed = Posed.of(psi * one, phi * one, y_n, [v * one for v in design[:5]])
+    return state(posed, 0.0 * one, (one, one), y_n)
 
 
 def _root(moment: Callable[[float], float], start: float) -> float:

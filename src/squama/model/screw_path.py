@@ -18,7 +18,7 @@ from squama.model.bracket import zero
 from squama.model.outcome import End
 from squama.model.paths import Ops, Point
 from squama.model.plates import Plates, first_touch
-from squama.model.screw import CONTACTS, NONE, Pair, Screw, Sliding, Touching
+from squama.model.screw import CONTACTS, NONE, Posed, Sliding, Touching
 from squama.types import Array
 
 GRID = 64
@@ -60,15 +60,6 @@ class Design(NamedTuple):
     y_n: float = 0.0
 
 
-class Posed(NamedTuple):
-    """Two scales at places of a way (n,)."""
-
-    g: Screw
-    d: Pair
-    closing: Array
-    rolling: Array
-
-
 class Leg(NamedTuple):
     """A way of a design from (psi, phi) = ``start`` to ``start + step``, 0 <= x <= 1."""
 
@@ -90,11 +81,9 @@ class Leg(NamedTuple):
     def posed(self, x: Array) -> Posed:
         """Return the scales at places."""
         psi, phi = self.loads(x)
-        s, same = self.design, 1 + 0 * psi
-        g = Screw.of(psi, phi, s.y_n * same)
-        sin, cos = np.sin(s.alpha), np.cos(s.alpha)
-        rolling = 0 * psi if self.flush else phi * cos - psi * sin
-        return Posed(g, Pair.of(g, *(v * same for v in s[:5])), psi * cos + phi * sin, rolling)
+        same = 1 + 0 * psi
+        found = Posed.of(psi, phi, self.design.y_n * same, [v * same for v in self.design[:5]])
+        return found._replace(rolling=0 * psi) if self.flush else found
 
     @np.errstate(all="ignore")
     def touching(self, x: Array) -> Touching:

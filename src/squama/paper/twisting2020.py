@@ -26,8 +26,7 @@ from squama.paper import claims, curves, elements, maps
 from squama.paper import parameters as par
 from squama.paper.elements import FePoints
 from squama.paper.parameters import Claim
-from squama.plot.maps import red_figure
-from squama.plot.regimes import lock_lines_figure, regime_figure
+from squama.plot.maps import lock_lines_figure, red_figure, regime_figure
 from squama.plot.style import FORMATS as ENDINGS
 from squama.plot.style import headline, save_figure
 from squama.progress import steps

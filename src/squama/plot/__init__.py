@@ -10,13 +10,18 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from squama.plot.along import line as line
     from squama.plot.cycle import cycle_figure as cycle_figure
     from squama.plot.cycle import energies as energies
     from squama.plot.cycle import loops as loops
     from squama.plot.elements import compare_figure as compare_figure
     from squama.plot.elements import deformed_figure as deformed_figure
     from squama.plot.elements import elements_figure as elements_figure
+    from squama.plot.finite import finite_figure as finite_figure
+    from squama.plot.finite import inclinations as inclinations
+    from squama.plot.finite import load_curve as load_curve
+    from squama.plot.finite import part_figure as part_figure
+    from squama.plot.finite import row_figure as row_figure
+    from squama.plot.finite import shape as shape
     from squama.plot.fit import corner_figure as corner_figure
     from squama.plot.fit import fit_figure as fit_figure
     from squama.plot.fit import fitted as fitted
@@ -24,24 +29,19 @@ if TYPE_CHECKING:
     from squama.plot.inverse import front_figure as front_figure
     from squama.plot.inverse import inverse_figure as inverse_figure
     from squama.plot.inverse import tradeoff as tradeoff
+    from squama.plot.maps import lock_lines_figure as lock_lines_figure
     from squama.plot.maps import red_figure as red_figure
-    from squama.plot.part import load_curve as load_curve
-    from squama.plot.part import part_figure as part_figure
-    from squama.plot.part import shape as shape
-    from squama.plot.path import path_figure as path_figure
-    from squama.plot.path import path_loads as path_loads
-    from squama.plot.path import plane_path as plane_path
+    from squama.plot.maps import regime_figure as regime_figure
+    from squama.plot.plane import path_figure as path_figure
+    from squama.plot.plane import path_loads as path_loads
     from squama.plot.plane import plane_contacts as plane_contacts
     from squama.plot.plane import plane_figure as plane_figure
     from squama.plot.plane import plane_load as plane_load
-    from squama.plot.regimes import lock_lines_figure as lock_lines_figure
-    from squama.plot.regimes import regime_figure as regime_figure
+    from squama.plot.plane import plane_path as plane_path
+    from squama.plot.projection import solids_figure as solids_figure
     from squama.plot.response import curve as curve
+    from squama.plot.response import line as line
     from squama.plot.response import response_figure as response_figure
-    from squama.plot.row import finite_figure as finite_figure
-    from squama.plot.row import inclinations as inclinations
-    from squama.plot.row import row_figure as row_figure
-    from squama.plot.solids import solids_figure as solids_figure
     from squama.plot.style import save_figure as save_figure
     from squama.plot.sweep import map_figure as map_figure
     from squama.plot.sweep import map_slice as map_slice
@@ -60,18 +60,14 @@ _NAMES = {
     "elements": "compare_figure deformed_figure elements_figure",
     "fit": "corner_figure fit_figure fitted residuals",
     "cycle": "cycle_figure energies loops",
-    "row": "finite_figure inclinations row_figure",
-    "part": "load_curve part_figure shape",
-    "path": "path_figure path_loads plane_path",
-    "plane": "plane_contacts plane_figure plane_load",
+    "finite": "finite_figure inclinations load_curve part_figure row_figure shape",
+    "plane": "path_figure path_loads plane_contacts plane_figure plane_load plane_path",
     "inverse": "front_figure inverse_figure tradeoff",
-    "regimes": "lock_lines_figure regime_figure",
-    "along": "line",
     "sweep": "map_figure map_slice",
-    "maps": "red_figure",
-    "response": "curve response_figure",
+    "maps": "lock_lines_figure red_figure regime_figure",
+    "response": "curve line response_figure",
     "style": "save_figure",
-    "solids": "solids_figure",
+    "projection": "solids_figure",
     "uncertainty": "cumulative histogram sobol uncertainty_figure",
     "vibration": "damping decay_figure phase_plane record shaken_figure vibration_figure",
 }

@@ -39,9 +39,6 @@ FIGURES = {
 }
 """A name that only one kind of result has, by the function that draws it; of a result with several, the first."""
 
-FEW = 8
-"""Values of a variable that a summary lists, at most."""
-
 
 @xr.register_dataset_accessor("squama")  # type: ignore[no-untyped-call]
 class Result:
@@ -103,7 +100,7 @@ class Result:
         """Return what has one value, or a few, such as one for each friction; what says nothing is left out."""
         rows = []
         for name, v in self._dataset.variables.items():
-            if "point" in v.dims or v.size > FEW:
+            if "point" in v.dims or v.size > 8:
                 continue
             unit = v.attrs.get("units", "")
             values = [x if isinstance(x, str) else number(x, "" if unit == "1" else unit) for x in np.ravel(v).tolist()]

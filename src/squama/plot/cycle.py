@@ -11,7 +11,6 @@ from squama.beam.design import Beam
 from squama.loads import ended
 from squama.plot import style
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
-from squama.types import Array
 
 
 @style.styled
@@ -37,10 +36,9 @@ def loops(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """
     ax, names = style.panel(ax, dataset, "loop", "squama.cycle")
     angle = names.angle
-    load, values = dataset[angle].values, dataset[names.torque].values
-    factor, text = style.prefixed(names.torque, float(np.abs(values).max()))
-    values = factor * values
-    branch = dataset["branch"].values
+    load, branch = dataset[angle].values, dataset["branch"].values
+    factor, text = style.prefixed(names.torque, float(np.abs(dataset[names.torque].values).max()))
+    values = factor * dataset[names.torque].values
     beam = Beam.from_toml_text(dataset.attrs["beam"])
     # torque per twist without contact
     slope = factor * dataset.attrs.get("rigidity", names.rigidity(beam)) / beam.pitch
@@ -52,8 +50,20 @@ def loops(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     ):
         mask = branch[1:] == name
         if mask.any():
-            ax.plot(*_parted(load, values, mask), zorder=2, label=words, **look)
-    _arrows(ax, load, values, branch)
+            # segments with gaps between them
+            x, y = (
+                np.stack([v[:-1], v[1:], np.full(mask.size, np.nan)], axis=-1)[mask].ravel() for v in (load, values)
+            )
+            ax.plot(x, y, zorder=2, label=words, **look)
+        places = np.flatnonzero(branch == name)
+        if name in ("loading", "unloading") and places.size:
+            # the direction of the longest way of either kind
+            run = max(np.split(places, np.flatnonzero(np.diff(places) > 1) + 1), key=len)
+            i = int(run[np.argmin(np.abs(load[run] - 0.5 * (load[run[0]] + load[run[-1]])))])
+            if i > (j := max(i - 4, int(run[0]))):
+                arrow = {"arrowstyle": "-|>", "color": look["color"], "linewidth": 0, "mutation_scale": 13}
+                arrow |= {"shrinkA": 0, "shrinkB": 0}
+                ax.annotate("", (load[i], values[i]), (load[j], values[j]), arrowprops=arrow)
     engaged = np.sort(dataset[f"{angle}_e"].values * np.where(dataset["sense"].values == "-", -1, 1))
     engaged = engaged[(engaged >= load.min()) & (engaged <= load.max())]
     if engaged.size:
@@ -68,29 +78,6 @@ def loops(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax.set(xlabel=style.angle_label(names.name), ylabel=text)
     ax.legend(loc="upper left")
     return ax
-
-
-def _parted(x: Array, y: Array, mask: Array) -> tuple[Array, Array]:
-    """Return lines between the points whose segments are wanted, with gaps elsewhere."""
-    points = np.stack([x, y])
-    segments = np.stack([points[:, :-1], points[:, 1:], np.full_like(points[:, 1:], np.nan)], axis=-1)[:, mask]
-    return segments[0].ravel(), segments[1].ravel()
-
-
-def _arrows(ax: Axes, load: Array, values: Array, branch: Array) -> None:
-    """Draw the direction of the longest way in contact of either kind."""
-    for name, colour in (("loading", INK), ("unloading", UNLOADED)):
-        places = np.flatnonzero(branch == name)
-        if not places.size:
-            continue
-        runs = np.split(places, np.flatnonzero(np.diff(places) > 1) + 1)
-        run = max(runs, key=len)
-        i = int(run[np.argmin(np.abs(load[run] - 0.5 * (load[run[0]] + load[run[-1]])))])
-        j = max(i - 4, int(run[0]))
-        if i > j:
-            arrow = {"arrowstyle": "-|>", "color": colour, "linewidth": 0, "mutation_scale": 13}
-            arrow |= {"shrinkA": 0, "shrinkB": 0}
-            ax.annotate("", (load[i], values[i]), (load[j], values[j]), arrowprops=arrow)
 
 
 def energies(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import Normalize
@@ -29,14 +28,7 @@ _FINITE: tuple[tuple[str, str, style.Dash], ...] = (("beam", GREY, "-"), ("row",
 """Names, colours and lines of finite beams."""
 MARKS: tuple[style.Dash, ...] = (":", (0, (5, 2)), (0, (4, 1.5, 1, 1.5)))
 """Vertical lines where the contact changes."""
-FAR = 40.0
-"""Differences of the torque are drawn up to this, percent."""
-AZIMUTH, ELEVATION = np.radians(-38.0), np.radians(32.0)
-"""From where one looks, in rad: turned about y from the x axis towards z, and raised."""
 SCALE = (0.62, 0.60, 0.56, 0.45)
-MOST = 97.0
-"""Colours end at this percentile of the strain over the surface: the scale's embedded edges are strained far more."""
-_LIGHT = np.array([0.35, 0.85, 0.4])
 
 
 @style.styled
@@ -53,6 +45,7 @@ def elements_figure(data: xr.Dataset) -> Figure:
     rate = np.asarray(data["Phi"].values, float)
     right = 1.04 * style.finite_max(rate) or 1.0
     T, N, f, W, U_el, W_fr = (np.asarray(data[name].values, float) for name in ("T", "N", "f", "W", "U_el", "W_fr"))
+    first, second, _ = style.shades(3)
     factor, text = style.prefixed("T", style.finite_max(np.abs(T)))
     for i in np.flatnonzero(rate > 0)[:1]:
         load.plot([0, right], [0, factor * T[i] / rate[i] * right], **style.BARE)
@@ -63,14 +56,13 @@ def elements_figure(data: xr.Dataset) -> Figure:
     ticks: style.Look = {"color": GREY, "linestyle": "", "marker": "|", "markersize": 4}
     inclination.plot(rate, np.zeros_like(rate), transform=inclination.get_xaxis_transform(), **ticks)
     factor, text = style.prefixed("N", max(style.finite_max(N), style.finite_max(f)))
-    forces.plot(rate, factor * N, color=INK, label="normal $N$")
-    forces.plot(rate, factor * f, color=ACCENT, label="friction $f$")
+    for v, ink, words in ((N, INK, "normal $N$"), (f, ACCENT, "friction $f$")):
+        forces.plot(rate, factor * v, color=ink, label=words)
     forces.set_ylabel(text.replace("Normal force $N$", "Force of a contact"))
     factor, text = style.prefixed("W", style.finite_max(W))
-    first, second, _ = style.shades(3)
-    energies.plot(rate, factor * W, color=first, label="torque's work $W$")
-    energies.plot(rate, factor * U_el, color=second, label=r"elastic $U_\mathrm{el}$")
-    energies.plot(rate, factor * W_fr, color=ACCENT, label=r"frictional $W_\mathrm{fr}$")
+    works = (W, first, "torque's work $W$"), (U_el, second, r"elastic $U_\mathrm{el}$")
+    for v, colour, words in (*works, (W_fr, ACCENT, r"frictional $W_\mathrm{fr}$")):
+        energies.plot(rate, factor * v, color=colour, label=words)
     energies.plot(rate, factor * (U_el + W_fr), color=INK, linestyle=(0, (1, 1.5)), label="sum")
     energies.set_ylabel(text.replace("Work of the torque per length $W$", "Energy per length"))
     for ax in (forces, energies):
@@ -121,8 +113,11 @@ def compare_figure(table: xr.Dataset) -> Figure:
     theta.plot(phi, np.degrees(table["theta_elements"].values), **own)
     handles = [style.key(f"finite elements: {table.attrs['elements']}", **own)]
     names = [str(name) for name in table["model"].values]
-    for name, look in _looks(names).items():
-        one = table.sel(model=name)
+    endless = [name for name in names if name not in FINITE]
+    colours = [*style.shades(max(len(endless) - 1, 1)), ACCENT][-len(endless) :]
+    looks = [*zip(endless, colours, LINES * len(names), strict=False), *_FINITE]
+    for name, colour, dashes in (look for look in looks if look[0] in names):
+        one, look = table.sel(model=name), {"color": colour, "linestyle": dashes}
         torque.plot(phi, factor * one["T"].values, **look)
         theta.plot(phi, np.degrees(one["theta"].values), **look)
         if name not in FINITE:
@@ -134,8 +129,8 @@ def compare_figure(table: xr.Dataset) -> Figure:
     apart.axhline(0, color=GREY, linewidth=0.7)
     # the whole of the elements' curve is shown; a model that runs away leaves the panel
     torque.set_ylim(0, min(1.6 * factor * highest, torque.get_ylim()[1]))
-    percent = 100 * np.asarray(table["dT"].sel(model=[name for name in names if name not in FINITE]).values, float)
-    top, low = (min(FAR, 1.1 * style.finite_max(np.maximum(s * percent, 0), share)) for s in (1, -1))
+    percent = 100 * np.asarray(table["dT"].sel(model=endless).values, float)
+    top, low = (min(40.0, 1.1 * style.finite_max(np.maximum(s * percent, 0), share)) for s in (1, -1))
     off.set_ylim(-max(low, 1.6 * share), max(top, 1.6 * share))
     torque.set_ylabel(text)
     off.set_ylabel("Difference of the torque (%)")
@@ -146,14 +141,6 @@ def compare_figure(table: xr.Dataset) -> Figure:
     return style.headline(figure, str(table.attrs["title"]), axes.flat)
 
 
-def _looks(names: list[str]) -> dict[str, style.Look]:
-    """Return how each model is drawn; finite beams are grey."""
-    endless = [name for name in names if name not in FINITE]
-    colours = [*style.shades(max(len(endless) - 1, 1)), ACCENT][-len(endless) :]
-    looks = [*zip(endless, colours, LINES * len(names), strict=False), *_FINITE]
-    return {name: {"color": colour, "linestyle": line} for name, colour, line in looks if name in names}
-
-
 @style.styled
 def deformed_figure(state: Deformed) -> Figure:
     """Draw a deformed pitch (a run's ``last``) with its images before and behind, and the scales on them.
@@ -162,15 +149,16 @@ def deformed_figure(state: Deformed) -> Figure:
     """
     figure = style.new_figure(0.78 * style.PAGE, 4.4)
     ax = figure.subplots()
-    # right, up and towards the eye as rows; y is up
-    ca, sa, ce, se = np.cos(AZIMUTH), np.sin(AZIMUTH), np.cos(ELEVATION), np.sin(ELEVATION)
+    # right, up and towards the eye as rows; y is up, and one looks from 38 deg beside the x axis, raised by 32 deg
+    (ca, ce), (sa, se) = (f(np.radians([-38.0, 32.0])) for f in (np.cos, np.sin))
     eye, right = np.array([ce * ca, se, ce * sa]), np.array([sa, 0.0, -ca])
     view = np.array([right, np.cross(eye, right), eye])
     strain = 100 * (state.at_nodes(state.stretch) - 1)[state.surface[:, :3]].mean(axis=1)
     outer = ~state.walls
     a, b, c = (state.moved[state.surface[outer, i]] for i in range(3))
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    norm = Normalize(0.0, max(float(np.percentile(strain[outer], MOST, method="inverted_cdf", weights=areas)), 1e-6))
+    # the scale's embedded edges are strained far more than the rest of the surface
+    norm = Normalize(0.0, max(float(np.percentile(strain[outer], 97.0, method="inverted_cdf", weights=areas)), 1e-6))
     colours = mpl.colormaps["viridis"](norm(strain))
     # the scale fills its slot
     colours[state.walls] = (*SCALE[:3], 1.0)
@@ -191,42 +179,30 @@ def deformed_figure(state: Deformed) -> Figure:
     behind = [polygons[i] for i in order]
     ax.add_collection(PolyCollection(behind, facecolors=faces, edgecolors=faces, linewidths=0.15))
     # what stands out of the substrate is in front of it, seen from above
-    plates = [plate @ view.T for plate in _exposed(state)]
-    for plate in sorted(plates, key=lambda p: float(p[:, 2].mean())):
+    plates, share = state.scales_moved.copy(), state.exposed / np.linalg.norm(state.scales[0, 1] - state.scales[0, 0])
+    for i, j in ((0, 1), (3, 2)):
+        plates[:, i] = plates[:, j] + share * (plates[:, i] - plates[:, j])
+    for plate in sorted(plates @ view.T, key=lambda p: float(p[:, 2].mean())):
         x, y = plate[:, :2].T
         ax.fill(x, y, facecolor=SCALE, edgecolor=INK, linewidth=0.7)
         polygons.append(plate[:, :2])
     ax.set_aspect("equal")
     ax.autoscale_view()
     ax.set_axis_off()
-    _bar(ax, state, polygons)
+    # the length of one pitch below the picture
+    x, y = np.concatenate(polygons).min(axis=0) - [0, 0.12 * state.pitch]
+    ax.plot([x, x + state.pitch], [y, y], color=INK, linewidth=1.2)
+    ax.text(x, y - 0.06 * state.pitch, f"one pitch, {1e3 * state.pitch:.4g} mm", va="top", fontsize=7, color=GREY)
     bar = ScalarMappable(norm, mpl.colormaps["viridis"])
     figure.colorbar(bar, ax=ax, shrink=0.7, extend="max", label="Largest principal strain (%)")
     phi = rf"$\varphi$ = {abs(state.phi):.3g} rad per pitch"
     return style.headline(figure, f"Deformed at {phi}; one pitch of elements, its images pale")
 
 
-def _exposed(state: Deformed) -> Array:
-    """Return the corners (3, 4, 3) of what stands out of the substrate."""
-    at_base = state.exposed / np.linalg.norm(state.scales[0, 1] - state.scales[0, 0])
-    now = state.scales_moved.copy()
-    for i, j in ((0, 1), (3, 2)):
-        now[:, i] = now[:, j] + at_base * (now[:, i] - now[:, j])
-    return now
-
-
 def _lit(colours: Array, normal: Array, strength: float) -> Array:
     """Shade colours (n, 4) by the angle of their faces to the light; pale for a strength below 1."""
-    unit = normal / np.linalg.norm(normal, axis=1, keepdims=True)
-    light = 0.72 + 0.28 * np.abs(unit @ (_LIGHT / np.linalg.norm(_LIGHT)))
+    unit, light = normal / np.linalg.norm(normal, axis=1, keepdims=True), np.array([0.35, 0.85, 0.4])
+    bright = 0.72 + 0.28 * np.abs(unit @ (light / np.linalg.norm(light)))
     out = colours.copy()
-    out[:, :3] = 1 - strength * (1 - out[:, :3] * light[:, None])
+    out[:, :3] = 1 - strength * (1 - out[:, :3] * bright[:, None])
     return out
-
-
-def _bar(ax: Axes, state: Deformed, polygons: list[Array]) -> None:
-    """Draw the length of one pitch below the picture."""
-    points = np.concatenate(polygons)
-    x, y = points[:, 0].min(), points[:, 1].min() - 0.12 * state.pitch
-    ax.plot([x, x + state.pitch], [y, y], color=INK, linewidth=1.2)
-    ax.text(x, y - 0.06 * state.pitch, f"one pitch, {1e3 * state.pitch:.4g} mm", va="top", fontsize=7, color=GREY)

@@ -60,8 +60,18 @@ def fitted(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax, names = panel(ax, dataset, "residual", "Fit.dataset()")
     angle, torque = names.angle, names.torque
     factor, text = prefixed(torque, float(np.abs(dataset[torque].values).max()))
-    values = factor * dataset[torque].values
-    _curve(ax, dataset, angle, torque, factor)
+    values, noise = factor * dataset[torque].values, factor * float(dataset["noise"])
+    ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)
+    for leg in np.unique(dataset["leg"].values):
+        one = dataset.isel(curve=np.flatnonzero(dataset["leg"].values == leg))
+        x, y = one[f"{angle}_curve"].values, factor * one[f"{torque}_curve"].values
+        error = factor * one[f"{torque}_curve_error"].values
+        ax.plot(x, y, color=ACCENT, zorder=3, linewidth=1.1)
+        # the drop at the start of a way has no width
+        for wide, alpha, zorder in ((np.full_like(error, noise), 0.12, 1), (error, 0.35, 2)):
+            ax.fill_between(
+                x[1:], (y - 2 * wide)[1:], (y + 2 * wide)[1:], color=ACCENT, alpha=alpha, linewidth=0, zorder=zorder
+            )
     _points(ax, dataset, angle, values)
     handles = [
         *ax.get_legend_handles_labels()[0],
@@ -71,7 +81,13 @@ def fitted(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     ]
     ax.set(xlabel=angle_label(names.name), ylabel=text)
     ax.legend(handles=handles, loc="upper left")
-    _zoom(ax, dataset, angle, values)
+    used = dataset["used"].values
+    if not used.all() and (dataset["branch"].values == "beyond").any():
+        # points beyond the range that is used may be far above, and would press the others together
+        for limits, v in ((ax.set_xlim, dataset[angle].values), (ax.set_ylim, values)):
+            low, high = float(v[used].min()), float(v[used].max())
+            space = 0.15 * (high - low)
+            limits(max(low - space, float(v.min()) - space / 3), min(high + space, float(v.max()) + space / 3))
     return ax
 
 
@@ -99,31 +115,6 @@ def found(dataset: xr.Dataset, left_out: str = "") -> str:
     return ", ".join(f"{NAMES[name]} = {value}" for name, value in estimates if name in NAMES and name != left_out)
 
 
-def _zoom(ax: Axes, dataset: xr.Dataset, angle: str, values: Array) -> None:
-    """Let points beyond the range that is used, which may be far above, not press the others together."""
-    used = dataset["used"].values
-    if used.all() or not (dataset["branch"].values == "beyond").any():
-        return
-    for limits, v in ((ax.set_xlim, dataset[angle].values), (ax.set_ylim, values)):
-        low, high = float(v[used].min()), float(v[used].max())
-        space = 0.15 * (high - low)
-        limits(max(low - space, float(v.min()) - space / 3), min(high + space, float(v.max()) + space / 3))
-
-
-def _curve(ax: Axes, dataset: xr.Dataset, angle: str, torque: str, factor: float) -> None:
-    noise = factor * float(dataset["noise"])
-    ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)
-    for leg in np.unique(dataset["leg"].values):
-        one = dataset.isel(curve=np.flatnonzero(dataset["leg"].values == leg))
-        x, y = one[f"{angle}_curve"].values, factor * one[f"{torque}_curve"].values
-        error = factor * one[f"{torque}_curve_error"].values
-        ax.plot(x, y, color=ACCENT, zorder=3, linewidth=1.1)
-        # the drop at the start of a way has no width
-        x, y, error = x[1:], y[1:], error[1:]
-        ax.fill_between(x, y - 2 * noise, y + 2 * noise, color=ACCENT, alpha=0.12, linewidth=0, zorder=1)
-        ax.fill_between(x, y - 2 * error, y + 2 * error, color=ACCENT, alpha=0.35, linewidth=0, zorder=2)
-
-
 def _points(ax: Axes, dataset: xr.Dataset, angle: str, values: Array) -> None:
     for name, (words, style) in _POINTS.items():
         mask = dataset["branch"].values == name
@@ -140,9 +131,10 @@ def corner_figure(dataset: xr.Dataset) -> Figure:
     samples, with the ellipse that holds 95 % of the normal distribution of estimates and covariance.
     """
     samples, names = dataset["sample_value"].values, [str(n) for n in dataset["parameter"].values]
-    units = [str(u) for u in dataset["unit"].values]
     estimate, error = dataset["estimate"].values, dataset["error"].values
-    n = len(names)
+    n, labels = len(names), []
+    for name, unit in zip(names, dataset["unit"].values, strict=True):
+        labels.append(f"{NAMES[name][:1].upper()}{NAMES[name][1:]}{'' if unit == '1' else f' ({unit})'}")
     figure = new_figure(min(PAGE, 1.2 + 1.9 * n), 0.6 + 1.8 * n)
     axes = figure.subplots(n, n, sharex="col", squeeze=False)
     angle = np.linspace(0, 2 * np.pi, 121)
@@ -165,18 +157,11 @@ def corner_figure(dataset: xr.Dataset) -> Figure:
             ax.tick_params(labelleft=j == 0)
         ax.locator_params(axis="x", nbins=4)
         if i == n - 1:
-            ax.set_xlabel(_axis(names[j], units[j]))
-    for i in range(1, n):
-        axes[i, 0].set_ylabel(_axis(names[i], units[i]))
+            ax.set_xlabel(labels[j])
+        if i and not j:
+            ax.set_ylabel(labels[i])
     figure.align_ylabels(axes[1:, 0])
-    handles = [
-        key("samples", color=GREY, linestyle="", marker="."),
-        key("estimates and their covariance: 95 %", color=ACCENT),
-    ]
+    words = "estimates and their covariance: 95 %"
+    handles = [key("samples", color=GREY, linestyle="", marker="."), key(words, color=ACCENT)]
     figure.legend(handles=handles, loc="upper right")
     return figure
-
-
-def _axis(name: str, unit: str) -> str:
-    text = NAMES[name][:1].upper() + NAMES[name][1:]
-    return f"{text}{'' if unit == '1' else f' ({unit})'}"

@@ -12,7 +12,6 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.figure import Figure
 
-from squama.beam.design import Beam
 from squama.curves import doors
 from squama.errors import refuse
 from squama.loads import ENDLESS, LOADS, model
@@ -29,9 +28,8 @@ if TYPE_CHECKING:
     from squama.inverse.designing import InverseDesign
     from squama.inverse.target import Target
 
-BARS = 8
-"""Dimensions whose tolerances are drawn."""
-CURVES = 8
+MOST = 8
+"""Curves that are drawn, and dimensions whose tolerances are, at most."""
 SYMBOL = {
     "tangent": r"Tangent stiffness (N m$^2$)",
     "stiffness_ratio": "Stiffness over that without contact",
@@ -50,14 +48,6 @@ SYMBOL = {
 """Labels of the objectives."""
 _LOCK: Look = {"linewidth": 0.9, "linestyle": (0, (1, 1.5))}
 _GOAL: Look = {"linewidth": 1.0, "linestyle": DASHED, "zorder": 0}
-BEYOND = 1.1
-"""How far the curves of real beams go, over the farthest twist that is asked for."""
-ROOM = 1.7
-"""Height of the axis over that of real beams' curves: what was asked stands above them."""
-LINE = 30
-"""Letters in a line of an axis label; the panels are narrow."""
-DECADES = 30.0
-"""An objective that spans more than this factor has a logarithmic axis."""
 
 
 @styled
@@ -80,16 +70,14 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
     kind, options, first = LOADS[target.space.load], target.options, found[0].beam
     # twists of the whole beam, the numbers of whose scales may differ
     degrees, own = 180 / np.pi * first.pitches, (first.pitch, first.pitches)
-    how: Look = {
-        "law": options.law,
-        "sense": options.sense,
-        "margin": options.margin,
-        "joint": options.joint,
-        "ends": ENDLESS,
-    }
+    how: Look = {name: getattr(options, name) for name in ("law", "sense", "margin", "joint")} | {"ends": ENDLESS}
     lines, handles, which = [], [], ""
-    for i, (d, colour) in enumerate(zip(found.designs[:CURVES], shades(min(len(found), CURVES)), strict=False)):
-        curve = doors.respond(d.beam, kind.name, to=_far(d.beam, target), **how)
+    ats = [at for goal in target.goals for at in (goal.want.at, goal.twist) if at is not None]
+    for i, (d, colour) in enumerate(zip(found.designs[:MOST], shades(min(len(found), MOST)), strict=False)):
+        # a hinge's curves are drawn to their ends, a real beam's a little beyond what is asked
+        most = 1.1 * max((float(at.per_pitch(d.beam.pitch, d.beam.pitches)) for at in ats), default=0.0)
+        to = f"{most!r} rad/pitch" if target.real and most else None
+        curve = doors.respond(d.beam, kind.name, to=to, **how)
         which = model(curve.attrs)
         lines.append((curve[kind.angle] * np.degrees(d.beam.pitches), curve[kind.torque], d, colour))
         handles.append(key(f"design {i + 1}{'' if target.real and d.end == End.RANGE else f': {d.end}'}", color=colour))
@@ -97,8 +85,8 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
     at = {i: float(goal.want.at.per_pitch(*own)) * degrees for i, goal in enumerate(target.goals) if goal.want.at}
     drawn = [i for i, goal in enumerate(target.goals) if goal.want.figure == "torque" and goal.sense == "="]
     points = np.array([[at[i], target.goals[i].asked] for i in drawn if i in at]).reshape(-1, 2)
-    # curves climb without bound towards a lock: show the part in which the target lies
-    part, room = (1.0, ROOM) if target.real else (0.9, 1.0)
+    # curves climb without bound towards a lock: show where the target lies; else what was asked stands above
+    part, room = (1.0, 1.7) if target.real else (0.9, 1.0)
     least = room * max((float(np.interp(part * x[-1], x, y)) for x, y, _, _ in lines), default=1.0)
     top = 1.6 * float(points[:, 1].max()) if points.size else least
     factor, unit = (1e3, "N mm") if top < 1 else (1.0, "N m")
@@ -129,29 +117,19 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
     return which
 
 
-def _far(beam: Beam, target: Target) -> str | None:
-    """Return how far to draw: a hinge's curves to their ends, a real beam's a little beyond what is asked."""
-    ats = [at for goal in target.goals for at in (goal.want.at, goal.twist) if at is not None]
-    most = BEYOND * max((float(at.per_pitch(beam.pitch, beam.pitches)) for at in ats), default=0.0)
-    return f"{most!r} rad/pitch" if target.real and most else None
-
-
 def _bars(ax: Axes, found: InverseDesign) -> None:
     goal = found[0].goals[0]
-    rows = sorted(goal.effects.items(), key=lambda item: -abs(item[1]))[:BARS]
+    rows = sorted(goal.effects.items(), key=lambda item: -abs(item[1]))[:MOST]
     rows = [row for row in rows if row[1]][::-1]
     colours = [GREY if value < 0 else INK for _, value in rows]
     ax.barh(range(len(rows)), [abs(value) for _, value in rows], color=colours, height=0.6)
-    ax.set_yticks(range(len(rows)), [f"{name}\n{_size(found, name)}" for name, _ in rows], fontsize=6)
+    sizes = [people(name)[0] * found.tolerance[name] for name, _ in rows]
+    words = [f"\N{PLUS-MINUS SIGN}{v:.3g} {people(name)[1]}".rstrip() for v, (name, _) in zip(sizes, rows, strict=True)]
+    ax.set_yticks(range(len(rows)), [f"{name}\n{w}" for (name, _), w in zip(rows, words, strict=True)], fontsize=6)
     unit = f" ({goal.unit})" if goal.unit else ""
     ax.set_xlabel(f"Change of {goal.name}{unit}, design 1")
-    words = [key("grows with it", color=INK, linewidth=4), key("falls with it", color=GREY, linewidth=4)]
-    ax.legend(handles=words, loc="lower right")
-
-
-def _size(found: InverseDesign, name: str) -> str:
-    factor, unit = people(name)
-    return f"\N{PLUS-MINUS SIGN}{factor * found.tolerance[name]:.3g} {unit}".rstrip()
+    keys = [key("grows with it", color=INK, linewidth=4), key("falls with it", color=GREY, linewidth=4)]
+    ax.legend(handles=keys, loc="lower right")
 
 
 @styled
@@ -186,18 +164,9 @@ def _objectives(front: xr.Dataset) -> list[str]:
     return [str(name) for name, v in front.data_vars.items() if "objective" in v.attrs]
 
 
-def _telling(front: xr.Dataset) -> str | None:
-    """Return the varied dimension that uses most of its bounds along the front."""
-    spans = {
-        str(name): float(np.ptp(v.values) / (v.attrs["high"] - v.attrs["low"]))
-        for name, v in front.data_vars.items()
-        if "low" in v.attrs
-    }
-    return max(spans, key=lambda name: spans[name]) if spans else None
-
-
 def _wide(values: Array) -> bool:
-    return bool(values.min() > 0 and values.max() > DECADES * values.min())
+    """Say whether values span so much that their axis is logarithmic."""
+    return bool(values.min() > 0 and values.max() > 30 * values.min())
 
 
 def tradeoff(front: xr.Dataset, x: str, y: str, ax: Axes | None = None, *, by: str | None = None) -> Axes:
@@ -211,10 +180,18 @@ def tradeoff(front: xr.Dataset, x: str, y: str, ax: Axes | None = None, *, by: s
     for where, name, known in (("x", x, names), ("y", y, names), ("by", by or x, [*map(str, front.data_vars)])):
         if name not in known:
             refuse(where, shown(name), "is not in this front", f"allowed: {', '.join(known)}")
-    by = by or next((name for name in names if name not in (x, y)), _telling(front))
+    by = by or next((name for name in names if name not in (x, y)), None)
+    if by is None:
+        # the varied dimension that uses most of its bounds along the front
+        varied = {str(name): v for name, v in front.data_vars.items() if "low" in v.attrs}
+        spans = {name: np.ptp(v.values) / (v.attrs["high"] - v.attrs["low"]) for name, v in varied.items()}
+        by = max(spans, key=lambda name: float(spans[name]), default=None)
     style: Look = {"s": 9, "linewidth": 0, "zorder": 3}
     if by is not None:
-        factor, text = _scale(front, by)
+        factor, text = 1.0, SYMBOL.get(by, by)
+        if "objective" not in front[by].attrs:
+            factor, unit = for_people(front[by].attrs["units"])
+            text = f"{by} ({unit})" if unit else by
         shade = front[by].values * factor
         norm = (LogNorm if _wide(shade) else Normalize)(shade.min(), shade.max())
         style |= {"c": shade, "norm": norm, "cmap": mpl.colormaps["viridis"]}
@@ -225,19 +202,10 @@ def tradeoff(front: xr.Dataset, x: str, y: str, ax: Axes | None = None, *, by: s
         word = "larger" if front[name].attrs["objective"] == "max" else "smaller"
         at = f" at {front[name].attrs['at']}" if "at" in front[name].attrs else ""
         end = f"\n{word} is better" if axis == "x" else ""
-        getattr(ax, f"set_{axis}label")(textwrap.fill(f"{SYMBOL.get(name, name)}{at}", LINE) + end)
+        getattr(ax, f"set_{axis}label")(textwrap.fill(f"{SYMBOL.get(name, name)}{at}", 30) + end)
     ax.grid(color="0.9", linewidth=0.5)
     if by is not None:
         bar = ax.figure.colorbar(drawn, ax=ax, location="top", aspect=30, pad=0.02)
         bar.set_label(text, fontsize=7)
         bar.ax.tick_params(labelsize=6)
     return ax
-
-
-def _scale(front: xr.Dataset, name: str) -> tuple[float, str]:
-    """Return factor and label of what the colour shows."""
-    unit = front[name].attrs["units"]
-    if "objective" in front[name].attrs:
-        return 1.0, SYMBOL.get(name, name)
-    factor, shown = for_people(unit)
-    return factor, f"{name} ({shown})" if shown else name

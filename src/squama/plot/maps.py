@@ -1,4 +1,4 @@
-"""Maps of the relative energy dissipation over friction and one property of the design (paper Fig. 7)."""
+"""The maps of the paper: relative energy dissipation (Fig. 7), regimes (Fig. 5), lock lines beside those of bending."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ from matplotlib.colors import BoundaryNorm
 from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from matplotlib.path import Path
 
+from squama.loads import LOADS
 from squama.model.outcome import End
+from squama.plot import style
 from squama.plot.palette import ACCENT, ENDS, GREY, INK, LOCKS
-from squama.plot.style import LAWS, PAGE, Look, key, label, legend_below, letter, new_figure, styled
+from squama.symbols import SYMBOLS
 from squama.types import Array
 
 LEVELS = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0)
@@ -35,23 +36,25 @@ HATCHES = {
     "joint unknown": ("xx", "joint unknown"),
 }
 """Regions that end without a lock, or at once: hatching and name."""
-TOUCH: Look = {"color": ENDS[End.OTHER], "linewidth": 1.3}
+TOUCH: style.Look = {"color": ENDS[End.OTHER], "linewidth": 1.3}
 """Line below which other plates touch first; on a white one, so that it is seen on every ground."""
 HALO: list[patheffects.AbstractPathEffect] = [patheffects.withStroke(linewidth=1.5, foreground="white")]
 """Around the numbers of lines, so that they are read on dark grounds."""
 CASING = [patheffects.Stroke(linewidth=2.6, foreground="white"), patheffects.Normal()]
-ROOM, APART = 0.03, 0.1
-"""Least distance of a number from other lines, and from other numbers, over the size of the panel."""
-DARK = COLOURS(1)
-"""Ground of a hatching in the legend: dissipation is small where a curve ends without a lock."""
-BOUNDARY = "here the end changes: values may jump"
 BLANK = ("static lock", "no engagement")
 """Regions without a value, on white."""
-SWATCH: Look = {"handlelength": 2.4, "handleheight": 1.3}
+SWATCH: style.Look = {"handlelength": 2.4, "handleheight": 1.3}
 """Size of the handles of a legend, so that a hatching is seen."""
+ROTATION = r"Rotation of the scales $(\theta-\theta_0)/\pi$ (1)"
+SHOWN = ("frictional lock", "static lock")
+STOPS: dict[str, tuple[style.Look, str]] = {
+    "other": ({"marker": "o", "markersize": 3.2}, "beyond: ends without a lock"),
+    "range": ({"marker": "o", "markersize": 3.6, "markerfacecolor": "white"}, "drawn so far: {}"),
+}
+"""Marks where an envelope stops, by why: another end takes over, or the range of the drawing; and their words."""
 
 
-@styled
+@style.styled
 def red_figure(dataset: xr.Dataset) -> Figure:
     """Draw the relative energy dissipation to the end of each curve, from :func:`squama.paper.maps.red_map`.
 
@@ -60,7 +63,7 @@ def red_figure(dataset: xr.Dataset) -> Figure:
     """
     laws = [str(law) for law in dataset["law"].values]
     over = str(dataset.attrs["over"])
-    figure = new_figure(PAGE if len(laws) > 1 else 0.55 * PAGE, 3.5)
+    figure = style.new_figure(style.PAGE if len(laws) > 1 else 0.55 * style.PAGE, 3.5)
     axes = np.atleast_1d(np.asarray(figure.subplots(1, len(laws), sharey=True)))
     factor = 180 / np.pi if over == "alpha" else 1.0
     x, y = dataset["value"].values * factor, dataset["mu"].values
@@ -68,25 +71,26 @@ def red_figure(dataset: xr.Dataset) -> Figure:
     for ax, law, name in zip(axes, laws, "abcdef", strict=False):
         part = dataset.sel(law=law)
         seen += [e for e in _panel(ax, x, y, part) if e not in seen]
-        letter(ax, f"({name}) {LAWS[law]}")
-        ax.set_xlabel(label("alpha", "deg") if over == "alpha" else label("eta"))
-    axes[0].set_ylabel(label("mu"))
+        style.letter(ax, f"({name}) {style.LAWS[law]}")
+        ax.set_xlabel(style.label("alpha", "deg") if over == "alpha" else style.label("eta"))
+    axes[0].set_ylabel(style.label("mu"))
     bar = figure.colorbar(ScalarMappable(NORM, COLOURS), ax=list(axes), ticks=LEVELS, aspect=28)
-    bar.set_label(f"{label('RED')}, margin {dataset.attrs['margin']:g}")
+    bar.set_label(f"{style.label('RED')}, margin {dataset.attrs['margin']:g}")
     bar.outline.set_linewidth(0.7)
     handles: list[Artist] = [hatched(e) for e in HATCHES if e in seen]
     if set(seen) - {"static lock"}:
-        handles.append(key("another end, or past a fold: values may jump", color=ACCENT, linewidth=0.9))
+        handles.append(style.key("another end, or past a fold: values may jump", color=ACCENT, linewidth=0.9))
     if bool((dataset["phi_end"] > dataset["phi_touch"]).any()):
-        handles.append(key("below it other plates touch first", **TOUCH))
-    legend_below(figure, handles, 3, **SWATCH)
+        handles.append(style.key("below it other plates touch first", **TOUCH))
+    style.legend_below(figure, handles, 3, **SWATCH)
     return figure
 
 
 def hatched(end: str, *, blank: bool | None = None, words: str = "") -> Patch:
     """Return a handle for a region that is hatched, on the ground of its map; its words unless others are given."""
     hatch, own = HATCHES[end]
-    ground, line = ("white", GREY) if (end in BLANK if blank is None else blank) else (DARK, "white")
+    # dissipation is small where a curve ends without a lock
+    ground, line = ("white", GREY) if (end in BLANK if blank is None else blank) else (COLOURS(1), "white")
     with mpl.rc_context({"hatch.color": line}):
         return Patch(facecolor=ground, edgecolor=line, hatch=hatch, label=words or own)
 
@@ -95,7 +99,7 @@ def hatch_region(ax: Axes, x: Array, y: Array, inside: Array, end: str, *, blank
     """Hatch a region (rows along y) that ends without a lock, or at once, with a line around it."""
     blank = end in BLANK if blank is None else blank
     ground, line = ("white", GREY) if blank else ("none", "white")
-    look: Look = {"levels": [0.5, 1.5], "colors": ground, "hatches": [HATCHES[end][0]]}
+    look: style.Look = {"levels": [0.5, 1.5], "colors": ground, "hatches": [HATCHES[end][0]]}
     with mpl.rc_context({"hatch.color": line}):
         ax.contourf(x, y, inside.astype(float), zorder=3.7 if blank else 3, **look)
     if not inside.all():
@@ -104,37 +108,28 @@ def hatch_region(ax: Axes, x: Array, y: Array, inside: Array, end: str, *, blank
 
 def hatch_ground(ax: Axes, x: Array, y: Array, inside: Array, end: str) -> None:
     """Hatch the ground of a region of whose cells nothing is known, up to the cells beside it, which lie over it."""
-    look: Look = {"levels": [1e-6, 1.5], "colors": "white", "hatches": [HATCHES[end][0]]}
+    look: style.Look = {"levels": [1e-6, 1.5], "colors": "white", "hatches": [HATCHES[end][0]]}
     with mpl.rc_context({"hatch.color": GREY}):
         ax.contourf(x, y, inside.astype(float), zorder=0.5, **look)
 
 
-def _border(ax: Axes, x: Array, y: Array, own: Array, unknown: Array) -> Path:
-    """Return the outline of a group of cells: halfway to others, and no farther than its cells where nothing is known.
-
-    Lines of cells, and cells, between unknown ones, which would have no area, reach halfway too.
-    """
-    from scipy.ndimage import binary_dilation, binary_opening
-
-    single = ~unknown & ~binary_opening(~unknown, np.ones((2, 2), bool))
-    near = binary_dilation(single, np.ones((3, 3), bool))
-    inside = np.where(own, 1.0, np.where(unknown & ~near, -1e6, 0.0))
-    mask = ax.contourf(x, y, inside, levels=[0.5, 1.5], colors="none")
-    outline = mask.get_paths()[0]
-    mask.remove()
-    return outline
-
-
-def contours(ax: Axes, x: Array, y: Array, values: Array, groups: Iterable[Array], look: Look,
-             avoid: Array | None = None, unknown: Array | None = None) -> None:  # fmt: skip
-    """Fill contours of values (rows along y) in each group of cells by itself, with lines, and numbers where room is.
+def contours(
+    ax: Axes,
+    grid: tuple[Array, Array, Array],
+    groups: Iterable[Array],
+    look: style.Look,
+    avoid: Array | None = None,
+    unknown: Array | None = None,
+) -> None:
+    """Fill contours of a ``grid`` (x, y, values by y and x) in each group of cells by itself, with lines and numbers.
 
     Values jump from group to group: each runs on beyond its border as it is nearest to it, and is cut off there, so
     that nothing is interpolated across; beside cells that are ``unknown`` it ends with its own. ``look`` has
     ``levels``, ``norm`` and ``cmap``; no number stands at the points ``avoid`` (n, 2). The limits of ``ax`` are set.
     """
-    from scipy.ndimage import distance_transform_edt
+    from scipy.ndimage import binary_dilation, binary_opening, distance_transform_edt
 
+    x, y, values = grid
     levels, kept_free = np.asarray(look["levels"], float), np.empty((0, 2)) if avoid is None else avoid
     for group in groups:
         own = group & np.isfinite(values)
@@ -142,7 +137,15 @@ def contours(ax: Axes, x: Array, y: Array, values: Array, groups: Iterable[Array
             continue
         border, near = None, kept_free
         if not own.all():
-            border = _border(ax, x, y, own, np.zeros_like(own) if unknown is None else unknown)
+            # halfway to other cells, and no farther than its own where nothing is known; lines of cells, and cells,
+            # between unknown ones, which would have no area, reach halfway too
+            known = np.ones_like(own) if unknown is None else ~unknown
+            single = known & ~binary_opening(known, np.ones((2, 2), bool))
+            near_single = binary_dilation(single, np.ones((3, 3), bool))
+            inside = np.where(own, 1.0, np.where(known | near_single, 0.0, -1e6))
+            mask = ax.contourf(x, y, inside, levels=[0.5, 1.5], colors="none")
+            border = mask.get_paths()[0]
+            mask.remove()
             near = np.concatenate([kept_free, np.asarray(border.vertices)])
         nearest = distance_transform_edt(~own, return_distances=False, return_indices=True)
         whole = np.clip(values[tuple(nearest)], levels[0], levels[-1])
@@ -155,18 +158,17 @@ def contours(ax: Axes, x: Array, y: Array, values: Array, groups: Iterable[Array
             part.set_clip_path(border, ax.transData)
 
 
-def _joined(pieces: Iterable[Array]) -> Array:
-    """Return the points of all pieces of a line (n, 2)."""
-    return np.concatenate([np.empty((0, 2)), *pieces])
-
-
 def _number(ax: Axes, x: Array, y: Array, lines: QuadContourSet, own: Array, border: Array) -> None:
-    """Write each line's number where it is farthest from other lines, from the border and from other numbers."""
+    """Write each line's number where it is farthest from other lines, from the border and from other numbers.
+
+    A number needs 0.03 of the panel's size around it, and 0.1 to other numbers.
+    """
     from scipy.spatial import cKDTree
 
     low, size = np.array([x[0], y[0]]), np.array([x[-1] - x[0], y[-1] - y[0]])
-    points = [(_joined(segments) - low) / size for segments in lines.allsegs]
-    ways = [_joined(np.gradient(s / size, axis=0) for s in segments) for segments in lines.allsegs]
+    none = np.empty((0, 2))
+    points = [(np.concatenate([none, *pieces]) - low) / size for pieces in lines.allsegs]
+    ways = [np.concatenate([none, *(np.gradient(s / size, axis=0) for s in pieces)]) for pieces in lines.allsegs]
     placed: list[Array] = []
     for i, (level, line, way) in enumerate(zip(lines.levels, points, ways, strict=True)):
         if not len(line):
@@ -176,13 +178,13 @@ def _number(ax: Axes, x: Array, y: Array, lines: QuadContourSet, own: Array, bor
         if len(others):
             room = np.minimum(room, cKDTree(others).query(line)[0])
         if placed:
-            room[cKDTree(np.array(placed)).query(line)[0] < APART] = 0
+            room[cKDTree(np.array(placed)).query(line)[0] < 0.1] = 0
         place = line * size + low
         column, row = (abs(place[:, j, None] - grid).argmin(axis=1) for j, grid in enumerate((x, y)))
         room[~own[row, column]] = 0
         # rather where the line is level, and the number upright
         best = int((room * (0.3 + abs(way[:, 0]) / np.maximum(np.hypot(*way.T), 1e-300))).argmax())
-        if room[best] > ROOM:
+        if room[best] > 0.03:
             placed.append(line[best])
             at = [(float(place[best, 0]), float(place[best, 1]))]
             ax.clabel(lines, levels=[level], fmt="%.4g", fontsize=6, inline_spacing=3, manual=at)
@@ -202,27 +204,146 @@ def _panel(ax: Axes, x: Array, y: Array, part: xr.Dataset) -> list[str]:
         avoid = np.asarray(first.get_paths()[0].vertices)
     # RED goes to 0 at the static lock: contours run on to the line, and the region is covered after
     ends = [e for e in np.unique(end) if e not in LOCKS and e != "no engagement"]
-    look: Look = {"levels": LEVELS, "norm": NORM, "cmap": COLOURS}
+    look: style.Look = {"levels": LEVELS, "norm": NORM, "cmap": COLOURS}
     locks, folded = np.isin(end, LOCKS), part["folded"].values.T
-    contours(ax, x, y, red, [locks & ~folded, locks & folded, *(end == e for e in ends)], look, avoid)
+    contours(ax, (x, y, red), [locks & ~folded, locks & folded, *(end == e for e in ends)], look, avoid)
     if (locks & folded).any():
         ax.contour(x, y, (locks & folded).astype(float), levels=[0.5], colors=ACCENT, linewidths=0.9, zorder=4)
     found = [name for name in HATCHES if (end == name).any()]
     for name in found:
-        if name == End.STATIC:
-            _static(ax, x, part["mu_static"].values, float(y[-1]))
-        else:
+        if name != End.STATIC:
             hatch_region(ax, x, y, end == name, name)
+            continue
+        # above its line, with its name where that is highest and there is room
+        line, top = part["mu_static"].values, float(y[-1])
+        own: style.Look = {"facecolor": "white", "edgecolor": GREY, "hatch": HATCHES[name][0], "linewidth": 0}
+        ax.fill_between(x, line, top, zorder=5, **own)
+        ax.plot(x, line, color=INK, linewidth=1.0, zorder=6)
+        room = np.where((x > x[0] + 0.18 * np.ptp(x)) & (x < x[0] + 0.82 * np.ptp(x)), top - line, 0.0)
+        if room[col := int(room.argmax())] > 0.06 * top:
+            box = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
+            ax.text(x[col], (line[col] + top) / 2, "static lock", ha="center", va="center", bbox=box, zorder=7)
     return found
 
 
-def _static(ax: Axes, x: Array, line: Array, top: float) -> None:
-    """Hatch the static lock above its line, with its name where that is highest and there is room."""
-    look: Look = {"facecolor": "white", "edgecolor": GREY, "hatch": HATCHES[End.STATIC][0], "linewidth": 0}
-    ax.fill_between(x, line, top, zorder=5, **look)
-    ax.plot(x, line, color=INK, linewidth=1.0, zorder=6)
-    room = np.where((x > x[0] + 0.18 * np.ptp(x)) & (x < x[0] + 0.82 * np.ptp(x)), top - line, 0.0)
-    col = int(room.argmax())
-    if room[col] > 0.06 * top:
-        box = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
-        ax.text(x[col], (line[col] + top) / 2, "static lock", ha="center", va="center", bbox=box, zorder=7)
+@style.styled
+def regime_figure(dataset: xr.Dataset) -> Figure:
+    """Draw the regimes of a beam in twisting (linear, sliding, locked), from :func:`squama.paper.maps.regimes`.
+
+    Axes phi/pi and (theta - theta0)/pi; paths of the scales, the kinematic and the frictional envelopes, and where the
+    contact leaves the tip edge or another pair of plates touches.
+    """
+    theta0, over = float(dataset.attrs["theta0"]), str(dataset.attrs["over"])
+    figure = style.new_figure(style.PAGE, 4.3)
+    ax = figure.subplots()
+
+    def scaled(phi: xr.DataArray, theta: xr.DataArray) -> tuple[Array, Array]:
+        return np.asarray(phi, float) / np.pi, (np.asarray(theta, float) - theta0) / np.pi
+
+    right = 0.0
+    for i in range(dataset.sizes["value"]):
+        x, y = scaled(dataset["phi"][i], dataset["theta"][i])
+        good = np.isfinite(x)
+        ax.plot(np.r_[0, x[good]], np.r_[0, y[good]], color=GREY, linewidth=0.9, zorder=1)
+        right = max(right, float(x[good].max()))
+        value = float(dataset["value"][i])
+        text = rf"$\eta$ = {value:g}" if over == "eta" else rf"$\alpha$ = {np.degrees(value):.3g}°"
+        tag(ax, x[good], y[good], text)
+    ax.plot(*scaled(dataset["phi_off"], dataset["theta_off"]), color=GREY, linestyle="-.", linewidth=1.6, zorder=3)
+    ax.plot(*scaled(dataset["phi_touch"], dataset["theta_touch"]), color=ACCENT, linestyle=":", linewidth=1.3, zorder=3)
+    ax.plot(*scaled(dataset["phi_lock"], dataset["theta_lock"]), color=INK, linewidth=2.2, zorder=4)
+    laws = [str(law) for law in dataset["law"].values]
+    mus = [float(mu) for mu in dataset["mu"].values]
+    colours = style.shades(len(mus))
+    marked: set[str] = set()
+    for law in laws:
+        for mu, colour in zip(mus, colours, strict=True):
+            line = dataset.sel(law=law, mu=mu)
+            x, y = scaled(line["phi_end"], line["theta_end"])
+            keep = np.isin(line["end"].values, SHOWN)
+            # at a static lock the line runs on the axis: its first point there is enough
+            still = line["end"].values == "static lock"
+            keep &= ~(still & np.roll(still, 1) & np.roll(still, -1))
+            ax.plot(np.where(keep, x, np.nan), np.where(keep, y, np.nan), color=colour, linestyle=style.DASHES[law])
+            # off the axis it stops beside designs that end without a lock, and at the ends of the range
+            locked, sliding = np.isin(line["end"].values, SHOWN), line["end"].values == "frictional lock"
+            beside = np.r_[False, ~locked[:-1]] | np.r_[~locked[1:], False]
+            outer = np.arange(locked.size) % (locked.size - 1) == 0
+            for mark, at in (("other", sliding & beside), ("range", sliding & outer & ~beside)):
+                marked |= {mark} if at.any() else set()
+                ax.plot(x[at], y[at], linestyle="", color=colour, **STOPS[mark][0])
+    ax.set_xlim(0, 1.03 * max(right, float(np.nanmax(dataset["phi_lock"].values)) / np.pi))
+    ax.set(ylim=(0, 1.08 * float(np.nanmax(dataset["theta_lock"].values) - theta0) / np.pi), xlabel=over_pi("twisting"))
+    ax.set_ylabel(ROTATION)
+    handles = [style.key("kinematic lock", linewidth=2.2)]
+    handles += [style.key(rf"frictional lock, $\mu$ = {mu:g}", color=c) for mu, c in zip(mus, colours, strict=True)]
+    handles += style.law_keys(laws)
+    handles.append(style.key(rf"path of the scales for one $\{over}$", color=GREY, linewidth=0.9))
+    if np.isfinite(dataset["phi_off"].values).any():
+        handles.append(style.key("contact leaves the tip edge", color=GREY, linestyle="-.", linewidth=1.6))
+    if np.isfinite(dataset["phi_touch"].values).any():
+        handles.append(style.key("other plates touch first", color=ACCENT, linestyle=":"))
+    limits = dataset["scan"].values[[0, -1]] * (180 / np.pi if over == "alpha" else 1)
+    unit = "°" if over == "alpha" else ""
+    span = rf"$\{over}$ = {limits[0]:.3g}{unit} or {limits[1]:.3g}{unit}"
+    handles += [
+        style.key(words.format(span), linestyle="", **dots) for m, (dots, words) in STOPS.items() if m in marked
+    ]
+    figure.legend(handles=handles, loc="outside right center")
+    x, y = scaled(dataset["phi_lock"], dataset["theta_lock"])
+    there, (wide, high) = np.isfinite(x), (ax.get_xlim()[1], ax.get_ylim()[1])
+    # linear on the axis before engagement, nonlinear while sliding, locked beyond the envelope
+    words: style.Look = {"style": "italic", "fontsize": 7.5, "color": INK}
+    ax.text(float(np.median(x[there])), float(np.max(y[there])) + 0.012, "locked", ha="center", va="bottom", **words)
+    ax.text(0.022 * wide, 0.62 * high, "sliding: nonlinear", rotation=90, ha="center", va="center", **words)
+    ax.text(0.985 * wide, 0.02 * high, "on the axis: no contact, linear", ha="right", va="bottom", **words)
+    return figure
+
+
+def tag(ax: Axes, x: Array, y: Array, text: str, pad: float = 0.8) -> None:
+    """Write beside the end of a path which one it is."""
+    box = {"facecolor": "white", "edgecolor": "none", "pad": pad, "alpha": 0.85}
+    i = int(np.argmin(abs(y - 0.62 * y.max())))
+    ax.text(x[i], y[i], text, fontsize=6.5, color=INK, ha="center", va="center", bbox=box, zorder=6)
+
+
+def over_pi(load: str) -> str:
+    """Return the label of an axis of load angles over pi."""
+    of = LOADS[load]
+    return rf"{of.verb.capitalize()} per pitch ${SYMBOLS[of.angle].tex}/\pi$ (1)"
+
+
+@style.styled
+def lock_lines_figure(dataset: xr.Dataset) -> Figure:
+    """Set the lock lines of twisting beside those of bending, from :func:`squama.paper.maps.lock_lines`.
+
+    Above, the lock lines; below, their distance from the kinematic line. In bending it is arctan(mu) everywhere, so the
+    line is a translate; in twisting it is not.
+    """
+    figure = style.new_figure(style.PAGE, 5.2)
+    axes = figure.subplots(2, 2, sharex="col", sharey="row")
+    mus = [float(mu) for mu in dataset["mu"].values]
+    fixed = rf"$\eta$ varies along a line from {dataset.attrs['eta_low']:g} (right) to {dataset.attrs['eta_high']:g}"
+    # the first is 0, the kinematic lock
+    colours = dict(zip(mus[1:], style.shades(len(mus) - 1), strict=True))
+    for column, loading in enumerate(("bending", "twisting")):
+        part = dataset.sel(loading=loading)
+        top, low = axes[0][column], axes[1][column]
+        for mu in mus:
+            line = part.sel(mu=mu)
+            x, y = line["load"].values / np.pi, np.degrees(line["theta"].values)
+            top.plot(x, y, color=colours.get(mu, INK), linewidth=1.3 if mu else 2.2)
+            if mu:
+                low.plot(x, np.degrees(line["drop"].values), color=colours[mu])
+                low.axhline(np.degrees(np.arctan(mu)), color=GREY, linewidth=0.8, linestyle=":", zorder=0)
+        low.set_xlabel(over_pi(loading))
+        top.set_xlim(0, None)
+        style.letter(top, f"({'ab'[column]}) {loading}: {fixed}")
+        style.letter(low, f"({'cd'[column]}) {loading}: distance below the kinematic line")
+    axes[0][0].set(ylabel=r"Inclination at the lock $\theta$ (deg)", ylim=(0, None))
+    axes[1][0].set(ylabel="Drop of the inclination (deg)", ylim=(0, None))
+    handles = [style.key(r"kinematic lock, $\mu$ = 0", linewidth=2.2)]
+    handles += [style.key(rf"frictional lock, $\mu$ = {mu:g}", color=c) for mu, c in colours.items()]
+    handles.append(style.key(r"a translate by arctan $\mu$", color=GREY, linestyle=":", linewidth=0.8))
+    figure.legend(handles=handles, loc="outside lower center", ncols=4)
+    return figure

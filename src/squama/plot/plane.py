@@ -1,7 +1,8 @@
-"""The plane of bend and twist: regimes, moment and torque over it, with paths drawn in."""
+"""The plane of bend and twist: regimes, moment and torque over it, paths in it, and what the beam opposes to a path."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,21 +14,19 @@ from matplotlib.patches import Patch
 
 from squama.beam.design import Beam
 from squama.errors import refuse
-from squama.loads import HELD
+from squama.loads import HELD, covering
 from squama.model.outcome import End
 from squama.plot import style
 from squama.plot.palette import ACCENT, ENDS, GREY, INK, KEPT, UNLOADED
+from squama.plot.response import BESIDE, EACH, READABLE, WITHOUT_ENDS
 from squama.types import Array
 from squama.units import shown
 
 CONTACTS = {"": GREY, "TS": KEPT[0], "CF": KEPT[0], "BF": KEPT[1], "TA": KEPT[2], "TF": INK}
 """Colours of contacts; those at the base have another."""
-FAINT, LEVELS = 0.18, (20, 30, 40, 50, 60, 70, 80)
-"""How strong they are behind a path, and inclinations with a line, degrees."""
-READABLE = 95.0
-"""Contours of a load go up to this percentile of it: near a lock it grows without bound."""
-LINES = 11
-"""Contours of a load, about."""
+BOX: style.Look = {"loc": "best", "frameon": True, "framealpha": 0.85, "edgecolor": "none"}
+"""A legend that lies over lines."""
+WAY = "Way gone (rad per pitch)"
 
 
 @style.styled
@@ -77,77 +76,177 @@ def plane_load(dataset: xr.Dataset, name: str, ax: Axes | None = None, *, paths:
     ax, _ = style.panel(ax, dataset, "state", "squama.bend_twist_map")
     if name not in ("M", "T"):
         refuse("name", shown(name), "is no load of this plane", "allowed: M, T")
-    _load(ax, dataset, name)
+    values = dataset[name].values.T
+    ax.set_facecolor(to_rgba(GREY, 0.35))
+    if np.isfinite(values).any():
+        # near a lock a load grows without bound: contours go up to this percentile
+        low, high = float(np.nanmin(values)), float(np.nanpercentile(values, 95.0))
+        factor, text = style.prefixed(name, max(abs(low), abs(high)))
+        # closer together where little has happened yet, in numbers that can be read, none of them -0
+        levels = low + (high - low) * np.linspace(0, 1, 11) ** 2
+        digits = 1 - int(np.floor(np.log10(max(factor * (high - low), 1e-300))))
+        levels = np.unique(np.round(factor * levels, digits) + 0.0)
+        look: style.Look = {"levels": levels, "cmap": "viridis", "extend": "both"}
+        drawn = ax.contourf(dataset["kappa"], dataset["Phi"], factor * values, **look)
+        bar = ax.figure.colorbar(drawn, ax=ax, format="%.3g", pad=0.03)
+        bar.set_label(text)
+        bar.ax.tick_params(labelsize=7)
     _frame(ax, dataset, paths)
     return ax
 
 
 def _contacts(ax: Axes, dataset: xr.Dataset, paths: Sequence[xr.Dataset]) -> list[Patch]:
     """Draw contacts over the rates of bend and twist; return what a legend says of them."""
-    handles = regimes(ax, dataset, (dataset["kappa"].values, dataset["Phi"].values))
+    handles = _regimes(ax, dataset, (dataset["kappa"].values, dataset["Phi"].values))
     _frame(ax, dataset, paths)
     return handles
 
 
-def flush(ax: Axes, dataset: xr.Dataset, look: style.Look) -> None:
+def _flush(ax: Axes, dataset: xr.Dataset, look: style.Look) -> None:
     """Draw the line on which a scale's tip edge lies flush in the next face."""
     slope = np.tan(Beam.from_toml_text(dataset.attrs["beam"]).scale.alpha)
     ax.axline((0, 0), slope=slope, linestyle=style.DASHED, **look)
 
 
 def _frame(ax: Axes, dataset: xr.Dataset, paths: Sequence[xr.Dataset]) -> None:
-    """Draw where a scale's tip edge lies flush in the next face, paths, and the axes."""
-    flush(ax, dataset, {"color": INK, "linewidth": 0.7})
+    """Draw the flush line, paths with their events (an end that is not the path's own crossed), and the axes."""
+    _flush(ax, dataset, {"color": INK, "linewidth": 0.7})
     for path in paths:
-        _path(ax, path)
+        line: style.Look = {"color": ACCENT, "zorder": 4}
+        ax.plot(path["kappa"], path["Phi"], linewidth=1.4, **line)
+        ax.plot(path["kappa_event"], path["Phi_event"], "o", markersize=3, markerfacecolor="white", **line)
+        if path["end"].item() != End.RANGE:
+            ax.plot(path["kappa_end"], path["Phi_end"], "X", markersize=4.5, **line)
     (left, right), (low, high) = (dataset[name].values[[0, -1]] for name in ("kappa", "Phi"))
     ax.set(xlim=(left, right), ylim=(low, high), xlabel=style.label("kappa"), ylabel=style.label("Phi"))
     ax.locator_params(nbins=style.TICKS)
 
 
-def regimes(ax: Axes, plane: xr.Dataset, where: tuple[Array, Array]) -> list[Patch]:
+def _regimes(ax: Axes, plane: xr.Dataset, where: tuple[Array, Array]) -> list[Patch]:
     """Draw contacts, what ends the way to a state, and inclinations, at places along both axes; return the legend."""
     state, contact = plane["state"].values.T, plane["contact"].values.T
     ended = ~np.isin(state, ("open", "sliding"))
     word = np.where(ended, state, np.where(state == "open", "no contact", contact))
     colours = {"no contact": to_rgba("white")}
     for name in np.unique(word[~ended]).tolist():
-        colours.setdefault(name, to_rgba(CONTACTS.get(name, UNLOADED), FAINT))
+        # faint behind a path
+        colours.setdefault(name, to_rgba(CONTACTS.get(name, UNLOADED), 0.18))
     colours |= {name: to_rgba(ENDS.get(name, GREY), 0.55) for name in np.unique(word[ended]).tolist()}
     ground = np.array([[colours[name] for name in row] for row in word.tolist()])
     box = (where[0][0], where[0][-1], where[1][0], where[1][-1])
     ax.imshow(ground, extent=box, origin="lower", aspect="auto", interpolation="nearest", zorder=0)
     theta = np.degrees(np.where(state == "sliding", plane["theta"].values.T, np.nan))
     if np.isfinite(theta).any():
-        lines = ax.contour(*where, theta, levels=LEVELS, colors=GREY, linewidths=0.5, zorder=1)
+        lines = ax.contour(*where, theta, levels=range(20, 90, 10), colors=GREY, linewidths=0.5, zorder=1)
         ax.clabel(lines, fmt="%g°", fontsize=6)
     present = dict.fromkeys(["no contact", *np.unique(word).tolist()])
     return [Patch(facecolor=colours[name], edgecolor=GREY, linewidth=0.4, label=name) for name in present]
 
 
-def _load(ax: Axes, dataset: xr.Dataset, name: str) -> None:
-    """Draw a moment or torque as filled contours with a bar of its own."""
-    values = dataset[name].values.T
-    ax.set_facecolor(to_rgba(GREY, 0.35))
-    if not np.isfinite(values).any():
-        return
-    low, high = float(np.nanmin(values)), float(np.nanpercentile(values, READABLE))
-    factor, text = style.prefixed(name, max(abs(low), abs(high)))
-    # closer together where little has happened yet
-    levels = low + (high - low) * np.linspace(0, 1, LINES) ** 2
-    # in numbers that can be read, none of them -0
-    digits = 1 - int(np.floor(np.log10(max(factor * (high - low), 1e-300))))
-    levels = np.unique(np.round(factor * levels, digits) + 0.0)
-    drawn = ax.contourf(dataset["kappa"], dataset["Phi"], factor * values, levels=levels, cmap="viridis", extend="both")
-    bar = ax.figure.colorbar(drawn, ax=ax, format="%.3g", pad=0.03)
-    bar.set_label(text)
-    bar.ax.tick_params(labelsize=7)
+@style.styled
+def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.Dataset | None = None) -> Figure:
+    """Draw a path from :func:`squama.bend_twist`: in the plane of bend and twist, and moment and torque along it.
+
+    Left: the path in the colours of its contacts (those of the scaled face), the line on which a scale's tip edge lies
+    flush in the next face dashed, events marked; behind it, where ``plane`` is given (:func:`squama.bend_twist_map`),
+    the contacts all over the plane, lines of equal inclination, and where straight ways from rest end before. Right:
+    moment and torque over the way gone, with their jumps (the axis ends before a lock), and the inclination, of N
+    scales each thin, with their mean, and dotted those of the endless beam; ``hinge``,
+    the answer of hinges for the same path, is drawn thin beside them, as far as the axes of the dataset alone go.
+
+    >>> import squama
+    >>> r = squama.bend_twist(squama.Beam.from_ratios(), "bend 0.1 rad/pitch; twist 0.15 rad/pitch", mu=0.2)
+    >>> len(path_figure(r).axes)
+    3
+    """
+    figure = style.new_figure(style.PAGE, 3.2)
+    grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.15), height_ratios=(1.5, 1))
+    left, loads = figure.add_subplot(grid[:, 0]), figure.add_subplot(grid[0, 1])
+    theta = figure.add_subplot(grid[1, 1], sharex=loads)
+    plane_path(dataset, left, plane=plane)
+    path_loads(dataset, loads, hinge=hinge)
+    loads.set_xlabel("")
+    way, inclined = _path_length(dataset), np.degrees(dataset["theta"].values)
+    if "scale" in dataset["theta"].dims:
+        theta.plot(way, inclined, color=INK, **EACH)
+        theta.plot(way, np.degrees(dataset["theta_periodic"].values), color=INK, **WITHOUT_ENDS)
+        inclined = inclined.mean(axis=1)
+    theta.plot(way, inclined, color=INK, label="scaled face")
+    if "theta_other" in dataset:
+        theta.plot(way, np.degrees(dataset["theta_other"].values), color=ACCENT, label="other face")
+        theta.legend(loc="best")
+    if hinge is not None:
+        with style.within(theta):
+            theta.plot(_path_length(hinge), np.degrees(hinge["theta"].values), color=INK, **BESIDE)
+    theta.set(xlabel=WAY, ylabel=r"$\theta$ (deg)")
+    loads.tick_params(labelbottom=False)
+    held = f"{dataset.attrs['scales']} on {HELD[dataset.attrs['joint']]}{covering(dataset.attrs)}"
+    if "ends" in dataset.attrs:
+        held = f"{dataset.sizes['scale']} scales, {dataset.attrs['ends']} ends: {held}"
+    return style.headline(figure, f"Bent and twisted: {held}, $\\mu$ = {float(dataset['mu']):g}", (left, loads, theta))
 
 
-def _path(ax: Axes, path: xr.Dataset) -> None:
-    """Draw a path and its events, the end crossed where it is not that of the path."""
-    line: style.Look = {"color": ACCENT, "zorder": 4}
-    ax.plot(path["kappa"], path["Phi"], linewidth=1.4, **line)
-    ax.plot(path["kappa_event"], path["Phi_event"], "o", markersize=3, markerfacecolor="white", **line)
-    if path["end"].item() != End.RANGE:
-        ax.plot(path["kappa_end"], path["Phi_end"], "X", markersize=4.5, **line)
+def _path_length(dataset: xr.Dataset) -> Array:
+    """Return the length (n,) of the path in the strains that the path names, rad per pitch."""
+    strains = np.column_stack([dataset["psi"].values, dataset["phi"].values])
+    steps = np.diff(strains, axis=0, prepend=0.0) * np.any(np.reshape(dataset.attrs["path"], (-1, 2)), axis=0)
+    return np.cumsum(np.hypot(*steps.T))
+
+
+def plane_path(dataset: xr.Dataset, ax: Axes | None = None, *, plane: xr.Dataset | None = None) -> Axes:
+    """Draw a path of :func:`squama.bend_twist` in the plane of bend and twist per pitch, in colours of its contacts.
+
+    Behind it, if ``plane`` is given, what :func:`squama.bend_twist_map` found; the left of its figure.
+    """
+    ax, _ = style.panel(ax, dataset, "event", "squama.bend_twist")
+    if plane is not None:
+        _regimes(ax, plane, (plane["psi"].values, plane["phi"].values))
+    psi, phi, contact = (dataset[name].values for name in ("psi", "phi", "contact"))
+    cuts, seen = [0, *(np.flatnonzero(contact[1:] != contact[:-1]) + 1), len(contact)], set[str]()
+    for start, stop in itertools.pairwise(cuts):
+        name = str(contact[start])
+        text = (name or "no contact") if name not in seen else None
+        seen.add(name)
+        whole = slice(max(0, start - 1), stop)
+        ax.plot(psi[whole], phi[whole], color=CONTACTS.get(name, UNLOADED), linewidth=1.6, label=text)
+    words = r"$\varphi = \psi\,\tan\alpha$"
+    _flush(ax, dataset, {"label": words, "color": GREY, "linewidth": 0.8, "zorder": 1})
+    point: style.Look = {"linestyle": "", "markersize": 3.5, "zorder": 4}
+    ax.plot(dataset["psi_event"], dataset["phi_event"], color=INK, marker="o", markerfacecolor="white", **point)
+    if (end := str(dataset["end"].item())) != End.RANGE:
+        ax.plot(dataset["psi_end"], dataset["phi_end"], color=ACCENT, marker="X", label=end, **point)
+    room = 0.1 * max(np.ptp(psi), np.ptp(phi))
+    ax.set(xlim=(psi.min() - room, psi.max() + room), ylim=(phi.min() - room, phi.max() + room))
+    ax.set(xlabel=style.angle_label("bending"), ylabel=style.angle_label("twisting"))
+    ax.locator_params(nbins=style.TICKS)
+    ax.legend(**BOX)
+    return ax
+
+
+def path_loads(dataset: xr.Dataset, ax: Axes | None = None, *, hinge: xr.Dataset | None = None) -> Axes:
+    """Draw moment and torque of :func:`squama.bend_twist` along the way; the axis ends before a lock.
+
+    ``hinge``, the answer of hinges for the same path, is drawn thin as far as these axes go.
+    """
+    ax, _ = style.panel(ax, dataset, "event", "squama.bend_twist")
+    way, colours = _path_length(dataset), {"M": UNLOADED, "T": INK}
+    factor, text = style.prefixed("M", max(float(np.abs(dataset[name].values).max()) for name in colours))
+    both = {name: factor * dataset[name].values for name in colours}
+    for name, colour in colours.items():
+        ax.plot(way, both[name], color=colour, label=f"${name}$")
+        if f"{name}_periodic" in dataset:
+            beside = factor * dataset[f"{name}_periodic"].values
+            ax.plot(way, beside, color=colour, label=f"${name}$, endless", **WITHOUT_ENDS)
+    ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)
+    ax.set(xlabel=WAY, xlim=(0, way[-1]), ylabel=f"$M$, $T$ {style.unit_of(text)}")
+    if End(dataset["end"].item()).locks:
+        seen = np.array([*both.values()])[:, way <= READABLE * way[-1]]
+        ax.set_ylim(1.1 * min(0.0, seen.min()), 1.3 * max(seen.max(), 0.0))
+    if hinge is not None:
+        with style.within(ax):
+            for name, colour in colours.items():
+                words = f"${name}$ on hinges"
+                ax.plot(_path_length(hinge), factor * hinge[name].values, color=colour, label=words, **BESIDE)
+    # over the hinge's lines, which leave the axes early
+    ax.legend(**BOX | ({"loc": "upper left"} if hinge is None else {}))
+    return ax

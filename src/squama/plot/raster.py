@@ -3,31 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 
 from squama.types import Array
 
 
-class Drawn(NamedTuple):
-    """A triangle in the picture: its ``number``, the ``window`` of pixels around it, those of them that it covers.
-
-    ``front`` are the ones where nothing drawn before is nearer, ``behind`` the others.
-    """
-
-    number: int
-    window: tuple[slice, slice]
-    front: Array
-    behind: Array
-
-
-def fill(near: Array, corners: Array) -> Iterator[Drawn]:
+def fill(near: Array, corners: Array) -> Iterator[tuple[int, tuple[slice, slice], Array, Array]]:
     """Draw triangles one after another into a buffer (rows, columns) of how near the nearest point of each pixel is.
 
     ``corners`` (n, 3, 3) are column, row and nearness, which must be linear in the picture: the inverse of the
-    distance in perspective, the place along the view in a parallel projection. Yields each triangle that covers the
-    middle of a pixel.
+    distance in perspective, the place along the view in a parallel projection. Yields of each triangle that covers
+    the middle of a pixel its number, the window of pixels around it, and those of them where nothing drawn before is
+    nearer, and the others.
     """
     rows, columns = near.shape
     low = np.maximum(np.floor(corners[..., :2].min(axis=1)).astype(int), 0)
@@ -47,4 +35,4 @@ def fill(near: Array, corners: Array) -> Iterator[Drawn]:
         nearness = depth[i, 0] + u * (depth[i, 1] - depth[i, 0]) + v * (depth[i, 2] - depth[i, 0])
         front = inside & (nearness > near[window])
         near[window][front] = nearness[front]
-        yield Drawn(int(i), window, front, inside & ~front)
+        yield int(i), window, front, inside & ~front

@@ -1,8 +1,8 @@
-"""A response in four panels: load, friction force, inclination, dissipation."""
+"""A response in four panels (load, friction force, inclination, dissipation), and a single variable of a result."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -12,14 +12,15 @@ from matplotlib.lines import Line2D
 
 from squama.beam.design import Beam
 from squama.curves.labelled import MEAN
+from squama.errors import refuse
 from squama.io.measured import Measured
 from squama.loads import HELD, LOADS, Load, model
 from squama.model.outcome import End
 from squama.plot import style
-from squama.plot.along import along
 from squama.plot.palette import ACCENT, GREY, INK, LOCKS
 from squama.symbols import SYMBOLS
 from squama.types import Array
+from squama.units import look_up, shown
 
 BEYOND = 1.3
 """Axes end this far beyond the measured points, over their own size."""
@@ -63,6 +64,18 @@ class _Curve(NamedTuple):
         return self.end not in LOCKS and (self.end != "no engagement" or bool(self.data["other_contact"].item()))
 
 
+class _Shown(NamedTuple):
+    """What a response is drawn from; the axes end at the rate ``right``, ``others`` are the hinge's curves."""
+
+    kind: Load
+    beam: Beam
+    rigidity: float
+    curves: list[_Curve]
+    others: list[_Curve]
+    measured: Measured | None
+    right: float
+
+
 @style.styled
 def response_figure(dataset: xr.Dataset, measured: Measured | None = None, hinge: xr.Dataset | None = None) -> Figure:
     """Draw what a beam does when it is twisted or bent: one curve, or a family over ``mu``, with ``measured`` points.
@@ -81,15 +94,13 @@ def response_figure(dataset: xr.Dataset, measured: Measured | None = None, hinge
     4
     """
     shown = _read(dataset, measured, hinge)
-    figure = style.new_figure(style.PAGE, 5.2)
+    figure, kind = style.new_figure(style.PAGE, 5.2), shown.kind
     axes = figure.subplots(2, 2, sharex=True)
     rubs = any(c.mu > 0 for c in shown.curves)
     locks = [c.data["mu_lock"] for c in shown.curves if "mu_lock" in c.data]
     touched = any((c.data["N"] > 0).any() for c in shown.curves) or any(mu.notnull().any() for mu in locks)
-    kind = shown.kind
-    names = [kind.torque, "f0" if rubs else "N", "theta", "RED" if rubs and touched else kind.tangent]
-    if not touched:
-        names[1] = ""
+    force = ("f0" if rubs else "N") if touched else ""
+    names = [kind.torque, force, "theta", "RED" if rubs and touched else kind.tangent]
     for ax, name, text in zip(axes.flat, names, "abcd", strict=True):
         _draw(ax, shown, name, letter=f"({text})")
     for ax in axes[1]:
@@ -128,7 +139,7 @@ def curve(
     """
     load = LOADS.get(dataset.attrs.get("load", ""))
     ax, _ = style.panel(ax, dataset, f"{load.rate}_end" if load else "", "squama.twist or bend")
-    along(dataset, name)
+    _along(dataset, name)
     shown = _read(dataset, measured, hinge)
     _draw(ax, shown, name)
     ax.set_xlabel(style.label(shown.kind.rate))
@@ -140,16 +151,85 @@ def curve(
     return ax
 
 
-class _Shown(NamedTuple):
-    """What a response is drawn from; the axes end at the rate ``right``, ``others`` are the hinge's curves."""
+def line(
+    dataset: xr.Dataset,
+    name: str,
+    ax: Axes | None = None,
+    *,
+    x: str | None = None,
+    unit: str | None = None,
+    x_unit: str | None = None,
+    **look: Any,
+) -> Axes:
+    """Draw a variable of a curve, one line for each coefficient of friction or scale, and return the axes.
 
-    kind: Load
-    beam: Beam
-    rigidity: float
-    curves: list[_Curve]
-    others: list[_Curve]
-    measured: Measured | None
-    right: float
+    Parameters
+    ----------
+    dataset
+        What :func:`squama.twist`, ``bend``, ``bend_twist``, ``cycle``, ``row`` or ``vibrate`` returned.
+    name, x
+        Variables along ``point``: what is drawn, and over what (time, or the rate of the load).
+    ax
+        Where; axes of a new figure if not given. Labels that it has are kept.
+    unit, x_unit
+        Other units than those of SI, such as "N mm", "deg".
+    look
+        As for ``Axes.plot``.
+
+    Raises
+    ------
+    InputError
+        There is no such variable along ``point``, or it has no such unit.
+
+    Examples
+    --------
+    >>> import squama
+    >>> r = squama.twist(squama.Beam.from_ratios(), mu=[0.2, 0.5], joint="hinge", points=50)
+    >>> ax = squama.plot.line(r, "T", unit="kN m")
+    >>> ax.get_ylabel(), len(ax.lines)
+    ('Torque $T$ (kN m)', 2)
+    """
+    there = _along(dataset, name)
+    load = LOADS.get(dataset.attrs.get("load", ""))
+    # what a variable is drawn over if nothing is named: the first that the result has for every point
+    first = ("t", load.rate) if load else ("t",)
+    over = x or next((key for key in (*first, "Phi", "kappa", "phi", "psi") if key in there), "")
+    _along(dataset, over, "x")
+    ax, _ = style.panel(ax, dataset, name, "")
+    factor, y_words = _unit(dataset, name, unit)
+    x_factor, x_words = _unit(dataset, over, x_unit)
+    drawn, across = dataset[name].transpose(..., "point"), dataset[over].transpose(..., "point")
+    for index in np.ndindex(drawn.shape[:-1]):
+        one = dict(zip(drawn.dims[:-1], index, strict=True))
+        words = ", ".join(f"{dim} = {dataset[dim].values[i]:g}" for dim, i in one.items())
+        place = across.isel({dim: i for dim, i in one.items() if dim in across.dims})
+        ax.plot(x_factor * place, factor * drawn.isel(one), **{**({"label": words} if words else {}), **look})
+    ax.set_ylabel(ax.get_ylabel() or y_words)
+    ax.set_xlabel(ax.get_xlabel() or x_words)
+    return ax
+
+
+def _along(dataset: xr.Dataset, name: str, where: str = "name") -> list[str]:
+    """Return the numbers along the points of a result; another name is refused."""
+    there = [str(key) for key, v in dataset.variables.items() if "point" in v.dims and v.dtype.kind in "fi"]
+    if name not in there:
+        refuse(where, shown(name), "is no number along the points of this result", f"allowed: {', '.join(there)}")
+    return there
+
+
+def _unit(dataset: xr.Dataset, name: str, unit: str | None) -> tuple[float, str]:
+    """Return the factor to a unit, and the label of the axis."""
+    attrs, factor = dataset[name].attrs, 1.0
+    own = attrs.get("units", "1")
+    if unit is not None:
+        there, wanted = look_up(own), look_up(unit)
+        if there is None or wanted is None or there[0] is not wanted[0]:
+            refuse("unit", shown(unit), f"is no unit of {name}, which is in {own}", "leave it out")
+        factor = wanted[2] / wanted[1]
+    if name in SYMBOLS:
+        return factor, style.label(name, unit)
+    words = str(attrs.get("long_name", name))
+    return factor, f"{words[0].upper()}{words[1:]}" + ("" if own == "1" else f" ({unit or own})")
 
 
 def _read(dataset: xr.Dataset, measured: Measured | None, hinge: xr.Dataset | None) -> _Shown:
@@ -159,8 +239,17 @@ def _read(dataset: xr.Dataset, measured: Measured | None, hinge: xr.Dataset | No
     if hinge is not None:
         own = beam.joint_stiffness
         others = _curves(hinge.assign(f0=hinge["f0"] * (own / dataset.attrs.get("K_theta", own))), kind)
+    if measured is not None:
+        # past the measured points and the first engagement
+        engaged = min((c.rate_e for c in curves if c.engages), default=0.0)
+        right = BEYOND * max(style.finite_max(np.asarray(measured.rate, float), 0.0), engaged) or 1.0
+    else:
+        # past every end, as far as the curves go
+        far = [style.finite_max(c.rate) for c in curves]
+        ends = [min(c.rate_end, 1.05 * v) if np.isfinite(c.rate_end) else v for c, v in zip(curves, far, strict=True)]
+        right = 1.08 * max(*ends, 0.0) or 1.0
     rigidity = float(dataset.attrs.get("rigidity", kind.rigidity(beam)))
-    return _Shown(kind, beam, rigidity, curves, others, measured, _right(curves, measured))
+    return _Shown(kind, beam, rigidity, curves, others, measured, right)
 
 
 def _curves(dataset: xr.Dataset, names: Load) -> list[_Curve]:
@@ -180,17 +269,6 @@ def _curves(dataset: xr.Dataset, names: Load) -> list[_Curve]:
     return out
 
 
-def _right(curves: list[_Curve], measured: Measured | None) -> float:
-    """Right end of the twist axis: past every end, or past the measured points and the first engagement."""
-    if measured is not None:
-        engaged = min((c.rate_e for c in curves if c.engages), default=0.0)
-        return BEYOND * max(style.finite_max(np.asarray(measured.rate, float), 0.0), engaged) or 1.0
-    ends = [c.rate_end if np.isfinite(c.rate_end) else style.finite_max(c.rate) for c in curves]
-    shown = [min(end, 1.05 * style.finite_max(c.rate)) for c, end in zip(curves, ends, strict=True)]
-    right = max(*shown, 0.0)
-    return 1.08 * right if right > 0 else 1.0
-
-
 def _limit(curves: list[_Curve], name: str, right: float) -> float:
     """Largest value to be seen: all of a curve that stays bounded; of those that lock, the typical readable part."""
     bounded, locking = [0.0], [0.0]
@@ -208,9 +286,20 @@ def _limit(curves: list[_Curve], name: str, right: float) -> float:
 def _draw(ax: Axes, shown: _Shown, name: str, letter: str = "") -> None:
     """Draw a variable with its marks, then the hinge's within the same axes; without a name say why there is none."""
     ax.set_xlim(0, shown.right)
-    factor = _variable(ax, shown, name) if name else _empty(ax, shown.curves)
+    if name:
+        factor = _variable(ax, shown, name)
+    else:
+        static = any(c.end == "static lock" for c in shown.curves)
+        words = "locked as soon as the scales touch:\nno sliding, no friction work" if static else "no sliding contact"
+        ax.text(0.5, 0.5, words, transform=ax.transAxes, ha="center", va="center", color=GREY)
+        ax.set(ylabel=style.label("f0"), yticks=[])
     if letter:
-        _room(ax, shown.right)
+        # curves are kept off the letter
+        low, high = ax.get_ylim()
+        drawn = np.concatenate([np.asarray(line.get_xydata(), float) for line in ax.lines] or [np.empty((0, 2))])
+        top = style.finite_max(drawn[drawn[:, 0] < 0.14 * shown.right, 1], low)
+        if top > low + 0.84 * (high - low):
+            ax.set_ylim(low, low + (top - low) / 0.8)
         ax.text(0.03, 0.97, letter, transform=ax.transAxes, fontweight="bold", va="top")
     others = shown.others if name else []
     with style.within(ax):
@@ -229,9 +318,13 @@ def _variable(ax: Axes, shown: _Shown, name: str) -> float:
     curves, right = shown.curves, shown.right
     factor, text, most = 1.0, style.label(name), _limit(curves, name, right)
     if name == shown.kind.torque:
-        most = _top(shown, most)
+        bare = shown.rigidity * right
+        most = max(1.08 * most, 1.25 * bare)
+        if shown.measured is not None:
+            highest = style.finite_max(np.asarray(shown.measured.load, float), 0.0)
+            most = max(min(most, BEYOND * highest), 1.08 * highest, 1.08 * bare)
         factor, text = style.prefixed(name, most)
-        ax.plot([0, right], [0, factor * shown.rigidity * right], **style.BARE)
+        ax.plot([0, right], [0, factor * bare], **style.BARE)
     elif name == "theta":
         factor, text = 180 / np.pi, style.label(name, "deg")
     elif SYMBOLS[name].unit not in ("1", "rad", "N"):
@@ -265,16 +358,6 @@ def _variable(ax: Axes, shown: _Shown, name: str) -> float:
     return factor
 
 
-def _top(shown: _Shown, most: float) -> float:
-    """Return the height of the axes of a load, whose curves are readable up to ``most``."""
-    bare = shown.rigidity * shown.right
-    top = max(1.08 * most, 1.25 * bare)
-    if shown.measured is None:
-        return top
-    highest = style.finite_max(np.asarray(shown.measured.load, float), 0.0)
-    return max(min(top, BEYOND * highest), 1.08 * highest, 1.08 * bare)
-
-
 def _span(ax: Axes) -> tuple[float, float]:
     """Return the lowest and the highest value of the curves within the axes, with some room."""
     every = np.concatenate([np.asarray(line.get_xydata(), float) for line in ax.lines])
@@ -282,24 +365,6 @@ def _span(ax: Axes) -> tuple[float, float]:
     low, high = (float(seen.min()), float(seen.max())) if seen.size else (0.0, 0.0)
     room = 0.05 * (high - low)
     return low - room, high + room
-
-
-def _room(ax: Axes, right: float) -> None:
-    """Keep curves off the letter of the panel in its upper left corner."""
-    low, high = ax.get_ylim()
-    drawn = np.concatenate([np.asarray(line.get_xydata(), float) for line in ax.lines] or [np.empty((0, 2))])
-    top = style.finite_max(drawn[drawn[:, 0] < 0.14 * right, 1], low)
-    if top > low + 0.84 * (high - low):
-        ax.set_ylim(low, low + (top - low) / 0.8)
-
-
-def _empty(ax: Axes, curves: list[_Curve]) -> float:
-    """Say why there is no friction force."""
-    static = any(c.end == "static lock" for c in curves)
-    words = "locked as soon as the scales touch:\nno sliding, no friction work" if static else "no sliding contact"
-    ax.text(0.5, 0.5, words, transform=ax.transAxes, ha="center", va="center", color=GREY)
-    ax.set(ylabel=style.label("f0"), yticks=[])
-    return 1.0
 
 
 def _keys(shown: _Shown, *, load: bool = True) -> list[Line2D]:

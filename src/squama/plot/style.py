@@ -89,11 +89,16 @@ class _Shown(Figure):
     """A figure that shows itself at the end of a notebook's cell, though it is made without pyplot."""
 
     def _repr_png_(self) -> bytes:
-        made = io.BytesIO()
-        with mpl.rc_context():
-            mpl.rcParams.update(_SETTINGS)
-            self.savefig(made, format="png")
-        return made.getvalue()
+        return written(self, "png")
+
+
+def written(figure: Figure, kind: str) -> bytes:
+    """Return a figure as the bytes of a file ("png", "svg", "pdf"); the same figure gives the same bytes."""
+    made, undated = io.BytesIO(), {"png": "Software", "svg": "Date", "pdf": "CreationDate"}[kind]
+    with mpl.rc_context():
+        mpl.rcParams.update(_SETTINGS)
+        figure.savefig(made, format=kind, metadata={undated: None})
+    return made.getvalue()
 
 
 def new_figure(width: float, height: float) -> Figure:
@@ -136,17 +141,9 @@ def save_figure(figure: Figure, path: str | os.PathLike[str]) -> Path:
     if ending not in FORMATS:
         what = f'the ending "{ending}" is not known' if ending else "has no ending"
         refuse("", "", what, "write a name that ends in .png, .svg or .pdf", files.label(path))
-    undated = {".png": "Software", ".svg": "Date", ".pdf": "CreationDate"}
-
-    def write(place: Path) -> None:
-        with mpl.rc_context():
-            mpl.rcParams.update(_SETTINGS)
-            # of a disk that is full matplotlib makes errors of its own kinds
-            made = io.BytesIO()
-            figure.savefig(made, format=ending[1:], metadata={undated[ending]: None})
-        place.write_bytes(made.getvalue())
-
-    return files.atomic_write(path, write)
+    # as a whole: of a disk that is full matplotlib makes errors of its own kinds
+    made = written(figure, ending[1:])
+    return files.atomic_write(path, lambda place: place.write_bytes(made))
 
 
 def shades(n: int) -> list[Colour]:

@@ -21,10 +21,8 @@ from squama.beam.design import Beam
 from squama.errors import refuse
 from squama.loads import LOADS, model
 from squama.model.outcome import End
-from squama.plot import style
-from squama.plot.maps import BOUNDARY, COLOURS, HATCHES, LEVELS, SWATCH, contours, hatch_ground, hatch_region, hatched
+from squama.plot import maps, style
 from squama.plot.palette import ACCENT, ENDS, GREY, INK, LOCKS
-from squama.plot.regimes import ROTATION, over_pi, tag
 from squama.study.models import Twist
 from squama.study.slices import ends
 from squama.symbols import SYMBOLS
@@ -34,13 +32,8 @@ from squama.units import for_people, shown
 _UNDONE = "not computed"
 _UNKNOWN = ("joint unknown", _UNDONE)
 """Cells of which nothing is known."""
-_JUMPS = ("tangent", "stiffness_ratio")
-"""Variables that jump where the scales begin to touch."""
-TOUCHING = "here scales begin to touch: stiffness jumps"
-_AT_CUTOFF = ("f0", "torque", "U_el", "W_fr", "RED")
-"""Variables that depend on the margin."""
-_NAMES, _GREEK = re.compile(r"\b(?:nu|[A-Z]|t)_\w+"), r"\\\g<0>"
-"""Symbols in the words of a beam file's keys, such as t_s, and how a Greek letter of them is set."""
+_NAMES = re.compile(r"\b(?:nu|[A-Z]|t)_\w+")
+"""Symbols in the words of a beam file's keys, such as t_s."""
 _ENVELOPES: dict[str, tuple[tuple[End, ...], style.Look]] = {
     "kinematic lock": ((End.KINEMATIC,), {"linewidth": 2.4}),
     "frictional lock; on the axis static": ((End.FRICTIONAL, End.STATIC), {"linewidth": 1.3}),
@@ -84,7 +77,7 @@ def map_figure(
     if handles and variable in ("end", "lock") and y is not None:
         figure.legend(handles=handles, loc="outside right center")
     elif handles:
-        style.legend_below(figure, handles, 3 if y else 4, **(SWATCH if y else {}))
+        style.legend_below(figure, handles, 3 if y else 4, **(maps.SWATCH if y else {}))
     across = drawn[-1].get_xlabel()
     for i, ax in enumerate(drawn):
         ax.label_outer(remove_inner_ticks=False)
@@ -145,7 +138,9 @@ def _drawn(
 def axis_values(part: xr.Dataset, name: str) -> tuple[Array, str]:
     """Return the values of a dimension in units for people, and the label of its axis."""
     factor, text = for_people(part[name].attrs.get("units", "1"))
-    words = _NAMES.sub(lambda one: f"${re.sub('nu|theta', _GREEK, one[0])}$", part[name].attrs.get("long_name", name))
+    words = _NAMES.sub(r"$\g<0>$", part[name].attrs.get("long_name", name))
+    # Greek letters of symbols
+    words = re.sub(r"\$[^$]*\$", lambda one: re.sub("nu|theta", r"\\\g<0>", one[0]), words)
     tex = SYMBOLS[name].tex if name in SYMBOLS else ""
     label = f"{words[0].upper()}{words[1:]}" + (f" ${tex}$" if tex else "") + (f" ({text})" if text else "")
     return part[name].values * factor, label
@@ -161,19 +156,6 @@ def _values(part: xr.Dataset, variable: str) -> Array:
     """Return the values of a variable, in the unit of its label."""
     factor = 1e-6 if part[variable].attrs.get("units") == "Pa" else 1.0
     return factor * np.asarray(part[variable].values, float)
-
-
-def _touching(part: xr.Dataset, variable: str) -> Array:
-    """Return the cells in which scales touch, of a variable that jumps as they begin to; else all."""
-    there = variable in _JUMPS and "N" in part
-    return np.asarray(part["N"].values > 0) if there else np.ones(part[variable].shape, bool)
-
-
-def _groups(code: Array, touching: Array) -> list[Array]:
-    """Return cells among which nothing jumps: the kinds of locks go over into each other, other ends jump."""
-    locks = np.isin(code, LOCKS)
-    groups = [locks, *(code == c for c in np.unique(code[~locks]))]
-    return [group & side for group in groups for side in (touching, ~touching)]
 
 
 def _word(name: str | None, part: xr.Dataset) -> str:
@@ -206,7 +188,7 @@ def _title(dataset: xr.Dataset, variable: str, over: tuple[str | None, ...]) -> 
     if "at" in dataset.attrs:
         scales = Beam.from_toml_text(dataset.attrs["beam"]).pitches
         words.append(f"at {Twist.from_text(dataset.attrs['at']).words(scales)}")
-    if "margin" in dataset.attrs and variable in _AT_CUTOFF:
+    if "margin" in dataset.attrs and variable in ("f0", "torque", "U_el", "W_fr", "RED"):
         words.append(f"margin {dataset.attrs['margin']:g}")
     words += [_word(str(n), dataset) for n in dataset.coords if n not in (*over, "law") and dataset[n].ndim == 0]
     return ", ".join(word for word in words if word)
@@ -223,7 +205,7 @@ def _frame(ax: Axes, part: xr.Dataset, x: str, y: str) -> tuple[Array, Array]:
 def levels_of(values: Array, variable: str) -> Array:
     """Return the levels of the contours: those of all maps of RED, else round numbers without the rare extremes."""
     if variable == "RED":
-        return np.array(LEVELS)
+        return np.array(maps.LEVELS)
     good = values[np.isfinite(values)]
     low, high = np.quantile(good, [0.01, 0.99]) if good.size else (0.0, 1.0)
     if low > 0 and high / low > 50:
@@ -250,24 +232,30 @@ def _contours(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, 
     seen = {*np.unique(code).tolist()}
     levels = levels_of(every if variable == "phi_e" else every[code != End.STATIC], variable)
     norm = BoundaryNorm(levels, len(levels) - 1 if variable == "RED" else 256)
-    colours = COLOURS if variable == "RED" else COLOURS.resampled(256)
+    colours = maps.COLOURS if variable == "RED" else maps.COLOURS.resampled(256)
     # regions without a value stand on white
-    empty = {end for end in HATCHES if end == End.STATIC or not np.isfinite(every[code == end]).any()}
+    empty = {end for end in maps.HATCHES if end == End.STATIC or not np.isfinite(every[code == end]).any()}
     jumps = False
     for ax, part, grid, code in zip(axes, parts, grids, codes, strict=True):
         xs, ys = _frame(ax, part, x, y)
         look: style.Look = {"levels": levels, "norm": norm, "cmap": colours}
-        unknown, touching = np.isin(code, _UNKNOWN), _touching(part, variable)
-        contours(ax, xs, ys, grid, _groups(code, touching), look, unknown=unknown)
+        unknown, touching = np.isin(code, _UNKNOWN), np.ones(code.shape, bool)
+        if variable in ("tangent", "stiffness_ratio") and "N" in part:
+            touching = np.asarray(part["N"].values > 0)
+        # the kinds of locks go over into each other; at other ends, and where scales begin to touch, values jump
+        locks = np.isin(code, LOCKS)
+        groups = [locks, *(code == c for c in np.unique(code[~locks]))]
+        groups = [group & side for group in groups for side in (touching, ~touching)]
+        maps.contours(ax, (xs, ys, grid), groups, look, unknown=unknown)
         if len(np.unique(touching[~unknown])) > 1:
             jumps = True
             side = np.where(unknown, np.nan, touching)
             ax.contour(xs, ys, side, levels=[0.5], zorder=4, colors=ACCENT, linewidths=0.9)
-        for name in HATCHES:
+        for name in maps.HATCHES:
             if (inside := code == name).any() and name in _UNKNOWN:
-                hatch_ground(ax, xs, ys, inside, name)
+                maps.hatch_ground(ax, xs, ys, inside, name)
             elif inside.any():
-                hatch_region(ax, xs, ys, inside, name, blank=name in empty)
+                maps.hatch_region(ax, xs, ys, inside, name, blank=name in empty)
     bar = axes[0].figure.colorbar(ScalarMappable(norm, colours), ax=axes, aspect=28)
     ticks = levels if len(levels) <= 14 else levels[::2]
     bar.set_ticks(list(ticks), labels=[f"{tick:.4g}" for tick in ticks])
@@ -276,18 +264,19 @@ def _contours(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, 
     bar.outline.set_linewidth(0.7)
     real = "at" in parts[0].attrs
     handles: list[Artist] = [
-        hatched(name, blank=name in empty, words=name if real else "") for name in HATCHES if name in seen
+        maps.hatched(name, blank=name in empty, words=name if real else "") for name in maps.HATCHES if name in seen
     ]
     if _UNDONE in seen:
         handles.append(Patch(facecolor="white", edgecolor=INK, label="not computed yet"))
-    if words := "; ".join([BOUNDARY] * (len(seen - {*_UNKNOWN}) > 1) + [TOUCHING] * jumps):
-        handles.append(style.key(words, color=ACCENT, linewidth=0.9))
+    words = ["here the end changes: values may jump"] if len(seen - {*_UNKNOWN}) > 1 else []
+    words += ["here scales begin to touch: stiffness jumps"] if jumps else []
+    if words:
+        handles.append(style.key("; ".join(words), color=ACCENT, linewidth=0.9))
     return handles
 
 
 def _regimes(axes: list[Axes], parts: list[xr.Dataset], x: str, y: str) -> list[Artist]:
-    names = list(ENDS)
-    colours = ListedColormap(list(ENDS.values()))
+    names, colours = list(ENDS), ListedColormap(list(ENDS.values()))
     norm = BoundaryNorm(np.arange(-0.5, len(names)), len(names))
     codes = [np.vectorize(names.index, otypes=[int])(ends(part)) for part in parts]
     for ax, part, code in zip(axes, parts, codes, strict=True):
@@ -308,18 +297,23 @@ def _envelopes(
     load_end = LOADS[parts[0].attrs["load"]].variable("load_end")
     theta0 = Beam.from_toml_text(parts[0].attrs["beam"]).scale.theta0
     coloured = list(zip(lines, style.shades(len(lines)), strict=True))
+
+    def start_of(part: xr.Dataset) -> Array:
+        # inclination at rest, of the cells or of the beam
+        return np.asarray(part["theta0"].values if "theta0" in part.coords else theta0)
+
     there: set[str] = set()
     top = right = 0.0
     for ax, part in zip(axes, parts, strict=True):
         for value, (load, theta) in paths.items():
-            start = value if x == "theta0" else _theta0(part, theta0)
+            start = value if x == "theta0" else start_of(part)
             across, up = load / np.pi, (theta - start) / np.pi
             ax.plot(np.r_[across[:1], across], np.r_[0, up], color=GREY, linewidth=0.8, zorder=1)
-            tag(ax, across, up, _value(part, x, value).replace(" deg", "°"), 0.6)
+            maps.tag(ax, across, up, _value(part, x, value).replace(" deg", "°"), 0.6)
         for value, colour in coloured:
             line = part.sel({y: value})
             across = np.asarray(line[load_end].values, float) / np.pi
-            up = (np.asarray(line["theta_end"].values, float) - _theta0(line, theta0)) / np.pi
+            up = (np.asarray(line["theta_end"].values, float) - start_of(line)) / np.pi
             code = ends(line)
             for words, (codes, look) in _ENVELOPES.items():
                 keep = np.isin(code, codes)
@@ -327,7 +321,7 @@ def _envelopes(
                     there.add(words)
                     ax.plot(np.where(keep, across, np.nan), np.where(keep, up, np.nan), **{"color": colour, **look})
                     top, right = max(top, float(up[keep].max())), max(right, float(across[keep].max()))
-        ax.set(xlabel=over_pi(part.attrs["load"]), ylabel=ROTATION)
+        ax.set(xlabel=maps.over_pi(part.attrs["load"]), ylabel=maps.ROTATION)
     for ax in axes:
         ax.set(xlim=(0, 1.03 * right or 1), ylim=(-0.01 * top, 1.05 * top or 1))
     handles: list[Artist] = [style.key(_word(y, parts[0].sel({y: value})), color=colour) for value, colour in coloured]
@@ -337,11 +331,6 @@ def _envelopes(
     if paths:
         handles.append(style.key(f"path of the scales for one {_tex(x)}", color=GREY, linewidth=0.8))
     return handles
-
-
-def _theta0(part: xr.Dataset, otherwise: float) -> Array:
-    """Inclination at rest, of the cells or of the beam."""
-    return np.asarray(part["theta0"].values if "theta0" in part.coords else otherwise)
 
 
 def _lines(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str) -> list[Artist]:

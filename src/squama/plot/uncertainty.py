@@ -20,8 +20,8 @@ SHOWN = ("load_e", "load_end", "torque_c", "RED_c", "W_fr_c", "K_e")
 SHOWN_REAL = ("phi_e", "torque", "stiffness_ratio", "stress", "RED")
 """Those of compliant joints."""
 _WORDS = {"K_e": "$K_e$", "RED_c": "RED", "engaged": "engages", "locked": "locks", "locked before": "locks\nbefore"}
-_LEAST = 0.01
 _ROOM = 1.4
+"""Height of an axis over that of what is drawn: the legend stands above."""
 _MARK: style.Look = {"color": ACCENT, "linewidth": 0.9, "linestyle": (0, (3, 2))}
 
 
@@ -68,8 +68,7 @@ def histogram(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     handles = []
     for end, colour in zip(ends, colours, strict=False):
         counts = np.add.reduceat(dataset["count"].sel(end=end).values, np.arange(low.size) * wide)
-        counts = counts / dataset.attrs["samples"]
-        density = counts / np.maximum(high - low, 1e-300)
+        density = counts / dataset.attrs["samples"] / np.maximum(high - low, 1e-300)
         ax.stairs(under + density, np.append(low, high[-1:]), baseline=under, fill=True, color=colour, linewidth=0)
         under = under + density
         share = float(dataset["probability"].sel(end=end))
@@ -110,23 +109,18 @@ def cumulative(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
         if len(locks) < len(_ends(dataset)):
             ended = np.append(0, np.cumsum(every))
             ax.plot(edges, ended, color=GREY, linestyle=style.DASHED, label="its curve has ended")
-    if dataset.attrs["before"] and (place := _place(dataset)) is not None:
-        p = float(dataset["P_locked_before"])
-        ax.axvline(place, 0, 1 / _ROOM, label=f"{dataset.attrs['before']}: {100 * p:.3g} % locked", **_MARK)
+    beam, before = Beam.from_toml_text(dataset.attrs["beam"]), dataset.attrs["before"]
+    twist = Twist.read("before", before, dataset.attrs["load"], beam) if before else None
+    # a rate is no twist per pitch where the pitch varies
+    if twist and not (twist.unit == "rad/m" and "beam.pitch" in dataset["parameter"].values):
+        p, place = float(dataset["P_locked_before"]), float(twist.per_pitch(beam.pitch))
+        ax.axvline(place, 0, 1 / _ROOM, label=f"{before}: {100 * p:.3g} % locked", **_MARK)
         if edges.size and edges[0] <= place <= edges[-1]:
             ax.plot([place], [p], marker="o", color=ACCENT, markersize=4, linestyle="")
     ax.set(ylim=(0, _ROOM), yticks=[0, 0.25, 0.5, 0.75, 1], xlabel=across, ylabel="Probability")
     ax.locator_params(axis="x", nbins=style.TICKS)
     ax.legend(loc="upper left")
     return ax
-
-
-def _place(dataset: xr.Dataset) -> float | None:
-    """Return the twist that was asked for per pitch; None for a rate, which is none where the pitch varies."""
-    beam = Beam.from_toml_text(dataset.attrs["beam"])
-    twist = Twist.read("before", dataset.attrs["before"], dataset.attrs["load"], beam)
-    varies = twist.unit == "rad/m" and "beam.pitch" in dataset["parameter"].values
-    return None if varies else float(twist.per_pitch(beam.pitch))
 
 
 def sobol(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
@@ -138,14 +132,14 @@ def sobol(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     total, first = (dataset[name].sel(indexed=figures).values for name in ("ST", "S1"))
     error = dataset["ST_conf"].sel(indexed=figures).values
     names = list(dataset["parameter"].values)
-    order = [i for i in np.argsort(-total.max(axis=0)) if total[:, i].max() > _LEAST]
+    order = [i for i in np.argsort(-total.max(axis=0)) if total[:, i].max() > 0.01]
     width = 0.84 / max(len(order), 1)
     colours = style.shades(max(len(order), 2))
     x = np.arange(len(figures))
     for j, i in enumerate(order):
         at = x + (j - (len(order) - 1) / 2) * width
-        ax.bar(at, np.maximum(total[:, i], 0), 0.9 * width, color=colours[j], alpha=0.45, linewidth=0)
-        ax.bar(at, np.clip(first[:, i], 0, None), 0.9 * width, color=colours[j], linewidth=0)
+        for index, alpha in ((total, 0.45), (first, None)):
+            ax.bar(at, np.maximum(index[:, i], 0), 0.9 * width, color=colours[j], alpha=alpha, linewidth=0)
         ax.errorbar(at, total[:, i], error[:, i], color=INK, linestyle="", linewidth=0.7, capsize=1.5)
     handles = [style.key(names[i], color=colours[j], linewidth=5) for j, i in enumerate(order)]
     handles.append(style.key("pale: total index, 95 %", color=GREY, alpha=0.45, linewidth=5))

@@ -15,11 +15,6 @@ from squama.loads import LOADS, Load, model
 from squama.plot.fit import found, noise_band
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
 from squama.plot.style import BARE, PAGE, Look, about, angle_label, headline, label, new_figure, panel, styled, within
-from squama.types import Array
-
-NOTHING = 1e-6
-"""Damping ratio that is none in a picture."""
-_POINTS: Look = {"linestyle": "", "marker": "o", "markersize": 3}
 
 
 @styled
@@ -69,11 +64,11 @@ def damping(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax, names = panel(ax, dataset, "turn", "squama.vibrate")
     turns = dataset[f"{names.angle}_turn"].values
     zeta = dataset["zeta_cycle"].values
-    ax.plot(np.abs(turns[0 : 2 * zeta.size : 2]), zeta, color=ACCENT, **_POINTS)
+    ax.plot(np.abs(turns[0 : 2 * zeta.size : 2]), zeta, color=ACCENT, linestyle="", marker="o", markersize=3)
     ax.set(xlabel="Peak at which a cycle begins (rad per pitch)", ylabel="Damping ratio of the cycle $\\zeta_n$")
-    most = float(np.nanmax(zeta, initial=0.0))
-    ax.set_ylim(0, 1.15 * most if most > NOTHING else NOTHING)
-    _engaged(dataset, names, ax.axvline, ways=(1,))
+    # less than this is no damping in a picture
+    ax.set_ylim(0, max(1e-6, 1.15 * float(np.nanmax(zeta, initial=0.0))))
+    _engaged(dataset, names, ax.axvline, (1,))
     if np.isfinite(float(dataset[f"{names.angle}_e"])):
         ax.legend(loc="upper left")
     return ax
@@ -99,12 +94,13 @@ def decay_figure(dataset: xr.Dataset) -> Figure:
     t, y, fitted = (dataset[name].values for name in ("t", names.angle, f"{names.angle}_fit"))
     figure = new_figure(PAGE, 4.4)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2.4, 1))
-    upper.plot(t, y, color=INK, linestyle="", marker=".", markersize=2.5, label="measured")
+    point: Look = {"color": INK, "linestyle": "", "marker": ".", "markersize": 2.5}
+    upper.plot(t, y, label="measured", **point)
     upper.plot(t, fitted, color=ACCENT, linewidth=0.9, label="fitted")
     upper.set(ylabel=angle_label(names.name), xlim=(t[0], t[-1]))
     upper.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2)
     noise_band(lower, float(dataset["noise"]))
-    lower.plot(t, y - fitted, color=INK, linestyle="", marker=".", markersize=2.5)
+    lower.plot(t, y - fitted, **point)
     lower.set(xlabel=label("t"), ylabel="Residual (rad per pitch)")
     title = f"Decay in {names.name}, {attrs['mode']}, {model(attrs)}: {found(dataset, 'twist_zero')}"
     return headline(figure, title, (upper, lower))
@@ -121,17 +117,19 @@ def shaken_figure(dataset: xr.Dataset) -> Figure:
     names = LOADS[dataset.attrs["load"]]
     figure = new_figure(PAGE, 3.1)
     left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))
-    f, bare = dataset["frequency"].values, float(dataset["f_0"])
+    f = dataset["frequency"].values
     zeta, static = dataset.attrs["damping"], float(dataset[f"{names.angle}_static"])
     looks = {"up": (ACCENT, "o", "frequency growing"), "down": (UNLOADED, "v", "frequency falling")}
     for way, (colour, marker, words) in looks.items():
-        one = dataset.sel(way=way)
-        for bound, text in (("high", words), ("low", None)):
-            _branch(left, f, one[f"{names.angle}_{bound}"].values, one["settled"].values, colour, marker, text)
+        one, loose = dataset.sel(way=way), ~dataset["settled"].sel(way=way).values.astype(bool)
         share = (one["W_rubbed"] / one["W_fed"]).where(one["settled"]).values
-        _branch(right, f, share, one["settled"].values, colour, marker, words)
+        high, low = (one[f"{names.angle}_{bound}"].values for bound in ("high", "low"))
+        for ax, y, text in ((left, high, words), (left, low, None), (right, share, words)):
+            look: Look = {"color": colour, "marker": marker, "markersize": 3}
+            ax.plot(f, y, linewidth=0.7, label=text, **look)
+            ax.plot(f[loose], y[loose], linestyle="", markerfacecolor="white", **look)
     fine = np.linspace(f[0], f[-1], 400)
-    ratio = fine / bare
+    ratio = fine / float(dataset["f_0"])
     with np.errstate(divide="ignore"):
         linear = static / np.hypot(1 - ratio**2, 2 * zeta * ratio)
     low, high = left.get_ylim()
@@ -145,9 +143,3 @@ def shaken_figure(dataset: xr.Dataset) -> Figure:
     left.legend(loc="upper right", fontsize=7)
     title = f"Steady states in {names.name}, {dataset.attrs['mode']}, {about(dataset)}, $\\zeta$ = {zeta:g}"
     return headline(figure, title, (left, right))
-
-
-def _branch(ax: Axes, x: Array, y: Array, settled: Array, colour: str, marker: str, words: str | None) -> None:
-    ax.plot(x, y, color=colour, marker=marker, markersize=3, linewidth=0.7, label=words)
-    loose = ~settled.astype(bool)
-    ax.plot(x[loose], y[loose], color=colour, marker=marker, markersize=3, linestyle="", markerfacecolor="white")

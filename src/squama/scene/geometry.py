@@ -127,12 +127,9 @@ def bar(d: Design, load: float) -> tuple[Array, Array]:
     """
     ends = d["scales"] / 2
     places = np.linspace(-ends, ends, STEPS * d["scales"] + 1)
-    sections = np.empty((places.size, 4, 3))
-    for i, place in enumerate(places):
-        f = frame(d, load, float(place))
-        for j, (across, depth) in enumerate(((-1, 0), (1, 0), (1, 1), (-1, 1))):
-            sections[i, j] = f.o + across * d["half"] * f.x - 2 * d["lam"] * depth * f.y
-    return sections, places
+    frames = (frame(d, load, float(place)) for place in places)
+    corners = [(across * d["half"], 2 * d["lam"] * depth) for across, depth in ((-1, 0), (1, 0), (1, 1), (-1, 1))]
+    return np.array([[f.o + across * f.x - depth * f.y for across, depth in corners] for f in frames]), places
 
 
 def first(d: Design) -> float:

@@ -12,14 +12,10 @@ from squama.types import Array
 
 LOOK = np.array([-0.75, 0.72, -0.16])
 """From where one looks."""
-FIELD = np.radians(32.0)
-"""Angle of view, from the lower to the upper edge of the picture."""
 AWAY = 1.1
 """How much farther away one stands than the beam needs."""
 SAMPLES = 2
 """Every pixel is drawn as SAMPLES x SAMPLES, which smooths edges."""
-PALE = 0.3
-"""How strongly something shows through what is in front of it, where it is asked to."""
 NEARER = 0.997
 """Lines are drawn this much nearer than the faces they bound."""
 
@@ -58,11 +54,17 @@ def fitted(points: Array, aspect: float) -> Camera:
     right = np.cross([0.0, 1.0, 0.0], back)
     right /= np.linalg.norm(right)
     up = np.cross(back, right)
-    slope = float(np.tan(FIELD / 2))
+    # the angle of view is 32 deg, from the lower to the upper edge of the picture
+    slope = float(np.tan(np.radians(32.0) / 2))
     q = points - middle
     needed = np.maximum(np.abs(q @ right) / aspect, np.abs(q @ up))
     away = AWAY * max(0.0, float(np.max(q @ back + needed / slope)))
     return Camera(middle + away * back, right, up, back, slope, aspect)
+
+
+def halves(quads: Array) -> Array:
+    """Return the triangles (2 n, 3, 3) of quadrilaterals (n, 4, 3)."""
+    return quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 3)
 
 
 class Canvas:
@@ -71,16 +73,13 @@ class Canvas:
     def __init__(self, width: int, height: int, camera: Camera, background: Array) -> None:
         self.size = np.array([width, height]) * SAMPLES
         self.camera = camera
-        self.colour = np.empty((self.size[1], self.size[0], 3))
-        self.colour[:] = background
         self.near = np.zeros((self.size[1], self.size[0]))
+        self.colour = np.full((*self.near.shape, 3), background)
 
     def place(self, points: Array) -> Array:
         """Return points (..., 3) as pixels across, pixels down, distance."""
-        seen = self.camera.seen(points)
-        x = (seen[..., 0] + 1) / 2 * self.size[0]
-        y = (1 - seen[..., 1]) / 2 * self.size[1]
-        return np.stack([x, y, seen[..., 2]], axis=-1)
+        across, up, depth = np.moveaxis(self.camera.seen(points), -1, 0)
+        return np.stack([(across + 1) / 2 * self.size[0], (1 - up) / 2 * self.size[1], depth], axis=-1)
 
     def triangles(self, corners: Array, colours: Array, *, through: bool = False) -> None:
         """Fill triangles (n, 3, 3) in space with colours (n, 3); ``through``: pale where something is in front."""
@@ -89,19 +88,14 @@ class Canvas:
     def lines(self, starts: Array, ends: Array, colour: Array, thick: float, *, through: bool = False) -> None:
         """Draw lines between points (n, 3), ``thick`` pixels wide."""
         a, b = self.place(starts), self.place(ends)
-        way = b[:, :2] - a[:, :2]
+        way = (b - a) * [1, 1, 0]
         size = np.linalg.norm(way, axis=1, keepdims=True)
-        way = np.divide(way, size, out=np.zeros_like(way), where=size > 0)
-        aside = np.zeros_like(a)
-        aside[:, 0], aside[:, 1] = -way[:, 1], way[:, 0]
-        aside *= thick * SAMPLES / 2
         # a little longer, so that lines meet at corners
-        reach = np.zeros_like(a)
-        reach[:, :2] = way * thick * SAMPLES / 2
+        reach = np.divide(way, size, out=np.zeros_like(way), where=size > 0) * thick * SAMPLES / 2
+        aside = reach[:, [1, 0, 2]] * [-1, 1, 1]
         near = np.array([1, 1, NEARER])
         p, q = (a - reach) * near, (b + reach) * near
-        quads = np.stack([p - aside, p + aside, q + aside, q - aside], axis=1)
-        self.fill(quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 3), colour, through=through)
+        self.fill(halves(np.stack([p - aside, p + aside, q + aside, q - aside], axis=1)), colour, through=through)
 
     def discs(self, centres: Array, radius: float, colour: Array, *, through: bool = False) -> None:
         """Draw discs around points (n, 3) that face the eye; the radius is a length in space."""
@@ -118,11 +112,11 @@ class Canvas:
         colours = np.broadcast_to(colours, (len(placed), 3))[ahead]
         # the inverse of the distance is linear in the picture
         corners = np.concatenate([placed[ahead, :, :2], 1 / placed[ahead, :, 2:]], axis=-1)
-        for one in raster.fill(self.near, corners):
-            pixels, colour = self.colour[one.window], colours[one.number]
+        for number, window, front, behind in raster.fill(self.near, corners):
+            pixels, colour = self.colour[window], colours[number]
             if through:
-                pixels[one.behind] += PALE * (colour - pixels[one.behind])
-            pixels[one.front] = colour
+                pixels[behind] += 0.3 * (colour - pixels[behind])
+            pixels[front] = colour
 
     def pixels(self) -> Array:
         """Return the picture as bytes (height, width, 3)."""

@@ -34,10 +34,9 @@ FREE, SLIDING, LOCKED, ENDED = "free", "sliding", "locked", "ended"
 """States of the scales: not in contact; in contact; locked; at an end that is no lock."""
 ROOM = 1.1
 """How far beyond its end a beam may be asked to go, over the load of the end."""
-WALKED = 121
+POINTS = 121
 """Points of a curve that is walked; states between them are interpolated."""
 _STATE = ("load", "theta", "N", "f", "torque")
-
 
 SCALED = {"S": [1, 1, 1], "bend": 1, "shift": 0.0}
 """What is of the scaled face in a design."""
@@ -117,16 +116,17 @@ class Motion:
         if bend and (load, law) != ("twisting", "edge"):
             refuse("bend", f"{bend:.4g} rad/pitch", "is held in twisting, by the edge law", "leave it out")
         path: Solved
+        notes: Sequence[str]
         if bend:
             how |= {"joint": joint, "ideal": ideal}
             path = twisted = Twisted.of(setting.beam, bend, sense=sense, **how)
-            notes: Sequence[str] = twisted.notes
+            notes = twisted.notes
         else:
             path, notes = doors.solved(analysis)
         self.rigidity, self.stiffness = path.case.rigidity, path.case.stiffness
         self.notes = [*filter(None, [analysis.note]), *notes]
         self.hinge = path if isinstance(path, hinge.Path) else None
-        found = path.curve(points=3 if self.hinge else WALKED)
+        found = path.curve(points=3 if self.hinge else POINTS)
         reached = np.isfinite(found.along["torque"])
         self.curve = {role: values[reached] for role, values in found.along.items() if values.dtype.kind == "f"}
         # forces are drawn where the tip edge meets the side edge
@@ -143,27 +143,17 @@ class Motion:
         self.own_last, self.own_end = self.last, self.end
         self.engaged = self.hinge.engaged if self.hinge else self.load_e < self.last
         self.whole = f"theta{OTHER}" in self.curve
-        self.other = self._of_other_face() if own else None
+        self.other: Motion | None = None
+        seen = both_faces.sense(setting.beam, load) if own else 0
+        if seen and self.whole:
+            self.other = copy(self)
+            self.other.curve, self.other.drawn = real_figures.exchanged(self.curve, where=True), self.other_drawn
+        elif seen:
+            turned = {"+": "-", "-": "+"}[setting.sense] if seen < 0 else setting.sense
+            self.other = Motion(setting._replace(sense=turned), own=False)
         if self.other and self.other.last < self.last:
             self.last, self.end = self.other.last, self.other.end
         self.most = ROOM * self.last
-
-    def _of_other_face(self) -> Motion | None:
-        """Return the motion of the other face's scales, if there are any."""
-        seen = both_faces.sense(self.setting.beam, self.kind.name)
-        if not seen:
-            return None
-        if self.whole:
-            other = copy(self)
-            other.curve, other.drawn = real_figures.exchanged(self.curve, where=True), self.other_drawn
-            return other
-        turned = {"+": "-", "-": "+"}[self.setting.sense] if seen < 0 else self.setting.sense
-        return Motion(self.setting._replace(sense=turned), own=False)
-
-    @property
-    def shape(self) -> dict[str, Any]:
-        """What the geometry needs of the scaled face."""
-        return shape(self.setting, self.neighbour)
 
     def along(self, points: int) -> dict[str, Array]:
         """Every variable along the curve, from no load to the cut-off."""
@@ -212,11 +202,9 @@ class Motion:
         beam, bend = self.setting.beam, self.setting.bend
         held = f"Bend {bend:.4f}, twist" if bend else self.kind.verb.capitalize()
         whole = " and ".join(f"{math.degrees(v) * beam.pitches:.0f}°" for v in ([bend] if bend else []) + [state.load])
-        return (
-            f"{held} {state.load:.4f} rad per pitch ({whole} over {beam.extent}), "
-            f"inclination {math.degrees(state.theta):.1f}°, "
-            f"{self.kind.torque_words} {moment(state.torque)}, µ = {self.setting.mu:g}"
-        )
+        load = f"{held} {state.load:.4f} rad per pitch ({whole} over {beam.extent})"
+        torque = f"{self.kind.torque_words} {moment(state.torque)}"
+        return f"{load}, inclination {math.degrees(state.theta):.1f}°, {torque}, µ = {self.setting.mu:g}"
 
     def samples(self, points: int) -> list[State]:
         """Return states from no load to the last one, closer together where the inclination changes fast."""
@@ -244,7 +232,16 @@ class Motion:
         """States at path parameters."""
         v = hinge.evaluate(path, np.empty(0), x)
         force = v["N"] * self.setting.beam.pitch / self.stiffness if self.stiffness else 0 * x
-        columns = np.stack([*(v[role] for role in _STATE), force, *self._slip(path, x)], axis=1)
+        # sliding rates along the side edge and the tip edge, of a corner along and across the face, per unit of x
+        if self.kind.sided:
+            with np.errstate(all="ignore"):
+                _, root, q, _ = path.row.solve(x, ARRAY)
+                c = twisting.contact(root, q, *getattr(path.row, "open", path.row).ratios)
+            slip = c.a_rate, c.c_rate
+        else:
+            at = path.row.point(x + 1e-30j, "edge", ARRAY)
+            slip = -at.s.imag, -at.p.imag
+        columns = np.stack([*(v[role] for role in _STATE), force, *slip], axis=1)
         return [State._make((*v[:6], (v[6], v[7]), name, None, None)) for v in columns.tolist()]
 
     def _between(self, load: float, name: str) -> State:
@@ -267,28 +264,16 @@ class Motion:
         half = float(v["N"].max()) / 2 or 1.0
         return State(load_, theta, N, f, torque, self.drawn * N / half, (-s, p), name, pose)
 
-    def _slip(self, path: hinge.Path, x: Array) -> tuple[Array, Array]:
-        """Sliding rates along the side edge and the tip edge, of a corner along and across the face, per unit of x."""
-        row = path.row
-        if not self.kind.sided:
-            at = row.point(x + 1e-30j, "edge", ARRAY)
-            return -at.s.imag, -at.p.imag
-        with np.errstate(all="ignore"):
-            _, root, q, _ = row.solve(x, ARRAY)
-            c = twisting.contact(root, q, *getattr(row, "open", row).ratios)
-        return np.asarray(c.a_rate), np.asarray(c.c_rate)
-
 
 def shapes(motion: Motion) -> list[tuple[dict[str, Any], Callable[[State], State]]]:
     """Return the design of each face with scales, and its part of a state; the scaled face first."""
-    found: list[tuple[dict[str, Any], Callable[[State], State]]] = [(motion.shape, lambda state: state)]
-    if motion.other:
-        other = motion.setting.beam.other
-        assert other is not None
+    design, other = shape(motion.setting, motion.neighbour), motion.setting.beam.other
+    found: list[tuple[dict[str, Any], Callable[[State], State]]] = [(design, lambda state: state)]
+    if motion.other and other:
         bend, twist, _ = other.seen
-        design = motion.shape | {"S": list(other.S), "shift": other.shift, "neighbour": motion.other.shape["neighbour"]}
-        design |= {"sense": twist * design["sense"], "bend": bend, "held": bend * design["held"]}
-        found.append((design, lambda state: state.other or state))
+        seen = {"sense": twist * design["sense"], "bend": bend, "held": bend * design["held"]}
+        own = {"S": list(other.S), "shift": other.shift, "neighbour": max(1, motion.other.neighbour)}
+        found.append((design | own | seen, lambda state: state.other or state))
     return found
 
 

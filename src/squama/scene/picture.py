@@ -22,7 +22,7 @@ from squama.model.outcome import End
 from squama.plot.palette import STATES, THEMES, WORDS
 from squama.progress import steps
 from squama.scene import geometry, standalone
-from squama.scene.look import Camera, Canvas, fitted, outline
+from squama.scene.look import Camera, Canvas, fitted, halves, outline
 from squama.scene.motion import ENDED, LOCKED, Motion, Setting, State, shapes
 from squama.types import Array
 
@@ -37,14 +37,12 @@ WORDS_ROOM = 8
 """The words below the beam take this part of the height, one over."""
 FRAMES = 36
 """Pictures of an animation, there and back."""
-PAUSE = 60
-"""Milliseconds between two of them."""
 HEAD, SHAFT, DOT = 0.13, 0.042, 0.07
 """Sizes of arrows and contact points, in pitches."""
 FIRST = 0.7
 """A beam is first shown at this fraction of the way to its end."""
-_LIGHT = np.array([-1.0, 2.0, 2.0]) / 3
-"""Where the light comes from, in the axes of the camera."""
+Faces = Sequence[tuple[geometry.Design, State]]
+"""Design and state of each face with scales."""
 
 
 class View(NamedTuple):
@@ -139,19 +137,17 @@ def view(
     friction = float(arguments.frictions(beam.friction.mu, mu))
     with naming("bend"):
         curvature = LOADS["bending"].read(bend, pitch=beam.pitch, scales=beam.pitches)
-    wanted = None
-    if to is not None:
-        with naming("to"):
-            wanted = names.read(to, pitch=beam.pitch, scales=beam.pitches) * beam.pitch
-        if wanted < 0:
-            reason = "must be 0 or more" + names.other_way("sense -")
-            refuse("to", f"{wanted / beam.pitch:.6g} rad/m", reason, 'write e.g. "0.2 rad/pitch"')
+    with naming("to"):
+        rate = None if to is None else names.read(to, pitch=beam.pitch, scales=beam.pitches)
+    if rate is not None and rate < 0:
+        reason = "must be 0 or more" + names.other_way("sense -")
+        refuse("to", f"{rate:.6g} rad/m", reason, 'write e.g. "0.2 rad/pitch"')
     motion = Motion(Setting(beam, friction, load, law, margin, sense, joint, ideal, curvature * beam.pitch))
-    asked = (0.0 if curvature else FIRST * motion.last) if wanted is None else wanted
-    still = [path for path in paths if Path(path).suffix.lower() == ".gif"] if not asked else []
-    if still:
-        reason = "is an animation in which nothing moves: a bend is held and no twist is given"
-        refuse(files.label(still[0]), "", reason, "give a twist, or write a .png")
+    asked = (0.0 if curvature else FIRST * motion.last) if rate is None else rate * beam.pitch
+    for path in paths:
+        if Path(path).suffix.lower() == ".gif" and not asked:
+            reason = "is an animation in which nothing moves: a bend is held and no twist is given"
+            refuse(files.label(path), "", reason, "give a twist, or write a .png")
     written = [save(motion, asked, path, dark=dark, forces=forces, frames=count) for path in paths]
     state, notes = motion.state(asked), tuple(motion.notes)
     return View(tuple(written), state, asked, motion.last, motion.end, motion.model, notes, motion)
@@ -171,7 +167,7 @@ def save(motion: Motion, load: float, path: str | os.PathLike[str], *, frames: i
         last, there = motion.state(load), max(1, frames // 2)
         pictures = _drawn(motion, [*(motion.state(last.load * i / there) for i in range(there)), last], SMALL, **looks)
         pictures += pictures[-2:0:-1]
-        more: dict[str, Any] = {"save_all": True, "append_images": pictures[1:], "duration": PAUSE, "loop": 0}
+        more: dict[str, Any] = {"save_all": True, "append_images": pictures[1:], "duration": 60, "loop": 0}
     else:
         pictures, more = [draw(motion, load, **looks)], {"optimize": True}
     return files.atomic_write(path, lambda place: pictures[0].save(place, format=ending[1:].upper(), **more))
@@ -184,75 +180,52 @@ def draw(motion: Motion, load: float, **looks: bool) -> Image.Image:
 
 def _drawn(motion: Motion, states: list[State], size: tuple[int, int], **looks: bool) -> list[Image.Image]:
     """Return the pictures of states, from where every beam and every arrow is seen whole."""
-    faces = shapes(motion)
-    around = [outline(design, of(s).load, of(s).attitude) for s, (design, of) in itertools.product(states, faces)]
-    around += [
-        tips
-        for s, (design, of) in itertools.product(states, faces)
-        if looks.get("forces", True)
-        for _, tips in _arrows(design, of(s), motion.setting.mu)[1]
-    ]
+    around = []
+    for state, (design, of) in itertools.product(states, shapes(motion)):
+        one = of(state)
+        around.append(outline(design, one.load, one.attitude))
+        if looks.get("forces", True):
+            around += [tips for _, tips in _arrows(design, one, motion.setting.mu)[1]]
     camera = fitted(np.concatenate(around), size[0] / (size[1] - size[1] // WORDS_ROOM))
-    every = steps(states, len(states), "pictures")
-    return [_framed(motion, state, camera, size, **looks) for state in every]
+    return [_framed(motion, state, camera, size, **looks) for state in steps(states, len(states), "pictures")]
 
 
-def render(faces: Sequence[tuple[geometry.Design, State]], mu: float, camera: Camera, size: tuple[int, int], *,
-           dark: bool = False, forces: bool = True) -> Array:  # fmt: skip
+def render(faces: Faces, mu: float, camera: Camera, size: tuple[int, int], **looks: bool) -> Array:
     """Return the pixels (height, width, 3) of a beam by the design and the state of each face with scales."""
-    theme = {name: _rgb(value) for name, value in THEMES["dark" if dark else "light"].items()}
+    theme = {name: _rgb(value) for name, value in THEMES["dark" if looks.get("dark") else "light"].items()}
     canvas = Canvas(*size, camera, theme["background"])
     sections, _ = geometry.bar(faces[0][0], faces[0][1].load)
-    _bar(canvas, sections, theme)
-    for design, state in faces:
-        _scales(canvas, design, state, theme, size[1] / 600)
-    for design, state in faces:
-        if state.x > 0:
-            _contacts(canvas, design, state, mu, theme, forces=forces)
-    return canvas.pixels()
-
-
-def _scales(canvas: Canvas, design: geometry.Design, state: State, theme: dict[str, Array], thick: float) -> None:
-    plates = np.array([geometry.scale(design, state.load, state.attitude, geometry.first(design) + i).corners
-                       for i in range(design["scales"])])  # fmt: skip
-    faces = plates[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 3)
-    normals = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
-    canvas.triangles(faces, _lit(normals, _rgb(STATES[state.name]), canvas.camera))
-    canvas.lines(plates.reshape(-1, 3), np.roll(plates, -1, axis=1).reshape(-1, 3), theme["edge"], thick)
-
-
-def _bar(canvas: Canvas, sections: Array, theme: dict[str, Array]) -> None:
-    a, b = sections[:-1], sections[1:]
+    a, b, ends = sections[:-1], sections[1:], sections[[0, -1]]
     quads = np.stack([a, b, np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)], axis=2).reshape(-1, 4, 3)
-    quads = np.concatenate([quads, sections[[0, -1]]])
-    faces = quads[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 3)
+    quads = np.concatenate([quads, ends])
     # one colour a quadrilateral: twisted ones are not flat, and stripes would show
     normals = np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1])
-    canvas.triangles(faces, np.repeat(_lit(normals, theme["bar"], canvas.camera), 2, axis=0))
-    ends = sections[[0, -1]]
+    canvas.triangles(halves(quads), np.repeat(_lit(normals, theme["bar"], camera), 2, axis=0))
     for start, stop in ((a, b), (ends, np.roll(ends, -1, axis=1))):
         canvas.lines(start.reshape(-1, 3), stop.reshape(-1, 3), theme["edge"], canvas.size[1] / 1200)
-
-
-def _contacts(
-    canvas: Canvas, design: geometry.Design, state: State, mu: float, theme: dict[str, Array], *, forces: bool
-) -> None:
-    """Draw contact points, and the normal and the friction force on each tip."""
-    points, arrows = _arrows(design, state, mu)
-    canvas.discs(points, DOT, theme["point"], through=True)
-    for name, tips in arrows if forces else ():
-        long = float(np.linalg.norm(tips[0] - points[0]))
-        way = (tips - points) / long
-        tip = min(2.6 * HEAD, long)
-        neck = points + (long - tip) * way
-        # as thick as in the middle of the beam
-        thick = canvas.size[1] / 2 * SHAFT / (canvas.camera.slope * float(np.median(canvas.place(points)[:, 2])))
-        canvas.lines(points, neck, theme[name], max(1.5, thick), through=True)
-        aside = np.cross(way, canvas.camera.back)
-        aside /= np.maximum(np.linalg.norm(aside, axis=1, keepdims=True), 1e-9)
-        wide = HEAD * min(1.0, tip / HEAD) * aside
-        heads = np.stack([neck - wide, neck + wide, tips], axis=1)
-        canvas.triangles(heads, theme[name], through=True)
+    for design, state in faces:
+        places = [geometry.first(design) + i for i in range(design["scales"])]
+        plates = np.array([geometry.scale(design, state.load, state.attitude, k).corners for k in places])
+        parts = halves(plates)
+        normals = np.cross(parts[:, 1] - parts[:, 0], parts[:, 2] - parts[:, 0])
+        canvas.triangles(parts, _lit(normals, _rgb(STATES[state.name]), camera))
+        canvas.lines(plates.reshape(-1, 3), np.roll(plates, -1, axis=1).reshape(-1, 3), theme["edge"], size[1] / 600)
+    for design, state in faces:
+        points, arrows = _arrows(design, state, mu)
+        canvas.discs(points, DOT, theme["point"], through=True)
+        for name, tips in arrows if looks.get("forces", True) else ():
+            long = float(np.linalg.norm(tips[0] - points[0]))
+            way = (tips - points) / long
+            tip = min(2.6 * HEAD, long)
+            neck = points + (long - tip) * way
+            # as thick as in the middle of the beam
+            thick = canvas.size[1] / 2 * SHAFT / (camera.slope * float(np.median(canvas.place(points)[:, 2])))
+            canvas.lines(points, neck, theme[name], max(1.5, thick), through=True)
+            aside = np.cross(way, camera.back)
+            aside /= np.maximum(np.linalg.norm(aside, axis=1, keepdims=True), 1e-9)
+            wide = HEAD * min(1.0, tip / HEAD) * aside
+            canvas.triangles(np.stack([neck - wide, neck + wide, tips], axis=1), theme[name], through=True)
+    return canvas.pixels()
 
 
 def _arrows(design: geometry.Design, state: State, mu: float) -> tuple[Array, list[tuple[str, Array]]]:
@@ -274,7 +247,8 @@ def _lit(normal: Array, colour: Array, camera: Camera) -> Array:
     size = np.linalg.norm(normal, axis=1, keepdims=True)
     normal = np.divide(normal, size, out=np.zeros_like(normal), where=size > 0)
     normal = normal * np.where(normal @ camera.back < 0, -1.0, 1.0)[:, None]
-    light = _LIGHT @ np.array([camera.right, camera.up, camera.back])
+    # in the axes of the camera
+    light = np.array([-1.0, 2.0, 2.0]) / 3 @ np.array([camera.right, camera.up, camera.back])
     strength = 0.62 + 0.4 * np.clip(normal @ light, 0, 1)
     return np.asarray(np.clip(strength[:, None] * colour, 0, 1))
 
@@ -283,9 +257,7 @@ def _rgb(text: str) -> Array:
     return np.array([int(text[i : i + 2], 16) for i in (1, 3, 5)]) / 255
 
 
-def _framed(
-    motion: Motion, state: State, camera: Camera, size: tuple[int, int], *, dark: bool = False, forces: bool = True
-) -> Image.Image:
+def _framed(motion: Motion, state: State, camera: Camera, size: tuple[int, int], **looks: bool) -> Image.Image:
     """Return the picture with its words below."""
     import matplotlib as mpl
     from PIL import Image, ImageDraw, ImageFont
@@ -293,8 +265,8 @@ def _framed(
     width, height = size
     room = height // WORDS_ROOM
     faces = [(design, of(state)) for design, of in shapes(motion)]
-    beam = render(faces, motion.setting.mu, camera, (width, height - room), dark=dark, forces=forces)
-    theme = THEMES["dark" if dark else "light"]
+    beam = render(faces, motion.setting.mu, camera, (width, height - room), **looks)
+    theme = THEMES["dark" if looks.get("dark") else "light"]
     whole = Image.new("RGB", size, theme["background"])
     whole.paste(Image.fromarray(beam), (0, 0))
     pen = ImageDraw.Draw(whole)
@@ -303,15 +275,13 @@ def _framed(
     names = dict.fromkeys(one.name for _, one in faces)
     ends = {name: f" ({motion.end})" if name in (LOCKED, ENDED) else "" for name in names}
     keys = [(STATES[name], f"scales: {WORDS[name]}{ends[name]}") for name in names]
-    if forces and max(one.x for _, one in faces) > 0:
+    if looks.get("forces", True) and max(one.x for _, one in faces) > 0:
         keys += [(theme["normal"], "normal force on the tip")]
         keys += [(theme["friction"], "friction on the tip")] if motion.setting.mu else []
     box, font = room // 5, Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")
     letters = ImageFont.truetype(font, room // 3.2)
-    wide = max(
-        letters.getlength(said), letters.getlength(model),
-        sum(3.5 * box + letters.getlength(words) for _, words in keys) - 2 * box,
-    )  # fmt: skip
+    legend = sum(3.5 * box + letters.getlength(words) for _, words in keys) - 2 * box
+    wide = max(letters.getlength(said), letters.getlength(model), legend)
     # as large as the longest line allows
     letters = ImageFont.truetype(font, room // 3.2 * min(1.0, 0.96 * width / wide))
     pen.text((width * 0.02, height - room * 0.95), said, font=letters, fill=theme["edge"])

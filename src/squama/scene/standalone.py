@@ -18,8 +18,6 @@ from squama.scene.motion import Motion, State, shapes
 
 LIBRARY = Path("elements", "scene", "dist")
 """Folder of the module inside NiceGUI."""
-REMEDY = "install it with: pip install 'squama[web]'"
-SCRIPTS = ("geometry", "scene", "standalone")
 SAMPLES = 240
 """States inside the file; between them the slider has nothing to show."""
 
@@ -33,7 +31,8 @@ def find() -> Path:
     places = spec.submodule_search_locations if spec is not None else None
     path = Path(next(iter(places))) / LIBRARY / "index.js" if places else None
     if path is None or not path.is_file():
-        refuse("", "", "the view in a browser needs NiceGUI 3.16 or newer", REMEDY)
+        reason = "the view in a browser needs NiceGUI 3.16 or newer"
+        refuse("", "", reason, "install it with: pip install 'squama[web]'")
     return path
 
 
@@ -42,11 +41,10 @@ def page(motion: Motion, load: float) -> str:
 
     Raises InputError: three.js is not installed.
     """
-    library = find().read_bytes()
     # inside a data address a module has no folder: its neighbours are named in the import map
-    scripts = {f"{name}.js": _own(f"{name}.js").replace('from "./', 'from "squama/') for name in SCRIPTS}
-    imports = {"nicegui-scene": _data(library)}
-    imports |= {f"squama/{name}": _data(text.encode()) for name, text in scripts.items()}
+    imports = {"nicegui-scene": _data(find().read_bytes())}
+    for name in ("geometry.js", "scene.js", "standalone.js"):
+        imports[f"squama/{name}"] = _data(_own(name).replace('from "./', 'from "squama/').encode())
     setting = motion.setting
     states = [{**_told(s, setting.mu), "words": motion.words(s)} for s in motion.samples(SAMPLES)]
     design, *others = (design for design, _ in shapes(motion))

@@ -6,7 +6,8 @@ import asyncio
 import threading
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Generic, ParamSpec, TypeVar, cast
+from functools import partial
+from typing import Generic, ParamSpec, TypeVar
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -30,24 +31,19 @@ class Aside(Generic[P, T]):
         loop = asyncio.get_running_loop()
         answer: asyncio.Future[T] = loop.create_future()
 
-        def leave(found: T | None, error: Exception | None) -> None:
+        def leave(settle: Callable[[], None]) -> None:
             self.places.release()
-            if answer.done():
-                return
-            if error is None:
-                answer.set_result(cast("T", found))
-            else:
-                answer.set_exception(error)
+            if not answer.done():
+                settle()
 
         def run() -> None:
-            found = problem = None
             try:
-                found = self.work(*given, **named)
+                settle = partial(answer.set_result, self.work(*given, **named))
             except Exception as error:
-                problem = error
+                settle = partial(answer.set_exception, error)
             # the loop may have ended meanwhile
             with suppress(RuntimeError):
-                loop.call_soon_threadsafe(leave, found, problem)
+                loop.call_soon_threadsafe(leave, settle)
 
         async with asyncio.timeout(self.limit):
             await self.places.acquire()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -39,7 +39,7 @@ class Line(NamedTuple):
     y: Array
     colour: str
     width: float
-    dashes: list[int]
+    dashes: Sequence[int] = ()
     points: bool = False
 
 
@@ -74,28 +74,29 @@ def axis(name: str, look: Mapping[str, str], **more: Any) -> Options:
 def lines(state: State, plot: str, *, dark: bool, table: Table | None = None) -> list[Line]:
     """Return what a plot shows, the curve of the design that is shown last."""
     look, found = THEMES["dark" if dark else "light"], []
+
+    def drawn(name: str, curve: live.Along, colour: str, width: float, dashes: Sequence[int] = ()) -> None:
+        found.append(Line(name, curve.load, getattr(curve, plot), colour, width, dashes))
+
     if plot == RESIDUAL:
         left = tables.residual(table, state) if table else None
-        return [Line(table.name, left.load, left.torque, look["normal"], 0, [], True)] if table and left else []
+        return [Line(table.name, left.load, left.torque, look["normal"], 0, points=True)] if table and left else []
     for i, one in enumerate(state.kept):
         if one.load == state.load:
-            every = [live.along(one.setting), live.back(one)]
-            found += [Line(live.NAMES[i], *_pair(c, plot), KEPT[i], 1.8, DASHES[i]) for c in every if c]
+            for curve in filter(None, (live.along(one.setting), live.back(one))):
+                drawn(live.NAMES[i], curve, KEPT[i], 1.8, DASHES[i])
     own, back, other = live.along(state.setting), live.back(state), live.beside(state)
     if plot == "torque":
         ends = np.array([0.0, frame(state, plot, table).right / 1.03])
-        found.append(Line("without contact", ends, own.bare * ends, look["ink"], 1, [2, 3]))
+        found.append(Line("without contact", ends, own.bare * ends, look["ink"], 1, (2, 3)))
     if other and state.beside:
-        found.append(Line(f"on {HELD[state.beside.joint]}", *_pair(other, plot), look["soft"], 1, []))
+        drawn(f"on {HELD[state.beside.joint]}", other, look["soft"], 1)
     if back:
-        found.append(Line("unloading", *_pair(back, plot), look["accent"], 2, []))
+        drawn("unloading", back, look["accent"], 2)
     if plot == "torque" and table:
-        found.append(Line(table.name, *tables.shown(table, state), look["normal"], 0, [], True))
-    return [*found, Line("this design", *_pair(own, plot), look["curve"], 2.2, [])]
-
-
-def _pair(curve: live.Along, plot: str) -> tuple[Array, Array]:
-    return curve.load, getattr(curve, plot)
+        found.append(Line(table.name, *tables.shown(table, state), look["normal"], 0, points=True))
+    drawn("this design", own, look["curve"], 2.2)
+    return found
 
 
 def frame(state: State, plot: str, table: Table | None = None) -> Frame:
@@ -149,10 +150,10 @@ def line_options(state: State, plot: str, *, dark: bool, table: Table | None = N
     look, ends = THEMES["dark" if dark else "light"], frame(state, plot, table)
     across, up, factor = labels(state, plot, ends)
     up_axis = axis("", look, max=_short(ends.top * factor), min=_short(ends.low * factor))
-    # the axis across stays at the lower border where values are negative
-    below = {"show": True, "onZero": False, "lineStyle": {"color": look["ink"]}}
     # an axis that begins at no round number
     up_axis["axisLabel"]["showMinLabel"] = not ends.low
+    # the axis across stays at the lower border where values are negative
+    below = {"show": True, "onZero": False, "lineStyle": {"color": look["ink"]}}
     return {
         **ground(f"{up} against {across}", ROOM),
         "title": {"text": up, "left": 4, "top": 2, "textStyle": {"color": look["ink"], "fontSize": 12}},
@@ -176,7 +177,7 @@ def _series(line: Line, factor: float) -> Options:
     look = {"itemStyle": {"color": line.colour}, "clip": True, "silent": True}
     if line.points:
         return {"name": line.name, "type": "scatter", "data": pairs, "symbolSize": 4, **look}
-    style = {"color": line.colour, "width": line.width, "type": line.dashes or "solid"}
+    style = {"color": line.colour, "width": line.width, "type": list(line.dashes) or "solid"}
     return {"name": line.name, "type": "line", "data": pairs, "lineStyle": style, "showSymbol": False, **look}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, NamedTuple
 
 from squama.beam.beamfile import NUMBERS
@@ -69,6 +70,8 @@ class Field(NamedTuple):
 
 _RATIOS, _SIZES, _BAR, _LOAD = "Ratios and angles", "Dimensions", "Material and joint", "Loading"
 _T_S = "t\N{LATIN SUBSCRIPT SMALL LETTER S}"
+_NU, _SIGMA, _EPS = "\N{GREEK SMALL LETTER NU}", "\N{GREEK SMALL LETTER SIGMA}", "\N{GREEK SMALL LETTER EPSILON}"
+_given = partial(Field, group=_BAR, optional=True)
 FIELDS: dict[str, Field] = {
     "twist": Field("Twist per pitch", "φ", "rad/pitch", 0, 1, "twist", _LOAD),
     "bend": Field("Bend held per pitch", "ψ", "rad/pitch", -0.2, 0.2, "bend", _LOAD),
@@ -90,21 +93,15 @@ FIELDS: dict[str, Field] = {
     "bar_thickness": Field("Substrate thickness", "2t", "mm", 1, 80, "substrate.thickness", _SIZES, log=True),
     "scales": Field("Number of scales", "N", "", 2, 60, "beam.scales", _SIZES, whole=True),
     "modulus": Field("Young's modulus of the bar", "E_B", "MPa", 0.1, 3e4, "substrate.youngs_modulus", _BAR, log=True),
-    "poisson": Field("Poisson's ratio of the bar", "\N{GREEK SMALL LETTER NU}", "", 0, 0.499, "substrate.poisson_ratio",
-                     _BAR),
-    "scale_modulus": Field("Young's modulus of the scales", "E_s", "GPa", 0.01, 300, "scale.youngs_modulus", _BAR,
-                           log=True, optional=True),
-    "scale_poisson": Field("Poisson's ratio of the scales", "\N{GREEK SMALL LETTER NU}_s", "", 0, 0.499,
-                           "scale.poisson_ratio", _BAR, optional=True),
-    "scale_strength": Field("Strength of the scales", "\N{GREEK SMALL LETTER SIGMA}_s", "MPa", 1, 3000,
-                            "scale.strength", _BAR, log=True, optional=True),
-    "strength": Field("Strength of the bar", "\N{GREEK SMALL LETTER SIGMA}_B", "MPa", 0.1, 3000, "substrate.strength",
-                      _BAR, log=True, optional=True),
-    "strain_limit": Field("Strain limit of the bar", "\N{GREEK SMALL LETTER EPSILON}_B", "", 0.001, 10,
-                          "substrate.strain_limit", _BAR, log=True, optional=True),
-    "stiffness": Field("Joint stiffness", "K_θ", "N m", 1e-4, 1e4, "joint.stiffness", _BAR, log=True, optional=True),
-    "inclusion": Field("Inclusion factor", "C_f", "", 1, 5, "joint.inclusion_factor", _BAR, optional=True),
-}  # fmt: skip
+    "poisson": Field("Poisson's ratio of the bar", _NU, "", 0, 0.499, "substrate.poisson_ratio", _BAR),
+    "scale_modulus": _given("Young's modulus of the scales", "E_s", "GPa", 0.01, 300, "scale.youngs_modulus", log=True),
+    "scale_poisson": _given("Poisson's ratio of the scales", f"{_NU}_s", "", 0, 0.499, "scale.poisson_ratio"),
+    "scale_strength": _given("Strength of the scales", f"{_SIGMA}_s", "MPa", 1, 3000, "scale.strength", log=True),
+    "strength": _given("Strength of the bar", f"{_SIGMA}_B", "MPa", 0.1, 3000, "substrate.strength", log=True),
+    "strain_limit": _given("Strain limit of the bar", f"{_EPS}_B", "", 0.001, 10, "substrate.strain_limit", log=True),
+    "stiffness": _given("Joint stiffness", "K_θ", "N m", 1e-4, 1e4, "joint.stiffness", log=True),
+    "inclusion": _given("Inclusion factor", "C_f", "", 1, 5, "joint.inclusion_factor"),
+}
 """Every number of the page, in its order."""
 PLAIN = ("margin", "twist", "bend")
 """Numbers that are not of the beam."""
@@ -151,12 +148,8 @@ def material(scale: Scale) -> str:
 def placed(beam: Beam, name: str, new: Any) -> tuple[str, Any]:
     """Return the key of the beam file that a field changes, and its values. A ratio changes a size: the pitch stays."""
     d = beam.pitch
-    sizes = {
-        "eta": ("scale.length", d),
-        "beta": ("scale.width", 2 * d),
-        "lam": ("substrate.thickness", 2 * d),
-        "zeta": ("scale.embedded", d),
-    }
+    sizes = {"eta": ("scale.length", d), "beta": ("scale.width", 2 * d)}
+    sizes |= {"lam": ("substrate.thickness", 2 * d), "zeta": ("scale.embedded", d)}
     if name == "slenderness":
         return "scale.thickness", beam.scale.embedded / new
     place, unit = sizes.get(name, (FIELDS[name].place, 1))

@@ -4,17 +4,20 @@ A page of another site can send requests to this machine from the browser that s
 leads here as well (DNS rebinding). So every request, of a page or of a websocket, must name this machine as its host,
 come from a page of that host if it comes from one, and bear the secret: once that of the address, from then on another
 one in a cookie, so that neither tells the other. A page takes scripts, styles and pictures from here alone, and talks
-to nobody else.
+to nobody else. Heads of requests come in time, and strangers do not take the owner's place.
 """
 
 from __future__ import annotations
 
+import asyncio
 import hmac
+import itertools
 import re
 import secrets
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from squama.web.connections import KNOWN
+import h11
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,10 +31,16 @@ HOSTS = re.compile(r"(127\.0\.0\.1|localhost|\[::1\])(:[0-9]{1,5})?", re.IGNOREC
 FOREIGN = "The explorer answers for 127.0.0.1, localhost and [::1] only."
 OTHER_PAGE = "The explorer answers its own page only."
 UNKNOWN = "Open the address that squama explore printed, with its ?token=...: this browser has not been there yet."
-_HEADERS = [
-    (b"cache-control", b"no-store"),
-    (b"content-type", b"text/plain; charset=utf-8"),
-]
+KNOWN = "squama.known"
+"""What the guard writes into the scope of a request that has the cookie."""
+HEAD = 10.0
+"""Seconds within which the head of a request must be there, and what is left of one that is answered."""
+MOST_STRANGERS = 128
+"""Connections at most of which none has shown the cookie; of more the oldest one goes."""
+MOST = 384
+"""Connections at most."""
+_NUMBERS = itertools.count()
+_HEADERS = [(b"cache-control", b"no-store"), (b"content-type", b"text/plain; charset=utf-8")]
 _SHUT = [
     (b"cross-origin-resource-policy", b"same-origin"),
     (b"referrer-policy", b"no-referrer"),
@@ -61,14 +70,11 @@ class Guard:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request."""
-        if scope["type"] == "lifespan":
-            await self.app(scope, receive, send)
+        if scope["type"] == "websocket" and self._refusal(scope, self._known(scope)):
+            await send({"type": "websocket.close", "code": 1008})
             return
-        if scope["type"] == "websocket":
-            if self._refusal(scope, self._known(scope)):
-                await send({"type": "websocket.close", "code": 1008})
-            else:
-                await self.app(scope, receive, send)
+        if scope["type"] in ("lifespan", "websocket"):
+            await self.app(scope, receive, send)
             return
 
         async def shut(message: Message) -> None:
@@ -80,7 +86,9 @@ class Guard:
         # a host that is no name of this machine is refused below
         host = b"".join(_values(scope, b"host")).decode("latin-1")
         policy = POLICY.format(host=host if HOSTS.fullmatch(host) else "localhost").encode()
-        given, rest = _parted(scope["query_string"] if scope["path"] == "/" else b"")
+        start, parts = f"{TOKEN}=".encode(), (scope["query_string"] if scope["path"] == "/" else b"").split(b"&")
+        given = b"".join(part[len(start) :] for part in parts if part.startswith(start))
+        rest = b"&".join(part for part in parts if not part.startswith(start))
         if known := self._known(scope):
             scope[KNOWN] = True
         if refusal := self._refusal(scope, known or _same(given, self.secret)):
@@ -113,14 +121,6 @@ def _values(scope: Scope, name: bytes) -> list[bytes]:
     return [value for key, value in scope["headers"] if key.lower() == name]
 
 
-def _parted(query: bytes) -> tuple[bytes, bytes]:
-    """Return the secret that a query has, and the query without it."""
-    start = f"{TOKEN}=".encode()
-    parts = query.split(b"&")
-    given = [part[len(start) :] for part in parts if part.startswith(start)]
-    return b"".join(given), b"&".join(part for part in parts if not part.startswith(start))
-
-
 def _same(given: bytes, secret: str) -> bool:
     # in constant time: how long the answer takes must not tell how much of a guess is right
     return hmac.compare_digest(given, secret.encode())
@@ -131,3 +131,53 @@ async def _answer(send: Send, status: int, headers: Sequence[tuple[bytes, bytes]
     length = (b"content-length", str(len(body)).encode())
     await send({"type": "http.response.start", "status": status, "headers": [*headers, length]})
     await send({"type": "http.response.body", "body": body})
+
+
+class Patient(H11Protocol):
+    """HTTP for the :class:`Guard`, patient with its owner and not with others."""
+
+    def __init__(self, *given: Any, **named: Any) -> None:
+        super().__init__(*given, **named)
+        self.number = next(_NUMBERS)
+        self.patience: asyncio.TimerHandle | None = None
+
+    @property
+    def known(self) -> bool:
+        """Whether the last request showed the cookie."""
+        return self.scope is not None and KNOWN in self.scope
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Wait for a request, in the place of the oldest stranger where there are too many."""
+        super().connection_made(transport)
+        strangers = [one for one in self.connections if isinstance(one, Patient) and not one.known]
+        for one in sorted(strangers, key=lambda one: one.number)[:-MOST_STRANGERS]:
+            one.transport.abort()
+        self._watch()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Wait no longer."""
+        self._rest()
+        super().connection_lost(exc)
+
+    def handle_events(self) -> None:
+        """Take what has come in."""
+        super().handle_events()
+        self._watch()
+
+    def on_response_complete(self) -> None:
+        """Wait for what is left of the request, or for the next one."""
+        super().on_response_complete()
+        self._watch()
+
+    def _watch(self) -> None:
+        """Wait so long for a head, or the rest of what is answered already; the time does not begin anew."""
+        asked, answered = self.conn.their_state, self.conn.our_state
+        if asked is not h11.IDLE and (asked is not h11.SEND_BODY or answered is not h11.DONE):
+            self._rest()
+        elif self.patience is None:
+            self.patience = self.loop.call_later(HEAD, self.transport.abort)
+
+    def _rest(self) -> None:
+        if self.patience is not None:
+            self.patience.cancel()
+            self.patience = None

@@ -36,14 +36,10 @@ POINTS = 140
 READABLE = 0.9
 """Near a lock the load grows without bound: axes end at this fraction of the way from engagement to the lock."""
 NEAR = 1e-9
-SWINGS, PERIOD, STEP = 8, 1500.0, 50.0
-"""Cycles of a decay; time in which a period of the bare bar is played, and between two pictures, ms."""
-_BENT = "the map is of beams that are not bent"
-_HELD = "with a bend that is held only loading is followed here: squama bend-twist goes back, too"
+PERIOD, STEP = 1500.0, 50.0
+"""Time in which a period of the bare bar is played in a decay, and between two pictures, ms."""
 NAMES = "ABC"
 """Kept designs."""
-USUAL = ("mu", "eta", "alpha")
-"""Fields by which designs are told that differ in none."""
 RATIOS, SIZES = ("eta", "beta", "lam", "zeta"), ("length", "width", "bar_thickness", "embedded")
 """Fields that are each other's ratio and size."""
 THRESHOLDS = {
@@ -54,7 +50,6 @@ THRESHOLDS = {
     "load_strain": "strain comes to its limit at",
 }
 """What replaces a lock on a joint that gives, by its role."""
-_TWISTED = ("beam", "mu", "sense", "margin", "joint", "ideal")
 KINDS = {"toml": "beam.toml", "csv": "curve.csv", "html": "beam.html"}
 """Names of the files that the page hands out, by their kind."""
 
@@ -117,6 +112,12 @@ def beside(state: State) -> Along | None:
         return None
 
 
+def _model(setting: Setting) -> dict[str, Any]:
+    """Return friction, loading and model of a setting as the package's functions take them."""
+    s = setting
+    return {"mu": s.mu, "load": s.load, "joint": motion(s).joint, "ideal": s.ideal, "ends": ENDLESS}
+
+
 @functools.lru_cache(maxsize=16)
 def history(setting: Setting, values: tuple[float, ...]) -> Answer:
     """Return the answer along load angles per pitch (signed), from rest.
@@ -125,13 +126,9 @@ def history(setting: Setting, values: tuple[float, ...]) -> Answer:
     """
     s = setting
     if s.bend:
-        refuse("", "", _HELD)
-    names, joint = LOADS[s.load], motion(s).joint
-    rates = [v / s.beam.pitch for v in values]
-    return cycled(
-        s.beam, rates, mu=s.mu, law=names.law(s.law), load=s.load, margin=s.margin, points=POINTS // 2,
-        joint=joint, ideal=s.ideal, ends=ENDLESS,
-    )  # fmt: skip
+        refuse("", "", "with a bend that is held only loading is followed here: squama bend-twist goes back, too")
+    law, rates = LOADS[s.load].law(s.law), [v / s.beam.pitch for v in values]
+    return cycled(s.beam, rates, law=law, margin=s.margin, points=POINTS // 2, **_model(s))
 
 
 def loop(state: State) -> Answer | str:
@@ -148,8 +145,7 @@ def loop(state: State) -> Answer | str:
 
 def back(state: State) -> Along | None:
     """Return the curve of unloading; None where the load path has none."""
-    found = loop(state) if state.path == "cycle" else ""
-    if isinstance(found, str):
+    if state.path != "cycle" or isinstance(found := loop(state), str):
         return None
     names, way = LOADS[state.load], found["leg"] == 2
     # the last point of the way up begins the way down
@@ -186,10 +182,8 @@ def swing(state: State) -> Swing:
     s, m = state.setting, motion(state.setting)
     top = reached(state)
     sign = -1 if s.sense == "-" and m.kind.sided else 1
-    found = vibrate(
-        s.beam, release=sign * top / s.beam.pitch, rotor=1.0, mu=s.mu, law=s.law, load=s.load, swings=SWINGS,
-        joint=m.joint, ideal=s.ideal, ends=ENDLESS,
-    )  # fmt: skip
+    release = sign * top / s.beam.pitch
+    found = vibrate(s.beam, release=release, rotor=1.0, law=s.law, **_model(s))
     turn = found["t"].values * float(found["f_0"])
     times = np.arange(0.0, turn[-1], STEP / PERIOD)
     angles = np.interp(times, turn, found[m.kind.angle].values)
@@ -203,12 +197,14 @@ def swing(state: State) -> Swing:
         now = one.state(max(load, 0.0))._replace(load=load, x=0.0, name=name)
         frames.append({"design": shape(one.setting, one.neighbour), "state": {**now._asdict(), "mu": s.mu}})
     zeta = found["zeta_cycle"].values.tolist()
-    told = "friction holds it on the way back"
+    words = "friction holds it on the way back"
     if zeta:
-        told = f"damping ratio {zeta[0]:.3g} in the first cycle, {zeta[-1]:.3g} in cycle {len(zeta)}, by friction alone"
+        words = (
+            f"damping ratio {zeta[0]:.3g} in the first cycle, {zeta[-1]:.3g} in cycle {len(zeta)}, by friction alone"
+        )
     own = warnings(state)
     more = [f"Warning: {line}" for line in found.attrs["warnings"].splitlines() if line not in own]
-    return Swing(frames, STEP, "\n".join([f"Let go at {number(top)} rad per pitch: {told}.", *more]))
+    return Swing(frames, STEP, "\n".join([f"Let go at {number(top)} rad per pitch: {words}.", *more]))
 
 
 def prepare(state: State) -> None:
@@ -217,7 +213,7 @@ def prepare(state: State) -> None:
         along(one.setting)
 
 
-def taken(link: str) -> State:
+def linked(link: str) -> State:
     """Return the state of a link, and solve what is drawn of it first. Raises InputError: as :func:`state.read`."""
     found = read(link)
     for one in (found, *found.kept):
@@ -287,7 +283,7 @@ def _differing(states: Sequence[State]) -> list[str]:
     # a ratio is changed at a fixed pitch, and sizes stay as the pitch is changed
     left_out = {*(SIZES if len({one.beam.pitch for one in states}) == 1 else RATIOS), "slenderness", "twist"}
     own = (name for name in FIELDS if name not in left_out)
-    return [n for n in own if len({one.value(n) for one in states}) > 1] or list(USUAL)
+    return [n for n in own if len({one.value(n) for one in states}) > 1] or ["mu", "eta", "alpha"]
 
 
 def _described(state: State, names: Sequence[str], states: Sequence[State]) -> str:
@@ -315,19 +311,19 @@ def compared(state: State) -> list[dict[str, str]]:
     fields = _differing(every)
     for name, one in zip([*NAMES[: len(state.kept)], "now"], every, strict=True):
         m = motion(one.setting)
-        figures, ended = m.figures, m.end is not End.NONE
-        rows.append(
-            {
-                "name": name,
-                "what": _described(one, fields, every),
-                "model": m.model if alike else f"{one.load}, {m.model}",
-                "end": str(m.end),
-                "engagement": number(figures["load_e"]),
-                "at": number(figures["load_end"]) if ended else "-",
-                "torque": quantity(figures["torque_c"], "N m") if ended else "-",
-                "RED": number(figures["RED_c"]) if ended else "-",
-            }
-        )
+        figures = m.figures
+        row = {
+            "name": name,
+            "what": _described(one, fields, every),
+            "model": m.model if alike else f"{one.load}, {m.model}",
+            "end": str(m.end),
+            "engagement": number(figures["load_e"]),
+        }
+        if m.end is End.NONE:
+            rows.append(row | {"at": "-", "torque": "-", "RED": "-"})
+        else:
+            torque = quantity(figures["torque_c"], "N m")
+            rows.append(row | {"at": number(figures["load_end"]), "torque": torque, "RED": number(figures["RED_c"])})
     return rows
 
 
@@ -339,9 +335,9 @@ def warnings(state: State) -> list[str]:
     if state.beam.pitches > most:
         found.append(f"the view shows {most} of the {state.beam.pitches} scales")
     if state.bent:
-        found.insert(0, _BENT)
-    if state.path == "cycle" and isinstance(told := loop(state), str):
-        found.append(f"no unloading is shown: {told}")
+        found.insert(0, "the map is of beams that are not bent")
+    if state.path == "cycle" and isinstance(reason := loop(state), str):
+        found.append(f"no unloading is shown: {reason}")
     return found
 
 
@@ -366,12 +362,13 @@ def make_file(state: State, kind: str) -> tuple[str, bytes]:
 
 def _table(state: State) -> xr.Dataset:
     """Return the curve up to what is shown, or the loop, as a table of one shape."""
-    m, asked = motion(state.setting), state.setting._asdict()
-    if held := asked.pop("bend"):
-        twisted = Twisted.of(**{name: asked[name] for name in _TWISTED}, bend=held)
-        return twisted.answer.dataset().drop_dims("event")
+    m, how = motion(state.setting), state.setting._asdict()
+    if state.bent:
+        del how["load"], how["law"]
+        return Twisted.of(**how).answer.dataset().drop_dims("event")
+    del how["bend"]
     if state.path != "cycle":
-        return respond(**asked, ends=ENDLESS, to=None if m.hinge else m.last / state.beam.pitch).dataset()
+        return respond(**how, ends=ENDLESS, to=None if m.hinge else m.last / state.beam.pitch).dataset()
     found = loop(state)
     if isinstance(found, str):
         refuse("", "", found)

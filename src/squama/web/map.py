@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import math
 import threading
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -32,10 +31,8 @@ RANGES = {"eta": (1.0, 8.0), "theta0": (2.0, 40.0), "alpha": (2.0, 80.0), "mu": 
 """Ranges of axes that differ from those of the sliders, in shown units."""
 ROOM = {"left": 58, "right": 16, "top": 8, "bottom": 36}
 """Pixels around the cells; the marks lie over the cells."""
-CLOSE = (0.06, 0.12)
-"""Marks nearer than this, in widths and heights of a small map, would hide each other."""
-SHIFTS = (20, -20, 40)
-"""Pixels by which they then stand apart."""
+SHIFTS = (0, 20, -20, 40)
+"""Pixels by which marks stand apart that would hide each other."""
 _STIFF = ("embedded", "thickness", "pitch", "bar_width", "modulus", "poisson", "stiffness", "inclusion")
 """Fields on which only the share of the bar in the energy depends."""
 
@@ -121,11 +118,10 @@ def key(state: State, x: str, y: str) -> Key:
 @functools.lru_cache(maxsize=8)
 def grid(wanted: Key) -> Grid:
     """Solve the designs of a map."""
-    x, y = (axis.values for axis in drawn(wanted.x, wanted.y))
-    over = {wanted.x: x[None, :], wanted.y: y[:, None]}
-    values = dict(placed(wanted.beam, name, FIELDS[name].factor * v) for name, v in over.items())
-    cells = columns.columns(wanted.beam, values, load=wanted.load)
-    w = wanted
+    w, (x, y) = wanted, (axis.values for axis in drawn(wanted.x, wanted.y))
+    over = {w.x: x[None, :], w.y: y[:, None]}
+    values = dict(placed(w.beam, name, FIELDS[name].factor * v) for name, v in over.items())
+    cells = columns.columns(w.beam, values, load=w.load)
     done = hinge_columns.solved(cells, law=w.law, sense=w.sense, margin=w.margin, load=w.load, ideal=w.ideal)
     return Grid(x, y, *(np.broadcast_to(done[name], SIZE[::-1]) for name in Grid._fields[2:]))
 
@@ -156,33 +152,43 @@ def take(state: State, x: str, y: str, cell: tuple[int, int]) -> State:
 
 def options(wanted: Key, found: Grid, *, dark: bool) -> charts.Options:
     """Return the options of the map."""
-    look = THEMES["dark" if dark else "light"]
-    sides = drawn(wanted.x, wanted.y)
+    look, sides, angle = THEMES["dark" if dark else "light"], drawn(wanted.x, wanted.y), LOADS[wanted.load].letter
     values = []
-    for axis, gap in zip(sides, (20, 30), strict=True):
+    for axis, gap, place in zip(sides, (20, 30), ("bottom", "left"), strict=True):
         borders = {"min": axis.low - axis.step / 2, "max": axis.high + axis.step / 2, "splitLine": {"show": False}}
-        values.append(charts.axis(axis.label, look, nameGap=gap, **borders))
+        values.append({**charts.axis(axis.label, look, nameGap=gap, **borders), "position": place})
         values[-1]["axisLabel"] |= {"showMinLabel": False, "showMaxLabel": False}
     names = [{"type": "category", "show": False, "data": list(range(n))} for n in SIZE]
     pieces = [{"value": CODES.index(end), "color": ENDS[end]} for end in ends(found)]
+    # column, row, code, engagement, end, RED; what is not finite is left out
+    cells = []
+    for (j, i), code in np.ndenumerate(found.code):
+        figures = [float(f"{v[j, i]:.4g}") for v in (found.load_e, found.load_end, found.RED)]
+        cells.append([i, j, int(code), *(v if math.isfinite(v) else None for v in figures)])
+    # what the browser says of a cell under the pointer (chart.js): symbol, unit, first value and step of the axes; a
+    # number in braces is a place in the cell, and a line whose number is missing is left out
+    words = {
+        "axes": [[FIELDS[a.name].symbol, FIELDS[a.name].unit, a.low, a.step] for a in sides],
+        "ends": [str(end) for end in CODES],
+        "lines": [f"engagement at {angle} = {{3}}", f"end at {angle} = {{4}}, RED = {{5}}"],
+    }
+    tip = {"trigger": "item", "confine": True, "padding": [4, 8], "textStyle": {"fontSize": 12, "lineHeight": 15}}
+    heat = {"type": "heatmap", "name": "end", "id": "cells", "xAxisIndex": 0, "yAxisIndex": 0, "data": cells}
+    heat |= {"progressive": 0, "emphasis": {"itemStyle": {"borderColor": look["ink"]}}}
     return {
         **charts.ground(f"Map of ends, {wanted.scales} on hinges, over {sides[0].label} and {sides[1].label}", ROOM),
-        "tooltip": {"trigger": "item", "confine": True, "padding": [4, 8],
-                    "textStyle": {"fontSize": 12, "lineHeight": 15}},
-        "words": _words(wanted),
-        "xAxis": [names[0], {**values[0], "position": "bottom"}],
-        "yAxis": [names[1], {**values[1], "position": "left"}],
+        "tooltip": tip,
+        "words": words,
+        "xAxis": [names[0], values[0]],
+        "yAxis": [names[1], values[1]],
         "visualMap": {"type": "piecewise", "pieces": pieces, "dimension": 2, "seriesIndex": 0, "show": False},
-        "series": [
-            {"type": "heatmap", "name": "end", "id": "cells", "xAxisIndex": 0, "yAxisIndex": 0,
-             "data": _cells(found), "progressive": 0, "emphasis": {"itemStyle": {"borderColor": look["ink"]}}},
-        ],
-    }  # fmt: skip
+        "series": [heat],
+    }
 
 
 def ends(found: Grid) -> list[End]:
     """Return the ends that a map shows."""
-    return [CODES[c] for c in sorted({int(c) for c in np.unique(found.code)})]
+    return [CODES[int(c)] for c in np.unique(found.code)]
 
 
 class Mark(NamedTuple):
@@ -201,43 +207,15 @@ class Mark(NamedTuple):
 def marks(state: State, wanted: Key) -> list[Mark]:
     """Return the marks of the kept designs and, last, of the one that is shown; those off the map are left out."""
     every = [(live.NAMES[i], KEPT[i], one) for i, one in enumerate(state.kept) if one.load == state.load]
-    found = []
-    for letter, colour, one in (*every, ("", THEMES["light"]["point"], state)):
+    found: list[Mark] = []
+    # none hides another: the one of the design that is shown stays where it is
+    for letter, colour, one in (("", THEMES["light"]["point"], state), *reversed(every)):
         left, bottom = (axis.place(one) for axis in drawn(wanted.x, wanted.y))
         if 0 <= left <= 1 and 0 <= bottom <= 1:
-            found.append(Mark(letter, colour, left, 1 - bottom))
-    return apart(found)
-
-
-def apart(found: Sequence[Mark]) -> list[Mark]:
-    """Return marks none of which hides another: the last one, of the design that is shown, stays where it is."""
-    standing: list[Mark] = []
-    for mark in reversed(found):
-        near = [o.shift for o in standing if abs(o.left - mark.left) < CLOSE[0] and abs(o.top - mark.top) < CLOSE[1]]
-        free = next(s for s in (0, *SHIFTS) if s not in near)
-        standing.insert(0, mark._replace(shift=free))
-    return standing
-
-
-def _cells(found: Grid) -> list[list[float | None]]:
-    """Rows of column, row, code, engagement, end, RED; what is not finite is left out."""
-    cells = []
-    for (j, i), code in np.ndenumerate(found.code):
-        figures = [float(f"{v[j, i]:.4g}") for v in (found.load_e, found.load_end, found.RED)]
-        cells.append([i, j, int(code), *(v if math.isfinite(v) else None for v in figures)])
-    return cells
-
-
-def _words(wanted: Key) -> charts.Options:
-    """Return what the browser says of a cell under the pointer (chart.js).
-
-    ``axes``: symbol, unit, value of the first cell and step; ``ends`` in words; ``lines``, in which a number in braces
-    is a place in the cell; a line whose number is missing is left out.
-    """
-    angle = LOADS[wanted.load].letter
-    sides = [[FIELDS[a.name].symbol, FIELDS[a.name].unit, a.low, a.step] for a in drawn(wanted.x, wanted.y)]
-    lines = [f"engagement at {angle} = {{3}}", f"end at {angle} = {{4}}, RED = {{5}}"]
-    return {"axes": sides, "ends": [str(end) for end in CODES], "lines": lines}
+            # nearer than this, in widths and heights of a small map, they would stand over each other
+            near = [o.shift for o in found if abs(o.left - left) < 0.06 and abs(o.top - 1 + bottom) < 0.12]
+            found.insert(0, Mark(letter, colour, left, 1 - bottom, next(s for s in SHIFTS if s not in near)))
+    return found
 
 
 def check_axes(x: str, y: str) -> None:

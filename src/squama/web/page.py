@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+import ctypes
+import gc
+import sys
 from collections.abc import Callable, Coroutine, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib.resources import files
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
-from nicegui import ui
+from nicegui import Client, ui
 
 from squama.beam.design import Beam
 from squama.errors import InputError
@@ -16,9 +19,9 @@ from squama.plot.palette import THEMES, variables
 from squama.scene.picture import SIZE
 from squama.web import charts, live, map, panels, tables  # noqa: A004 - the module is named after what it draws
 from squama.web.aside import Aside
-from squama.web.elements import BeamView, Chart, FileButton, button, put, received, text, write
 from squama.web.state import State, query
 from squama.web.tables import Table
+from squama.web.widgets import BeamView, Chart, FileButton, button, put, received, text, write
 
 
 def _printed(state: State, table: Table | None, kind: str) -> tuple[str, bytes]:
@@ -30,9 +33,6 @@ def _printed(state: State, table: Table | None, kind: str) -> tuple[str, bytes]:
 
 WAIT = 0.3
 """Seconds without a change after which the link is written, and the map computed anew."""
-BUSY = "Elements are being solved for the joint ..."
-UP = "\N{UPWARDS ARROW}"
-"""Mark of a point that lies above what can be read."""
 T = TypeVar("T")
 SOLVING = Aside(live.prepare, most=2)
 READING = Aside(tables.opened, most=1, limit=5)
@@ -62,13 +62,10 @@ class Explorer:
         if not all(one.quick for one in (state, *state.kept)):
             state = state.hinged._replace(kept=())
         self.state = self.drawn = state
-        self.solving: asyncio.Task[None] | None = None
-        self.working: asyncio.Task[None] | None = None
+        self.solving = self.working = self.pending = cast("asyncio.Task[None] | None", None)
         self.table: Table | None = None
         self.found: list[str] = []
-        self.dark = False
-        self.map_axes = ("mu", "alpha")
-        self.pending: asyncio.Task[None] | None = None
+        self.dark, self.map_axes = False, ("mu", "alpha")
         self.map_key: map.Key | None = None
         # kept here: what is clicked may be gone before all is drawn
         self.client = ui.context.client
@@ -82,7 +79,14 @@ class Explorer:
             panels.tools(self.save, lambda: self.mode.set_value(not self.dark))
         with ui.element("div").classes("explorer"):
             with ui.element("main"):
-                self._stage()
+                with ui.element("section").classes("stage").props('aria-label="Beam"'):
+                    self.view = BeamView(live.scene(self.drawn), self.darken, self.rest)
+                    with ui.element("div").classes("over"):
+                        words = "Play the vibration from the twist that is shown"
+                        self.release = button(LET_GO, self.let_go, words, "release")
+                        button("Reset view", lambda: self.view.run_method("reset"), "Show the whole beam", "reset")
+                        self.arrows = button("Hide forces", self.toggle_arrows, "Show or hide the arrows", "arrows")
+                    panels.legend()
                 self.notice = text("p", "", "notice").props('role="alert"')
                 self.outcome = panels.Outcome()
                 self.measured = panels.Measured(self.fit, lambda: self.measure(None))
@@ -98,15 +102,6 @@ class Explorer:
         # a page that nobody looks at costs no more than its making
         self.client.on_connect(self.begin)
         self.client.on_delete(self.end)
-
-    def _stage(self) -> None:
-        with ui.element("section").classes("stage").props('aria-label="Beam"'):
-            self.view = BeamView(live.scene(self.drawn), self.darken, self.rest)
-            with ui.element("div").classes("over"):
-                self.release = button(LET_GO, self.let_go, "Play the vibration from the twist that is shown", "release")
-                button("Reset view", lambda: self.view.run_method("reset"), "Show the whole beam", "reset")
-                self.arrows = button("Hide forces", self.toggle_arrows, "Show or hide the arrows", "arrows")
-            panels.legend()
 
     def _chart(self, plot: str) -> tuple[Chart, ui.element]:
         with ui.element("div").classes("plot") as place, ui.element("div").classes("cells"):
@@ -130,7 +125,7 @@ class Explorer:
         self.draw_plots()
         wanted, self.wanted = self.wanted, self.drawn
         if wanted != self.drawn:
-            self.go(wanted, self.say)
+            self.change_to(wanted, self.say)
 
     def end(self) -> None:
         """Let go of what is under way: nobody looks at the page any more."""
@@ -144,15 +139,15 @@ class Explorer:
         """Take what was entered in a field; what cannot be used is explained there and changes nothing."""
         explain = self.controls.fields[name].explain
         with telling(explain):
-            self.go(self.state.change(name, words), explain)
+            self.change_to(self.state.change(name, words), explain)
 
     def attempt(self, make: Callable[[State], State]) -> None:
         """Go to what is made of the state, or say why that cannot be."""
         with telling(self.say):
             self.say("")
-            self.go(make(self.state), self.say)
+            self.change_to(make(self.state), self.say)
 
-    def go(self, state: State, refuse: Callable[[str], None]) -> None:
+    def change_to(self, state: State, refuse: Callable[[str], None]) -> None:
         """Show a state: at once where no elements are needed, else when it is solved; ``refuse`` is told why not.
 
         Raises InputError: it cannot be shown, found at once.
@@ -169,10 +164,10 @@ class Explorer:
 
     async def _solve(self, refuse: Callable[[str], None]) -> None:
         """Solve what is asked for away from the event loop; of changes that come in meanwhile the last one counts."""
-        while (asked := self.state) != self.drawn:
-            self.say(BUSY)
+        while (aim := self.state) != self.drawn:
+            self.say("Elements are being solved for the joint ...")
             try:
-                await SOLVING(asked)
+                await SOLVING(aim)
             except InputError as error:
                 self.state = self.drawn
                 self.say("")
@@ -181,9 +176,9 @@ class Explorer:
                 return
             if self.view.is_deleted:
                 return
-            if asked == self.state:
+            if aim == self.state:
                 self.say("")
-                self.drawn = asked
+                self.drawn = aim
                 self.draw()
 
     def clicked(self, event: Any) -> None:
@@ -195,35 +190,31 @@ class Explorer:
 
     def choose_axis(self, i: int, name: str) -> None:
         """Draw the map over another parameter; the one that is there already changes places."""
-        axes = list(self.map_axes)
-        axes[i], old = name, axes[i]
-        if axes[1 - i] == name:
-            axes[1 - i] = old
+        axes = {i: name, 1 - i: self.map_axes[i if self.map_axes[1 - i] == name else 1 - i]}
         with telling(self.say):
-            map.check_axes(*axes)
+            map.check_axes(axes[0], axes[1])
             self.map_axes = (axes[0], axes[1])
             self.draw_map()
 
     def toggle_arrows(self) -> None:
         """Show or hide the arrows of the forces."""
-        on = not self.view.props["arrows"]
-        put(self.view, arrows=on)
-        write(self.arrows, "Hide forces" if on else "Show forces")
+        put(self.view, arrows=not self.view.props["arrows"])
+        write(self.arrows, "Hide forces" if self.view.props["arrows"] else "Show forces")
 
     def let_go(self) -> None:
         """Play the decay from the load that is shown, or stop it."""
         if self.release.props["textContent"] == STOP:
             self.view.run_method("rest")
             return
-        asked = self.drawn
+        shown = self.drawn
 
         def play(found: live.Swing) -> None:
-            if asked == self.drawn:
+            if shown == self.drawn:
                 write(self.release, STOP)
                 self.say(found.words)
                 self.view.run_method("play", found.frames, found.step)
 
-        self.beside("The vibration is being computed ...", SWINGING(asked), play)
+        self.beside("The vibration is being computed ...", SWINGING(shown), play)
 
     def rest(self) -> None:
         """Offer to let go again, as the view shows the state."""
@@ -311,7 +302,7 @@ class Explorer:
         if self.release.props["textContent"] == STOP:
             self.view.run_method("rest")
         self.release.set_visibility(self.drawn.path == "decay")
-        self.view.show(live.scene(self.drawn))
+        put(self.view, **live.scene(self.drawn))
         self.controls.show(self.drawn)
         self.outcome.show(self.drawn)
         self.compared.show(self.drawn)
@@ -325,8 +316,9 @@ class Explorer:
         for plot, (chart, place) in self.plots.items():
             put(chart, options=charts.line_options(self.drawn, plot, dark=self.dark, table=self.table))
             if plot != charts.RESIDUAL:
+                # an arrow where it lies above what can be read
                 left, top = charts.point(self.drawn, plot, self.table)
-                panels.show_marks(place, [map.Mark("" if top else UP, colour, left, top)])
+                panels.show_marks(place, [map.Mark("" if top else "\N{UPWARDS ARROW}", colour, left, top)])
         self.residual_plot.set_visibility(self.table is not None)
         panels.show_lines(self.lines, charts.lines(self.drawn, "torque", dark=self.dark, table=self.table))
         self.measured.show(self.table, self.drawn, self.found)
@@ -354,3 +346,35 @@ class Explorer:
         self.map_key = wanted
         panels.list_ends(self.map_ends, map.ends(found), wanted)
         put(self.map, options=map.options(wanted, found, dark=self.dark))
+
+
+def make_room() -> None:
+    """Let go of the oldest pages to which no browser has connected: at most eight wait."""
+    every = (one for one in Client.instances.values() if one._response_built)
+    waiting = [one for one in every if not one.has_socket_connection and not one._delete_tasks]
+    for one in sorted(waiting, key=lambda client: client.created)[:-8]:
+        one.delete()
+
+
+class Sweep:
+    """Gives the memory of ended pages back to the system."""
+
+    def __init__(self) -> None:
+        self.due = False
+        # what is there already stays, and need not be looked through each time
+        gc.freeze()
+
+    def soon(self) -> None:
+        """Do so in a second, once for all pages that end until then."""
+        if not self.due:
+            self.due = True
+            asyncio.get_running_loop().call_later(1.0, self._now)
+
+    def _now(self) -> None:
+        self.due = False
+        # a page's elements and handlers refer to each other
+        gc.collect()
+        if sys.platform == "linux":
+            # what was freed in small pieces stays with the process otherwise; only glibc has this
+            with suppress(AttributeError):
+                ctypes.CDLL(None).malloc_trim(0)

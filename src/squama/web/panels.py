@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
@@ -12,15 +13,13 @@ from squama.model.outcome import End
 from squama.plot.palette import ENDS, KEPT, STATES, WORDS
 from squama.web import live, map, state, tables  # noqa: A004 - the module is named after what it draws
 from squama.web.charts import Line
-from squama.web.elements import Choice, NumberField, anew, button, text, write
 from squama.web.fields import CHOICES, FIELDS, MATERIALS, OTHER, material
 from squama.web.state import PRESETS, State
 from squama.web.tables import Table
+from squama.web.widgets import Choice, NumberField, anew, button, text, write
 
 Attempt = Callable[[Callable[[State], State]], None]
 """Goes from the state that is shown to another one, or says why that cannot be."""
-OPEN = ("Loading", "Ratios and angles")
-"""Groups of fields that are open at first."""
 
 
 def presets(attempt: Attempt) -> None:
@@ -86,11 +85,10 @@ class Controls:
         def choose(name: str, value: str) -> None:
             attempt(lambda now: now.change(name, value))
 
-        groups = dict.fromkeys(field.group for field in FIELDS.values())
         with ui.element("section").classes("controls").props('aria-label="Parameters"'):
-            for group in groups:
+            for group in dict.fromkeys(field.group for field in FIELDS.values()):
                 with ui.element("details") as folded:
-                    folded.props["open"] = group in OPEN
+                    folded.props["open"] = group in ("Loading", "Ratios and angles")
                     text("summary", group)
                     if group == "Loading":
                         for name, (label, options) in CHOICES.items():
@@ -107,13 +105,14 @@ class Controls:
         found = material(now.beam.scale)
         words = {name: words for name, (words, _) in MATERIALS.items()}
         self.material.set(words | (OTHER if found in OTHER else {}), found)
-        names = LOADS[now.load]
+        names, m = LOADS[now.load], live.motion(now.setting)
         laws = live.own_joint(now)
         for name, field in self.fields.items():
             value = now.value(name)
             if name == "twist":
-                most = float(f"{live.motion(now.setting).most:.3g}")
-                field.show(value, high=most, label=names.angle_words.capitalize(), symbol=names.letter)
+                field.show(
+                    value, high=float(f"{m.most:.3g}"), label=names.angle_words.capitalize(), symbol=names.letter
+                )
             else:
                 field.show(value, hint=laws.get(name))
         for name in ("law", "sense", "joint", "ideal"):
@@ -134,7 +133,7 @@ class Outcome:
             self.list.set_visibility(False)
             self.sentence = text("p", "", "sentence").props('aria-live="polite"')
             self.readings = ui.element("dl")
-        self.shown: dict[str, ui.element] = {}
+        self.shown: list[ui.element] = []
 
     def show(self, now: State) -> None:
         """Show a state."""
@@ -144,15 +143,14 @@ class Outcome:
         write(self.where, where)
         write(self.sentence, sentence)
         rows = live.readings(now)
-        if [label for label, _ in rows] != list(self.shown):
+        if anew(self.readings, [label for label, _ in rows]):
             self.shown.clear()
-            self.readings.clear()
             for label, _ in rows:
                 with self.readings, ui.element("div"):
                     text("dt", label)
-                    self.shown[label] = text("dd")
-        for label, value in rows:
-            write(self.shown[label], value)
+                    self.shown.append(text("dd"))
+        for place, (_, value) in zip(self.shown, rows, strict=True):
+            write(place, value)
         lines = live.warnings(now)
         if anew(self.list, lines):
             self.list.set_visibility(bool(lines))
@@ -204,18 +202,15 @@ class Compared:
                     text("th", head)
             with ui.element("tbody"):
                 for i, row in enumerate(rows):
-                    self._row(i, row, columns, kept=i < len(now.kept))
-
-    def _row(self, i: int, row: dict[str, str], columns: Sequence[str], *, kept: bool) -> None:
-        with ui.element("tr"):
-            for name in columns:
-                cell = text("td", row[name])
-                if name == "name" and kept:
-                    cell.style(f"color: {KEPT[i]}; font-weight: bold")
-            with ui.element("td"):
-                if kept:
-                    button("Show", lambda: self.attempt(lambda now: now.show(i)), f"Show design {row['name']}")
-                    button("Remove", lambda: self.attempt(lambda now: now.drop(i)), f"Remove design {row['name']}")
+                    with ui.element("tr"):
+                        name, *_ = [text("td", row[column]) for column in columns]
+                        with ui.element("td"):
+                            if i == len(now.kept):
+                                continue
+                            for word, act in (("Show", State.show), ("Remove", State.drop)):
+                                go = partial(self.attempt, partial(act, i=i))
+                                button(word, go, f"{word} design {row['name']}")
+                        name.style(f"color: {KEPT[i]}; font-weight: bold")
 
 
 class Measured:
@@ -243,8 +238,8 @@ class Measured:
 
 def show_lines(place: ui.element, wanted: Sequence[Line]) -> None:
     """Say which line of the plots is which, the design that is shown first."""
-    named = {line.name: line for line in reversed(wanted)}
-    looks = [(line.name, _sample(line)) for line in (*list(named.values())[:1], *list(named.values())[:0:-1])]
+    last, *others = {line.name: line for line in reversed(wanted)}.values()
+    looks = [(line.name, _sample(line)) for line in (last, *reversed(others))]
     if not anew(place, looks):
         return
     with place:
@@ -258,21 +253,18 @@ def _sample(line: Line) -> str:
     """Return the style of a piece of a line."""
     if line.points:
         return f"height: 6px; width: 6px; border-radius: 50%; background: {line.colour}"
-    stops, at = [], 0
-    for i, length in enumerate(line.dashes):
-        stops.append(f"{'transparent' if i % 2 else line.colour} {at}px {at + length}px")
-        at += length
+    ends = itertools.pairwise(itertools.accumulate(line.dashes, initial=0))
+    stops = [f"{'transparent' if i % 2 else line.colour} {a}px {b}px" for i, (a, b) in enumerate(ends)]
     ground = f"repeating-linear-gradient(90deg, {', '.join(stops)})" if stops else line.colour
     return f"height: {max(2, round(line.width))}px; background: {ground}"
 
 
 def map_choices(choose: Callable[[int, str], None]) -> Callable[[tuple[str, str]], None]:
     """Make the two lists of the map's axes, numbers 0 and 1; return what shows others in them."""
+    options = {name: f"{FIELDS[name].symbol} {word}" for name, word in map.AXES.items()}
     with ui.element("p").classes("axes"):
         text("strong", "Map on hinges")
         lists = [Choice(label, {}, "", partial(choose, i)) for i, label in enumerate(("Across", "Up"))]
-
-    options = {name: f"{FIELDS[name].symbol} {word}" for name, word in map.AXES.items()}
 
     def show(axes: tuple[str, str]) -> None:
         for one, axis in zip(lists, axes, strict=True):
@@ -306,8 +298,8 @@ def show_marks(place: ui.element, wanted: Sequence[map.Mark]) -> None:
             old = [text("b") for _ in wanted]
     for element, mark in zip(old, wanted, strict=True):
         write(element, mark.letter)
-        spot = f"left: {100 * mark.left:.2f}%; top: {100 * mark.top:.2f}%; margin-left: {mark.shift}px"
-        style = f"{spot}; border-color: {mark.colour}"
+        style = f"left: {100 * mark.left:.2f}%; top: {100 * mark.top:.2f}%; margin-left: {mark.shift}px"
+        style += f"; border-color: {mark.colour}"
         if element.props.get("data-style") != style:
             element.props["data-style"] = style
             element.style(replace=style)

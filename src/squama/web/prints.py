@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
 from textwrap import wrap
 
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from squama.plot.palette import THEMES
-from squama.plot.style import PAGE, Look, headline, key, new_figure, save_figure, styled
+from squama.plot.style import PAGE, Look, headline, key, new_figure, styled, written
 from squama.web import charts, live
 from squama.web.charts import Line
 from squama.web.state import State
@@ -18,17 +16,11 @@ from squama.web.tables import Table
 
 NOW = {"color": THEMES["light"]["mark"], "markersize": 4}
 """The current point."""
-LETTERS = 105
-"""Characters of a line of the legend at most."""
-POINT = 0.75
-"""Points of a printed line for a pixel of the page's."""
 
 
 def made(state: State, table: Table | None, kind: str) -> tuple[str, bytes]:
     """Return name and content of a picture of the plots, "svg" or "png"."""
-    name = f"plots.{kind}"
-    with tempfile.TemporaryDirectory() as folder:
-        return name, save_figure(figure(state, table), Path(folder) / name).read_bytes()
+    return f"plots.{kind}", written(figure(state, table), kind)
 
 
 @styled
@@ -41,9 +33,9 @@ def figure(state: State, table: Table | None = None) -> Figure:
     drawn = new_figure(PAGE, 4.6 if table else 2.9)
     axes = drawn.subplots(*((2, 2) if table else (1, 3))).flat
     rows = live.compared(state)
-    told = [f"{row['what']}; {row['model']}" for row in rows]
-    words = {"this design": told[-1]} | {row["name"]: f"{row['name']}: {t}" for row, t in zip(rows, told, strict=True)}
-    words = {name: "\n".join(wrap(text, LETTERS)) for name, text in words.items()}
+    words = {row["name"]: f"{row['what']}; {row['model']}" for row in rows}
+    words = {"this design": words.pop("now")} | {name: f"{name}: {text}" for name, text in words.items()}
+    words = {name: "\n".join(wrap(text, 105)) for name, text in words.items()}
     handles: dict[str, Line2D] = {}
     for ax, plot in zip(axes, plots, strict=True):
         ends = charts.frame(state, plot, table)
@@ -65,5 +57,6 @@ def figure(state: State, table: Table | None = None) -> Figure:
 def _look(line: Line) -> Look:
     if line.points:
         return {"color": line.colour, "linestyle": "", "marker": ".", "markersize": 3}
-    dashes = [POINT * n for n in line.dashes]
-    return {"color": line.colour, "linewidth": POINT * line.width, "linestyle": (0, dashes) if dashes else "-"}
+    # points of a printed line for a pixel of the page's
+    width, *dashes = (0.75 * n for n in (line.width, *line.dashes))
+    return {"color": line.colour, "linewidth": width, "linestyle": (0, dashes) if dashes else "-"}

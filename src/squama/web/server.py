@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import asyncio
+import functools
+import inspect
+import logging
 import os
 import signal
 import socket
 import threading
 import webbrowser
 from collections.abc import Callable
+from contextlib import suppress
 from types import FrameType
+from typing import Any
 
 from squama.errors import InputError, refuse
 from squama.web import aside, live
@@ -20,9 +25,6 @@ HOST = "127.0.0.1"
 TITLE = "squama explorer"
 LIMIT = 5
 """Seconds that the reading of a link may take."""
-PATIENCE = 5.0
-"""Seconds from Ctrl-C to the end at the latest."""
-UNUSED = "The link cannot be used, so the first design is shown."
 
 
 def free_port(port: int | None) -> int:
@@ -49,27 +51,24 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
     import uvicorn
     from fastapi import FastAPI
     from fastapi.responses import PlainTextResponse
-    from nicegui import app, background_tasks, ui
+    from nicegui import app, background_tasks, core, ui
     from threadpoolctl import threadpool_limits
 
-    from squama.web import map, memory, messages  # noqa: A004 - the module is named after what it draws
-    from squama.web.connections import MOST, Patient
-    from squama.web.guard import TOKEN, Guard
-    from squama.web.page import Explorer
+    from squama.web import map  # noqa: A004 - the module is named after what it draws
+    from squama.web.guard import MOST, TOKEN, Guard, Patient
+    from squama.web.page import Explorer, Sweep, make_room
 
-    reading = Aside(live.taken, most=2, limit=LIMIT)
+    reading = Aside(live.linked, most=2, limit=LIMIT)
 
     async def page() -> None:
-        memory.make_room()
+        make_room()
         state, notice = start, ""
-        query = ui.context.client.request.url.query
-        if query:
+        if query := ui.context.client.request.url.query:
             try:
                 state = await reading(query)
-            except InputError as error:
-                notice = f"{UNUSED}\n{error}"
-            except TimeoutError:
-                notice = f"{UNUSED}\nreading it took longer than {LIMIT} s"
+            except (InputError, TimeoutError) as error:
+                why = str(error) if isinstance(error, InputError) else f"reading it took longer than {LIMIT} s"
+                notice = f"The link cannot be used, so the first design is shown.\n{why}"
         Explorer(state, notice)
 
     ui.page("/", title=TITLE, response_timeout=4 * LIMIT)(page)
@@ -95,8 +94,12 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
 
     app.on_startup(lambda: background_tasks.create(announce()))
     app.on_startup(map.warm_up)
-    messages.bear()
-    app.on_delete(memory.Sweep().soon)
+    # messages that socket.io or NiceGUI cannot read are dropped; each would print a traceback
+    logging.getLogger("engineio.server").setLevel(logging.CRITICAL)
+    handlers = core.sio.handlers["/"]
+    # a connection is refused by an exception
+    handlers |= {name: _borne(handlers[name]) for name in handlers.keys() - {"connect"}}
+    app.on_delete(Sweep().soon)
     ui.run_with(
         outer, title=TITLE, favicon=ICON, tailwind=False, show_welcome_message=False, dark=None, language="en-US"
     )
@@ -106,7 +109,7 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
 
         def handle_exit(self, sig: int, frame: FrameType | None) -> None:
             super().handle_exit(sig, frame)
-            last = threading.Timer(PATIENCE, os._exit, [128 + sig])
+            last = threading.Timer(5.0, os._exit, [128 + sig])
             last.daemon = True
             last.start()
 
@@ -134,6 +137,19 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
         if aside.busy():
             # the end of the interpreter would abort in the compiled code of such a thread
             os._exit(128 + signal.SIGINT)
+
+
+def _borne(handler: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a handler of messages that fails at none; what people do on the page has handlers of its own inside."""
+
+    @functools.wraps(handler)
+    async def bear_it(*given: object) -> object:
+        with suppress(Exception):
+            found = handler(*given)
+            return await found if inspect.isawaitable(found) else found
+        return None
+
+    return bear_it
 
 
 ICON = (

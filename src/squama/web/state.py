@@ -5,7 +5,7 @@ A state is also the query of a link, and back: exact to the last bit, readable, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import partial
 from importlib.resources import files
 from typing import Any, NamedTuple
@@ -27,12 +27,8 @@ from squama.web.fields import CHOICES, FIELDS, LABELS, MATERIALS, MEASURES, PLAI
 
 MOST_KEPT = 3
 """Designs that can be compared."""
-FRICTION = 0.25
-"""Coefficient of friction of a beam that has none."""
-LONGEST = 20_000
-"""Characters of a query at most."""
-MOST_VALUES = 64
-"""Values of a query at most; a link has some thirty."""
+LONGEST, MOST_VALUES = 20_000, 64
+"""Characters and values of a query at most; a link has some thirty values."""
 
 
 class State(NamedTuple):
@@ -58,7 +54,7 @@ class State(NamedTuple):
     @property
     def mu(self) -> float:
         """Coefficient of friction; that of the beam, or a usual one if it has none."""
-        return FRICTION if self.beam.friction.mu is None else self.beam.friction.mu
+        return 0.25 if self.beam.friction.mu is None else self.beam.friction.mu
 
     @property
     def bent(self) -> bool:
@@ -69,13 +65,13 @@ class State(NamedTuple):
     def setting(self) -> Setting:
         """What the curve depends on."""
         ideal, law, bend = self.ideal == "yes", "edge" if self.bent else self.law, self.bend if self.bent else 0.0
-        loaded = LOADS[self.load].sided or self.path != "decay"
-        if self.joint == "compliant" and loaded:
+        sided = LOADS[self.load].sided
+        how = self.beam, self.mu, self.load, law, self.margin, self.sense
+        if self.joint == "compliant" and (sided or self.path != "decay"):
             # where it is not known the beam is on hinges, and the page says so; bent ones are let go on hinges
-            return Setting(self.beam, self.mu, self.load, law, self.margin, self.sense, None, ideal or None, bend)
+            return Setting(*how, None, ideal or None, bend)
         # bent hinges have thin scales alone
-        ideal = ideal or self.bent or not LOADS[self.load].sided
-        return Setting(self.beam, self.mu, self.load, law, self.margin, self.sense, "hinge", ideal, bend)
+        return Setting(*how, "hinge", ideal or self.bent or not sided, bend)
 
     @property
     def quick(self) -> bool:
@@ -119,7 +115,12 @@ class State(NamedTuple):
             return self._replace(beam=self.beam.replace(scale=made_of(arguments.one_of(name, text, tuple(MATERIALS)))))
         field = FIELDS[name]
         with naming(field.label):
-            number = self._load(name, text) if name in ("twist", "bend") else field.read(text)
+            if (angle := name in ("twist", "bend")) and not is_number(text):
+                # a plain number is in rad per pitch; else "5 rad/m", "20 deg/pitch", "90 deg total"
+                load = LOADS["bending" if name == "bend" else self.load]
+                rate = load.read(text, pitch=self.beam.pitch, scales=self.beam.pitches, bare=False)
+                text = repr(rate * self.beam.pitch)
+            number = bounded(text, *MEASURES[name]) if angle else field.read(text)
         if name in PLAIN:
             return self._with(name, number)
         try:
@@ -129,14 +130,6 @@ class State(NamedTuple):
 
     def _with(self, name: str, value: Any) -> State:
         return self._replace(**{name: value})
-
-    def _load(self, name: str, text: str) -> float:
-        """Read a load: a plain number in rad per pitch, or "5 rad/m", "20 deg/pitch", "90 deg total"."""
-        if not is_number(text):
-            load = LOADS["bending" if name == "bend" else self.load]
-            rate = load.read(text, pitch=self.beam.pitch, scales=self.beam.pitches, bare=False)
-            text = repr(rate * self.beam.pitch)
-        return bounded(text, *MEASURES[name])
 
     def started(self) -> State:
         """Return the state part of the way to its end, or to that of hinges where its own is not there at once."""
@@ -203,18 +196,15 @@ def query(state: State) -> str:
     >>> link[:56], read(link) == preset("main")
     ('load=twisting&path=loading&law=edge&sense=%2B&joint=hing', True)
     """
-    return urlencode([*_pairs(state), *(("keep", query(one)) for one in state.kept)])
-
-
-def _pairs(state: State) -> Iterable[tuple[str, str]]:
-    yield from ((name, getattr(state, name)) for name in CHOICES)
-    yield from ((name, repr(float(getattr(state, name)))) for name in PLAIN if name != "bend" or state.bend)
+    pairs = {name: getattr(state, name) for name in CHOICES}
+    pairs |= {name: repr(float(getattr(state, name))) for name in PLAIN if name != "bend" or state.bend}
     data = state.beam.model_dump()
     for table, keys in TABLES.items():
         part = data if table == "beam" else data[table]
         for key, (dimension, *_) in keys.items():
-            if part[key] is not None:
-                yield f"{table}.{key}", str(part[key]) if dimension is None else as_text(part[key], dimension)
+            if (value := part[key]) is not None:
+                pairs[f"{table}.{key}"] = str(value) if dimension is None else as_text(value, dimension)
+    return urlencode([*pairs.items(), *(("keep", query(one)) for one in state.kept)])
 
 
 def read(text: str, *, kept: bool = True) -> State:
@@ -251,8 +241,7 @@ def read(text: str, *, kept: bool = True) -> State:
     state = state._replace(beam=beam.replace(friction={"mu": state.mu}))
     # the idealisation comes after the joint, which has one of its own
     for name in sorted(plain, key=[*CHOICES, *PLAIN].index):
-        given = plain[name]
-        other = state.change(name, given)
+        other = state.change(name, plain[name])
         # a load of a link has not the start of its own that a change on the page has
-        state = state._replace(load=given) if name == "load" else other
+        state = state._replace(load=plain[name]) if name == "load" else other
     return state._replace(kept=tuple(read(one, kept=False) for one in keeps))

@@ -6,6 +6,7 @@ names no other file. A fit runs in a process of its own, which is ended when it 
 
 from __future__ import annotations
 
+import itertools
 import json
 import re
 import subprocess
@@ -19,7 +20,6 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.curves.labelled import Answer
 from squama.errors import InputError, TableWarning, refuse
 from squama.identify import records
 from squama.io import files, measured
@@ -33,10 +33,6 @@ LARGEST = {"beam": 64 * 1024, "table": 512 * 1024}
 """Bytes of a file at most; the script that sends it says so first."""
 MOST_POINTS = 600
 """Points that are drawn; of more every n-th."""
-MOST_TURNS = 12
-"""Turns of the twist up to which a table is followed."""
-SAME = 0.02
-"""Way back that is noise of the twist, over the largest twist."""
 SECONDS = 60
 """Within which a fit must be found."""
 
@@ -99,10 +95,8 @@ def _signed(table: Table, state: State) -> Array:
 def shown(table: Table, state: State) -> tuple[Array, Array]:
     """Return load angles and torques of the points in the sense that is shown, to be drawn."""
     load = _signed(table, state)
-    if table.load != state.load:
-        load = load[:0]
-    torque = np.copysign(1.0, table.points.rate[: load.size] * load) * table.points.load[: load.size]
-    there = np.flatnonzero(load >= 0)[:: 1 + load.size // MOST_POINTS]
+    torque = np.copysign(1.0, table.points.rate * load) * table.points.load
+    there = np.flatnonzero((load >= 0) & (table.load == state.load))[:: 1 + load.size // MOST_POINTS]
     return load[there], torque[there]
 
 
@@ -112,12 +106,12 @@ def residual(table: Table, state: State) -> Residual | None:
     if table.load != state.load or not load.size:
         return None
     sign = -1 if state.sense == "-" and m.kind.sided else 1
-    ways = records.ways(load, tolerance=SAME * float(np.abs(load).max()))
-    turns = ways.turns[:MOST_TURNS]
-    ends, most = [*turns, load.size - 1], (1 - live.NEAR) * m.last
+    # a way back of so little is noise of the twist; a table is followed up to so many turns
+    ways = records.ways(load, tolerance=0.02 * float(np.abs(load).max()))
+    ends, most = [*ways.turns[:12], load.size - 1], (1 - live.NEAR) * m.last
     goals = np.clip(load[ends], 0.0, most).tolist()
-    left, start, legs = np.full(load.size, np.nan), 0, [0.0]
-    legs += [b for a, b in zip([0.0, *goals], goals, strict=False) if a != b]
+    left, start = np.full(load.size, np.nan), 0
+    legs = [0.0, *(b for a, b in itertools.pairwise([0.0, *goals]) if a != b)]
     if len(legs) < 2:
         return None
     try:
@@ -129,7 +123,12 @@ def residual(table: Table, state: State) -> Residual | None:
         part, start = slice(start, end + 1), end + 1
         leg += goal != before
         before = goal
-        left[part] = sign * table.points.load[part] - _computed(answer, state, leg, sign, load[part])
+        # a leg begins where the one before it ended
+        mine = np.flatnonzero(answer["leg"] == leg)
+        mine = np.concatenate([[max(mine[0] - 1, 0)], mine])
+        x, y = (sign * answer[name][mine] for name in (m.kind.angle, m.kind.torque))
+        order = np.argsort(x, kind="stable")
+        left[part] = sign * table.points.load[part] - np.interp(load[part], x[order], y[order])
     # where the contact may stick any torque between both branches is possible
     covered = np.isfinite(left) & (load <= most) & (load >= 0) & ~ways.stuck
     x, y = load[covered], left[covered]
@@ -142,16 +141,6 @@ def residual(table: Table, state: State) -> Residual | None:
     return Residual(x[every], y[every], words)
 
 
-def _computed(answer: Answer, state: State, leg: int, sign: int, load: Array) -> Array:
-    """Return the computed torque on a leg of a history."""
-    names, mine = LOADS[state.load], np.flatnonzero(answer["leg"] == leg)
-    # a leg begins where the one before it ended
-    mine = np.concatenate([[max(mine[0] - 1, 0)], mine])
-    x, y = sign * answer[names.angle][mine], sign * answer[names.torque][mine]
-    order = np.argsort(x, kind="stable")
-    return np.asarray(np.interp(load, x[order], y[order]))
-
-
 def fitted(table: Table, state: State) -> tuple[Beam, list[str]]:
     """Return the beam that :func:`squama.fit` finds for a table by the model that is shown, and its summary.
 
@@ -162,9 +151,9 @@ def fitted(table: Table, state: State) -> tuple[Beam, list[str]]:
     names = LOADS[state.load]
     every = table.points.specimens()
     data = [{names.rate: one.rate.tolist(), names.torque: one.load.tolist()} for one in every]
-    asked = {"data": data, "beam": state.beam.to_toml(), "load": state.load, "law": names.law(state.law)}
+    request = {"data": data, "beam": state.beam.to_toml(), "load": state.load, "law": names.law(state.law)}
     # fits of bending are of hinges
-    asked["joint"] = live.motion(state.setting).joint if names.sided else "hinge"
+    request["joint"] = live.motion(state.setting).joint if names.sided else "hinge"
     command = [sys.executable, "-c", "from squama.web import tables; tables.answer()"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdin
@@ -172,7 +161,7 @@ def fitted(table: Table, state: State) -> tuple[Beam, list[str]]:
         end = threading.Timer(SECONDS, process.kill)
         end.start()
         try:
-            process.stdin.write(json.dumps(asked) + "\n")
+            process.stdin.write(json.dumps(request) + "\n")
             process.stdin.flush()
             said = process.stdout.readline()
         except BrokenPipeError:
@@ -194,14 +183,14 @@ def answer() -> None:
 
     from squama.identify.fitting import fit
 
-    asked = json.loads(sys.stdin.readline())
+    request = json.loads(sys.stdin.readline())
     threading.Thread(target=lambda: (sys.stdin.read(), os._exit(1)), daemon=True).start()
     try:
-        beam = Beam.from_toml_text(asked["beam"], source="beam")
-        found = fit(asked["data"], beam, load=asked["load"], law=asked["law"], joint=asked["joint"])
-        told: dict[str, object] = {"beam": found.beam.to_toml(), "lines": found.summary().splitlines()}
+        beam = Beam.from_toml_text(request["beam"], source="beam")
+        found = fit(request["data"], beam, load=request["load"], law=request["law"], joint=request["joint"])
+        reply: dict[str, object] = {"beam": found.beam.to_toml(), "lines": found.summary().splitlines()}
     except InputError as error:
-        told = {"error": str(error)}
-    print(json.dumps(told), flush=True)
+        reply = {"error": str(error)}
+    print(json.dumps(reply), flush=True)
     # reading the input ends with the process only
     os._exit(0)

@@ -1,16 +1,33 @@
-"""Notes on what is to be known about a fit."""
+"""What is to be known about a fit: whether its errors hold, what its residual and the other model say, notes."""
 
 from __future__ import annotations
 
 import itertools
+import math
 
 import numpy as np
 
 from squama.curves.hinge_cycles import Senses
-from squama.identify import estimate
+from squama.identify import estimate, noise
+from squama.identify.prepare import Prepared
 from squama.identify.result import Fit
+from squama.identify.selection import Found, Rival
+from squama.identify.slope import Slope
 from squama.identify.unknowns import NUISANCES
+from squama.units import moment
 
+_WORTH, _EACH = 8.0, 10.0
+"""Points that are worth one, from which on they are no noise; independent points for each parameter at least."""
+_BETTER = 10.0
+"""Growth of n ln(S) from which one model describes the points better than another; BIC calls it very strong."""
+_LOUD = 1.5
+_SAME = 2.0
+"""Standard errors of a difference that is one."""
+_AS_WELL = 1.5
+"""Residual over that of the fit up to which the other model describes the points as well, and is reported."""
+_SPARE = 6
+"""Points beyond the number of parameters from which on the residual tells the noise: two standard errors then hold 91
+of 100 truths or more."""
 _ALIKE = 1.5
 """Points that are worth one independent one, from which on it is said."""
 _HIDDEN = "the residual would hardly show it, but the errors would not hold without"
@@ -18,6 +35,75 @@ _SMALL = 0.05
 """Standard error of a friction that is known to be small."""
 _GAIN = 0.7
 """A further measurement is named if it brings one of the errors concerned below this part of it."""
+
+
+def disagreement(found: Found, rival: Rival | None) -> str:
+    """Say where the other model finds other values by more than the errors; empty where it does not.
+
+    It is empty, too, where the other model does not describe the points as well: its values then say nothing.
+    """
+    if rival is None or rival.found is None or rival.found.rms > _AS_WELL * found.rms:
+        return ""
+    other = rival.found
+    asked = [n for n in found.parameters if n not in found.added and n in other.parameters]
+    here, there = ({n: (one.values[n], one.errors[n]) for n in one.parameters} for one in (found, other))
+    better = describes_better(found, other)
+    # where one misses the points its errors say nothing
+    counted = {1: (0, 1), 0: (1, 1), -1: (1, 0)}[better]
+    errors = {n: math.hypot(counted[0] * here[n][1], counted[1] * there[n][1]) for n in asked}
+    apart = [n for n in asked if abs(here[n][0] - there[n][0]) > _SAME * errors[n]]
+    if not apart:
+        return ""
+    values = ", ".join(
+        f"{row.name} = {row.written(*there[row.name])}"
+        for row in other.asked.rows
+        if row.name in (*asked, *other.added)
+    )
+    words = {1: " and describe the points better", 0: " and describe the points as well", -1: ""}
+    return (
+        f"the models disagree on {' and '.join(apart)}: {rival.words} give {values}, with a residual rms of "
+        f"{moment(other.rms, 3)} against {moment(found.rms, 3)}{words[better]}"
+    )
+
+
+def describes_better(found: Found, other: Found) -> int:
+    """Return 1 where the other model describes the same points better, -1 where worse, 0 where none tells."""
+    n = np.count_nonzero(found.used) / min(found.dependence, other.dependence)
+    gain = 2 * n * math.log(max(found.rms, 1e-150) / max(other.rms, 1e-150))
+    return int(gain > _BETTER) - int(gain < -_BETTER)
+
+
+def doubts(test: Prepared, found: Found, rival: Rival | None, steep: Slope | None) -> list[str]:
+    """Say why the errors do not hold: what is wrong with the record, or with the bar; what the residual says."""
+    rec, given, used, out = test.record, test.noise, np.flatnonzero(found.used), list[str]()
+    if noise.interleaved(rec.load[used], rec.torque[used], test.points.readings.numbers[used]):
+        out.append(
+            "the rows are sorted by the twist: the torque jumps between two branches from row to row, so that loading "
+            "and unloading are mixed up; give the rows in the order measured"
+        )
+    if steep is not None and (cause := steep.cause(found.parameters, found.asked.beam.pitches)):
+        out.append(cause)
+    n, tau, p = used.size, found.dependence, len(found.rows)
+    least = p + (_SPARE if given is None else 1)
+    if n < least:
+        what = "the noise" if given is None else "whether the model holds"
+        out.append(
+            f"too few points: {n} for {p} parameter{'s' * (p != 1)} hardly tell {what}; measure {least} or more, "
+            f"better {int(_EACH) * p}"
+        )
+    if tau > _WORTH or (tau > 1 and n / tau < _EACH * p):
+        out.append(
+            f"residuals are not noise alone: {n} points are worth only {n / tau:.0f} independent ones, so the model "
+            "misses something of the test"
+        )
+    if rival is not None and rival.found is not None and describes_better(found, rival.found) > 0:
+        out.append(f"{rival.words} describe the points better")
+    if given is not None and found.rms > _LOUD * given:
+        out.append(
+            f"residuals ({moment(found.rms, 3)}) are larger than the noise that is given ({moment(given, 3)}), so the "
+            "model misses something of the test"
+        )
+    return out
 
 
 def notes(fit: Fit, senses: Senses | None) -> list[str]:
@@ -55,8 +141,7 @@ def notes(fit: Fit, senses: Senses | None) -> list[str]:
     ]
     concerned = [i for i, n in enumerate(fit.parameters) if n in {*weak, *(x for a, b, _ in hard for x in (a, b))}]
     for r in fit.remedies:
-        now = np.array(list(fit.errors.values()))
-        if any(r.errors[i] < _GAIN * now[i] for i in concerned):
+        if any(r.errors[i] < _GAIN * fit.deviations[i] for i in concerned):
             # with as many digits as with the estimates
             rows = zip(fit.asked.rows, fit.estimates, r.errors, strict=True)
             errors = ", ".join(f"{row.name} {row.written(v, error).partition(' +- ')[2]}" for row, v, error in rows)

@@ -37,14 +37,9 @@ class BeamView(ui.element, component="view.js", esm={"nicegui-scene": str(THREE)
         self, shown: Mapping[str, object], on_dark: Callable[[bool], None], on_rest: Callable[[], None]
     ) -> None:
         super().__init__()
-        self._props.update({"arrows": True, "palette": SCENE})
-        self.show(shown)
+        self._props.update({"arrows": True, "palette": SCENE, **shown})
         self.on("dark", lambda event: on_dark(bool(event.args)))
         self.on("rest", on_rest)
-
-    def show(self, shown: Mapping[str, object]) -> None:
-        """Show another design or state."""
-        put(self, **shown)
 
 
 class Chart(ui.element, component="chart.js", esm={"nicegui-echart": str(ECHARTS)}):
@@ -61,8 +56,8 @@ class NumberField(ui.element, component="field.js"):
     def __init__(self, name: str, on_change: Callable[[str, str], None]) -> None:
         super().__init__()
         self.name, self.field = name, FIELDS[name]
-        told = ("label", "symbol", "unit", "allowed", "low", "high", "log", "whole", "optional")
-        self._props.update({part: getattr(self.field, part) for part in told})
+        parts = ("label", "symbol", "unit", "allowed", "low", "high", "log", "whole", "optional")
+        self._props.update({part: getattr(self.field, part) for part in parts})
         self._props.update({"name": name, "error": "", "answered": 0})
 
         def changed(event: Any) -> None:
@@ -87,15 +82,10 @@ class NumberField(ui.element, component="field.js"):
         if hint is not None:
             new["hint"] = f"{hint / f.factor:.4g} by its law"
         at = value if value is not None else hint
-        new["at"] = 0.0 if at is None else self._place(at / f.factor, new.get("high", self._props["high"]))
-        put(self, **new)
-
-    def _place(self, shown: float, high: float) -> float:
-        low = self.field.low
-        shown = min(max(shown, low), high)
-        if self.field.log:
-            return math.log(shown / low) / math.log(high / low)
-        return (shown - low) / (high - low) if high > low else 0.0
+        top = new.get("high", self._props["high"])
+        shown = f.low if at is None else min(max(at / f.factor, f.low), top)
+        low, place, top = (math.log(v) if f.log else v for v in (f.low, shown, top))
+        put(self, **new, at=(place - low) / (top - low) if top > low else 0.0)
 
     def explain(self, message: str) -> None:
         """Say what is wrong with the entry."""

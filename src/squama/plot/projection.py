@@ -13,9 +13,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from squama.errors import refuse
+from squama.fabrication.bodies import BENCH
 from squama.fabrication.mesh import Mesh, from_manifold, manifold
 from squama.plot import raster
-from squama.plot.style import COLUMN, PAGE, headline, legend_below, new_figure, styled
+from squama.plot.style import COLUMN, PAGE, Look, headline, legend_below, new_figure, styled
 from squama.types import Array
 
 if TYPE_CHECKING:
@@ -36,7 +37,6 @@ NAMES = {
     "blade": "mould: blade, which leaves the slot of a scale",
 }
 """What the colours are called."""
-PIXELS = 1000
 SHOWN = 6
 """Pitches of the views from close by."""
 LIGHT = np.array([-0.35, -0.5, 0.8])
@@ -57,48 +57,41 @@ def solids_figure(made: Export) -> Figure:
     heights = [[(v.top - v.bottom) / (v.right - v.left) * width + 0.5 for _, _, v in panels] for panels in columns]
     figure.set_figheight(max(map(sum, heights)) + 0.5)
     grid = figure.add_gridspec(1, len(columns))
-    for column, (panels, high) in enumerate(zip(columns, heights, strict=True)):
+    for i, (panels, high) in enumerate(zip(columns, heights, strict=True)):
         # the shorter column is filled up from below
         own = [*high, max(map(sum, heights)) - sum(high) + 1e-6]
-        rows = grid[column].subgridspec(len(own), 1, height_ratios=own)
+        rows = grid[i].subgridspec(len(own), 1, height_ratios=own)
         for row, (title, meshes, view) in enumerate(panels):
             ax = figure.add_subplot(rows[row])
-            image = picture(meshes, [COLOURS[_kind(m)] for m in meshes], view, PIXELS)
+            image = picture(meshes, [COLOURS[_kind(m)] for m in meshes], view, 1000)
             ax.imshow(image, extent=(view.left, view.right, view.bottom, view.top), interpolation="antialiased")
             ax.set_title(title)
             if "(mm)" not in title:
                 ax.set_axis_off()
     shown = {_kind(m) for panels in columns for _, meshes, _ in panels for m in meshes}
-    handles = [
-        Patch(facecolor=COLOURS[k], edgecolor=EDGE, linewidth=0.5, label=NAMES[k]) for k in COLOURS if k in shown
-    ]
-    legend_below(figure, handles, 5)
+    look: Look = {"edgecolor": EDGE, "linewidth": 0.5}
+    legend_below(figure, [Patch(facecolor=COLOURS[k], label=NAMES[k], **look) for k in COLOURS if k in shown], 5)
     return headline(figure, f"Solids of a beam of {made.plan.scales} scales")
 
 
 def _beam(made: Export) -> list[Panel]:
-    solids = made.solids["assembly"]
-    plan = made.plan
-    oblique = fitted(solids, look(-28, 30))
+    solids, plan = made.solids["assembly"], made.plan
     side = fitted(solids, look(0, 0))
     near = side._replace(left=-3.0, right=min(side.right, plan.ends + SHOWN * plan.pitch + plan.length * 0.6))
     above = fitted(solids, look(0, 90))._replace(left=near.left, right=near.right)
     return [
-        ("the assembled beam", solids, oblique),
+        ("the assembled beam", solids, fitted(solids, look(-28, 30))),
         ("from above (mm)", solids, above),
         ("cut along its middle, from the side (mm)", halved(solids), near),
     ]
 
 
 def _mould(made: Export) -> list[Panel]:
-    plan = made.plan
-    solids = made.solids["mould"]
+    solids, plan = made.solids["mould"], made.plan
     up = {"tray": 0.0, "lid": plan.height + 10, "blade": plan.height + 10}
     # blades are drawn out along the scales
-    out = np.array([plan.axes[0][2], plan.axes[0][0], plan.axes[0][1]]) * (plan.shank + plan.embedded + 10)
-    apart = [
-        m._replace(vertices=m.vertices + [0, 0, up[_kind(m)]] + (out if _kind(m) == "blade" else 0)) for m in solids
-    ]
+    out = {"blade": BENCH @ plan.axes[0] * (plan.shank + plan.embedded + 10)}
+    apart = [m.moved(np.eye(3), out.get(_kind(m), 0) + np.array([0, 0, up[_kind(m)]])) for m in solids]
     side = fitted(solids, look(0, 0))
     near = side._replace(right=min(side.right, plan.ends + SHOWN * plan.pitch))
     return [
@@ -151,12 +144,12 @@ def picture(meshes: Sequence[Mesh], colours: Sequence[Sequence[float]], view: Vi
 
     ``colours`` are red, green, blue of each, 0 to 1; ``view`` is what is seen.
     """
+    # every pixel is drawn as 2 x 2, which smooths edges
     fine = 2
     size = (view.right - view.left) / (pixels * fine)
     shape = fine * max(1, round((view.top - view.bottom) / size / fine)), pixels * fine
     depth, face = np.full(shape, -np.inf), np.full(shape, -1)
-    shades: list[Array] = []
-    seen: list[Array] = []
+    shades, seen = list[Array](), list[Array]()
     for number, (mesh, colour) in enumerate(zip(meshes, colours, strict=True)):
         corners = (mesh.vertices @ view.axes.T - [view.left, view.bottom, 0]) / [size, size, 1]
         normals = mesh.normals / np.maximum(np.linalg.norm(mesh.normals, axis=1), 1e-300)[:, None]
@@ -166,29 +159,24 @@ def picture(meshes: Sequence[Mesh], colours: Sequence[Sequence[float]], view: Vi
         seen.append(corners[mesh.triangles[towards]])
         own = np.c_[np.outer(bright, colour), np.full(len(bright), number), normals, slope]
         shades.append(own[towards])
-    for one in raster.fill(depth, np.concatenate(seen)):
-        face[one.window][one.front] = one.number
-    return _image(depth, face, np.concatenate(shades), size, fine)
-
-
-def _image(depth: Array, face: Array, shades: Array, size: float, fine: int) -> Array:
-    """Colour the buffers; a line stands where the solid, the direction of its face or the depth changes."""
-    seen = face >= 0
+    for number, window, front, _ in raster.fill(depth, np.concatenate(seen)):
+        face[window][front] = number
+    shade = np.concatenate(shades)
     # one row more, for what is not seen (face -1)
-    colour = np.append(np.c_[shades[:, :3], np.ones(len(shades))], [[1.0, 1, 1, 0]], axis=0).astype(np.float32)
-    _, kind = np.unique(np.round(shades[:, 3:7], 3), axis=0, return_inverse=True)
+    colour = np.append(np.c_[shade[:, :3], np.ones(len(shade))], [[1.0, 1, 1, 0]], axis=0).astype(np.float32)
+    _, kind = np.unique(np.round(shade[:, 3:7], 3), axis=0, return_inverse=True)
     kind = np.append(kind.ravel(), -1)[face]
-    slope = np.append(1 / np.maximum(shades[:, 7], 0.02), 1.0).astype(np.float32)[face]
-    flat = np.where(seen, depth, -1e9)
+    slope = np.append(1 / np.maximum(shade[:, 7], 0.02), 1.0).astype(np.float32)[face]
+    flat = np.where(face >= 0, depth, -1e9)
+    # a line stands where the solid, the direction of its face or the depth changes
     line = np.zeros(face.shape, bool)
-    for axis in (0, 1):
-        p, q = (tuple(part if i == axis else slice(None) for i in (0, 1)) for part in (slice(1, None), slice(-1)))
+    for p, q in ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1])):
         jump = np.abs(flat[p] - flat[q]) > size * (1.5 * np.maximum(slope[p], slope[q]) + 1)
         line[p] |= (kind[p] != kind[q]) | jump
-    pixels = colour[face]
-    pixels[line] = [*EDGE, 1.0]
+    fine_image = colour[face]
+    fine_image[line] = [*EDGE, 1.0]
     rows, columns = (n // fine for n in face.shape)
-    small = pixels.reshape(rows, fine, columns, fine, 4)
+    small = fine_image.reshape(rows, fine, columns, fine, 4)
     weight = small[..., 3:]
     mixed = (small[..., :3] * weight).sum((1, 3)) / np.maximum(weight.sum((1, 3)), 1e-9)
     whole = np.concatenate([mixed, weight.mean((1, 3))], axis=-1)

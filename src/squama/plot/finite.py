@@ -1,0 +1,176 @@
+"""Beams of so many scales: a row, a beam of finite elements, a part under load; each scale, and the load beside."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from squama.beam.design import Beam
+from squama.loads import model
+from squama.part.definition import Part
+from squama.plot import style
+from squama.plot.palette import ACCENT, GREY, INK
+from squama.types import Array
+
+PLACE, TWISTS = "Scale, counted from the first", r"twist per pitch $\varphi$ (rad)"
+
+
+@style.styled
+def row_figure(dataset: xr.Dataset) -> Figure:
+    """Draw the inclinations along a finite row of :func:`squama.row` at some twists, and its torque.
+
+    Left: inclination against the scale's number, a line per twist; ticks at the right: the endless beam. Right: torque
+    of the row, of the endless beam dashed, and where the scales engage.
+    """
+    figure = style.new_figure(style.PAGE, 3.3)
+    left, right = figure.subplots(1, 2)
+    inclinations(dataset, left)
+    phi, count = dataset["phi"].values, dataset.sizes["scale"]
+    factor, text = style.prefixed("T", style.finite_max(dataset["T"].values))
+    right.plot(phi, factor * dataset["T"].values, color=INK, label=f"row of {count} scales")
+    right.set(xlabel=style.angle_label("twisting"), ylabel=text)
+    _beside(right, phi, factor * dataset["T_periodic"].values, "endless beam", float(dataset["phi_e"]), "engagement")
+    right.set_ylim(0, 1.25 * factor * style.finite_max(dataset["T"].values))
+    about = f"{model(dataset.attrs)}, sense {dataset.attrs['sense']}, $\\mu$ = {float(dataset['mu']):g}"
+    return style.headline(figure, f"Twisting of a row of {count} scales: {about}", (left, right))
+
+
+def inclinations(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the inclination of every scale of :func:`squama.row`, a line per twist, beside the endless beam's."""
+    ax, _ = style.panel(ax, dataset, "theta_periodic", "squama.row")
+    touching = np.flatnonzero(dataset["phi"].values >= float(dataset["phi_e"]))
+    mark: style.Look = {"marker": "_", "markersize": 8}
+    chosen, handles = _inclinations(ax, dataset, touching if touching.size else np.array([0]))
+    for i, colour in chosen:
+        endless = np.degrees(float(dataset["theta_periodic"][i]))
+        ax.plot([dataset.sizes["scale"] + 0.5], [endless], color=colour, **mark)
+    handles.append(style.key("endless beam", linestyle="", **mark))
+    style.legend_under(ax, handles, TWISTS)
+    return ax
+
+
+def _beside(ax: Axes, x: Array, y: Array, words: str, engaged: float, touch: str) -> None:
+    """Draw another load dashed beside one with its labels, mark where the scales engage, and say which is which."""
+    ax.plot(x, y, color=GREY, linestyle="--", label=words)
+    if np.isfinite(engaged):
+        ax.axvline(engaged, color=ACCENT, linewidth=0.7, linestyle=":", label=touch)
+    style.legend_under(ax, ax.get_legend_handles_labels()[0])
+
+
+@style.styled
+def finite_figure(data: xr.Dataset) -> Figure:
+    """Draw a finite beam of elements, from :func:`squama.fe.runs.cell`.
+
+    Inclination and twist of every scale's pitch against the scale's number, a line per twist; torque over the mean
+    twist, with the start's slope dashed.
+    """
+    figure = style.new_figure(style.PAGE, 3.0)
+    left, middle, right = figure.subplots(1, 3)
+    phi = data["phi"].values
+    chosen, handles = _inclinations(left, data, np.arange(phi.size))
+    for i, colour in chosen:
+        middle.plot(data["scale"].values, data["twist"].values[i], color=colour, marker=".")
+    middle.set(ylabel="Twist of a pitch (rad)", xlabel=PLACE)
+    middle.xaxis.set_major_locator(MaxNLocator(integer=True))
+    factor, text = style.prefixed("T", style.finite_max(np.abs(data["T"].values)))
+    T = factor * data["T"].values
+    if phi.size > 1:
+        look: style.Look = {"color": GREY, "linestyle": "--"}
+        right.plot([0, phi[-1]], [0, T[1] / phi[1] * phi[-1]], **look)
+        handles.append(style.key("slope of the torque at the start", **look))
+    right.plot(phi, T, color=INK)
+    right.set(xlabel=style.angle_label("twisting"), ylabel=text)
+    style.legend_below(figure, handles, 7)
+    about = f"Twisting of a beam of {data.sizes['scale']} scales by finite elements; a line for each {TWISTS}"
+    return style.headline(figure, f"{about}\nScales: {data.attrs['plates']}", (left, middle, right))
+
+
+def _inclinations(ax: Axes, dataset: xr.Dataset, places: Array) -> tuple[list[tuple[int, style.Colour]], list[Artist]]:
+    """Draw the inclination of every scale at some points, evenly chosen; return these with colours, and a legend."""
+    some = np.unique(places[np.linspace(0, places.size - 1, 6).round().astype(int)]).tolist()
+    chosen, handles = list(zip(some, style.shades(len(some)), strict=True)), list[Artist]()
+    for i, colour in chosen:
+        look: style.Look = {"color": colour, "marker": "."}
+        ax.plot(dataset["scale"].values, np.degrees(dataset["theta"].values[i]), **look)
+        handles.append(style.key(f"{dataset['phi'].values[i]:.3g}", **look))
+    ax.set(xlabel=PLACE, ylabel=style.label("theta", "deg"))
+    ax.xaxis.set_major_locator(MaxNLocator(integer=True))
+    return chosen, handles
+
+
+@style.styled
+def part_figure(dataset: xr.Dataset) -> Figure:
+    """Draw a part of :func:`squama.load`: left its shape at some points, right the load over the travel.
+
+    The shape is seen from the side, or from above where it moves more sideways. Right: the same without contact
+    dashed, and where scales first touch.
+    """
+    figure = style.new_figure(style.PAGE, 3.4)
+    left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))
+    shape(dataset, left)
+    load_curve(dataset, right)
+    n, mu = dataset.sizes["scale"], float(dataset["mu"])
+    text = f"A part of {n} scales, {dataset.attrs['support']}: {dataset.attrs['loads']}, $\\mu$ = {mu:g}"
+    return style.headline(figure, text, (left, right))
+
+
+def shape(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the bar's axis and its scales at some points of :func:`squama.load`, mm."""
+    ax, _ = style.panel(ax, dataset, "x_axis", "squama.load")
+    part = Part.from_toml_text(dataset.attrs["beam"])
+    beams = part.graded(dataset.sizes["scale"])
+    x, y, z = (1e3 * dataset[f"{name}_axis"].values for name in "xyz")
+    above = np.ptp(x) > np.ptp(y)
+    across = x if above else y
+    most = int(dataset["share"].values.argmax())
+    chosen = np.unique(np.linspace(0, most, 4).round().astype(int))
+    handles = []
+    for i, colour in zip(chosen, style.shades(len(chosen)), strict=True):
+        ax.plot(z[i], across[i], color=colour, linewidth=1.4)
+        if not above:
+            # the outline of the bar as seen from the side
+            along_z, along_y = np.gradient(z[i]), np.gradient(y[i])
+            half = 1e3 * part.beam.substrate.thickness / 2 / np.hypot(along_z, along_y)
+            low, high = (np.array([z[i], y[i]]) + side * half * [along_y, -along_z] for side in (1, -1))
+            ax.fill(*np.hstack([high, low[:, ::-1]]), color=colour, alpha=0.2, linewidth=0)
+            ax.plot(*_scales(beams, dataset["theta"].values[i], y[i], z[i]), color=colour, linewidth=0.8)
+        handles.append(style.key(f"{float(dataset['share'][i]):.2f}", color=colour))
+    ax.set_aspect("equal", adjustable="datalim")
+    ax.set(xlabel="Along the bar at rest (mm)", ylabel="Across (mm)" if above else "Up (mm)")
+    style.legend_under(ax, handles, "part of the load")
+    return ax
+
+
+def _scales(beams: Sequence[Beam], theta: Array, y: Array, z: Array) -> tuple[Array, Array]:
+    """Return lines of all scales as seen from the side: from the bar's face along the bar, and away from it."""
+    along = np.gradient(z), np.gradient(y)
+    size = np.hypot(*along)
+    t_z, t_y = (np.interp(np.arange(theta.size) + 0.5, np.arange(z.size), v / size) for v in along)
+    middle_z, middle_y = ((v[1:] + v[:-1]) / 2 for v in (z, y))
+    half, length = 1e3 * beams[0].substrate.thickness / 2, 1e3 * np.array([beam.scale.length for beam in beams])
+    alpha = np.array([beam.scale.alpha for beam in beams])
+    base_z, base_y = middle_z - half * t_y, middle_y + half * t_z
+    ahead, up = length * np.cos(alpha) * np.cos(theta), length * np.sin(theta)
+    tip_z, tip_y = base_z + ahead * t_z - up * t_y, base_y + ahead * t_y + up * t_z
+    gap = np.full(theta.size, np.nan)
+    return np.column_stack([base_z, tip_z, gap]).ravel(), np.column_stack([base_y, tip_y, gap]).ravel()
+
+
+def load_curve(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
+    """Draw the load of :func:`squama.load` over its travel, beside that without contact."""
+    ax, _ = style.panel(ax, dataset, "x_axis", "squama.load")
+    name, way, factor, unit = ("F", "travel", 1e3, "mm") if "F" in dataset else ("moment", "turn", 180 / np.pi, "deg")
+    travel = factor * dataset[way].values
+    scale, text = style.prefixed(name, style.finite_max(np.abs(dataset[name].values)))
+    ax.plot(travel, scale * dataset[name].values, color=INK, label="with scales")
+    ax.set(xlabel=f"{'Travel' if unit == 'mm' else 'Turn'} of the load ({unit})", ylabel=text)
+    engaged, up = float(dataset["share_e"]), slice(0, int(dataset["share"].values.argmax()) + 1)
+    at = float(np.interp(engaged, dataset["share"].values[up], travel[up])) if np.isfinite(engaged) else np.inf
+    _beside(ax, travel[up], scale * dataset[f"{name}_bare"].values[up], "without contact", at, "scales touch")
+    return ax
