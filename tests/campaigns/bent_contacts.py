@@ -10,9 +10,9 @@ import collections
 import numpy as np
 from real_histories import Given, drawn
 
+from legs import Bent, follow_legs
 from oracle.barrier import surface
 from squama.contacts import path, states
-from squama.contacts.legs import Bent, follow_legs
 from squama.fe.assembly import make_bent
 from squama.fe.geometry import Geometry
 from squama.model.outcome import End

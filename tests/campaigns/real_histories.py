@@ -88,7 +88,7 @@ def wrong(given: Given, turns: Array, step: float) -> tuple[int, list[str]]:
         found.append(f"loses {lost:.1e} of its work")
     if end.code == increments.RANGE:
         below = x < one.contact.phi * (1 - 1e-9)
-        if abs(T[below] - states.rigidity(one) * x[below]).max() > SAME * largest:
+        if abs(T[below] - states.bare(one.beams)[0, 0, 0] * x[below]).max() > SAME * largest:
             found.append("does not come back to the line without contact")
         finer = one.states(along(turns, 2 * POINTS), step)[0][::2, 1]
         if abs(finer - T).max() > SAME * largest:

@@ -13,8 +13,8 @@ import numpy as np
 from bent_contacts import along
 from real_histories import Given, drawn
 
+from legs import Bent, follow_legs
 from squama.contacts import path
-from squama.contacts.legs import Bent, follow_legs
 from squama.joints.factor import MIRROR
 from squama.types import Array
 

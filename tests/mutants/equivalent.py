@@ -305,14 +305,14 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("contacts/detection.py", "return feature, -1"): {"1 -> 2": _NONE},
     (
         "contacts/detection.py",
-        "if (abs(X1 - x1) < near * S.shapes[i, ETA] and abs(Y1 - y1) < 2 * near * S.shapes[i, BETA]",
+        "here = abs(X1 - x1) < near * S.shapes[i, ETA] and abs(Y1 - y1) < 2 * near * S.shapes[i, BETA]",
     ): {
         "* -> /": _TUNING,
         "* -> / #2": "places that are near on the other plate are near on this one, too",
     },
     (
         "contacts/entry.py",
-        "np.zeros((C, 7), np.int64), np.zeros((C, 7), np.int64), np.zeros((64 * N, VERTEX)), np.zeros(4, kind),",
+        "np.zeros((C, 7), np.int64), np.zeros((C, 7), np.int64), np.zeros((64 * N, touch.VERTEX)), np.zeros(4, kind),",
     ): {"4 -> (4 * 2 + 1)": _ROOM},
     (
         "contacts/entry.py",
@@ -321,7 +321,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("contacts/equations.py", "share = most / reach if reach.real > 0.0 else 0.0 * most"): {
         "0.0 -> 1.0 #2": "what it is a share of is 0",
     },
-    ("contacts/follow.py", "t[T_ZERO] = t[T_ZERO] + 1 if where < 10 * LOCATED else 0.0"): {
+    ("contacts/follow.py", "t[tally.ZERO] = t[tally.ZERO] + 1 if where < 10 * LOCATED else 0.0"): {
         "* -> /": "how many events in a row are taken before an equilibrium is looked for",
     },
     ("contacts/events.py", 'name = "" if row[7] < 0 else _of(row[8], row[9], row[10], row[7])'): {
@@ -333,14 +333,9 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("contacts/of_face.py", "n, before, all_before = 0, {-1.0}, {-1.0}"): {
         "1.0 -> 2.0 #2": "the first event brings a contact",
     },
-    (
-        "contacts/increments.py",
-        "n.strains[i, e] += x * d + y * (d / t[T_SIZE] - (b.strains[i, e] - c.strains[i, e]) / t[T_BEFORE])",
-    ): {"+ -> -": _BEGINS},
-    (
-        "contacts/increments.py",
-        "n.q[i, o] += x * d + y * (d / t[T_SIZE] - (b.q[i, o] - c.q[i, o]) / t[T_BEFORE])",
-    ): {"+ -> -": _BEGINS},
+    ("contacts/increments.py", "n[i] += x * d + y * (d / t[tally.SIZE] - (b[i] - c[i]) / t[tally.BEFORE])"): {
+        "+ -> -": _BEGINS
+    },
     ("contacts/increments.py", "row[6 + a] = w.con[c, a] if c >= 0 else -1"): {"1 -> 2": _NONE},
     ("contacts/increments.py", "whole = 0.0 * st.strains[0, e]"): {"0 -> 1": _ZERO},
     ("contacts/increments.py", "row[14 + a] = w.now.s[c, a] if c >= 0 else 0.0"): {
@@ -371,11 +366,10 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         "contacts/path.py",
         "ways, there = (np.full((1, 1), most), most) if self.other else (np.empty((1, 0)), 1.0)",
     ): {"1 -> 2 #2": "another station at the same place"},
-    (
-        "contacts/row.py",
-        "raw = np.full((1, n, increments.LINE + held.course.shape[0] + 6 * held.floating), np.nan)",
-    ): {"1 -> 2": _ROOM},
-    ("contacts/works.py", "smooth = fresh >= 2 and stick == t[T_STICK].real"): {
+    ("contacts/row.py", "line = increments.LINE + held.course.shape[0] + 6 * held.floating"): {
+        "6 -> (6 * 2 + 1)": _ROOM
+    },
+    ("contacts/works.py", "smooth = fresh >= 2 and stick == t[tally.STICK].real"): {
         "and -> or": "how friction is summed over increments behind an event, which are short: below 1e-4 of the work",
     },
     ("contacts/supports.py", "o, v = (unit(c, 0.0), none) if c < 3 else (none, unit(c - 3, 0.0))"): {
@@ -383,7 +377,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     },
     (
         "contacts/written.py",
-        "row[16], row[17], row[18], row[19] = t[T_SLID], t[T_ONSET], t[T_SINCE], energy(w, w.now) + t[T_GRIPS]",
+        "row[18], row[19] = t[tally.SINCE], energy(w, w.now) + t[tally.GRIPS]",
     ): {"+ -> -": "what grips take up is a part in 1e6 of the energy, their compliance over the joint's"},
 }
 """Changes that are no error: (file, line) -> {change, or "*" for all of the line: reason}."""

@@ -236,7 +236,7 @@ def test_the_real_beam_with_stiff_joints_is_the_hinge() -> None:
 
     way = path.Path.of(real.scale(BEAM, ideal=True), matrix, 0.3, sense=1, most=0.15)
     y = np.linspace(way.contact.phi, 0.15, 200)
-    q = way.states(np.append(0.0, y), 5e-4)[0][1:, 1] / states.rigidity(way) - y
+    q = way.states(np.append(0.0, y), 5e-4)[0][1:, 1] / states.bare(way.beams)[0, 0, 0] - y
     hinge = of_ratios({**MAIN, "mu": 0.3}, 2.0, "twisting")
     assert q[-1] == pytest.approx(float(hinge.up.force(0.15)), rel=2e-3)
 

@@ -16,26 +16,10 @@ from scipy.optimize import brentq
 
 from squama.contacts import entry, path
 from squama.contacts.conditions import beside_it, slope
-from squama.contacts.detection import AT, GAP, clear, gap_at, span, vertices, view
+from squama.contacts.detection import clear, gap_at, span, vertices, view
 from squama.contacts.meeting import prepared
-from squama.contacts.system import (
-    EE,
-    EF,
-    EQUAL,
-    FE,
-    FV,
-    KIND,
-    ONE,
-    OTHER,
-    UNTIED,
-    VF,
-    corner,
-    corner_at,
-    high,
-    low,
-    on_edge,
-    spots,
-)
+from squama.contacts.system import EQUAL, UNTIED, corner, high, low, on_edge, spots
+from squama.contacts.touch import AT, EE, EF, FE, FV, GAP, KIND, ONE, OTHER, VF, corner_at
 from squama.joints import law
 
 SHAPES = [(2.5, 0.8, 0.5, 0.8, 0.3, 0.1), (3.2, 0.5, 0.4, 0.2, 0.1, 0.04), (1.9, 1.2, 0.6, 1.2, 0.4, 0.06)]

@@ -9,36 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from squama.contacts import entry, newton, path
+from squama.contacts import entry, newton, path, tally, touch
 from squama.contacts.equations import residual
-from squama.contacts.increments import T_FRESH, T_SIZE, weigh
+from squama.contacts.increments import weigh
 from squama.contacts.jacobian import jacobian
 from squama.contacts.linear import BASE, INNER, STRIDE, laid_out
 from squama.contacts.meeting import before, meet, prepared
 from squama.contacts.newton import shift, solve
-from squama.contacts.system import (
-    APART,
-    EE,
-    EF,
-    EPS,
-    EQUAL,
-    FE,
-    FIRST,
-    FREE,
-    FV,
-    KIND,
-    LIES,
-    LOADED,
-    MU,
-    OWN,
-    PHI,
-    STRAINS,
-    UNTIED,
-    VF,
-    Ties,
-    ahead,
-    strain_columns,
-)
+from squama.contacts.system import EPS, EQUAL, FREE, LOADED, MU, OWN, PHI, STRAINS, UNTIED, Ties, ahead, strain_columns
 from squama.contacts.ties import GRIPPED, LOOSE, Tie, X, Y, Z, of_ends, ties
 from squama.contacts.works import remember
 from squama.joints import law
@@ -46,14 +24,14 @@ from squama.joints import law
 N, C = 4, 8
 CONTACTS = [
     # scale, how much further, kind, features, sticks, ended
-    (0, 1, EE, 0, 2, 0, 0),
-    (0, 2, VF, 0, 0, 0, 0),
-    (1, 1, FV, 0, 2, 0, 0),
-    (1, 2, EF, 2, 2, 0, 0),
-    (2, 1, FE, 1, 1, 0, 0),
-    (3, 0, LIES, 0, 0, 0, 0),
+    (0, 1, touch.EE, 0, 2, 0, 0),
+    (0, 2, touch.VF, 0, 0, 0, 0),
+    (1, 1, touch.FV, 0, 2, 0, 0),
+    (1, 2, touch.EF, 2, 2, 0, 0),
+    (2, 1, touch.FE, 1, 1, 0, 0),
+    (3, 0, touch.LIES, 0, 0, 0, 0),
 ]
-RUBS = [(0, 1, EE, 0, 2, 1, 0), (0, 2, VF, 0, 0, 1, 0), *CONTACTS[2:]]
+RUBS = [(0, 1, touch.EE, 0, 2, 1, 0), (0, 2, touch.VF, 0, 0, 1, 0), *CONTACTS[2:]]
 """Where there is friction, two contacts stick and others slide."""
 
 
@@ -85,19 +63,19 @@ def random_state(w: entry.Walk, size: float, mu: float) -> None:
         # without friction, forces are along the normals
         prepared(w.S, st, w.con, len(CONTACTS), True, w.W)
         for c, row in enumerate(w.con[: len(CONTACTS)]):
-            if row[KIND] != LIES:
+            if row[touch.KIND] != touch.LIES:
                 n = np.array(meet(w.S, st, row, st.s[c], w.W).n)
                 along = np.cross(n, (0.2, -0.1, 0.3))
                 st.F[c] = 0.01 * (c + 1) * (n + mu * along / np.sqrt(along @ along))
-    w.tally[T_FRESH], w.tally[T_SIZE] = 1.0, 1e-3
+    w.tally[tally.FRESH], w.tally[tally.SIZE] = 1.0, 1e-3
     weigh(w, 2e-3)
     for _ in range(3):
         remember(w)
     for c, row in enumerate(w.con[: len(CONTACTS)]):
-        if row[KIND] != LIES:
+        if row[touch.KIND] != touch.LIES:
             # places of the contact were together
             apart = before(w.S, row, st.s[c], w.past, 0)[0]
-            w.past.pairs[:, row[FIRST], row[APART] - 1, 9:12] += apart
+            w.past.pairs[:, row[touch.FIRST], row[touch.APART] - 1, 9:12] += apart
 
 
 def missed(held: Ties | None, free: tuple[float, ...], size: float, mu: float) -> dict[str, float]:

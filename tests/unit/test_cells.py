@@ -19,12 +19,12 @@ def cells(b: entry.Beams, scales: int, *, periodic: bool) -> tuple[np.ndarray, n
     ways = np.cumsum(np.abs(np.diff(twists, prepend=0.0)))[None]
     strains, m = np.zeros((1, 4, 4)), len(twists)
     strains[0, :, 1] = twists
-    rows, motions, told = np.zeros((1, m, increments.LINE)), np.zeros((1, m, scales, 6)), np.zeros((1, 999, 99))
-    bends, touches, end = np.zeros((1, m, scales, 24)), np.zeros((1, m, 8, increments.CONTACT)), np.zeros((1, 4))
-    room = 8 * scales, ways, strains, rows, motions, bends, touches, told, end, np.zeros((1, 0)), np.zeros((1, 0))
-    entry.many(b, scales, ENDLESS if periodic else EQUAL, UNTIED, path.STEP, np.zeros(1), *room)
-    assert end[0, 0] == increments.RANGE
-    return rows[0, :, 5:9], motions[0]
+    sizes = (m, increments.LINE), (m, scales, 6), (m, scales, 24), (m, 8, increments.CONTACT), (999, 99), (4,)
+    found, none = increments.Written(*(np.zeros((1, *size)) for size in sizes)), np.zeros((1, 0))
+    legs = increments.Legs(ways, strains, np.zeros(1), path.STEP)
+    entry.many(b, scales, ENDLESS if periodic else EQUAL, UNTIED, 8 * scales, legs, found, none, none)
+    assert found.ends[0, 0] == increments.RANGE
+    return found.rows[0, :, 5:9], found.motions[0]
 
 
 def beams_of(beam: squama.Beam, mu: float = 0.3) -> entry.Beams:

@@ -107,16 +107,11 @@ def ring(S: System, corners: Array, n: int = 20, step: float = path.STEP, C: int
     strains = np.zeros((len(places), 4))
     strains[:, :2] = places
     N, m = len(S.shapes), len(ways)
-    rows, motions, told, end = (
-        np.zeros((m, increments.LINE)),
-        np.zeros((m, N, 6)),
-        np.zeros((99, increments.EVENT)),
-        np.zeros(4),
-    )
-    bends, touches = np.zeros((m, N, 24)), np.zeros((m, C, increments.CONTACT))
-    entry.path(S, C, ways, strains, 0.0, step, rows, motions, bends, touches, told, end, np.zeros(0))
-    assert end[0] == increments.RANGE
-    return rows, motions
+    sizes = (m, increments.LINE), (m, N, 6), (m, N, 24), (m, C, increments.CONTACT), (99, increments.EVENT), 4
+    found = increments.Written(*map(np.zeros, sizes))
+    entry.path(S, C, increments.Legs(ways, strains, 0.0, step), found, np.zeros(0))
+    assert found.ends[0] == increments.RANGE
+    return found.rows, found.motions
 
 
 BRUTE = {

@@ -9,9 +9,9 @@ from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 import squama
+from legs import Bent, follow_legs, follow_straight
 from squama.arrays.combined_states import combined
 from squama.contacts import path, states
-from squama.contacts.legs import Bent, follow_legs, follow_straight
 from squama.curves import real
 from squama.joints import law
 from squama.model import elastic_plate as plate

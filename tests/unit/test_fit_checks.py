@@ -11,7 +11,7 @@ import pytest
 
 import squama
 from squama.cli import main
-from squama.curves import own_scales
+from squama.curves import finite_rows
 from squama.errors import refuse
 from squama.identify import fitting, noise, selection, slope
 from squama.identify.hinge_points import Physical
@@ -180,7 +180,7 @@ def test_the_ends_of_the_beam_are_told():
     assert line.endswith("(squama row): mu and K_theta are those of an endless beam and biased by it")
     assert fit.dataset().attrs["checked"].splitlines()[0] == line
     # of a long beam the ends take the less
-    long = own_scales.ends(fit.beam.replace(scales=1000), TOP / BEAM.pitch)
+    long = finite_rows.ends(fit.beam.replace(scales=1000), TOP / BEAM.pitch)
     row = squama.row(fit.beam, scales=80, to=f"{TOP} rad/pitch", points=6)
     share = float(row["T"][-1] / row.T_periodic[-1])
     # tolerance: ends of 100 scales stand for those of 1000, and of 80 here; they reach farther, 7 % measured
@@ -190,15 +190,15 @@ def test_the_ends_of_the_beam_are_told():
 
 def test_where_the_row_ends_before_the_data_that_is_told():
     row = squama.Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness=45, mu=0.2)
-    ended = own_scales.ends(row, 0.4 / row.pitch, joint="hinge")
+    ended = finite_rows.ends(row, 0.4 / row.pitch, joint="hinge")
     assert ended.end == "side entry"
     assert 0.2 < ended.load < 0.2676
     beam = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scales=None).replace(friction={"mu": 0.3})
-    found = own_scales.ends(beam, 0.14 / beam.pitch)
+    found = finite_rows.ends(beam, 0.14 / beam.pitch)
     assert (found.end, found.load) == ("", pytest.approx(0.14))
     assert 0.3 < found.torque < 1
     # before engagement there are no ends to speak of
-    assert own_scales.ends(beam, 0.01 / beam.pitch) is None
+    assert finite_rows.ends(beam, 0.01 / beam.pitch) is None
 
 
 def test_the_first_half_is_told_where_scales_touch_before_the_model_does():

@@ -5,7 +5,7 @@ import pytest
 
 import squama
 from squama.contacts import events, follow, increments
-from squama.contacts.system import EE, FE
+from squama.contacts.touch import EE, FE
 
 
 class Jumped:

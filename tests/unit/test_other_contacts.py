@@ -5,9 +5,9 @@ import pytest
 from scipy.optimize import brentq
 
 import squama
+from legs import Bent, follow_legs
 from oracle import boxes
 from squama.contacts import events, increments, path
-from squama.contacts.legs import Bent, follow_legs
 from squama.curves import real
 from squama.joints import law
 

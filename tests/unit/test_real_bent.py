@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from legs import follow_legs
 from squama import combined
 from squama.contacts import path
-from squama.contacts.legs import follow_legs
 from squama.joints import law
 from squama.joints.factor import MIRROR
 

@@ -13,8 +13,9 @@ from squama.beam import matrixfile
 from squama.cli import main
 from squama.contacts import increments, path, row, states
 from squama.contacts.path import Path, Scale
-from squama.contacts.system import ENDLESS, FIRST, ONE, OTHER
+from squama.contacts.system import ENDLESS
 from squama.contacts.ties import LOOSE
+from squama.contacts.touch import FIRST, ONE, OTHER
 from squama.curves import real
 from squama.joints import law
 from squama.joints.factor import MIRROR

@@ -10,8 +10,9 @@ from uncompiled import said
 import squama
 from squama.contacts import entry, increments, path, row, states
 from squama.contacts.path import Path, Scale
-from squama.contacts.system import EQUAL, LIES, PHI, PSI, UNTIED, System
+from squama.contacts.system import EQUAL, PHI, PSI, UNTIED, System
 from squama.contacts.ties import GRIPPED, LOOSE, of_ends
+from squama.contacts.touch import LIES
 from squama.curves import real
 from squama.errors import InputError
 from squama.joints import law
@@ -281,10 +282,10 @@ def test_five_gripped_scales_against_elements():
     n, way, unit = 5, made(SKIN.friction.mu), 1e3 * SKIN.unit_moment
     strains, C = np.zeros((5, 4)), 4 * n
     strains[:, 1] = phis
-    rows, told, end = np.zeros((5, increments.LINE)), np.zeros((200, increments.EVENT)), np.zeros(4)
-    room = np.zeros((5, n, 14)), np.zeros((5, n, 24)), np.zeros((5, C, increments.CONTACT)), told, end, np.zeros(0)
-    entry.path(clamped(way, n, 0.74), C, phis, strains, 0.0, path.STEP, rows, *room)
-    torque = rows[:, 6] * unit
+    sizes = (5, increments.LINE), (5, n, 14), (5, n, 24), (5, C, increments.CONTACT), (200, increments.EVENT), 4
+    found = increments.Written(*map(np.zeros, sizes))
+    entry.path(clamped(way, n, 0.74), C, increments.Legs(phis, strains, 0.0, path.STEP), found, np.zeros(0))
+    torque = found.rows[:, 6] * unit
     assert torque[0] == pytest.approx(theirs[0], rel=0.02)
     # tolerance: 1.7 % at most; small strains of the joint, elements of one size
     np.testing.assert_allclose(torque, theirs, rtol=0.04)

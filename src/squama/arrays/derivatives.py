@@ -97,7 +97,8 @@ def gradient(
     >>> print(g["load_end", "mu"].round(5))
     [-0.04412 -0.08261]
     """
-    of, wrt = _names("of", of, OUTPUTS), _names("wrt", wrt, PARAMETERS)
+    of = OUTPUTS if of is None else arguments.words("of", of, OUTPUTS)
+    wrt = PARAMETERS if wrt is None else arguments.words("wrt", wrt, PARAMETERS)
     arguments.load(load)
     columns, shape = arguments.designs(
         load, eta=eta, beta=beta, lam=lam, alpha=alpha, theta0=theta0, mu=mu, stiffness_ratio=stiffness_ratio
@@ -116,10 +117,6 @@ def gradient(
             )
             array[:, j] = [moved[key] for key in of]
     return Gradient(of, wrt, array.reshape(len(of), len(wrt), *shape), sol.found.code.reshape(shape))
-
-
-def _names(what: str, given: str | Sequence[str] | None, known: tuple[str, ...]) -> tuple[str, ...]:
-    return known if given is None else arguments.words(what, given, known)
 
 
 def _derivatives(

@@ -67,12 +67,8 @@ def solve(
 ) -> Solution:
     """Follow the contact that is met first in each design.
 
-    Parameters
-    ----------
-    columns
-        eta, beta, lam, alpha, theta0 and mu: 1-D arrays of one length, radians; of thick scales "thickness" too.
-    margin
-        Fraction of the path left before a lock; without one the figures at the cut-off are left out.
+    ``columns`` (n,): eta, beta, lam, alpha, theta0 and mu, radians, of thick scales "thickness"; ``margin``: fraction
+    of the path left before a lock, without one the figures at the cut-off are left out.
     """
     kind = LOADS[load]
     eta, beta, lam, alpha, theta0, mu = (columns[name] for name in COLUMNS)
@@ -105,14 +101,9 @@ def touch(
 ) -> Touch | None:
     """First contact of the plates other than the followed one: at rest up to the twist ``limit``, then on the path.
 
-    Parameters
-    ----------
-    t, i
-        Track and the design's place in it; None for a design that does not engage.
-    bent
-        Whether loads are bends, away from the scales where ``mirrored``, not twists.
-    ends
-        Path parameters at which paths end that are parts of this one.
+    ``t``, ``i``: track and the design's place in it, None for a design that does not engage; ``bent``: loads are bends,
+    away from the scales where ``mirrored``, not twists; ``ends``: path parameters at which paths end that are parts of
+    this one.
     """
     row: Any = None if t is None else scalar(t.row, i)
     x0, x_end = (0.0, 0.0) if t is None else (float(t.x0[i]), float(t.x_end[i]))

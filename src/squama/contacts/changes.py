@@ -5,62 +5,14 @@ from __future__ import annotations
 import math
 
 from squama.batch.keeping import part as _jit
-from squama.contacts.conditions import (
-    FLIP,
-    MEET,
-    MISSED_CONE,
-    MISSED_PLACE,
-    MISSED_PULL,
-    MISSED_SLOPE,
-    OFF,
-    PULL,
-    SLOPE,
-    beyond,
-    dips,
-    sideways,
-    violated,
-)
-from squama.contacts.detection import AT, GAP, edges_of, vertices
-from squama.contacts.handover import add_contact, any_let_go, apart, drop, every, exchange, leave, roll, succeed
-from squama.contacts.increments import (
-    CHANGE,
-    ENGAGE,
-    MANY,
-    NO_EQUILIBRIUM,
-    OPEN,
-    SIDE_ENTRY,
-    SLIDE,
-    STICK,
-    T_LOAD,
-    T_ONSET,
-    T_SINCE,
-    T_WAY,
-    Walk,
-    guess,
-    number,
-    remark,
-    tell,
-    weigh,
-)
+from squama.contacts import conditions, increments, tally, touch
+from squama.contacts.conditions import FLIP, MEET, OFF, PULL, SLOPE, beyond, dips, sideways, violated
+from squama.contacts.detection import edges_of, vertices
+from squama.contacts.handover import add_contact, any_let_go, apart, become, drop, every, leave, roll, succeed
+from squama.contacts.increments import Walk, guess, number, remark, tell, weigh
 from squama.contacts.meeting import MARGIN, N_, prepared
 from squama.contacts.newton import solve
-from squama.contacts.system import (
-    APART,
-    EF,
-    ENDED,
-    FE,
-    FIRST,
-    KIND,
-    LET_GO,
-    MU,
-    ONE,
-    OTHER,
-    SMOOTH,
-    STUCK,
-    State,
-    copied,
-    copy,
-)
+from squama.contacts.system import MU, State, copied, copy
 from squama.types import Array
 
 _CHANGES = 24
@@ -77,15 +29,15 @@ def unfold(w: Walk, st: State) -> bool:
     nearest, which, v = math.inf, -1, w.W.end
     for c in range(w.counts[0]):
         row = w.con[c]
-        if row[KIND] != EF and row[KIND] != FE:
+        if row[touch.KIND] != touch.EF and row[touch.KIND] != touch.FE:
             continue
-        side = 0 if row[KIND] == EF else 1
-        own = row[ONE] if side == 0 else row[OTHER]
-        n, best = vertices(w.S, st, w.W, row[FIRST], row[APART], 5e-3, w.found, 0), -1
+        side = 0 if row[touch.KIND] == touch.EF else 1
+        own = row[touch.ONE] if side == 0 else row[touch.OTHER]
+        n, best = vertices(w.S, st, w.W, row[touch.FIRST], row[touch.APART], 5e-3, w.found, 0), -1
         for a in range(n):
-            kind = int(w.found[a, KIND])
-            p, q = edges_of(kind, int(w.found[a, ONE]), int(w.found[a, OTHER]), side)
-            if kind < EF and own in (p, q) and (best < 0 or w.found[a, GAP] < w.found[best, GAP]):
+            kind = int(w.found[a, touch.KIND])
+            p, q = edges_of(kind, int(w.found[a, touch.ONE]), int(w.found[a, touch.OTHER]), side)
+            if kind < touch.EF and own in (p, q) and (best < 0 or w.found[a, touch.GAP] < w.found[best, touch.GAP]):
                 best = a
         if best >= 0:
             far = apart(w, st, c, w.found[best])
@@ -94,8 +46,8 @@ def unfold(w: Walk, st: State) -> bool:
                 copy(w.found[best], v)
     if which < 0:
         return False
-    exchange(w, st, which, int(v[KIND]), int(v[ONE]), int(v[OTHER]), v[AT], v[AT + 1], 0.0)
-    w.con[which, ENDED] = 1
+    become(w, st, which, v)
+    w.con[which, touch.ENDED] = 1
     return True
 
 
@@ -127,10 +79,10 @@ def dipping(w: Walk, st: State) -> bool:
     """Say whether an edge lies deeper beside an end of it that took over from it."""
     found = False
     for c in range(w.counts[0]):
-        if w.con[c, ENDED] == 1:
-            w.con[c, ENDED] = 0
-            found = found or dips(w, st, c)[0].real < -MISSED_SLOPE
-            w.con[c, ENDED] = 1
+        if w.con[c, touch.ENDED] == 1:
+            w.con[c, touch.ENDED] = 0
+            found = found or dips(w, st, c)[0].real < -conditions.MISSED_SLOPE
+            w.con[c, touch.ENDED] = 1
     return found
 
 
@@ -138,7 +90,7 @@ def dipping(w: Walk, st: State) -> bool:
 def keep_stuck(w: Walk, a: Array, b: Array) -> None:
     """Write which contacts of a list stick into another one."""
     for c in range(w.counts[0]):
-        b[c, STUCK] = a[c, STUCK]
+        b[c, touch.STUCK] = a[c, touch.STUCK]
 
 
 @_jit
@@ -154,13 +106,13 @@ def solved(w: Walk, h: float, fresh: bool) -> bool:
     for _ in range(2 * m + 2):
         changed = False
         for c in range(m):
-            if w.con[c, STUCK] > 0 and w.W.told[c, MARGIN] > MISSED_CONE:
-                w.con[c, STUCK], changed = 0, True
+            if w.con[c, touch.STUCK] > 0 and w.W.told[c, MARGIN] > conditions.MISSED_CONE:
+                w.con[c, touch.STUCK], changed = 0, True
         if not changed and m > 1:
             # others that slip may hold one of them
             for c in range(m):
-                if w.con[c, STUCK] == 0 and w.W.told[c, MARGIN] < -MISSED_CONE:
-                    w.con[c, STUCK], changed = 1, True
+                if w.con[c, touch.STUCK] == 0 and w.W.told[c, MARGIN] < -conditions.MISSED_CONE:
+                    w.con[c, touch.STUCK], changed = 1, True
         if not changed:
             break
         w.J.kept[0] = 0
@@ -174,7 +126,7 @@ def sliding(w: Walk, h: float) -> bool:
     """Solve for the state after an increment in which all contacts slide, from that without friction."""
     m = w.counts[0]
     guess(w, h)
-    every(w, SMOOTH)
+    every(w, touch.SMOOTH)
     w.J.kept[0] = 0
     found = solve(w.S, w.new, w.past, w.con, m, w.W, w.J, w.loads)
     every(w, 0)
@@ -190,12 +142,12 @@ def give(w: Walk, st: State, what: int, c: int) -> None:
     elif what == SLOPE:
         roll(w, st, c, dips(w, st, c)[1])
     elif what == FLIP:
-        w.con[c, STUCK] = 1 - w.con[c, STUCK]
+        w.con[c, touch.STUCK] = 1 - w.con[c, touch.STUCK]
         w.J.kept[0] = 0
     elif not leave(w, st, c, beyond(w.S, st, w.con[c], c)[1]):
         if any_let_go(w):
             # it slides off as another one did
-            w.con[c, STUCK], w.J.kept[0] = LET_GO, 0
+            w.con[c, touch.STUCK], w.J.kept[0] = touch.LET_GO, 0
         else:
             succeed(w, st, c)
 
@@ -204,13 +156,13 @@ def give(w: Walk, st: State, what: int, c: int) -> None:
 def missed(w: Walk, st: State, what: int, c: int) -> bool:
     """Say whether a contact violates a condition at a state that was just solved for."""
     if what == PULL:
-        return bool(w.W.told[c, N_].real < -MISSED_PULL / 2)
+        return bool(w.W.told[c, N_].real < -conditions.MISSED_PULL / 2)
     if what == FLIP:
         margin = w.W.told[c, MARGIN].real
-        return bool((-margin if w.con[c, STUCK] > 0 else margin) < -MISSED_CONE / 2)
+        return bool((-margin if w.con[c, touch.STUCK] > 0 else margin) < -conditions.MISSED_CONE / 2)
     if what == SLOPE:
-        return dips(w, st, c)[0].real < -MISSED_SLOPE / 2
-    return beyond(w.S, st, w.con[c], c)[0].real < -MISSED_PLACE / 2
+        return dips(w, st, c)[0].real < -conditions.MISSED_SLOPE / 2
+    return beyond(w.S, st, w.con[c], c)[0].real < -conditions.MISSED_PLACE / 2
 
 
 @_jit
@@ -218,7 +170,7 @@ def touched(w: Walk) -> int:
     """Return a number of the present contacts, and of which stick, whatever their order."""
     n: int = 0
     for c in range(w.counts[0]):
-        n += (3 * number(w.con[c]) + w.con[c, STUCK] + 1) * 2654435761 % 4294967291
+        n += (3 * number(w.con[c]) + w.con[c, touch.STUCK] + 1) * 2654435761 % 4294967291
     return n
 
 
@@ -233,7 +185,7 @@ def regroup(w: Walk, h: float, deep: bool) -> int:
         # contacts that were there before come and go in a circle (Brent's algorithm)
         there = touched(w)
         if there == before:
-            return NO_EQUILIBRIUM
+            return increments.NO_EQUILIBRIUM
         if count == again:
             before, again = there, 2 * again
         copied(w.new, w.trial)
@@ -246,23 +198,23 @@ def regroup(w: Walk, h: float, deep: bool) -> int:
                 continue
             ends += 1
             if ends > 3 or not unfold(w, w.new):
-                return NO_EQUILIBRIUM
+                return increments.NO_EQUILIBRIUM
             continue
         what, c, v = violated(w, w.new, True)
         if what < 0:
             return 0
         if what != MEET:
-            scale = w.con[c, FIRST]
+            scale = w.con[c, touch.FIRST]
             give(w, w.new, what, c)
             for o in range(w.counts[0] - 1, -1, -1):
-                if len(w.S.shapes) > 1 and w.con[o, FIRST] != scale and missed(w, w.new, what, o):
+                if len(w.S.shapes) > 1 and w.con[o, touch.FIRST] != scale and missed(w, w.new, what, o):
                     give(w, w.new, what, o)
         else:
             if sideways(w, v) and not deep:
-                return SIDE_ENTRY
+                return increments.SIDE_ENTRY
             if not add_contact(w, w.new, w.best):
-                return MANY
-    return NO_EQUILIBRIUM
+                return increments.MANY
+    return increments.NO_EQUILIBRIUM
 
 
 @_jit
@@ -274,28 +226,28 @@ def change(w: Walk, what: int, c: int, events: Array) -> bool:
     t = w.tally
     remark(w, what, c)
     if what == PULL:
-        tell(w, events, OPEN, c, 0.0)
+        tell(w, events, increments.OPEN, c, 0.0)
         drop(w, w.now, c)
     elif what == FLIP:
-        w.con[c, STUCK] = 1 - w.con[c, STUCK]
+        w.con[c, touch.STUCK] = 1 - w.con[c, touch.STUCK]
         w.J.kept[0] = 0
-        tell(w, events, STICK if w.con[c, STUCK] > 0 else SLIDE, c, 0.0)
-        if w.con[c, STUCK] == 0:
-            t[T_ONSET] = t[T_LOAD]
+        tell(w, events, increments.STICK if w.con[c, touch.STUCK] > 0 else increments.SLIDE, c, 0.0)
+        if w.con[c, touch.STUCK] == 0:
+            t[tally.ONSET] = t[tally.LOAD]
     elif what == SLOPE:
         roll(w, w.now, c, dips(w, w.now, c)[1])
-        if w.con[c, KIND] >= EF:
-            tell(w, events, CHANGE, c, 0.0)
+        if w.con[c, touch.KIND] >= touch.EF:
+            tell(w, events, increments.CHANGE, c, 0.0)
     elif what == OFF:
         v = w.best
         if not leave(w, w.now, c, beyond(w.S, w.now, w.con[c], c)[1]):
-            if v[KIND] < 0.0:
+            if v[touch.KIND] < 0.0:
                 return False
-            exchange(w, w.now, c, int(v[KIND]), int(v[ONE]), int(v[OTHER]), v[AT], v[AT + 1], v[AT + 2])
-        tell(w, events, CHANGE, c, 0.0)
+            become(w, w.now, c, v)
+        tell(w, events, increments.CHANGE, c, 0.0)
     else:
         if not add_contact(w, w.now, w.best):
             return False
-        tell(w, events, ENGAGE, w.counts[0] - 1, 0.0)
-    t[T_SINCE] = t[T_WAY]
+        tell(w, events, increments.ENGAGE, w.counts[0] - 1, 0.0)
+    t[tally.SINCE] = t[tally.WAY]
     return True

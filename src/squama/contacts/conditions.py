@@ -5,39 +5,13 @@ from __future__ import annotations
 import math
 
 from squama.batch.keeping import part as _jit
-from squama.contacts.detection import AT, GAP, VERTEX, covers, deepest, over, vertices, view
+from squama.contacts import touch
+from squama.contacts.detection import covers, deepest, over, vertices, view
 from squama.contacts.geometry import back
 from squama.contacts.increments import Walk
 from squama.contacts.meeting import MARGIN, N_, along_edges, inclination, meet
-from squama.contacts.system import (
-    APART,
-    BETA,
-    EE,
-    EF,
-    ELASTIC,
-    ENDED,
-    ETA,
-    FIRST,
-    FLUSH,
-    KIND,
-    LET_GO,
-    LIES,
-    MU,
-    ONE,
-    OTHER,
-    STUCK,
-    VF,
-    H,
-    State,
-    System,
-    copy,
-    high,
-    lengthwise,
-    low,
-    on_edge,
-    partner,
-    spots,
-)
+from squama.contacts.system import BETA, ELASTIC, ETA, MU, H, State, System, copy, high, low, on_edge, partner, spots
+from squama.contacts.touch import lengthwise
 from squama.contacts.vectors import cross, dot
 from squama.types import Array
 
@@ -45,7 +19,7 @@ PULL, OFF, SLOPE, FLIP, MEET = range(5)
 """What an increment violates."""
 MISSED_GAP, MISSED_PULL, MISSED_PLACE, MISSED_CONE, MISSED_SLOPE = 1e-10, 1e-12, 1e-9, 1e-11, 1e-9
 """Gap, force, place, force beyond the cone of friction, and slope by which a condition may be missed."""
-_FLAT, _SHALLOW, _BESIDE = 1e-8, 1e-6, (0.01, 0.03, 0.1, 0.3)
+FLAT, _SHALLOW, _BESIDE = 1e-8, 1e-6, (0.01, 0.03, 0.1, 0.3)
 """Gap, in pitches, below which an edge lies flush, depth from which on it has a tangent again, and where is looked."""
 
 
@@ -55,20 +29,21 @@ def beyond(S: System, st: State, c: Array, k: int) -> tuple[float, int]:
 
     By twos the ends of its first place, of its second one, and of an edge that lies along a face.
     """
-    kind, i, j, s = c[KIND], c[FIRST], partner(S, c), st.s[k]
+    kind, i, j, s = c[touch.KIND], c[touch.FIRST], partner(S, c), st.s[k]
     least, which = 1e9 + 0.0 * s[0], 0
-    if kind == LIES or c[STUCK] == LET_GO:
+    if kind == touch.LIES or c[touch.STUCK] == touch.LET_GO:
         return least, which
-    if kind == EE:
-        l0, h0, l1, h1 = low(S, i, c[ONE]), high(S, i, c[ONE]), low(S, j, c[OTHER]), high(S, j, c[OTHER])
+    if kind == touch.EE:
+        one, other = c[touch.ONE], c[touch.OTHER]
+        l0, h0, l1, h1 = low(S, i, one), high(S, i, one), low(S, j, other), high(S, j, other)
     else:
-        face = j if kind in (VF, EF) else i
+        face = j if kind in (touch.VF, touch.EF) else i
         l0, h0, l1, h1 = 0.0 * S.shapes[face, ETA], S.shapes[face, ETA], -S.shapes[face, BETA], S.shapes[face, BETA]
     for a, v in enumerate((s[0] - l0, h0 - s[0], s[1] - l1, h1 - s[1])):
         if v.real < least.real:
             least, which = v, a
-    if kind >= EF:
-        own, e = (i, c[ONE]) if kind == EF else (j, c[OTHER])
+    if kind >= touch.EF:
+        own, e = (i, c[touch.ONE]) if kind == touch.EF else (j, c[touch.OTHER])
         for a, v in enumerate((s[2] - low(S, own, e), high(S, own, e) - s[2])):
             if v.real < least.real:
                 least, which = v, 4 + a
@@ -82,29 +57,29 @@ def slope(w: Walk, st: State, k: int) -> tuple[float, int]:
     Only of bent plates.
     """
     S, c = w.S, w.con[k]
-    i, j, kind = c[FIRST], partner(S, c), c[KIND]
-    if kind >= EF or c[ENDED] == 1 or c[STUCK] == LET_GO or not S.shapes[i, ELASTIC].real > 0:
+    i, j, kind = c[touch.FIRST], partner(S, c), c[touch.KIND]
+    if kind >= touch.EF or c[touch.ENDED] == 1 or c[touch.STUCK] == touch.LET_GO or not S.shapes[i, ELASTIC].real > 0:
         return 1e9 + 0.0 * st.s[k, 0], -1
-    g = meet(S, st, c, st.s[k], w.W)
+    one, other, g = c[touch.ONE], c[touch.OTHER], meet(S, st, c, st.s[k], w.W)
     n1, n2 = cross(g.tx1, g.ty1), cross(g.tx2, g.ty2)
-    P, E1, E2 = w.W.pairs[i, c[APART] - 1], w.W.E[i], w.W.E[j]
-    if kind == EE:
+    P, E1, E2 = w.W.pairs[i, c[touch.APART] - 1], w.W.E[i], w.W.E[j]
+    if kind == touch.EE:
         t1, t2 = along_edges(c, g)
         inner = back(E2, back(P, t1))
-        v = inner[1] if lengthwise(c[OTHER]) else inner[0]
-        first = dot(t1, n2) * (1.0 if v.real > 0 else -1.0) * (1.0 if c[OTHER] == 1 or c[OTHER] == 3 else -1.0)
+        v = inner[1] if lengthwise(other) else inner[0]
+        first = dot(t1, n2) * (1.0 if v.real > 0 else -1.0) * (1.0 if other in (1, 3) else -1.0)
         inner = back(E1, t2)
-        v = inner[1] if lengthwise(c[ONE]) else inner[0]
-        second = -dot(t2, n1) * (1.0 if v.real > 0 else -1.0) * (1.0 if c[ONE] == 1 or c[ONE] == 3 else -1.0)
-        return (first, c[ONE]) if first.real <= second.real else (second, 4 + c[OTHER])
-    v = c[ONE] if kind == VF else c[OTHER]
+        v = inner[1] if lengthwise(one) else inner[0]
+        second = -dot(t2, n1) * (1.0 if v.real > 0 else -1.0) * (1.0 if one in (1, 3) else -1.0)
+        return (first, one) if first.real <= second.real else (second, 4 + other)
+    v = one if kind == touch.VF else other
     sy, sx = (1.0 if v % 2 == 0 else -1.0), (-1.0 if v < 2 else 1.0)
-    if kind == VF:
+    if kind == touch.VF:
         a, b = sy * dot(g.ty1, n2), sx * dot(g.tx1, n2)
     else:
         a, b = -sy * dot(g.ty2, n1), -sx * dot(g.tx2, n1)
     end, side = (0 if v < 2 else 3), (1 if v % 2 == 0 else 2)
-    o = 0 if kind == VF else 4
+    o = 0 if kind == touch.VF else 4
     return (a, o + end) if a.real <= b.real else (b, o + side)
 
 
@@ -115,22 +90,9 @@ def dips(w: Walk, st: State, k: int) -> tuple[float, int]:
     An edge that lies flush dips only where it is deeper by what its tangent can be found by.
     """
     least, edge = slope(w, st, k)
-    if least.real < 0.0 and w.con[k, ENDED] == FLUSH:
-        least = _SHALLOW - depth(w, st, k, edge) + 0.0 * least
+    if least.real < 0.0 and w.con[k, touch.ENDED] == touch.FLUSH:
+        least = _SHALLOW + beside_it(w, st, k, edge)[0] + 0.0 * least
     return least, edge
-
-
-@_jit
-def depth(w: Walk, st: State, k: int, edge: int) -> float:
-    """Return how much deeper an edge of a contact lies beside it (+ 4: of the other scale)."""
-    return -beside_it(w, st, k, edge)[0]
-
-
-@_jit
-def is_flush(w: Walk, st: State, k: int, edge: int) -> bool:
-    """Say whether an edge lies along the face so closely beside a contact that it has no tangent there."""
-    least, most = beside_it(w, st, k, edge)
-    return max(-least, most) < _FLAT
 
 
 @_jit
@@ -140,12 +102,12 @@ def beside_it(w: Walk, st: State, k: int, edge: int) -> tuple[float, float]:
     0 and infinite where no such place is over it.
     """
     S, c = w.S, w.con[k]
-    i, j, upper, e = c[FIRST], partner(S, c), edge >= 4, edge % 4
+    i, j, upper, e = c[touch.FIRST], partner(S, c), edge >= 4, edge % 4
     own, other = (j, i) if upper else (i, j)
     x1, y1, x2, y2 = spots(S, c, st.s[k])
     at = (x2 if lengthwise(e) else y2) if upper else (x1 if lengthwise(e) else y1)
     v, begin, end, least, most, found = w.W.views[0], low(S, own, e), high(S, own, e), 0.0, 0.0, False
-    view(w.W, i, j, c[APART], upper, v)
+    view(w.W, i, j, c[touch.APART], upper, v)
     for part in _BESIDE:
         for sign in (-1.0, 1.0):
             s = at + sign * part * (end - begin)
@@ -168,7 +130,7 @@ def condition(w: Walk, st: State, what: int, c: int) -> float:
     if what == SLOPE:
         return dips(w, st, c)[0]
     margin: float = w.W.told[c, MARGIN]
-    return -margin if w.con[c, STUCK] > 0 else margin
+    return -margin if w.con[c, touch.STUCK] > 0 else margin
 
 
 @_jit
@@ -176,16 +138,18 @@ def value(w: Walk, st: State, what: int, c: int) -> float:
     """Return the value of any condition at a state that was just solved for; below 0 it is violated."""
     if what != MEET:
         return condition(w, st, what, c)
-    if w.best[KIND] == LIES:
-        return inclination(w.S, int(w.best[FIRST]), w.W)
+    if w.best[touch.KIND] == touch.LIES:
+        return inclination(w.S, int(w.best[touch.FIRST]), w.W)
     # the vertex of the overlap, if it is there: one edge may be tangent at several places
-    n, gap, least = vertices(w.S, st, w.W, int(w.best[FIRST]), int(w.best[APART]), 1e9, w.found, 0), math.nan, math.inf
-    for a in range(n):
-        v = w.found[a]
-        if v[KIND] == w.best[KIND] and v[ONE] == w.best[ONE] and v[OTHER] == w.best[OTHER]:
-            far = abs(v[AT] - w.best[AT]) + abs(v[AT + 1] - w.best[AT + 1])
+    best, gap, least = w.best, math.nan, math.inf
+    for a in range(vertices(w.S, st, w.W, int(best[touch.FIRST]), int(best[touch.APART]), 1e9, w.found, 0)):
+        v, same = w.found[a], True
+        for o in range(touch.KIND, touch.STUCK):
+            same = same and v[o] == best[o]
+        if same:
+            far = abs(v[touch.AT] - best[touch.AT]) + abs(v[touch.AT + 1] - best[touch.AT + 1])
             if far < least:
-                gap, least = v[GAP], far
+                gap, least = v[touch.GAP], far
     return gap
 
 
@@ -212,7 +176,7 @@ def violated(w: Walk, st: State, every: bool) -> tuple[int, int, float]:
             what, which, worst = SLOPE, c, v
         if mu > 0.0:
             margin = w.W.told[c, MARGIN]
-            v = -margin if w.con[c, STUCK] > 0 else margin
+            v = -margin if w.con[c, touch.STUCK] > 0 else margin
             if v < -MISSED_CONE and v < worst:
                 what, which, worst = FLIP, c, v
     if what >= 0:
@@ -220,7 +184,7 @@ def violated(w: Walk, st: State, every: bool) -> tuple[int, int, float]:
     a = deepest(w.S, st, w.con, m, w.W, -MISSED_GAP, w.near, every, w.found)
     if a >= 0:
         copy(w.found[a], w.best)
-        return MEET, -1, w.found[a, GAP]
+        return MEET, -1, w.found[a, touch.GAP]
     return lain(w)
 
 
@@ -234,9 +198,9 @@ def lain(w: Walk) -> tuple[int, int, float]:
             worst, which = theta, i
     if which < 0:
         return -1, -1, 0.0
-    for a in range(VERTEX):
+    for a in range(touch.VERTEX):
         w.best[a] = 0.0
-    w.best[FIRST], w.best[KIND], w.best[GAP] = which, LIES, worst
+    w.best[touch.FIRST], w.best[touch.KIND], w.best[touch.GAP] = which, touch.LIES, worst
     return MEET, -1, worst
 
 
@@ -244,7 +208,7 @@ def lain(w: Walk) -> tuple[int, int, float]:
 def lying(w: Walk, i: int) -> bool:
     """Say whether a scale lies on the substrate."""
     for c in range(w.counts[0]):  # noqa: SIM110 - compiled
-        if w.con[c, KIND] == LIES and w.con[c, FIRST] == i:
+        if w.con[c, touch.KIND] == touch.LIES and w.con[c, touch.FIRST] == i:
             return True
     return False
 
@@ -252,4 +216,4 @@ def lying(w: Walk, i: int) -> bool:
 @_jit
 def sideways(w: Walk, gap: float) -> bool:
     """Say whether a vertex that was just found is as deep as only one that came in from the side."""
-    return bool(w.best[KIND] != LIES and gap < -0.3 * w.S.shapes[0, H] - 5e-3)
+    return bool(w.best[touch.KIND] != touch.LIES and gap < -0.3 * w.S.shapes[0, H] - 5e-3)

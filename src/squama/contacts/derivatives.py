@@ -1,7 +1,7 @@
 """A noted load path once more with a complex step in its beam and its targets: derivatives of designs; compiled.
 
-The real path is followed once, and its increments are noted (:func:`squama.contacts.follow.note`). With the equations
-r(z, states before, beam, strains) = 0 of an increment and J = dr/dz a change of the beam changes the state by
+The real path is followed once, and its increments are noted (:func:`squama.contacts.increments.note`). With the
+equations r(z, states before, beam, strains) = 0 of an increment and J = dr/dz a change of the beam changes the state by
 
     dz = -J^-1 (change of r with the beam, the strains and the states before)
 
@@ -23,33 +23,17 @@ import numpy as np
 
 from squama.batch.keeping import making
 from squama.batch.keeping import part as _jit
+from squama.contacts import increments, tally, touch
 from squama.contacts.changes import change
 from squama.contacts.conditions import MEET, condition
 from squama.contacts.detection import gap_at
 from squama.contacts.equations import residual
 from squama.contacts.follow import set_out
-from squama.contacts.increments import (
-    LOST,
-    NOTED,
-    NOTED_H,
-    NOTED_M,
-    NOTED_N,
-    NOTED_VERTEX,
-    NOTED_WHAT,
-    NOTED_WHICH,
-    NOTHING,
-    T_BEFORE,
-    T_COUNT,
-    T_SIZE,
-    T_WAY,
-    Walk,
-    guess,
-    weigh,
-)
+from squama.contacts.increments import Legs, Walk, Written, guess, weigh
 from squama.contacts.linear import exchanged, laid_out, stored, substitute
 from squama.contacts.meeting import inclination, prepared
 from squama.contacts.newton import shift
-from squama.contacts.system import FIRST, KIND, LIES, PHI, STRAINS, State, copy
+from squama.contacts.system import PHI, STRAINS, State, copy
 from squama.contacts.works import accept, remember, worked
 from squama.contacts.written import write
 from squama.types import Array
@@ -63,8 +47,8 @@ size of an increment below which two events are at once."""
 def read(w: Walk, at: int) -> tuple[int, int, int]:
     """Take over contacts and real parts of the state of a noted increment; return contacts, unknowns, where J is."""
     notes, st, width = w.notes, w.new, w.con.shape[1]
-    m, n = int(notes[at + NOTED_M]), int(notes[at + NOTED_N])
-    a = at + NOTED
+    m, n = int(notes[at + increments.NOTED_M]), int(notes[at + increments.NOTED_N])
+    a = at + increments.NOTED
     for c in range(m):
         for o in range(width):
             w.con[c, o] = int(notes[a + o])
@@ -152,8 +136,8 @@ def missed(w: Walk, what: int, c: int) -> float:
     """Return the value of an event's condition at the new state, its change included."""
     if what != MEET:
         return condition(w, w.new, what, c).imag
-    if w.best[KIND] == LIES:
-        return inclination(w.S, int(w.best[FIRST]), w.W).imag
+    if w.best[touch.KIND] == touch.LIES:
+        return inclination(w.S, int(w.best[touch.FIRST]), w.W).imag
     return gap_at(w.S, w.new, w.W, w.best).imag
 
 
@@ -161,19 +145,20 @@ def missed(w: Walk, what: int, c: int) -> float:
 def increment(w: Walk, at: int, goal: complex, events: Array) -> bool:
     """Go on by the increment that is noted; False where nothing is known of changes beyond it."""
     t, notes = w.tally, w.notes
-    h, what, c = notes[at + NOTED_H], int(notes[at + NOTED_WHAT]), int(notes[at + NOTED_WHICH])
-    if what == LOST:
+    h, what = notes[at + increments.NOTED_H], int(notes[at + increments.NOTED_WHAT])
+    c = int(notes[at + increments.NOTED_WHICH])
+    if what == increments.LOST:
         return False
-    left, by, first = goal - t[T_WAY], 0.0, 0.0
-    if what == NOTHING:
+    left, by, first = goal - t[tally.WAY], 0.0, 0.0
+    if what == increments.NOTHING:
         # the same share of what is left
         by = left.imag * (h / left.real)
     else:
-        copy(notes[at + NOTED_VERTEX : at + NOTED], w.best)
+        copy(notes[at + increments.NOTED_VERTEX : at + increments.NOTED], w.best)
     for trial in range(3):
         if not changed(w, at, h + 1j * by):
             return False
-        if what == NOTHING or h < _AT_ONCE or trial == 2:
+        if what == increments.NOTHING or h < _AT_ONCE or trial == 2:
             break
         off = missed(w, what, c)
         if trial == 0:
@@ -185,15 +170,15 @@ def increment(w: Walk, at: int, goal: complex, events: Array) -> bool:
             by *= first / (first - off)
             if not math.isfinite(by):
                 return False
-    accept(w, h + 1j * by, what != NOTHING, worked(w, h + 1j * by))
-    return what == NOTHING or change(w, what, c, events)
+    accept(w, h + 1j * by, what != increments.NOTHING, worked(w, h + 1j * by))
+    return what == increments.NOTHING or change(w, what, c, events)
 
 
 @_jit
 def length(w: Walk, at: int) -> int:
     """Return how many numbers are noted of an increment."""
-    m, n = int(w.notes[at + NOTED_M]), int(w.notes[at + NOTED_N])
-    return int(NOTED + m * (w.con.shape[1] + 6) + w.new.q.size + STRAINS + stored(w.J, n))
+    m, n = int(w.notes[at + increments.NOTED_M]), int(w.notes[at + increments.NOTED_N])
+    return int(increments.NOTED + m * (w.con.shape[1] + 6) + w.new.q.size + STRAINS + stored(w.J, n))
 
 
 @_jit
@@ -205,42 +190,40 @@ def unknown(a: Array) -> None:
 
 
 @_jit
-def again(
-    w: Walk, ways: Array, corners: Array, most: float, step: float, done: int, rows: Array, motions: Array,
-    bends: Array, contacts: Array, events: Array,
-) -> None:  # fmt: skip
+def again(w: Walk, legs: Legs, written: Written) -> None:
     """Follow a noted path with the complex steps of a beam, its ways and its corners, from where it began.
 
-    ``done``: how many ways the real path reached. Written is what :func:`squama.contacts.follow.follow` writes, NaN
-    where changes are not known: at ways behind a snap, at one where an event stands, and beyond the room for notes.
+    Its ends are those of the real path. Written is what :func:`squama.contacts.follow.follow` writes, NaN where changes
+    are not known: at ways behind a snap, at one where an event stands, and beyond the room for notes.
     """
+    ways, events = legs.ways, written.events
     t, at, known = w.tally, 1, True
     stop = abs(int(w.notes[0]))
     prepared(w.S, w.now, w.con, w.counts[0], True, w.W)
-    if t[T_COUNT].real == 0:
-        t[T_SIZE], t[T_BEFORE] = step, step
+    if t[tally.COUNT].real == 0:
+        t[tally.SIZE], t[tally.BEFORE] = legs.step, legs.step
         remember(w)
         remember(w)
     unknown(events)
     for i in range(len(ways) + 1):
-        goal = ways[i] if i < len(ways) else most + 0j
+        goal = ways[i] if i < len(ways) else complex(legs.most)
         begin = ways[i - 1].real if i > 0 else 0.0
         if i < len(ways) and ways[i].real > begin:
-            set_out(w, corners, ways, i, step)
+            set_out(w, legs.corners, ways, i, legs.step)
         elif len(ways) == 0:
             w.leg[4 + PHI] = 1.0
         event = False
-        while known and at < stop and t[T_WAY].real < goal.real - 1e-13:
+        while known and at < stop and t[tally.WAY].real < goal.real - 1e-13:
             known = increment(w, at, goal, events)
-            event = int(w.notes[at + NOTED_WHAT]) != NOTHING
+            event = int(w.notes[at + increments.NOTED_WHAT]) != increments.NOTHING
             at += length(w, at)
-        if i >= done:
+        if i >= int(written.ends[3]):
             continue
-        known = known and t[T_WAY].real >= goal.real - 1e-13
+        known = known and t[tally.WAY].real >= goal.real - 1e-13
         if known and not event:
-            write(w, rows[i], motions[i], bends[i], contacts[i])
+            write(w, written, i)
         else:
-            unknown(rows[i])
-            unknown(motions[i])
-            unknown(bends[i])
-            unknown(contacts[i])
+            unknown(written.rows[i])
+            unknown(written.motions[i])
+            unknown(written.bends[i])
+            unknown(written.contacts[i])

@@ -12,42 +12,28 @@ import math
 import numpy as np
 
 from squama.batch.keeping import part as _jit
+from squama.contacts import touch
 from squama.contacts.geometry import back, lift, lifted_by, turn
 from squama.contacts.meeting import Work
 from squama.contacts.system import (
-    APART,
     BETA,
-    EE,
-    EF,
     ELASTIC,
     ETA,
-    FE,
-    FIRST,
-    FV,
-    KIND,
-    LET_GO,
-    ONE,
-    OTHER,
-    STUCK,
-    VF,
     H,
     State,
     System,
     corner,
     further,
     high,
-    lengthwise,
     low,
     on_edge,
     partner,
     spots,
 )
+from squama.contacts.touch import corner_at, lengthwise
 from squama.contacts.vectors import Vector, add
 from squama.types import Array
 
-GAP, AT = 5, 6
-"""Columns of a vertex after those of a contact: its gap, and its places (3)."""
-VERTEX = 9
 _DIP = 1e-3
 """Depth, in pitches, by which the gap along a bent edge may be less between two places that are looked at."""
 ALONG, ACROSS = 16, 8
@@ -79,8 +65,8 @@ def view(W: Work, i: int, j: int, k: int, other: bool, out: Array) -> None:
 @_jit
 def seen(v: Array, x: float, y: float, z: float) -> Vector:
     """Return a place of a scale in the other one's axes."""
-    return (v[0] + v[3] * x + v[6] * y + v[9] * z, v[1] + v[4] * x + v[7] * y + v[10] * z,
-            v[2] + v[5] * x + v[8] * y + v[11] * z)  # fmt: skip
+    X, Y = v[0] + v[3] * x + v[6] * y + v[9] * z, v[1] + v[4] * x + v[7] * y + v[10] * z
+    return X, Y, v[2] + v[5] * x + v[8] * y + v[11] * z
 
 
 @_jit
@@ -108,15 +94,14 @@ def covers(S: System, i: int, x: float, y: float) -> bool:
 
 
 @_jit
-def note(out: Array, n: int, i: int, k: int, kind: int, one: int, other: int) -> None:
-    """Write what a vertex is."""
-    out[n, FIRST], out[n, APART], out[n, KIND], out[n, ONE], out[n, OTHER] = i, k, kind, one, other
-
-
-@_jit
-def place(out: Array, n: int, gap: float, a: float, b: float, c: float) -> None:
-    """Write the gap of a vertex and its places."""
-    out[n, GAP], out[n, AT], out[n, AT + 1], out[n, AT + 2] = gap, a, b, c
+def noted(
+    out: Array, n: int, pair: tuple[int, int], kind: int, one: int, other: int, gap: float, a: float, b: float, c: float
+) -> int:
+    """Write a vertex of a scale and how many further the other is: what it is, its gap and places; return n + 1."""
+    v = out[n]
+    v[touch.FIRST], v[touch.APART], v[touch.KIND], v[touch.ONE], v[touch.OTHER] = pair[0], pair[1], kind, one, other
+    v[touch.GAP], v[touch.AT], v[touch.AT + 1], v[touch.AT + 2] = gap, a, b, c
+    return n + 1
 
 
 @_jit
@@ -216,18 +201,13 @@ def vertices(S: System, st: State, W: Work, i: int, k: int, cap: float, out: Arr
         p, gap = over(S, st, v, i, j, False, x, y)
         corners[c, 0], corners[c, 1], corners[c, 2] = p
         if covers(S, j, p[0], p[1]) and gap < cap and n < room:
-            note(out, n, i, k, VF, c, 0)
-            place(out, n, gap, p[0], p[1], 0.0)
-            n += 1
+            n = noted(out, n, (i, k), touch.VF, c, 0, gap, p[0], p[1], 0.0)
         x, y = corner(S, j, c)
         p, gap = over(S, st, u, j, i, True, x, y)
         if covers(S, i, p[0], p[1]) and gap < cap and n < room:
-            note(out, n, i, k, FV, 0, c)
-            place(out, n, gap, p[0], p[1], 0.0)
-            n += 1
+            n = noted(out, n, (i, k), touch.FV, 0, c, gap, p[0], p[1], 0.0)
     for e in range(4):
-        first = 0 if e == 0 else (2 if e == 1 else (3 if e == 2 else 2))
-        last = 1 if e == 0 else (0 if e == 1 else (1 if e == 2 else 3))
+        first, last = corner_at(e, False), corner_at(e, True)
         for f in range(4):
             axis, goal = across(f), bound(S, j, f)
             way = corners[last, axis] - corners[first, axis]
@@ -247,9 +227,7 @@ def vertices(S: System, st: State, W: Work, i: int, k: int, cap: float, out: Arr
                 b = corners[first, 1 - axis] + t * (corners[last, 1 - axis] - corners[first, 1 - axis])
                 gap = corners[first, 2] + t * (corners[last, 2] - corners[first, 2]) - S.shapes[j, H] / 2
             if a0 <= a <= a1 and low(S, j, f) <= b <= high(S, j, f) and gap < cap and n < room:
-                note(out, n, i, k, EE, e, f)
-                place(out, n, gap, a, b, 0.0)
-                n += 1
+                n = noted(out, n, (i, k), touch.EE, e, f, gap, a, b, 0.0)
     if not bent:
         return n
     for e in range(4):
@@ -304,25 +282,23 @@ def minima(
             if abs(slope) < 1e-13:
                 break
         if gap < cap and on and n < len(out):
-            note(out, n, i, k, FE if upper else EF, e, e)
-            place(out, n, gap, x, y, a)
-            n += 1
+            n = noted(out, n, (i, k), touch.FE if upper else touch.EF, e, e, gap, x, y, a)
     return n
 
 
 @_jit
 def gap_at(S: System, st: State, W: Work, row: Array) -> float:
     """Return the gap of a vertex that is there, real or with a complex step."""
-    i, kind, one, other = int(row[FIRST]), int(row[KIND]), int(row[ONE]), int(row[OTHER])
-    k, a, none = int(row[APART]), row[AT], 0.0 * S.shapes[int(row[FIRST]), ETA]
-    j, upper = further(S, i, k), kind in (FV, FE)
+    i, kind, one, other = int(row[touch.FIRST]), int(row[touch.KIND]), int(row[touch.ONE]), int(row[touch.OTHER])
+    k, a, none = int(row[touch.APART]), row[touch.AT], 0.0 * S.shapes[int(row[touch.FIRST]), ETA]
+    j, upper = further(S, i, k), kind in (touch.FV, touch.FE)
     v = W.views[0]
     view(W, i, j, k, upper, v)
-    if kind == EE:
+    if kind == touch.EE:
         return crossing(S, st, v, i, j, one, other, a + none)[2]
     own, faced = (j, i) if upper else (i, j)
-    if kind >= EF:
-        return dip(S, st, v, own, faced, upper, other if upper else one, row[AT + 2] + none)[3]
+    if kind >= touch.EF:
+        return dip(S, st, v, own, faced, upper, other if upper else one, row[touch.AT + 2] + none)[3]
     x, y = corner(S, own, other if upper else one)
     return over(S, st, v, own, faced, upper, x, y)[1]
 
@@ -352,9 +328,9 @@ def narrowed(least: float, most: float, start: float, end: float, first: float, 
 def edges_of(kind: int, one: int, other: int, side: int) -> tuple[int, int]:
     """Return the edges of a scale (0: the first one) on which a contact lies; -1 for none."""
     feature = one if side == 0 else other
-    if kind == EE or (kind == EF and side == 0) or (kind == FE and side == 1):
+    if kind == touch.EE or (kind == touch.EF and side == 0) or (kind == touch.FE and side == 1):
         return feature, -1
-    if (kind == VF and side == 0) or (kind == FV and side == 1):
+    if (kind == touch.VF and side == 0) or (kind == touch.FV and side == 1):
         return (0 if feature < 2 else 3), (1 if feature % 2 == 0 else 2)
     return -1, -1
 
@@ -363,22 +339,22 @@ def edges_of(kind: int, one: int, other: int, side: int) -> tuple[int, int]:
 def known(S: System, st: State, con: Array, m: int, row: Array, W: Work) -> bool:
     """Say whether a vertex is a contact already, or one at the place of a contact; ``W.vertex`` becomes its kind."""
     c = W.vertex
-    kind, one, other = int(row[KIND]), int(row[ONE]), int(row[OTHER])
+    kind, one, other = int(row[touch.KIND]), int(row[touch.ONE]), int(row[touch.OTHER])
     for a in range(5):
         c[a] = int(row[a])
-    x1, y1, x2, y2 = spots(S, c, row[AT:])
-    i, j = c[FIRST], partner(S, c)
+    x1, y1, x2, y2 = spots(S, c, row[touch.AT :])
+    i, j = c[touch.FIRST], partner(S, c)
     for a in range(m):
-        if con[a, FIRST] != c[FIRST] or con[a, APART] != c[APART] or con[a, STUCK] == LET_GO:
+        d = con[a]
+        if d[touch.FIRST] != c[touch.FIRST] or d[touch.APART] != c[touch.APART] or d[touch.STUCK] == touch.LET_GO:
             continue
-        k, o, t = con[a, KIND], con[a, ONE], con[a, OTHER]
-        if k == kind and o == one and t == other and k < EF:
+        k, o, t = d[touch.KIND], d[touch.ONE], d[touch.OTHER]
+        if k == kind and o == one and t == other and k < touch.EF:
             return True
-        X1, Y1, X2, Y2 = spots(S, con[a], st.s[a])
-        near = W.window[0] if kind >= EF or k >= EF else _SAME
-        if (abs(X1 - x1) < near * S.shapes[i, ETA] and abs(Y1 - y1) < 2 * near * S.shapes[i, BETA]
-                and abs(X2 - x2) < near * S.shapes[j, ETA]
-                and abs(Y2 - y2) < 2 * near * S.shapes[j, BETA]):  # fmt: skip
+        X1, Y1, X2, Y2 = spots(S, d, st.s[a])
+        near = W.window[0] if kind >= touch.EF or k >= touch.EF else _SAME
+        here = abs(X1 - x1) < near * S.shapes[i, ETA] and abs(Y1 - y1) < 2 * near * S.shapes[i, BETA]
+        if here and abs(X2 - x2) < near * S.shapes[j, ETA] and abs(Y2 - y2) < 2 * near * S.shapes[j, BETA]:
             return True
     return False
 
@@ -386,19 +362,17 @@ def known(S: System, st: State, con: Array, m: int, row: Array, W: Work) -> bool
 @_jit
 def deepest_of(
     S: System, st: State, con: Array, m: int, W: Work, i: int, k: int, cap: float, out: Array, n: int
-) -> tuple[int, int]:  # fmt: skip
+) -> tuple[int, int]:
     """Return as :func:`deepest` a vertex of scale i and its neighbour k; rows are written from n on, to the second."""
     first, n, best = n, vertices(S, st, W, i, k, cap, out, n), -1
     for a in range(first, n):
-        if not known(S, st, con, m, out[a], W) and (best < 0 or out[a, GAP] < out[best, GAP]):
+        if not known(S, st, con, m, out[a], W) and (best < 0 or out[a, touch.GAP] < out[best, touch.GAP]):
             best = a
     return best, n
 
 
 @_jit
-def deepest(
-    S: System, st: State, con: Array, m: int, W: Work, cap: float, near: Array, every: bool, out: Array
-) -> int:  # fmt: skip
+def deepest(S: System, st: State, con: Array, m: int, W: Work, cap: float, near: Array, every: bool, out: Array) -> int:
     """Return the vertex with the least gap below ``cap`` that is not known, a row of ``out``; -1 where there is none.
 
     ``near`` (N, reach) marks the pairs that have one: all pairs are looked at where ``every``, else those only.
@@ -410,6 +384,6 @@ def deepest(
                 a, n = deepest_of(S, st, con, m, W, i, k, cap, out, n)
                 if a >= 0:
                     near[i, k - 1] = 1
-                    if best < 0 or out[a, GAP] < out[best, GAP]:
+                    if best < 0 or out[a, touch.GAP] < out[best, touch.GAP]:
                         best = a
     return best

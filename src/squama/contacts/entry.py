@@ -11,12 +11,13 @@ import numpy as np
 from squama.batch import records
 from squama.batch.keeping import kept, making
 from squama.batch.keeping import part as _jit
+from squama.contacts import tally, touch
 from squama.contacts.derivatives import again
-from squama.contacts.detection import VERTEX, WINDOW
+from squama.contacts.detection import WINDOW
 from squama.contacts.follow import follow
 from squama.contacts.from_endless import from_endless
 from squama.contacts.geometry import PLACED, RATES, put
-from squama.contacts.increments import NO_EQUILIBRIUM, RANGE, TALLY, Walk
+from squama.contacts.increments import NO_EQUILIBRIUM, RANGE, Legs, Walk, Written
 from squama.contacts.jacobian import LOCAL
 from squama.contacts.linear import Linear
 from squama.contacts.meeting import Work
@@ -58,27 +59,36 @@ _CROWD = 8
 
 
 @_jit
-def _follow(
-    w: Walk, ways: Array, corners: Array, most: float, step: float, rows: Array, motions: Array, bends: Array,
-    contacts: Array, events: Array, end: Array,
-) -> None:  # fmt: skip
+def _follow(w: Walk, legs: Legs, written: Written) -> None:
     """Follow a path, which stays in memory meanwhile: compiled functions are given its address."""
-    follow(records.held(w), ways, corners, most, step, rows, motions, bends, contacts, events, end)
+    follow(records.held(w), legs, written)
 
 
 @_jit
-def _again(
-    w: Walk, ways: Array, corners: Array, most: float, step: float, done: int, rows: Array, motions: Array,
-    bends: Array, contacts: Array, events: Array,
-) -> None:  # fmt: skip
+def _again(w: Walk, legs: Legs, written: Written) -> None:
     """Follow a noted path once more, see :func:`_follow`."""
-    again(records.held(w), ways, corners, most, step, done, rows, motions, bends, contacts, events)
+    again(records.held(w), legs, written)
+
+
+@making
+def _at(legs: Legs, i: int) -> Legs:
+    """Return the legs of one of many paths."""
+    return Legs(legs.ways[i], legs.corners[i], legs.most[i], legs.step)
+
+
+@making
+def _of(found: Written, i: int) -> Written:
+    """Return what is written of one of many paths."""
+    rows, motions, bends, contacts, events, ends = found
+    return Written(rows[i], motions[i], bends[i], contacts[i], events[i], ends[i])
 
 
 @_jit
-def _begun(w: Walk, given: Array) -> bool:
-    """Solve for a row's state from an endless beam's, see :func:`_follow`."""
-    return from_endless(records.held(w), given)
+def _begun(w: Walk, given: Array, written: Written) -> None:
+    """Solve for a row's state from an endless beam's, and write it, see :func:`_follow`."""
+    row = records.held(w)
+    written.ends[0] = RANGE if from_endless(row, given) else NO_EQUILIBRIUM
+    write(row, written, 0)
 
 
 @making
@@ -104,9 +114,9 @@ def walk(S: System, C: int, notes: Array) -> Walk:
     strains = STRAINS * pieces(S, k)
     W = Work(
         np.zeros((N, 12), kind), np.zeros((N, k, PLACED + RATES * pieces(S, k)), kind), np.zeros((N, 24), kind),
-        np.zeros((2 * C, 3, 24)),
-        np.zeros((2 * C, 3, 24)), np.zeros(2 * C), np.zeros((6, n)), np.zeros((LOCAL + strains, LOCAL + 6 + strains)),
-        np.zeros((C, 3), kind), np.zeros((2, 12), kind), np.zeros((4, 3)), np.zeros(7, np.int64), np.zeros(VERTEX),
+        np.zeros((2 * C, 3, 24)), np.zeros((2 * C, 3, 24)), np.zeros(2 * C), np.zeros((6, n)),
+        np.zeros((LOCAL + strains, LOCAL + 6 + strains)), np.zeros((C, 3), kind), np.zeros((2, 12), kind),
+        np.zeros((4, 3)), np.zeros(7, np.int64), np.zeros(touch.VERTEX),
         np.zeros((2, LOCAL + 6 + strains), np.int64), np.zeros(N, np.int64), np.zeros(2 * C, np.int64),
         np.zeros((own, STRAINS), kind), np.zeros((sections, PLACED), kind), np.zeros((sections, STRAINS, 6), kind),
         np.zeros((sections, 6), kind), np.zeros(PLACED + RATES, kind), np.eye(3).astype(kind), np.full(1, WINDOW),
@@ -123,8 +133,8 @@ def walk(S: System, C: int, notes: Array) -> Walk:
     return Walk(
         S, W, J, state(S, C), state(S, C), state(S, C), state(S, C), state(S, C), state(S, C),
         past, np.zeros((C, 7), np.int64),
-        np.zeros((C, 7), np.int64), np.zeros((C, 7), np.int64), np.zeros((64 * N, VERTEX)), np.zeros(4, kind),
-        np.zeros(4, np.int64), np.zeros(8, kind), np.zeros(TALLY, kind), np.zeros(VERTEX),
+        np.zeros((C, 7), np.int64), np.zeros((C, 7), np.int64), np.zeros((64 * N, touch.VERTEX)), np.zeros(4, kind),
+        np.zeros(4, np.int64), np.zeros(8, kind), np.zeros(tally.TALLY, kind), np.zeros(touch.VERTEX),
         np.zeros((N, k), np.int64), notes,
     )  # fmt: skip
 
@@ -219,59 +229,45 @@ def _place(a: int) -> int:
     return MOTIONS + (PHI if a == 6 else (PSI if a == 7 else EPS))
 
 
-def _path(
-    S: System, C: int, ways: Array, corners: Array, most: float, step: float, rows: Array, motions: Array, bends: Array,
-    contacts: Array, events: Array, end: Array, notes: Array,
-) -> None:  # fmt: skip
+def _path(S: System, C: int, legs: Legs, written: Written, notes: Array) -> None:
     """Follow one system, see :func:`squama.contacts.follow.follow`; room for C contacts, and for notes (or none)."""
-    _follow(walk(S, C, notes), ways, corners, most, step, rows, motions, bends, contacts, events, end)
+    _follow(walk(S, C, notes), legs, written)
 
 
 def _many(
-    b: Beams, scales: int, about: int, ties: Ties, step: float, most: Array, C: int, ways: Array, corners: Array,
-    rows: Array, motions: Array, bends: Array, contacts: Array, events: Array, ends: Array, notes: Array,
-    snapshots: Array,
-) -> None:  # fmt: skip
-    """Follow beams of a number of scales, endless or rows, on paths of their own: all arrays begin with (n,).
+    b: Beams, scales: int, about: int, ties: Ties, C: int, legs: Legs, found: Written, notes: Array, snapshots: Array
+) -> None:
+    """Follow beams of a number of scales, endless or rows, on paths of their own.
 
     ``about``: what their cells are, :data:`squama.contacts.system.ENDLESS` and so on. Where there are more beams than
     paths, they are the scales of one; one beam may have many paths. ``snapshots`` (n, size): states from which paths
     go on, and in their place those to which they went; or (n, 0), from rest. Rows whose cells have strains of their own
     have states of the endless beam there (:mod:`squama.contacts.from_endless`) beside which one is solved for.
     """
-    each, one = len(b.shapes) > len(ways), len(b.shapes) == 1
-    for i in range(len(ways)):
+    each, one = len(b.shapes) > len(legs.ways), len(b.shapes) == 1
+    for i in range(len(legs.ways)):
         w = walk(system(b, -1 if each else 0 if one else i, scales, about, ties), C, notes[i])
         if snapshots.shape[1] > 0 and about == OWN:
-            ends[i, 0] = RANGE if _begun(w, snapshots[i]) else NO_EQUILIBRIUM
-            write(w, rows[i, 0], motions[i, 0], bends[i, 0], contacts[i, 0])
+            _begun(w, snapshots[i], _of(found, i))
             continue
         if snapshots.shape[1] > 0:
             take(w, snapshots[i])
-        _follow(
-            w, ways[i], corners[i], most[i], step, rows[i], motions[i], bends[i], contacts[i], events[i], ends[i]
-        )  # fmt: skip
+        _follow(w, _at(legs, i), _of(found, i))
         if snapshots.shape[1] > 0:
             save(w, snapshots[i])
 
 
-def _move(
-    b: Beams, step: float, most: Array, C: int, ways: Array, corners: Array, notes: Array, snapshots: Array,
-    ends: Array, rows: Array, motions: Array, bends: Array, contacts: Array, events: Array,
-) -> None:  # fmt: skip
-    """Follow endless beams (n k) with complex steps, each k times, that were followed and noted: notes, ends (n,).
+def _move(b: Beams, C: int, legs: Legs, found: Written, notes: Array, snapshots: Array) -> None:
+    """Follow endless beams (n k) with complex steps, each k times, that were followed, noted (n,) and ended as found.
 
     ``snapshots`` (n, size) of where they began, or (n, 0) for rest.
     """
-    k, one = len(ways) // len(notes), len(b.shapes) == 1
-    for i in range(len(ways)):
+    k, one = len(legs.ways) // len(notes), len(b.shapes) == 1
+    for i in range(len(legs.ways)):
         w = walk(system(b, 0 if one else i, faces(b), ENDLESS, UNTIED), C, notes[i // k])
         if snapshots.shape[1] > 0:
             take(w, snapshots[i // k])
-        _again(
-            w, ways[i], corners[i], most[i // k], step, int(ends[i // k, 3]), rows[i], motions[i], bends[i],
-            contacts[i], events[i],
-        )  # fmt: skip
+        _again(w, _at(legs, i), _of(found, i))
 
 
 path, many, move = kept(_path, SOURCES), kept(_many, SOURCES), kept(_move, SOURCES)

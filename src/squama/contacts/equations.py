@@ -20,44 +20,25 @@ from __future__ import annotations
 import numpy as np
 
 from squama.batch.keeping import part as _jit
+from squama.contacts import touch
 from squama.contacts.geometry import back, vector
-from squama.contacts.meeting import (
-    F_,
-    MARGIN,
-    N_,
-    Work,
-    along_edges,
-    before,
-    clear,
-    frame,
-    inclination,
-    lever,
-    meet,
-)
+from squama.contacts.meeting import F_, MARGIN, N_, Work, along_edges, before, clear, frame, inclination, lever, meet
 from squama.contacts.supports import tied
 from squama.contacts.system import (
-    APART,
-    EF,
-    FE,
-    FIRST,
-    KIND,
-    LET_GO,
-    LIES,
     MOTIONS,
     MU,
     STIFF,
     STRAINS,
-    STUCK,
     Past,
     State,
     System,
     cells,
     partner,
     pieces,
-    places_of,
     row_of,
     strain_columns,
 )
+from squama.contacts.touch import places_of
 from squama.contacts.vectors import add, by_vector, cross, dot, scaled, turned
 from squama.types import Array
 
@@ -93,19 +74,19 @@ def residual(
     elastic(S, st, at, W, r, loads)
     for c in range(m):
         row, o = con[c], at[N + c]
-        if row[KIND] == LIES:
-            lie(S, st, row[FIRST], c, o, at[row[FIRST]] + 3, W, r)
+        if row[touch.KIND] == touch.LIES:
+            lie(S, st, row[touch.FIRST], c, o, at[row[touch.FIRST]] + 3, W, r)
             continue
         g = meet(S, st, row, st.s[c], W)
-        i, j, kind = row[FIRST], partner(S, row), row[KIND]
-        P, F, mu, told = W.pairs[i, row[APART] - 1], vector(st.F[c], 0), S.shapes[i, MU], W.told[c]
+        i, j, kind = row[touch.FIRST], partner(S, row), row[touch.KIND]
+        P, F, mu, told = W.pairs[i, row[touch.APART] - 1], vector(st.F[c], 0), S.shapes[i, MU], W.told[c]
         k = S.shapes[i, STIFF]
         normal_force = dot(F, g.n)
         f = add(F, -normal_force, g.n)
         A, B = frame(row, g)
         size = np.sqrt(dot(f, f))
         told[N_], told[F_], told[MARGIN] = normal_force, size, 0.0
-        if mu.real > 0.0 and row[STUCK] >= 0:
+        if mu.real > 0.0 and row[touch.STUCK] >= 0:
             D1, _, _, _, _ = before(S, row, st.s[c], past, 0)
             v = scaled(past.weights[1], D1)
             if past.weights[2] != 0.0:
@@ -115,7 +96,7 @@ def residual(
             y = add(f, -k, v)
             reach, most = np.sqrt(dot(y, y)), mu * normal_force if normal_force.real > 0.0 else 0.0 * normal_force
             told[MARGIN] = reach - most
-            if row[STUCK] > 0:
+            if row[touch.STUCK] > 0:
                 told[MARGIN] = size - most
                 held = add(scaled(-1.0, D1), S.grip, add(f, -1.0, vector(past.F[c], 0)))
                 r[o + 3], r[o + 4] = k * dot(held, A), k * dot(held, B)
@@ -126,11 +107,11 @@ def residual(
             r[o + 3], r[o + 4] = dot(f, A), dot(f, B)
         r[o], r[o + 1], r[o + 2] = g.D
         t1, t2 = along_edges(row, g)
-        if kind == EF:
+        if kind == touch.EF:
             r[o + 5] = dot(t1, g.n)
-        elif kind == FE:
+        elif kind == touch.FE:
             r[o + 5] = dot(t2, g.n)
-        if row[STUCK] == LET_GO:
+        if row[touch.STUCK] == touch.LET_GO:
             # its force and its places are given
             told[N_] = 0.0
             for a in range(3 + places_of(kind)):
@@ -143,7 +124,7 @@ def residual(
             r[at[i] + 3 + a] -= moment1[a]
             r[at[j] + a] += behind[a]
             r[at[j] + 3 + a] += moment2[a]
-        for e in range(STRAINS * pieces(S, row[APART])):
+        for e in range(STRAINS * pieces(S, row[touch.APART])):
             rate = add(cross(vector(P, 12 + 6 * e), g.p2), 1.0, vector(P, 15 + 6 * e))
             loads[e % STRAINS] += dot(F, rate) / many
             if S.own:

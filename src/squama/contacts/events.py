@@ -91,7 +91,7 @@ def _of(kind: float, one: float, other: float, k: float) -> str:
 
 
 def _numbered(code: float) -> str:
-    """Return the name of a contact by its number, see :func:`squama.contacts.follow.number`."""
+    """Return the name of a contact by its number, see :func:`squama.contacts.increments.number`."""
     whole, other = divmod(int(code), 4)
     whole, one = divmod(whole, 4)
     whole, kind = divmod(whole, 5)

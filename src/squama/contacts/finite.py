@@ -8,8 +8,9 @@ import numpy as np
 
 from squama.batch.keeping import tell
 from squama.contacts import entry, from_endless, increments, path
+from squama.contacts.increments import Legs, Written
 from squama.contacts.system import EPS, MOTIONS, OWN, POWERS, STRAINS, Ties
-from squama.contacts.ties import GRIPPED, LOOSE, freed, of_ends, of_grips
+from squama.contacts.ties import GRIPPED, LOOSE, freed, of_ends
 from squama.types import Array
 
 MOST = 24
@@ -44,15 +45,14 @@ def _solved(beams: entry.Beams, scales: int, ties: Ties, given: Array, contacts:
     ``contacts``: of each scale, for which there is room.
     """
     n = len(given)
-    one = np.zeros((n, 1))
-    rows, motions = np.zeros((n, 1, increments.LINE)), np.zeros((n, 1, scales, MOTIONS + 2 * STRAINS))
-    bends, events, ends = np.zeros((n, 1, scales, POWERS)), np.zeros((n, 1, increments.EVENT)), np.zeros((n, 4))
+    one, none = np.zeros((n, 1)), np.zeros((n, 0))
+    sizes = (increments.LINE,), (scales, MOTIONS + 2 * STRAINS), (scales, POWERS), (0, increments.CONTACT)
+    states = (np.zeros((n, 1, *v)) for v in sizes)
+    found = Written._make([*states, np.zeros((n, 1, increments.EVENT)), np.zeros((n, 4))])
+    legs = Legs(one, np.zeros((n, 1, STRAINS)), one[:, 0], path.STEP)
     tell(entry.many, "scales in contact")
-    entry.many(
-        beams, scales, OWN, ties, path.STEP, one[:, 0], scales * contacts, one, np.zeros((n, 1, STRAINS)), rows,
-        motions, bends, np.zeros((n, 1, 0, increments.CONTACT)), events, ends, np.zeros((n, 0)), given,
-    )  # fmt: skip
-    return np.where(ends[:, :1] == increments.RANGE, rows[:, 0, 5 : 5 + STRAINS], np.nan)
+    entry.many(beams, scales, OWN, ties, scales * contacts, legs, found, none, given)
+    return np.where(found.ends[:, :1] == increments.RANGE, found.rows[:, 0, 5 : 5 + STRAINS], np.nan)
 
 
 def ratios(beams: entry.Beams, answers: path.Answers, own: Own, *loads: int) -> Array:
@@ -70,7 +70,7 @@ def ratios(beams: entry.Beams, answers: path.Answers, own: Own, *loads: int) -> 
     if not which.size:
         return found
     n = own.scales if own.kind == GRIPPED else min(own.scales, MOST)
-    free = (of_grips if own.kind == GRIPPED else freed)(beams.free, *loads)
+    free = freed(beams.free, *loads, ends=own.kind)
     ties = of_ends(n, own.kind, *loads, apart=bool(beams.free[0, EPS] == 0))
     then, now = rows[which, touching[which].argmax(axis=1)], rows[which, -1]
     given = np.column_stack([

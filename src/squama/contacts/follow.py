@@ -10,55 +10,17 @@ from __future__ import annotations
 import math
 
 from squama.batch.keeping import part as _jit
+from squama.contacts import increments, tally, touch
 from squama.contacts.changes import change, missed, regroup, tried
 from squama.contacts.conditions import FLIP, MEET, MISSED_GAP, OFF, lying, sideways, violated
-from squama.contacts.detection import GAP, deepest, deepest_of
+from squama.contacts.detection import deepest, deepest_of
 from squama.contacts.handover import every, merged, successor
-from squama.contacts.increments import (
-    AT_REST,
-    CHANGE,
-    LOST,
-    NO_EQUILIBRIUM,
-    OPEN,
-    RANGE,
-    SIDE_ENTRY,
-    SNAP,
-    T_BEFORE,
-    T_COUNT,
-    T_ENERGY,
-    T_EVENTS,
-    T_FRESH,
-    T_GRIPS,
-    T_H,
-    T_JUMPED,
-    T_LOAD,
-    T_LOST,
-    T_ONSET,
-    T_POWER,
-    T_RUBBED,
-    T_SINCE,
-    T_SIZE,
-    T_SLID,
-    T_SLID_OTHER,
-    T_TRIAL,
-    T_WAY,
-    T_WORK,
-    T_ZERO,
-    Walk,
-    guess,
-    keep,
-    note,
-    remark,
-    restore,
-    tell,
-    tell_gone,
-    weigh,
-)
+from squama.contacts.increments import Legs, Walk, Written, guess, keep, note, remark, restore, tell, tell_gone, weigh
 from squama.contacts.locating import LOCATED, locate
 from squama.contacts.meeting import clear, inclination, prepared
 from squama.contacts.newton import solve
 from squama.contacts.slipped import GUESSES, released, slipped
-from squama.contacts.system import ENDED, FIRST, FLUSH, FREE, KIND, LIES, MU, STRAINS, STUCK, cells, copy
+from squama.contacts.system import FREE, MU, STRAINS, cells, copy
 from squama.contacts.works import INEXACT, UNBALANCED, accept, fall, remember, rounded, unbalanced, worked
 from squama.contacts.written import write
 from squama.types import Array
@@ -82,10 +44,10 @@ def reached(w: Walk, h: float, before: float, gone: int) -> int:
     From the last contacts, as they are and all sticking, and from none; or, if it is not -1, as the contact ``gone``
     gives way, and with other edges in its place. None has more energy than that ``before`` and the work done.
     """
-    code = NO_EQUILIBRIUM
+    code = increments.NO_EQUILIBRIUM
     for way in range(3 if gone < 0 else 1 + GUESSES):
         restore(w)
-        w.tally[T_FRESH] = 0.0
+        w.tally[tally.FRESH] = 0.0
         guess(w, h)
         if gone >= 0:
             found = released(w, h, gone) if way == 0 else slipped(w, h, gone, way - 1)
@@ -104,7 +66,7 @@ def reached(w: Walk, h: float, before: float, gone: int) -> int:
             lost, doubt = fall(w, h, before)
             if lost.real >= -doubt.real - _SNAPS * max(before.real, rounded(w).real):
                 return 0
-            found = NO_EQUILIBRIUM
+            found = increments.NO_EQUILIBRIUM
         code = found if way == 0 else code
     return code
 
@@ -114,7 +76,7 @@ def rubs(w: Walk) -> bool:
     """Say whether a contact slid in the last state, against friction."""
     found = False
     for c in range(w.counts[1]):
-        found = found or w.kept[c, STUCK] == 0
+        found = found or w.kept[c, touch.STUCK] == 0
     return found and w.S.shapes[0, MU].real > 0.0
 
 
@@ -123,20 +85,20 @@ def land(w: Walk, h: float, before: float, events: Array) -> None:
     """Go on from the equilibrium that was found after an increment, and tell what is lost and which contact changed."""
     t = w.tally
     lost, _ = fall(w, h, before)
-    lost += t[T_GRIPS]
-    rubbed, slid, other = t[T_RUBBED], t[T_SLID], t[T_SLID_OTHER]
+    lost += t[tally.GRIPS]
+    rubbed, slid, other = t[tally.RUBBED], t[tally.SLID], t[tally.SLID_OTHER]
     note(w, h)
-    remark(w, LOST, -1)
+    remark(w, increments.LOST, -1)
     accept(w, h, True, worked(w, h))
     # what is rubbed in a snap is a part of what it loses
-    t[T_RUBBED], t[T_SLID], t[T_SLID_OTHER] = rubbed, slid, other
-    t[T_GRIPS] = 0.0
+    t[tally.RUBBED], t[tally.SLID], t[tally.SLID_OTHER] = rubbed, slid, other
+    t[tally.GRIPS] = 0.0
     if lost < 0.0:
         # it jumped where the loads did as much as is stored
-        t[T_WORK] -= lost / cells(w.S)
+        t[tally.WORK] -= lost / cells(w.S)
         lost *= 0.0
-    kind = SNAP if lost > _SNAPS * max(before, rounded(w)) else CHANGE
-    t[T_LOST] += lost
+    kind = increments.SNAP if lost > _SNAPS * max(before, rounded(w)) else increments.CHANGE
+    t[tally.LOST] += lost
     c, gone = altered(w)
     tell(w, events, kind, c, lost)
     if gone >= 0:
@@ -164,7 +126,7 @@ def strongest(con: Array, m: int, F: Array, others: Array, n: int) -> int:
         there = False
         for o in range(n):
             same = True
-            for a in range(FIRST, STUCK):
+            for a in range(touch.FIRST, touch.STUCK):
                 same = same and con[c, a] == others[o, a]
             there = there or same
         size = abs(F[c, 0]) ** 2 + abs(F[c, 1]) ** 2 + abs(F[c, 2]) ** 2
@@ -181,16 +143,16 @@ def jump(w: Walk, goal: float, step: float, gone: int, events: Array) -> int:
     A station that would be passed is tried first: its state is one of its own way if there is an equilibrium.
     """
     t = w.tally
-    before, left = t[T_ENERGY], goal - t[T_WAY]
+    before, left = t[tally.ENERGY], goal - t[tally.WAY]
     # where it stops again at once an equilibrium farther off is looked for
-    begin = int(t[T_TRIAL].real) + 1 if 0.0 < t[T_JUMPED].real > t[T_WAY].real - step / 4 else 0
+    begin = int(t[tally.TRIAL].real) + 1 if 0.0 < t[tally.JUMPED].real > t[tally.WAY].real - step / 4 else 0
     for c in range(w.counts[0]):
-        w.con[c, ENDED] = 0
+        w.con[c, touch.ENDED] = 0
     keep(w)
-    code, passed = RANGE, False
+    code, passed = increments.RANGE, False
     for trial in range(min(begin, _FAR), _FAR):
         h = 1e-7 * 10.0**trial if trial < _FAR - 1 else step
-        found = NO_EQUILIBRIUM
+        found = increments.NO_EQUILIBRIUM
         if h > left and not passed:
             passed = True
             found = reached(w, left, before, gone)
@@ -198,15 +160,15 @@ def jump(w: Walk, goal: float, step: float, gone: int, events: Array) -> int:
                 h = left
         if found != 0:
             found = reached(w, h, before, gone)
-        code = found if code == RANGE else code
+        code = found if code == increments.RANGE else code
         if found != 0:
             continue
         land(w, h, before, events)
-        t[T_TRIAL], t[T_JUMPED] = trial, t[T_WAY]
-        t[T_SINCE], t[T_H] = t[T_WAY], step * _SOFTLY
+        t[tally.TRIAL], t[tally.JUMPED] = trial, t[tally.WAY]
+        t[tally.SINCE], t[tally.H] = t[tally.WAY], step * _SOFTLY
         return 0
     restore(w)
-    return code if code != RANGE else NO_EQUILIBRIUM
+    return code if code != increments.RANGE else increments.NO_EQUILIBRIUM
 
 
 @_jit
@@ -216,12 +178,12 @@ def stopped(w: Walk, goal: float, step: float, events: Array) -> int:
     # of a row one place is given up before all of its contacts are looked for anew
     if not merged(w, several):
         code = jump(w, goal, step, -1, events)
-        if several or code == RANGE or not merged(w, True):
+        if several or code == increments.RANGE or not merged(w, True):
             return code
     copy(w.kept[c], w.con[c])
-    tell(w, events, OPEN, c, 0.0)
+    tell(w, events, increments.OPEN, c, 0.0)
     # where a row has no balance with this one less either, the next one follows without smaller trials
-    w.tally[T_H], w.tally[T_ZERO] = 2 * _LEAST if several else step * _SOFTLY, 0.0
+    w.tally[tally.H], w.tally[tally.ZERO] = 2 * _LEAST if several else step * _SOFTLY, 0.0
     return 0
 
 
@@ -229,14 +191,14 @@ def stopped(w: Walk, goal: float, step: float, events: Array) -> int:
 def advance(w: Walk, goal: float, step: float, events: Array) -> int:
     """Go on towards a way by one increment; return why not, 0 if it went on."""
     t, m, N = w.tally, w.counts[0], len(w.S.shapes)
-    left = goal - t[T_WAY]
+    left = goal - t[tally.WAY]
     most = step * _FREELY if m == 0 else step
-    h = min(t[T_H], most)
+    h = min(t[tally.H], most)
     h = left / math.ceil(left / h * (1 - 1e-9))
-    fresh = t[T_FRESH] < 1 and t[T_ZERO] >= 0
+    fresh = t[tally.FRESH] < 1 and t[tally.ZERO] >= 0
     for c in range(m):
-        if w.con[c, ENDED] != FLUSH:
-            w.con[c, ENDED] = 0
+        if w.con[c, touch.ENDED] != touch.FLUSH:
+            w.con[c, touch.ENDED] = 0
     keep(w)
     while True:
         if not tried(w, h, fresh):
@@ -261,29 +223,29 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
                 return stopped(w, goal, step, events)
             continue
         break
-    if what == MEET and sideways(w, v) and w.best[GAP] < -1e-3:
-        return SIDE_ENTRY
+    if what == MEET and sideways(w, v) and w.best[touch.GAP] < -1e-3:
+        return increments.SIDE_ENTRY
     note(w, where)
     if what < 0:
         accept(w, where, False, spent)
         # what is lost is of the fourth order; by halves, so that rounding does not change increments
-        t[T_H] = 2 * where
-        while t[T_H].real > 2 * _LEAST and share * (t[T_H].real / where) ** 4 > INEXACT / 2 * max(where, _SHORT):
-            t[T_H] /= 2
-        t[T_H], t[T_ZERO] = min(most, t[T_H].real), 0.0
+        h = 2 * where
+        while h.real > 2 * _LEAST and share * (h.real / where) ** 4 > INEXACT / 2 * max(where, _SHORT):
+            h /= 2
+        t[tally.H], t[tally.ZERO] = min(most, h.real), 0.0
         return 0
     accept(w, where, True, spent)
-    scale = int(w.best[FIRST]) if what == MEET else int(w.con[c, FIRST])
-    t[T_ZERO] = t[T_ZERO] + 1 if where < 10 * LOCATED else 0.0
-    t[T_H] = step * (_START if m == 0 else _SOFTLY)
+    scale = int(w.best[touch.FIRST]) if what == MEET else int(w.con[c, touch.FIRST])
+    t[tally.ZERO] = t[tally.ZERO] + 1 if where < 10 * LOCATED else 0.0
+    t[tally.H] = step * (_START if m == 0 else _SOFTLY)
     zeros = (2 if what == FLIP else _ZEROS) + N - 1
-    if t[T_ZERO] > zeros or t[T_EVENTS] > _EVENTS * N or not altering(w, what, c, events):
-        t[T_ZERO] = 0.0
+    if t[tally.ZERO] > zeros or t[tally.EVENTS] > _EVENTS * N or not altering(w, what, c, events):
+        t[tally.ZERO] = 0.0
         code = jump(w, goal, step, -1, events)
-        if code != RANGE and what == OFF:
+        if code != increments.RANGE and what == OFF:
             code = jump(w, goal, step, c, events)
         # a corner that leaves an edge, and finds no other hold, comes to lie beside it
-        return SIDE_ENTRY if what == OFF and code == NO_EQUILIBRIUM else code
+        return increments.SIDE_ENTRY if what == OFF and code == increments.NO_EQUILIBRIUM else code
     together(w, what, scale, events)
     return 0
 
@@ -293,10 +255,10 @@ def together(w: Walk, what: int, scale: int, events: Array) -> None:
     """Change the contacts of other scales at which the same happens where an event was located on one scale."""
     if len(w.S.shapes) == 1:
         return
-    if what == MEET and w.best[KIND] == LIES:
+    if what == MEET and w.best[touch.KIND] == touch.LIES:
         for i in range(len(w.S.rests)):
             if i != scale and abs(inclination(w.S, i, w.W)) < MISSED_GAP and not lying(w, i):
-                w.best[FIRST] = i
+                w.best[touch.FIRST] = i
                 change(w, what, -1, events)
         return
     if what == MEET:
@@ -313,7 +275,7 @@ def together(w: Walk, what: int, scale: int, events: Array) -> None:
                         return
         return
     for c in range(w.counts[0] - 1, -1, -1):
-        if w.con[c, FIRST] != scale and missed(w, w.now, what, c):
+        if w.con[c, touch.FIRST] != scale and missed(w, w.now, what, c):
             altering(w, what, c, events)
 
 
@@ -348,64 +310,60 @@ def set_out(w: Walk, corners: Array, ways: Array, i: int, step: float) -> None:
         if w.S.free[e] != FREE:
             load += w.loads[e] * leg[4 + e]
     if not straight:
-        t[T_FRESH], t[T_ONSET], t[T_LOAD], t[T_POWER] = 0.0, load, load, 0.0
-        t[T_H] = step if w.counts[0] == 0 else step * _GENTLE
+        t[tally.FRESH], t[tally.ONSET], t[tally.LOAD], t[tally.POWER] = 0.0, load, load, 0.0
+        t[tally.H] = step if w.counts[0] == 0 else step * _GENTLE
         if w.S.shapes[0, MU].real > 0.0:
             for c in range(w.counts[0]):
-                w.con[c, STUCK] = 1
+                w.con[c, touch.STUCK] = 1
             # where they slide again is located
-            t[T_ZERO] = -1.0
+            t[tally.ZERO] = -1.0
         w.J.kept[0] = 0
 
 
 @_jit
-def follow(
-    w: Walk, ways: Array, corners: Array, most: float, step: float, rows: Array, motions: Array, bends: Array,
-    contacts: Array, events: Array, end: Array,
-) -> None:  # fmt: skip
-    """Follow a beam along straight legs to corners (n, 4) in the strains, at rising ways (n,).
+def follow(w: Walk, legs: Legs, written: Written) -> None:
+    """Follow a beam along legs, and write the states at their ways, events and the end.
 
     From rest, or from a state read from a snapshot (:mod:`squama.contacts.snapshot`): the first corner, at the way 0.
 
-    Where nothing touches up to there, that is looked for straight on to the way ``most``; without ways along the first
-    of ``corners``, a rate.
-
-    Written are ``rows`` (n, 22), ``motions`` (n, N, 6 or 14), ``bends`` (n, N, 24), ``contacts`` (n, C, 16), ``events``
-    (E, 25), and ``end`` (4,): why, way, events, rows.
+    Where nothing touches up to there, that is looked for straight on; without ways along the first of the corners, a
+    rate.
     """
+    ways, corners, most, step = legs.ways, legs.corners, float(legs.most), legs.step
+    events, end = written.events, written.ends
     t = w.tally
-    code = RANGE
+    code = increments.RANGE
     done = 0
     prepared(w.S, w.now, w.con, w.counts[0], True, w.W)
-    if t[T_COUNT] == 0:
-        t[T_H], t[T_SIZE], t[T_BEFORE] = step, step, step
+    if t[tally.COUNT] == 0:
+        t[tally.H], t[tally.SIZE], t[tally.BEFORE] = step, step, step
         weigh(w, step)
         solve(w.S, w.now, w.past, w.con, 0, w.W, w.J, w.loads)
         if deepest(w.S, w.now, w.con, 0, w.W, -1e-9, w.near, True, w.found) >= 0:
-            code = AT_REST
+            code = increments.AT_REST
         remember(w)
         remember(w)
     for i in range(len(ways)):
-        if code != RANGE:
+        if code != increments.RANGE:
             break
         begin = ways[i - 1] if i > 0 else 0.0
         if ways[i] > begin:
             set_out(w, corners, ways, i, step)
         guard = 0
-        while code == RANGE and t[T_WAY] < ways[i] - 1e-13:
+        while code == increments.RANGE and t[tally.WAY] < ways[i] - 1e-13:
             code = advance(w, ways[i], step, events)
             guard += 1
             if guard > 100000:
-                code = NO_EQUILIBRIUM
-        if code == RANGE:
+                code = increments.NO_EQUILIBRIUM
+        if code == increments.RANGE:
             # what is told of contacts is that of the state solved for last
-            write(w, rows[i], motions[i], bends[i], contacts[i])
+            write(w, written, i)
             done += 1
-    end[0], end[1] = code, t[T_WAY]
-    while code == RANGE and t[T_EVENTS] == 0 and t[T_WAY] < most - 1e-13:
-        if len(ways) == 0 and t[T_WAY] == 0.0:
+    end[0], end[1] = code, t[tally.WAY]
+    while code == increments.RANGE and t[tally.EVENTS] == 0 and t[tally.WAY] < most - 1e-13:
+        if len(ways) == 0 and t[tally.WAY] == 0.0:
             for e in range(STRAINS):
                 w.leg[4 + e] = corners[0, e]
-        if advance(w, most, step, events) != RANGE:
+        if advance(w, most, step, events) != increments.RANGE:
             break
-    end[2], end[3] = t[T_EVENTS], done
+    end[2], end[3] = t[tally.EVENTS], done

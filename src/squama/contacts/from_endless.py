@@ -7,11 +7,13 @@ is solved for. A slip is that since the endless beam's scales engaged.
 from __future__ import annotations
 
 from squama.batch.keeping import part as _jit
+from squama.contacts import touch
 from squama.contacts.increments import CONTACT, Walk
 from squama.contacts.meeting import N_, prepared
 from squama.contacts.newton import solve
 from squama.contacts.supports import GIVEN, LOADS
-from squama.contacts.system import APART, ENDED, FIRST, KIND, MOTIONS, ONE, OTHER, POWERS, STRAINS, STUCK, unknown
+from squama.contacts.system import MOTIONS, POWERS, STRAINS
+from squama.contacts.touch import unknown
 from squama.contacts.works import remember
 from squama.types import Array
 
@@ -48,12 +50,12 @@ def _touched(w: Walk, given: Array, at: int) -> None:
     for i in range(N):
         for c in range(int(given[at])):
             o, row, s = at + 1 + CONTACT * c, w.con[n], w.now.s[n]
-            if i + int(given[o + APART]) >= N:
+            if i + int(given[o + touch.APART]) >= N:
                 continue
-            for a in range(ENDED):
+            for a in range(touch.ENDED):
                 row[a] = int(given[o + a])
-            row[FIRST], row[STUCK], row[ENDED] = i, 0, 0
-            for a, place in enumerate(unknown(row[KIND], row[ONE], row[OTHER])):
+            row[touch.FIRST], row[touch.STUCK], row[touch.ENDED] = i, 0, 0
+            for a, place in enumerate(unknown(row[touch.KIND], row[touch.ONE], row[touch.OTHER])):
                 if place >= 0:
                     s[place] = given[o + 6 + a]
             for a in range(3):

@@ -28,22 +28,21 @@ def put(v: Vector, a: Array, at: int) -> None:
 @_in
 def turn(R: Array, v: Vector) -> Vector:
     """Return R v, R in the first nine entries of an array."""
-    return (R[0] * v[0] + R[1] * v[1] + R[2] * v[2], R[3] * v[0] + R[4] * v[1] + R[5] * v[2],
-            R[6] * v[0] + R[7] * v[1] + R[8] * v[2])  # fmt: skip
+    x, y, z = v
+    return R[0] * x + R[1] * y + R[2] * z, R[3] * x + R[4] * y + R[5] * z, R[6] * x + R[7] * y + R[8] * z
 
 
 @_in
 def back(R: Array, v: Vector) -> Vector:
     """Return R^T v."""
-    return (R[0] * v[0] + R[3] * v[1] + R[6] * v[2], R[1] * v[0] + R[4] * v[1] + R[7] * v[2],
-            R[2] * v[0] + R[5] * v[1] + R[8] * v[2])  # fmt: skip
+    x, y, z = v
+    return R[0] * x + R[3] * y + R[6] * z, R[1] * x + R[4] * y + R[7] * z, R[2] * x + R[5] * y + R[8] * z
 
 
 @_in
 def rowwise(A: Array, v: Vector) -> Vector:
     """Return A v for a matrix."""
-    return (A[0, 0] * v[0] + A[0, 1] * v[1] + A[0, 2] * v[2], A[1, 0] * v[0] + A[1, 1] * v[1] + A[1, 2] * v[2],
-            A[2, 0] * v[0] + A[2, 1] * v[1] + A[2, 2] * v[2])  # fmt: skip
+    return dot(vector(A[0], 0), v), dot(vector(A[1], 0), v), dot(vector(A[2], 0), v)
 
 
 @_in
@@ -63,9 +62,7 @@ def mapped(x: Vector, y: Vector, z: Vector, v: Vector) -> Vector:
 
 
 @_jit
-def chain(
-    S: System, strains: Array, i: int, many: int, outer: float, axes: Array, base: Vector, out: Array
-) -> None:  # fmt: skip
+def chain(S: System, strains: Array, i: int, many: int, outer: float, axes: Array, base: Vector, out: Array) -> None:
     """Write how axes (3, 3) and a point of the section move over parts of cells i, i + 1, .., and the rates of that.
 
     Written are the axes in columns, row by row, and the point; then of each strain the turn and the shift per strain.

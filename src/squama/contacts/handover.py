@@ -3,38 +3,14 @@
 from __future__ import annotations
 
 from squama.batch.keeping import part as _jit
-from squama.contacts.conditions import is_flush
-from squama.contacts.detection import AT, known, vertices
+from squama.contacts import touch
+from squama.contacts.conditions import FLAT, beside_it
+from squama.contacts.detection import known, vertices
 from squama.contacts.geometry import put, vector
 from squama.contacts.increments import Walk, number
 from squama.contacts.meeting import meet
-from squama.contacts.system import (
-    APART,
-    BETA,
-    EE,
-    EF,
-    ENDED,
-    ETA,
-    FE,
-    FIRST,
-    FLUSH,
-    FV,
-    KIND,
-    LET_GO,
-    LIES,
-    MU,
-    ONE,
-    OTHER,
-    SMOOTH,
-    STUCK,
-    VF,
-    State,
-    copy,
-    corner_at,
-    lengthwise,
-    partner,
-    spots,
-)
+from squama.contacts.system import BETA, ETA, MU, State, copy, partner, spots
+from squama.contacts.touch import corner_at, lengthwise
 from squama.contacts.vectors import dot
 from squama.types import Array
 
@@ -51,7 +27,7 @@ def apart(w: Walk, st: State, c: int, v: Array) -> float:
     for a in range(5):
         k[a] = int(v[a])
     x1, y1, x2, y2 = spots(w.S, w.con[c], st.s[c])
-    X1, Y1, X2, Y2 = spots(w.S, k, v[AT:])
+    X1, Y1, X2, Y2 = spots(w.S, k, v[touch.AT :])
     return abs(X1 - x1) + abs(Y1 - y1) + abs(X2 - x2) + abs(Y2 - y2)
 
 
@@ -72,8 +48,8 @@ def drop(w: Walk, st: State, c: int) -> None:
 def every(w: Walk, how: int) -> None:
     """Let all contacts stick (1), slide (0) or be smooth, but those that are let go of."""
     for c in range(w.counts[0]):
-        if w.con[c, STUCK] != LET_GO:
-            w.con[c, STUCK] = how
+        if w.con[c, touch.STUCK] != touch.LET_GO:
+            w.con[c, touch.STUCK] = how
 
 
 @_jit
@@ -81,7 +57,7 @@ def any_let_go(w: Walk) -> bool:
     """Say whether contacts are let go of."""
     found = False
     for c in range(w.counts[0]):
-        found = found or w.con[c, STUCK] == LET_GO
+        found = found or w.con[c, touch.STUCK] == touch.LET_GO
     return found
 
 
@@ -91,15 +67,15 @@ def add_contact(w: Walk, st: State, row: Array) -> bool:
     m = w.counts[0]
     if m == len(w.con):
         return False
-    for a in range(FIRST, STUCK):
+    for a in range(touch.FIRST, touch.STUCK):
         w.con[m, a] = int(row[a])
-    w.con[m, STUCK], w.con[m, ENDED] = 1 if w.S.shapes[0, MU].real > 0.0 else 0, 0
+    w.con[m, touch.STUCK], w.con[m, touch.ENDED] = 1 if w.S.shapes[0, MU].real > 0.0 else 0, 0
     if any_let_go(w):
         # what it slides along meanwhile is not known
-        w.con[m, STUCK] = SMOOTH
+        w.con[m, touch.STUCK] = touch.SMOOTH
     for a in range(3):
         st.F[m, a] = w.past.F[m, a] = 0.0
-        st.s[m, a] = row[AT + a]
+        st.s[m, a] = row[touch.AT + a]
     w.counts[0], w.J.kept[0] = m + 1, 0
     return True
 
@@ -107,9 +83,16 @@ def add_contact(w: Walk, st: State, row: Array) -> bool:
 @_jit
 def exchange(w: Walk, st: State, c: int, kind: int, one: int, other: int, a: float, b: float, d: float) -> None:
     """Make a contact one of other features at the same place; its force stays."""
-    w.con[c, KIND], w.con[c, ONE], w.con[c, OTHER] = kind, one, other
+    w.con[c, touch.KIND], w.con[c, touch.ONE], w.con[c, touch.OTHER] = kind, one, other
     st.s[c, 0], st.s[c, 1], st.s[c, 2] = a, b, d
     w.J.kept[0] = 0
+
+
+@_jit
+def become(w: Walk, st: State, c: int, v: Array) -> None:
+    """Make a contact that of a vertex; its force stays."""
+    a = touch.AT
+    exchange(w, st, c, int(v[touch.KIND]), int(v[touch.ONE]), int(v[touch.OTHER]), v[a], v[a + 1], v[a + 2])
 
 
 @_jit
@@ -119,38 +102,39 @@ def roll(w: Walk, st: State, c: int, edge: int) -> None:
     One that lies flush has no place at which it is tangent: the contact bears on.
     """
     S, row = w.S, w.con[c]
-    if is_flush(w, st, c, edge):
-        row[ENDED] = FLUSH
+    least, most = beside_it(w, st, c, edge)
+    if max(-least, most) < FLAT:
+        row[touch.ENDED] = touch.FLUSH
         return
-    row[ENDED] = 0
+    row[touch.ENDED] = 0
     x1, y1, x2, y2 = spots(S, row, st.s[c])
     if edge < 4:
-        exchange(w, st, c, EF, edge, edge, x2, y2, x1 if lengthwise(edge) else y1)
+        exchange(w, st, c, touch.EF, edge, edge, x2, y2, x1 if lengthwise(edge) else y1)
     else:
-        exchange(w, st, c, FE, edge - 4, edge - 4, x1, y1, x2 if lengthwise(edge - 4) else y2)
+        exchange(w, st, c, touch.FE, edge - 4, edge - 4, x1, y1, x2 if lengthwise(edge - 4) else y2)
 
 
 @_jit
 def leave(w: Walk, st: State, c: int, which: int) -> bool:
     """Hand an edge along a face over to its corner, or to the face's edge; False where that is not continuous."""
     row, s = w.con[c], st.s[c]
-    kind = row[KIND]
-    if kind < EF:
+    kind = row[touch.KIND]
+    if kind < touch.EF:
         return False
-    own = row[ONE] if kind == EF else row[OTHER]
+    own = row[touch.ONE] if kind == touch.EF else row[touch.OTHER]
     if which >= 4:
         v = corner_at(own, which == 5)
-        if kind == EF:
-            exchange(w, st, c, VF, v, 0, s[0], s[1], 0.0)
+        if kind == touch.EF:
+            exchange(w, st, c, touch.VF, v, 0, s[0], s[1], 0.0)
         else:
-            exchange(w, st, c, FV, 0, v, s[0], s[1], 0.0)
+            exchange(w, st, c, touch.FV, 0, v, s[0], s[1], 0.0)
         return True
     edge = 3 if which == 0 else (0 if which == 1 else (1 if which == 2 else 2))
     at = s[1] if which < 2 else s[0]
-    if kind == EF:
-        exchange(w, st, c, EE, own, edge, s[2], at, 0.0)
+    if kind == touch.EF:
+        exchange(w, st, c, touch.EE, own, edge, s[2], at, 0.0)
     else:
-        exchange(w, st, c, EE, edge, own, at, s[2], 0.0)
+        exchange(w, st, c, touch.EE, edge, own, at, s[2], 0.0)
     return True
 
 
@@ -158,7 +142,7 @@ def leave(w: Walk, st: State, c: int, which: int) -> bool:
 def succeed(w: Walk, st: State, c: int) -> bool:
     """Let a vertex at the same place take the force of a contact that left its edge; False where there is none."""
     S, row = w.S, w.con[c]
-    i, apart, kind, one, other = row[FIRST], row[APART], row[KIND], row[ONE], row[OTHER]
+    i, apart, kind, one, other = row[touch.FIRST], row[touch.APART], row[touch.KIND], row[touch.ONE], row[touch.OTHER]
     x1, y1, x2, y2 = spots(S, row, st.s[c])
     F = vector(st.F[c], 0)
     drop(w, st, c)
@@ -168,9 +152,9 @@ def succeed(w: Walk, st: State, c: int) -> bool:
         # what it is gets into k
         if known(S, st, w.con, w.counts[0], w.found[a], w.W):
             continue
-        if k[KIND] == kind and k[ONE] == one and k[OTHER] == other:
+        if k[touch.KIND] == kind and k[touch.ONE] == one and k[touch.OTHER] == other:
             continue
-        X1, Y1, X2, Y2 = spots(S, k, w.found[a, AT:])
+        X1, Y1, X2, Y2 = spots(S, k, w.found[a, touch.AT :])
         far = abs(X1 - x1) + abs(Y1 - y1) + abs(X2 - x2) + abs(Y2 - y2)
         if far < least:
             best, least = a, far
@@ -189,12 +173,13 @@ def merged(w: Walk, ends: bool) -> bool:
     """
     c = w.counts[0] - 1
     F = vector(w.now.F[c], 0)
-    if c < 1 or w.con[c, KIND] == LIES or F[0] != 0.0 or F[1] != 0.0 or F[2] != 0.0:
+    if c < 1 or w.con[c, touch.KIND] == touch.LIES or F[0] != 0.0 or F[1] != 0.0 or F[2] != 0.0:
         return False
     for o in range(c):
         a, b = w.con[o], w.con[c]
-        pair = a[FIRST] == b[FIRST] and a[APART] == b[APART] and a[KIND] != LIES
-        edge = max(a[KIND], b[KIND]) >= EF if ends else a[KIND] >= EF and number(a) == number(b)
+        pair = a[touch.FIRST] == b[touch.FIRST] and a[touch.APART] == b[touch.APART] and a[touch.KIND] != touch.LIES
+        along = max(a[touch.KIND], b[touch.KIND]) >= touch.EF if ends else a[touch.KIND] >= touch.EF
+        edge = along and (ends or number(a) == number(b))
         if pair and edge and beside(w, o, c) < _WIDEST:
             while w.W.window[0] <= beside(w, o, c):
                 w.W.window[0] *= _WIDER
@@ -207,7 +192,7 @@ def merged(w: Walk, ends: bool) -> bool:
 def beside(w: Walk, o: int, c: int) -> float:
     """Return how far two contacts of a pair are from each other, as a part of the plates."""
     S, far = w.S, 0.0
-    i, j = w.con[c, FIRST], partner(S, w.con[c])
+    i, j = w.con[c, touch.FIRST], partner(S, w.con[c])
     sizes = (S.shapes[i, ETA], 2 * S.shapes[i, BETA], S.shapes[j, ETA], 2 * S.shapes[j, BETA])
     for a, b, size in zip(spots(S, w.con[o], w.now.s[o]), spots(S, w.con[c], w.now.s[c]), sizes):  # noqa: B905
         far = max(far, abs(a - b) / size.real)
@@ -221,10 +206,10 @@ def successor(w: Walk, st: State, c: int) -> None:
     A corner of a plate that lies along another one leaves the face as two edges begin to cross.
     """
     S, m, v = w.S, w.counts[0], w.best
-    v[KIND] = -1.0
+    v[touch.KIND] = -1.0
     if m == len(w.con):
         return
-    n, row = vertices(S, st, w.W, w.con[c, FIRST], w.con[c, APART], _CLOSE, w.found, 0), w.con[m]
+    n, row = vertices(S, st, w.W, w.con[c, touch.FIRST], w.con[c, touch.APART], _CLOSE, w.found, 0), w.con[m]
     normal = meet(S, st, w.con[c], st.s[c], w.W).n
     for a in range(n):
         copy(w.found[a], v)
@@ -232,9 +217,9 @@ def successor(w: Walk, st: State, c: int) -> None:
         for o in range(5):
             row[o] = int(v[o])
         for o in range(3):
-            st.s[m, o] = v[AT + o]
+            st.s[m, o] = v[touch.AT + o]
         for o in range(m):
             there = there or number(w.con[o]) == number(row)
         if not there and beside(w, c, m) < _CLOSE and dot(normal, meet(S, st, row, st.s[m], w.W).n) > 1 - _CLOSE:
             return
-    v[KIND] = -1.0
+    v[touch.KIND] = -1.0

@@ -5,40 +5,27 @@ from __future__ import annotations
 import numpy as np
 
 from squama.batch.keeping import part as _jit
+from squama.contacts import touch
 from squama.contacts.geometry import back, bow, slopes, turn, vector
 from squama.contacts.lifts import around, lifted, lifts, shared
 from squama.contacts.linear import BASE, FAR, INNER, STRIDE, Linear, alone, emptied, enter
 from squama.contacts.meeting import Meeting, Work, along_edges, before, frame, lever, meet
 from squama.contacts.supports import tie_rates, unit
 from squama.contacts.system import (
-    APART,
-    EE,
-    EF,
     ELASTIC,
-    FE,
-    FIRST,
-    KIND,
-    LET_GO,
-    LIES,
     MOTIONS,
     MU,
-    ONE,
-    OTHER,
     STIFF,
     STRAINS,
-    STUCK,
-    VF,
     Past,
     State,
     System,
-    lengthwise,
     partner,
     pieces,
-    places_of,
     spots,
     strain_columns,
-    unknown,
 )
+from squama.contacts.touch import lengthwise, places_of, unknown
 from squama.contacts.vectors import Vector, add, by_vector, cross, dot, scaled, spin, turned
 from squama.types import Array
 
@@ -139,7 +126,7 @@ def rubbing(
     if not rubs:
         return (none, none, none, none), 0.0, 1.0, f
     v, a1, b1, c1, d1 = before(S, row, s, past, 0)
-    if row[STUCK] > 0:
+    if row[touch.STUCK] > 0:
         return (scaled(-1.0, a1), scaled(-1.0, b1), scaled(-1.0, c1), scaled(-1.0, d1)), 0.0, 1.0, f
     w1, w2 = past.weights[1], past.weights[2]
     v, a1, b1, c1, d1 = scaled(w1, v), scaled(w1, a1), scaled(w1, b1), scaled(w1, c1), scaled(w1, d1)
@@ -148,7 +135,7 @@ def rubbing(
         v, a1, b1 = add(v, w2, v2), add(a1, w2, a2), add(b1, w2, b2)
         c1, d1 = add(c1, w2, c2), add(d1, w2, d2)
     v = add(v, -dot(v, g.n), g.n)
-    y = add(f, -S.shapes[row[FIRST], STIFF], v)
+    y = add(f, -S.shapes[row[touch.FIRST], STIFF], v)
     reach = max(np.sqrt(dot(y, y)), 1e-300)
     return (a1, b1, c1, d1), most, reach, scaled(1 / reach, y)
 
@@ -161,8 +148,8 @@ def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> No
     rotation vector's own map. Terms of the order of an increment are left out: they cost Newton's method nothing.
     """
     L, s, g = W.local, st.s[c], meet(S, st, row, st.s[c], W)
-    i, j, kind = row[FIRST], partner(S, row), row[KIND]
-    P, F, mu, k = W.pairs[i, row[APART] - 1], vector(st.F[c], 0), S.shapes[i, MU], S.shapes[i, STIFF]
+    i, j, kind = row[touch.FIRST], partner(S, row), row[touch.KIND]
+    P, F, mu, k = W.pairs[i, row[touch.APART] - 1], vector(st.F[c], 0), S.shapes[i, MU], S.shapes[i, STIFF]
     x1, y1, x2, y2 = spots(S, row, s)
     xx1 = xy1 = yy1 = xx2 = xy2 = yy2 = 0.0
     if S.shapes[i, ELASTIC] > 0:
@@ -171,18 +158,18 @@ def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> No
     N = dot(F, g.n)
     f = add(F, -N, g.n)
     A, B = frame(row, g)
-    rubs = mu > 0.0 and row[STUCK] >= 0
+    rubs = mu > 0.0 and row[touch.STUCK] >= 0
     slips, most, reach, hat = rubbing(S, row, s, past, g, f, mu * max(N, 0.0), rubs)
-    places, bows = unknown(kind, row[ONE], row[OTHER]), (xx1, xy1, yy1, xx2, xy2, yy2)
+    places, bows = unknown(kind, row[touch.ONE], row[touch.OTHER]), (xx1, xy1, yy1, xx2, xy2, yy2)
     t1, t2 = along_edges(row, g)
-    sign = -1.0 if kind == EE and dot(cross(t2, t1), g.n) < 0.0 else 1.0
-    strains = STRAINS * pieces(S, row[APART])
+    sign = -1.0 if kind == touch.EE and dot(cross(t2, t1), g.n) < 0.0 else 1.0
+    strains = STRAINS * pieces(S, row[touch.APART])
     for v_ in range(_E + strains):
         dr1, dp2, darm1, darm2, dtx1, dty1, dtx2, dty2, dF, dFj, dv = varied(g, P, F, v_, places, bows, slips, rubs)
-        dt1, dt2 = (dtx1 if lengthwise(row[ONE]) else dty1), (dtx2 if lengthwise(row[OTHER]) else dty2)
-        if kind == EE:
+        dt1, dt2 = (dtx1 if lengthwise(row[touch.ONE]) else dty1), (dtx2 if lengthwise(row[touch.OTHER]) else dty2)
+        if kind == touch.EE:
             dm = scaled(sign, add(cross(dt2, t1), 1.0, cross(t2, dt1)))
-        elif kind in (VF, EF):
+        elif kind in (touch.VF, touch.EF):
             dm = add(cross(dtx2, g.ty2), 1.0, cross(g.tx2, dty2))
         else:
             dm = add(cross(dtx1, g.ty1), 1.0, cross(g.tx1, dty1))
@@ -190,7 +177,7 @@ def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> No
         dN = dot(dF, g.n) + dot(F, dn)
         df = add(add(dF, -dN, g.n), -N, dn)
         L[0, v_], L[1, v_], L[2, v_] = add(dr1, -1.0, dp2)
-        if rubs and row[STUCK] > 0:
+        if rubs and row[touch.STUCK] > 0:
             dg = scaled(k, add(dv, S.grip, df))
         elif rubs:
             dy = add(df, -k, dv)
@@ -200,9 +187,9 @@ def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> No
             dg = df
         L[3, v_], L[4, v_] = dot(dg, A), dot(dg, B)
         L[5, v_] = 0.0
-        if kind == EF:
+        if kind == touch.EF:
             L[5, v_] = dot(dt1, g.n) + dot(t1, dn)
-        elif kind == FE:
+        elif kind == touch.FE:
             L[5, v_] = dot(dt2, g.n) + dot(t2, dn)
         L[6, v_], L[7, v_], L[8, v_] = dF
         L[9, v_], L[10, v_], L[11, v_] = add(cross(darm1, F), 1.0, cross(g.arm1, dF))
@@ -299,12 +286,12 @@ def jacobian(  # noqa: C901 - one loop over contacts
     column, rows = W.columns[0], W.columns[1]
     for c in range(m):
         row, o = con[c], at[N + c]
-        i, j, k = row[FIRST], partner(S, row), places_of(row[KIND])
-        if row[KIND] == LIES:
+        i, j, k = row[touch.FIRST], partner(S, row), places_of(row[touch.KIND])
+        if row[touch.KIND] == touch.LIES:
             lie_rates(st, i, c, o, at[i] + 3, W, J)
             continue
         locally(S, st, past, c, row, W)
-        many = pieces(S, row[APART])
+        many = pieces(S, row[touch.APART])
         inputs, outputs = _E + STRAINS * many, LOCAL + STRAINS * many
         from1, to1 = around(S, at, inner, J.kept[FAR], i)
         from2, to2 = around(S, at, inner, J.kept[FAR], j)
@@ -312,7 +299,7 @@ def jacobian(  # noqa: C901 - one loop over contacts
             lifted(S, st, con, at, n, c, 0, W, from1, to1)
             lifted(S, st, con, at, n, c, 1, W, from2, to2)
         # from turns of the scales to their rotation vectors: columns, then the rows of the moments
-        P, F, g = W.pairs[i, row[APART] - 1], vector(st.F[c], 0), meet(S, st, row, st.s[c], W)
+        P, F, g = W.pairs[i, row[touch.APART] - 1], vector(st.F[c], 0), meet(S, st, row, st.s[c], W)
         for side in range(2):
             a = i if side == 0 else j
             w, first, moments = vector(st.q[a], 3), 3 + 6 * side, 9 + 6 * side
@@ -345,8 +332,8 @@ def jacobian(  # noqa: C901 - one loop over contacts
     if S.own:
         tie_rates(S, st, at, n, W, J)
     for c in range(m):
-        if con[c, STUCK] == LET_GO:
-            for a in range(3 + places_of(con[c, KIND])):
+        if con[c, touch.STUCK] == touch.LET_GO:
+            for a in range(3 + places_of(con[c, touch.KIND])):
                 alone(J, at[N + c] + a)
     for a in range(len(S.masked)):
         if S.masked[a] > 0:

@@ -3,16 +3,11 @@
 from __future__ import annotations
 
 from squama.batch.keeping import part as _jit
+from squama.contacts import touch
 from squama.contacts.geometry import back, normal, powers, turn, vector
 from squama.contacts.meeting import Work, clear
 from squama.contacts.system import (
-    APART,
     ELASTIC,
-    FIRST,
-    KIND,
-    LIES,
-    ONE,
-    OTHER,
     POWERS,
     STRAINS,
     State,
@@ -22,8 +17,8 @@ from squama.contacts.system import (
     pieces,
     spots,
     strain_columns,
-    unknown,
 )
+from squama.contacts.touch import unknown
 from squama.contacts.vectors import by_vector, cross, dot, scaled, turned
 from squama.types import Array
 
@@ -36,9 +31,9 @@ def lifts(S: System, st: State, con: Array, m: int, W: Work) -> bool:
         W.first[i] = -1
     for c in range(m):
         row = con[c]
-        if row[KIND] == LIES:
+        if row[touch.KIND] == touch.LIES:
             continue
-        i, j = row[FIRST], partner(S, row)
+        i, j = row[touch.FIRST], partner(S, row)
         x1, y1, x2, y2 = spots(S, row, st.s[c])
         F = vector(st.F[c], 0)
         for side in range(2):
@@ -56,14 +51,14 @@ def lifts(S: System, st: State, con: Array, m: int, W: Work) -> bool:
                     for b in range(POWERS):
                         out[b] += S.plates[a, p, b] * v
             up = normal(W.E[a])
-            W.side[o] = dot(F, up) if side == 0 else -dot(F, turn(W.pairs[i, row[APART] - 1], up))
+            W.side[o] = dot(F, up) if side == 0 else -dot(F, turn(W.pairs[i, row[touch.APART] - 1], up))
     return any_
 
 
 @_jit
 def lifted(
     S: System, st: State, con: Array, at: Array, n: int, c: int, side: int, W: Work, begin: int, end: int
-) -> None:  # fmt: skip
+) -> None:
     """Write the derivatives (3, n) of lift and slopes at a place, by the forces on its plate alone, into W.lifts.
 
     They are by unknowns from ``begin`` to before ``end``, and by free strains that all cells share.
@@ -76,7 +71,7 @@ def lifted(
         for e in range(STRAINS):
             if columns[e] >= 0:
                 own[f, columns[e]] = 0.0
-    a = con[c, FIRST] if side == 0 else partner(S, con[c])
+    a = con[c, touch.FIRST] if side == 0 else partner(S, con[c])
     if not S.shapes[a, ELASTIC] > 0:
         return
     up0 = normal(W.E[a])
@@ -85,8 +80,8 @@ def lifted(
     while q >= 0:
         d, other = q // 2, q % 2
         row, first = con[d], at[N + d]
-        P, F = W.pairs[row[FIRST], row[APART] - 1], vector(st.F[d], 0)
-        places = unknown(row[KIND], row[ONE], row[OTHER])
+        P, F = W.pairs[row[touch.FIRST], row[touch.APART] - 1], vector(st.F[d], 0)
+        places = unknown(row[touch.KIND], row[touch.ONE], row[touch.OTHER])
         up = up0 if other == 0 else scaled(-1.0, turn(P, up0))
         # the load is F . up, so that a turn o changes it by o . (up x F)
         moment = cross(up, F)
@@ -102,8 +97,8 @@ def lifted(
                 own[f, first + b] += v * up[b]
                 own[f, at[a] + 3 + b] += v * by_w[b]
             if other == 1:
-                for p in range(pieces(S, row[APART])):
-                    strained = strain_columns(S, at, n, row[FIRST] + p)
+                for p in range(pieces(S, row[touch.APART])):
+                    strained = strain_columns(S, at, n, row[touch.FIRST] + p)
                     for e in range(STRAINS):
                         if strained[e] >= 0:
                             own[f, strained[e]] += v * dot(vector(P, 12 + 24 * p + 6 * e), moment)

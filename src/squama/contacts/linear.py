@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
-from squama.contacts.system import APART, KIND, LIES, System, ahead, borders, layout
+from squama.contacts import touch
+from squama.contacts.system import System, ahead, borders, layout, transfer
 from squama.types import Array
 
 SOLVED, RESIDUALS, INNER, HALF, STRIDE, BASE, FAR = range(7)
@@ -38,8 +39,8 @@ def laid_out(S: System, con: Array, m: int, J: Linear) -> int:
     """Lay the unknowns out; return how many there are, -1 where there is no room for them."""
     N, kept, first, far = len(S.shapes), J.kept, ahead(S), S.stride
     for c in range(m):
-        if con[c, KIND] != LIES:
-            far = max(far, con[c, APART] * S.stride)
+        if con[c, touch.KIND] != touch.LIES:
+            far = max(far, con[c, touch.APART] * S.stride)
     kept[FAR] = far
     n = layout(S, con, m, J.at)
     inner = n - borders(S)
@@ -216,24 +217,10 @@ def stored(J: Linear, n: int) -> int:
 def exchanged(J: Linear, n: int, a: Array, at: int, out: bool) -> None:
     """Write the factors into numbers from a place on or, not ``out``, take them from there."""
     wide = len(J.corner)
-    for v in (J.band[: filled(J)], J.right[:n].reshape(wide * n)):
-        for i in range(v.size):
-            if out:
-                a[at] = v[i]
-            else:
-                v[i] = a[at]
-            at += 1
+    at = transfer(J.band[: filled(J)], a, at, out)
+    at = transfer(J.right[:n], a, at, out)
     for e in range(wide):
-        for v in (J.lower[e, :n], J.corner[e]):
-            for i in range(v.size):
-                if out:
-                    a[at] = v[i]
-                else:
-                    v[i] = a[at]
-                at += 1
-    for i in range(n):
-        if out:
-            a[at], a[at + n] = J.order[i], J.last[i]
-        else:
-            J.order[i], J.last[i] = int(a[at]), int(a[at + n])
-        at += 1
+        at = transfer(J.lower[e, :n], a, at, out)
+        at = transfer(J.corner[e], a, at, out)
+    at = transfer(J.order[:n], a, at, out)
+    transfer(J.last[:n], a, at, out)

@@ -9,29 +9,10 @@ import numpy as np
 
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
+from squama.contacts import touch
 from squama.contacts.geometry import attitudes, beside, lift, neighbours, normal, press, turn, vector
-from squama.contacts.system import (
-    APART,
-    EE,
-    EF,
-    ELASTIC,
-    FE,
-    FIRST,
-    FV,
-    KIND,
-    LIES,
-    ONE,
-    OTHER,
-    POWERS,
-    VF,
-    H,
-    Past,
-    State,
-    System,
-    lengthwise,
-    partner,
-    spots,
-)
+from squama.contacts.system import ELASTIC, POWERS, H, Past, State, System, partner, spots
+from squama.contacts.touch import lengthwise
 from squama.contacts.vectors import Vector, add, cross, dot, scaled
 from squama.types import Array
 
@@ -117,14 +98,14 @@ def deflect(S: System, st: State, con: Array, m: int, W: Work) -> None:
     N = len(S.shapes)
     clear(W.load)
     for c in range(m):
-        if con[c, KIND] == LIES:
+        if con[c, touch.KIND] == touch.LIES:
             continue
-        i, j = con[c, FIRST], partner(S, con[c])
+        i, j = con[c, touch.FIRST], partner(S, con[c])
         x1, y1, x2, y2 = spots(S, con[c], st.s[c])
         F = vector(st.F[c], 0)
         if S.shapes[i, ELASTIC].real > 0:
             press(S, i, x1, y1, dot(F, normal(W.E[i])), W.load[i])
-            press(S, j, x2, y2, -dot(F, turn(W.pairs[i, con[c, APART] - 1], normal(W.E[j]))), W.load[j])
+            press(S, j, x2, y2, -dot(F, turn(W.pairs[i, con[c, touch.APART] - 1], normal(W.E[j]))), W.load[j])
     for i in range(N):
         b = st.b[i]
         clear(b)
@@ -138,8 +119,8 @@ def deflect(S: System, st: State, con: Array, m: int, W: Work) -> None:
 @_jit
 def meet(S: System, st: State, c: Array, s: Array, W: Work) -> Meeting:
     """Return where a contact's places are, and their common normal."""
-    i, j = c[FIRST], partner(S, c)
-    P, E1, E2 = W.pairs[i, c[APART] - 1], W.E[i], W.E[j]
+    i, j = c[touch.FIRST], partner(S, c)
+    P, E1, E2 = W.pairs[i, c[touch.APART] - 1], W.E[i], W.E[j]
     x1, y1, x2, y2 = spots(S, c, s)
     w1, wx1, wy1, w2, wx2, wy2 = 0.0 * x1, 0.0 * x1, 0.0 * x1, 0.0 * x1, 0.0 * x1, 0.0 * x1
     if S.shapes[i, ELASTIC].real > 0:
@@ -154,14 +135,14 @@ def meet(S: System, st: State, c: Array, s: Array, W: Work) -> Meeting:
     tx1, ty1, up1 = turn(E1, (one, none, wx1)), turn(E1, (none, one, wy1)), normal(E1)
     tx2, ty2 = turn(P, turn(E2, (one, none, wx2))), turn(P, turn(E2, (none, one, wy2)))
     up2 = turn(P, normal(E2))
-    kind = c[KIND]
-    if kind == EE:
-        t1 = tx1 if lengthwise(c[ONE]) else ty1
-        t2 = tx2 if lengthwise(c[OTHER]) else ty2
+    kind = c[touch.KIND]
+    if kind == touch.EE:
+        t1 = tx1 if lengthwise(c[touch.ONE]) else ty1
+        t2 = tx2 if lengthwise(c[touch.OTHER]) else ty2
         n = cross(t2, t1)
         if dot(n, up2).real < 0.0:
             n = scaled(-1.0, n)
-    elif kind in (VF, EF):
+    elif kind in (touch.VF, touch.EF):
         n = cross(tx2, ty2)
     else:
         n = cross(tx1, ty1)
@@ -172,15 +153,15 @@ def meet(S: System, st: State, c: Array, s: Array, W: Work) -> Meeting:
 @_in
 def along_edges(c: Array, g: Meeting) -> tuple[Vector, Vector]:
     """Return the tangents of the edges that a contact's features name, on both scales."""
-    return g.tx1 if lengthwise(c[ONE]) else g.ty1, g.tx2 if lengthwise(c[OTHER]) else g.ty2
+    return g.tx1 if lengthwise(c[touch.ONE]) else g.ty1, g.tx2 if lengthwise(c[touch.OTHER]) else g.ty2
 
 
 @_jit
 def frame(c: Array, g: Meeting) -> tuple[Vector, Vector]:
     """Return two directions along the plates at a contact, across each other; of no given length."""
     t1, t2 = along_edges(c, g)
-    kind = c[KIND]
-    a = t2 if kind == FE else (g.tx2 if kind == VF else (g.tx1 if kind == FV else t1))
+    kind = c[touch.KIND]
+    a = t2 if kind == touch.FE else (g.tx2 if kind == touch.VF else (g.tx1 if kind == touch.FV else t1))
     a = add(a, -dot(a, g.n), g.n)
     return a, cross(g.n, a)
 
@@ -188,8 +169,8 @@ def frame(c: Array, g: Meeting) -> tuple[Vector, Vector]:
 @_jit
 def before(S: System, c: Array, s: Array, past: Past, which: int) -> tuple[Vector, Vector, Vector, Vector, Vector]:
     """Return D of a contact's material places at a state before, and its rates with x1, y1, x2 and y2."""
-    i, j = c[FIRST], partner(S, c)
-    P, E1, E2 = past.pairs[which, i, c[APART] - 1], past.E[which, i], past.E[which, j]
+    i, j = c[touch.FIRST], partner(S, c)
+    P, E1, E2 = past.pairs[which, i, c[touch.APART] - 1], past.E[which, i], past.E[which, j]
     x1, y1, x2, y2 = spots(S, c, s)
     w1, wx1, wy1, w2, wx2, wy2 = 0.0 * x1, 0.0 * x1, 0.0 * x1, 0.0 * x1, 0.0 * x1, 0.0 * x1
     if S.shapes[i, ELASTIC].real > 0:

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from squama.batch.keeping import tell
-from squama.contacts import entry
-from squama.contacts.path import ROOM, STEP, Answers, Room, on_legs, signed
-from squama.contacts.system import ENDLESS, UNTIED
+from squama.contacts import entry, path
+from squama.contacts.increments import Legs, Written
 from squama.types import Array
 
 NOTES = 200_000
@@ -15,9 +14,9 @@ NOTES = 200_000
 
 
 def moved(
-    beams: entry.Beams, targets: Array, copies: int, *, most: float | Array | None = None, step: float = STEP,
+    beams: entry.Beams, targets: Array, copies: int, *, most: float | Array | None = None, step: float = path.STEP,
     corners: Array | None = None, room: int = 1,
-) -> Answers:  # fmt: skip
+) -> path.Answers:  # fmt: skip
     """Follow beams as :func:`squama.contacts.path.follow_all`, with complex steps in beams, targets and corners.
 
     Each beam stands there ``copies`` times, one after the other, with other steps; their real parts are the same, and
@@ -26,41 +25,50 @@ def moved(
     :mod:`squama.contacts.derivatives`: behind a snap, first of all.
     """
     real = entry.Beams._make(np.ascontiguousarray(np.real(v[::copies])) for v in beams)
+    many = stepped(beams, real, copies)
+    whole = None if corners is None else corners.astype(complex)
+    legs, faces = path.on_legs(targets.astype(complex), whole, most, step), path.faces(real)
+    at = Legs._make([*(np.ascontiguousarray(np.real(v[::copies])) for v in legs[:3]), step])
+    found, changed = path.unwritten(at.ways, room, faces), path.unwritten(legs.ways, room, faces)
+    for i in range(len(at.ways)):
+        one, all_ = slice(i, i + 1), slice(i * copies, (i + 1) * copies)
+        own = Written._make(v[one] for v in found)
+        beam, alike = (entry.Beams._make(v[which] for v in some) for some, which in ((real, one), (many, all_)))
+        notes = noted(beam, _part(at, one), own)
+        changed.ends[all_] = own.ends
+        follow_steps(alike, _part(legs, all_), Written._make(v[all_] for v in changed), notes)
+    both = [_joined(np.repeat(v, copies, axis=0), c.imag) for v, c in zip(found[:-1], changed[:-1], strict=True)]
+    return path.read(Written._make([*both, changed.ends]), targets if corners is None else None)
+
+
+def stepped(beams: entry.Beams, real: entry.Beams, copies: int) -> entry.Beams:
+    """Return beams as complex ones, each ``copies`` times: what does not change, as of the ``real`` ones, is real."""
     kind = [v if v.dtype == bool else v.astype(complex) for v in beams]
-    free, masked, seen = (v.repeat(copies, axis=0) for v in (real.free, real.masked, real.seen))
-    many = entry.Beams._make([*kind[:4], free, kind[5], masked, seen, kind[8]])
-    ways, strains, most = on_legs(targets.astype(complex), None if corners is None else corners.astype(complex), most)
-    at, legs, most = (np.ascontiguousarray(np.real(v[::copies])) for v in (ways, strains, most))
-    tell(entry.many, "scales in contact")
-    tell(entry.move, "derivatives of scales in contact")
-    faces = 1 + bool(real.seen.shape[1])
-    found, changed = Room.of(at, room, faces), Room.of(ways, room, faces)
-    for i in range(len(at)):
-        _move(real, many, i, copies, most, step, at, legs, ways, strains, found, changed)
-    whole = Room._make(np.repeat(v, copies, axis=0) for v in found)
-    both = [_joined(v, c.imag) for v, c in zip(whole[:-1], changed[:-1], strict=True)]
-    answers = Room._make([*both, whole.ends]).answers()
-    return answers if corners is not None else signed(answers, targets)
+    alike = {name: getattr(real, name).repeat(copies, axis=0) for name in ("free", "masked", "seen")}
+    return entry.Beams._make(kind)._replace(**alike)
 
 
-def _move(
-    real: entry.Beams, many: entry.Beams, i: int, copies: int, most: Array, step: float, at: Array, legs: Array,
-    ways: Array, strains: Array, found: Room, changed: Room,
-) -> None:  # fmt: skip
-    """Follow beam i, note its increments, and follow its copies."""
-    one, all_ = slice(i, i + 1), slice(i * copies, (i + 1) * copies)
-    own, beam = found.part(one), entry.Beams._make(v[one] for v in real)
-    every = entry.Beams._make(v[all_] for v in many)
-    size, faces = NOTES, 1 + bool(real.seen.shape[1])
+def noted(beams: entry.Beams, legs: Legs, found: Written, snapshot: Array | None = None) -> Array:
+    """Follow one beam as :func:`squama.contacts.path.follow`; return the notes (1, size) of its increments."""
+    size = NOTES
     while True:
-        notes, rest = np.zeros((1, size)), np.zeros((1, 0))
-        entry.many(beam, faces, ENDLESS, UNTIED, step, most[one], faces * ROOM, at[one], legs[one], *own, notes, rest)
+        notes = np.zeros((1, size))
+        path.follow(beams, legs, found, notes, None if snapshot is None else snapshot.copy())
         if notes[0, 0] >= 0.0:
-            break
+            return notes
         size *= 4
-    entry.move(
-        every, step, most[one], faces * ROOM, ways[all_], strains[all_], notes, rest, own.ends, *changed.part(all_)[:-1]
-    )  # fmt: skip
+
+
+def follow_steps(beams: entry.Beams, legs: Legs, found: Written, notes: Array, snapshot: Array | None = None) -> None:
+    """Follow the copies of a noted beam with their complex steps; the ends found are those of the beam."""
+    begin = np.zeros((1, 0)) if snapshot is None else snapshot
+    tell(entry.move, "derivatives of scales in contact")
+    entry.move(beams, path.faces(beams) * path.ROOM, legs, found, notes, begin)
+
+
+def _part(legs: Legs, which: slice) -> Legs:
+    """Return the legs of some paths."""
+    return Legs._make([*(v[which] for v in legs[:3]), legs.step])
 
 
 def _joined(real: Array, imag: Array) -> Array:

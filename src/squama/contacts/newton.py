@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from squama.batch.keeping import part as _jit
+from squama.contacts import touch
 from squama.contacts.equations import residual
 from squama.contacts.jacobian import jacobian
 from squama.contacts.linear import RESIDUALS, SOLVED, Linear, factor, laid_out, substitute
 from squama.contacts.meeting import Work, prepared
 from squama.contacts.supports import moved_alone, shifted
-from squama.contacts.system import KIND, LIES, MOTIONS, STRAINS, Past, State, System, places_of, strain_columns
+from squama.contacts.system import MOTIONS, STRAINS, Past, State, System, strain_columns
+from squama.contacts.touch import places_of
 from squama.types import Array
 
 TIGHT = 1e-11
@@ -31,12 +33,12 @@ def shift(S: System, st: State, con: Array, m: int, at: Array, n: int, x: Array,
             st.q[i, a] += by * x[at[i] + a]
     for c in range(m):
         o = at[N + c]
-        if con[c, KIND] == LIES:
+        if con[c, touch.KIND] == touch.LIES:
             st.F[c, 0] += by * x[o]
             continue
         for a in range(3):
             st.F[c, a] += by * x[o + a]
-        for a in range(places_of(con[c, KIND])):
+        for a in range(places_of(con[c, touch.KIND])):
             st.s[c, a] += by * x[o + 3 + a]
     if S.own:
         shifted(S, st, at, n, x, by)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from squama.contacts import increments
-from squama.contacts.system import FIRST
+from squama.contacts import increments, touch
 from squama.types import Array
 
 
@@ -13,7 +12,7 @@ def of_face(face: int, rows: Array, touches: Array) -> tuple[Array, Array]:
     """Return rows (n, m, 22) and contacts (n, m, C, 16) of one of two faces: its sums and slip, its contacts first."""
     raw, own = rows.copy(), np.zeros_like(touches)
     there = np.arange(touches.shape[2]) < np.nan_to_num(np.real(raw[:, :, 12, None]))
-    there &= np.real(touches[..., FIRST]) == face
+    there &= np.real(touches[..., touch.FIRST]) == face
     order = np.argsort(~there, axis=2, kind="stable")
     kept = np.take_along_axis(there, order, axis=2)
     own[kept] = np.take_along_axis(touches, order[..., None], axis=2)[kept]
@@ -39,7 +38,7 @@ def events_of(face: int, events: Array, ends: Array) -> tuple[Array, Array]:
         for row, after, every in zip(events[i, :count], own[i], codes[i], strict=False):
             now, all_now = {-1.0, *after.tolist()}, {-1.0, *every.tolist()}
             jumps = int(np.real(row[0])) in (increments.SNAP, increments.CHANGE) and all_now != all_before
-            if now != before if jumps else np.real(row[6 + FIRST]) == face:
+            if now != before if jumps else np.real(row[6 + touch.FIRST]) == face:
                 out[i, n] = row
                 out[i, n, 13], out[i, n, increments.AFTER :] = (after >= 0).sum(), after
                 n += 1

@@ -12,9 +12,10 @@ from typing import Any, NamedTuple, TypedDict, Unpack
 import numpy as np
 
 from squama.batch.keeping import tell
-from squama.contacts import entry, increments
+from squama.contacts import entry, increments, touch
+from squama.contacts.increments import Legs, Written
 from squama.contacts.of_face import events_of, of_face
-from squama.contacts.system import EE, EF, ENDLESS, FE, FV, PHI, PSI, STRAINS, UNTIED, VF
+from squama.contacts.system import ENDLESS, PHI, PSI, STRAINS, UNTIED
 from squama.joints.factor import MIRROR
 from squama.model import elastic_plate as plate
 from squama.model.outcome import End as Outcome
@@ -105,7 +106,8 @@ class Contact(NamedTuple):
     @property
     def words(self) -> str:
         """The pair in words."""
-        return words(self.first, self.second, self.k)
+        found = f"{FEATURES[self.first]} on {FEATURES[self.second]} (k = {self.k})"
+        return "" if self.first < 0 else found
 
     @property
     def mirrored(self) -> Contact:
@@ -113,16 +115,11 @@ class Contact(NamedTuple):
         return self._replace(first=MIRRORED[self.first], second=MIRRORED[self.second]) if self.first >= 0 else self
 
 
-def words(first: int, second: int, k: int) -> str:
-    """Return what meets in words."""
-    return "" if first < 0 else f"{FEATURES[first]} on {FEATURES[second]} (k = {k})"
-
-
 def features(kind: Array, one: Array, other: Array) -> tuple[Array, Array]:
     """Return the features that meet, by number, of contacts of a kind and of their edges or corners."""
-    one, other = np.where(kind == VF, CORNERS + one, one), np.where(kind == FV, CORNERS + other, other)
-    first = np.where((kind == FV) | (kind == FE), FACE, one)
-    return first, np.where((kind == VF) | (kind == EF), FACE, other)
+    one, other = np.where(kind == touch.VF, CORNERS + one, one), np.where(kind == touch.FV, CORNERS + other, other)
+    first = np.where((kind == touch.FV) | (kind == touch.FE), FACE, one)
+    return first, np.where((kind == touch.VF) | (kind == touch.EF), FACE, other)
 
 
 class End(NamedTuple):
@@ -142,7 +139,7 @@ class Answers(NamedTuple):
     """Of n beams on paths of m targets: first contacts (n, 6), rows (n, m, 60), events (n, 64, 25), ends (n, 4).
 
     Rows are :data:`COLUMNS` and the 24 powers of the plate's deflection; NaN beyond the end. ``touches`` (n, m, C, 16):
-    all contacts, see :func:`squama.contacts.follow.write`. With scales on both faces what is told of a scale, of
+    all contacts, see :func:`squama.contacts.written.write`. With scales on both faces what is told of a scale, of
     contacts and of events is of the scaled face's, and ``other`` are the same answers for the other face.
     """
 
@@ -172,27 +169,13 @@ def beams(
     scale: Scale, K: Array, mu: Array, *, sense: int = 1, free: Free = HELD, aside: Array | float = 1.0,
     masked: Sequence[float] = (), seen: Sequence[float] = (), own: Sequence[float] = (),
 ) -> entry.Beams:  # fmt: skip
-    """Return beams for the compiled model.
+    """Return beams for the compiled model: a scale of arrays (n,), K (n, 9, 9), or (n, 7, 7) without bend and stretch.
 
-    Parameters
-    ----------
-    scale
-        Arrays (n,) in place of floats.
-    K
-        Matrices (n, 9, 9), or (n, 7, 7) of bars that neither bend nor stretch.
-    mu
-        Coefficients of friction (n,).
-    sense
-        -1 for the mirror image.
-    free
-        Which of the strains bend, twist, lateral bend and stretch are free, with no moment or force: 1, else 0.
-    aside
-        Stiffness of the bar against lateral bend over that against bend (n,).
-    masked
-        1 for each of the six motions that stays 0, as those of hinges; none if not given.
-    seen, own
-        With scales on both faces the signs with which the other face sees bend, twist and lateral bend, and the
-        stiffness against the four strains that the matrices of both hold, the bar's own.
+    ``mu`` (n,); ``sense``: -1 for the mirror image; ``free``: 1 for each of the strains bend, twist, lateral bend and
+    stretch that has no moment or force; ``aside`` (n,): stiffness of the bar against lateral bend over that against
+    bend; ``masked``: 1 for each of the six motions that stays 0, as those of hinges, or none. With scales on both faces
+    ``seen`` are the signs with which the other face sees bend, twist and lateral bend, and ``own`` the stiffness
+    against the four strains that the matrices of both hold, the bar's own.
     """
     motions = K.shape[-1]
     signs = MIRROR[:motions] if sense < 0 else np.ones(motions)
@@ -223,35 +206,32 @@ def follow_all(
     without targets one corner (n, 1, 2) is the direction.
     ``room``: how many contacts are told of each state; with scales on both faces all are.
     """
-    ways, strains, most = on_legs(targets, corners, most)
-    faces = 1 + bool(beams.seen.shape[1])
-    found = Room.of(ways, room, faces)
-    tell(entry.many, "scales in contact")
-    none = np.zeros((len(ways), 0))
-    entry.many(beams, faces, ENDLESS, UNTIED, step, most, faces * ROOM, ways, strains, *found, none, none)
-    return found.answers() if corners is not None else signed(found.answers(), targets)
+    legs = on_legs(targets, corners, most, step)
+    found = unwritten(legs.ways, room, faces(beams))
+    follow(beams, legs, found)
+    return read(found, None if corners is not None else targets)
 
 
-def follow_legs(beams: entry.Beams, corners: Array, step: float = STEP) -> Answers:
-    """Follow one beam from rest through corners (n, 2): bends and twists per pitch between which the path is straight.
+def faces(beams: entry.Beams) -> int:
+    """Return on how many faces beams have scales."""
+    return 1 + bool(beams.seen.shape[1])
 
-    ``step``: largest increment of the way.
+
+def follow(
+    beams: entry.Beams, legs: Legs, found: Written, notes: Array | None = None, snapshots: Array | None = None
+) -> None:
+    """Follow endless beams (n) and write what is found; increments into ``notes`` (n, size), if there is room.
+
+    ``snapshots`` (n, size): where they begin, and then where they are in the end; from rest if not given.
     """
-    ways = np.cumsum(np.hypot(*np.diff(corners, axis=0, prepend=np.zeros((1, 2))).T))
-    return follow_all(beams, ways[None], step=step, corners=corners[None], room=ROOM)
+    none, many = np.zeros((len(legs.ways), 0)), faces(beams)
+    kept = (none if given is None else given for given in (notes, snapshots))
+    tell(entry.many, "scales in contact")
+    entry.many(beams, many, ENDLESS, UNTIED, many * ROOM, legs, found, *kept)
 
 
-def signed(answers: Answers, targets: Array) -> Answers:
-    """Return answers with the loads of a way that goes back, which is against the twist, by twist."""
-    back = np.diff(np.real(targets), axis=1, prepend=0.0) < 0
-    if back.any():
-        for face in answers.faces:
-            face.rows[..., _LOADS] *= np.where(back, -1.0, 1.0)[..., None]
-    return answers
-
-
-def on_legs(targets: Array, corners: Array | None, most: float | Array | None) -> tuple[Array, Array, Array]:
-    """Return ways (n, m), strains there (n, m, 4), and how far to look for a first contact (n,).
+def on_legs(targets: Array, corners: Array | None, most: float | Array | None, step: float) -> Legs:
+    """Return the legs to targets (n, m), see :func:`follow_all`.
 
     Without targets the strains (n, 1, 4) are the direction in which that is looked for.
     """
@@ -267,48 +247,40 @@ def on_legs(targets: Array, corners: Array | None, most: float | Array | None) -
         strains[..., [PSI, PHI]], ways = corners, np.ascontiguousarray(targets)
         most = 0.0 if most is None else most
     last = np.real(ways[:, -1]) if m else 0.0
-    return ways, strains, np.maximum(np.broadcast_to(np.asarray(most, float), n), last)
+    return Legs(ways, strains, np.maximum(np.broadcast_to(np.asarray(most, float), n), last), step)
 
 
-class Room(NamedTuple):
-    """What the compiled solver writes of n beams at m ways: see :func:`squama.contacts.follow.follow`."""
+def unwritten(ways: Array, contacts: int, faces: int = 1) -> Written:
+    """Return room at ways (n, m) for a number of contacts of each state; of both faces there is room for all."""
+    (n, m), kind = ways.shape, ways.dtype
+    contacts = faces * (ROOM if faces > 1 else contacts)
+    events = n, faces * EVENTS, increments.EVENT + (faces - 1) * ROOM
+    sizes = (increments.LINE,), (faces, 6), (faces, 24)
+    states = (np.full((n, m, *size), np.nan, kind) for size in sizes)
+    touches = np.zeros((n, m, contacts, increments.CONTACT), kind)
+    return Written._make([*states, touches, np.zeros(events, kind), np.zeros((n, 4))])
 
-    rows: Array
-    motions: Array
-    bends: Array
-    touches: Array
-    events: Array
-    ends: Array
 
-    @classmethod
-    def of(cls, ways: Array, contacts: int, faces: int = 1) -> Room:
-        """Return room for a number of contacts of each state; of both faces there is room for all."""
-        (n, m), kind = ways.shape, ways.dtype
-        contacts = ROOM if faces > 1 else contacts
-        sizes = (increments.LINE,), (faces, 6), (faces, 24)
-        states = (np.full((n, m, *size), np.nan, kind) for size in sizes)
-        touches = n, m, faces * contacts, increments.CONTACT
-        events = n, faces * EVENTS, increments.EVENT + (faces - 1) * ROOM
-        return cls._make([*states, np.zeros(touches, kind), np.zeros(events, kind), np.zeros((n, 4))])
+def read(found: Written, targets: Array | None = None) -> Answers:
+    """Return what is written, of each face; loads of twists ``targets`` that go back, against the way, by twist."""
+    states = found.rows, found.contacts
+    if found.motions.shape[2] == 1:
+        answers = _answers(*states, found.motions[:, :, 0], found.bends[:, :, 0], found.events, found.ends)
+    else:
+        one, other = (
+            _answers(*of_face(i, *states), found.motions[:, :, i], found.bends[:, :, i], *events_of(i, *found[4:]))
+            for i in range(2)
+        )
+        answers = one._replace(other=other)
+    if targets is not None and (back := np.diff(np.real(targets), axis=1, prepend=0.0) < 0).any():
+        for face in answers.faces:
+            face.rows[..., _LOADS] *= np.where(back, -1.0, 1.0)[..., None]
+    return answers
 
-    def part(self, which: slice) -> Room:
-        """Return the room of some beams."""
-        return Room._make(v[which] for v in self)
 
-    def answers(self) -> Answers:
-        """Return what is written there."""
-        if self.motions.shape[2] == 1:
-            rows = _rows(self.rows, self.motions[:, :, 0], self.bends[:, :, 0], self.touches)
-            return Answers(_first(self.events, self.ends), rows, self.events, self.ends, self.touches)
-        one, other = (self._of_face(i) for i in range(2))
-        return one._replace(other=other)
-
-    def _of_face(self, i: int) -> Answers:
-        """Return what is written of one of two faces: its scale, contacts and events."""
-        raw, touches = of_face(i, self.rows, self.touches)
-        events, ends = events_of(i, self.events, self.ends)
-        rows = _rows(raw, self.motions[:, :, i], self.bends[:, :, i], touches)
-        return Answers(_first(events, ends), rows, events, ends, touches)
+def _answers(raw: Array, touches: Array, motions: Array, bends: Array, events: Array, ends: Array) -> Answers:
+    """Return the answers for one face."""
+    return Answers(_first(events, ends), _rows(raw, motions, bends, touches), events, ends, touches)
 
 
 def _first(events: Array, ends: Array) -> Array:
@@ -347,11 +319,11 @@ def contacted(touches: Array) -> dict[str, Array]:
     """Return columns of states by their contacts (.., 16), by name: what meets, and the places there."""
     _, apart, kind, one, other = np.moveaxis(np.real(touches[..., :5]), -1, 0)
     one, other = features(kind, one, other)
-    edges, (x1, y1, x2, y2) = kind == EE, np.moveaxis(touches[..., 6:10], -1, 0)
+    edges, (x1, y1, x2, y2) = kind == touch.EE, np.moveaxis(touches[..., 6:10], -1, 0)
     return {
         "first": one, "second": other, "k": apart,
         "x": np.where(edges, along(one, x1, y1), y1), "y": np.where(edges, along(other, x2, y2), x2),
-        "along": np.where(kind >= EF, touches[..., 15], 0.0),
+        "along": np.where(kind >= touch.EF, touches[..., 15], 0.0),
     }  # fmt: skip
 
 
@@ -422,8 +394,9 @@ class Path(NamedTuple):
         return follow_all(self.beams, targets[None], most=0.0, step=step, room=ROOM)
 
     def along(self, corners: Array, step: float = STEP) -> Answers:
-        """Follow the beam along legs, see :func:`follow_legs`."""
-        return follow_legs(self.beams, corners, step)
+        """Follow the beam from rest through corners (n, 2), bends and twists between which the path is straight."""
+        ways = np.cumsum(np.hypot(*np.diff(corners, axis=0, prepend=np.zeros((1, 2))).T))
+        return follow_all(self.beams, ways[None], step=step, corners=corners[None], room=ROOM)
 
     def states(self, targets: Array, step: float = STEP) -> tuple[Array, End]:
         """Follow the twist to targets (n,); return rows, see :class:`Answers`, NaN beyond the end."""

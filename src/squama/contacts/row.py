@@ -12,24 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.batch.keeping import tell
-from squama.contacts import entry, increments, path, states
-from squama.contacts.system import (
-    APART,
-    EPS,
-    EQUAL,
-    FIRST,
-    KIND,
-    LIES,
-    MOTIONS,
-    ONE,
-    OTHER,
-    OWN,
-    PHI,
-    STRAINS,
-    UNTIED,
-    Ties,
-)
-from squama.contacts.ties import GRIPPED, LOOSE, freed, of_ends, of_grips
+from squama.contacts import entry, increments, path, states, touch
+from squama.contacts.increments import Legs, Written
+from squama.contacts.system import EPS, EQUAL, MOTIONS, OWN, PHI, STRAINS, UNTIED, Ties
+from squama.contacts.ties import GRIPPED, LOOSE, freed, of_ends
 from squama.types import Array
 
 _CONTACTS, _EVENTS, _BEGIN = 4, 16, 2e-4
@@ -72,27 +58,26 @@ class Track(NamedTuple):
 
     def other(self) -> Other | None:
         """Return the contact of other features that comes in first; None where none does."""
-        what = self.events[:, 6 + FIRST : 6 + OTHER + 1]
-        told = np.isin(self.events[:, 0], (increments.ENGAGE, increments.CHANGE, increments.SNAP)) & (
-            what[:, KIND] != LIES
-        )
-        what, ways = what[told & (what[:, FIRST] >= 0)].astype(int), self.events[told & (what[:, FIRST] >= 0), 1]
-        new = np.flatnonzero((what[:, APART:] != what[:1, APART:]).any(axis=1))
+        what = self.events[:, 6 + touch.FIRST : 6 + touch.OTHER + 1]
+        told = np.isin(self.events[:, 0], (increments.ENGAGE, increments.CHANGE, increments.SNAP))
+        told &= (what[:, touch.KIND] != touch.LIES) & (what[:, touch.FIRST] >= 0)
+        what, ways = what[told].astype(int), self.events[told, 1]
+        new = np.flatnonzero((what[:, touch.APART :] != what[:1, touch.APART :]).any(axis=1))
         if not new.size:
             return None
         c, phi = what[new[0]], float(ways[new[0]])
-        return Other(int(c[FIRST]) + 1, f"{placed(c)} at {phi:.4g} rad/pitch", phi)
+        return Other(int(c[touch.FIRST]) + 1, f"{placed(c)} at {phi:.4g} rad/pitch", phi)
 
 
 def placed(c: Array) -> str:
     """Return what meets, and of which scales, in words."""
-    (one,), (other,) = path.features(c[KIND, None], c[ONE, None], c[OTHER, None])
-    met = [(path.FEATURES[f], c[FIRST] + 1 + k) for f, k in ((one, 0), (other, c[APART]))]
+    (one,), (other,) = path.features(c[touch.KIND, None], c[touch.ONE, None], c[touch.OTHER, None])
+    met = [(path.FEATURES[f], c[touch.FIRST] + 1 + k) for f, k in ((one, 0), (other, c[touch.APART]))]
     if one == path.FACE:
         met.reverse()
     (what, i), (on, j) = met
     face = "the face" if on == path.FEATURES[path.FACE] else on
-    return f"{what} of scale {i} on {face} of scale {j} (k = {c[APART]})"
+    return f"{what} of scale {i} on {face} of scale {j} (k = {c[touch.APART]})"
 
 
 def legs(at: Array, *loads: int) -> Array:
@@ -117,7 +102,7 @@ def track(
     if ends not in (LOOSE, GRIPPED):
         return tied(way, scales, strains, None, free, step=step, about=ends)
     held = of_ends(scales, ends, *loads, apart=free[0, EPS] == 0)
-    return tied(way, scales, strains, held, (of_grips if ends == GRIPPED else freed)(free, *loads), step=step)
+    return tied(way, scales, strains, held, freed(free, *loads, ends=ends), step=step)
 
 
 def tied(
@@ -129,42 +114,31 @@ def tied(
     ``strains`` (n, 4): corners between which the path is straight, from rest; ``free`` (N, 4) which strains are
     imposed, free or loaded.
     """
-    n, room, own = len(strains), _CONTACTS * scales, about == OWN
-    held = ties or UNTIED
+    n, room, own, held = len(strains), _CONTACTS * scales, about == OWN, ties or UNTIED
     ways = np.cumsum(np.linalg.norm(np.diff(strains, axis=0, prepend=0.0), axis=1))
-    beams = way.beams._replace(free=free)
-    raw = np.full((1, n, increments.LINE + held.course.shape[0] + 6 * held.floating), np.nan)
-    motions = np.full((1, n, scales, MOTIONS + 2 * STRAINS * own), np.nan)
-    bends, contacts = np.full((1, n, scales, 24), np.nan), np.zeros((1, n, room, increments.CONTACT))
-    events, ended = np.zeros((1, _EVENTS * (scales + 4), increments.EVENT)), np.zeros((1, 4))
+    line = increments.LINE + held.course.shape[0] + 6 * held.floating
+    sizes = (line,), (scales, MOTIONS + 2 * STRAINS * own), (scales, 24)
+    states = (np.full((1, n, *size), np.nan) for size in sizes)
+    rest = (n, room, increments.CONTACT), (_EVENTS * (scales + 4), increments.EVENT), (4,)
+    found = Written._make([*states, *(np.zeros((1, *size)) for size in rest)])
     tell(entry.many, "scales in contact")
-    entry.many(
-        beams, scales, about, held, step, np.zeros(1), room, ways[None], strains[None], raw, motions, bends, contacts,
-        events, ended, np.zeros((1, 0)), np.zeros((1, 0)),
-    )  # fmt: skip
-    code, phi, told, solved = ended[0].tolist()
+    legs, none = Legs(ways[None], strains[None], np.zeros(1), step), np.zeros((1, 0))
+    entry.many(way.beams._replace(free=free), scales, about, held, room, legs, found, none, none)
+    (raw,), (motions,), (bends,), (contacts,), (events,), (ended,) = found
+    code, phi, told, solved = ended.tolist()
     if code == increments.AT_REST:
         # the state at rest is all there is
-        raw[0, 0], motions[0, 0], bends[0, 0], solved = 0.0, 0.0, 0.0, 1
-    reached = slice(int(solved))
-    cells, motions = motions[0, reached, :, MOTIONS:], motions[0, reached, :, :MOTIONS]
-    rows, lifted = _states(way, raw[0, reached], motions, bends[0, reached], contacts[0, reached], cells)
-    end, loads = path.End(int(code), phi, int(solved)), raw[0, reached, increments.LINE :]
-    return Track(
-        rows,
-        cells,
-        lifted,
-        loads,
-        contacts[0, reached],
-        events[0, : min(int(told), events.shape[1])],
-        end,
-        held.floating,
-    )
+        raw[0], motions[0], bends[0], solved = 0.0, 0.0, 0.0, 1
+    raw, motions, bends, contacts = (v[: int(solved)] for v in (raw, motions, bends, contacts))
+    cells, end = motions[..., MOTIONS:], path.End(int(code), phi, int(solved))
+    rows, lifted = _states(way, raw, motions[..., :MOTIONS], bends, contacts, cells)
+    events = events[: min(int(told), len(events))]
+    return Track(rows, cells, lifted, raw[:, increments.LINE :], contacts, events, end, held.floating)
 
 
 def _states(
     way: path.Path, raw: Array, motions: Array, bends: Array, contacts: Array, cells: Array
-) -> tuple[Array, Array]:  # fmt: skip
+) -> tuple[Array, Array]:
     """Return states of all scales, and the moments of the substrate, see :class:`Track`."""
     points, n = motions.shape[:2]
     rows, held = np.zeros((points, n, path.WIDTH)), np.zeros((points, n))
@@ -180,16 +154,16 @@ def _states(
     for name, missing in (("x", np.nan), ("y", np.nan), ("first", -1.0), ("second", -1.0)):
         column[name][...] = missing
     there = np.arange(contacts.shape[1]) < raw[:, 12, None]
-    which, c = np.nonzero(there & (contacts[:, :, KIND] != LIES))
-    met, scale = contacts[which, c], contacts[which, c, FIRST].astype(int)
+    which, c = np.nonzero(there & (contacts[:, :, touch.KIND] != touch.LIES))
+    met, scale = contacts[which, c], contacts[which, c, touch.FIRST].astype(int)
     for name, at in (("N", 13), ("f", 14)):
         np.add.at(column[name], (which, scale), met[:, at])
     # of several contacts of a scale the first one has its places told
     places = path.contacted(met)
     for name in ("first", "second", "k", "x", "y", "along"):
         column[name][which[::-1], scale[::-1]] = places[name][::-1]
-    which, c = np.nonzero(there & (contacts[:, :, KIND] == LIES))
-    held[which, contacts[which, c, FIRST].astype(int)] = contacts[which, c, 10]
+    which, c = np.nonzero(there & (contacts[:, :, touch.KIND] == touch.LIES))
+    held[which, contacts[which, c, touch.FIRST].astype(int)] = contacts[which, c, 10]
     # joints' and plates' energies are told of all scales at once
     whole = _of_springs(way, rows)
     column["energy"][...] = whole + (raw[:, 19] - whole.sum(axis=1))[:, None] / n

@@ -9,31 +9,14 @@ along both of these edges.
 from __future__ import annotations
 
 from squama.batch.keeping import part as _jit
+from squama.contacts import touch
 from squama.contacts.changes import regroup
-from squama.contacts.detection import AT, bound
+from squama.contacts.detection import bound
 from squama.contacts.handover import add_contact, drop
 from squama.contacts.increments import NO_EQUILIBRIUM, Walk
 from squama.contacts.meeting import meet
-from squama.contacts.system import (
-    APART,
-    EE,
-    FIRST,
-    KIND,
-    LET_GO,
-    MU,
-    ONE,
-    OTHER,
-    SMOOTH,
-    STUCK,
-    System,
-    copied,
-    copy,
-    high,
-    lengthwise,
-    low,
-    partner,
-    spots,
-)
+from squama.contacts.system import MU, System, copied, copy, high, low, partner, spots
+from squama.contacts.touch import lengthwise
 from squama.contacts.vectors import dot
 from squama.types import Array
 
@@ -52,13 +35,13 @@ def released(w: Walk, h: float, c: int) -> int:
     Contacts that run off their edges meanwhile are let go of, too. Those that come in are smooth: what they slide along
     is not known. They stick where they then bear.
     """
-    w.con[c, STUCK] = LET_GO
+    w.con[c, touch.STUCK] = touch.LET_GO
     share, by, code = 1.0, _FIRST, 0
     laid_aside(w)
     while share > 0.0:
         less = max(0.0, share - by)
         for o in range(w.counts[0]):
-            for a in range(3 if w.con[o, STUCK] == LET_GO else 0):
+            for a in range(3 if w.con[o, touch.STUCK] == touch.LET_GO else 0):
                 w.new.F[o, a] *= less / share
         code = regroup(w, h, False)
         if code == 0:
@@ -68,9 +51,11 @@ def released(w: Walk, h: float, c: int) -> int:
         by *= _SHRINK
         if by < _LEAST:
             return code
-        taken_up(w)
+        copied(w.aside, w.new)
+        copy(w.stuck, w.con)
+        w.counts[0], w.J.kept[0] = w.counts[2], 0
     for o in range(w.counts[0] - 1, -1, -1):
-        if w.con[o, STUCK] == LET_GO:
+        if w.con[o, touch.STUCK] == touch.LET_GO:
             drop(w, w.new, o)
     code = regroup(w, h, False)
     rough(w)
@@ -81,8 +66,8 @@ def released(w: Walk, h: float, c: int) -> int:
 def rough(w: Walk) -> None:
     """Let smooth contacts stick where they bear."""
     for o in range(w.counts[0]):
-        if w.con[o, STUCK] == SMOOTH:
-            w.con[o, STUCK] = 1 if w.S.shapes[0, MU] > 0.0 else 0
+        if w.con[o, touch.STUCK] == touch.SMOOTH:
+            w.con[o, touch.STUCK] = 1 if w.S.shapes[0, MU] > 0.0 else 0
 
 
 @_jit
@@ -91,14 +76,6 @@ def laid_aside(w: Walk) -> None:
     copied(w.new, w.aside)
     copy(w.con, w.stuck)
     w.counts[2] = w.counts[0]
-
-
-@_jit
-def taken_up(w: Walk) -> None:
-    """Come back to the state that was kept."""
-    copied(w.aside, w.new)
-    copy(w.stuck, w.con)
-    w.counts[0], w.J.kept[0] = w.counts[2], 0
 
 
 @_jit
@@ -126,7 +103,7 @@ def across(w: Walk, c: int, guess: int, v: Array) -> int:
     place, -1 where there are not so many guesses.
     """
     S, row, pair = w.S, w.con[c], guess // _ALONG
-    i, j = row[FIRST], partner(S, row)
+    i, j = row[touch.FIRST], partner(S, row)
     x1, y1, x2, y2 = spots(S, row, w.now.s[c])
     # only whether edges run alike is asked of it
     g = meet(S, w.now, row, w.now.s[c], w.W)
@@ -134,7 +111,7 @@ def across(w: Walk, c: int, guess: int, v: Array) -> int:
         here, a, way1 = through(S, i, one, x1, y1)
         for other in range(4):
             there, b, way2 = through(S, j, other, x2, y2)
-            own = row[KIND] == EE and row[ONE] == one and row[OTHER] == other
+            own = row[touch.KIND] == touch.EE and row[touch.ONE] == one and row[touch.OTHER] == other
             if own or not (here and there):
                 continue
             if pair > 0:
@@ -146,8 +123,9 @@ def across(w: Walk, c: int, guess: int, v: Array) -> int:
             if way1 == 0.0:
                 return 0
             far = min(left(S, i, one, a, way1), left(S, j, other, b, way2)) * (guess % _ALONG) / _ALONG
-            v[FIRST], v[APART], v[KIND], v[ONE], v[OTHER] = i, row[APART], EE, one, other
-            v[AT], v[AT + 1], v[AT + 2] = a + way1 * far, b + way2 * far, 0.0
+            v[touch.FIRST], v[touch.APART] = i, row[touch.APART]
+            v[touch.KIND], v[touch.ONE], v[touch.OTHER] = touch.EE, one, other
+            v[touch.AT], v[touch.AT + 1], v[touch.AT + 2] = a + way1 * far, b + way2 * far, 0.0
             return 1
     return -1
 
@@ -163,10 +141,10 @@ def slipped(w: Walk, h: float, c: int, guess: int) -> int:
     if found < 1:
         return found if found < 0 else NO_EQUILIBRIUM
     for o in range(w.counts[0] - 1, -1, -1):
-        if w.con[o, FIRST] == w.best[FIRST] and w.con[o, APART] == w.best[APART]:
+        if w.con[o, touch.FIRST] == w.best[touch.FIRST] and w.con[o, touch.APART] == w.best[touch.APART]:
             drop(w, w.new, o)
     add_contact(w, w.new, w.best)
-    w.con[w.counts[0] - 1, STUCK] = SMOOTH
+    w.con[w.counts[0] - 1, touch.STUCK] = touch.SMOOTH
     code = regroup(w, h, True)
     rough(w)
     return code

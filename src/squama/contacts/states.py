@@ -42,15 +42,11 @@ def of_springs(path: Path, rows: Array, other: Array | None = None) -> Array:
         return np.asarray(whole)
     strains = rows[:, [COLUMNS.index(name) for name in ("psi", "twist", "aside", "stretch")]]
     bar = strains**2 @ path.beams.own[0] / 2
-    return np.asarray(whole + of_springs(path, _as_seen(path, other)) - bar)
-
-
-def _as_seen(path: Path, other: Array) -> Array:
-    """Return states of the other face with the strains that it sees."""
-    found = other.copy()
+    # with the strains that the other face sees
+    seen = other.copy()
     for name, sign in zip(("psi", "twist", "aside"), path.beams.seen[0], strict=True):
-        found[:, COLUMNS.index(name)] *= sign
-    return found
+        seen[:, COLUMNS.index(name)] *= sign
+    return np.asarray(whole + of_springs(path, seen) - bar)
 
 
 def bare(beams: entry.Beams) -> Array:
@@ -70,11 +66,6 @@ def bare(beams: entry.Beams) -> Array:
     out, place = np.zeros((len(K), *[min(2, strains)] * 2), K.dtype), np.array(loads, int) - scales
     out[:, place[:, None], place] = K[:, loads][:, :, loads] - across.swapaxes(1, 2) @ given
     return out
-
-
-def rigidity(path: Path) -> float:
-    """Return the torque per twist without contact, E d^3."""
-    return float(bare(path.beams)[0, 0, 0])
 
 
 def stresses(scale: Scale, bent: Array) -> tuple[Array, Array]:

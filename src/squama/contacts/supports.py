@@ -23,16 +23,7 @@ from squama.batch.keeping import part as _jit
 from squama.contacts.geometry import PLACED, back, chain, put, turn, vector
 from squama.contacts.linear import Linear, enter
 from squama.contacts.meeting import Work
-from squama.contacts.system import (
-    LOADED,
-    STRAINS,
-    State,
-    System,
-    ahead,
-    borders,
-    sectioned,
-    strain_columns,
-)
+from squama.contacts.system import LOADED, STRAINS, State, System, ahead, borders, sectioned, strain_columns
 from squama.contacts.vectors import Vector, add, cross, dot, rotated, scaled, spin, turned
 from squama.types import Array
 
@@ -81,12 +72,6 @@ def moves(W: Work, i: int, e: int) -> tuple[Vector, Vector]:
     return vector(W.moves[i, e], 0), vector(W.moves[i, e], 3)
 
 
-@_in
-def holds_turn(S: System, k: int, j: int) -> bool:
-    """Say whether tie k holds a turn of section j."""
-    return bool(S.ties.turns[k, AT] == j)
-
-
 @_jit
 def aim(S: System, st: State, k: int, v: Vector) -> Vector:
     """Return where a vector is to be that tie k turns with its section."""
@@ -115,21 +100,13 @@ def moment_of(S: System, st: State, W: Work, k: int) -> Vector:
 
 
 @_jit
-def moment_turned(S: System, st: State, W: Work, k: int, o: Vector) -> Vector:
-    """Return how :func:`moment_of` changes as the section turns by o."""
-    R, axis = W.frames[int(S.ties.turns[k, AT])], vector(S.ties.turns[k], AXIS)
-    other = aim(S, st, k, back(R, cross(o, axis)))
-    return add(scaled(-dot(askew(S, st, W, k), o), axis), 0.5, other)
-
-
-@_jit
 def load_at(S: System, st: State, W: Work, j: int) -> tuple[Vector, Vector]:
     """Return the wrench of all ties on section j."""
     none = 0.0 * st.strains[0, 0]
     m, f = (none, none, none), (none, none, none)
     for k in range(len(S.ties.course)):
         f = add(f, st.ties[LOADS, k], vector(S.ties.forces[k, j], 0))
-        if holds_turn(S, k, j):
+        if S.ties.turns[k, AT] == j:
             m = add(m, st.ties[LOADS, k], moment_of(S, st, W, k))
     return add(m, 1.0, cross(vector(W.frames[j], 9), f)), f
 
@@ -141,8 +118,11 @@ def load_moved(S: System, st: State, W: Work, j: int, o: Vector, v: Vector) -> V
     m, f = (none, none, none), (none, none, none)
     for k in range(len(S.ties.course)):
         f = add(f, st.ties[LOADS, k], vector(S.ties.forces[k, j], 0))
-        if holds_turn(S, k, j):
-            m = add(m, st.ties[LOADS, k], moment_turned(S, st, W, k, o))
+        if S.ties.turns[k, AT] == j:
+            axis = vector(S.ties.turns[k], AXIS)
+            other = aim(S, st, k, back(W.frames[j], cross(o, axis)))
+            change = add(scaled(-dot(askew(S, st, W, k), o), axis), 0.5, other)
+            m = add(m, st.ties[LOADS, k], change)
     return add(m, 1.0, cross(add(v, 1.0, cross(o, vector(W.frames[j], 9))), f))
 
 
@@ -151,7 +131,7 @@ def unit_load(S: System, st: State, W: Work, k: int, j: int) -> tuple[Vector, Ve
     """Return the wrench of a unit load of tie k on section j; it is the gradient of its coordinate, too."""
     f = vector(S.ties.forces[k, j], 0)
     m = cross(vector(W.frames[j], 9), f)
-    return (add(m, 1.0, moment_of(S, st, W, k)) if holds_turn(S, k, j) else m), f
+    return (add(m, 1.0, moment_of(S, st, W, k)) if S.ties.turns[k, AT] == j else m), f
 
 
 @_jit

@@ -13,6 +13,8 @@ import numpy as np
 
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
+from squama.contacts import touch
+from squama.contacts.touch import lengthwise, places_of
 from squama.types import Array
 
 ETA, BETA, H, MU, ELASTIC, STIFF = range(6)
@@ -21,18 +23,11 @@ PSI, PHI, CHI, EPS = range(4)
 """Strains of a cell: bend, twist, lateral bend, stretch; those conjugate to them are M, T, B and P."""
 MOTIONS, STRAINS, POWERS = 6, 4, 24
 """Motions (u, w) of a scale, strains of a cell, powers X^m Y^n of a plate's deflection."""
-EE, VF, FV, EF, FE, LIES = range(6)
-"""Kinds of contact; the last one is that of a scale that lies on the substrate: a moment that lifts it, no places."""
 ENDLESS, EQUAL, OWN = range(-1, 2)
 """Cells of a beam: they repeat for ever; all cells of a row have the same strains; each has its own."""
 IMPOSED, FREE, LOADED = range(3)
 """A strain is imposed on each cell; is free, without a load; or is free, and the way of a tie goes by its name."""
 _NONE = np.zeros(0)
-FIRST, APART, KIND, ONE, OTHER, STUCK, ENDED = range(7)
-"""Columns of a contact: scale, how many scales further the other is, kind, features of both, whether it sticks (1;
-slides: 0; is taken as smooth: SMOOTH; is let go of, its force given: LET_GO), and whether it stands for an edge that is
-tangent to the face nowhere any more: for this increment, or as it lies flush."""
-FLUSH, SMOOTH, LET_GO = 2, -1, -2
 
 
 class Ties(NamedTuple):
@@ -128,6 +123,18 @@ def copy(a: Array, b: Array) -> None:
 
 
 @_jit
+def transfer(a: Array, numbers: Array, at: int, out: bool) -> int:
+    """Write an array into numbers from a place on or, not ``out``, take it from there; return where it ends."""
+    x = a.flat
+    for i in range(a.size):
+        if out:
+            numbers[at + i] = x[i].real
+        else:
+            x[i] = numbers[at + i]
+    return at + a.size
+
+
+@_jit
 def copied(a: State, b: State) -> None:
     """Write a state into another one."""
     copy(a.q, b.q)
@@ -141,7 +148,7 @@ def copied(a: State, b: State) -> None:
 @_in
 def partner(S: System, c: Array) -> int:
     """Return the number of a contact's other scale."""
-    return further(S, c[FIRST], c[APART])
+    return further(S, c[touch.FIRST], c[touch.APART])
 
 
 @_in
@@ -198,24 +205,6 @@ def borders(S: System) -> int:
 
 
 @_in
-def places_of(kind: int) -> int:
-    """Return how many unknown places a contact of a kind has."""
-    return 3 if kind >= EF else 2
-
-
-@_in
-def unknowns_of(kind: int) -> int:
-    """Return how many unknowns a contact of a kind has: its force and places, or the moment of the substrate."""
-    return 1 if kind == LIES else 3 + places_of(kind)
-
-
-@_in
-def lengthwise(edge: int) -> bool:
-    """Say whether an edge runs along the length."""
-    return edge in (1, 2)
-
-
-@_in
 def low(S: System, i: int, edge: int) -> float:
     """Return the least place on an edge of scale i."""
     place: float = 0.0 * S.shapes[i, BETA] if lengthwise(edge) else -S.shapes[i, BETA]
@@ -248,56 +237,26 @@ def corner(S: System, i: int, v: int) -> tuple[float, float]:
     return x, -S.shapes[i, BETA] if v % 2 == 0 else S.shapes[i, BETA]
 
 
-@_in
-def corner_at(edge: int, high_end: bool) -> int:
-    """Return the corner at an end of an edge."""
-    if edge == 0:
-        return 1 if high_end else 0
-    if edge == 1:
-        return 0 if high_end else 2
-    if edge == 2:
-        return 1 if high_end else 3
-    return 3 if high_end else 2
-
-
 @_jit
 def spots(S: System, c: Array, s: Array) -> tuple[float, float, float, float]:
     """Return x, y of a contact on its first scale and on the other one."""
-    i, j, kind = c[FIRST], partner(S, c), c[KIND]
-    if kind == EE:
-        x1, y1 = on_edge(S, i, c[ONE], s[0])
-        x2, y2 = on_edge(S, j, c[OTHER], s[1])
-    elif kind == VF:
-        x1, y1 = corner(S, i, c[ONE])
+    i, j, kind = c[touch.FIRST], partner(S, c), c[touch.KIND]
+    if kind == touch.EE:
+        x1, y1 = on_edge(S, i, c[touch.ONE], s[0])
+        x2, y2 = on_edge(S, j, c[touch.OTHER], s[1])
+    elif kind == touch.VF:
+        x1, y1 = corner(S, i, c[touch.ONE])
         x2, y2 = s[0], s[1]
-    elif kind == FV:
-        x2, y2 = corner(S, j, c[OTHER])
+    elif kind == touch.FV:
+        x2, y2 = corner(S, j, c[touch.OTHER])
         x1, y1 = s[0], s[1]
-    elif kind == EF:
-        x1, y1 = on_edge(S, i, c[ONE], s[2])
+    elif kind == touch.EF:
+        x1, y1 = on_edge(S, i, c[touch.ONE], s[2])
         x2, y2 = s[0], s[1]
     else:
-        x2, y2 = on_edge(S, j, c[OTHER], s[2])
+        x2, y2 = on_edge(S, j, c[touch.OTHER], s[2])
         x1, y1 = s[0], s[1]
     return x1, y1, x2, y2
-
-
-@_in
-def unknown(kind: int, one: int, other: int) -> tuple[int, int, int, int]:
-    """Return which unknown place x1, y1, x2, y2 of a contact are; -1 for those that do not change."""
-    if kind == EE:
-        x1, y1 = (0, -1) if lengthwise(one) else (-1, 0)
-        x2, y2 = (1, -1) if lengthwise(other) else (-1, 1)
-        return x1, y1, x2, y2
-    if kind == VF:
-        return -1, -1, 0, 1
-    if kind == FV:
-        return 0, 1, -1, -1
-    if kind == EF:
-        x1, y1 = (2, -1) if lengthwise(one) else (-1, 2)
-        return x1, y1, 0, 1
-    x2, y2 = (2, -1) if lengthwise(other) else (-1, 2)
-    return 0, 1, x2, y2
 
 
 @_jit
@@ -311,14 +270,15 @@ def layout(S: System, con: Array, m: int, at: Array) -> int:
     for i in range(N):
         at[i] = MOTIONS
     for c in range(m):
-        at[N + c] = at[con[c, FIRST]]
-        at[con[c, FIRST]] += unknowns_of(con[c, KIND])
+        at[N + c] = at[con[c, touch.FIRST]]
+        # its force and places, or the moment of the substrate
+        at[con[c, touch.FIRST]] += 1 if con[c, touch.KIND] == touch.LIES else 3 + places_of(con[c, touch.KIND])
     for i in range(N):
         size = at[i]
         at[i] = n + first
         n += first + size
     for c in range(m):
-        at[N + c] += at[con[c, FIRST]]
+        at[N + c] += at[con[c, touch.FIRST]]
     return n + borders(S)
 
 

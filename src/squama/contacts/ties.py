@@ -63,15 +63,13 @@ def of_ends(n: int, ends: int, *loads: int, apart: bool = False) -> Ties:
     return ties(n, [*coaxial, *across, *([Tie([(n, Z)], course=(EPS, n))] if apart else [])])
 
 
-def freed(free: Array, *loads: int) -> Array:
-    """Return which strains are imposed, free or loaded (n, 4) where ties go by the names of some."""
+def freed(free: Array, *loads: int, ends: int = LOOSE) -> Array:
+    """Return which strains are imposed, free or loaded (n, 4) where ties go by the names of some.
+
+    Between grips a stretch that is held is their distance.
+    """
     out = free.copy()
     out[:, list(loads)] = LOADED
-    return out
-
-
-def of_grips(free: Array, load: int = PHI) -> Array:
-    """Return the same of gripped ends: a stretch that is held is the distance of the grips."""
-    out = freed(free, load)
-    out[:, EPS] = np.where(free[:, EPS] > 0, FREE, LOADED)
+    if ends == GRIPPED:
+        out[:, EPS] = np.where(free[:, EPS] > 0, FREE, LOADED)
     return out

@@ -7,24 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.batch.keeping import inlined as _in
-from squama.batch.keeping import part as _jit
-from squama.types import Array
 
 Vector = tuple[float, float, float]
-
-
-@_in
-def copy(of: Array, to: Array) -> None:
-    """Write an array's entries into another; an assignment of slices takes long to compile."""
-    for i in range(of.size):
-        to[i] = of[i]
-
-
-@_jit
-def put(of: Array, to: Array) -> None:
-    """Write a matrix into another one's first rows and columns."""
-    for i in range(of.shape[0]):
-        copy(of[i], to[i])
 
 
 @_in

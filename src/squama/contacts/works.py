@@ -8,45 +8,11 @@ from __future__ import annotations
 import numpy as np
 
 from squama.batch.keeping import part as _jit
+from squama.contacts import tally, touch
 from squama.contacts.geometry import PLACED, vector
-from squama.contacts.increments import (
-    T_BEFORE,
-    T_COUNT,
-    T_ENERGY,
-    T_FRESH,
-    T_GRIPS,
-    T_LOAD,
-    T_LOAD2,
-    T_MOST,
-    T_POWER,
-    T_POWER2,
-    T_RUBBED,
-    T_SIZE,
-    T_SLID,
-    T_STICK,
-    T_WAY,
-    T_WORK,
-    Walk,
-)
+from squama.contacts.increments import Walk
 from squama.contacts.meeting import before, meet
-from squama.contacts.system import (
-    ELASTIC,
-    ENDED,
-    FIRST,
-    FREE,
-    KIND,
-    LIES,
-    MOTIONS,
-    MU,
-    POWERS,
-    STRAINS,
-    STUCK,
-    State,
-    cells,
-    copied,
-    copy,
-    row_of,
-)
+from squama.contacts.system import ELASTIC, FREE, MOTIONS, MU, POWERS, STRAINS, State, cells, copied, copy, row_of
 from squama.contacts.vectors import Vector, add, dot
 
 UNBALANCED, INEXACT = 3e-4, 1e-3
@@ -86,14 +52,14 @@ def power(w: Walk, c: int, h: float) -> float:
     """
     t, row, s = w.tally, w.con[c], w.new.s[c]
     f = tangential(vector(w.new.F[c], 0), meet(w.S, w.new, row, s, w.W).n)
-    a, b = h, h + t[T_SIZE]
+    a, b = h, h + t[tally.SIZE]
     slip = dot(f, before(w.S, row, s, w.past, 0)[0])
     rate: float = slip / a
-    if t[T_FRESH].real >= 1:
+    if t[tally.FRESH].real >= 1:
         second = dot(f, before(w.S, row, s, w.past, 1)[0])
         rate = (slip * b / a - second * a / b) / (b - a)
-    if t[T_FRESH].real >= 2:
-        d = b + t[T_BEFORE]
+    if t[tally.FRESH].real >= 2:
+        d = b + t[tally.BEFORE]
         third = dot(f, before(w.S, row, s, w.past, 2)[0])
         # derivative of the polynomial of third degree
         rate = (
@@ -116,19 +82,10 @@ def slid(w: Walk, c: int) -> float:
     f = tangential(add(vector(w.new.F[c], 0), 1.0, vector(w.past.F[c], 0)), n)
     here = dot(f, before(w.S, row, s, w.past, 0)[0])
     there = here
-    if row[ENDED] == 0:
+    if row[touch.ENDED] == 0:
         there = dot(f, add(before(w.S, row, was, w.past, 0)[0], -1.0, meet(w.S, w.new, row, was, w.W).D))
     work: float = (here + there) / 4
     return work
-
-
-@_jit
-def yielded(w: Walk, c: int) -> float:
-    """Return the work that a contact that sticks takes up over the increment just solved for: its grip gives way."""
-    n = meet(w.S, w.new, w.con[c], w.new.s[c], w.W).n
-    f, last = tangential(vector(w.new.F[c], 0), n), tangential(vector(w.past.F[c], 0), n)
-    taken: float = w.S.grip * (dot(f, f) - dot(last, last)) / 2
-    return taken
 
 
 @_jit
@@ -139,31 +96,34 @@ def worked(w: Walk, h: float) -> tuple[float, float, float, float, float, int]:
     """
     t, load, stick = w.tally, load_rate(w), 0
     rate, rubbed, grips = 0.0 * load, 0.0 * load, 0.0 * load
-    share, fresh = h / t[T_SIZE], t[T_FRESH].real
+    share, fresh = h / t[tally.SIZE], t[tally.FRESH].real
     if w.S.shapes[0, MU].real > 0.0:
         for c in range(w.counts[0]):
-            stick += w.con[c, STUCK]
+            stick += w.con[c, touch.STUCK]
         # forces and slips may turn at once behind an event, and where contacts stick
-        smooth = fresh >= 2 and stick == t[T_STICK].real
+        smooth = fresh >= 2 and stick == t[tally.STICK].real
         for c in range(w.counts[0]):
-            if w.con[c, KIND] == LIES:
+            if w.con[c, touch.KIND] == touch.LIES:
                 continue
-            if w.con[c, STUCK] > 0:
-                grips += yielded(w, c)
+            if w.con[c, touch.STUCK] > 0:
+                # its grip gives way
+                n = meet(w.S, w.new, w.con[c], w.new.s[c], w.W).n
+                f, last = tangential(vector(w.new.F[c], 0), n), tangential(vector(w.past.F[c], 0), n)
+                grips += w.S.grip * (dot(f, f) - dot(last, last)) / 2
                 continue
             rate += power(w, c, h)
             if not smooth:
                 rubbed += slid(w, c)
         if smooth:
-            rubbed += h * mean(t[T_POWER2], t[T_POWER], rate, share)
-    work = h * (mean(t[T_LOAD2], t[T_LOAD], load, share) if fresh >= 1 else (t[T_LOAD] + load) / 2)
+            rubbed += h * mean(t[tally.POWER2], t[tally.POWER], rate, share)
+    work = h * (mean(t[tally.LOAD2], t[tally.LOAD], load, share) if fresh >= 1 else (t[tally.LOAD] + load) / 2)
     return work, rubbed, load, rate, grips, stick
 
 
 @_jit
 def rounded(w: Walk) -> float:
     """Return an energy below which differences of energies say nothing: that of motions that are very small."""
-    most = 0.0 * w.tally[T_ENERGY]
+    most = 0.0 * w.tally[tally.ENERGY]
     for a in range(MOTIONS):
         most = max(most, w.S.K[0, a, a])
     least: float = _SMALL**2 * most
@@ -176,10 +136,10 @@ def unbalanced(w: Walk, spent: tuple[float, float, float, float, float, int]) ->
 
     Over the energy, and over the largest one so far.
     """
-    stored, had = energy(w, w.new), w.tally[T_ENERGY]
+    stored, had = energy(w, w.new), w.tally[tally.ENERGY]
     lost = abs(spent[0] * cells(w.S) - spent[1] - spent[4] + had - stored)
     most = max(abs(stored), abs(had), rounded(w))
-    return lost / most, lost / max(most, w.tally[T_MOST])
+    return lost / most, lost / max(most, w.tally[tally.MOST])
 
 
 @_jit
@@ -187,41 +147,35 @@ def accept(w: Walk, h: float, event: bool, spent: tuple[float, float, float, flo
     """Make the new state the last one, after an increment with its works; ``event``: rates change here."""
     t, S = w.tally, w.S
     work, rubbed, load, rate, grips, stick = spent
-    t[T_GRIPS] += grips
+    t[tally.GRIPS] += grips
     if stick == 0:
         # what grips took up is rubbed away where their contacts slide
-        rubbed += t[T_GRIPS] if t[T_GRIPS].real > 0.0 else 0.0 * rubbed
-        t[T_GRIPS] = 0.0
-    t[T_WORK] += work
-    t[T_RUBBED] += rubbed
-    t[T_ENERGY] = energy(w, w.new)
-    t[T_MOST] = max(t[T_MOST].real, t[T_ENERGY].real)
-    t[T_POWER2], t[T_LOAD2] = t[T_POWER], t[T_LOAD]
-    if t[T_FRESH].real < 1:
-        t[T_POWER2] = rate
-    t[T_POWER], t[T_LOAD], t[T_STICK] = rate, load, stick
+        rubbed += t[tally.GRIPS] if t[tally.GRIPS].real > 0.0 else 0.0 * rubbed
+        t[tally.GRIPS] = 0.0
+    t[tally.WORK] += work
+    t[tally.RUBBED] += rubbed
+    t[tally.ENERGY] = energy(w, w.new)
+    t[tally.MOST] = max(t[tally.MOST].real, t[tally.ENERGY].real)
+    t[tally.POWER2], t[tally.LOAD2] = t[tally.POWER], t[tally.LOAD]
+    if t[tally.FRESH].real < 1:
+        t[tally.POWER2] = rate
+    t[tally.POWER], t[tally.LOAD], t[tally.STICK] = rate, load, stick
     for face in range(S.stride):
-        c = foremost(w, face)
-        if c >= 0 and w.con[c, STUCK] == 0:
-            D = before(S, w.con[c], w.new.s[c], w.past, 0)[0]
-            t[T_SLID + face] += np.sqrt(dot(D, D))
+        # of the first contact of the face's scales
+        for c in range(w.counts[0]):
+            if w.con[c, touch.FIRST] % S.stride == face:
+                if w.con[c, touch.STUCK] == 0:
+                    D = before(S, w.con[c], w.new.s[c], w.past, 0)[0]
+                    t[tally.SLID + face] += np.sqrt(dot(D, D))
+                break
     copied(w.old, w.older)
     copied(w.now, w.old)
     copied(w.new, w.now)
     remember(w)
-    t[T_WAY] += h
-    t[T_BEFORE], t[T_SIZE] = t[T_SIZE], h
-    t[T_FRESH] = 0.0 if event else t[T_FRESH] + 1
-    t[T_COUNT] += 1
-
-
-@_jit
-def foremost(w: Walk, face: int) -> int:
-    """Return the first contact of a face's scales; -1 where there is none."""
-    for c in range(w.counts[0]):
-        if w.con[c, FIRST] % w.S.stride == face:
-            return c
-    return -1
+    t[tally.WAY] += h
+    t[tally.BEFORE], t[tally.SIZE] = t[tally.SIZE], h
+    t[tally.FRESH] = 0.0 if event else t[tally.FRESH] + 1
+    t[tally.COUNT] += 1
 
 
 @_jit
@@ -265,5 +219,5 @@ def fall(w: Walk, h: float, before: float) -> tuple[float, float]:
     The jump may be anywhere on the increment, so that the load is the last or the new one in a part of it.
     """
     load, each = load_rate(w), h * cells(w.S) / 2
-    lost: float = before + each * (w.tally[T_LOAD] + load) - energy(w, w.new)
-    return lost, each * abs(load - w.tally[T_LOAD])
+    lost: float = before + each * (w.tally[tally.LOAD] + load) - energy(w, w.new)
+    return lost, each * abs(load - w.tally[tally.LOAD])

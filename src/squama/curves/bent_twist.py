@@ -91,7 +91,8 @@ class Twisted(NamedTuple):
         load_e = self.load_e
         found = {
             **figures(self.case, last, load_e, self.sign * float(a["phi_end"]), float(a["theta_end"])),
-            "end": End.NONE if load_e == math.inf else str(a["end"]), "other_contact": str(a["other_contact"]),
+            "end": End.NONE if load_e == math.inf else str(a["end"]),
+            "other_contact": str(a["other_contact"]),
             "neighbour": int(load_e < math.inf),
-        }  # fmt: skip
+        }
         return Curve(along, found)

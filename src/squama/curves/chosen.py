@@ -57,6 +57,7 @@ class Model(NamedTuple):
 
 def _hinge() -> Programs:
     from squama.curves import hinge, hinge_cycles, hinge_polygons
+    from squama.curves.way import Case
 
     return Programs(
         solve=_hinge_solve,
@@ -64,7 +65,7 @@ def _hinge() -> Programs:
         walk=hinge_cycles.walk,
         polygon=hinge_polygons.polygon,
         plane=hinge_polygons.plane,
-        case=hinge.case,
+        case=lambda beam, load: Case.of(beam, load.name),
         far=1.0,
     )
 
@@ -86,7 +87,7 @@ def _compliant() -> Programs:
 
     return Programs(
         solve=real_walk.solve,
-        gather=real_walk.gather,
+        gather=lambda _, whole: whole,
         walk=real_cycles.walk,
         polygon=real_polygons.polygon,
         plane=real_walk.plane,
@@ -146,25 +147,11 @@ def chosen(
     free: str | None = None,
     elements: bool = True,
 ) -> Chosen:
-    """Return by which model a beam is answered.
+    """Return by which model a beam is answered; refuse what does not go together, or a joint that is not known.
 
-    Parameters
-    ----------
-    beam
-        The beam.
-    load
-        The one load; twisting and bending at once if not given.
-    law, joint, ideal, neutral
-        As of :func:`squama.twist` and :func:`squama.bend`.
-    free
-        The load that is left free, as of :func:`squama.bend_twist`.
-    elements
-        Whether elements may make the joint of a beam that the law does not know.
-
-    Raises
-    ------
-    InputError
-        What is asked does not go together, or the joint that is asked for is not known.
+    ``load``: the one load, twisting and bending at once if not given; ``law``, ``joint``, ``ideal``, ``neutral`` as of
+    :func:`squama.twist` and :func:`squama.bend`, ``free`` as of :func:`squama.bend_twist`; ``elements``: whether these
+    may make the joint of a beam that the law does not know.
     """
     arguments.held(joint, ideal)
     if neutral is not None:

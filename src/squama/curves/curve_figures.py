@@ -80,13 +80,6 @@ def tangents(
     return {"tangent": found, "stiffness_ratio": found / rigidity}
 
 
-def stiffened(touching: Array, ratios: Array, x: Array, torque: Array) -> dict[str, float]:
-    """Return where the stiffness over that without contact comes to :data:`TIMES`, and the torque to its first peak."""
-    found = {f"load_{name}": first_at(touching, ratios, n) for name, n in TIMES.items()}
-    peak = np.flatnonzero((torque[1:-1] > torque[:-2]) & (torque[1:-1] >= torque[2:]))
-    return found | {"load_peak": float(x[peak[0] + 1]) if peak.size else math.nan}
-
-
 def first_at(x: Array, y: Array, level: float) -> float:
     """Return where y first comes to a level, linear between points; NaN where it does not."""
     above = np.flatnonzero(y >= level)
@@ -113,20 +106,14 @@ def work_error(v: Mapping[str, Array]) -> float:
 
 
 def loop_figures(
-    turns: tuple[float, float],
-    pitch: float,
-    *,
-    dissipated: float,
-    elastic: float,
-    torques: tuple[float, float, float],
-    residual: float,
+    base: float, top: float, pitch: float, energies: tuple[float, float], torques: Sequence[float], residual: float
 ) -> list[float]:
-    """Return the figures of a closed loop between two load angles per pitch, base and top, in the order of ``LOOP``.
+    """Return the figures of a closed loop between two load angles per pitch, in the order of ``LOOP``.
 
-    ``elastic`` is the energy at the top, ``torques`` those where the load comes to the top, where the contact slides
-    back from there, and where the load comes to the base.
+    ``energies``: what is dissipated, and the elastic one at the top; ``torques`` where the load comes to the top, where
+    the contact slides back from there, and where the load comes to the base.
     """
-    (base, top), (highest, turned, lowest) = turns, torques
+    (dissipated, elastic), (highest, turned, lowest) = energies, torques
     secant = (highest - lowest) / ((top - base) / pitch)
     damping = dissipated / (4 * math.pi * elastic)
     return [base, top, dissipated, elastic, damping, secant, abs(highest - turned), residual]

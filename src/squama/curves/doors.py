@@ -138,22 +138,8 @@ def twist(
     >>> print(r.end.item(), f"at {float(r.phi_end):.4f} rad per pitch, RED = {float(r.RED_c):.3f}")
     frictional lock at 0.2691 rad per pitch, RED = 0.740
     """
-    return respond(
-        beam,
-        "twisting",
-        mu=mu,
-        law=law,
-        margin=margin,
-        points=points,
-        at=at,
-        to=to,
-        sense=sense,
-        ideal=ideal,
-        joint=joint,
-        neutral=neutral,
-        hold=hold,
-        ends=ends,
-    ).dataset()
+    how = How(mu=mu, law=law, margin=margin, joint=joint, ideal=ideal, neutral=neutral, hold=hold)
+    return respond(beam, "twisting", points=points, at=at, to=to, sense=sense, ends=ends, **how).dataset()
 
 
 def bend(
@@ -217,10 +203,8 @@ def bend(
     >>> print(m.end.item(), f"at {float(5 * m.psi_end):.5f} / eta")
     frictional lock at 0.96228 / eta
     """
-    return respond(
-        beam, "bending", mu=mu, margin=margin, points=points, at=at, to=to, joint=joint, ideal=ideal, neutral=neutral,
-        hold=hold, ends=ends,
-    ).dataset()  # fmt: skip
+    how = How(mu=mu, margin=margin, joint=joint, ideal=ideal, neutral=neutral, hold=hold)
+    return respond(beam, "bending", points=points, at=at, to=to, ends=ends, **how).dataset()
 
 
 def respond(
@@ -282,26 +266,21 @@ def analysis(
     points: int,
     most: float = 1e5,
     family: bool = False,
-    mu: ArrayLike | None = None,
-    law: str = "edge",
-    margin: float = 0.01,
-    joint: str | None = None,
-    ideal: bool | None = None,
-    neutral: str | None = None,
-    hold: str | None = None,
     free: str | None = None,
+    **how: Unpack[How],
 ) -> Analysis:
     """Return the analysis of a beam on a way: its arguments checked, and the model that answers.
 
-    ``load`` as of :func:`squama.curves.chosen.chosen`; ``most`` points are allowed; ``family``: there may be several
-    coefficients of friction. Others as of the doors.
+    ``load`` and ``free`` as of :func:`squama.curves.chosen.chosen`; ``most`` points are allowed; ``family``: there may
+    be several coefficients of friction.
     """
-    arguments.law(law)
-    law = load.law(law) if load else law
-    own = beam.friction.mu
+    asked, mu, own = how.get("law", "edge"), how.get("mu"), beam.friction.mu
+    arguments.law(asked)
+    law = load.law(asked) if load else asked
     mus = arguments.frictions(own, mu) if family else np.asarray(arguments.friction(own, mu))
-    margin, points = arguments.margin(margin), arguments.whole("points", points, 3, most)
-    held = arguments.held_by(beam, hold)
+    margin, points = arguments.margin(how.get("margin", 0.01)), arguments.whole("points", points, 3, most)
+    held = arguments.held_by(beam, how.get("hold"))
+    joint, ideal, neutral = how.get("joint"), how.get("ideal"), how.get("neutral")
     means = chosen(held, load, law=law, joint=joint, ideal=ideal, neutral=neutral, free=free)
     return Analysis(means.beam, way, mus, law, margin, points, None, means.ideal, means.note, means.joint)
 
@@ -359,8 +338,7 @@ def _curves(analysis: Analysis) -> Answer:
     title = f"{way.load.name} of a scale-covered beam"
     notes = [*more.notes, *dict.fromkeys(note for curve in curves for note in curve.notes)]
     states = States(by_dim, attrs, notes)
-    answer = labelled.answer(analysis, states, title, {"mu": analysis.mus.tolist()}, sense=way.sense)
-    return answer.counted(scale=analysis.beam.pitches) if each else answer
+    return labelled.answer(analysis, states, title, {"mu": analysis.mus.tolist()}, sense=way.sense)
 
 
 def _small(beam: Beam, sign: int) -> float:

@@ -1,20 +1,26 @@
-"""The door of rows: a beam of N scales that is twisted, whatever its own number of scales."""
+"""The door of rows: a beam of N scales that is twisted, and what its ends take away beside the endless beam."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Unpack
+import math
+from typing import TYPE_CHECKING, NamedTuple, Unpack
+
+import numpy as np
 
 from squama import arguments
 from squama.beam.design import Beam
 from squama.curves import doors
 from squama.curves.doors import How
 from squama.curves.labelled import Answer
+from squama.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
 
 MOST = 2000
 """Largest number of scales of a row."""
+ENOUGH, COMPARED = 100, 30
+"""Scales from which on more of them only share the ends' part among more; points of a row that is compared."""
 
 
 def row(
@@ -78,9 +84,9 @@ def row(
     >>> print([f"{t:.3f}" for t in ends], f"{float(r.decay):.2f} per scale")
     ['0.301', '0.290', '0.070'] 0.77 per scale
     """
-    return rowed(
-        beam, scales=scales, mu=mu, to=to, points=points, sense=sense, joint=joint, ideal=ideal, hold=hold, ends=ends
-    ).dataset().set_coords("phi")  # fmt: skip
+    how = How(mu=mu, joint=joint, ideal=ideal, hold=hold)
+    found = rowed(beam, scales=scales, to=to, points=points, sense=sense, ends=ends, **how)
+    return found.dataset().set_coords("phi")
 
 
 def rowed(
@@ -98,3 +104,34 @@ def rowed(
     n = arguments.whole("scales", beam.pitches if scales is None else scales, 2, MOST)
     whole = beam.replace(scales=n)
     return doors.respond(whole, "twisting", to=to, points=points, sense=sense, ends=ends, row=True, **how)
+
+
+class Ends(NamedTuple):
+    """What a beam's own ends take away: ``torque`` and ``tangent`` of its N ``scales`` over those of an endless beam.
+
+    At the twist ``load``, rad per pitch; ``end`` says why the row goes no farther, empty where it goes as far as asked.
+    """
+
+    scales: int
+    load: float
+    torque: float
+    tangent: float
+    end: str
+
+
+def ends(beam: Beam, to: float, *, sense: str = "+", **how: Unpack[How]) -> Ends | None:
+    """Compare a beam's row with the endless one at a twist (rad/m) or where it ends before; None without contact."""
+    n = min(beam.pitches, ENOUGH)
+    try:
+        found = rowed(beam, scales=n, to=to, points=COMPARED, sense=sense, **how)
+    except InputError:
+        return None
+    phi, own, endless = (found[name] for name in ("phi", "T", "T_periodic"))
+    there = np.isfinite(own) & np.isfinite(endless) & (phi > float(found["phi_e"]))
+    phi, own, endless = phi[there], own[there], endless[there]
+    if phi.size < 3 or not endless[-1] > 0:
+        return None
+    steep, other = (np.gradient(torque, phi)[-1] for torque in (own, endless))
+    torque, tangent = (1 - (1 - float(share)) * n / beam.pitches for share in (own[-1] / endless[-1], steep / other))
+    far = math.isclose(phi[-1], to * beam.pitch, rel_tol=1e-6)
+    return Ends(beam.pitches, float(phi[-1]), torque, tangent, "" if far else str(found["end"]))

@@ -7,7 +7,6 @@ import math
 import re
 from bisect import bisect_left
 from collections.abc import Sequence
-from functools import partial
 
 import numpy as np
 
@@ -100,10 +99,6 @@ def history(given: Rate | Sequence[Rate], beam: Beam, load: Load, loops: int = 1
     return Way.of(load.name, values + once * (loops - 1), typed)
 
 
-def _apart(a: float, b: float) -> float:
-    return abs(a - b)
-
-
 def _distinct(values: list[float], beam: Beam, given: int) -> None:
     """Refuse two twists in a row that are the same, or two of a history that are all but the same.
 
@@ -112,11 +107,11 @@ def _distinct(values: list[float], beam: Beam, given: int) -> None:
     known = [0.0]
     for i, value in enumerate(values):
         place = bisect_left(known, value)
-        near = min(known[max(0, place - 1) : place + 1], key=partial(_apart, value))
-        if abs(near - value) <= _ROUNDING * abs(value):
+        apart, near = min((abs(other - value), other) for other in known[max(0, place - 1) : place + 1])
+        if apart <= _ROUNDING * abs(value):
             values[i] = near
             continue
-        if abs(near - value) < arguments.LEAST:
+        if apart < arguments.LEAST:
             reason = f"is nearer than {arguments.LEAST:g} rad/pitch to another one of the history, {near:.9g} rad/pitch"
             refuse(f"twist[{i + given - len(values)}]", f"{value:.9g} rad/pitch", reason, "give the same one")
         known.insert(place, value)

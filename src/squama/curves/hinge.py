@@ -13,11 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama.arrays import solution
-from squama.beam.design import Beam
 from squama.curves import both_faces
 from squama.curves.curve_figures import dissipation, figures
 from squama.curves.way import Analysis, Case, Curve, States, Way, spaced
-from squama.loads import Load, neutral_height
+from squama.loads import neutral_height
 from squama.model import energy, history, mechanics, screw
 from squama.model.mechanics import Row
 from squama.model.outcome import CODES, End
@@ -224,11 +223,6 @@ def path(
     met = (load_end, theta_end) if other else _NOT_MET
     k = int(found.neighbour[0])
     return Path(case, row, x0, x_end, x_c, pole, load_e, load_end, theta_end, end, k, other, mu, law, met)
-
-
-def case(beam: Beam, load: Load) -> Case:
-    """Return what a beam and its hinges bring to a load."""
-    return Case.of(beam, load.name)
 
 
 def thickness(analysis: Analysis) -> float:

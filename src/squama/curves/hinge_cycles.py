@@ -154,18 +154,14 @@ def _slides_back(start: float, stop: float, found: Senses) -> None:
         )
 
 
-def _jam(senses: Senses, sign: str) -> float:
-    """Smallest load angle from which a beam that is let go does not come back; inf for none."""
-    side = senses.sides.get(sign)
-    x = history.jam(side, senses.bar) if side is not None else None
-    return math.inf if side is None or x is None else float(side.row.point(x, side.law, FLOAT).load)
-
-
 def _of_sense(senses: Senses, sign: str) -> dict[str, float | int | str]:
     """Return what holds for a sense, by role."""
-    p = senses.paths[sign]
+    p, jam = senses.paths[sign], math.inf
+    if (side := senses.sides.get(sign)) is not None and (x := history.jam(side, senses.bar)) is not None:
+        # from there on a beam that is let go does not come back
+        jam = float(side.row.point(x, side.law, FLOAT).load)
     return {
-        "sense": sign, "load_e": p.load_e, "most": senses.most[sign], "jam": _jam(senses, sign),
+        "sense": sign, "load_e": p.load_e, "most": senses.most[sign], "jam": jam,
         "load_end": math.inf if p.row is None else p.load_end, "end": str(p.end), "other_contact": p.other,
         "neighbour": p.neighbour,
     }  # fmt: skip
@@ -255,11 +251,6 @@ def _figures(senses: Senses, base: float, top: float) -> list[float]:
         side = senses.sides[sign]
         x = history.residual(side, senses.bar, senses.place(sign, abs(top)))
         residual = 0.0 if x is None else math.copysign(float(side.row.point(x, side.law, FLOAT).load), top)
-    return loop_figures(
-        (base, top),
-        senses.case.pitch,
-        dissipated=sum(float(part["W_fr"][-1]) for _, part in (*there, *back)),
-        elastic=float(highest["U_el"][-1]),
-        torques=(float(highest["torque"][-1]), float(turned["torque"][0]), float(lowest["torque"][-1])),
-        residual=residual,
-    )
+    energies = sum(float(part["W_fr"][-1]) for _, part in (*there, *back)), float(highest["U_el"][-1])
+    torques = [float(torque) for torque in (highest["torque"][-1], turned["torque"][0], lowest["torque"][-1])]
+    return loop_figures(base, top, senses.case.pitch, energies, torques, residual)

@@ -117,12 +117,6 @@ def soft(pieces: Sequence[Piece]) -> list[str]:
     return [*map(SOFT.format, bases)]
 
 
-def pole_of(piece: Piece) -> float:
-    """Return where on a piece, or beyond it, its friction force has its pole."""
-    ends = np.array([piece.x1]), np.array([piece.leg.design.mu]), "", np.array([piece.x0])
-    return float(energy.pole(piece, *ends)[0])
-
-
 def _place(analysis: Analysis, span: Span, x: float) -> dict[str, float]:
     """Return where a span is at a place on its way."""
     piece, d = span.pieces[0], analysis.beam.pitch
@@ -147,7 +141,8 @@ def _evaluate(analysis: Analysis, span: Span, done: float) -> dict[str, Array]:
     states, work = [piece.states(x) for piece in span.pieces], np.zeros(x.size)
     for piece in span.pieces:
         if piece.contact and mu and x.size:
-            work += energy.work(piece, x0, x1, pole_of(piece), mu, "")(x)
+            pole = energy.pole(piece, np.array([piece.x1]), np.array([mu]), "", np.array([piece.x0]))
+            work += energy.work(piece, x0, x1, float(pole[0]), mu, "")(x)
     contacts = [np.full(x.size, contact, "U5") for contact in span.contacts]
     return in_si(analysis, contacts, psi, phi, states, done + work * K / d)
 

@@ -12,7 +12,6 @@ from squama.curves.chosen import MODELS
 from squama.curves.doors import How
 from squama.curves.labelled import Answer
 from squama.errors import refuse
-from squama.loads import ENDLESS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -95,20 +94,8 @@ def cycle(
     >>> print(f"{float(c.W_d[0]):.3g} J/m a loop, damping ratio {float(c.zeta_eq[0]):.3f}")
     9.32 J/m a loop, damping ratio 0.043
     """
-    return cycled(
-        beam,
-        twist,
-        mu=mu,
-        law=law,
-        load=load,
-        margin=margin,
-        points=points,
-        loops=loops,
-        ideal=ideal,
-        joint=joint,
-        hold=hold,
-        ends=ends,
-    ).dataset()
+    how = How(mu=mu, law=law, margin=margin, joint=joint, ideal=ideal, hold=hold)
+    return cycled(beam, twist, load=load, points=points, loops=loops, ends=ends, **how).dataset()
 
 
 def cycled(
@@ -133,5 +120,4 @@ def cycled(
     history = [v / analysis.beam.pitch for v in way.values]
     states = MODELS[analysis.joint].programs().walk(analysis)
     title = f"cycles of a scale-covered beam in {kind.name}"
-    answer = labelled.answer(analysis, states, title, {"history": history})
-    return answer if analysis.ends == ENDLESS else answer.counted(scale=analysis.beam.pitches)
+    return labelled.answer(analysis, states, title, {"history": history})

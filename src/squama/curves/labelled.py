@@ -88,13 +88,6 @@ class Answer:
         }
         return Answer(one, self.attrs)
 
-    def counted(self, **sizes: int) -> Answer:
-        """Return the answer with coordinates of dimensions along the beam, counted from 1; changes it."""
-        for name, size in sizes.items():
-            words = {"long_name": f"{name}, counted along the beam"}
-            self.variables[name] = Labelled((name,), np.arange(1, size + 1), words)
-        return self
-
     def dataset(self) -> xr.Dataset:
         """Return the same as an ``xarray.Dataset``."""
         import xarray as xr
@@ -132,20 +125,8 @@ def answer(
 ) -> Answer:  # fmt: skip
     """Return what a model's states say under their names, with what every answer says of the beam and of its loading.
 
-    Parameters
-    ----------
-    analysis, states
-        The analysis, and the states that it gave.
-    title
-        What is answered.
-    attrs
-        More attributes; those of the states come after them.
-    load
-        By which names are given, that of the way if not given.
-    sense
-        In which a beam is loaded.
-    page
-        Of the theory, for equations; that of the model if not given.
+    ``attrs``: more attributes, before those of the states; ``load``: by which names are given, that of the way if not
+    given; ``sense``: in which a beam is loaded; ``page`` of the theory, for equations, that of the model if not given.
     """
     load, joint, beam = load or analysis.way.load, analysis.joint, analysis.beam
     model = MODELS[joint]
@@ -163,7 +144,11 @@ def answer(
         "warnings": "\n".join([*filter(None, [analysis.note]), *beam.warnings(load.name, sense, joint), *states.notes]),
     }
     page = model.pages[load.name] if page is None else page
-    return Answer(_labelled(load, states, analysis.mus, page), {**about, **attrs, **states.attrs})
+    found = Answer(_labelled(load, states, analysis.mus, page), {**about, **attrs, **states.attrs})
+    if any("scale" in dims for dims in states.by_dim):
+        words = {"long_name": "scale, counted along the beam"}
+        found.variables["scale"] = Labelled(("scale",), np.arange(1, beam.pitches + 1), words)
+    return found
 
 
 @functools.lru_cache(maxsize=64)

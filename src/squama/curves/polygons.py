@@ -15,7 +15,7 @@ from squama.curves.doors import How
 from squama.curves.labelled import Answer
 from squama.curves.way import Analysis, States
 from squama.errors import refuse
-from squama.loads import ENDLESS, LOADS
+from squama.loads import LOADS
 from squama.types import Array
 
 if TYPE_CHECKING:
@@ -115,10 +115,8 @@ def bend_twist(
     BF to TS at phi = 0.1000
     frictional lock at phi = 0.1868
     """
-    return bent_and_twisted(
-        beam, path, mu=mu, margin=margin, points=points, joint=joint, ideal=ideal, neutral=neutral, hold=hold,
-        free=free, ends=ends,
-    ).dataset()  # fmt: skip
+    how = How(mu=mu, margin=margin, joint=joint, ideal=ideal, neutral=neutral, hold=hold)
+    return bent_and_twisted(beam, path, points=points, free=free, ends=ends, **how).dataset()
 
 
 def bent_and_twisted(
@@ -139,8 +137,7 @@ def bent_and_twisted(
     states = MODELS[analysis.joint].programs().polygon(analysis)
     corners = [(psi / beam.pitch, phi / beam.pitch) for psi, phi in analysis.way.corners]
     title, attrs = f"{_BOTH} of a scale-covered beam", {"load": _BOTH, "path": corners}
-    answer = labelled.answer(analysis, states, title, attrs, load=LOADS["twisting"], page="combined")
-    return answer if analysis.ends == ENDLESS else answer.counted(scale=analysis.beam.pitches)
+    return labelled.answer(analysis, states, title, attrs, load=LOADS["twisting"], page="combined")
 
 
 def _freed(free: str, analysis: Analysis) -> Analysis:

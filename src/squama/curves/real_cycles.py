@@ -50,12 +50,12 @@ def walk(analysis: Analysis) -> States:
     Each leg has the points that are asked, evenly, and one where contact begins or ends, and where the scales slide
     again after a reversal. A history on which the contact ends is refused: the twist, and what happens there.
     """
-    goals, beam, load, n = analysis.way.values, analysis.beam, analysis.way.load, analysis.beam.pitches
+    goals, beam, load = analysis.way.values, analysis.beam, analysis.way.load
     check(goals)
     ones = paths(beam, load, float(analysis.mus), goals, ideal=analysis.ideal)
     one, kind = ones["+"], rows.KINDS.get(analysis.ends)
     if kind == GRIPPED:
-        rows.may_be_gripped(one.held, n)
+        rows.may_be_gripped(one.held, beam.pitches)
     engaged = [sum(o.toward) * (c.phi - _BEFORE) for o in ones.values() for c in o.way.contacts if c.first != -1]
     stations = _stations(load, goals, analysis.points, _apart(engaged))
     slid: Array = np.zeros(0, int)
@@ -65,7 +65,7 @@ def walk(analysis: Analysis) -> States:
             stations, slid = _with_slides(stations, follow(one, stations))
             v = _values(ones, load, stations, follow(one, stations))
         else:
-            v, each = _of_row(one, load, stations, n, kind)
+            v, each = _of_row(one, load, stations, kind)
     except LeftError as left:
         leg = stations.legs[left.point]
         _refuse(analysis, left, goals[leg if left.outward else leg - 1])
@@ -78,7 +78,7 @@ def walk(analysis: Analysis) -> States:
             "leg": stations.legs,
             **{role: values for role, values in v.items() if role not in (*_INNER, *each, "branch")},
         },
-        ("loop",): _loops(one, load, stations, v, goals, (n, kind)),
+        ("loop",): _loops(one, load, stations, v, goals, kind),
         ("sense",): table([_of_sense(one, sense, goals) for sense, one in ones.items()]),
         (): {"energy_error": np.asarray(work_error(v))},
     }
@@ -100,13 +100,7 @@ def paths(beam: Beam, load: Load, mu: float, goals: Sequence[float], *, ideal: b
 
 
 def follow(one: real.Path, stations: Stations) -> path.Answers:
-    """Follow a history of one load from rest.
-
-    Raises
-    ------
-    LeftError
-        There is no equilibrium on the history.
-    """
+    """Follow a history of one load from rest; :class:`LeftError` where there is no equilibrium on it."""
     answers = one.way.along(stations.strains, INCREMENT)
     _goes_on(answers.end(), stations.loads)
     return answers
@@ -120,31 +114,37 @@ def _goes_on(end: path.End, x: Array) -> None:
         raise LeftError(n, x[n - 1] + gone, SENTENCES[end.word], outward=abs(x[n]) > abs(x[n - 1]))
 
 
-def _row(one: real.Path, load: Load, x: Array, n: int, kind: int) -> Track:
-    """Follow a history of N scales from rest; refused as by :func:`follow`."""
-    track = row.track(one.way, n, x, OF_ROWS, ends=kind, load=load.axis)
-    _goes_on(track.end, x)
-    return track
+def _row(one: real.Path, load: Load, x: Array, kind: int) -> Track:
+    """Follow a history of all scales of a beam from rest, between ends of a kind."""
+    return row.track(one.way, one.beam.pitches, x, OF_ROWS, ends=kind, load=load.axis)
 
 
-def pressed(one: real.Path, load: Load, stations: Stations, n: int, kind: int | None) -> list[dict[str, Array]]:
-    """Follow a history from rest, of n scales between ends of a ``kind``, or of the endless beam where that is None.
+def reached(one: real.Path, load: Load, x: Array, kind: int | None) -> tuple[list[dict[str, Array]], path.End]:
+    """Follow a history of load angles x (n,) from rest, of all scales between ends of a ``kind``, or None: endless.
 
-    States by name: of each scale, or of each face; the torque in each is the beam's. Refused as by :func:`follow`.
+    States by name as far as it goes, of each scale, or of each face, and how it ends; the torque is the beam's.
     """
     if kind is None:
-        states = [face.rows[0] for face in follow(one, stations).faces]
-    else:
-        states = [*_row(one, load, stations.loads, n, kind).rows.swapaxes(0, 1)]
-    return [path.named(scale) for scale in states]
+        answers = one.way.along(Stations.along(load, x).strains, INCREMENT)
+        end = answers.end()
+        n = x.size if end.code == increments.RANGE else end.solved
+        return [path.named(face.rows[0, :n]) for face in answers.faces], end
+    track = _row(one, load, x, kind)
+    return [path.named(scale) for scale in track.rows.swapaxes(0, 1)], track.end
 
 
-def _of_row(
-    one: real.Path, load: Load, stations: Stations, n: int, kind: int
-) -> tuple[dict[str, Array], dict[str, Array]]:  # fmt: skip
+def pressed(one: real.Path, load: Load, x: Array, kind: int | None) -> list[dict[str, Array]]:
+    """Return states as :func:`reached`; a history that ends before is refused as by :func:`follow`."""
+    states, end = reached(one, load, x, kind)
+    _goes_on(end, x)
+    return states
+
+
+def _of_row(one: real.Path, load: Load, stations: Stations, kind: int) -> tuple[dict[str, Array], dict[str, Array]]:
     """Return every variable along a history of N scales, SI units, by role: of the beam, and of each scale."""
     x = stations.loads
-    track = _row(one, load, x, n, kind)
+    track = _row(one, load, x, kind)
+    _goes_on(track.end, x)
     turned = np.where(x < 0, -1.0, 1.0) if load.sided else 0.0
     along, each = rows.of_scales(one, load, stations.strains, track, turned)
     along["onset"] = along["onset"] * np.where(np.diff(x, prepend=0.0) < 0, -1.0, 1.0)
@@ -272,7 +272,7 @@ def _loops(
     stations: Stations,
     v: Mapping[str, Array],
     goals: list[float],
-    ends: tuple[int, int | None],
+    kind: int | None,
 ) -> dict[str, Array]:
     """Return the figures of every closed loop, by role."""
     turns, x = stations.turns, stations.loads
@@ -295,34 +295,28 @@ def _loops(
         while stuck + 1 < x.size and v["branch"][stuck + 1] == "stick":
             stuck += 1
         slides = stuck + 1 < x.size and v["mode"][stuck + 1] == path.SLIP
-        drop = v["onset"][stuck + 1] if slides else v["torque"][stuck]
-        if ends[1] is not None:
-            # scales slide back one by one
-            drop = np.float64(math.nan)
-        rows.append(
-            loop_figures(
-                (loop.base, loop.top),
-                one.beam.pitch,
-                dissipated=dissipated,
-                elastic=float(v["U_el"][top]),
-                torques=(float(v["torque"][top]), float(drop), float(v["torque"][base])),
-                residual=_residual(one, load, stations, int(turns[goals.index(loop.top)]), ends),
-            )
-        )
+        # N scales slide back one by one
+        drop = v["torque"][stuck] if kind is None else np.float64(math.nan)
+        if slides and kind is None:
+            drop = v["onset"][stuck + 1]
+        residual = _residual(one, load, stations, int(turns[goals.index(loop.top)]), kind)
+        torques = [float(torque) for torque in (v["torque"][top], drop, v["torque"][base])]
+        energies = dissipated, float(v["U_el"][top])
+        rows.append(loop_figures(loop.base, loop.top, one.beam.pitch, energies, torques, residual))
     return loop_table(rows)
 
 
-def _residual(one: real.Path, load: Load, stations: Stations, top: int, ends: tuple[int, int | None]) -> float:
+def _residual(one: real.Path, load: Load, stations: Stations, top: int, kind: int | None) -> float:
     """Return the load that is left when the beam is let go at a point: where its torque comes to zero.
 
-    0 where it does not while scales still press. ``ends``: the number of scales, and how their ends are.
+    0 where it does not while scales still press.
     """
-    begin, legs, left = stations.loads[: top + 1], stations.legs[: top + 1], 0.0
+    begin, left = stations.loads[: top + 1], 0.0
     down: Array = np.array(evenly(begin[-1], 0.0, [], LET_GO))
     for _ in range(2):
         x = np.append(begin, down)
         try:
-            v = pressed(one, load, Stations.along(load, x, np.append(legs, [legs[-1] + 1] * len(down))), *ends)
+            v = pressed(one, load, x, kind)
         except LeftError:
             return 0.0
         x, force = x[top:], np.sum([scale["N"][top:] for scale in v], axis=0)

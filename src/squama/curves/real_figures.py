@@ -11,7 +11,7 @@ from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
 from squama.contacts import events, path, states
 from squama.curves.both_faces import of_other, worst
-from squama.curves.curve_figures import dissipation, first_at, stiffened
+from squama.curves.curve_figures import TIMES, dissipation, first_at
 from squama.curves.real import Held, Path
 from squama.loads import LOADS, Load
 from squama.model.elastic_plate import BASE, TIP
@@ -24,18 +24,10 @@ _MOMENTS = ("T", "M", "M_lat", "onset")
 
 
 def values(one: Path, strains: Array, *faces: Array, turned: Array | float = 0.0) -> dict[str, Array]:
-    """Return every variable at states, SI units, by name.
+    """Return every variable at states (n, 60) of each face, that of the scaled one first, SI units, by name.
 
-    Parameters
-    ----------
-    one
-        The beam.
-    strains : (n, 2) array
-        Bends and twists per pitch, where those are imposed.
-    *faces : (n, 60) arrays
-        States of each face, that of the scaled one first (:data:`squama.contacts.path.COLUMNS`).
-    turned
-        Sign of a twist (n,), where places of contacts are told as where the twist that the face sees is above 0.
+    ``strains`` (n, 2): bends and twists per pitch, where those are imposed; ``turned``: sign of a twist (n,), where
+    places of contacts are told as where the twist that the face sees is above 0.
     """
     column, beam = path.named(faces[0]), one.beam
     own = {name: column[name] for name in ("mode", "W_fr", "W_snap")} | states.energies(one.way, *faces)
@@ -164,7 +156,9 @@ def thresholds(engaged: float, beam: Beam, at: Array, v: Mapping[str, Array]) ->
     reached = np.isfinite(v["torque"])
     touching = reached & (at >= engaged)
     x, torque = at[reached], v["torque"][reached]
-    found = stiffened(at[touching], v["stiffness_ratio"][touching], x, torque)
+    found = {f"load_{name}": first_at(at[touching], v["stiffness_ratio"][touching], n) for name, n in TIMES.items()}
+    peak = np.flatnonzero((torque[1:-1] > torque[:-2]) & (torque[1:-1] >= torque[2:]))
+    found["load_peak"] = float(x[peak[0] + 1]) if peak.size else math.nan
     strength, limit = beam.scale.strength, beam.substrate.strain_limit
     found["load_strength"] = math.nan if strength is None else first_at(x, worst(v, "stress")[reached], strength)
     found["load_strain"] = math.nan if limit is None else first_at(x, worst(v, "strain")[reached], limit)

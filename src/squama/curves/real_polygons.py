@@ -12,9 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.contacts import events, increments, path, row
+from squama.contacts import events, increments, path, row, touch
 from squama.contacts.row import Track
-from squama.contacts.system import APART, FIRST, KIND, LIES, ONE, OTHER
 from squama.contacts.ties import GRIPPED
 from squama.curves import real, rows
 from squama.curves.both_faces import WHOSE
@@ -143,18 +142,18 @@ def _row(analysis: Analysis, one: real.Path, stations: Stations, endless: Follow
 
 def _name(c: Array) -> str:
     """Return the name of a contact of a row by its columns; empty for none."""
-    if c[KIND] == LIES or c[FIRST] < 0:
+    if c[touch.KIND] == touch.LIES or c[touch.FIRST] < 0:
         return ""
-    (first,), (second,) = path.features(c[KIND, None], c[ONE, None], c[OTHER, None])
-    return events.named(int(first), int(second), int(c[APART]))
+    (first,), (second,) = path.features(c[touch.KIND, None], c[touch.ONE, None], c[touch.OTHER, None])
+    return events.named(int(first), int(second), int(c[touch.APART]))
 
 
 def _touching(track: Track) -> Array:
     """Return the names of the contacts at the states of a row (n,), each once."""
-    kinds = track.contacts[..., FIRST : OTHER + 1].astype(int)
+    kinds = track.contacts[..., touch.FIRST : touch.OTHER + 1].astype(int)
     # there is no contact where none is written, and a scale that lies on the substrate touches no other one
-    there = (kinds[..., APART] > 0) & (kinds[..., KIND] != LIES)
-    kinds[..., FIRST] = 0
+    there = (kinds[..., touch.APART] > 0) & (kinds[..., touch.KIND] != touch.LIES)
+    kinds[..., touch.FIRST] = 0
     every = {tuple(c) for c in kinds[there].tolist()}
     names = {c: _name(np.array(c)) for c in every}
     at = [{tuple(c) for c in state[here].tolist()} for state, here in zip(kinds, there, strict=True)]
@@ -163,14 +162,14 @@ def _touching(track: Track) -> Array:
 
 def _happenings(track: Track) -> Iterable[Happening]:
     """Yield what happens to the scales of a row."""
-    touch: dict[int, list[str]] = {}
+    touching: dict[int, list[str]] = {}
     for told in track.events:
-        kind, c = int(told[0]), told[6 + FIRST : 6 + OTHER + 1].astype(int)
-        name, scale = _name(c), int(c[FIRST]) + 1
-        here = touch.setdefault(scale, [])
+        kind, c = int(told[0]), told[6 + touch.FIRST : 6 + touch.OTHER + 1].astype(int)
+        name, scale = _name(c), int(c[touch.FIRST]) + 1
+        here = touching.setdefault(scale, [])
         if kind in (increments.SNAP, increments.CHANGE) and not name:
             words = "snap" if kind == increments.SNAP else "jump of the scales"
-        elif c[KIND] == LIES:
+        elif c[touch.KIND] == touch.LIES:
             words = "lies on the substrate" if kind == increments.ENGAGE else "leaves the substrate"
         elif kind == increments.ENGAGE:
             words = f"another contact ({name})" if here else f"engagement ({name})"
@@ -209,9 +208,7 @@ def _places(
     return dict(zip(PLACES, (psi, phi, psi / d, phi / d, theta), strict=True))
 
 
-def _timeline(
-    one: real.Path, stations: Stations, v: Mapping[str, Array], found: Followed
-) -> dict[str, Array]:  # fmt: skip
+def _timeline(one: real.Path, stations: Stations, v: Mapping[str, Array], found: Followed) -> dict[str, Array]:
     """Return what happens, by name: what contacts do, corners, the end; and where."""
     ends = stations.ways[stations.turns[1:-1]].tolist()
     every = [*found.happened, *(Happening(way, "corner") for way in ends)]

@@ -12,8 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.contacts import events, increments, path, states
-from squama.contacts.legs import follow_straight
+from squama.contacts import entry, events, increments, path, states
 from squama.contacts.ties import GRIPPED
 from squama.curves import real, rows
 from squama.curves.both_faces import WHOSE
@@ -29,8 +28,6 @@ from squama.types import Array
 
 _NEAR, _SAME = 1e-5, 1e-6
 """Distance of stations, rad per pitch, below which one is not added, or not taken for a slope."""
-_BEFORE = 1e-9
-"""By how much a station is put before engagement, relatively: a step from there must not be much smaller."""
 _INNER = ("mode", "onset", "work")
 """Names of variables that are not told."""
 _ROLES = {"phi": "load", "Phi": "rate", "T": "torque", "T_scales": "scales"}
@@ -86,9 +83,7 @@ class Loaded(NamedTuple):
         loads = _refined(at[within], met)
         told = rows.told(one, load, ends, loads) if ends else self._endless(loads)
         own = told.own
-        own |= tangents(
-            case.rigidity, case.pitch, told.met, loads[np.diff(loads, append=np.inf) > _SAME], loads, own
-        )  # fmt: skip
+        own |= tangents(case.rigidity, case.pitch, told.met, loads[np.diff(loads, append=np.inf) > _SAME], loads, own)
         reached, engaged = np.flatnonzero(np.isfinite(own["torque"])), float(told.met[0])
         numbers = {role: v for role, v in own.items() if v.dtype.kind == "f"}
         last = {role: float(v[reached[-1]]) if reached.size else math.nan for role, v in numbers.items()}
@@ -98,6 +93,7 @@ class Loaded(NamedTuple):
             **thresholds(engaged, one.beam, loads, own),
             "load_bent": told.bent,
         }
+        found = {role: value for role, value in found.items() if not ends or role not in ends.left}
         if not load.sided:
             found["T_c"] = last["T"]
         which = np.minimum(np.searchsorted(loads, at), loads.size - 1)
@@ -186,7 +182,7 @@ def solve(analysis: Analysis) -> tuple[list[Loaded], States]:
     n, kind = beam.pitches, KINDS[analysis.ends]
     if kind == GRIPPED:
         rows.may_be_gripped(held, n)
-    return [whole._replace(ends=Row(n, kind, whole)) for whole in endless], more
+    return [whole._replace(ends=Row(kind, whole)) for whole in endless], more
 
 
 def case(beam: Beam, load: Load) -> Case:
@@ -194,23 +190,20 @@ def case(beam: Beam, load: Load) -> Case:
     return real.Path.of(beam, 0.0, (load.verb,), ideal=True).case(load)
 
 
-def gather(_: Analysis, whole: list[Loaded]) -> list[Loaded]:
-    """Return the paths: scales on both faces are one system."""
-    return whole
-
-
 def plane(analysis: Analysis, psi: Array, phi: Array) -> States:
     """Return the states at bends and twists (n,), each straight from rest, or what ends the way there."""
     beam, strains = analysis.beam, np.column_stack([psi, phi])
     one = real.Path.of(beam, float(analysis.mus), VERBS, ideal=analysis.ideal)
-    found = follow_straight(one.way.scale, one.held.K, float(analysis.mus), strains, **one.held.bar)
-    contacts, column = found.answers.contacts, path.named(found.rows)
-    v = values(one, strains, found.rows)
-    state = path.endings(contacts, found.answers.ends).astype("U40")
+    beams = entry.Beams._make(v.repeat(len(strains), axis=0) for v in one.way.beams)
+    corners = np.ascontiguousarray(strains[:, None])
+    found = path.follow_all(beams, np.hypot(psi, phi)[:, None], corners=corners, room=path.ROOM)
+    contacts, rows = found.contacts, found.rows[:, 0]
+    v, column = values(one, strains, rows), path.named(rows)
+    state = path.endings(contacts, found.ends).astype("U40")
     reached = np.isin(state, (End.RANGE, End.NONE))
     state[reached] = np.where(column["contacts"][reached] > 0, SLIDING, OPEN)
     first = [events.named(*map(int, met)) if met[0] >= 0 else "" for met in contacts[:, :3]]
-    last = np.where(reached, events.last(found.answers), np.array(first))
+    last = np.where(reached, events.last(found), np.array(first))
     kept = ("theta", "N", "M", "M_scales", "T", "T_scales", "W_fr", "W_snap", "U_el", "RED")
     named = {_ROLES.get(name, name): v[name] for name in kept}
     named = {"state": state, "contact": np.where(state == OPEN, "", last), **named}

@@ -21,6 +21,7 @@ from squama.curves.real_figures import by_load, values
 from squama.curves.way import Solved, Stations
 from squama.errors import refuse
 from squama.loads import ENDS, Load
+from squama.model.elastic_plate import SIDE_D, TIP
 from squama.model.outcome import End
 from squama.symbols import OF_A_SCALE
 from squama.types import Array
@@ -37,9 +38,11 @@ _UNKNOWN = ("slip", "contact", "mu_lock")
 
 
 class Row(NamedTuple):
-    """N ``scales`` between ends of a kind, and the same beam without ends; ``left``: roles that are not told."""
+    """Ends of a kind of a beam with a number of scales, and the same beam without ends.
 
-    scales: int
+    ``left``: roles that are not told, of scales on hinges: those are known to touch by tip edges on side edges.
+    """
+
     kind: int
     endless: Solved
     left: tuple[str, ...] = ()
@@ -63,7 +66,7 @@ class Told(NamedTuple):
 
 def told(one: real.Path, load: Load, ends: Row, at: Array) -> Told:
     """Follow a beam of N scales to load angles (n,) from 0 on, NaN beyond its end."""
-    n, sign = ends.scales, sum(one.toward)
+    n, sign = one.beam.pitches, sum(one.toward)
     track = row.track(one.way, n, sign * at, ends=ends.kind, load=load.axis)
     points = len(track.rows)
     along, each = of_scales(one, load, Stations.along(load, sign * at[:points]).strains, track)
@@ -75,7 +78,7 @@ def told(one: real.Path, load: Load, ends: Row, at: Array) -> Told:
     return Told(
         own={role: _whole(v, at.size) for role, v in own.items()},
         each={role: _whole(v, at.size) for role, v in (each | cells).items() if role not in ends.left},
-        figures=_figures(one, track, ends.kind, load),
+        figures=_figures(one, track, ends, load),
         met=np.array([min(track.engaged, one.way.engaged)]),
         bent=float(at[thin[0]]) if thin.size else math.nan,
         ended=math.inf if _apart(one, track) else track.end.phi,
@@ -92,7 +95,7 @@ def _whole(v: Array, n: int) -> Array:
 
 def of_scales(
     one: real.Path, load: Load | None, strains: Array, track: Track, turned: Array | float | None = None
-) -> tuple[dict[str, Array], dict[str, Array]]:  # fmt: skip
+) -> tuple[dict[str, Array], dict[str, Array]]:
     """Return variables of the whole row (points,) and of each scale (points, scales) in SI units, by role.
 
     By name where bend and twist are loads and there is no one ``load``. ``strains`` (points, 2): bends and twists,
@@ -173,16 +176,18 @@ def _apart(one: real.Path, track: Track) -> bool:
     return one.contact(0).first == -1 and math.isinf(track.engaged) and track.end.code == increments.RANGE
 
 
-def _figures(one: real.Path, track: Track, kind: int, load: Load) -> dict[str, float | int | str]:
+def _figures(one: real.Path, track: Track, ends: Row, load: Load) -> dict[str, float | int | str]:
     """Return the single figures that a row has beside those of every curve, by role."""
-    c, other = one.contact(0), track.other()
-    apart = _apart(one, track)
+    c, second, apart = one.contact(0), track.other(), _apart(one, track)
+    other = second
+    if ends.left and c.first >= 0 and c[:3] != (TIP, SIDE_D, 1) and c.phi <= track.end.phi:
+        other = row.Other(1, f"{c.words} at {c.phi:.4g} rad/pitch", c.phi)
     return {
         "end": str(End.NONE if apart else track.end.word),
         "neighbour": max(0, c.k) if c.first != -1 else 0,
         "first_contact": c.words,
         "scale_end": 0 if other is None else other.scale,
         "other_contact": "" if other is None else other.words,
-        "load_second": math.nan if other is None else other.phi,
-        "decay": row.decay(one.way, kind, load.axis),
+        "load_second": math.nan if second is None else second.phi,
+        "decay": row.decay(one.way, ends.kind, load.axis),
     }

@@ -17,51 +17,43 @@ import functools
 import math
 from bisect import bisect_right
 from collections.abc import Callable
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from squama.types import Array
 
+Curve = Callable[[Array], Array]
 
-class Way(Protocol):
-    """A branch of n systems over a place s that grows with the load angle; s and results of shape (..., n).
 
-    ``places`` (m, 1), from engagement on, and the ``energies`` there, which are looked at first; ``last``, (n,) or for
-    all: where it ends.
+class Way:
+    """A branch of n systems over a place s that grows with the load angle; functions of s of shape (..., n).
+
+    ``load`` angle and its ``rate`` with s; ``energy``, the work of the whole torque, bar included, from rest, and its
+    ``slope``. ``places`` (m, 1), from engagement on, and the ``energies`` there, which are looked at first; ``last``,
+    (n,) or for all: where it ends.
     """
 
-    places: Array
-    energies: Array
-    last: Any
-
-    def load(self, s: Array) -> Array:
-        """Load angle."""
-
-    def rate(self, s: Array) -> Array:
-        """Change of the load angle with s."""
-
-    def energy(self, s: Array) -> Array:
-        """Work of the whole torque, bar included, from rest."""
-
-    def slope(self, s: Array) -> Array:
-        """Change of that work with s."""
+    def __init__(self, load: Curve, rate: Curve, energy: Curve, slope: Curve, places: Array, last: Any) -> None:
+        self.load, self.rate, self.energy, self.slope = load, rate, energy, slope
+        self.places, self.energies, self.last = places, energy(places), last
 
 
-class Branch:
+class Branch(Way):
     """One branch of one system over y itself: scales' torque ``force(y)`` and its integral ``work(y)``, splines."""
 
     def __init__(self, y: Array, q: Array) -> None:
-        self.force = CubicSpline(y, q)
-        self.work = self.force.antiderivative()
-        self.load: Callable[[Array], Array] = lambda s: s
-        self.rate: Callable[[Array], Array] = np.ones_like
-        self.energy: Callable[[Array], Array] = lambda s: np.asarray(s * s / 2 + self.work(s))
-        self.slope: Callable[[Array], Array] = lambda s: np.asarray(s + self.force(s))
-        self.places = y[:, None]
-        self.energies = self.energy(self.places)
-        self.last = float(y[-1])
+        force = CubicSpline(y, q)
+        self.force, self.work = force, force.antiderivative()
+
+        def energy(s: Array) -> Array:
+            return np.asarray(s * s / 2 + self.work(s))
+
+        def slope(s: Array) -> Array:
+            return np.asarray(s + force(s))
+
+        super().__init__(lambda s: s, np.ones_like, energy, slope, y[:, None], float(y[-1]))
 
     @functools.cached_property
     def quick(self) -> Callable[[float], float]:

@@ -161,7 +161,10 @@ def vibrate(
     start, speed = read.get("release", 0.0), read.get("impulse", 0.0) / (bar.inertia * bar.omega * share)
     sides = systems.sides(beam, model, mode, -1 if start < 0 else 1, min(speed, FAR) if speed else abs(start))
     one = Swinging(beam, model, mode, bar, sides, request)
-    _within(one, start)
+    side = sides.of(-1 if start < 0 else 1)
+    if abs(start) > side.last * (1 + 1e-9):
+        reason = f"is beyond {side.last:.6g} rad/pitch, where the contact ends: {side.ends}"
+        refuse("release", f"{start:.6g} rad/pitch", reason, f'write at most "{0.999 * side.last:.4g} rad/pitch"')
     first, drive = State(0.0, start, speed), Drive(zeta, tolerance=systems.tolerance(model))
     found = _damped(one, drive, first, n) if zeta else decay(sides, start=start, speed=speed, turns=2 * n + 1).single()
     if found.end == BEYOND:
@@ -212,14 +215,6 @@ def _ends(mode: str, ends: str | None) -> str | None:
 def _bounded(name: str, value: object, dimension: Dimension, bounds: Bounds) -> float:
     with naming(name):
         return bounded(value, dimension, bounds)
-
-
-def _within(one: Swinging, start: float) -> None:
-    """Refuse a release beyond what the model follows."""
-    side = one.sides.of(-1 if start < 0 else 1)
-    if abs(start) > side.last * (1 + 1e-9):
-        reason = f"is beyond {side.last:.6g} rad/pitch, where the contact ends: {side.ends}"
-        refuse("release", f"{start:.6g} rad/pitch", reason, f'write at most "{0.999 * side.last:.4g} rad/pitch"')
 
 
 def _beyond(one: Swinging, found: Decay, name: str) -> NoReturn:

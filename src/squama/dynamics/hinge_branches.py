@@ -22,7 +22,7 @@ from numpy.polynomial import polynomial
 from scipy.interpolate import CubicSpline
 
 from squama.curves import hinge
-from squama.dynamics.branches import APART, Branch, Side
+from squama.dynamics.branches import APART, Branch, Side, Way
 from squama.dynamics.modes import SHAPES, gauss
 from squama.model import energy, history, mechanics
 from squama.model.outcome import CODES, End
@@ -105,17 +105,18 @@ def _nodes(parts: int) -> Array:
     return ((np.arange(parts)[:, None] + (_rule()[0] + 1) / 2) / parts).reshape(-1, 1)
 
 
-class PathBranch:
-    """A branch of n designs, see :class:`squama.dynamics.branches.Way`; ``last`` is where it ends."""
+class PathBranch(Way):
+    """A branch of n designs; ``last`` is where it ends."""
 
     def __init__(self, load: Pieces, energy: Pieces, slope: Pieces, last: Array) -> None:
-        self.load, self.rate, self.energy, self.slope, self.last = load, load.derivative(), energy, slope, last
-        self.places = np.concatenate([[[0.0]], _nodes(load.parts), [[1.0]]])
-        self.energies = energy(self.places)
+        self.pieces = load, energy, slope
+        places = np.concatenate([[[0.0]], _nodes(load.parts), [[1.0]]])
+        super().__init__(load, load.derivative(), energy, slope, places, last)
 
     def take(self, index: Any) -> PathBranch:
         """Return the branches of some designs."""
-        return PathBranch(self.load.take(index), self.energy.take(index), self.slope.take(index), self.last[index])
+        load, energy, slope = (v.take(index) for v in self.pieces)
+        return PathBranch(load, energy, slope, self.last[index])
 
 
 class Paths(NamedTuple):

@@ -24,12 +24,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from squama.beam.design import Beam
-from squama.contacts import increments, path, row, states
+from squama.contacts import increments, states
 from squama.curves import real
-from squama.curves.real_cycles import INCREMENT, OF_ROWS
+from squama.curves.real_cycles import reached
 from squama.curves.rows import KINDS
-from squama.curves.way import Stations, direction
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.modes import SHAPES, gauss
 from squama.loads import ENDLESS, Load
@@ -51,17 +49,6 @@ NOTHING = 1e-12
 """Torque over that of the bar at a rad per pitch that is rounding."""
 
 
-class LoadStates(NamedTuple):
-    """States at load angles as far as the scales follow: their torque and elastic energy over the beam's rigidity.
-
-    ``ends`` is what ends the way there, empty where nothing does.
-    """
-
-    q: Array
-    stored: Array
-    ends: str
-
-
 class LoadedBeam(NamedTuple):
     """A real beam under one load in one sense, ``sign``; ``ends``: of its own scales, or it is endless."""
 
@@ -70,48 +57,24 @@ class LoadedBeam(NamedTuple):
     sign: int
     ends: str = ENDLESS
 
-    @classmethod
-    def of(
-        cls, beam: Beam, load: Load, mu: float, sign: int, far: float, *, ideal: bool, ends: str = ENDLESS
-    ) -> LoadedBeam:  # fmt: skip
-        """Return a beam under a load; first touches are looked for up to ``far``, rad per pitch, or farther."""
-        toward, most = direction(load, sign), max(far, path.RANGE)
-        return cls(real.Path.of(beam, mu, (load.verb,), ideal=ideal, toward=toward, most=most), load, sign, ends)
-
     @property
     def steps(self) -> int:
         """Number of places of a branch."""
         return STEPS if self.ends == ENDLESS else OF_ROW
 
-    def walk(self, x: Array) -> LoadStates:
-        """Walk from rest through load angles (n,) above 0, no two in a row equal."""
-        if self.ends != ENDLESS:
-            return self._row(x)
-        one = self.one
-        found = one.way.along(Stations.along(self.load, self.sign * x).strains, INCREMENT)
-        end, alone = found.end(), self._alone
-        n, ends = (x.size, "") if end.code == increments.RANGE else (end.solved, str(end.word))
-        u = states.energies(one.way, *(face.rows[0, :n] for face in found.faces))
-        q = self.sign * path.named(found.rows[0, :n])["torque" if self.load.sided else "M"] / alone - x[:n]
-        stored = (u["U_joint"] + u["U_plate"]) / alone
-        return LoadStates(np.where(np.abs(q) < NOTHING, 0.0, q), stored, ends)
+    def walk(self, x: Array) -> tuple[Array, Array, str]:
+        """Walk from rest through load angles (n,) above 0, no two in a row equal, as far as the scales follow.
 
-    @property
-    def _alone(self) -> float:
-        """Rigidity without contact, E d^3."""
+        Their torque and elastic energy over the beam's rigidity, and what ends the way there, empty where nothing does.
+        """
+        v, end = reached(self.one, self.load, self.sign * x, KINDS.get(self.ends))
+        n = 0 if end.code == increments.AT_REST else v[0]["N"].size
         axis = 1 - self.load.axis
-        return float(states.bare(self.one.way.beams)[0, axis, axis])
-
-    def _row(self, x: Array) -> LoadStates:
-        """Walk all scales of a beam between its ends, see :meth:`walk`."""
-        one, kind = self.one, KINDS[self.ends]
-        track = row.track(one.way, one.beam.pitches, self.sign * x, OF_ROWS, ends=kind, load=self.load.axis)
-        n = 0 if track.end.code == increments.AT_REST else len(track.rows)
-        v, alone = path.named(track.rows[:n]), self._alone
-        q = self.sign * v["torque" if self.load.sided else "M"][:, 0] / alone - x[:n]
-        stored = v["energy"].mean(axis=1) / alone - x[:n] ** 2 / 2
-        ends = "" if track.end.code == increments.RANGE else str(track.end.word)
-        return LoadStates(np.where(np.abs(q) < NOTHING, 0.0, q), stored, ends)
+        alone = float(states.bare(self.one.way.beams)[0, axis, axis])
+        q = self.sign * v[0]["torque" if self.load.sided else "M"][:n] / alone - x[:n]
+        stored = np.mean([each["energy"][:n] for each in v], axis=0) / alone - x[:n] ** 2 / 2
+        ends = "" if end.code == increments.RANGE else str(end.word)
+        return np.where(np.abs(q) < NOTHING, 0.0, q), stored, ends
 
 
 def side(loaded: LoadedBeam, far: float, mode: str) -> Side:
@@ -121,12 +84,12 @@ def side(loaded: LoadedBeam, far: float, mode: str) -> Side:
         return APART._replace(y_e=y_e)
     y = np.linspace(y_e, far, loaded.steps)
     # scales touch with no force; a step that ends there would be followed by one that may find no balance
-    found = loaded.walk(y[1:])
-    n = 1 + found.q.size
+    force, stored, ends = loaded.walk(y[1:])
+    n = 1 + force.size
     if n < 4:
-        return Side(math.inf, y_e, found.ends)
+        return Side(math.inf, y_e, ends)
     y = y[:n]
-    up, elastic = Branch(y, np.append(0.0, found.q)), CubicSpline(y, np.append(0.0, found.stored))
+    up, elastic = Branch(y, np.append(0.0, force)), CubicSpline(y, np.append(0.0, stored))
 
     def back(top: float, steps: int) -> Branch:
         """Return the way back from a load angle."""
@@ -134,17 +97,17 @@ def side(loaded: LoadedBeam, far: float, mode: str) -> Side:
             return up
         there = np.append(y[1:][y[1:] < top - NEAR * (y[1] - y[0])], top)
         down = _back(top, y_e, steps)
-        q = loaded.walk(np.concatenate([there, down])).q[there.size - 1 :]
+        q = loaded.walk(np.concatenate([there, down]))[0][there.size - 1 :]
         down = np.append(top, down)[: q.size]
         return Branch(np.append(y_e, down[::-1]), np.append(0.0, q[::-1]))
 
     if mode != "uniform":
-        return _modal(mode, up, elastic, back, found.ends)
+        return _modal(mode, up, elastic, back, ends)
     if loaded.ends != ENDLESS:
         fall = _between(up, back)
-        return Side(y_e, float(y[-1]), found.ends, up, lambda top: fall(float(np.max(top))), elastic)
+        return Side(y_e, float(y[-1]), ends, up, lambda top: fall(float(np.max(top))), elastic)
     walked = functools.lru_cache(maxsize=256)(functools.partial(back, steps=loaded.steps))
-    return Side(y_e, float(y[-1]), found.ends, up, lambda top: walked(float(np.max(top))), elastic)
+    return Side(y_e, float(y[-1]), ends, up, lambda top: walked(float(np.max(top))), elastic)
 
 
 def _between(up: Branch, back: Callable[[float, int], Branch]) -> Callable[[float], Branch]:

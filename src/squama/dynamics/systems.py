@@ -9,8 +9,10 @@ import numpy as np
 
 from squama.beam import mass
 from squama.beam.design import Beam
+from squama.contacts import path
 from squama.curves import both_faces, hinge_cycles, real
 from squama.curves.chosen import MODELS
+from squama.curves.way import direction
 from squama.dynamics import hinge_branches, joint_branches, motion
 from squama.dynamics.branches import APART, Side
 from squama.dynamics.decay import Limit, Sides
@@ -159,8 +161,11 @@ def _hinged(beam: Beam, model: Model, mode: str) -> Sides:
 
 def _real(beam: Beam, model: Model, mode: str, sign: int, far: float) -> Side:
     """Return the branches of the real beam in one sense."""
-    loaded = joint_branches.LoadedBeam.of(beam, model.load, model.mu, sign, far, ideal=model.ideal, ends=model.ends)
-    return joint_branches.side(loaded, far, mode)
+    load, toward = model.load, direction(model.load, sign)
+    # first touches are looked for up to there, or farther
+    most = max(far, path.RANGE)
+    one = real.Path.of(beam, model.mu, (load.verb,), ideal=model.ideal, toward=toward, most=most)
+    return joint_branches.side(joint_branches.LoadedBeam(one, load, sign, model.ends), far, mode)
 
 
 def notes(beam: Beam, model: Model, limit: Limit | None, low: float, high: float) -> list[str]:

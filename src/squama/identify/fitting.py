@@ -11,8 +11,8 @@ import numpy as np
 from squama import arguments, units
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
-from squama.curves import hinge_cycles, own_scales
-from squama.curves.own_scales import Ends
+from squama.curves import finite_rows, hinge_cycles
+from squama.curves.finite_rows import Ends
 from squama.errors import InputError, naming, refuse
 from squama.identify import estimate, prepare, records, remarks, selection
 from squama.identify.hinge_points import Hinged
@@ -258,4 +258,4 @@ def _row(made: Prepared, found: Found, beam: Beam) -> Ends | None:
         return None
     far, hinged = float(max(load, key=abs)), isinstance(made.points, Hinged)
     joint = "hinge" if hinged else "compliant"
-    return own_scales.ends(beam, abs(far) / beam.pitch, sense="-" if far < 0 else "+", joint=joint, ideal=hinged)
+    return finite_rows.ends(beam, abs(far) / beam.pitch, sense="-" if far < 0 else "+", joint=joint, ideal=hinged)

@@ -23,7 +23,6 @@ import numpy as np
 
 from squama.beam.design import Beam
 from squama.curves import real, real_cycles, rows
-from squama.curves.way import Stations
 from squama.errors import InputError
 from squama.identify.hinge_points import Physical
 from squama.identify.readings import Readings
@@ -139,8 +138,7 @@ class Walked:
     def bar(self) -> float:
         """Return the slope of the torque before engagement, N m: grips hold the bow that twist brings."""
         one = real.Path.of(self.beam, self.start.mu, (_TWISTING.verb,), ideal=False)
-        stations = Stations.along(_TWISTING, np.array([0.0, _SLIGHT]))
-        found = real_cycles.pressed(one, _TWISTING, stations, self.beam.pitches, self.kind)
+        found = real_cycles.pressed(one, _TWISTING, np.array([0.0, _SLIGHT]), self.kind)
         return float(found[0]["torque"][-1] * self.beam.unit_moment / _SLIGHT)
 
     def drawn(self, points: int, *, once: bool) -> tuple[Walked, Array]:
@@ -170,7 +168,7 @@ class Walked:
             nodes = [_nodes(x[way], self.readings.direction[way.start]) for way in ways]
             twists, places = _joined(nodes)
             real_cycles.check(twists.tolist())
-            found = real_cycles.pressed(one, _TWISTING, Stations.along(_TWISTING, twists), beam.pitches, self.kind)
+            found = real_cycles.pressed(one, _TWISTING, twists, self.kind)
             signed, pressing = found[0]["torque"] * beam.unit_moment, np.sum([state["N"] for state in found], axis=0)
             for way, at, place in zip(ways, nodes, places, strict=True):
                 order = np.argsort(at)

@@ -14,7 +14,7 @@ from squama._version import __version__
 from squama.beam.card import card
 from squama.beam.design import Beam
 from squama.curves.chosen import idealisation
-from squama.curves.own_scales import Ends
+from squama.curves.finite_rows import Ends
 from squama.identify import estimate
 from squama.identify.estimate import Remedy
 from squama.identify.joint_points import Walked

@@ -1,4 +1,4 @@
-"""Beams that are bent and twisted: paths of straight legs in the strains, moment and torque along them; E = d = 1."""
+"""One beam that is bent and twisted along straight legs in the strains, by the contact solver; E = d = 1."""
 
 from __future__ import annotations
 
