@@ -212,6 +212,10 @@ def inverse_design(
     starts, seed = arguments.whole("starts", starts, 16, 1 << 20), arguments.whole("seed", seed, 0, 2**31)
     if elements and not (target.real and any(goal.want.at for goal in target.goals)):
         refuse("elements", "", "are for real beams, at points that are asked for", "leave it out", target.source)
+    if elements and not LOADS[target.space.load].sided:
+        refuse(
+            "elements", "", "are twisted: a design in bending is not held against them", "leave it out", target.source
+        )
     residuals, space = Residuals(target), target.space
     first = space.start
     y = search.screen(residuals, first, starts, REFINED, seed)
