@@ -407,4 +407,6 @@ def _title(dataset: xr.Dataset, curves: list[_Curve]) -> str:
     if c.end == "no engagement":
         touch = f" at {float(c.data['phi_touch']):.4g} rad/pitch" if "phi_touch" in c.data else ""
         return f"{text}; {other} touches{touch}" if other else text
-    return f"{text}{at}: {other}" if other else text + at
+    # on hinges the other contact is what ends the curve
+    joined = ": " if dataset.attrs["joint"] == "hinge" else "; second contact: "
+    return f"{text}{at}{joined}{other}" if other else text + at
