@@ -23,6 +23,7 @@ SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
 def test_a_sweep_tells_what_its_rows_bear(tmp_path: Path, ends: str, n: int, off: float) -> None:
     beam = SKIN.replace(scales=n, ends=ends)
     data = squama.sweep(beam, {"mu": (0, 0.5, 2)}, at="0.09 rad/pitch", out=tmp_path / "s.zarr")
+    assert data.attrs["finite"] == f"{n} scales, {ends} ends"
     for mu in (0, 0.5):
         row = squama.twist(beam, mu=mu, to="0.09 rad/pitch", points=120).isel(point=-1)
         cell = data.sel(mu=mu)

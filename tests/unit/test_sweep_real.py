@@ -239,7 +239,7 @@ def test_the_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: p
     flags = ["--over", "mu=0.1:0.5:5", "--over", "theta0=2deg:20deg:6"]
     assert main(["sweep", "beam.toml", *flags, "-o", "map.zarr", "--at", "2.25 deg total"]) == 0
     first, warning = capsys.readouterr().out.splitlines()
-    assert "thick, elastic scales on compliant joints, figures at 2.25 deg total" in first
+    assert "thick, elastic scales on compliant joints, endless beams, figures at 2.25 deg total" in first
     assert warning.endswith("the law of the joint does not know them: they have no figures")
     assert main(["sweep", "beam.toml", *flags, "-o", "map.zarr", "--at", "2.25 deg total", "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)

@@ -85,7 +85,9 @@ def sweep(
         done, tiles = study.run(plan, Path(out), shard=shard, dask=dask, progress=chosen)
     sides = " x ".join(f"{n} {dim}" for n, dim in zip(plan.shape, plan.dims, strict=True))
     dataset = open_sweep(out)
-    how = model(dataset.attrs) + (f", figures at {plan.model.at.words(described.pitches)}" if plan.model.at else "")
+    how = f"{model(dataset.attrs)}, endless beams"
+    how += f", figures at {plan.model.at.words(described.pitches)}" if plan.model.at else ""
+    how += f"; finite_torque and finite_ratio: {plan.model.own.words}" if plan.model.own else ""
     line = f"{name}: {plan.cells} cells ({sides}), {how}; look at it with: squama map {name} --plot map.png"
     if done < tiles:
         line = f"{name}: {f'shard {shard} is done; ' if shard else ''}{done} of {tiles} tiles are done"

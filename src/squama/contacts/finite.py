@@ -24,6 +24,11 @@ class Own(NamedTuple):
     kind: int = LOOSE
     states: slice = slice(None)
 
+    @property
+    def words(self) -> str:
+        """The beam in words."""
+        return f"{self.scales} scales, {'gripped' if self.kind == GRIPPED else 'free'} ends"
+
 
 _MOTION, _STRAIN, _LOAD = (path.COLUMNS.index(name) for name in ("u_X", "psi", "M"))
 

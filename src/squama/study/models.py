@@ -168,7 +168,8 @@ class Model(NamedTuple):
         """Return the attributes of a dataset that name the model."""
         found = {"joint": self.joint, "scales": idealisation(beam, self.joint, ideal=self.ideal)}
         found |= {"neutral": beam.given.line} if self.real else {}
-        return found | ({"at": self.at.text} if self.at else {})
+        found |= {"at": self.at.text} if self.at else {}
+        return found | ({"finite": self.own.words} if self.own else {})
 
     def warnings(self, beam: Beam, load: str, sense: str) -> list[str]:
         """Return warnings about where the beam itself leaves the range in which the model was verified."""
