@@ -50,14 +50,17 @@ def load(
     back: Annotated[bool, flags.Parameter(help="Take the load off again.")] = False,
     ideal: flags.Ideal = False,
     points: Annotated[int, flags.points(50)] = 50,
+    gif: Annotated[flags.File | None, flag("Animation of the part as it deforms (.gif).")] = None,
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Load a part: a beam of N scales on its supports, under forces, moments, a tendon or its weight."""
+    flags.check_places([(gif, (".gif",))])
     common.check(beam, *(grade.text for grade in along if not grade.name))
     given: dict[str, Any] = {"load": list(load) or None, "support": support, "along": _grades(along)}
     given = {name: value for name, value in given.items() if value is not None}
     part = settled(_part(common, beam, mu, load))
 
+    from squama import plot
     from squama.part import door
 
     how: dict[str, Any] = {"scales": scales, "points": points, "back": back, "ideal": ideal or None}
@@ -65,6 +68,8 @@ def load(
     with flags.laid(flags.arguments("scales") | own | {name: f"--{name}" for name in given}):
         data = door.load(part, **given, **how)
     written = output.write(common, lambda: data, "part_figure", lambda d: output.flat(d.drop_dims(_OTHERS), "theta"))
+    if gif is not None:
+        written.append(plot.part_animation(data, gif))
     parts = {"figures": output.figures(data), "curve": "point", "root": "point axis", "sections": "point section"}
     record = output.record(part.beam, data, _KEYS, **parts, scales="point scale")
     record["idealisation"] = data.attrs["scales"]

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from squama.plot.finite import finite_figure as finite_figure
     from squama.plot.finite import inclinations as inclinations
     from squama.plot.finite import load_curve as load_curve
+    from squama.plot.finite import part_animation as part_animation
     from squama.plot.finite import part_figure as part_figure
     from squama.plot.finite import row_figure as row_figure
     from squama.plot.finite import shape as shape
@@ -60,7 +61,7 @@ _NAMES = {
     "elements": "compare_figure deformed_figure elements_figure",
     "fit": "corner_figure fit_figure fitted residuals",
     "cycle": "cycle_figure energies loops",
-    "finite": "finite_figure inclinations load_curve part_figure row_figure shape",
+    "finite": "finite_figure inclinations load_curve part_animation part_figure row_figure shape",
     "plane": "path_figure path_loads plane_contacts plane_figure plane_load plane_path",
     "inverse": "front_figure inverse_figure tradeoff",
     "sweep": "map_figure map_slice",

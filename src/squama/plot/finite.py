@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
+from PIL import Image
 
 from squama.beam.design import Beam
+from squama.errors import refuse
+from squama.io import files
 from squama.loads import model
 from squama.part.definition import Part
 from squama.plot import style
@@ -134,17 +141,62 @@ def shape(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     for i, colour in zip(chosen, style.shades(len(chosen)), strict=True):
         ax.plot(z[i], across[i], color=colour, linewidth=1.4)
         if not above:
-            # the outline of the bar as seen from the side
-            along_z, along_y = np.gradient(z[i]), np.gradient(y[i])
-            half = 1e3 * part.beam.substrate.thickness / 2 / np.hypot(along_z, along_y)
-            low, high = (np.array([z[i], y[i]]) + side * half * [along_y, -along_z] for side in (1, -1))
-            ax.fill(*np.hstack([high, low[:, ::-1]]), color=colour, alpha=0.2, linewidth=0)
-            ax.plot(*_scales(beams, dataset["theta"].values[i], y[i], z[i]), color=colour, linewidth=0.8)
+            _from_the_side(ax, beams, dataset["theta"].values[i], y[i], z[i], colour)
         handles.append(style.key(f"{float(dataset['share'][i]):.2f}", color=colour))
     ax.set_aspect("equal", adjustable="datalim")
     ax.set(xlabel="Along the bar at rest (mm)", ylabel="Across (mm)" if above else "Up (mm)")
     style.legend_under(ax, handles, "part of the load")
     return ax
+
+
+def _from_the_side(
+    ax: Axes, beams: Sequence[Beam], theta: Array, y: Array, z: Array, colour: style.Colour
+) -> None:  # fmt: skip
+    """Draw the outline of the bar and its scales as seen from the side."""
+    along_z, along_y = np.gradient(z), np.gradient(y)
+    half = 1e3 * beams[0].substrate.thickness / 2 / np.hypot(along_z, along_y)
+    low, high = (np.array([z, y]) + side * half * [along_y, -along_z] for side in (1, -1))
+    ax.fill(*np.hstack([high, low[:, ::-1]]), color=colour, alpha=0.2, linewidth=0)
+    ax.plot(*_scales(beams, theta, y, z), color=colour, linewidth=0.8)
+
+
+def part_animation(dataset: xr.Dataset, path: str | os.PathLike[str], *, frames: int = 40) -> Path:
+    """Write how a part of :func:`squama.load` deforms, beside its load over the travel, as an animation (.gif).
+
+    ``frames`` at most, evenly along its points, seen as in :func:`part_figure`. Returns the path as given.
+
+    Raises InputError: the dataset is of another kind, another ending, or the file cannot be written.
+    """
+    if Path(path).suffix.lower() != ".gif":
+        refuse("", "", "is no name of an animation", "write a name that ends in .gif", files.label(path))
+    steps = np.unique(np.linspace(0, dataset.sizes["point"] - 1, max(2, frames)).round().astype(int))
+    figure = part_figure(dataset)
+    left, right = figure.axes
+    canvas: Any = FigureCanvasAgg(figure)
+    canvas.draw()
+    figure.set_layout_engine("none")
+    limits = left.get_xlim(), left.get_ylim()
+    if (legend := left.get_legend()) is not None:
+        legend.remove()
+    part = Part.from_toml_text(dataset.attrs["beam"])
+    beams, theta = part.graded(dataset.sizes["scale"]), dataset["theta"].values
+    x, y, z = (1e3 * dataset[f"{name}_axis"].values for name in "xyz")
+    above, travel = np.ptp(x) > np.ptp(y), np.asarray(right.get_lines()[0].get_xydata())
+    (mark,) = right.plot([], [], "o", color=ACCENT)
+    pictures = []
+    for i in steps:
+        for artist in (*left.get_lines(), *left.patches):
+            artist.remove()
+        left.plot(z[i], (x if above else y)[i], color=INK, linewidth=1.4)
+        if not above:
+            _from_the_side(left, beams, theta[i], y[i], z[i], INK)
+        left.set(xlim=limits[0], ylim=limits[1])
+        mark.set_data(*travel[i : i + 1].T)
+        canvas.draw()
+        pictures.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
+    more: dict[str, Any] = {"save_all": True, "append_images": pictures[1:], "loop": 0}
+    times = [60] * (len(pictures) - 1) + [800]
+    return files.atomic_write(path, lambda place: pictures[0].save(place, format="GIF", duration=times, **more))
 
 
 def _scales(beams: Sequence[Beam], theta: Array, y: Array, z: Array) -> tuple[Array, Array]:
