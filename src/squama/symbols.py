@@ -94,6 +94,13 @@ _TABLE: tuple[tuple[str, ...], ...] = (
     ("W_fr", "J/m", "frictional work per length", r"W_\mathrm{fr}", "paper Eq. 15b"),
     ("W_snap", "J/m", "energy per length lost where scales jump to another state", r"W_\mathrm{snap}"),
     ("finite_ratio", "1", "torque or moment of N scales over that of the endless beam", "r_N", "theory: a finite row"),
+    (
+        "finite_stiffness_ratio",
+        "1",
+        "tangent stiffness with the beam's own N scales over that without contact",
+        "K_N/K_0",
+        "theory: a finite row",
+    ),
     ("finite_torque", "N m", "torque or moment with the beam's own N scales", "T_N", "theory: a finite row"),
     ("RED", "1", "relative energy dissipation", r"\mathrm{RED}", "paper Eq. 16"),
     ("dphi_dtheta", "1", "twist per inclination", r"\mathrm{d}\varphi/\mathrm{d}\theta", "paper Eq. 6"),

@@ -30,6 +30,10 @@ def test_a_sweep_tells_what_its_rows_bear(tmp_path: Path, ends: str, n: int, off
         assert float(cell.finite_ratio) == pytest.approx(float(row["T"] / row.T_periodic), rel=off)
         assert float(cell.finite_torque) == pytest.approx(float(row["T"]), rel=off)
         assert abs(float(cell.finite_ratio) - 1) > 0.05
+        steps = squama.twist(beam, mu=mu, at=["0.088 rad/pitch", "0.09 rad/pitch"])
+        tangent = float(np.diff(steps["T"])[0] / np.diff(steps.Phi)[0]) / steps.attrs["rigidity"]
+        assert float(cell.finite_stiffness_ratio) == pytest.approx(tangent, rel=0.03)
+        assert abs(float(cell.finite_stiffness_ratio / cell.stiffness_ratio) - 1) > 0.05
 
 
 def test_bending_and_the_twist_of_a_bent_beam(tmp_path: Path) -> None:
@@ -51,7 +55,7 @@ def test_random_beams_bear_what_their_rows_do() -> None:
         if not twists[-1] < 0.3:
             continue
         endless = path.follow_all(way.beams, twists[None], most=0.0, room=path.ROOM)
-        (ratio,) = finite.ratios(way.beams, endless, finite.Own(6), PHI)
+        ((ratio,), _) = finite.ratios(way.beams, endless, finite.Own(6), PHI)
         row = track(way, 6, twists, ends=LOOSE)
         if not np.isfinite(ratio) or len(row.rows) < twists.size:
             unknown += 1

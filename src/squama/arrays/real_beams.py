@@ -107,8 +107,8 @@ class Response(NamedTuple):
     energy lost in snaps, and the torque's work, per pitch over E d^3 (elastic energy is W - W_fr - W_snap); ``stress``
     the largest (von Mises) in an elastic scale over E; NaN beyond the end.
 
-    At the last twist ``finite_ratio``: the torque of a beam with the number of scales asked for over that of the
-    endless one; NaN where no number is given, or where it is not found.
+    At the last twist ``finite_ratio`` and ``finite_tangent``: torque, and its slope from the twist before, of a beam
+    with the number of scales asked for over those of the endless one; NaN without a number, or where not found.
     """
 
     phi_e: Array
@@ -126,6 +126,7 @@ class Response(NamedTuple):
     W: Array
     stress: Array
     finite_ratio: Array
+    finite_tangent: Array
 
 
 def response(
@@ -241,7 +242,7 @@ def follow(
     loaded = (LOADS[load].verb,) if designs.psi is None else ("bend", "twist")
     strains, strain = tuple(map(STRAINS.index, loaded)), int(load == "bending")
     before = np.zeros(n) if designs.psi is None else np.abs(designs.psi)
-    alone, along = np.full((5, n), np.nan, kind), np.full((len(COLUMNS) + 1, n, m), np.nan, kind)
+    alone, along = np.full((6, n), np.nan, kind), np.full((len(COLUMNS) + 1, n, m), np.nan, kind)
     ends = np.full(n, "", dtype=path.WORDS.dtype)
     which = np.flatnonzero(known).reshape((-1, copies) if copies else -1)
 
@@ -259,7 +260,7 @@ def follow(
             else:
                 found = path.follow_all(beams, ways, most=far, corners=corners, room=path.ROOM if own else 1)
             if own:
-                alone[4, i] = ratios(beams, found, own, *strains)
+                alone[4:, i] = ratios(beams, found, own, *strains)
             found = found._replace(rows=found.rows[:, -m:])
             places = np.stack([found.contacts[:, 3], found.ends[:, 1]])
             alone[:2, i] = places if designs.psi is None else np.maximum(places - before[i], 0.0)
@@ -277,10 +278,10 @@ def follow(
     with threadpool_limits(1, user_api="blas"):
         part = max(1, PART // max(1, copies))
         in_parts(begin, len(which), most=part, least=part, threads=threads)
-    phi_e, phi_end, K_theta, rigidity, finite_ratio = alone
+    phi_e, phi_end, K_theta, rigidity, *finite = alone
     slope = _slopes(at, along[0], phi_e) / rigidity[:, None]
     beams = phi_e, phi_end, ends, known, K_theta, rigidity
-    return Response._make([*beams, along[0], slope, *along[1:], finite_ratio])
+    return Response._make([*beams, along[0], slope, *along[1:], *finite])
 
 
 def _slopes(x: Array, y: Array, start: Array) -> Array:

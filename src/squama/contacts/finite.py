@@ -61,15 +61,28 @@ def _solved(beams: entry.Beams, scales: int, ties: Ties, given: Array, contacts:
 
 
 def ratios(beams: entry.Beams, answers: path.Answers, own: Own, *loads: int) -> Array:
-    """Return the load of beams with their own scales over that of the endless ones, at the last of the states, (n,).
+    """Return load and tangent stiffness of beams with their own scales over those of the endless ones, (2, n).
 
-    ``loads``: strains that are loaded, the last one that whose load is meant. 1 where nothing touches, NaN where the
-    endless beam ends before, or where no state of the contacts that it has is found.
+    At the last of the states, the tangent by that before it (NaN where there is none). ``loads``: strains that are
+    loaded, the last one that whose load is meant. 1 where nothing touches, NaN where the endless beam ends before, or
+    where no state of the contacts that it has is found.
     """
     rows, touches = answers.rows[:, own.states], answers.touches[:, own.states]
+    places = range(max(0, rows.shape[1] - 2), rows.shape[1])
+    shares = np.array([_shares(beams, rows, touches, own, loads, at) for at in places])
+    endless = np.array([_loads(rows[:, at])[:, loads[-1]] for at in places])
+    with np.errstate(all="ignore"):
+        tangents = np.diff(shares * endless, axis=0) / np.diff(endless, axis=0)
+    return np.concatenate([shares[-1:], tangents if len(tangents) else np.full((1, len(rows)), np.nan)])
+
+
+def _shares(
+    beams: entry.Beams, rows: Array, touches: Array, own: Own, loads: tuple[int, ...], at: int
+) -> Array:  # fmt: skip
+    """Return the load of beams with their own scales over that of the endless ones at one of their states, (n,)."""
     told = path.named(rows)
-    touching, last = told["contacts"] > 0, touches[:, -1]
-    known, counts = np.isfinite(rows[:, -1, 0]), np.nan_to_num(told["contacts"][:, -1])
+    touching, last = told["contacts"] > 0, touches[:, at]
+    known, counts = np.isfinite(rows[:, at, 0]), np.nan_to_num(told["contacts"][:, at])
     found = np.where(known & (counts == 0), 1.0, np.nan)
     which = np.flatnonzero(known & (counts > 0) & (counts <= last.shape[1]))
     if not which.size:
@@ -77,7 +90,7 @@ def ratios(beams: entry.Beams, answers: path.Answers, own: Own, *loads: int) -> 
     n = own.scales if own.kind == GRIPPED else min(own.scales, MOST)
     free = freed(beams.free, *loads, ends=own.kind)
     ties = of_ends(n, own.kind, *loads, apart=bool(beams.free[0, EPS] == 0))
-    then, now = rows[which, touching[which].argmax(axis=1)], rows[which, -1]
+    then, now = rows[which, touching[which].argmax(axis=1)], rows[which, at]
     given = np.column_stack([
         _cell(then), _cell(now), _loads(now), counts[which], last[which].reshape(which.size, -1),
     ])  # fmt: skip

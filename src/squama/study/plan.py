@@ -73,7 +73,7 @@ def _real(load: str) -> dict[str, Variable]:
 
 VARIABLES = {(joint, load): of(load) for joint, of in (("hinge", _hinged), ("compliant", _real)) for load in LOADS}
 """Variables of a store by the joint and the load."""
-OWN = ("finite_torque", "finite_ratio")
+OWN = ("finite_torque", "finite_stiffness_ratio", "finite_ratio")
 """Those of beams with a number of scales."""
 MARK = "squama_sweep"
 """Attribute of the group that marks a store; its value is the version of the layout."""

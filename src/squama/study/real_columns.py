@@ -43,8 +43,9 @@ class Figures(NamedTuple):
     five times that without contact, and at which a scale reaches its strength, in rad per pitch, no further than
     the twist asked for, 0 of a beam that is held bent where that is while it is bent; ``code`` of :data:`ENDS`; at
     that twist ``torque`` (N m), ``tangent`` (N m^2), ``stiffness_ratio``, ``N`` (N), ``stress`` (Pa), ``W_fr``,
-    ``U_el`` (J/m; without what snaps lost), ``RED``, ``finite_torque`` (N m) with the beam's own scales,
-    ``finite_ratio`` of it to that of the endless one. ``K_theta`` (N m) and ``rigidity`` (N m^2) of the joint.
+    ``U_el`` (J/m; without what snaps lost), ``RED``; with the beam's own scales ``finite_torque``
+    (N m) and ``finite_stiffness_ratio``, and ``finite_ratio`` of torques to the endless beam's. ``K_theta`` (N m) and
+    ``rigidity`` (N m^2) of the joint.
     """
 
     load_e: Array
@@ -59,6 +60,7 @@ class Figures(NamedTuple):
     U_el: Array
     RED: Array
     finite_torque: Array
+    finite_stiffness_ratio: Array
     finite_ratio: Array
     load_twofold: Array
     load_fivefold: Array
@@ -79,7 +81,7 @@ def solved(
     K_theta times the cells' ``joint_factor``; ``ideal``: scales are thin and rigid. Memory is that of
     :data:`AT_ONCE` curves, whatever n is. With complex steps, each beam ``copies`` times, one after the other, figures
     are complex. Without ``along`` a stress is known at the twist only, and no ``load_strength``; without
-    ``own``, the beam's own number of scales and its ends, none of the two.
+    ``own``, the beam's own number of scales and its ends, none of these three.
     """
     scale, bar = c.sizes["scale"], c.sizes["substrate"]
     E, d = bar["youngs_modulus"], c.d
@@ -149,6 +151,7 @@ def _figures(r: Response, twists: Array, strength: Array, unit: Array, pitch: Ar
         U_el=(last["W"] - last["W_fr"] - last["W_snap"]) * unit / pitch,
         RED=RED,
         finite_torque=last["torque"] * unit * r.finite_ratio,
+        finite_stiffness_ratio=last["stiffness_ratio"] * r.finite_tangent,
         finite_ratio=r.finite_ratio,
         **{f"load_{name}": first(twists, ratio, np.full(to.size, level), r.phi_e) for name, level in LEVELS.items()},
         load_strength=first(twists, r.stress[:, : STEPS + 1], strength, r.phi_e),

@@ -41,7 +41,8 @@ def figures(case: Case, names: Sequence[str]) -> tuple[str, list[float]]:
     def figure(name: str) -> float:
         if name == "finite_ratio":
             return figure("torque") / float(found.along(f"{load.torque}_periodic")[-1]) if there else math.nan
-        named = {"torque": load.torque, "finite_torque": load.torque, "tangent": load.tangent}.get(name, name)
+        own = name.removeprefix("finite_")
+        named = {"torque": load.torque, "tangent": load.tangent}.get(own, own)
         v = found.variables.get(named)
         if v is None:
             return float(found.attrs.get(name, math.nan))
