@@ -272,7 +272,7 @@ GOOD = {"target": {"points": [PIECE]}, "vary": VARY}
         ({"joint": "glue"}, 'joint = "glue": must be "compliant" or "hinge"'),
         ({"joint": "hinge"}, r"target.points\[0\].stiffness_ratio: is not a figure of hinges; leave out joint"),
         ({"joint": "compliant", "target": {"lock": 1.0}}, "target.lock: is of a lock, which only thin, rigid scales"),
-        ({"joint": "compliant", "law": "plate"}, "joint = .*: is for twisting with the edge law"),
+        ({"joint": "compliant", "law": "plate"}, "joint = .*: is for the edge law"),
         ({"target": {"points": [PIECE | {"stress": "5 mm"}]}}, r"points\[0\].stress = .*: is a length"),
         ({"target": {"points": [PIECE | {"RED": 2}]}}, r"points\[0\].RED = 2: a part of the work cannot be"),
         ({"target": {"points": [PIECE | {"W_fr": "5 mm"}]}}, "W_fr = .*: is a length, but a work per length"),
