@@ -13,8 +13,8 @@ from squama.contacts.system import EPS, MOTIONS, OWN, POWERS, STRAINS, Ties
 from squama.contacts.ties import GRIPPED, LOOSE, freed, of_ends
 from squama.types import Array
 
-MOST = 24
-"""Scales that are solved for between loose ends; of more the ends' part is shared among all."""
+MOST = 8
+"""Scales that are solved for between loose ends; what the ends of more do follows from these."""
 
 
 class Own(NamedTuple):
@@ -63,17 +63,43 @@ def _solved(beams: entry.Beams, scales: int, ties: Ties, given: Array, contacts:
 def ratios(beams: entry.Beams, answers: path.Answers, own: Own, *loads: int) -> Array:
     """Return load and tangent stiffness of beams with their own scales over those of the endless ones, (2, n).
 
-    At the last of the states, the tangent by that before it (NaN where there is none). ``loads``: strains that are
-    loaded, the last one that whose load is meant. 1 where nothing touches, NaN where the endless beam ends before, or
-    where no state of the contacts that it has is found.
+    At the last of the states; the tangent is that from the state before (NaN where there is none). ``loads``: strains
+    that are loaded, the last one that whose load is meant. 1 where nothing touches, NaN where the endless beam ends
+    before, or where no state of the contacts that it has is found.
     """
     rows, touches = answers.rows[:, own.states], answers.touches[:, own.states]
-    places = range(max(0, rows.shape[1] - 2), rows.shape[1])
-    shares = np.array([_shares(beams, rows, touches, own, loads, at) for at in places])
-    endless = np.array([_loads(rows[:, at])[:, loads[-1]] for at in places])
+    way, strain, load = rows[..., 0], rows[..., _STRAIN + loads[-1]], rows[..., _LOAD + loads[-1]]
+    if own.kind == GRIPPED:
+        places = range(max(0, rows.shape[1] - 2), rows.shape[1])
+        found = np.array([_shares(beams, rows, touches, own, loads, at) * load[:, at] for at in places])
+    else:
+        short = own._replace(scales=min(own.scales, MOST))
+        solved = _shares(beams, rows, touches, short, loads, -1) * load[:, -1]
+        each = zip(way, strain, load, solved, answers.contacts[:, 3], strict=True)
+        found = np.array([_longer(*one, short.scales, own.scales) for one in each]).T
     with np.errstate(all="ignore"):
-        tangents = np.diff(shares * endless, axis=0) / np.diff(endless, axis=0)
-    return np.concatenate([shares[-1:], tangents if len(tangents) else np.full((1, len(rows)), np.nan)])
+        tangents = (np.diff(found, axis=0) / np.diff(load[:, -len(found) :].T, axis=0))[:1]
+        shares = np.where(load[:, -1] == found[-1], 1.0, found[-1] / load[:, -1])
+    return np.array([shares, tangents[0] if len(tangents) else np.full(len(rows), np.nan)])
+
+
+def _longer(way: Array, strain: Array, load: Array, solved: float, met: float, n: int, scales: int) -> Array:
+    """Return the loads (2,) of a beam of scales at the last two mean strains, by that of one of n of them at the last.
+
+    The cells of a beam bear one load, as springs in a row do: those inside are strained as the endless beam under that
+    load, those at the ends by more, in the proportion of what it is above the load at engagement. Arrays (m,) are of
+    the endless beam along its ``way``; ``met`` is where it engages.
+    """
+    if not solved < load[-1] or not (np.diff(load) > 0).all():
+        # no contact, none found, or ends that are no weak cells: the ends' part is shared among all scales
+        return np.append(
+            load[-2:-1] * (1.0 if solved == load[-1] else np.nan), load[-1] + (solved - load[-1]) * n / scales
+        )
+    engaged = float(np.interp(met, way, load))
+    more = n * (strain[-1] - np.interp(solved, load, strain)) / max(solved - engaged, 1e-12 * solved)
+    means = strain + more * np.maximum(load - engaged, 0.0) / scales
+    found = np.interp(strain[-2:], means, load)
+    return np.append(found[:-1], solved) if n == scales else found
 
 
 def _shares(
@@ -87,15 +113,14 @@ def _shares(
     which = np.flatnonzero(known & (counts > 0) & (counts <= last.shape[1]))
     if not which.size:
         return found
-    n = own.scales if own.kind == GRIPPED else min(own.scales, MOST)
     free = freed(beams.free, *loads, ends=own.kind)
-    ties = of_ends(n, own.kind, *loads, apart=bool(beams.free[0, EPS] == 0))
+    ties = of_ends(own.scales, own.kind, *loads, apart=bool(beams.free[0, EPS] == 0))
     then, now = rows[which, touching[which].argmax(axis=1)], rows[which, at]
     given = np.column_stack([
         _cell(then), _cell(now), _loads(now), counts[which], last[which].reshape(which.size, -1),
     ])  # fmt: skip
     assert given.shape[1] == from_endless.size(last.shape[1])
-    torques = _solved(entry.Beams._make(v[which] for v in beams._replace(free=free)), n, ties, given, int(counts.max()))
-    # of more scales each more bears what one of an endless beam does
-    found[which] = 1 - (1 - torques[:, loads[-1]] / _loads(now)[:, loads[-1]]) * (n / own.scales)
+    some = entry.Beams._make(v[which] for v in beams._replace(free=free))
+    solved = _solved(some, own.scales, ties, given, int(counts.max()))
+    found[which] = solved[:, loads[-1]] / _loads(now)[:, loads[-1]]
     return found
