@@ -10,7 +10,7 @@ import pytest
 from tests.campaigns import real_histories
 
 import squama
-from squama.contacts import finite, path
+from squama.contacts import own_scales, path
 from squama.contacts.row import track
 from squama.contacts.system import PHI
 from squama.contacts.ties import LOOSE
@@ -56,7 +56,7 @@ def test_random_beams_bear_what_their_rows_do(n: int) -> None:
         if not twists[-1] < 0.3:
             continue
         endless = path.follow_all(way.beams, twists[None], most=0.0, room=path.ROOM)
-        ((ratio,), _) = finite.ratios(way.beams, endless, finite.Own(n), PHI)
+        ((ratio,), _) = own_scales.ratios(way.beams, endless, own_scales.Own(n), PHI)
         row = track(way, n, twists, ends=LOOSE)
         if not np.isfinite(ratio) or len(row.rows) < twists.size:
             unknown += 1

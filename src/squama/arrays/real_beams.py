@@ -13,8 +13,8 @@ from squama.batch.threads import in_parts
 from squama.beam.joint_law import Given
 from squama.beam.parts import PLASTIC
 from squama.contacts import path, states
-from squama.contacts.finite import Own, ratios
 from squama.contacts.moved import moved
+from squama.contacts.own_scales import Own, ratios
 from squama.errors import naming, refuse
 from squama.joints import law
 from squama.joints.factor import K_THETA, pivots, scaled

@@ -87,7 +87,7 @@ def sweep(
     dataset = open_sweep(out)
     how = f"{model(dataset.attrs)}, endless beams"
     how += f", figures at {plan.model.at.words(described.pitches)}" if plan.model.at else ""
-    how += f"; of finite_torque and the like: {plan.model.own.words}" if plan.model.own else ""
+    how += f"; finite_torque and finite_stiffness_ratio are of {plan.model.own.words}" if plan.model.own else ""
     line = f"{name}: {plan.cells} cells ({sides}), {how}; look at it with: squama map {name} --plot map.png"
     if done < tiles:
         line = f"{name}: {f'shard {shard} is done; ' if shard else ''}{done} of {tiles} tiles are done"

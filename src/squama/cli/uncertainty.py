@@ -230,7 +230,8 @@ def _shown(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Iterable[str | T
     yield _figures(picked, scales)
     if "own" in u:
         name = f"{u.attrs['own_scales']} scales"
-        yield f"{name}: the nominal beam with all of them, {u.attrs['ends']} ends; all other columns are endless"
+        of = " but for rows finite_..." if "finite_torque" in u["figure"].values else ""
+        yield f"{name}: the nominal beam with all of them, {u.attrs['ends']} ends; all other columns are endless{of}"
     spread = picked.isel(figure=(picked["sd"] != 0).values)
     means, quantiles = (
         float((spread[key] / spread["sd"]).max()) if spread.sizes["figure"] else 0.0

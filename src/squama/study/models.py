@@ -15,7 +15,7 @@ import numpy as np
 from squama import loads
 from squama.beam import joint_law
 from squama.beam.design import Beam
-from squama.contacts.finite import Own
+from squama.contacts.own_scales import Own
 from squama.contacts.path import RANGE
 from squama.contacts.ties import GRIPPED, LOOSE
 from squama.curves import real

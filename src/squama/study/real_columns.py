@@ -12,7 +12,7 @@ import numpy as np
 from squama.arrays.real_beams import Designs, Response, follow
 from squama.beam.parts import PLASTIC
 from squama.contacts import path
-from squama.contacts.finite import Own
+from squama.contacts.own_scales import Own
 from squama.model.outcome import End
 from squama.study.columns import Cells
 from squama.types import Array

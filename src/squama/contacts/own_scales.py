@@ -90,11 +90,13 @@ def _longer(way: Array, strain: Array, load: Array, solved: float, met: float, n
     load, those at the ends by more, in the proportion of what it is above the load at engagement. Arrays (m,) are of
     the endless beam along its ``way``; ``met`` is where it engages.
     """
-    if not solved < load[-1] or not (np.diff(load) > 0).all():
+    if not solved < load[-1]:
         # no contact, none found, or ends that are no weak cells: the ends' part is shared among all scales
-        return np.append(
-            load[-2:-1] * (1.0 if solved == load[-1] else np.nan), load[-1] + (solved - load[-1]) * n / scales
-        )
+        before = load[-2:-1] * (1.0 if solved == load[-1] else np.nan)
+        return np.append(before, load[-1] + (solved - load[-1]) * n / scales)
+    if not (np.diff(load) > 0).all():
+        # behind a snap a load is not that of one strain
+        return np.append(load[-2:-1] * np.nan, solved if n == scales else np.nan)
     engaged = float(np.interp(met, way, load))
     more = n * (strain[-1] - np.interp(solved, load, strain)) / max(solved - engaged, 1e-12 * solved)
     means = strain + more * np.maximum(load - engaged, 0.0) / scales
