@@ -15,7 +15,8 @@ from solids import cube, images
 from squama import combined
 from squama.beam.matrixfile import inclination_stiffness
 from squama.fe.assembly import make_bent, make_body, make_walk
-from squama.fe.body import Body, Section
+from squama.fe.averages import Section
+from squama.fe.body import Body
 from squama.fe.elements import Elements, Helical, Material
 from squama.fe.mesh import bar_mesh
 from squama.fe.pitch_stiffness import response

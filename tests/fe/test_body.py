@@ -9,7 +9,8 @@ from solids import cube, images
 
 from squama.errors import InputError
 from squama.fe import solver
-from squama.fe.body import Bent, Body, Section
+from squama.fe.averages import Section
+from squama.fe.body import Bent, Body
 from squama.fe.elements import Elements, Helical, Material
 from squama.fe.plate import Carried, Rest
 

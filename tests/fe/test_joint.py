@@ -97,7 +97,8 @@ def test_the_matrix_is_symmetric_and_positive(K):
 
 def test_a_turn_of_everything_with_the_section_costs_the_same_from_any_axis(fig6b, pitch, K):
     """Energy does not depend on where the six motions are counted from: shifting the base along n_X shifts K."""
-    from squama.fe.body import Body, Section
+    from squama.fe.averages import Section
+    from squama.fe.body import Body
     from squama.fe.elements import Elements, Helical
     from squama.fe.plate import Carried, Rest
 

@@ -23,7 +23,8 @@ import numpy as np
 
 from squama.beam.matrixfile import MOTIONS
 from squama.errors import InputError
-from squama.fe.body import Body, Matrix, Section, bent, mean_turns, ways_of
+from squama.fe.averages import Section
+from squama.fe.body import Body, Matrix, bent, mean_turns, ways_of
 from squama.fe.contact import DHAT, SLIP, RowContact, where
 from squama.fe.elements import Elements, Helical, Material
 from squama.fe.exposed import Exposed

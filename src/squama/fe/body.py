@@ -13,87 +13,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama.errors import InputError
+from squama.fe.averages import Section
 from squama.fe.elements import Elements, Helical, Result
 from squama.fe.mesh import Index
-from squama.fe.periodic import Course, Moves, Twist
+from squama.fe.periodic import Course, Twist
 from squama.fe.plate import Carried
 from squama.fe.rows import Row
 from squama.fe.solver import Solver
 from squama.types import Array
-
-
-class Section:
-    """Mean place of a section and its mean turns, which multipliers hold in a frame that follows the loads.
-
-    Parameters
-    ----------
-    nodes : (k,) integer array
-        Numbers of its nodes among the masters.
-    arms : (k, 3) array
-        Where they are in the frame.
-    weights : (k,) array
-        Shares of the section's area.
-    frame : callable
-        The frame by the loads: one :class:`squama.fe.periodic.Moves`, or one for each node.
-    turns : (c, k, 3) array
-        Directions in the frame along which moves of the nodes, weighted by their shares, are on average 0, too.
-    """
-
-    def __init__(
-        self, nodes: Index, arms: Array, weights: Array, frame: Callable[[Array], Moves], turns: Array
-    ) -> None:
-        self.nodes, self._arms, self.weights = nodes, arms, weights / weights.sum()
-        self._frame = frame
-        self._across = turns / (self.weights @ (turns**2).sum(axis=-1).T)[:, None, None]
-        self.conditions = 3 + len(turns)
-        # derivatives of x, y, z and the turns by the places: rows, and columns 3 k + axis
-        k = 3 * np.arange(self.nodes.size)
-        self.rows = np.repeat([0, 1, 2, *np.repeat(np.arange(3, self.conditions), 3)], k.size)
-        self.columns = np.concatenate([k, k + 1, k + 2] * (1 + len(turns)))
-
-    @classmethod
-    def of_pitch(cls, nodes: Index, places: Array, weights: Array, course: Course | None = None) -> Section:
-        """Return the cut of an endless beam at rest: nodes (k, 3) follow the course at their height."""
-        nodes, places, weights = (given[weights != 0] for given in (nodes, places, weights))
-        flat, led = places * [1.0, 1.0, 0.0], course or Twist()
-        turns = np.cross(flat, np.array([[[0.0, 0.0, 1.0]]]))
-        return cls(nodes, flat, weights, lambda loads: led.moves(loads, places[:, 2]), turns)
-
-    def means(self, y: Array, loads: Array) -> tuple[Array, Array, Array, Array, Array]:
-        """Return derivatives of the means by the places and their rates with loads; the means with two rates.
-
-        The means (c,) at places y (k, 3) are zero where the section is held, their rates (c, L) and (c, L, L);
-        derivatives are in the order of ``rows``, their rates (.., L).
-        """
-        moves, w = self._frame(loads), self.weights
-        frames, c = moves.of(self._arms), self.conditions
-        # shifts are counted from the frame; turns, too, across it
-        off, L = y - frames[0], loads.size
-        entries, rates = np.zeros((c, 3, w.size)), np.zeros((c, 3, w.size, L))
-        entries[[0, 1, 2], [0, 1, 2]] = w
-        means, by, second = np.zeros(c), np.zeros((c, L)), np.zeros((c, L, L))
-        means[:3], by[:3], second[:3] = (
-            w @ off,
-            -np.tensordot(frames[1], w, (0, 0)).T,
-            -np.tensordot(frames[2], w, (0, 0)).T,
-        )
-        for i, across in enumerate(self._across, start=3):
-            a, da, dda = moves.turned(across)
-            entries[i], rates[i] = (w[:, None] * a).T, np.einsum("k,kli->ikl", w, da)
-            means[i] = w @ (off * a).sum(axis=1)
-            by[i] = np.einsum("k,ki,kli->l", w, off, da) - np.einsum("k,kli,ki->l", w, frames[1], a)
-            mixed = np.einsum("k,kli,kmi->lm", w, frames[1], da)
-            second[i] = np.einsum("k,ki,klmi->lm", w, off, dda) - np.einsum("k,klmi,ki->lm", w, frames[2], a)
-            second[i] -= mixed + mixed.T
-        # the shifts along one axis each, the turns along all
-        own = np.concatenate([[0, 4, 8], np.arange(9, 3 * c)])
-        return (
-            entries.reshape(3 * c, -1)[own].ravel(),
-            rates.reshape(3 * c, -1, L)[own].reshape(-1, L),
-            means,
-            by,
-            second,
-        )
 
 
 class Reduced(NamedTuple):

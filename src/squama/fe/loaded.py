@@ -14,7 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.fe.body import Body, Section, bent, ways_of
+from squama.fe.averages import Section
+from squama.fe.body import Body, bent, ways_of
 from squama.fe.contact import DHAT, SLIP, RowContact, where
 from squama.fe.elements import Elements, Material
 from squama.fe.exposed import Exposed

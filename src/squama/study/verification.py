@@ -146,25 +146,7 @@ def verify(
                 place.rmdir()
         raise
     written = [datasets.save(elements, place / "elements.nc")]
-    rates = np.asarray(elements["Phi"].values, float)
-    points: dict[str, Any] = {"mu": friction, "sense": sense, "at": rates, "ends": ENDLESS}
-    K = own_matrix(beam, mesh)
-    own = beam.replace(joint=hinge_of(K, beam, hinged=hinged))
-    # hinges hold thick scales as well, where the elements have nothing else either
-    hinge: dict[str, Any] = {"joint": "hinge", "ideal": ideal or not hinged, **points}
-    curves = {
-        "edge": ("", doors.twist(beam, **hinge)),
-        "plate": ("", doors.twist(beam, law="plate", joint="hinge", **points)),
-        "own": (", K_theta and C_f of this mesh", doors.twist(own, **hinge)),
-    }
-    if not hinged:
-        say("compliant joint")
-        # a periodic cell of elements is held straight, its length too
-        straight: dict[str, Any] = {"joint": "compliant", "ideal": ideal, "hold": STRAIGHT, **points}
-        if not ideal:
-            curves["thin"] = "", doors.twist(beam, **straight | {"ideal": True})
-        curves["compliant"] = "", doors.twist(beam, **straight)
-        curves["mesh"] = ", stiffness of this mesh", doors.twist(with_matrix(beam, K), **straight)
+    curves = _curves(beam, elements, friction, sense, mesh, hinged=hinged, ideal=ideal, say=say)
     models = {name: (f"{model(data.attrs)}{more}", data) for name, (more, data) in curves.items()}
     if scales is not None:
         say(f"finite beam of {scales} scales")
@@ -188,6 +170,33 @@ def verify(
     table.attrs["warnings"] = "" if scales is None else data.attrs["warnings"]
     written.append(datasets.save(flat(table), place / "comparison.csv"))
     return Verified(table, elements, written, touched)
+
+
+def _curves(
+    beam: Beam, elements: xr.Dataset, mu: float, sense: str, mesh: str | tuple[float, float], *,
+    hinged: bool, ideal: bool, say: Callable[[str], None],
+) -> dict[str, tuple[str, xr.Dataset]]:  # fmt: skip
+    """Return the models' curves at the elements' twists by name, and what sets those of one model apart, in words."""
+    rates = np.asarray(elements["Phi"].values, float)
+    points: dict[str, Any] = {"mu": mu, "sense": sense, "at": rates, "ends": ENDLESS}
+    K = own_matrix(beam, mesh)
+    own = beam.replace(joint=hinge_of(K, beam, hinged=hinged))
+    # hinges hold thick scales as well, where the elements have nothing else either
+    hinge: dict[str, Any] = {"joint": "hinge", "ideal": ideal or not hinged, **points}
+    curves = {
+        "edge": ("", doors.twist(beam, **hinge)),
+        "plate": ("", doors.twist(beam, law="plate", joint="hinge", **points)),
+        "own": (", K_theta and C_f of this mesh", doors.twist(own, **hinge)),
+    }
+    if not hinged:
+        say("compliant joint")
+        # a periodic cell of elements is held straight, its length too
+        straight: dict[str, Any] = {"joint": "compliant", "ideal": ideal, "hold": STRAIGHT, **points}
+        if not ideal:
+            curves["thin"] = "", doors.twist(beam, **straight | {"ideal": True})
+        curves["compliant"] = "", doors.twist(beam, **straight)
+        curves["mesh"] = ", stiffness of this mesh", doors.twist(with_matrix(beam, K), **straight)
+    return curves
 
 
 def _touched(data: xr.Dataset) -> float:
