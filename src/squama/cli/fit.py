@@ -111,12 +111,13 @@ class Tables:
     def read(self, paths: Iterable[str], beam: Beam, load: str, *, decay: bool = False) -> list[Measured]:
         """Read tables of tests of a beam, or the record of its decay."""
         from squama.io import measured
+        from squama.io.columns import TIME
 
         found, wrong = [], Problems()
         for path in paths:
             with wrong.caught(), flags.laid({"decimal": "--decimal", "columns": "--columns"}):
                 given = {"pitch": beam.pitch, "scales": beam.pitches, **vars(self)}
-                found.append(measured.read(path, load=load, ordinate=measured.TIME if decay else None, **given))
+                found.append(measured.read(path, load=load, ordinate=TIME if decay else None, **given))
         wrong.settle()
         return found
 

@@ -19,7 +19,8 @@ from squama.curves.hinge_cycles import Senses
 from squama.errors import Problems, naming, refuse
 from squama.identify.noise import scatter
 from squama.io import measured
-from squama.io.measured import Measured, Ordinate
+from squama.io.columns import Ordinate, torque
+from squama.io.measured import Measured
 from squama.loads import LOADS, Load
 from squama.types import Array
 from squama.units import Bounds
@@ -64,7 +65,7 @@ def read(given: object, beam: Beam, load: str, ordinate: Ordinate | None = None)
 
     A mapping may have ``total`` (rad over the whole beam) in place of a twist rate; the ``ordinate`` is the torque.
     """
-    beside = ordinate or measured.torque(LOADS[load])
+    beside = ordinate or torque(LOADS[load])
     items = list(given) if isinstance(given, Sequence) and not isinstance(given, str | Measured) else [given]
     if not items:
         refuse("data", "", "is empty", "give a file, or several")
