@@ -209,7 +209,11 @@ def test_what_is_said_is_not_guessed(text, given, tmp_path):
         (LAB, {"decimal": "."}, 'line 3: Winkel (\u00b0) = "0,0": has a decimal comma; write 0.0'),
         ("total (deg);T (N m)\n1.5;2\n", {"decimal": ","}, "has a point, but decimals are set off by commas here"),
         (LAB, {"decimal": ";"}, 'decimal = ";": must be "." or ","'),
-        (LAB, {"columns": "Weg=total"}, 'columns: no column is called "Weg" among "Winkel (\u00b0), Drehmoment (Nmm)"; give'),
+        (
+            LAB,
+            {"columns": "Weg=total"},
+            'columns: no column is called "Weg" among "Winkel (\u00b0), Drehm',
+        ),
         ("a;a\n1;2\n", {"columns": "a=T (N m)"}, 'several columns are called "a"'),
         (LAB, {"columns": "3=T (N m)"}, "numbers from 1 to 2"),
         (LAB, {"columns": "total (deg)"}, "does not name columns"),

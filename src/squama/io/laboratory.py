@@ -118,7 +118,9 @@ def _of_workbook(grids: Sequence[workbook.Grid], asked: _Asked) -> list[Sheet]:
         if rows:
             made = _sheet(Table(grid.name, ";", [], Row(start, []), rows), looked, head, blank, asked)
             sheets.append(made._replace(title=grid.title))
-    good = [s for s in sheets if asked.knows(s.table.header.cells) or (asked.numbered and _numeric(s.table.rows[0].cells))]
+    good = [
+        s for s in sheets if asked.knows(s.table.header.cells) or (asked.numbered and _numeric(s.table.rows[0].cells))
+    ]
     others = [shown(s.title) for s in sheets if s not in good]
     if good and others:
         good[0].said.append(f"without sheet{'s' * (len(others) > 1)} {', '.join(others)}")
@@ -215,7 +217,9 @@ def _sheet(table: Table, looked: Sequence[Row], head: int | None, blank: set[int
         width = max(len(row.cells) for row in table.rows) if asked.numbered else 0
         numbers = [str(i + 1) for i in range(width)] or [cell.strip() for cell in first.cells]
         kept, blocks = _blocks(table.rows, numbers, [], blank)
-        return Sheet(table._replace(header=Row(first.line, numbers), rows=kept), blocks, [], headless=not asked.numbered)
+        return Sheet(
+            table._replace(header=Row(first.line, numbers), rows=kept), blocks, [], headless=not asked.numbered
+        )
     cells, said = [" ".join(cell.split()) for cell in first.cells], []
     if skipped := sum(row.line < head for row in looked):
         said.append(f"without {skipped} line{'s' * (skipped > 1)} above the header")

@@ -194,11 +194,9 @@ def _points(sheet: laboratory.Sheet, how: Reading, label: str) -> tuple[Measured
     rate, load = (column * factor for column, factor in zip(np.array(values).T, factors, strict=True))
     lines = np.array([row.line for row in rows])
     own = _column(table, rows, lambda name, _: name.casefold() == "specimen")
-    loops = loops_of(rate, _in_order(table, rows, np.array(blocks), rate))
-    if loops.max() > 0:
+    if own is None and (loops := _loops(rate, _in_order(table, rows, np.array(blocks), rate))).max() > 0:
         said.append(f"as {loops.max() + 1} loops")
-        numbers = [f"loop {i + 1}" for i in loops.tolist()]
-        own = np.array(numbers if own is None else [f"{a}, {b}" for a, b in zip(own, numbers, strict=True)], object)
+        own = np.array([f"loop {i + 1}" for i in loops.tolist()], object)
     return Measured(rate, load, label, table.name, lines, own), said
 
 
@@ -246,11 +244,11 @@ def _count(lines: list[int]) -> str:
     return f"{len(lines)} row{'s' * (len(lines) > 1)} (line{'s' * (len(lines) > 1)} {where})"
 
 
-def loops_of(rate: Array, blocks: Array) -> Array:
+def _loops(rate: Array, blocks: Array) -> Array:
     """Return the numbers of the loops, from 0, to which points belong, from those of their blocks.
 
-    A block begins a loop where it begins near no twist, or farther from the end of the block before than from there;
-    else it goes on. Blocks of a few rows are no loops.
+    A block begins a loop where it begins near no twist, or nearer to it than to the end of the block before; else it
+    goes on with that. Where a block has a few rows only, blank lines mean nothing.
     """
     starts = np.flatnonzero(np.diff(blocks, prepend=blocks[0] - 1))
     loops, near = np.zeros(rate.size, np.int64), _REST * float(np.abs(rate).max())
