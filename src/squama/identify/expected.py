@@ -29,7 +29,6 @@ _TIMES = {1: "once", 2: "twice"}
 _WAYS = {
     "loading": "to {} (loading alone)",
     "loop": "to {} and back",
-    "two heights": "to {} and back, half-way from the engagement first",
     "both senses": "to {} in either sense and back",
 }
 
@@ -74,8 +73,8 @@ class Plan:
     """What :func:`squama.plan` returns: loops of a test with the standard errors that are expected of them.
 
     ``candidates`` are the loops, ``best`` the one whose largest relative error is the least. ``noise`` N m,
-    ``twist_noise`` rad over the whole beam, ``compliance`` of the machine rad/(N m), ``engaged`` rad per pitch. ``free``
-    are the errors of the best loop where more is found, with words.
+    ``twist_noise`` rad over the whole beam, ``compliance`` of the machine rad/(N m), ``engaged`` rad per pitch.
+    ``free`` are the errors of the best loop where more is found, with words.
     """
 
     beam: Beam

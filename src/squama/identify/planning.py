@@ -12,9 +12,10 @@ to the compliance is -T T'/(1 + c T'). Loops that are repeated divide C by their
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,12 +37,18 @@ FIND = ("mu", "K_theta", "E_B")
 """Parameters whose errors are told if none are named."""
 TIMES = (1.2, 1.5, 2.0, 3.0)
 """Tops of loops over the twist of the engagement."""
-SHAPES = ("loading", "loop", "two heights", "both senses")
-"""Loading alone; there and back; first half-way from the engagement, then to the top; to the top in either sense."""
+SHAPES = {"loading": (0,), "loop": (0, 1), "both senses": (0, 1, 2, 3)}
+"""Ways of a loop, of those to the top, back to 0, to the top in the other sense, and back again."""
 MOST = 20
 """Loops, and tops, at most."""
 _BEFORE_LOCK = 0.8
 """Way from the engagement to the end of a path on hinges beyond which no loop goes unasked."""
+_LEAST = 10
+"""Readings of a way at least by which its errors are computed."""
+_FREE = {
+    "With zeros of torque and twist found too": ("torque_zero", "twist_zero"),
+    "With the compliance of the machine found too": ("compliance",),
+}
 _SLIGHT = 1e-3
 """A twist by which the engagement is asked, rad per pitch."""
 
@@ -55,6 +62,22 @@ class _Test(NamedTuple):
     twist_noise: float
     compliance: float
     points: int
+
+
+class _Walked(NamedTuple):
+    """Readings of the ways of loops to a top, at even steps of the twist.
+
+    ``J`` derivatives of the torque to what is asked, ``zero`` to a zero of the twist, ``torque`` (N m), ``way`` numbers
+    of the readings' ways, of so many ``ways``; ``values`` of what is asked; ``problem`` why there are none.
+    """
+
+    J: Array
+    zero: Array
+    torque: Array
+    way: Array
+    ways: int
+    values: Array
+    problem: str
 
 
 def plan(
@@ -131,24 +154,18 @@ def plan(
     heights = sorted({math.copysign(min(abs(top), limit), top) for top in heights}, key=abs)
     if len(heights) > MOST:
         refuse("tops", "", f"{len(heights)} are too many", f"give {MOST} at most")
-    shapes = SHAPES if kind.sided else SHAPES[:3]
-    wishes = [(shape, top) for shape in shapes for top in heights]
-    found = [_candidate(test, shape, top, engaged) for shape, top in steps(wishes, len(wishes), "loops of the plan")]
+    found, free = list[Candidate](), dict[float, _Walked]()
+    for top in steps(heights, len(heights), "loops of the plan"):
+        free[top] = _walked(test, top)
+        found += [_candidate(test, free[top], shape, top) for shape in SHAPES if kind.sided or shape != "both senses"]
     good = [one for one in found if not one.problem]
     if not good:
         refuse("", "", f"no loop of the plan can be followed: {found[0].problem}")
     best = min(good, key=lambda one: one.worst)
-    rows = ask(beam, load, parameters, joint=test.kind).rows
-    free = tuple(
-        (words, _candidate(test, best.shape, best.top, engaged, more))
-        for words, more in (
-            ("With zeros of torque and twist found too", ("torque_zero", "twist_zero")),
-            ("With the compliance of the machine found too", ("compliance",)),
-        )
-    )
+    more = {words: _candidate(test, free[best.top], best.shape, best.top, names) for words, names in _FREE.items()}
     return Plan(
         beam=beam,
-        rows=rows,
+        rows=ask(beam, load, parameters, joint=test.kind).rows,
         load=load,
         law=law,
         joint=test.kind,
@@ -160,7 +177,7 @@ def plan(
         engaged=engaged,
         candidates=tuple(found),
         best=best,
-        free=free,
+        free=tuple(more.items()),
     )
 
 
@@ -213,47 +230,44 @@ def _engaged(test: _Test) -> tuple[float, float]:
     return (found[sense], last) if sense == "+" else (-found[sense], -last)
 
 
-def _readings(shape: str, top: float, engaged: float, points: int) -> Array:
-    """Return the readings of a loop from rest, rad per pitch, at even steps; each turning point is read."""
-    half = (top + engaged) / 2
-    corners = {"loading": (0, top), "loop": (0, top, 0), "two heights": (0, half, 0, top, 0)}.get(
-        shape, (0, top, -top, 0)
-    )
-    lengths = np.abs(np.diff(corners))
-    numbers = np.maximum(np.rint(points * lengths / lengths.sum()).astype(int), 2)
-    parts = [np.linspace(a, b, n + 1)[1:] for a, b, n in zip(corners[:-1], corners[1:], numbers.tolist(), strict=True)]
-    return np.concatenate(parts)
+def _walked(test: _Test, top: float) -> _Walked:
+    """Return the ways of loops to a top; those in the other sense are left out where they cannot be gone."""
+    n, problem = max(test.points // 2, _LEAST), ""
+    for corners in ((0.0, top, 0.0, -top, 0.0), (0.0, top, 0.0)):
+        angle = np.concatenate([np.linspace(a, b, n + 1)[1:] for a, b in itertools.pairwise(corners)])
+        try:
+            made = _prepared(test, angle)
+            index, points, _, _ = made.used
+            at = made.asked.physical(made.asked.start)
+            wanted = np.array([name == "twist_zero" for name in Physical._fields])
+            zero = points.jacobian(at, wanted)[:, Physical._fields.index("twist_zero")]
+            J = estimate.derivatives(points, made.asked, made.asked.start)
+            return _Walked(J, zero, points.torque(at), index // n, len(corners) - 1, made.asked.start, "")
+        except InputError as error:
+            problem = problem or str(error)
+    return _Walked(*[np.empty(0)] * 4, 0, np.empty(0), problem)
 
 
-def _candidate(test: _Test, shape: str, top: float, engaged: float, more: tuple[str, ...] = ()) -> Candidate:
+def _candidate(test: _Test, walked: _Walked, shape: str, top: float, more: tuple[str, ...] = ()) -> Candidate:
     """Return a loop with its errors; ``more``: what is found beside what is asked. What cannot be, is its problem."""
-    angle = _readings(shape, top, engaged, test.points)
-    names = test.wanted.names
-    try:
-        made = _prepared(test, angle)
-        torque, covariance = _expected(test, made, [n for n in more if n not in names])
-    except InputError as error:
-        return Candidate(shape, top, angle.size, math.nan, np.empty(0), np.empty((0, 0)), str(error))
-    n = len(names)
-    return Candidate(shape, top, angle.size, torque, made.asked.start, covariance[:n, :n], "")
-
-
-def _expected(test: _Test, made: Prepared, more: Sequence[str]) -> tuple[float, Array]:
-    """Return the largest torque of a loop, N m, and the covariance of what is asked and of ``more``."""
-    _, points, _, _ = made.used
-    at, p = made.asked.physical(made.asked.start), made.asked.start
-    torque = points.torque(at)
-    wanted = np.array([name == "twist_zero" for name in Physical._fields])
-    zero = points.jacobian(at, wanted)[:, Physical._fields.index("twist_zero")]
+    ways, names = SHAPES[shape], test.wanted.names
+    own = np.isin(walked.way, ways)
+    none = Candidate(shape, top, test.points, math.nan, np.empty(0), np.empty((0, 0)), "")
+    if walked.ways <= max(ways):
+        return none._replace(problem=walked.problem or "the beam cannot be twisted in the other sense")
+    zero, torque = walked.zero[own], walked.torque[own]
     steep = 1 - test.compliance * zero
-    columns: dict[str, Any] = {
-        "torque_zero": np.ones(torque.size),
-        "twist_zero": zero / steep,
-        "compliance": torque * zero / steep,
-    }
-    J = estimate.derivatives(points, made.asked, p) / steep[:, None]
-    J = np.column_stack([J, *(columns[name] for name in more)])
-    inner = estimate.covariance(J, 1.0, (*made.asked.names, *more))
-    spread = np.hypot(test.noise, zero / steep * test.twist_noise)
-    half = inner @ (J * spread[:, None]).T
-    return float(np.abs(torque).max()), half @ half.T
+    columns = {"torque_zero": np.ones(zero.size), "twist_zero": zero, "compliance": torque * zero}
+    columns = {name: column for name, column in columns.items() if name in more and name not in names}
+    # the readings of a loop are spread over its ways
+    weight = test.points / (len(ways) * (walked.way == 0).sum())
+    J = np.sqrt(weight) * np.column_stack([walked.J[own], *(columns.values())])
+    J[:, : len(names)] /= steep[:, None]
+    J[:, len(names) :] /= np.where(np.array([n == "torque_zero" for n in columns]), 1.0, steep[:, None])
+    try:
+        inner = estimate.covariance(J, 1.0, (*names, *columns))
+    except InputError as error:
+        return none._replace(problem=str(error))
+    half = inner @ (J * np.hypot(test.noise, zero / steep * test.twist_noise)[:, None]).T
+    covariance = (half @ half.T)[: len(names), : len(names)]
+    return none._replace(torque=float(np.abs(torque).max()), values=walked.values, covariance=covariance)

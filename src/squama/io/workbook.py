@@ -21,8 +21,16 @@ LARGEST = 100_000_000
 """Bytes of all parts of a workbook, unpacked."""
 ROWS, CELLS = 200_000, 2_000_000
 """Rows of a sheet down to the last one, and cells of all sheets."""
-_DAMAGED = (KeyError, ValueError, TypeError, AttributeError, IndexError, OSError, SyntaxError, EOFError)
-_DAMAGED += (NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error)
+_DAMAGED: tuple[type[Exception], ...] = (
+    KeyError,
+    ValueError,
+    TypeError,
+    AttributeError,
+    IndexError,
+    OSError,
+    SyntaxError,
+)
+_DAMAGED += (EOFError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error)
 """What openpyxl and its readers of XML and zip files raise on what is no workbook."""
 _ZIP, _OLD = b"PK\x03\x04", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 
