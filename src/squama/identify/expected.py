@@ -11,7 +11,7 @@ import numpy as np
 from squama._version import __version__
 from squama.beam.design import Beam
 from squama.curves.chosen import idealisation
-from squama.identify.estimate import HARDLY
+from squama.identify.estimate import HARDLY, UNSEEN
 from squama.identify.unknowns import Parameter
 from squama.loads import ENDLESS, LOADS
 from squama.types import Array
@@ -144,7 +144,7 @@ class Plan:
         errors, shares = (v / math.sqrt(loops) for v in (one.errors, one.shares))
         ratio = [row.unit == "1" for row in self.rows]
         return [
-            f"{error:.2g}" if plain else f"{100 * share:.2g} %"
+            "over 100 %" if share > 1 else f"{error:.2g}" if plain else f"{100 * share:.2g} %"
             for error, share, plain in zip(errors, shares, ratio, strict=True)
         ]
 
@@ -188,6 +188,9 @@ class Plan:
         if self.compliance:
             said += f"; machine of {1 / self.compliance:.3g} N m/rad"
         lines, good = [said], [one for one in self.candidates if not one.problem]
+        if any(one.worst > UNSEEN for one in good):
+            share = f"{100 * UNSEEN:.0f} %"
+            lines.append(f"errors above {share} only say that a loop does not tell: the model is not linear over them")
         for shape in dict.fromkeys(one.shape for one in good if len(self.rows) > 1):
             r, names = max((self._related(one) for one in good if one.shape == shape), key=lambda pair: abs(pair[0]))
             if abs(r) > HARDLY:
