@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
+from squama.cli.fit import JOINT, with_unit
 from squama.cli.flags import flag, settled, whole
 from squama.errors import refuse
 from squama.loads import LOADS
@@ -25,17 +26,6 @@ _TO = f"Largest twist of the test: {flags.TWISTS}."
 _TOPS = 'Tops of the loops, e.g. "60, 90, 140 deg total" (1.2, 1.5, 2 and 3 times the engagement).'
 
 
-def _with_unit(unit: str) -> flags.Reader[str]:
-    """Return a reader that refuses numbers without a unit, which in Python are SI."""
-
-    def read(name: str, text: str) -> str:
-        if is_number(text):
-            refuse(name, text, "has no unit", f'write e.g. "{text} {unit}"')
-        return text
-
-    return flags.Reader(read, "")
-
-
 def _tops(name: str, text: str) -> tuple[str, ...]:
     """Return the twists of a list whose unit stands behind the last."""
     *numbers, last = (part.strip() for part in text.split(","))
@@ -49,10 +39,10 @@ def _tops(name: str, text: str) -> tuple[str, ...]:
 class Test:
     """The test, and what it is to tell."""
 
-    noise: Annotated[str | None, flag(_NOISE, read=_with_unit("N mm"))] = None
-    twist_noise: Annotated[str | None, flag(_TWIST_NOISE, read=_with_unit("deg total"))] = None
-    machine: Annotated[str | None, flag(_MACHINE, read=_with_unit("N m/rad"))] = None
-    to: Annotated[str | None, flag(_TO, read=_with_unit("deg total"))] = None
+    noise: Annotated[str | None, flag(_NOISE, read=with_unit("N mm"))] = None
+    twist_noise: Annotated[str | None, flag(_TWIST_NOISE, read=with_unit("deg total"))] = None
+    machine: Annotated[str | None, flag(_MACHINE, read=with_unit("N m/rad"))] = None
+    to: Annotated[str | None, flag(_TO, read=with_unit("deg total"))] = None
     tops: Annotated[tuple[str, ...] | None, flag(_TOPS, read=flags.Reader(_tops, ()))] = None
     points: Annotated[int, flag("Readings of a loop (100).", read=whole(10, 10_000, "100"))] = 100
     accuracy: Annotated[str, flag('Relative standard error that is wanted (5 %), e.g. "2 %".')] = "5 %"
@@ -64,7 +54,7 @@ class Model:
 
     load: flags.Load = "twisting"
     law: flags.Law = "edge"
-    joint: flags.Joint = None
+    joint: Annotated[str | None, flag(JOINT, read=flags.one_of("hinge", "compliant"))] = None
     ends: flags.Ends = None
 
 
