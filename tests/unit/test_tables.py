@@ -62,6 +62,11 @@ READ = {
     ),
     "one space and a decimal comma": ("Winkel/deg Moment/Nmm\n" + SEMI.replace(";", " "), "with decimal commas"),
     "spaces, units below": ("Angle   Torque\ndeg     N mm\n" + POINT.replace(";", "   "), "with the units of line 2"),
+    "bars": ("Angle (deg) | Torque (N mm)\n" + POINT.replace(";", " | "), '"Angle (deg)" as the twist'),
+    "a temperature called T": (
+        "T (degC);Angle (deg);Torque (N mm)\n" + "".join(f"20;{row}\n" for row in POINT.split()),
+        '"Angle (deg)" as the twist',
+    ),
     "old Mac's ends of lines": (("total (deg);T (N mm)\n" + POINT).replace("\n", "\r"), ""),
     "thousands, English": (GROUPED.format("1,110.5"), "with commas between thousands"),
     "thousands, German": (GROUPED.format("1.110,5"), "with points between thousands"),
@@ -231,6 +236,14 @@ def test_blocks_are_loops(text, names, tmp_path):
         ),
         ("total (deg);T (N mm)\n1,5;2\n2;1.5\n", 'line 2: total (deg) = "1,5": has a decimal comma; write 1.5'),
         ("total (deg)  T (N mm)\n0  0\n60\n120  5\n", "line 3: has 1 cell, the header has 2"),
+        (
+            "Angle (deg),Torque (N mm)\n0,0,0,0\n6,5,1,2\n",
+            "line 2: all rows have 4 cells, the header has 2: commas part",
+        ),
+        ("Angle (deg);T (N mm);Angle (deg);T (N mm)\n0;0;0;0\n1;2;3;4\n", 'line 1: the column "T" is given twice'),
+        ("Angle (deg);Torque 1 (N mm);Torque 2 (N mm);Angle (deg)\n0;0;0;0\n", "several columns may be a twist rate"),
+        ("Angle (deg);Torque (N mm)\n" + "1" * 300_000 + ";2\n", "line 2: is not a row of a table (field larger than"),
+        (";".join(["a"] * 300) + "\n" + ";".join("1" * 300), "has 300 cells in line 1 (256 at most)"),
         ("# nothing\n% more\n", "has comments only"),
         ("total (deg);T (N mm)\n", "has a header but no rows"),
         (

@@ -245,7 +245,8 @@ def _walked(test: _Test, top: float) -> _Walked:
             return _Walked(J, zero, points.torque(at), index // n, len(corners) - 1, made.asked.start, "")
         except InputError as error:
             problem = problem or str(error)
-    return _Walked(*[np.empty(0)] * 4, 0, np.empty(0), problem)
+    none = np.empty(0)
+    return _Walked(none, none, none, none, 0, none, problem)
 
 
 def _candidate(test: _Test, walked: _Walked, shape: str, top: float, more: tuple[str, ...] = ()) -> Candidate:

@@ -54,10 +54,11 @@ def places(table: tabular.Table, how: Reading) -> tuple[list[int], str, list[str
     """Find the columns of abscissa and ordinate, what the abscissa is over, and what was guessed of them in words."""
     load, ordinate, lengths = how.load, how.ordinate, over(how.load)
     names: dict[str, list[int]] = {}
-    dimensions, called_as = list[str](), list[str]()
+    dimensions, called_as, bare = list[str](), list[str](), set[int]()
     for i, cell in enumerate(table.header.cells):
         name, unit = headers.split(cell)
         called_as.append(name)
+        bare |= set() if unit else {i}
         # phi and Phi are two things, words may begin with a capital
         names.setdefault(name if len(name) < 4 else name.casefold(), []).append(i)
         dimensions.append("" if unit.endswith(("/rad", "/deg")) else str(headers.dimension(unit) or ""))
@@ -68,12 +69,15 @@ def places(table: tabular.Table, how: Reading) -> tuple[list[int], str, list[str
     # what is named as of another loading is not guessed to be of this one; any torque may be called a moment
     others = [name for other in LOADS.values() for part in (over(other), torque(other).names) for name in part]
     taken = {i for name in others if name not in ("M", "moment") for i in names.get(name, [])}
-    found, length, guessed, problems = list[int](), "", list[str](), Problems()
+    found, length, guessed, problems, several = list[int](), "", list[str](), Problems(), False
     for noun, known, kinds in (
         (load.rate_words, tuple(lengths), (Dimension.ANGLE, Dimension.TWIST_RATE)),
         (ordinate.noun, ordinate.names, (ordinate.dimension,)),
     ):
-        own = next((name for name in known if name in names), None)
+        there = [name for name in known if name in names]
+        # T may be a temperature, where another column is the torque
+        right = (name for name in there if names[name][0] in bare or dimensions[names[name][0]] in kinds)
+        own = next(right, next(iter(there), None))
         alike = [i for i, d in enumerate(dimensions) if d in kinds and i not in taken]
         called = [i for i, name in enumerate(called_as) if i not in taken and headers.means(name, kinds)]
         # of several with a unit the one that is called so; without any unit the error says that it has none
@@ -91,11 +95,12 @@ def places(table: tabular.Table, how: Reading) -> tuple[list[int], str, list[str
             guessed.append(f"{shown(table.header.cells[alike[0]])} as {what}")
         else:
             among = shown(", ".join(table.header.cells))
+            several |= bool(alike)
             reason = "several columns may be" if alike else "no column of"
             reason += f" a {noun} ({', '.join(known)}) among {among}"
             remedy = f'write a header like: {how.example}; or say which it is with columns, e.g. "2={known[-1]}"'
             problems.add("", "", reason, remedy, table.line())
-    if len(problems) == 2:
+    if len(problems) == 2 and not several:
         raise no_header(table, how)
     problems.settle()
     return found, length, guessed

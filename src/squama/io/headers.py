@@ -23,6 +23,8 @@ NAMES = {
 _WORDS: dict[Dimension, frozenset[str]] = {
     kind: frozenset(word.strip() for word in words.split(",")) for kind, words in NAMES.items()
 }
+_LONGEST = 200
+"""Characters of a cell that may have a unit."""
 _BRACKETS = re.compile(r"[(\[{<](.*)[)\]}>]")
 _CELL = re.compile(r"(.*?)\s*(?:\((.*)\)|\[(.*)\]|\{(.*)\}|<(.*)>)")
 _BEFORE_UNIT = re.compile(r"\s+in\s+|\s*[/,:_]\s*|\s+|(?=\u00b0)")
@@ -40,6 +42,8 @@ def split(cell: str) -> tuple[str, str]:
     (('Phi', 'deg/mm'), ('Winkel', 'deg'), ('Drehmoment', 'Nm'), ('T', ''))
     """
     text = " ".join(cell.split())
+    if len(text) > _LONGEST:
+        return text, ""
     if match := _CELL.fullmatch(text):
         return match[1], symbol(next(filter(None, match.groups()[1:]), ""))
     for between in _BEFORE_UNIT.finditer(text):
@@ -52,7 +56,7 @@ def split(cell: str) -> tuple[str, str]:
 def symbol(text: str) -> str:
     """Return a unit without brackets, by its symbol."""
     text = text.strip()
-    match = _BRACKETS.fullmatch(text)
+    match = _BRACKETS.fullmatch(text) if len(text) <= _LONGEST else None
     text = (match[1] if match else text).strip()
     return _SYMBOLS.get(text, text)
 

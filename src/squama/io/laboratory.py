@@ -24,8 +24,12 @@ COMMENTS = ("#", "%", "//")
 """What a line of comment begins with."""
 LOOK = 100
 """Lines among which a header is looked for."""
+COLUMNS = 256
+"""Columns of a table at most."""
 SPACES = " "
 """Stands for any white space between cells."""
+_LONGEST = 100_000
+"""Characters of a line by which a header is looked for."""
 _SEPARATOR = re.compile(r'"?sep=(.)"?\s*', re.IGNORECASE)
 _FIRST = re.compile(r"[;,\t\s]")
 _APART = re.compile(r"\s{2,}|\t")
@@ -94,6 +98,7 @@ def read(path: str | os.PathLike[str], known: set[str], columns: str | Mapping[s
         refuse("", "", "has comments only", "give a header and a row for each point", name)
     delimiter = separator[1] if separator else _delimiter([lines[i] for i in used])
     looked = [Row(i + 1, cells) for i, cells in zip(used, _cells([lines[i] for i in used], delimiter), strict=True)]
+    _few(looked, name)
     head = _header(looked, asked)
     start = _first(looked) if head is None else head
     if delimiter == SPACES:
@@ -111,6 +116,7 @@ def _of_workbook(grids: Sequence[workbook.Grid], asked: _Asked) -> list[Sheet]:
     sheets, others = list[Sheet](), list[str]()
     for grid in grids:
         looked = grid.rows[:LOOK]
+        _few(looked, grid.name)
         head = _header(looked, asked)
         start = _first(looked) if head is None else head
         rows, lines = [row for row in grid.rows if row.line >= start], {row.line for row in grid.rows}
@@ -125,6 +131,14 @@ def _of_workbook(grids: Sequence[workbook.Grid], asked: _Asked) -> list[Sheet]:
     if good and others:
         good[0].said.append(f"without sheet{'s' * (len(others) > 1)} {', '.join(others)}")
     return [_renamed(sheet, asked.renamed) for sheet in good or sheets[:1]]
+
+
+def _few(looked: Sequence[Row], name: str) -> None:
+    """Refuse a table of too many columns: each cell may be a name with a unit."""
+    row = max(looked, key=lambda row: len(row.cells))
+    if len(row.cells) > COLUMNS:
+        reason = f"has {len(row.cells):,} cells in line {row.line} ({COLUMNS} at most)"
+        refuse("", "", reason, "leave columns of twist and torque", name)
 
 
 def _comment(line: str) -> bool:
@@ -142,14 +156,14 @@ def _delimiter(lines: Sequence[str]) -> str:
             rows = list(filter(_numbers, rows))
         return sum(_numeric(row) for row in rows), 0 if delimiter == SPACES else sum(delimiter in s for s in lines)
 
-    return max((";", "\t", SPACES, ","), key=numbers)
+    return max((";", "\t", "|", SPACES, ","), key=numbers)
 
 
 def _cells(lines: Sequence[str], delimiter: str) -> Iterator[list[str]]:
     """Yield the cells of each line on its own; where white space parts them, by the width of the lines of numbers."""
     if delimiter != SPACES:
         for line in lines:
-            yield next(csv.reader([line], delimiter=delimiter), [])
+            yield next(csv.reader([line[:_LONGEST]], delimiter=delimiter), [])
         return
     wide = [_APART.split(line.strip()) for line in lines]
     # one space may stand between thousands, or within a unit

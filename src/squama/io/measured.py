@@ -229,6 +229,10 @@ def _values(
             blocks.append(block)
             values.append(found)
         before = row.cells
+    widths = {len(row.cells) for row in table.rows}
+    if table.delimiter == "," and len(table.rows) > 1 and len(problems) == len(table.rows) and widths == {2 * width}:
+        reason = f"all rows have {2 * width} cells, the header has {width}: commas part both cells and decimals"
+        raise table.error(table.rows[0].line, reason, "save it with semicolons or tabs between cells")
     _settle(problems, table.name)
     if not rows:
         among = " and ".join(map(shown, places))
