@@ -12,7 +12,7 @@ PYTHON ?= python3
 # Where python3 is too old a newer one may stand beside it; an interpreter asked for by name is not replaced.
 PYTHONS := $(PYTHON) $(if $(filter file,$(origin PYTHON)),python3.13 python3.12 python3.11)
 JOBS ?= 2
-EXTRAS := fe,sweep,fit,export,web,test,lint,docs
+EXTRAS := fe,sweep,fit,export,web,xlsx,test,lint,docs
 
 # Caches and settings of the tools stay in the tree; a home that is empty or read-only is fine.
 LOCAL := $(CURDIR)/.venv/var

@@ -29,7 +29,9 @@ if TYPE_CHECKING:
     from squama.fe.runs import cell
     from squama.fe.stiffness import joint
     from squama.identify.decay_fit import DecayFit, fit_decay
+    from squama.identify.expected import Plan
     from squama.identify.fitting import fit
+    from squama.identify.planning import plan
     from squama.identify.result import Fit
     from squama.inverse.designing import inverse_design
     from squama.inverse.front import pareto
@@ -71,7 +73,9 @@ _NAMES = {
     "inverse.designing": "inverse_design",
     "inverse.front": "pareto",
     "identify.decay_fit": "fit_decay DecayFit",
+    "identify.expected": "Plan",
     "identify.fitting": "fit",
+    "identify.planning": "plan",
     "identify.result": "Fit",
     "study.sweeping": "sweep",
     "study.store": "open_sweep",
@@ -106,6 +110,7 @@ __all__ = [
     "Law",
     "LawTable",
     "Part",
+    "Plan",
     "Response",
     "Scale",
     "Solved",
@@ -136,6 +141,7 @@ __all__ = [
     "load",
     "open_sweep",
     "pareto",
+    "plan",
     "read",
     "read_measured",
     "response",

@@ -11,12 +11,14 @@ from squama.interrupt import undivided
 _PACKAGES = {"netgen": "netgen-mesher"}
 _EXTRAS = {"build123d": "step", **dict.fromkeys(("lxml", "manifold3d", "networkx", "trimesh"), "export")}
 _EXTRAS |= {"zarr": "sweep", "portalocker": "sweep", "distributed": "sweep", "emcee": "fit"}
+_EXTRAS |= {"openpyxl": "xlsx"}
 _WORDS = {
     "fe": "finite elements need {}; install them with",
     "export": "solids need {}; install it with",
     "step": "STEP files need {}; install it with",
     "sweep": "a sweep needs {}; install it with",
     "fit": "posterior samples need {}, which is not installed; install it with",
+    "xlsx": "workbooks need {}; install it with",
     "distributed": "dask needs dask.{}; install it with",
 }
 

@@ -50,6 +50,7 @@ _SMALL = {
     "verify": {"--to": "0.005rad/pitch", "--mesh": "0.9,0.9"},
     "deck": {"--scales": "2"},
     "uncertainty": {"--samples": "1024", "--vary": "scale.alpha=60 deg +- 1 deg"},
+    "plan": {"--noise": "5 N mm", "--joint": "hinge"},
     "view": {"--frames": "2"},
     "sweep": {"--over": "mu=0:1:3", "--out": "out.zarr"},
 }

@@ -41,6 +41,7 @@ RESULTS = {
     "fit_figure": lambda: squama.fit(
         EXAMPLES / "measured_loop.csv", squama.Beam.from_toml(EXAMPLES / "pla_on_vps.toml"), joint="hinge"
     ).dataset(),
+    "plan_figure": lambda: squama.plan(HINGED, ("mu", "K_theta"), noise="5 N mm", joint="hinge").dataset(),
     "map_figure": sweep,
     "uncertainty_figure": lambda: squama.uncertainty(
         HINGED, {"theta0": "10 deg +- 1 deg"}, samples=3200, indices=64, **ON_HINGES
@@ -69,6 +70,7 @@ PANELS = {
     "phase_plane": ("vibration_figure", (), 2, "phi", "phi_speed"),
     "fitted": ("fit_figure", (), 0, None, None),
     "residuals": ("fit_figure", (), 1, None, None),
+    "expected_errors": ("plan_figure", ("mu",), 0, None, None),
     "histogram": ("uncertainty_figure", (), 0, None, None),
     "cumulative": ("uncertainty_figure", (), 1, None, None),
     "sobol": ("uncertainty_figure", (), 2, None, None),

@@ -38,6 +38,7 @@ REQUIRED: dict[str, dict[str, Any]] = {
     "inverse_design": {"target": {}},
     "load": {"load": "0.1 N up at tip"},
     "pareto": {"target": {}},
+    "plan": {"noise": "5 N mm"},
     "read_measured": {"path": "a.csv"},
     "response": {"phi": [0.1, 0.2], "zeta": 0.2, "thickness": 0.05, "width": 1.5, "nu": 0.45},
     "shake": {"frequencies": [1.0], "static": "0.05 rad/pitch", "rotor": "1e-4 kg m2"},

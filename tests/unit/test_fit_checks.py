@@ -12,8 +12,8 @@ import pytest
 import squama
 from squama.cli import main
 from squama.curves import finite_rows
-from squama.errors import refuse
-from squama.identify import fitting, noise, selection, slope
+from squama.errors import InputError, refuse
+from squama.identify import fitting, noise, order, selection, slope
 from squama.identify.hinge_points import Physical
 from squama.identify.readings import Readings
 from squama.identify.slope import Slope
@@ -127,15 +127,28 @@ def test_causes():
 
 
 @pytest.mark.usefixtures("alone")
-def test_rows_that_are_sorted_by_the_twist_are_doubted():
+def test_rows_that_are_sorted_by_the_twist_are_refused():
     x, T = loop()
-    order = np.argsort(x, kind="stable")
-    fit = fitted(x[order], T[order])
-    assert fit.doubts[0].startswith("the rows are sorted by the twist: the torque jumps between two branches")
-    assert not fit.holds
-    # either way alone is none
+    place = np.argsort(x, kind="stable")
+    with pytest.raises(InputError, match=r"the rows are sorted by the twist: .* sort the rows by the time"):
+        fitted(x[place], T[place])
+    with pytest.raises(InputError, match="sorted by the twist"):
+        fitted(x[place[::-1]], T[place[::-1]])
+    # either way alone is in order
     up = np.arange(x.size) <= np.argmax(x)
-    assert not any("sorted" in doubt for doubt in fitted(x[up], T[up]).doubts)
+    assert np.isfinite(fitted(x[up], T[up]).estimates).all()
+
+
+def test_a_few_rows_sorted_by_the_twist():
+    x = np.linspace(0, 1, 10)
+    up = x + 5 * np.maximum(x - 0.3, 0) ** 1.5
+    both = np.stack([up, 0.8 * up], axis=1).ravel()
+    assert order.mixed(np.repeat(x, 2), both)
+    assert order.mixed(-np.repeat(x, 2)[::-1], -both[::-1])
+    # two readings of one branch at each twist, with their noise
+    r = np.random.default_rng(1)
+    assert not any(order.mixed(np.repeat(x, 2), np.repeat(up, 2) + r.normal(0, 0.05, 20)) for _ in range(50))
+    assert not order.mixed(np.concatenate([x, x[::-1]]), np.concatenate([up, 0.8 * up[::-1]]))
 
 
 def test_noise_and_coarse_readings_are_no_branches():

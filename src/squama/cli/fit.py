@@ -33,7 +33,7 @@ def _bounds(name: str, text: str) -> flags.Pair:
     return found
 
 
-def _with_unit(unit: str) -> flags.Reader[str]:
+def with_unit(unit: str) -> flags.Reader[str]:
     """Return a reader that refuses numbers without a unit, which in Python are SI."""
 
     def read(name: str, text: str) -> str:
@@ -44,7 +44,7 @@ def _with_unit(unit: str) -> flags.Reader[str]:
     return flags.Reader(read, "")
 
 
-_twist, _torque = _with_unit("rad/pitch"), _with_unit("N m")
+_twist, _torque = with_unit("rad/pitch"), with_unit("N m")
 _limits = flags.Reader(_bounds, flags.Pair("", ""))
 _FILES = (
     'Measured points, one or more CSV files with a header such as "Phi (deg/mm), T (N mm)", or the record of a decay, '
@@ -61,7 +61,7 @@ _REVERSAL = 'Way back that is noise of the twist, not a reversal, e.g. "0.5 deg 
 _NUISANCES = "Zeros, backlash and drift of the test: auto (found where the residual shows them) or none."
 _POSTERIOR = "Number of posterior samples to draw (0; extra fit)."
 _COLUMNS = 'What columns of a table of measured points are, e.g. "Winkel=total (deg), 3=T (N mm)" (by name, then unit).'
-_JOINT = "How a scale is held: compliant (six motions) or hinge (the paper's; bending and the plate law mean it)."
+JOINT = "How a scale is held: compliant (six motions) or hinge (the paper's; bending and the plate law mean it)."
 _STICK = 'Way after a reversal on which points are not used, e.g. "0.002 rad/pitch".'
 
 
@@ -78,7 +78,7 @@ class Search:
     starts: Annotated[int, flag("Number of starts of the search (6).", read=whole(1, 1000, "6"))] = 6
     posterior: Annotated[int, flag(_POSTERIOR, read=whole(0, 1_000_000, "4000"))] = 0
     seed: Annotated[int, flag("Seed of the samples (1).", read=whole(0, 2**32 - 1, "1"))] = 1
-    joint: Annotated[str | None, flag(_JOINT, read=flags.one_of("hinge", "compliant"))] = None
+    joint: Annotated[str | None, flag(JOINT, read=flags.one_of("hinge", "compliant"))] = None
     nuisances: Annotated[str, flag(_NUISANCES, read=flags.one_of("auto", "none"))] = "auto"
     ends: flags.Ends = None
 
@@ -111,12 +111,13 @@ class Tables:
     def read(self, paths: Iterable[str], beam: Beam, load: str, *, decay: bool = False) -> list[Measured]:
         """Read tables of tests of a beam, or the record of its decay."""
         from squama.io import measured
+        from squama.io.columns import TIME
 
         found, wrong = [], Problems()
         for path in paths:
             with wrong.caught(), flags.laid({"decimal": "--decimal", "columns": "--columns"}):
                 given = {"pitch": beam.pitch, "scales": beam.pitches, **vars(self)}
-                found.append(measured.read(path, load=load, ordinate=measured.TIME if decay else None, **given))
+                found.append(measured.read(path, load=load, ordinate=TIME if decay else None, **given))
         wrong.settle()
         return found
 

@@ -33,7 +33,7 @@ from squama.errors import InputError, refuse
 from squama.identify import estimate, noise, records
 from squama.identify.records import Swings
 from squama.identify.unknowns import PARAMETERS, Estimated, Parameter, ask, named
-from squama.io import measured
+from squama.io.columns import TIME
 from squama.loads import MODES
 from squama.types import Array
 from squama.units import Dimension
@@ -280,7 +280,7 @@ def fit_decay(
         refuse("parameters", "", "theta0 is not found on the compliant joint", 'leave it out, or give joint="hinge"')
     contact = [n for n in names if n in CONTACT]
     asked = ask(beam, load, contact, joint=model.joint) if contact else None
-    record = records.swings(records.read(data, beam, load, measured.TIME), beam.pitch)
+    record = records.swings(records.read(data, beam, load, TIME), beam.pitch)
     own = {"damping": 0.01} if "damping" in names else {}
     own |= {"f_0": 1.0, "release": record.release, "start": record.start, "twist_zero": 0.0}
     columns = list(zip(asked.start, asked.low, asked.high, strict=True)) if asked else []

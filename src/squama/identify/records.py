@@ -17,9 +17,11 @@ from squama import arguments
 from squama.beam.design import Beam
 from squama.curves.hinge_cycles import Senses
 from squama.errors import Problems, naming, refuse
+from squama.identify import order
 from squama.identify.noise import scatter
 from squama.io import measured
-from squama.io.measured import Measured, Ordinate
+from squama.io.columns import Ordinate, torque
+from squama.io.measured import Measured
 from squama.loads import LOADS, Load
 from squama.types import Array
 from squama.units import Bounds
@@ -64,7 +66,7 @@ def read(given: object, beam: Beam, load: str, ordinate: Ordinate | None = None)
 
     A mapping may have ``total`` (rad over the whole beam) in place of a twist rate; the ``ordinate`` is the torque.
     """
-    beside = ordinate or measured.torque(LOADS[load])
+    beside = ordinate or torque(LOADS[load])
     items = list(given) if isinstance(given, Sequence) and not isinstance(given, str | Measured) else [given]
     if not items:
         refuse("data", "", "is empty", "give a file, or several")
@@ -197,6 +199,9 @@ def _usable(s: Measured, turns: list[int]) -> None:
         refuse(row, "", reason, "correct the row or leave it out")
     if float(s.rate @ s.load) < 0:
         refuse("", "", "torque and twist have opposite signs", "turn the sign of one of them")
+    if order.mixed(s.rate, s.load):
+        reason = "the rows are sorted by the twist: the torque jumps between two branches from row to row"
+        refuse("", "", reason, "sort the rows by the time: loading and unloading are mixed up")
     if len(turns) > 1 and n < _LEAST_LEG * (len(turns) + 1):
         reason = f"the twist turns round {len(turns)} times in {n} rows, first at {s.where(turns[0])}"
         remedy = (

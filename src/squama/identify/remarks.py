@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from squama.curves.hinge_cycles import Senses
-from squama.identify import estimate, noise
+from squama.identify import estimate
 from squama.identify.prepare import Prepared
 from squama.identify.result import Fit
 from squama.identify.selection import Found, Rival
@@ -75,12 +75,7 @@ def describes_better(found: Found, other: Found) -> int:
 
 def doubts(test: Prepared, found: Found, rival: Rival | None, steep: Slope | None) -> list[str]:
     """Say why the errors do not hold: what is wrong with the record, or with the bar; what the residual says."""
-    rec, given, used, out = test.record, test.noise, np.flatnonzero(found.used), list[str]()
-    if noise.interleaved(rec.load[used], rec.torque[used], test.points.readings.numbers[used]):
-        out.append(
-            "the rows are sorted by the twist: the torque jumps between two branches from row to row, so that loading "
-            "and unloading are mixed up; give the rows in the order measured"
-        )
+    given, used, out = test.noise, np.flatnonzero(found.used), list[str]()
     if steep is not None and (cause := steep.cause(found.parameters, found.asked.beam.pitches)):
         out.append(cause)
     n, tau, p = used.size, found.dependence, len(found.rows)

@@ -35,6 +35,8 @@ _PLACE = (OSError, ValueError, RuntimeError)
 """What looking at a place may raise; Path.resolve tells of a loop of links by a RuntimeError."""
 PATIENCE = 30.0
 """Seconds without a byte after which a pipe is given up."""
+_HEAD = 1000
+"""Bytes by which an encoding is told."""
 _ODD = "is not an ordinary file"
 _WIDE = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 _PLAIN, _ELSEWHERE = "save it as plain text in UTF-8", "give another path"
@@ -74,17 +76,17 @@ def read_text(path: str | os.PathLike[str], *, limit: int = LARGEST_TEXT, missin
         raise _error(path, f"is not UTF-8 text (line {line})", "save it in UTF-8") from None
 
 
-def read_any_text(path: str | os.PathLike[str], *, limit: int = LARGEST_TEXT) -> tuple[str, str]:
-    """Read a text file in UTF-8, in UTF-16 with its byte order mark, or else in latin-1; return text and encoding.
+def any_text(path: str | os.PathLike[str], data: bytes, *, limit: int = LARGEST_TEXT) -> tuple[str, str]:
+    """Return text and encoding of a file's bytes: UTF-8, UTF-16, or else latin-1.
 
     Refused as by :func:`read_text`, and what holds control characters.
     """
-    data = _text_bytes(path, limit, wide=True)
-    encoding = "utf-16" if data.startswith(_WIDE) else "utf-8"
+    encoding = "utf-16" if data.startswith(_WIDE) else _unmarked(data) or "utf-8"
+    _check_text(path, data, limit, wide=encoding.startswith("utf-16"))
     try:
-        text = data.decode("utf-16" if encoding == "utf-16" else "utf-8-sig")
+        text = data.decode("utf-8-sig" if encoding == "utf-8" else encoding)
     except UnicodeDecodeError:
-        if encoding == "utf-16":
+        if encoding != "utf-8":
             raise _error(path, "begins as UTF-16 text but is none", _PLAIN) from None
         text, encoding = data.decode("latin-1"), "latin-1"
     if _CONTROL.search(text):
@@ -92,18 +94,32 @@ def read_any_text(path: str | os.PathLike[str], *, limit: int = LARGEST_TEXT) ->
     return text, encoding
 
 
-def _text_bytes(
-    path: str | os.PathLike[str], limit: int, missing: str = "check the name", *, wide: bool = False
-) -> bytes:
-    """Return the bytes of a text; refuse one that is empty, too large or binary (``wide``: UTF-16 is text)."""
+def _unmarked(data: bytes) -> str:
+    """Return the encoding of UTF-16 text without a byte order mark, whose every second byte is nearly always 0."""
+    head = data[:_HEAD]
+    for encoding, low, high in (("utf-16-le", head[::2], head[1::2]), ("utf-16-be", head[1::2], head[::2])):
+        if len(data) % 2 == 0 and b"\0" not in low and high.count(0) > 0.8 * len(high) > 0:
+            return encoding
+    return ""
+
+
+def _text_bytes(path: str | os.PathLike[str], limit: int, missing: str) -> bytes:
+    """Return the bytes of a text; refuse one that is empty, too large or binary."""
     data = read_bytes(path, limit + 1, missing=missing)
+    _check_text(path, data, limit, missing)
+    return data
+
+
+def _check_text(
+    path: str | os.PathLike[str], data: bytes, limit: int, missing: str = "check the name", *, wide: bool = False
+) -> None:
+    """Refuse bytes of a text that are too many, none or binary (``wide``: UTF-16 is text)."""
     if len(data) > limit:
         raise _error(path, f"is larger than {limit:,} bytes", "check the name")
     if not data.strip():
         raise _error(path, "is empty", missing)
-    if b"\0" in data and not (wide and data.startswith(_WIDE)):
+    if b"\0" in data and not wide:
         raise _error(path, "is a binary file (or UTF-16 text)", _PLAIN)
-    return data
 
 
 def read_bytes(path: str | os.PathLike[str], most: int, *, missing: str = "check the name") -> bytes:

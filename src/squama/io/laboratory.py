@@ -1,7 +1,7 @@
-"""Tables as laboratories write them, brought to one form: a header with units, and decimal points.
+"""Tables as laboratories write them, brought to one form: a header with units, rows of cells, and their blocks.
 
-What a file does not say is guessed from its text, and the guess is kept in words: encoding, decimal comma, lines above
-the header, a second line of units. Line numbers stay those of the file.
+What a file does not say is guessed from its text, and the guess is kept in words: encoding, lines above the header, a
+second line of units. Line numbers stay those of the file. Blocks are rows between blank lines or repeated headers.
 """
 
 from __future__ import annotations
@@ -9,107 +9,272 @@ from __future__ import annotations
 import csv
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from squama.errors import InputError, Problem, refuse
-from squama.io import files, tabular
-from squama.units import Dimension, look_up, shown
+from squama.errors import refuse
+from squama.io import files, headers, numerals, tabular, workbook
+from squama.io.headers import split
+from squama.io.tabular import Row, Table
+from squama.units import shown
 
+LARGEST, ROWS = 100_000_000, 1_000_000
+"""Bytes and lines of a table at most."""
 COMMENTS = ("#", "%", "//")
 """What a line of comment begins with."""
 LOOK = 100
 """Lines among which a header is looked for."""
-_NUMBER = re.compile(r"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?")
-_CELL = re.compile(r"(.*?)\s*(?:\((.*)\)|\[(.*)\])?")
-_BRACKETS = re.compile(r"[(\[](.*)[)\]]")
-_WORDS = {"U": "rev", "Umdr": "rev", "Umdr.": "rev", "Grad": "deg"}
-"""Units in other words, which as symbols would mean something else."""
+COLUMNS = 256
+"""Columns of a table at most."""
+SPACES = " "
+"""Stands for any white space between cells."""
+_LONGEST = 100_000
+"""Characters of a line by which a header is looked for."""
+_SEPARATOR = re.compile(r'"?sep=(.)"?\s*', re.IGNORECASE)
+_FIRST = re.compile(r"[;,\t\s]")
+_APART = re.compile(r"\s{2,}|\t")
+_CELLS = re.compile(r"\s+(?=[^()\[\]]*(?:[(\[]|$))(?![(\[])")
 _PART = re.compile(r",\s*(?=[^,=]+=)")
-MEASURED = (Dimension.ANGLE, Dimension.TORQUE, Dimension.TWIST_RATE, Dimension.TIME)
 
 
 class Sheet(NamedTuple):
-    """A table with a unit in each cell of its header, where the file gives one; ``said`` are the guesses in words."""
+    """A table with a unit in each cell of its header, where the file gives one.
 
-    table: tabular.Table
+    ``blocks`` are the numbers of the rows' blocks; ``said`` the guesses in words; ``title`` the name of a workbook's
+    sheet; ``headless`` whether the file has no header, and the header's cells are the columns' numbers.
+    """
+
+    table: Table
+    blocks: list[int]
     said: list[str]
+    title: str = ""
+    headless: bool = False
 
 
-def split(cell: str) -> tuple[str, str]:
-    """Return name and unit of a header's cell; no unit is empty.
+class _Asked(NamedTuple):
+    """Names of columns by which a header is known, and new names of columns."""
 
-    >>> split("Phi (deg/mm)"), split("Moment [N mm]"), split("T")
-    (('Phi', 'deg/mm'), ('Moment', 'N mm'), ('T', ''))
+    known: set[str]
+    renamed: dict[str, str]
+
+    @property
+    def numbered(self) -> bool:
+        """Whether columns are named anew, all by their numbers."""
+        return bool(self.renamed) and all(old.isdecimal() for old in self.renamed)
+
+    def knows(self, cells: Sequence[str]) -> bool:
+        """Say whether cells name a quantity, have a unit of one, or are named anew."""
+        names = {split(cell)[0] for cell in cells} | {cell.strip() for cell in cells}
+        if names & {old for old in self.renamed if not old.isdecimal()}:
+            return True
+        return any(name in self.known or name.casefold() in self.known for name in names) or any(
+            map(headers.named, cells)
+        )
+
+
+def read(path: str | os.PathLike[str], known: set[str], columns: str | Mapping[str, str] | None = None) -> list[Sheet]:
+    """Read a table, in UTF-8, UTF-16 or latin-1, or the sheets of a workbook that have tables.
+
+    Lines of comment may stand anywhere in text. ``known`` are names of columns by which a header is told, ``columns``
+    names columns anew, by their name or number (from 1): "Winkel=total (deg), 3=T (N mm)", or the same as a mapping;
+    without a unit that of the file stays.
     """
-    match = _CELL.fullmatch(cell.strip())
-    return (match[1], _unit(match[2] or match[3] or "")) if match else (cell, "")
-
-
-def dimension(unit: str) -> Dimension | None:
-    """Return the dimension of a unit: angle, torque, twist rate or time; None for any other."""
-    found = look_up(unit) if unit else None
-    return found[0] if found and found[0] in MEASURED else None
-
-
-def read(path: str | os.PathLike[str], known: set[str], columns: str | Mapping[str, str] | None = None) -> Sheet:
-    """Read a table, in UTF-8, UTF-16 with its mark, or latin-1; lines of comment may stand anywhere.
-
-    ``known`` are names of columns by which a header is told, ``columns`` names columns anew, by their name or number
-    (from 1): "Winkel=total (deg), 3=T (N mm)", or the same as a mapping; without a unit that of the file stays.
-    """
-    name, (text, encoding) = files.label(path), files.read_any_text(path, limit=tabular.LARGEST_TABLE)
-    wanted = _columns(columns)
+    name, data, asked = files.label(path), files.read_bytes(path, LARGEST + 1), _Asked(known, _columns(columns))
+    if workbook.is_one(data) and len(data) <= LARGEST:
+        return _of_workbook(workbook.read(data, name), asked)
+    text, encoding = files.any_text(path, data, limit=LARGEST)
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
-    first = [i for i, line in enumerate(lines) if line.strip()][:1]
-    lines = ["" if line.lstrip().startswith(COMMENTS) else line for line in lines]
+    if len(lines) > ROWS:
+        refuse("", "", f"has more than {ROWS:,} lines", "thin it out", name)
+    separator = _SEPARATOR.fullmatch(lines[0])
+    blank = {i for i, line in enumerate(lines, 1) if not line.strip(" ;,\t")}
+    lines = ["" if _comment(line) or (separator and not i) else line for i, line in enumerate(lines)]
+    for i in range(min(LOOK, len(lines))):
+        # a header's cell in quotes may have several lines
+        whole = next((n for n in range(1, 5) if "".join(lines[i : i + n]).count('"') % 2 == 0), 1)
+        lines[i : i + whole] = [*[""] * (whole - 1), " ".join(lines[i : i + whole])]
     used = [i for i, line in enumerate(lines) if line.strip()][:LOOK]
     if not used:
-        refuse("", "", "has comments only" if first else "is empty", "give a header and a row for each point", name)
-    delimiter = max(tabular.DELIMITERS, key=lambda d: sum(d in lines[i] for i in used))
-    rows = {i: next(csv.reader([lines[i]], delimiter=delimiter), []) for i in used}
-    head = _header(rows, known, wanted)
-    said = [f"in {encoding}"] if encoding == "latin-1" else []
-    if head is None:
-        # numbers only: the columns go by their numbers
-        numbers = delimiter.join(str(i + 1) for i in range(len(rows[used[0]])))
-        table = tabular.parse("\n".join([numbers, *lines]), name, delimiter)
-        table = table._replace(rows=[row._replace(line=row.line - 1) for row in table.rows])
-        return Sheet(_renamed(table, [], wanted), said)
-    if skipped := sum(i < head for i in used):
-        said.append(f"without {skipped} line{'s' * (skipped > 1)} above the header")
-    below = next((i for i in used if i > head), None)
-    units: list[str] = []
-    if below is not None and _units(rows[below]):
-        units = [_unit(cell) for cell in rows[below]]
-        lines[below] = ""
-        said.append(f"with the units of line {below + 1}")
-    table = tabular.parse("\n".join([*[""] * head, *lines[head:]]), name, delimiter)
-    return Sheet(_renamed(table, units, wanted), said)
+        refuse("", "", "has comments only", "give a header and a row for each point", name)
+    delimiter = separator[1] if separator else _delimiter([lines[i] for i in used])
+    looked = [Row(i + 1, cells) for i, cells in zip(used, _cells([lines[i] for i in used], delimiter), strict=True)]
+    _few(looked, name)
+    head = _header(looked, asked)
+    start = _first(looked) if head is None else head
+    if delimiter == SPACES:
+        found = zip(range(start, len(lines) + 1), _cells(lines[start - 1 :], delimiter), strict=True)
+        rows = [Row(line, cells) for line, cells in found if cells]
+    else:
+        rows = list(tabular.rows(lines, start - 1, delimiter, name))
+    said = [f"in {encoding}"] * (encoding not in {"utf-8", "utf-16"})
+    made = _sheet(Table(name, delimiter, [], Row(start, []), rows), looked, head, blank, asked)
+    return [_renamed(made._replace(said=said + made.said), asked.renamed)]
 
 
-def number(cell: str, decimal: str, gap: str = "") -> float:
-    """Read a number with the decimal sign ``decimal``, "." or ","; ``gap`` as in :func:`tabular.number`.
+def _of_workbook(grids: Sequence[workbook.Grid], asked: _Asked) -> list[Sheet]:
+    """Return the sheets of a workbook that have the header of a table; the first sheet if none has."""
+    sheets, others = list[Sheet](), list[str]()
+    for grid in grids:
+        looked = grid.rows[:LOOK]
+        _few(looked, grid.name)
+        head = _header(looked, asked)
+        start = _first(looked) if head is None else head
+        rows, lines = [row for row in grid.rows if row.line >= start], {row.line for row in grid.rows}
+        blank = set(range(start, grid.rows[-1].line)) - lines
+        if rows:
+            made = _sheet(Table(grid.name, ";", [], Row(start, []), rows), looked, head, blank, asked)
+            sheets.append(made._replace(title=grid.title))
+    good = [
+        s for s in sheets if asked.knows(s.table.header.cells) or (asked.numbered and _numeric(s.table.rows[0].cells))
+    ]
+    others = [shown(s.title) for s in sheets if s not in good]
+    if good and others:
+        good[0].said.append(f"without sheet{'s' * (len(others) > 1)} {', '.join(others)}")
+    return [_renamed(sheet, asked.renamed) for sheet in good or sheets[:1]]
 
-    >>> number("1,25e3", ","), number("-.5", ".")
-    (1250.0, -0.5)
+
+def _few(looked: Sequence[Row], name: str) -> None:
+    """Refuse a table of too many columns: each cell may be a name with a unit."""
+    row = max(looked, key=lambda row: len(row.cells))
+    if len(row.cells) > COLUMNS:
+        reason = f"has {len(row.cells):,} cells in line {row.line} ({COLUMNS} at most)"
+        refuse("", "", reason, "leave columns of twist and torque", name)
+
+
+def _comment(line: str) -> bool:
+    """Say whether a line is a comment; an error of a spreadsheet (#N/A) is none."""
+    text = line.lstrip()
+    return text.startswith(COMMENTS) and not numerals.is_gap(_FIRST.split(text, maxsplit=1)[0])
+
+
+def _delimiter(lines: Sequence[str]) -> str:
+    """Return what sets cells apart: of what gives most rows of numbers, or stands in most lines, the first."""
+
+    def numbers(delimiter: str) -> tuple[int, int]:
+        rows = list(_cells(lines, delimiter))
+        if delimiter == SPACES:
+            rows = list(filter(_numbers, rows))
+        return sum(_numeric(row) for row in rows), 0 if delimiter == SPACES else sum(delimiter in s for s in lines)
+
+    return max((";", "\t", "|", SPACES, ","), key=numbers)
+
+
+def _cells(lines: Sequence[str], delimiter: str) -> Iterator[list[str]]:
+    """Yield the cells of each line on its own; where white space parts them, by the width of the lines of numbers."""
+    if delimiter != SPACES:
+        for line in lines:
+            yield next(csv.reader([line[:_LONGEST]], delimiter=delimiter), [])
+        return
+    wide = [_APART.split(line.strip()) for line in lines]
+    # one space may stand between thousands, or within a unit
+    far = sum(map(_numbers, wide)) >= sum(_numbers(line.split()) for line in lines)
+    plain = [cells if far else line.split() for cells, line in zip(wide, lines, strict=True)]
+    width = max((len(cells) for cells in plain if _numeric(cells)), default=0)
+    for line, cells, narrow in zip(lines, wide, plain, strict=True):
+        if all(map(_value, narrow)):
+            yield narrow if line.strip() else []
+        else:
+            ways = (cells, _CELLS.split(line.strip()), line.split())
+            yield next((way for way in ways if len(way) == width), cells)
+
+
+def _value(cell: str) -> bool:
+    return numerals.is_number(cell) or numerals.is_gap(cell)
+
+
+def _numeric(cells: Sequence[str]) -> bool:
+    """Say whether a row has two numbers, or words for none."""
+    return sum(bool(cell.strip()) and _value(cell) for cell in cells) > 1
+
+
+def _numbers(cells: Sequence[str]) -> bool:
+    """Say whether a row has numbers, or words for none, in all of several cells."""
+    return len(cells) > 1 and all(map(_value, cells))
+
+
+def _first(looked: Sequence[Row]) -> int:
+    """Return the line of the first row of numbers, else the first line."""
+    return next((row.line for row in looked if _numeric(row.cells)), looked[0].line)
+
+
+def _header(looked: Sequence[Row], asked: _Asked) -> int | None:
+    """Return the line of the header: the first that may be one and has numbers below, or units and numbers.
+
+    Else the first that may be one, or the text above the first numbers; None if there is none.
     """
-    if decimal == ",":
-        if "." in cell and tabular.number(cell.replace(".", "").replace(",", "."), gap=gap) is not None:
-            reason = "has a point, but decimals are set off by commas here"
-            raise InputError(Problem("", shown(cell.strip()), reason, "leave out points between thousands"))
-        cell = cell.replace(",", ".")
-    return tabular.number(cell, gap=gap)
+    texts = [(i, row) for i, row in enumerate(looked) if not any(map(numerals.is_number, row.cells))]
+    for sure in (True, False):
+        for i, row in texts:
+            below = [one.cells for one in looked[i + 1 : i + 3]]
+            if sure and not (below and (_numeric(below[0]) or (headers.units(below[0]) and _numeric(below[-1])))):
+                continue
+            # what stands in the line of units is named above
+            if headers.units(row.cells) and not (i and _is_text(looked[i - 1])) and len(row.cells) > 1:
+                return row.line
+            if not headers.units(row.cells) and asked.knows(row.cells) and (sure or len(row.cells) > 1):
+                return row.line
+            if headers.units(row.cells) and i and _is_text(looked[i - 1]):
+                return looked[i - 1].line
+    i = next((i for i, row in enumerate(looked) if _numeric(row.cells)), len(looked))
+    return looked[i - 1].line if i and _is_text(looked[i - 1]) else None
 
 
-def decimal_of(cells: Sequence[str], given: str | None) -> str:
-    """Return the decimal sign of cells: as given; else a comma if some number has one and none has a point."""
-    if given is not None:
-        if given not in (".", ","):
-            refuse("decimal", shown(given), 'must be "." or ","')
-        return given
-    commas = any(tabular.DECIMAL_COMMA.fullmatch(cell) for cell in cells)
-    return "," if commas and not any("." in cell for cell in cells) else "."
+def _is_text(row: Row) -> bool:
+    """Say whether a row has several cells, and no numbers."""
+    return sum(bool(cell.strip()) for cell in row.cells) > 1 and not any(map(numerals.is_number, row.cells))
+
+
+def _sheet(table: Table, looked: Sequence[Row], head: int | None, blank: set[int], asked: _Asked) -> Sheet:
+    """Return a table whose rows begin with the header, if there is one, in one form."""
+    first, *rows = table.rows
+    if head is None:
+        width = max(len(row.cells) for row in table.rows) if asked.numbered else 0
+        numbers = [str(i + 1) for i in range(width)] or [cell.strip() for cell in first.cells]
+        kept, blocks = _blocks(table.rows, numbers, [], blank)
+        return Sheet(
+            table._replace(header=Row(first.line, numbers), rows=kept), blocks, [], headless=not asked.numbered
+        )
+    cells, said = [" ".join(cell.split()) for cell in first.cells], []
+    if skipped := sum(row.line < head for row in looked):
+        said.append(f"without {skipped} line{'s' * (skipped > 1)} above the header")
+    units: list[str] = []
+    if headers.units(cells):
+        cells = [f"({cell})" if cell else "" for cell in map(headers.symbol, cells)]
+    elif rows and headers.units(rows[0].cells):
+        units = rows.pop(0).cells
+        said.append(f"with the units of line {table.rows[1].line}")
+    kept, blocks = _blocks(rows, first.cells, units, blank)
+    for i, unit in enumerate(map(headers.symbol, units[: len(cells)])):
+        if unit and not split(cells[i])[1]:
+            cells[i] = f"{cells[i]} ({unit})"
+    return Sheet(table._replace(header=Row(first.line, cells), rows=kept), blocks, said)
+
+
+def _blocks(rows: Sequence[Row], header: list[str], units: list[str], blank: set[int]) -> tuple[list[Row], list[int]]:
+    """Return the rows of values and the numbers of their blocks; repeated headers and titles of blocks are left out."""
+    kept, numbers, number = list[Row](), list[int](), 0
+    heads = [_folded(cells) for cells in (header, units) if cells]
+    line = rows[0].line if rows else 0
+    for row in rows:
+        apart = any(between in blank for between in range(line, row.line))
+        line = row.line
+        if _folded(row.cells) in heads:
+            # what stands above a repeated header is its preamble
+            while kept and numbers[-1] == number and not _numeric(kept[-1].cells):
+                kept.pop()
+                numbers.pop()
+            number += 1
+        elif apart and len(filled := [c for c in row.cells if c.strip()]) == 1 and not _value(filled[0]):
+            number += 1
+        else:
+            number += apart
+            kept.append(row)
+            numbers.append(number)
+    return kept, numbers
+
+
+def _folded(cells: Sequence[str]) -> list[str]:
+    return [" ".join(cell.split()).casefold() for cell in cells]
 
 
 def _columns(given: str | Mapping[str, str] | None) -> dict[str, str]:
@@ -122,47 +287,10 @@ def _columns(given: str | Mapping[str, str] | None) -> dict[str, str]:
     return {str(old).strip(): new.strip() for old, new in (given or {}).items()}
 
 
-def _header(rows: Mapping[int, Sequence[str]], known: set[str], wanted: Mapping[str, str]) -> int | None:
-    """Return the line of the header, the first if there is no sign of another; None if there are numbers only."""
-    before = None
-    for i, cells in rows.items():
-        names = {split(cell)[0] for cell in cells}
-        if not any(map(_is_number, cells)):
-            named = any(name in known or name.casefold() in known for name in names)
-            if named or {old for old in wanted if not old.isdecimal()} & {*names, *(c.strip() for c in cells)}:
-                return i
-            if any(name and dimension(unit) for name, unit in map(split, cells)):
-                return i
-            if _units(cells) and before is not None:
-                return before
-        before = i
-    first = next(iter(rows))
-    return None if wanted and all(old.isdecimal() for old in wanted) and _is_number(rows[first][0]) else first
-
-
-def _units(cells: Sequence[str]) -> bool:
-    """Say whether a line holds units, and no numbers."""
-    return not any(map(_is_number, cells)) and any(dimension(_unit(cell)) for cell in cells)
-
-
-def _unit(text: str) -> str:
-    """Return a unit without brackets, by its symbol."""
-    text = text.strip()
-    match = _BRACKETS.fullmatch(text)
-    text = (match[1] if match else text).strip()
-    return _WORDS.get(text, text)
-
-
-def _is_number(cell: str) -> bool:
-    return bool(_NUMBER.fullmatch(cell.strip()))
-
-
-def _renamed(table: tabular.Table, units: Sequence[str], wanted: Mapping[str, str]) -> tabular.Table:
-    """Return a table whose header has the units of a second line and the names that the user gives."""
+def _renamed(sheet: Sheet, wanted: Mapping[str, str]) -> Sheet:
+    """Return a table whose header has the names that the user gives."""
+    table = sheet.table
     cells = list(table.header.cells)
-    for i, unit in enumerate(units[: len(cells)]):
-        if unit and not split(cells[i])[1]:
-            cells[i] = f"{cells[i]} ({unit})"
     own = [{str(i + 1), cell, split(cell)[0]} for i, cell in enumerate(table.header.cells)]
     for old, new in wanted.items():
         places = [i for i, names in enumerate(own) if old in names]
@@ -175,4 +303,4 @@ def _renamed(table: tabular.Table, units: Sequence[str], wanted: Mapping[str, st
         # another column of this name is not the one that is meant
         cells = ["" if split(cell)[0] == name else cell for cell in cells]
         cells[places[0]] = f"{name} ({unit})" if unit else name
-    return table._replace(header=table.header._replace(cells=cells))
+    return sheet._replace(table=table._replace(header=table.header._replace(cells=cells)))

@@ -8,22 +8,27 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Mapping
-from functools import partial
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from squama import arguments, units
-from squama.errors import InputError, Problem, Problems, TableWarning, refuse
-from squama.io import files, laboratory, tabular
-from squama.loads import LOADS, Load
+from squama import arguments
+from squama.errors import Problem, Problems, TableWarning, refuse
+from squama.io import columns as quantities
+from squama.io import files, headers, laboratory, numerals, tabular
+from squama.io.columns import TIME, Ordinate, Reading, torque
+from squama.loads import LOADS
 from squama.types import Array
 from squama.units import Dimension, shown
 
-SHOWN = 8
-"""Mistakes of a file that are named one by one."""
+SHOWN, _NAMED = 8, 5
+"""Mistakes of a file, and rows that are left out, that are named one by one."""
+_REST, _FEW = 0.02, 3
+"""Twist, over the largest, at which a loop begins; rows of a block at least."""
+_GAP = "leave the cell empty where nothing was measured"
 
 
 class Measured(NamedTuple):
@@ -60,29 +65,11 @@ class Measured(NamedTuple):
         return [Measured(self.rate[own], self.load[own], name, self.file, self.lines[own]) for name, own in groups]
 
 
-class Ordinate(NamedTuple):
-    """The quantity beside the twist: noun, names of its column, dimension, and a cell of a header as example."""
-
-    noun: str
-    names: tuple[str, ...]
-    dimension: Dimension
-    cell: str
-
-
-TIME = Ordinate("time", ("t", "time"), Dimension.TIME, "t (s)")
-
-
-def torque(load: Load) -> Ordinate:
-    """Return the ordinate of a test: the torque or bending moment."""
-    names = (load.torque, load.torque_words, f"{load.name} {load.torque_words}")
-    return Ordinate(load.torque_words, names, Dimension.TORQUE, f"{load.torque} (N m)")
-
-
 def swings(path: str | os.PathLike[str], columns: str | Mapping[str, str] | None = None) -> bool:
     """Say whether a table is the record of a decay: it has a column of time and none of a torque."""
-    names = {name for load in LOADS.values() for name in (*_over(load), *torque(load).names)} | {*TIME.names}
-    cells = [laboratory.split(cell) for cell in laboratory.read(path, names, columns).table.header.cells]
-    found = {laboratory.dimension(unit) for _, unit in cells}
+    names = {name for load in LOADS.values() for name in (*quantities.over(load), *torque(load).names)} | {*TIME.names}
+    cells = [headers.split(cell) for cell in laboratory.read(path, names, columns)[0].table.header.cells]
+    found = {headers.dimension(unit) for _, unit in cells}
     return Dimension.TIME in found and Dimension.TORQUE not in found
 
 
@@ -174,104 +161,148 @@ def read(
     """
     kind = LOADS[load]
     wanted = torque(kind) if ordinate is None else ordinate
-    example = f"{kind.rate} ({'rad/m' if kind.sided else '1/m'}), {wanted.cell}"
-    table, said = laboratory.read(path, {*_over(kind), *wanted.names}, columns)
-    places, length, guessed = _places(table, kind, wanted, example)
+    sheets = laboratory.read(path, {*quantities.over(kind), *wanted.names}, columns)
+    found, said = [], list[str]()
+    for sheet in sheets:
+        one, guessed = _points(sheet, Reading(kind, wanted, pitch, scales, decimal), Path(files.label(path)).stem)
+        found.append(one)
+        said += [words for words in guessed if words not in said]
+    if said:
+        remedy = "if that is wrong, tell decimal and columns"
+        warnings.warn(f"{files.label(path)} is read {', '.join(said)}; {remedy}", TableWarning, stacklevel=2)
+    return found[0] if len(found) == 1 else _joined(found, [sheet.title for sheet in sheets], files.label(path))
+
+
+def _points(sheet: laboratory.Sheet, how: Reading, label: str) -> tuple[Measured, list[str]]:
+    """Return the points of a sheet, and what was guessed."""
+    table = sheet.table
+    if sheet.headless:
+        raise quantities.no_header(table, how)
+    places, length, guessed = quantities.places(table, how)
     cells = [table.header.cells[i] for i in places]
     factors, problems = [], Problems()
-    for cell, span in zip(cells, (length, wanted.dimension), strict=True):
+    for cell, span in zip(cells, (length, how.ordinate.dimension), strict=True):
         with problems.caught(source=table.line()):
-            factors.append(_factor(cell, span, pitch, scales, example))
+            factors.append(quantities.factor(cell, span, how))
     problems.settle()
-    sign = laboratory.decimal_of([row.cells[i] for row in table.rows for i in places if i < len(row.cells)], decimal)
-    read_cell = partial(laboratory.number, decimal=sign, gap="leave out the rows that were not measured")
-    readers = {cell: (i, read_cell) for cell, i in zip(cells, places, strict=True)}
-    _, values, problems = tabular.numbers(table, readers, "point")
-    _settle(problems, table.name)
-    said += ["with decimal commas"] * (sign == "," and decimal is None)
-    if said := said + guessed:
-        remedy = "if that is wrong, tell decimal and columns"
-        warnings.warn(f"{table.name} is read {', '.join(said)}; {remedy}", TableWarning, stacklevel=2)
-    names = [laboratory.split(cell)[0].casefold() for cell in table.header.cells]
-    rate, values = (column * factor for column, factor in zip(np.array(values).T, factors, strict=True))
-    lines, own = np.array([row.line for row in table.rows]), None
-    if "specimen" in names:
-        own = np.array([row.cells[names.index("specimen")].strip() for row in table.rows], object)
-    return Measured(rate, values, Path(files.label(path)).stem, table.name, lines, own)
+    if not table.rows:
+        refuse("", "", "has a header but no rows", "give one for each point", table.name)
+    columns = [[row.cells[i] for row in table.rows if i < len(row.cells)] for i in places]
+    style = numerals.style(columns, how.decimal)
+    rows, blocks, values, left = _values(sheet, dict(zip(cells, places, strict=True)), style)
+    said = [*sheet.said, *style.said(given=how.decimal is not None), *guessed, *left]
+    rate, load = (column * factor for column, factor in zip(np.array(values).T, factors, strict=True))
+    lines = np.array([row.line for row in rows])
+    own = _column(table, rows, lambda name, _: name.casefold() == "specimen")
+    if own is None and (loops := _loops(rate, _in_order(table, rows, np.array(blocks), rate))).max() > 0:
+        said.append(f"as {loops.max() + 1} loops")
+        own = np.array([f"loop {i + 1}" for i in loops.tolist()], object)
+    return Measured(rate, load, label, table.name, lines, own), said
 
 
-def _over(load: Load) -> dict[str, str]:
-    """Return the names of an abscissa, each with the length that its angle belongs to."""
-    over = {load.rate: "", load.rate_words: "", load.angle: "/pitch", load.angle_words: "/pitch"}
-    return over | dict.fromkeys(("total", f"total {load.verb}"), " total")
+def _values(
+    sheet: laboratory.Sheet, places: Mapping[str, int], style: numerals.Style
+) -> tuple[list[tabular.Row], list[int], list[list[float]], list[str]]:
+    """Return the rows that have values, their blocks and values; and how many rows are left out, in words.
 
-
-def _places(table: tabular.Table, load: Load, ordinate: Ordinate, example: str) -> tuple[list[int], str, list[str]]:
-    """Find the columns of abscissa and ordinate, what the abscissa is over, and what was guessed of them in words."""
-    over = _over(load)
-    names: dict[str, list[int]] = {}
-    dimensions = []
-    for i, cell in enumerate(table.header.cells):
-        name, unit = laboratory.split(cell)
-        # phi and Phi are two things, words may begin with a capital
-        names.setdefault(name if len(name) < 4 else name.casefold(), []).append(i)
-        dimensions.append("" if unit.endswith(("/rad", "/deg")) else str(laboratory.dimension(unit) or ""))
-    for name in (*over, *ordinate.names, "specimen"):
-        if len(names.get(name, [])) > 1:
-            own = laboratory.split(table.header.cells[names[name][1]])[0]
-            raise table.error(None, f"the column {shown(own)} is given twice", "keep one")
-    # what is named as of another loading is not guessed to be of this one; any torque may be called a moment
-    others = [name for other in LOADS.values() for part in (_over(other), torque(other).names) for name in part]
-    taken = {i for name in others if name not in ("M", "moment") for i in names.get(name, [])}
-    places, length, guessed, problems = [], "", [], Problems()
-    for noun, known, kinds in (
-        (load.rate_words, tuple(over), ("angle", "twist rate")),
-        (ordinate.noun, ordinate.names, (ordinate.dimension,)),
-    ):
-        found = next((name for name in known if name in names), None)
-        alike = [i for i, d in enumerate(dimensions) if d in kinds and i not in taken]
-        if found is not None:
-            places += names[found]
-            length = over.get(found, length)
-        elif len(alike) == 1:
-            places += alike
-            whole = dimensions[alike[0]] == "angle"
-            length = " total" if whole else length
-            what = f"the {load.verb} of the whole beam" if whole else f"the {noun}"
-            guessed.append(f"{shown(table.header.cells[alike[0]])} as {what}")
+    Rows without a value, and rows that repeat the row before, are left out.
+    """
+    table, width = sheet.table, len(sheet.table.header.cells)
+    rows, blocks, values, problems = list[tabular.Row](), list[int](), list[list[float]](), Problems()
+    gaps, again, before = list[int](), list[int](), list[str]()
+    for row, block in zip(table.rows, sheet.blocks, strict=True):
+        own = [row.cells[i] if i < len(row.cells) else "" for i in places.values()]
+        short = table.delimiter == laboratory.SPACES and len(row.cells) < width
+        if short or any(cell.strip() for cell in row.cells[width:]):
+            problems += tabular.ragged(table, row)
+        elif any(map(numerals.is_gap, own)):
+            gaps.append(row.line)
+        elif row.cells == before:
+            again.append(row.line)
         else:
-            among = shown(", ".join(table.header.cells))
-            reason = "several columns may be" if alike else "no column of"
-            reason += f" a {noun} ({', '.join(known)}) among {among}"
-            remedy = f'write a header like: {example}; or say which it is with columns, e.g. "2={known[-1]}"'
-            problems.add("", "", reason, remedy, table.line())
-    if len(problems) == 2:
-        raise tabular.no_header(table, example)
-    problems.settle()
-    return places, length, guessed
+            found, wrong = list[float](), Problems()
+            for cell, name in zip(own, places, strict=True):
+                with wrong.caught(name, table.line(row.line)):
+                    found.append(numerals.number(cell, style, _GAP))
+            problems += wrong
+            rows.append(row)
+            blocks.append(block)
+            values.append(found)
+        before = row.cells
+    widths = {len(row.cells) for row in table.rows}
+    if table.delimiter == "," and len(table.rows) > 1 and len(problems) == len(table.rows) and widths == {2 * width}:
+        reason = f"all rows have {2 * width} cells, the header has {width}: commas part both cells and decimals"
+        raise table.error(table.rows[0].line, reason, "save it with semicolons or tabs between cells")
+    _settle(problems, table.name)
+    if not rows:
+        among = " and ".join(map(shown, places))
+        refuse("", "", f"no row has a value of both {among}", "check the columns", table.name)
+    said = [f"without {_count(gaps)} that {'have' if len(gaps) > 1 else 'has'} no value"] * bool(gaps)
+    said += [f"without {_count(again)} that repeat{'s' * (len(again) == 1)} the row before"] * bool(again)
+    return rows, blocks, values, said
 
 
-def _factor(cell: str, over: str | Dimension, pitch: float, scales: int, example: str) -> float:
-    """Return the factor from a column to SI units; ``over``: an ordinate's dimension, or what an angle is over."""
-    name, unit = laboratory.split(cell)
-    where, remedy = f"column {shown(cell)}", f"write a header like: {example}"
-    if not unit:
-        refuse(where, "", "has no unit", remedy)
-    try:
-        if isinstance(over, Dimension):
-            return units.quantity(f"1 {unit}", over)
-        try:
-            return units.twist(f"1 {unit}", pitch=pitch, scales=scales)
-        except units.QuantityError:
-            if not over:
-                raise
-            return units.twist(f"1 {unit}{over}", pitch=pitch, scales=scales)
-    except units.NoLengthError:
-        reason = f"{unit} does not say over which length"
-        remedy = f'write "{name} ({unit}/mm)", "{name} ({unit}/pitch)" or "total ({unit})"'
-    except units.QuantityError:
-        reason = f"{unit} is no unit of a {over if isinstance(over, Dimension) else 'twist or curvature'}"
-    raise InputError(Problem(where, "", reason, remedy)) from None
+def _count(lines: list[int]) -> str:
+    """Return how many rows there are, and where: "3 rows (lines 4, 5, 9)"."""
+    where = ", ".join(map(str, lines[:_NAMED])) + " ..." * (len(lines) > _NAMED)
+    return f"{len(lines)} row{'s' * (len(lines) > 1)} (line{'s' * (len(lines) > 1)} {where})"
+
+
+def _loops(rate: Array, blocks: Array) -> Array:
+    """Return the numbers of the loops, from 0, to which points belong, from those of their blocks.
+
+    A block begins a loop where it begins near no twist, or nearer to it than to the end of the block before; else it
+    goes on with that. Where a block has a few rows only, blank lines mean nothing.
+    """
+    starts = np.flatnonzero(np.diff(blocks, prepend=blocks[0] - 1))
+    loops, near = np.zeros(rate.size, np.int64), _REST * float(np.abs(rate).max())
+    sizes = np.diff([*starts, rate.size])
+    if sizes.min() < _FEW:
+        return loops
+    for start in starts[1:].tolist():
+        first, last = abs(rate[start]), abs(rate[start] - rate[start - 1])
+        loops[start:] += int(first <= near or first < last)
+    return loops
+
+
+def _in_order(table: tabular.Table, rows: Sequence[tabular.Row], blocks: Array, rate: Array) -> Array:
+    """Return the blocks of rows; each begins anew where a column of time does. Refuse rows that go back in time."""
+    cells = _column(table, rows, headers.is_time)
+    if cells is None or not all(map(numerals.is_number, cells)):
+        return blocks
+    style = numerals.style([cells.tolist()])
+    t, first = np.array([numerals.number(cell, style) for cell in cells]), 0
+    for i in (np.flatnonzero(np.diff(t) < 0) + 1).tolist():
+        if blocks[i] == blocks[i - 1]:
+            if t[i] > t[first] + _REST * float(np.ptp(t)):
+                steps = np.diff(rate)
+                sort = "the rows are sorted by the twist" if not (steps < 0).any() or not (steps > 0).any() else ""
+                reason = f"the time goes back, from {cells[i - 1]} to {cells[i]}{f': {sort}' * bool(sort)}"
+                raise table.error(rows[i].line, reason, "sort the rows by the time")
+            blocks = blocks + (np.arange(blocks.size) >= i)
+        first = i
+    return blocks
+
+
+def _column(
+    table: tabular.Table, rows: Sequence[tabular.Row], wanted: Callable[[str, str], bool]
+) -> NDArray[np.object_] | None:
+    """Return the cells of the first column whose name and unit are wanted; None if there is none."""
+    place = next((i for i, cell in enumerate(table.header.cells) if wanted(*headers.split(cell))), None)
+    if place is None:
+        return None
+    return np.array([(row.cells[place] if place < len(row.cells) else "").strip() for row in rows], object)
+
+
+def _joined(parts: list[Measured], titles: list[str], file: str) -> Measured:
+    """Return the points of several sheets; each is a specimen of its title, its own specimens or loops beside it."""
+    rate, load = (np.concatenate([getattr(part, name) for part in parts]) for name in ("rate", "load"))
+    lines, names = list[str](), list[str]()
+    for part, title in zip(parts, titles, strict=True):
+        own = part.names if part.names is not None else [""] * part.rate.size
+        names += [f"{title}, {name}" if name else title for name in own]
+        lines += [f"{line} of sheet {shown(title)}" for line in (part.lines if part.lines is not None else ())]
+    return Measured(rate, load, parts[0].label, file, np.array(lines, object), np.array(names, object))
 
 
 def _settle(problems: Problems, file: str) -> None:

@@ -67,11 +67,12 @@ def parse(text: str, name: str, delimiter: str = "") -> Table:
     if first is None:
         refuse("", "", "has comments only", "give a header and a row for each point", name)
     delimiter = delimiter or max(DELIMITERS, key=lines[first].count)
-    header, *rows = _rows(lines, first, delimiter, name)
-    return Table(name, delimiter, comments, Row(header.line, [cell.strip() for cell in header.cells]), rows)
+    header, *found = rows(lines, first, delimiter, name)
+    return Table(name, delimiter, comments, Row(header.line, [cell.strip() for cell in header.cells]), found)
 
 
-def _rows(lines: list[str], first: int, delimiter: str, name: str) -> Iterator[Row]:
+def rows(lines: list[str], first: int, delimiter: str, name: str) -> Iterator[Row]:
+    """Yield the rows with text, from a line on (0 is the first), quotes closed; ``name`` is the file's in messages."""
     reader = csv.reader((f"{line}\n" for line in lines[first:]), delimiter=delimiter, strict=True)
     begins = first + 1
     try:

@@ -11,7 +11,7 @@ import numpy as np
 from squama.beam.beamfile import NUMBERS
 from squama.beam.design import Beam
 from squama.errors import naming, refuse
-from squama.io import files, laboratory, tabular
+from squama.io import files, headers, tabular
 from squama.units import bounded, quantity, shown
 
 GRADED = tuple(f"scale.{name}" for name in ("length", "width", "thickness", "alpha", "theta0", "embedded"))
@@ -55,7 +55,7 @@ def _table(path: str | os.PathLike[str], n: int) -> dict[str, list[float]]:
     table = tabular.parse(files.read_text(path, missing="write a CSV with a row for each scale"), files.label(path))
     columns = {}
     for place, cell in enumerate(table.header.cells):
-        name, unit = laboratory.split(cell)
+        name, unit = headers.split(cell)
         with naming(f"column {shown(cell)}", table.line()):
             if name not in GRADED:
                 refuse("", "", "is not known", f"allowed: {', '.join(_EXAMPLES.values())}")

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from squama.plot.maps import lock_lines_figure as lock_lines_figure
     from squama.plot.maps import red_figure as red_figure
     from squama.plot.maps import regime_figure as regime_figure
+    from squama.plot.plan import expected_errors as expected_errors
+    from squama.plot.plan import plan_figure as plan_figure
     from squama.plot.plane import path_figure as path_figure
     from squama.plot.plane import path_loads as path_loads
     from squama.plot.plane import plane_contacts as plane_contacts
@@ -62,6 +64,7 @@ _NAMES = {
     "fit": "corner_figure fit_figure fitted residuals",
     "cycle": "cycle_figure energies loops",
     "finite": "finite_figure inclinations load_curve part_animation part_figure row_figure shape",
+    "plan": "expected_errors plan_figure",
     "plane": "path_figure path_loads plane_contacts plane_figure plane_load plane_path",
     "inverse": "front_figure inverse_figure tradeoff",
     "sweep": "map_figure map_slice",

@@ -25,6 +25,7 @@ FIGURES = {
     "bin": "uncertainty_figure",
     "design": "front_figure",
     "t": "decay_figure",
+    "loops": "plan_figure",
     "parameter": "fit_figure",
     "branch": "cycle_figure",
     "event": "path_figure",

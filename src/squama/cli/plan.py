@@ -1,0 +1,110 @@
+"""squama plan: which loops of a test would tell the parameters of a beam."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Annotated
+
+from squama.cli import flags, output
+from squama.cli.fit import JOINT, with_unit
+from squama.cli.flags import flag, settled, whole
+from squama.errors import refuse
+from squama.loads import LOADS
+from squama.units import is_number
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from rich.table import Table
+
+    from squama.identify.expected import Plan
+
+_NOISE = 'Standard deviation of a measured torque, e.g. "0.2 N mm" (needed).'
+_TWIST_NOISE = 'Standard deviation of a measured twist, e.g. "0.2 deg total" (none).'
+_MACHINE = 'Stiffness of the testing machine in series, e.g. "2 N m/rad" (rigid).'
+_FIND = 'What is to be found: "mu,K_theta,E_B" (default), any of mu, K_theta, C_f, E_B, theta0 and of the nuisances.'
+_TO = f"Largest twist of the test: {flags.TWISTS}."
+_TOPS = 'Tops of the loops, e.g. "60, 90, 140 deg total" (1.2, 1.5, 2 and 3 times the engagement).'
+
+
+def _tops(name: str, text: str) -> tuple[str, ...]:
+    """Return the twists of a list whose unit stands behind the last."""
+    *numbers, last = (part.strip() for part in text.split(","))
+    if is_number(last) or not all(map(is_number, numbers)):
+        refuse(name, f'"{text}"', "are not numbers with one unit behind them", 'write e.g. "60, 90, 140 deg total"')
+    unit = last.lstrip("+-.0123456789eE")
+    return (*(f"{number} {unit.strip()}" for number in numbers), last)
+
+
+@flags.group
+class Test:
+    """The test, and what it is to tell."""
+
+    noise: Annotated[str | None, flag(_NOISE, read=with_unit("N mm"))] = None
+    twist_noise: Annotated[str | None, flag(_TWIST_NOISE, read=with_unit("deg total"))] = None
+    machine: Annotated[str | None, flag(_MACHINE, read=with_unit("N m/rad"))] = None
+    to: Annotated[str | None, flag(_TO, read=with_unit("deg total"))] = None
+    tops: Annotated[tuple[str, ...] | None, flag(_TOPS, read=flags.Reader(_tops, ()))] = None
+    points: Annotated[int, flag("Readings of a loop (100).", read=whole(10, 10_000, "100"))] = 100
+    accuracy: Annotated[str, flag('Relative standard error that is wanted (5 %), e.g. "2 %".')] = "5 %"
+
+
+@flags.group
+class Model:
+    """By which model."""
+
+    load: flags.Load = "twisting"
+    law: flags.Law = "edge"
+    joint: Annotated[str | None, flag(JOINT, read=flags.one_of("hinge", "compliant"))] = None
+    ends: flags.Ends = None
+
+
+TEST, MODEL = Test(), Model()
+
+
+def plan(
+    beam: flags.BeamFile,
+    /,
+    *,
+    find: Annotated[str | None, flag(_FIND)] = None,
+    test: Test = TEST,
+    model: Model = MODEL,
+    common: flags.Common = flags.COMMON,
+) -> int:
+    """Plan a test: which loops would tell friction, joint stiffness and modulus, and how exactly."""
+    if test.noise is None and "--noise" not in flags.problems().flags:
+        flags.problems().add("--noise", "", "is not given", 'say how exact the load cell is, e.g. --noise "0.2 N mm"')
+    common.check(beam)
+    described = settled(common.beam(beam, friction=False))
+
+    from squama.identify.planning import plan as planned
+
+    names = {name: f"--{name.replace('_', '-')}" for name in (*vars(test), *vars(model))} | {"parameters": "--find"}
+    given = {name: value for name, value in {**vars(test), **vars(model)}.items() if value is not None}
+    with flags.laid(names):
+        found = planned(described, *(() if find is None else (find,)), **given)
+    written = output.write(common, found.dataset, "plan_figure", flat)
+    return output.report(common.json, beam, written, found.report(), _shown(found))
+
+
+def _shown(found: Plan) -> Iterable[str | Table]:
+    """Yield the summary: the verdict, a table of the loops, what it rests on."""
+    kind = LOADS[found.load].model(found.law, found.joint, found.scales)
+    first, *others = found.verdict()
+    yield f": {first}"
+    yield from others
+    head, rows = found.table()
+    yield output.table(head, rows, left=1)
+    yield f"model: {kind}"
+    yield from found.notes()
+
+
+def flat(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a plan as a table: a row for each loop, a column for each correlation."""
+    names = dataset["parameter"].values.tolist()
+    related = dataset["correlation"].values
+    pairs = {
+        f"correlation_{names[j]}_{names[i]}": ("candidate", related[:, i, j], {"long_name": "correlation"})
+        for i in range(len(names))
+        for j in range(i)
+    }
+    return dataset.drop_dims(["parameter", "other"]).assign(pairs)

@@ -1,0 +1,282 @@
+"""The plan of a test: loops with the errors that are expected of them, what is best, and how to say it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from squama._version import __version__
+from squama.beam.design import Beam
+from squama.curves.chosen import idealisation
+from squama.identify.estimate import HARDLY, UNSEEN
+from squama.identify.unknowns import Parameter
+from squama.loads import ENDLESS, LOADS
+from squama.types import Array
+from squama.units import moment
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+ENOUGH = 20
+"""Loops that are asked for at most."""
+_FEW = 4
+"""Loops that are no trouble."""
+_TIMES = {1: "once", 2: "twice"}
+_WAYS = {
+    "loading": "to {} (loading alone)",
+    "loop": "to {} and back",
+    "both senses": "to {} in either sense and back",
+}
+
+
+class Candidate(NamedTuple):
+    """A loop: its shape and top (rad per pitch), readings, largest torque (N m), values and covariance of estimates.
+
+    ``problem`` says why there are none.
+    """
+
+    shape: str
+    top: float
+    readings: int
+    torque: float
+    values: Array
+    covariance: Array
+    problem: str
+
+    @property
+    def errors(self) -> Array:
+        """Standard errors of one loop, SI units."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    @property
+    def shares(self) -> Array:
+        """Standard errors over the values."""
+        return np.asarray(self.errors / np.abs(self.values))
+
+    @property
+    def worst(self) -> float:
+        """Largest standard error over its value."""
+        return float(self.shares.max(initial=0.0)) if self.values.size else math.inf
+
+    @property
+    def correlation(self) -> Array:
+        """Correlation matrix of the estimates."""
+        return np.asarray(self.covariance / np.outer(self.errors, self.errors))
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Plan:
+    """What :func:`squama.plan` returns: loops of a test with the standard errors that are expected of them.
+
+    ``candidates`` are the loops, ``best`` the one whose largest relative error is the least. ``noise`` N m,
+    ``twist_noise`` rad over the whole beam, ``compliance`` of the machine rad/(N m), ``engaged`` rad per pitch.
+    ``free`` are the errors of the best loop where more is found, with words.
+    """
+
+    beam: Beam
+    rows: tuple[Parameter, ...]
+    load: str
+    law: str
+    joint: str
+    ends: str
+    noise: float
+    twist_noise: float
+    compliance: float
+    accuracy: float
+    engaged: float
+    candidates: tuple[Candidate, ...]
+    best: Candidate
+    free: tuple[tuple[str, Candidate], ...]
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of what is to be found."""
+        return tuple(row.name for row in self.rows)
+
+    @property
+    def scales(self) -> str:
+        """How the model takes the scales, in words."""
+        return idealisation(self.beam, self.joint, ideal=self.joint == "hinge")
+
+    def loops(self, one: Candidate) -> int | None:
+        """Return how many times a loop must be gone through for the accuracy; None if more than 20 times."""
+        number = math.ceil((one.worst / self.accuracy) ** 2 - 1e-9) if math.isfinite(one.worst) else ENOUGH + 1
+        return max(number, 1) if number <= ENOUGH else None
+
+    def summary(self) -> str:
+        """Return the verdict, what it rests on, and a table of the loops."""
+        return "\n".join([*self.verdict(), *self._table(), *self.notes()])
+
+    def verdict(self) -> list[str]:
+        """Return which test to make, and what it is expected to tell."""
+        best, loops = self.best, self.loops(self.best)
+        specimen = f"{self.beam.pitches} scales" if self.ends != ENDLESS else self.beam.extent
+        what = f"{LOADS[self.load].verb.capitalize()} {specimen} {self._way(best, loops or ENOUGH)}"
+        lines = [f"{what}: {self._tells(best, loops or ENOUGH)}"]
+        if loops is None:
+            remedy = "measure farther or with less noise, or find fewer parameters"
+            lines.append(f"No {ENOUGH} loops reach {self._percent}: {remedy}")
+        nearer = (one for one in self.candidates if abs(one.top) < abs(best.top))
+        gentle = [(abs(one.top), one.worst, n, one) for one in nearer if (n := self.loops(one) or ENOUGH) <= _FEW]
+        if gentle:
+            _, _, number, one = min(gentle)
+            lines.append(f"Least twist for {self._percent}: {self._way(one, number)}")
+        for words, more in self.free:
+            lines.append(f"{words}: {more.problem or self._tells(more, loops or ENOUGH)}")
+        return lines
+
+    def _way(self, one: Candidate, loops: int) -> str:
+        """Return a loop in words, and how often it is gone through."""
+        way = _WAYS[one.shape].format(f"{math.degrees(one.top) * self.beam.pitches:.3g} deg")
+        return f"{way}, {_TIMES.get(loops, f'{loops} times')} ({one.readings} readings each time)"
+
+    def _tells(self, one: Candidate, loops: int) -> str:
+        return ", ".join(
+            f"{name} to +-{text}" for name, text in zip(self.parameters, self._errors(one, loops), strict=True)
+        )
+
+    def _errors(self, one: Candidate, loops: int = 1) -> list[str]:
+        """Return the errors of so many loops for people: of a ratio as it is, else in per cent."""
+        errors, shares = (v / math.sqrt(loops) for v in (one.errors, one.shares))
+        ratio = [row.unit == "1" for row in self.rows]
+        return [
+            "over 100 %" if share > 1 else f"{error:.2g}" if plain else f"{100 * share:.2g} %"
+            for error, share, plain in zip(errors, shares, ratio, strict=True)
+        ]
+
+    @property
+    def _percent(self) -> str:
+        return f"{100 * self.accuracy:.3g} %"
+
+    def table(self) -> tuple[list[str], list[list[str]]]:
+        """Return the head and the rows of a table of the loops that can be followed."""
+        head = ["loop", "top deg", "largest torque", *self.parameters]
+        head += ["correlation"] * (len(self.rows) > 1) + [f"loops for {self._percent}"]
+        rows = []
+        for one in self.candidates:
+            if one.problem:
+                continue
+            loops = self.loops(one)
+            top = f"{math.degrees(one.top) * self.beam.pitches:.3g}"
+            cells = [one.shape, top, moment(one.torque, 3), *self._errors(one)]
+            if len(self.rows) > 1:
+                r, names = self._related(one)
+                cells.append(f"{r:+.2f} {names}")
+            rows.append([*cells, str(loops or f"over {ENOUGH}")])
+        return head, rows
+
+    def _related(self, one: Candidate) -> tuple[float, str]:
+        """Return the largest correlation of two estimates, and their names."""
+        apart = np.abs(np.tril(one.correlation, -1))
+        i, j = np.unravel_index(int(np.argmax(apart)), apart.shape)
+        return float(one.correlation[i, j]), f"{self.parameters[j]}, {self.parameters[i]}"
+
+    def _table(self) -> list[str]:
+        head, rows = self.table()
+        widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
+        return ["  ".join(f"{cell:{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in [head, *rows]]
+
+    def notes(self) -> list[str]:
+        """Return what the errors rest on, which parameters are hardly told apart, and which loops are left out."""
+        said = f"standard errors of one loop, by the model's derivatives; noise of a reading {moment(self.noise, 3)}"
+        if self.twist_noise:
+            said += f" and {math.degrees(self.twist_noise):.3g} deg of the twist"
+        if self.compliance:
+            said += f"; machine of {1 / self.compliance:.3g} N m/rad"
+        lines, good = [said], [one for one in self.candidates if not one.problem]
+        if any(one.worst > UNSEEN for one in good):
+            share = f"{100 * UNSEEN:.0f} %"
+            lines.append(f"errors above {share} only say that a loop does not tell: the model is not linear over them")
+        for shape in dict.fromkeys(one.shape for one in good if len(self.rows) > 1):
+            r, names = max((self._related(one) for one in good if one.shape == shape), key=lambda pair: abs(pair[0]))
+            if abs(r) > HARDLY:
+                lines.append(f"note: {shape}: {names} are hardly told apart (correlation up to {r:+.3f})")
+        lost = [one for one in self.candidates if one.problem]
+        if lost:
+            tops = sorted({f"{math.degrees(abs(one.top)) * self.beam.pitches:.3g}" for one in lost}, key=float)
+            lines.append(f"note: {len(lost)} loops, to {', '.join(tops)} deg, are left out: {lost[0].problem}")
+        return lines
+
+    def report(self) -> dict[str, Any]:
+        """Return the plan as plain values, for JSON."""
+        return {
+            "verdict": self.verdict(),
+            "parameters": list(self.parameters),
+            "units": [row.unit for row in self.rows],
+            "noise": self.noise,
+            "twist_noise": self.twist_noise,
+            "compliance": self.compliance,
+            "accuracy": self.accuracy,
+            "engaged": self.engaged,
+            "load": self.load,
+            "law": self.law,
+            "joint": self.joint,
+            "ends": self.ends,
+            "best": self._entry(self.best),
+            "candidates": [self._entry(one) for one in self.candidates],
+            "squama_version": __version__,
+        }
+
+    def _entry(self, one: Candidate) -> dict[str, Any]:
+        found: dict[str, Any] = {"loop": one.shape, "top": one.top, "readings": one.readings, "problem": one.problem}
+        if one.problem:
+            return found
+        errors = dict(zip(self.parameters, one.errors.tolist(), strict=True))
+        return found | {
+            "torque": one.torque,
+            "errors": errors,
+            "loops": self.loops(one),
+            "correlation": one.correlation.tolist(),
+        }
+
+    def dataset(self) -> xr.Dataset:
+        """Return the loops that can be followed as a dataset.
+
+        Dimension ``candidate``: ``loop``, ``top`` (rad per pitch), ``total`` (rad over the whole beam), ``readings``,
+        ``torque`` (N m), ``loops`` (how many reach the accuracy, 0 for none), and for each parameter its standard error
+        in one loop, ``error_mu`` and so on. Dimensions ``parameter`` and ``other``: ``correlation``.
+        """
+        import xarray as xr
+
+        good = [one for one in self.candidates if not one.problem]
+        tops = np.array([one.top for one in good])
+        data: dict[str, tuple[Any, ...]] = {
+            "loop": ("candidate", [one.shape for one in good], {"long_name": "shape of the loop"}),
+            "top": ("candidate", tops, {"long_name": "largest twist per pitch", "units": "rad"}),
+            "total": (
+                "candidate",
+                tops * self.beam.pitches,
+                {"long_name": "largest twist of the beam", "units": "rad"},
+            ),
+            "readings": ("candidate", [one.readings for one in good], {"long_name": "readings of a loop"}),
+            "torque": ("candidate", [one.torque for one in good], {"long_name": "largest torque", "units": "N m"}),
+            "loops": ("candidate", [self.loops(one) or 0 for one in good], {"long_name": "loops for the accuracy"}),
+        }
+        for i, row in enumerate(self.rows):
+            words = {"long_name": f"standard error of {row.name}", "units": row.unit}
+            data[f"error_{row.name}"] = ("candidate", [one.errors[i] for one in good], words)
+        related = np.array([one.correlation for one in good])
+        data["correlation"] = (("candidate", "parameter", "other"), related, {"long_name": "correlation of estimates"})
+        names = list(self.parameters)
+        attrs = {
+            "title": f"plan of a test of a scale-covered beam in {LOADS[self.load].name}",
+            "verdict": self.verdict()[0],
+            "values": self.best.values.tolist(),
+            **{
+                name: getattr(self, name)
+                for name in ("scales", "load", "law", "joint", "ends", "noise", "accuracy", "engaged")
+            },
+            "beam": self.beam.to_toml(),
+            "squama_version": __version__,
+        }
+        return xr.Dataset(data, coords={"parameter": names, "other": names}, attrs=attrs)
+
+    def plot(self) -> Figure:
+        """Draw the expected errors over the top of the loops."""
+        from squama.plot import plan_figure
+
+        return plan_figure(self.dataset())

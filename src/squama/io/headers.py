@@ -1,0 +1,92 @@
+"""Headers of tables: names of quantities in English, German and French, and units with or without brackets."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from functools import lru_cache
+
+from squama.io import numerals
+from squama.units import Dimension, look_up
+
+MEASURED = (Dimension.ANGLE, Dimension.TORQUE, Dimension.TWIST_RATE, Dimension.TIME)
+NAMES = {
+    Dimension.ANGLE: "angle, twist, twist angle, angle of twist, torsion angle, rotation, rotation angle, bend angle,"
+    "winkel, drehwinkel, verdrehwinkel, torsionswinkel, biegewinkel, verdrehung, rotation, position,"
+    "angle de torsion, angle de rotation, angle de flexion",
+    Dimension.TORQUE: "torque, moment, torsional moment, bending moment, Mt, Md, Mz, Mb, drehmoment, torsionsmoment,"
+    "biegemoment, couple, moment de torsion, moment de flexion, M, T",
+    Dimension.TWIST_RATE: "twist rate, curvature, drillung, kr\u00fcmmung, kruemmung, courbure",
+    Dimension.TIME: "time, elapsed time, t, zeit, laufzeit, temps",
+}
+"""Names of columns in laboratories, by what they measure."""
+_WORDS: dict[Dimension, frozenset[str]] = {
+    kind: frozenset(word.strip() for word in words.split(",")) for kind, words in NAMES.items()
+}
+_LONGEST = 200
+"""Characters of a cell that may have a unit."""
+_BRACKETS = re.compile(r"[(\[{<](.*)[)\]}>]")
+_CELL = re.compile(r"(.*?)\s*(?:\((.*)\)|\[(.*)\]|\{(.*)\}|<(.*)>)")
+_BEFORE_UNIT = re.compile(r"\s+in\s+|\s*[/,:_]\s*|\s+|(?=\u00b0)")
+_TIMES = ("s", "ms", "us", "\u00b5s", "min", "h")
+"""Units of time; others, as a and d, are letters rather."""
+_SYMBOLS = {"U": "rev", "Umdr": "rev", "Umdr.": "rev", "tr": "rev", "Grad": "deg", "grad": "deg", "degr\u00e9s": "deg"}
+_SYMBOLS |= {"Sekunden": "s", "Sek.": "s", "sec": "s"}
+"""Units in other words, which as symbols would mean something else or nothing."""
+
+
+def split(cell: str) -> tuple[str, str]:
+    """Return name and unit of a header's cell; no unit is empty.
+
+    >>> split("Phi (deg/mm)"), split("Winkel in Grad"), split("Drehmoment_Nm"), split("T")
+    (('Phi', 'deg/mm'), ('Winkel', 'deg'), ('Drehmoment', 'Nm'), ('T', ''))
+    """
+    text = " ".join(cell.split())
+    if len(text) > _LONGEST:
+        return text, ""
+    if match := _CELL.fullmatch(text):
+        return match[1], symbol(next(filter(None, match.groups()[1:]), ""))
+    for between in _BEFORE_UNIT.finditer(text):
+        name, unit = text[: between.start()], symbol(text[between.end() :])
+        if name and dimension(unit):
+            return name, unit
+    return text, ""
+
+
+def symbol(text: str) -> str:
+    """Return a unit without brackets, by its symbol."""
+    text = text.strip()
+    match = _BRACKETS.fullmatch(text) if len(text) <= _LONGEST else None
+    text = (match[1] if match else text).strip()
+    return _SYMBOLS.get(text, text)
+
+
+@lru_cache(1000)
+def dimension(unit: str) -> Dimension | None:
+    """Return the dimension of a unit: angle, torque, twist rate or time; None for any other."""
+    found = look_up(unit) if unit else None
+    if not found or found[0] not in MEASURED or (found[0] is Dimension.TIME and unit not in _TIMES):
+        return None
+    return found[0]
+
+
+def means(name: str, kinds: Sequence[Dimension]) -> bool:
+    """Say whether a name is that of one of these quantities, in a language that is known."""
+    # T and t, M and m are two things
+    return any((name if len(name) < 3 else name.casefold()) in _WORDS[kind] for kind in kinds)
+
+
+def is_time(name: str, unit: str) -> bool:
+    """Say whether a column of this name and unit is one of time."""
+    return dimension(unit) is Dimension.TIME or (not unit and means(name, [Dimension.TIME]))
+
+
+def named(cell: str) -> bool:
+    """Say whether a header's cell names a quantity, or has a unit of one."""
+    name, unit = split(cell)
+    return bool(name and dimension(unit)) or means(name, MEASURED)
+
+
+def units(cells: Sequence[str]) -> bool:
+    """Say whether a row holds units, and no numbers."""
+    return not any(map(numerals.is_number, cells)) and any(dimension(symbol(cell)) for cell in cells)

@@ -1,0 +1,94 @@
+"""Sheets of an Excel workbook (.xlsx) as rows of text, by openpyxl; what a file may ask of the machine is bounded.
+
+openpyxl hands the rows on as it reads them. A sheet with two cells far apart costs nothing then.
+"""
+
+from __future__ import annotations
+
+import io
+import warnings
+import zipfile
+import zlib
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from squama.errors import InputError, refuse
+from squama.io.tabular import Row
+from squama.needs import need
+from squama.units import shown
+
+LARGEST = 100_000_000
+"""Bytes of all parts of a workbook, unpacked."""
+ROWS, CELLS = 200_000, 2_000_000
+"""Rows of a sheet down to the last one, and cells of all sheets."""
+_DAMAGED: tuple[type[Exception], ...] = (
+    KeyError,
+    ValueError,
+    TypeError,
+    AttributeError,
+    IndexError,
+    OSError,
+    SyntaxError,
+)
+_DAMAGED += (EOFError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error)
+"""What openpyxl and its readers of XML and zip files raise on what is no workbook."""
+_ZIP, _OLD = b"PK\x03\x04", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
+
+
+class Grid(NamedTuple):
+    """The rows of a sheet that have text; ``name`` is that of file and sheet in messages."""
+
+    name: str
+    title: str
+    rows: list[Row]
+
+
+def is_one(data: bytes) -> bool:
+    """Say whether the bytes of a file are those of a workbook."""
+    return data.startswith((_ZIP, _OLD))
+
+
+def read(data: bytes, name: str) -> list[Grid]:
+    """Return the sheets of a workbook that have text; refuse what is none, and what is too large."""
+    if data.startswith(_OLD):
+        refuse("", "", "is a workbook of an old Excel (.xls)", "save it as .xlsx or as CSV", name)
+    openpyxl = need("openpyxl")
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as packed:
+            size = sum(part.file_size for part in packed.infolist())
+            found = {part.filename for part in packed.infolist()}
+    except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError):
+        refuse("", "", "is a damaged workbook", "save it again, or as CSV", name)
+    if "xl/workbook.xml" not in found:
+        refuse("", "", "is a packed file, but no workbook of Excel", "save it as .xlsx or as CSV", name)
+    if size > LARGEST:
+        refuse("", "", f"unpacks to {size:,} bytes ({LARGEST:,} at most)", "save the table alone, as CSV", name)
+    try:
+        with warnings.catch_warnings():
+            # of styles, validation rules and pictures, which are not read
+            warnings.simplefilter("ignore")
+            book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True, keep_links=False)
+            sheets = [sheet for sheet in book.worksheets if sheet.sheet_state == "visible"]
+            grids = [Grid(place := f"{name}: sheet {shown(s.title)}", s.title, list(_rows(s, place))) for s in sheets]
+    except InputError:
+        raise
+    except _DAMAGED:
+        refuse("", "", "is a damaged workbook", "save it again, or as CSV", name)
+    filled = [grid for grid in grids if grid.rows]
+    if not filled:
+        remedy = "give a sheet with a header and a row for each point; open and save it where formulas have no values"
+        refuse("", "", "has no sheet with values", remedy, name)
+    if sum(len(row.cells) for grid in filled for row in grid.rows) > CELLS:
+        refuse("", "", f"has more than {CELLS:,} cells", "save the table alone, as CSV", name)
+    return filled
+
+
+def _rows(sheet: Any, place: str) -> Iterator[Row]:
+    """Yield the rows of a sheet that have values, as text; refuse one that goes too far down."""
+    sheet.reset_dimensions()
+    for number, values in enumerate(sheet.iter_rows(values_only=True), 1):
+        if number > ROWS:
+            refuse("", "", f"has more than {ROWS:,} rows", "thin it out, or save it as CSV", place)
+        cells = ["" if value is None else str(value) for value in values]
+        if any(cell.strip() for cell in cells):
+            yield Row(number, cells)
