@@ -78,10 +78,10 @@ def test_the_table_is_a_file_and_comes_back(table, tmp_path):
 
 def test_the_ranges_in_words(table):
     near, leaves, below, ends, _, none = ranges(table)
-    assert near == "near (1 % more): within 5% in torque as far as both go, 0.3 rad/pitch"
-    assert "up to 0.1 rad/pitch; at 0.3 rad/pitch +15 %, theta +17.2 deg" in leaves
-    assert "more than 5% off in torque from the start; at 0.3 rad/pitch -10 %" in below
-    assert ends.endswith("as far as both go, 0.2 rad/pitch")
+    assert near == "near (1 % more): within 5 % in torque as far as both go, 17.2 deg per pitch"
+    assert "up to 5.73 deg per pitch; at 17.2 deg per pitch +15 %, theta +17.2 deg" in leaves
+    assert "more than 5 % off in torque from the start; at 17.2 deg per pitch -10 %" in below
+    assert ends.endswith("as far as both go, 11.5 deg per pitch")
     assert none == "none (nothing): has no twist in common with the elements"
 
 

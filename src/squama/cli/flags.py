@@ -295,6 +295,7 @@ Ideal = Annotated[bool | None, Parameter(help="Thin, rigid scales; else as thick
 _CUT = "Where a curve that locks is cut off: fraction of its path left before the lock (0.01)."
 Margin = Annotated[float, flag(_CUT, read=within(MARGIN))]
 Json = Annotated[bool, Parameter(help="Print everything as JSON instead of the summary.")]
+Full = Annotated[bool, Parameter(help="Print all figures below the summary.")]
 Quiet = Annotated[bool, Parameter(help="No lines of progress.")]
 Ends = Annotated[str | None, flag("Ends: free, gripped, equal (cells alike), endless (free).", read=one_of(*ENDS))]
 Plot = Annotated[tuple[File, ...], flag("Picture to write: .png, .svg or .pdf; may be repeated.")]

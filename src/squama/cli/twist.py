@@ -7,6 +7,8 @@ import sys
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any
 
+from cyclopts import Parameter
+
 from squama.cli import flags, output
 from squama.cli.fit import TABLES, Tables
 from squama.cli.flags import flag, settled
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
 
 
 _DATA = 'Measured points to draw too: CSV with a header such as "Phi (deg/mm), T (N mm)".'
+_COMPARE = "Print simpler models beside it: the endless beam, thin rigid scales, hinges."
 _TO = f"Where to stop: {flags.TWISTS} (0.3 rad/pitch; on the hinge where the endless beam's curve is cut off)."
 
 
@@ -33,6 +36,8 @@ class Curve:
     to: Annotated[str | None, flag(f"Where to stop: {flags.TWISTS}.")] = None
     ends: flags.Ends = None
     data: Annotated[flags.File | None, flag(_DATA)] = None
+    compare: Annotated[bool, Parameter(help=_COMPARE)] = False
+    full: flags.Full = False
 
 
 CURVE = Curve()
@@ -101,16 +106,19 @@ def respond(
         if means.note:
             print(f"squama: warning: {means.note}", file=sys.stderr)
         if means.real:
-            laws = report.ladder(load, beam, law, sense, numbers, ideal=bool(joints.ideal), ends=curve.ends)
+            beside = common.json or curve.compare or curve.full or bool(common.plot)
+            how = {"ideal": bool(joints.ideal), "ends": curve.ends, "simpler": beside}
+            laws = report.ladder(load, beam, law, sense, numbers, **how)
             law = next(iter(laws))
         else:
             if curve.ends not in (None, ENDLESS):
                 refuse("ends", shown(curve.ends), "is not of hinges, which are endless here", "write squama row")
             laws = report.responses(load, beam, law, sense, numbers)
-    beside = laws[report.HINGE].dataset() if common.plot and report.HINGE in laws else None
-    written = output.write(common, laws[law].dataset, "response_figure", _lines, measured=measured, hinge=beside)
+    hinge = laws[report.HINGE].dataset() if common.plot and report.HINGE in laws else None
+    written = output.write(common, laws[law].dataset, "response_figure", _lines, measured=measured, hinge=hinge)
     answer = beam, law, laws, report.beside(beam, laws)
-    return output.report(common.json, path, written, report.record(*answer), report.summary(*answer))
+    said = report.summary(*answer, asked=stop is not None, compare=curve.compare, full=curve.full)
+    return output.report(common.json, path, written, report.record(*answer), said)
 
 
 def _lines(data: xr.Dataset) -> xr.Dataset:
