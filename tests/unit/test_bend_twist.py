@@ -155,9 +155,13 @@ def test_bad_paths_are_one_line(path, words):
 def test_the_command(tmp_path, capsys):
     file = tmp_path / "beam.toml"
     BEAM.to_toml(file)
-    assert main(["bend-twist", str(file), "--joint", "hinge", "--path", PATH, "--csv", str(tmp_path / "a.csv")]) == 0
+    assert (
+        main(["bend-twist", str(file), "--joint", "hinge", "--path", PATH, "--csv", str(tmp_path / "a.csv"), "--full"])
+        == 0
+    )
     shown = capsys.readouterr().out
-    assert "thin, rigid scales on hinges" in shown.splitlines()[0]
+    assert shown.splitlines()[0] == f"{file}: the whole path is followed; nothing locks"
+    assert "thin, rigid scales on hinges" in shown
     assert "BF to TS" in shown
     assert len((tmp_path / "a.csv").read_text().splitlines()) > 100
     assert main(["bend-twist", str(file), "--joint", "hinge", "--path", PATH, "--json", "--mu", "0"]) == 0

@@ -184,7 +184,9 @@ def test_the_command_design(folder, capsys):
     status, said = run(GOOD, capsys, *flags)
     assert status == 0
     assert "t.toml: target reached on hinges (endless, held straight)" in said.out
-    assert "; 2 designs, thin, rigid scales on hinges" in said.out
+    assert "; 2 designs\n" in said.out
+    assert "  model " in said.out
+    assert "thin, rigid scales on hinges" in said.out
     assert "wrote out/design_2.toml" in said.out
     assert (folder / "d.png").stat().st_size > 10_000
     files = sorted(p.name for p in (folder / "out").iterdir())

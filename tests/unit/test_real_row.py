@@ -396,7 +396,10 @@ def test_the_command(tmp_path, capsys):
     PLA.to_toml(file)
     outputs = [str(tmp_path / name) for name in ("a.csv", "a.nc", "a.png")]
     flags = ["--scales", "4", "--to", "0.06 rad/pitch", "--points", "20"]
-    assert main(["row", str(file), *flags, "--csv", outputs[0], "--netcdf", outputs[1], "--plot", outputs[2]]) == 0
+    assert (
+        main(["row", str(file), *flags, "--csv", outputs[0], "--netcdf", outputs[1], "--plot", outputs[2], "--full"])
+        == 0
+    )
     said = capsys.readouterr().out
     assert "six motions, by the law of the joint" in said
     assert "thick, elastic scales" in said

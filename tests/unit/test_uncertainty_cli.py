@@ -101,13 +101,28 @@ def test_all_mistakes_are_told():
 def test_summary(beam, capsys):
     vary = ("--vary", "scale.alpha=60 deg +- 1 deg", "--vary", 'mu="normal(0.25, 0.03)"')
     assert (
-        main(["uncertainty", beam, "--joint", "hinge", *vary, *FEW, "--before", "200 deg total", "--indices", "64"])
+        main(
+            [
+                "uncertainty",
+                beam,
+                "--joint",
+                "hinge",
+                *vary,
+                *FEW,
+                "--before",
+                "200 deg total",
+                "--indices",
+                "64",
+                "--full",
+            ]
+        )
         == 0
     )
     out = capsys.readouterr().out
-    assert "4096 beams, scrambled Sobol points, seed 0" in out
+    assert out.startswith(f"{beam}: nine of ten beams: end of the curve ")
+    assert "4096, scrambled Sobol points, seed 0" in out
     assert "  scale.alpha = uniform(59 deg, 61 deg)\n  friction.mu = normal(0.25, 0.03)\n" in out
-    assert "locked before 200 deg total: none of 4096 beams (below 0.00073 with 95 % confidence)" in out
+    assert "locked before 200 deg total  none of 4096 beams (below 0.073 % with 95 % confidence)" in out
     assert "the nominal beam: frictional lock" in out
     assert "  locked before: none, it does not vary" in out
     u = squama.uncertainty(BEAM, {"alpha": "+- 1 deg", "mu": "normal(0.25, 0.03)"}, samples=3200, joint="hinge")

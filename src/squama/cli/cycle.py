@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
+from squama.cli.summary import DIGITS, Summary, energy, figure, modelled, span, turned
 from squama.errors import refuse
-from squama.loads import LOADS, ended, fixed
+from squama.loads import LOADS
 from squama.units import is_number, moment, number, shown
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ def cycle(
     mu: flags.Mu = None,
     margin: flags.Margin = 0.01,
     points: Annotated[int, flags.points(60)] = 60,
+    full: flags.Full = False,
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Load and unload a beam: loops, stick intervals, dissipation, damping, jamming, from a beam file."""
@@ -57,7 +59,7 @@ def cycle(
     record = output.record(
         described, data, _KEYS, loops="loop", senses="sense", curve="point", each="point scale", **balance
     )
-    return output.report(common.json, beam, written, record, _shown(described, data))
+    return output.report(common.json, beam, written, record, _summary(described, data).shown(full=full))
 
 
 def _twists(name: str, text: str) -> str:
@@ -69,11 +71,34 @@ def _twists(name: str, text: str) -> str:
     return text
 
 
-def _shown(beam: Beam, data: Answer) -> Iterable[str | Table]:
-    """Yield the summary: a row per loop, and what holds for the whole history."""
+def _summary(beam: Beam, data: Answer) -> Summary:
+    """Return the summary: damping and dissipation of the last loop, where it comes back to, where scales touch."""
+    kind = LOADS[data.attrs["load"]]
+    angle, torque = kind.angle, kind.torque
+    bases, tops = data[f"{angle}_base"], data[f"{angle}_top"]
+    verdict, figures = "no loop is closed: the history does not come back to where it turned", []
+    if tops.size:
+        loop, left = span(bases[-1], tops[-1], beam), float(data[f"{angle}_residual"][-1])
+        verdict = f"damping ratio {figure(float(data['zeta_eq'][-1]))} in a loop from {loop}"
+        back = f"the beam stays at {turned(left, beam)}" if left else "the beam comes back"
+        figures = [
+            ("loops", f"{tops.size}; figures of the last" if tops.size > 1 else ""),
+            ("friction takes", energy(float(data["W_d"][-1]), beam)),
+            ("stored at the top", energy(float(data["U_max"][-1]), beam)),
+            ("let go at the top", "" if math.isnan(left) else back),
+        ]
+    figures.append((f"largest {kind.torque_words}", moment(float(abs(data[torque]).max()), DIGITS)))
+    for sense, engaged in zip(data["sense"], data[f"{angle}_e"], strict=True):
+        touch = f"at {turned(float(engaged), beam)}" if math.isfinite(engaged) else "never"
+        figures.append((f"scales touch, sense {sense}", touch))
+    figures += [("friction", f"mu = {float(data['mu']):g}"), ("model", modelled(beam, data.attrs))]
+    return Summary(verdict, figures, (), data.attrs["warnings"], _loops(beam, data))
+
+
+def _loops(beam: Beam, data: Answer) -> Iterable[str | Table]:
+    """Yield a row per loop, and what holds for the whole history."""
     kind = LOADS[data.attrs["load"]]
     angle, torque, tangent = kind.angle, kind.torque, kind.tangent
-    yield f" {ended(data.attrs)} in cycles of {kind.name}: {output.about(data)}; {fixed(data.attrs)}"
     bases, tops = data[f"{angle}_base"], data[f"{angle}_top"]
     if tops.size:
         cells = [data[name] for name in ("W_d", "U_max", "zeta_eq", "K_sec", f"{torque}_drop", f"{angle}_residual")]
@@ -103,7 +128,6 @@ def _shown(beam: Beam, data: Answer) -> Iterable[str | Table]:
     words_of = _range if f"{angle}_most" in data.variables else _contact
     for i, sense in enumerate(data["sense"]):
         yield f"sense {sense}: {words_of(data, i, angle)}"
-    yield from output.warnings(data.attrs["warnings"])
 
 
 def _contact(data: Answer, i: int, angle: str) -> str:

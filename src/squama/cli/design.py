@@ -13,6 +13,7 @@ from cyclopts import Parameter
 from squama import loads
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
+from squama.cli.summary import Summary, figure
 from squama.io.files import label
 from squama.loads import LOADS, model
 
@@ -49,6 +50,7 @@ def design(
     seed: Annotated[int, flag("Seed of the screened points (1).", read=whole(0, 2**31 - 1, "1"))] = 1,
     plot: flags.Plot = (),
     elements: Annotated[bool, Parameter(help=_ELEMENTS)] = False,
+    full: flags.Full = False,
     base: flags.Base = flags.BASE,
 ) -> int:
     """Find beams that do what is asked: stiffen at a twist within a torque and a stress, follow a curve, lock.
@@ -66,7 +68,7 @@ def design(
         title = f"design {{}} of {len(found)} for {label(target)}"
         written += output.write_beams(out, {i: d.to_toml(title.format(i)) for i, d in enumerate(found.designs, 1)})
     written += output.draw(plot, "inverse_figure", found, read)
-    return output.report(base.json, target, written, _record(found), _shown(found))
+    return output.report(base.json, target, written, _record(found), _summary(found, read).shown(full=full))
 
 
 def read_target(base: flags.Base, path: str, out: str | None, *, force: bool, need: str = "target") -> Target | None:
@@ -104,13 +106,68 @@ def _record(found: InverseDesign) -> dict[str, object]:
     return {**about, "designs": designs}
 
 
-def _shown(found: InverseDesign) -> Iterable[str | Table]:
-    """Return designs side by side, then what holds for the first."""
+def _summary(found: InverseDesign, target: Target) -> Summary:
+    """Return the summary: whether the target is reached, the first design, a line for each other one."""
+    best, many = found[0], len(found)
+    verdict = f"{found.verdict}; {many} design{'s' * (many > 1)}"
+    figures = [(goal.name, _reached(goal)) for goal in best.goals]
+    figures.append(("model", f"{model(found.settings)}"))
+    others = []
+    for i, d in enumerate(found.designs[1:], 2):
+        reached = ", ".join(f"{goal.name} {_with_unit(goal, goal.reached)}" for goal in d.goals)
+        others.append(f"design {i}{'' if d.met else ' (not reached)'}: {reached}")
+    warned = [*(f"design 1 cannot be made as it is: {line}" for line in best.refused), *best.warnings]
+    table = ["design 1:", _dimensions(found, target.space.beam), *_missed(found), *others]
+    notes = (f"note: {note}" for note in found.notes)
+    return Summary(verdict, figures, [*table, *notes], warned, _all(found))
+
+
+def _with_unit(goal: Reached, value: float) -> str:
+    return "none" if math.isnan(value) else figure(value, goal.unit)
+
+
+def _reached(goal: Reached) -> str:
+    """Return what is reached of a goal, by how much tolerances change it, and what was asked."""
+    spread = f" +- {figure(goal.spread)}" if goal.spread > 0 else ""
+    missed = "" if goal.met else ", missed"
+    return f"{_with_unit(goal, goal.reached)}{spread} (asked {goal.wanted}{missed})"
+
+
+def _dimensions(found: InverseDesign, start: Beam) -> Table:
+    """Return a row for each dimension of the first design: value, tolerance, change from the beam it started from."""
+    from squama.study.parameters import own, people
+
+    best, rows = found[0], []
+    for name, value in best.values.items():
+        factor, unit = people(name)
+        size, first = found.tolerance.get(name), own(start, name)
+        tolerance = f"+- {figure(factor * size)}" if size else ""
+        change = f"{factor * (value - first):+.3g}" if first else ""
+        rows.append((name, f"{factor * value:.4g} {unit}".strip(), tolerance, change))
+    rows += [(name, chosen, "", "") for name, chosen in best.chosen.items()]
+    return output.table(("dimension", "value", "tolerance", "change"), rows, left=1)
+
+
+def _missed(found: InverseDesign) -> Iterable[str]:
+    """Yield the goals that the first design misses, and the bounds and limits that hold designs."""
+    best = found[0]
+    for goal in best.goals:
+        if not (found.met or goal.met):
+            other = f" ({best.other_contact})" if best.other_contact else ""
+            nearest = f"nearest {_with_unit(goal, goal.reached)} ({figure(goal.difference)} from it)"
+            how = f"there is none; the curve ends with {best.end}{other}" if math.isnan(goal.reached) else nearest
+            yield f"not reached: {goal.name}: asked {_with_unit(goal, goal.asked)}, {how}"
+    for i, d in enumerate(found.designs[:MOST], 1):
+        if d.active:
+            yield f"design {i} lies on: {'; '.join(d.active)}"
+
+
+def _all(found: InverseDesign) -> Iterable[str | Table]:
+    """Yield designs side by side, then what tolerances do to the first."""
     from squama.inverse.goals import SENSES
     from squama.study.parameters import people
 
     shown = found.designs[:MOST]
-    yield f": {found.verdict}; {len(found)} design{'s' * (len(found) > 1)}, {model(found.settings)}"
     rows: list[tuple[str, ...]] = []
     for goals in zip(*(d.goals for d in shown), strict=True):
         goal = goals[0]
@@ -148,23 +205,12 @@ def _beside(name: str, designs: Sequence[Design]) -> Iterable[tuple[str, ...]]:
 
 
 def _notes(found: InverseDesign) -> Iterable[str]:
-    """Return what is to be said below the table."""
+    """Yield what other models say, and what tolerances do to the first design."""
     from squama.study.parameters import people
 
-    best = found[0]
-    yield from (f"note: {note}" for note in found.notes)
-    for goal in best.goals:
-        if not (found.met or goal.met):
-            unit = f" {goal.unit}" if goal.unit else ""
-            other = f" ({best.other_contact})" if best.other_contact else ""
-            how = f"nearest {goal.reached:.5g} ({goal.difference:+.4g}{unit})"
-            how = f"there is none; the curve ends with {best.end}{other}" if math.isnan(goal.reached) else how
-            yield f"not reached: {goal.name}: asked {goal.asked:.5g}{unit}, {how}"
     for i, d in enumerate(found.designs[:MOST], 1):
         yield from (f"design {i}, {other.words}: {other.note}" for other in d.beside if other.note)
-        if d.active:
-            yield f"design {i} lies on: {'; '.join(d.active)}"
-    for goal in best.goals:
+    for goal in found[0].goals:
         words = []
         for name, value in sorted(goal.effects.items(), key=lambda item: -abs(item[1]))[:SHOWN]:
             factor, unit = people(name)
@@ -172,10 +218,8 @@ def _notes(found: InverseDesign) -> Iterable[str]:
                 words.append(f"{name} ({f'+- {factor * found.tolerance[name]:.3g} {unit}'.strip()}) {value:+.2g}")
         if words:
             yield f"tolerances, design 1, {goal.name} ({goal.unit or '1'}): {', '.join(words)}"
-    yield from (f"design 1 cannot be made as it is: {line}" for line in best.refused)
     if others := [str(i) for i, d in enumerate(found.designs[1:], 2) if d.refused]:
         yield f"designs that cannot be made as they are, beside: {', '.join(others)}"
-    yield from (f"warning, design 1: {line}" for line in best.warnings)
 
 
 # ---- a front ---------------------------------------------------------------------------------------------

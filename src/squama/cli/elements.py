@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from squama import units
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, one_of, settled, whole
+from squama.cli.summary import Summary, per_pitch, percent
 from squama.errors import refuse
 from squama.interrupt import kept
 
@@ -203,6 +204,7 @@ def verify(
     scales: Annotated[int | None, flags.scales(200, "Run a finite beam of so many scales too")] = None,
     beam_mesh: Annotated[MeshSize, flag("Mesh of the finite beam (coarse).", read=_mesh_read)] = "coarse",
     out: Annotated[flags.File | None, flag("Folder to write to (verify_ and the file's name).", "--out", "-o")] = None,
+    full: flags.Full = False,
     quiet: flags.Quiet = False,
     base: flags.Base = flags.BASE,
 ) -> int:
@@ -232,7 +234,7 @@ def verify(
             **vars(run),
         )
     written = [*found.written, *output.draw([str(folder / "comparison.png")], "compare_figure", found.table)]
-    status = output.report(base.json, beam, written, _verified(found), _beside(found))
+    status = output.report(base.json, beam, written, _verified(found), _summary(found).shown(full=full))
     return status or (0 if found.tested else UNTESTED)
 
 
@@ -254,26 +256,37 @@ def _verified(found: Verified) -> dict[str, object]:
     }
 
 
-def _beside(found: Verified) -> Iterable[str | Table]:
-    """Return the table of differences, and how far each model holds."""
+def _summary(found: Verified) -> Summary:
+    """Return the summary: how far the beam as it is made holds, then how far each model does."""
     data, attrs = found.table, found.elements.attrs
-    yield f": {data.attrs['title']}"
-    yield found.verdict if found.tested else f"warning: {found.verdict}"
+    about = f"{data.attrs['title']}: {found.verdict}" if found.tested else data.attrs["title"]
+    if not found.tested:
+        return Summary(about, (), (), [found.verdict, *data.attrs["warnings"].splitlines()], _all(data, attrs))
+    names = data["model"].values.tolist()
+    one = data.sel(model="compliant" if "compliant" in names else names[0])
+    share = percent(float(data.attrs["share"]))
+    off = f"{100 * float(one['dT_last']):+.3g} % at {per_pitch(float(one['last']))}"
+    verdict = f"{one['words'].item()} differ from finite elements in torque by {off}"
+    figures = [("within", f"{share} up to {per_pitch(float(one['within']))}"), ("tested", found.verdict)]
+    figures.append(("about", data.attrs["title"]))
+    unit = f"deg per pitch up to which a model is within {share} in torque; then torque and theta (deg) at its end"
+    table = [output.table(("model", "holds to", "torque", "theta"), ranges(data), left=1), unit, *finite(data)]
+    return Summary(verdict, figures, table, data.attrs["warnings"], _all(data, attrs))
+
+
+def _all(data: xr.Dataset, attrs: Mapping[Hashable, Any]) -> Iterable[str | Table]:
+    """Yield the mesh, the energy balance and tables of all differences; ``attrs`` of the elements' run."""
     yield f"elements: {attrs['mesh']}; {attrs['sentence']}"
     yield f"energy balance: (W - U_el - W_fr)/W = {attrs['energy_error']:.2e}"
     yield ""
-    yield "torque over the elements', less 1 (%)"
-    yield _table(data, "dT", 100.0, "T_elements", "N m", 1.0)
+    yield "difference from the torque of the elements, %"
+    yield _table(data, "dT", 100.0, "T_elements", 1e3, "N mm")
     yield ""
-    yield "inclination less the elements' (deg)"
-    yield _table(data, "dtheta", math.degrees(1.0), "theta_elements", "deg", math.degrees(1.0))
-    yield ""
-    if found.tested:
-        yield from (*ranges(data), *finite(data))
-    yield from output.warnings(data.attrs["warnings"])
+    yield "difference from the inclination of the elements, deg"
+    yield _table(data, "dtheta", math.degrees(1.0), "theta_elements", math.degrees(1.0), "deg")
 
 
-def _table(data: xr.Dataset, name: str, factor: float, own: str, unit: str, scale: float) -> Table:
+def _table(data: xr.Dataset, name: str, factor: float, own: str, scale: float, unit: str) -> Table:
     """Return the differences of all models at some twists, beside the elements' own value."""
     import numpy as np
 
@@ -281,25 +294,24 @@ def _table(data: xr.Dataset, name: str, factor: float, own: str, unit: str, scal
     for i in np.unique(np.linspace(0, data.sizes["point"] - 1, ROWS + 1).round().astype(int))[1:]:
         at = data.isel(point=int(i))
         cells = factor * at[name].values
-        texts = ["-" if math.isnan(cell) else f"{cell:+.{2 if abs(cell) < 99 else 0}f}" for cell in cells]
-        rows.append([f"{float(at['phi']):.4g}", f"{scale * float(at[own]):.4g}", *texts])
-    return output.table(("phi", f"elements ({unit})", *map(str, data["model"].values)), rows, left=0)
+        texts = ["-" if math.isnan(cell) else f"{cell:+.3g}" for cell in cells]
+        rows.append([f"{math.degrees(float(at['phi'])):.3g}", f"{scale * float(at[own]):.3g}", *texts])
+    return output.table(("deg per pitch", f"elements, {unit}", *map(str, data["model"].values)), rows, left=0)
 
 
-def ranges(data: xr.Dataset) -> list[str]:
-    """Return a line per model of the endless beam: how far it holds, and by how much it is off at the end."""
-    from squama.cli.report import apart
+def ranges(data: xr.Dataset) -> list[tuple[str, ...]]:
+    """Return a row per model of the endless beam: up to which twist it holds, and by how much it is off at its end."""
     from squama.fe.agreement import FINITE
 
-    lines = []
+    rows = []
     for name in data["model"].values:
         if name not in FINITE:
             one = data.sel(model=name)
-            within, last, torque, theta = (float(one[key]) for key in ("within", "last", "dT_last", "dtheta_last"))
-            holds = apart(within, last, torque, theta, float(data.attrs["share"]))
-            holds = "has no twist in common with the elements" if math.isnan(within) else holds
-            lines.append(f"{name} ({one['words'].item()}): {holds}")
-    return lines
+            within, torque, theta = (float(one[key]) for key in ("within", "dT_last", "dtheta_last"))
+            off = f"{100 * torque:+.3g} %" if abs(torque) < 1 else f"{1 + torque:.3g} times"
+            cells = f"{math.degrees(within):.3g}", off, f"{math.degrees(theta):+.3g}"
+            rows.append((one["words"].item(), *(("-",) * 3 if math.isnan(within) else cells)))
+    return rows
 
 
 def finite(data: xr.Dataset) -> list[str]:
@@ -322,8 +334,8 @@ def finite(data: xr.Dataset) -> list[str]:
             lines.append(f"{words} there is no twist that both have")
             continue
         angle = math.degrees(float((one["theta"] - other["theta"])[both[-1]]))
-        first, last = (f"{off[i]:+.3g} % at {float(data['phi'][i]):.4g}" for i in (both[0], both[-1]))
-        lines.append(f"{words} the torque is {first} rad/pitch and {last}, theta {angle:+.2f} deg there")
+        first, last = (f"{off[i]:+.3g} % at {per_pitch(float(data['phi'][i]))}" for i in (both[0], both[-1]))
+        lines.append(f"{words} the torque is {first} and {last}, theta {angle:+.2f} deg there")
     return lines
 
 

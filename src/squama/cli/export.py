@@ -12,6 +12,7 @@ from cyclopts import Parameter
 from squama.beam.faces import described
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, settled, words_of
+from squama.cli.summary import Summary
 from squama.io.files import exists, label
 
 if TYPE_CHECKING:
@@ -71,6 +72,7 @@ def export(
     made: Made = MADE,
     picture: Annotated[tuple[flags.File, ...], flag(_PICTURE)] = (),
     force: Annotated[bool, Parameter(help="Replace files in the folder that no export has written.")] = False,
+    full: flags.Full = False,
     base: flags.Base = flags.BASE,
 ) -> int:
     """Write scales, substrate, mould and assembled beam as STL, 3MF or STEP, checked, with a bill of materials."""
@@ -89,7 +91,7 @@ def export(
     found = exporting.export(described, out, force=force, **vars(made))
     written = [*found.files, *output.draw(picture, "solids_figure", found)]
     wrote = [f"wrote {len(written)} files: {label(out)}", *(f"  {label(path)}" for path in written)]
-    return output.report(base.json, beam, written, _record(found), _shown(found), wrote)
+    return output.report(base.json, beam, written, _record(found), _summary(found).shown(full=full), wrote)
 
 
 def _record(made: Export) -> dict[str, object]:
@@ -101,22 +103,27 @@ def _record(made: Export) -> dict[str, object]:
     }
 
 
-def _shown(made: Export) -> Iterable[str | Table]:
-    """Return the bill, and what was measured."""
+def _summary(made: Export) -> Summary:
+    """Return the summary: sizes, whether the solids can be made, and the bill."""
     plan = made.plan
     where = f", on {described(plan.faces)}" if plan.pieces > plan.scales else ""
-    yield f": {plan.scales} scales on a bar of {plan.total:g} x {plan.width:g} x {plan.height:g} mm{where}"
+    verdict = f"{plan.scales} scales on a bar of {plan.total:g} x {plan.width:g} x {plan.height:g} mm{where}"
+    closed = f"{len(made.checks)} checks hold: every solid is closed, in one piece, and a manifold"
+    return Summary(verdict, [("solids", closed)], _bill(made), (), _measured(made.checks))
+
+
+def _bill(made: Export) -> Iterable[Table]:
+    """Yield the bill of materials."""
     rows: list[tuple[str, ...]] = []
     for row in made.bill:
         volume, n = row.volume / 1000, row.number
         figures = (volume, row.mass, n * volume, n * row.mass)
-        rows.append((row.part, f"{row.material}, {row.made}", str(n), *(f"{v:.4g}" for v in figures)))
+        rows.append((row.part, f"{row.material}, {row.made}", str(n), *(f"{v:.3g}" for v in figures)))
     for printed, words in ((True, "all that is printed"), (False, "all silicone")):
         if those := [row for row in made.bill if (row.made == "printed") == printed]:
             volume, mass = (sum(getattr(row, key) * row.number for row in those) for key in ("volume", "mass"))
-            rows.append((words, "", "", "", "", f"{volume / 1000:.4g}", f"{mass:.4g}"))
+            rows.append((words, "", "", "", "", f"{volume / 1000:.3g}", f"{mass:.3g}"))
     yield output.table(("part", "made of", "number", "volume cm3", "mass g", "all cm3", "all g"), rows, left=2)
-    yield from _measured(made.checks)
 
 
 def _measured(checks: tuple[Check, ...]) -> list[str]:
@@ -124,9 +131,8 @@ def _measured(checks: tuple[Check, ...]) -> list[str]:
     volumes = [c for c in checks if c.what == "volume"]
     memory = [abs(c.measured / c.expected - 1) for c in volumes if "." not in c.solid]
     read = [abs(c.measured / c.expected - 1) for c in volumes if "." in c.solid]
-    lines = [f"{len(checks)} checks hold: every solid is closed, in one piece, and a manifold"]
     within = f"volumes are the analytic ones within {max(memory):.1g}"
-    lines.append(f"{within}, read back from the files within {max(read):.1g}" if read else within)
+    lines = [f"{within}, read back from the files within {max(read):.1g}" if read else within]
     common = [c for c in checks if c.what.startswith("common volume")]
     if common:
         lines.append(f"common volume of all pairs of solids: {max(c.measured for c in common):.1g} mm3")

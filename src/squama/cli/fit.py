@@ -190,17 +190,17 @@ def _of_tests(data: list[str], search: Search, **others: object) -> None:
 
 
 def _shown(found: Fit | DecayFit, file: str) -> Iterable[str]:
-    """Return the summary."""
+    """Yield the estimates with their errors, then doubts and checks, then which model they are of."""
     from squama.identify.decay_fit import DecayFit
 
+    yield f": {', '.join(found.lines)}"
+    yield from found.summary().splitlines()
     if isinstance(found, DecayFit):
         load, kind = found.attrs["load"], model(found.attrs)
-        yield f" read as a decay (time, no torque), fitted with {file} in {load} ({found.mode}), {kind}"
-        yield from found.summary().splitlines()
+        yield f"read as a decay (time, no torque), fitted with {file} in {load} ({found.mode}), {kind}"
     else:
         kind = LOADS[found.load].model(found.law, found.joint, found.scales)
-        yield f" fitted with {file} as {found.fitted_as} in {found.load}, {kind}"
-        yield from found.summary().splitlines()
+        yield f"fitted with {file} as {found.fitted_as} in {found.load}, {kind}"
         yield from output.warnings(found.beam.warnings(found.load, joint=found.joint))
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from squama.cli.output import warnings
 from squama.loads import ENDLESS, NOTHING, fixed, model
-from squama.units import number
+from squama.units import number, prefix
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -62,18 +62,35 @@ def per_pitch(angle: float) -> str:
     return figure(math.degrees(angle), "deg per pitch")
 
 
+def degrees(beam: Beam) -> tuple[float, str]:
+    """Return factor and unit of a twist or bend (rad per pitch): degrees over the whole beam, or of a pitch."""
+    return (math.degrees(beam.pitches), "deg") if beam.scales else (math.degrees(1), "deg per pitch")
+
+
 def turned(angle: float, beam: Beam) -> str:
     """Return a twist or bend (rad per pitch) in degrees: over the whole beam and per pitch, or per pitch alone."""
-    if beam.scales is None or not math.isfinite(angle):
-        return per_pitch(angle)
-    return f"{figure(math.degrees(angle) * beam.pitches, 'deg')} ({per_pitch(angle)})"
+    factor, unit = degrees(beam)
+    own = f" ({per_pitch(angle)})" if beam.scales and math.isfinite(angle) else ""
+    return f"{figure(factor * angle, unit)}{own}"
 
 
-def modelled(beam: Beam | None, attrs: Mapping[str, Any]) -> str:
-    """Return which model a result is from, of how many scales, and how good its torque is, by its attributes."""
-    many = (
-        f"{beam.extent} with {attrs['ends']} ends" if beam and attrs.get("ends", ENDLESS) != ENDLESS else "endless beam"
-    )
+def span(low: float, high: float, beam: Beam) -> str:
+    """Return a range of twists or bends (rad per pitch) in degrees over the whole beam, or per pitch."""
+    factor, unit = degrees(beam)
+    return f"{figure(factor * low)} to {figure(factor * high, unit)}"
+
+
+def energy(per_length: float, beam: Beam) -> str:
+    """Return the energy of the whole beam, or of a pitch, by that per length (J/m)."""
+    length, of = (beam.length, beam.extent) if beam.scales else (beam.pitch, "a pitch")
+    factor, sign = prefix(per_length * length)
+    return f"{figure(factor * per_length * length, f'{sign}J')} in {of}"
+
+
+def modelled(beam: Beam, attrs: Mapping[str, Any], many: str = "") -> str:
+    """Return which model a result is from, of how ``many`` scales, and how good its torque is, by its attributes."""
+    ends = attrs.get("ends", ENDLESS)
+    many = many or ("endless beam" if ends == ENDLESS else f"{beam.extent} with {ends} ends")
     held = "" if attrs.get("hold", NOTHING) == NOTHING else f"; {fixed(attrs)}"
     band = float(attrs.get("band", math.nan))
     # how good the law of the joint is was looked at in twisting

@@ -12,6 +12,7 @@ from cyclopts import Parameter
 from squama.cli import flags, output
 from squama.cli.fit import TABLES, Tables
 from squama.cli.flags import flag, settled
+from squama.cli.summary import DIGITS, Summary, figure, modelled, percent, turned
 from squama.errors import refuse
 from squama.loads import ENDLESS, LOADS, fixed
 from squama.model.outcome import SENTENCES, End
@@ -19,6 +20,8 @@ from squama.units import moment, number, shown
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from squama.beam.design import Beam
 
 
 _DATA = 'Measured points to draw too: CSV with a header such as "Phi (deg/mm), T (N mm)".'
@@ -146,6 +149,7 @@ def row(
     ideal: flags.Ideal = False,
     ends: flags.Ends = None,
     points: Annotated[int, flags.points(100)] = 100,
+    full: flags.Full = False,
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Twist a finite row of scales, whose end scales lack a neighbour: every scale's inclination and force."""
@@ -162,7 +166,7 @@ def row(
     keys = "load law joint sense ends squama_version"
     parts = {"figures": output.figures(data), "curve": "point", "scales": "point scale"}
     record = output.record(described, data, keys, **parts) | {"idealisation": data.attrs["scales"]}
-    return output.report(common.json, beam, written, record, _shown(data))
+    return output.report(common.json, beam, written, record, _summary(described, data).shown(full=full))
 
 
 _ROW_ENDS = {
@@ -172,8 +176,37 @@ _ROW_ENDS = {
 }
 
 
-def _shown(data: xr.Dataset) -> Iterable[str]:
-    """Return the summary: the row at its last point."""
+def _summary(beam: Beam, data: xr.Dataset) -> Summary:
+    """Return the summary: the row at its last point, beside the endless beam."""
+    n, last, end = data.sizes["scale"], data.isel(point=-1), End(str(data["end"].item()))
+    beam = beam.replace(scales=n)
+    torque, endless = float(last["T"]), float(last["T_periodic"])
+    place = turned(float(data["phi_end"]), beam)
+    verdict = f"{n} scales take {moment(torque, DIGITS)} at {place}"
+    if math.isfinite(endless):
+        verdict += f", {percent(torque / endless)} of an endless beam's torque"
+    theta = [f"{round(math.degrees(float(last['theta'][i])), 6) + 0.0:.3g}" for i in (0, n // 2, -1)]
+    stress = last["stress"].values if "stress" in last else []
+    other, which = str(data["other_contact"].item()), int(data["scale_end"])
+    why = f"{SENTENCES[end]}{f' (scale {which}: {other})' if which and other and end is not End.RANGE else ''}"
+    figures = [
+        ("scales touch", f"at {turned(float(data['phi_e']), beam)}"),
+        ("inclination, first to last", f"{theta[0]} deg, in the middle {theta[1]} deg, {theta[2]} deg"),
+        ("an end is felt", f"{figure(float(data['decay']))} of it one scale further, at engagement"),
+        ("largest stress in a scale", ""),
+        ("end of the curve", f"{place}: {why}"),
+        ("friction", f"mu = {float(data['mu']):g}; it takes {percent(float(last['RED']))} of the work"),
+        ("model", modelled(beam, data.attrs)),
+    ]
+    if len(stress) and math.isfinite(stress.max()):
+        at = f"{figure(1e-6 * stress.max(), 'MPa')}, in scale {stress.argmax() + 1}"
+        share = f"; {percent(stress.max() / beam.scale.strength)} of its strength" if beam.scale.strength else ""
+        figures[3] = (figures[3][0], f"{at}{share}")
+    return Summary(verdict, figures, (), data.attrs["warnings"], _all(data))
+
+
+def _all(data: xr.Dataset) -> Iterable[str]:
+    """Yield what is known of the row at its last point."""
     import numpy as np
 
     from squama.cli.report import held
@@ -187,8 +220,7 @@ def _shown(data: xr.Dataset) -> Iterable[str]:
     beside = f"endless beam: {moment(endless)}" if math.isfinite(endless) else "the endless beam's curve ends before"
     place = f" at phi = {number(float(data['phi_end']), 'rad/pitch')}" if np.isfinite(data["phi_end"]) else ""
     which = f", scale {int(data['scale_end'])}" if data["scale_end"] else ""
-    about = f"mu = {float(data['mu']):g}, sense {data.attrs['sense']}, edge law; {fixed(data.attrs)}"
-    yield f" as a row of {n} scales: {about}"
+    yield f"row of {n} scales: mu = {float(data['mu']):g}, sense {data.attrs['sense']}, edge law; {fixed(data.attrs)}"
     yield held(data.attrs)
     yield _ROW_ENDS[data.attrs["ends"]]
     yield f"engagement at phi = {number(float(data['phi_e']), 'rad/pitch')}"
@@ -212,4 +244,3 @@ def _shown(data: xr.Dataset) -> Iterable[str]:
         yield f"largest stress there: {stress.max() / 1e6:.4g} MPa, in scale {stress.argmax() + 1}"
     if down.size:
         yield f"lying on the substrate: scale {', '.join(map(str, down))}"
-    yield from output.warnings(data.attrs["warnings"])
