@@ -202,14 +202,8 @@ def test_what_only_hinges_have_means_them(given):
 
 
 def test_the_command_sets_the_hinge_beside(tmp_path, capsys):
-    path = "twist 0.09 rad/pitch; twist 0.25 rad/pitch"
-    assert (
-        main(
-            ["bend-twist", "examples/stiff_skin.toml", "--path", path, "--mu", "0.6", "--hold", "straight", *ENDLESS]
-            + ["--full"]
-        )
-        == 0
-    )
+    path, skin = "twist 0.09 rad/pitch; twist 0.25 rad/pitch", "examples/stiff_skin.toml"
+    assert main(["bend-twist", skin, "--path", path, "--mu", "0.6", "--hold", "straight", *ENDLESS, "--full"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert any("thick, elastic scales on compliant joints; endless beam; all else held" in line for line in lines)
     head = next(i for i, line in enumerate(lines) if line.split() == ["real", "hinge"])

@@ -193,7 +193,8 @@ def _shown(found: Fit | DecayFit, file: str) -> Iterable[str]:
     """Yield the estimates with their errors, then doubts and checks, then which model they are of."""
     from squama.identify.decay_fit import DecayFit
 
-    yield f": {', '.join(found.lines)}"
+    doubtful = "" if isinstance(found, DecayFit) or found.holds else "; the errors do not hold"
+    yield f": {', '.join(found.lines)}{doubtful}"
     yield from found.summary().splitlines()
     if isinstance(found, DecayFit):
         load, kind = found.attrs["load"], model(found.attrs)
