@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from squama.beam.design import Beam
     from squama.curves.labelled import Answer
 
-_PATH = 'Where to go, way by way: "bend 5 rad/m; twist 8 rad/m"; a comma joins what changes at once; below 0 is back.'
-_FREE = "Load that is left free on hinges, twisting or bending, while the other is imposed; without friction (--mu 0)."
-_MAP = "Pictures and tables are of the plane around the path: contacts, locks, theta, M and T, each straight from rest."
+_PATH = 'Path: "bend 5 rad/m; twist 8 rad/m"; a semicolon parts ways, a comma joins changes on one way.'
+_FREE = "Load that is left free, twisting or bending; on hinges, without friction (--mu 0)."
+_MAP = "Plot and write the plane around the path: contacts, locks, theta, M, T, each point straight from rest."
 _KEYS = "load free law joint scales joint_source band neutral hold ends margin path squama_version"
 _SMALL = 1e-6
 """Moment over torque, or the other way round, that is rounding."""
@@ -56,7 +56,7 @@ def bend_twist(
     full: flags.Full = False,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Bend and twist a beam as it is made along a path, beside simpler models: contacts, moment and torque, ends."""
+    """Bend and twist a beam along a path: moment, torque, contacts, end."""
     common.check(beam)
     described = settled(common.beam(beam, mu))
 

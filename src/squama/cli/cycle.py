@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from squama.beam.design import Beam
     from squama.curves.labelled import Answer
 
-_HISTORY = 'Twists one after the other instead: "0, 0.15, 0.05, 0.2, 0 rad/pitch"; below 0 the other way.'
+_HISTORY = 'Twists in turn, instead of --to: "0, 0.15, 0.05, 0.2, 0 rad/pitch"; negative the other way.'
 _KEYS = "load law joint scales hold margin increment K_theta rigidity history squama_version"
 SHOWN = 12
 """Loops in the table of the summary at most."""
@@ -29,9 +29,11 @@ def cycle(
     beam: flags.BeamFile,
     /,
     *,
-    to: Annotated[str | None, flag(f"Twist to and back: {flags.TWISTS}.")] = None,
+    to: Annotated[str | None, flag(f"Largest twist of the loop: {flags.TWISTS}.")] = None,
     history: Annotated[str | None, flag(_HISTORY)] = None,
-    loops: Annotated[int, flag("How many times it is gone through (1).", read=whole(1, 10_000, "3"))] = 1,
+    loops: Annotated[
+        int, flag("Number of loops, or of times the history is repeated. Default: 1.", read=whole(1, 10_000, "3"))
+    ] = 1,
     how: flags.How = flags.HOW,
     ends: flags.Ends = None,
     mu: flags.Mu = None,
@@ -40,7 +42,7 @@ def cycle(
     full: flags.Full = False,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Load and unload a beam: loops, stick intervals, dissipation, damping, jamming, from a beam file."""
+    """Load and unload a beam: loops, dissipation, damping, jamming."""
     if (to is None) == (history is None):
         what = "both are given" if to else "neither is given"
         flags.problems().add("--to, --history", "", what, 'give one of them, e.g. --to "0.2 rad/pitch"')

@@ -30,30 +30,30 @@ SHOWN = 6
 """Dimensions whose tolerances are listed."""
 MOST = 8
 """Designs side by side at most."""
-Out = Annotated[flags.File | None, flag("Folder for design_1.toml, design_2.toml ...", "--out", "-o")]
-_MANY, _STARTS = "How many different designs at most (the file's, or 5).", whole(16, 1 << 20, "4096")
-Force = Annotated[bool, Parameter(help="Replace designs that are in the folder.")]
-_ELEMENTS = "Hold the first design against finite elements (extra fe, minutes)."
-_FRONT = "Target file (TOML) with a table [front]; see docs, how-to: design a beam."
+Out = Annotated[flags.File | None, flag("Folder to write design_1.toml, design_2.toml ... to.", "--out", "-o")]
+_MANY, _STARTS = "Largest number of designs. Default: the file's, or 5.", whole(16, 1 << 20, "4096")
+Force = Annotated[bool, Parameter(help="Replace designs in the folder.")]
+_ELEMENTS = "Check the first design by finite elements (extra fe; takes minutes)."
+_FRONT = "Target file (TOML) with a table [front]; docs: how to design a beam."
 _PICK = flags.several(whole(1, 100_000, "1,40,200"))
-_POPULATION = "Designs of a generation, and of the front at most (the file's, or 200)."
+_POPULATION = "Designs of a generation, and at most of the front. Default: the file's, or 200."
 
 
 def design(
-    target: Annotated[flags.File, Parameter(help="Target file (TOML); see docs, how-to: design a beam.")],
+    target: Annotated[flags.File, Parameter(help="Target file (TOML); docs: how to design a beam.")],
     /,
     *,
     out: Out = None,
     force: Force = False,
     designs: Annotated[int | None, flag(_MANY, read=whole(1, 100, "5"))] = None,
-    starts: Annotated[int, flag("How many points of the bounds are screened (4096).", read=_STARTS)] = 4096,
-    seed: Annotated[int, flag("Seed of the screened points (1).", read=whole(0, 2**31 - 1, "1"))] = 1,
+    starts: Annotated[int, flag("Number of points screened within the bounds. Default: 4096.", read=_STARTS)] = 4096,
+    seed: Annotated[int, flag("Seed of the screened points. Default: 1.", read=whole(0, 2**31 - 1, "1"))] = 1,
     plot: flags.Plot = (),
     elements: Annotated[bool, Parameter(help=_ELEMENTS)] = False,
     full: flags.Full = False,
     base: flags.Base = flags.BASE,
 ) -> int:
-    """Find beams that do what is asked: stiffen at a twist within a torque and a stress, follow a curve, lock.
+    """Find beams that meet a target: stiffness at a twist within a torque and a stress, a curve, a lock.
 
     Exit status 0 also where the target is not reached; the summary then says "not reached".
     """
@@ -230,11 +230,15 @@ def pareto(
     /,
     *,
     out: Out = None,
-    pick: Annotated[tuple[int, ...], flag("Which designs -o writes, e.g. 1,40,200 (all).", read=_PICK)] = (),
+    pick: Annotated[tuple[int, ...], flag("Designs that -o writes, e.g. 1,40,200. Default: all.", read=_PICK)] = (),
     force: Force = False,
     population: Annotated[int | None, flag(_POPULATION, read=whole(8, 10_000, "200"))] = None,
-    generations: Annotated[int | None, flag("Generations (the file's, or 100).", read=whole(1, 100_000, "100"))] = None,
-    seed: Annotated[int | None, flag("Seed of the search (the file's, or 1).", read=whole(0, 2**31 - 1, "1"))] = None,
+    generations: Annotated[
+        int | None, flag("Number of generations. Default: the file's, or 100.", read=whole(1, 100_000, "100"))
+    ] = None,
+    seed: Annotated[
+        int | None, flag("Seed of the search. Default: the file's, or 1.", read=whole(0, 2**31 - 1, "1"))
+    ] = None,
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Trade figures of beams off against each other: a front, each point a beam that can be built (extra fit)."""

@@ -30,7 +30,7 @@ ROWS = 12
 """Twists in the printed table of differences."""
 MeshSize = str | tuple[float, float]
 _size = number(1e-4, 10.0, "0.2,0.02")
-_MESH = '"coarse", "medium", "fine", or sizes in the bulk and along the scale\'s edges in pitches, e.g. 0.2,0.02'
+_MESH = "Mesh: coarse, medium, fine, or sizes in pitches of the bulk and along the scale's edges, e.g. 0.2,0.02"
 
 
 def _mesh(name: str, text: str) -> MeshSize:
@@ -46,18 +46,18 @@ def _mesh(name: str, text: str) -> MeshSize:
 
 
 _mesh_read = flags.Reader[MeshSize](_mesh, "medium")
-_INCREMENT = "Largest increment of the twist, rad per pitch (0.01)."
-_ENDS = "Along the axis the turned end of a finite beam is free or held (free); the other is fixed."
-_PICTURE = "Picture of the deformed pitch with its strain: .png, .svg or .pdf; may be repeated."
-_RESTART = "File written after every increment; where it is there, the run goes on from it."
-_REACH = f"Twist to reach: {flags.TWISTS} (where the hinge's curve is cut off, 0.3 rad/pitch at most)."
-_SIZE = "Size of the substrate's elements, in pitches (0.3)."
-_EDGE = "Size of elements along the embedded scales' edges, in pitches (0.08)."
-_SUBSTRATE = "Substrate: neo-hookean or elastic (neo-hookean)."
-_PROGRAM = "Program that is to read it: calculix or abaqus (calculix)."
+_INCREMENT = "Largest increment of the twist, rad per pitch. Default: 0.01."
+_ENDS = "Axial motion of the turned end of a finite beam: free or held. Default: free. The other end is fixed."
+_PICTURE = "Picture of the deformed pitch with its strain (.png, .svg, .pdf); may be repeated."
+_RESTART = "File written after every increment; a run continues from it if it exists."
+_REACH = f"Twist at the end: {flags.TWISTS}. Default: the end of the hinge's curve, 0.3 rad/pitch at most."
+_SIZE = "Size of the substrate's elements, in pitches. Default: 0.3."
+_EDGE = "Size of elements along the embedded scales' edges, in pitches. Default: 0.08."
+_SUBSTRATE = "Material of the substrate: neo-hookean or elastic. Default: neo-hookean."
+_PROGRAM = "Program for the deck: calculix or abaqus. Default: calculix."
 
 
-Ideal = Annotated[bool, Parameter(help="Take the scales as thin and rigid, as in the paper.")]
+Ideal = Annotated[bool, Parameter(help="Thin, rigid scales, as in the paper. Default: thick and elastic.")]
 
 
 @flags.group
@@ -65,9 +65,9 @@ class Run:
     """How the elements of a pitch are run: arguments of :func:`squama.cell`."""
 
     increment: Annotated[float, flag(_INCREMENT, read=number(1e-5, 0.1, "0.01"))] = 0.01
-    mesh: Annotated[MeshSize, flag(f"{_MESH} (medium).", read=_mesh_read)] = "medium"
+    mesh: Annotated[MeshSize, flag(f"{_MESH}. Default: medium.", read=_mesh_read)] = "medium"
     sense: flags.Sense = "+"
-    hinged: Annotated[bool, Parameter(help="Block roll and yaw of the elements' scales.")] = False
+    hinged: Annotated[bool, Parameter(help="Block roll and yaw of the scales, as a hinge does.")] = False
     ideal: Ideal = False
 
 
@@ -77,7 +77,7 @@ class Deck:
 
     size: Annotated[float, flag(_SIZE, read=number(0.01, 10, "0.3"))] = 0.3
     edge_size: Annotated[float, flag(_EDGE, read=number(1e-3, 10, "0.08"))] = 0.08
-    increments: Annotated[int, flag("Number of increments (25).", read=whole(1, 10_000, "25"))] = 25
+    increments: Annotated[int, flag("Number of increments. Default: 25.", read=whole(1, 10_000, "25"))] = 25
     material: Annotated[str, flag(_SUBSTRATE, read=one_of("neo-hookean", "elastic"))] = "neo-hookean"
     ideal: Ideal = False
 
@@ -94,18 +94,21 @@ def cell(
     beam: flags.BeamFile,
     /,
     *,
-    to: Annotated[str, flag(f"Twist to reach: {flags.TWISTS}.")],
+    to: Annotated[str, flag(f"Twist at the end: {flags.TWISTS}.")],
     mu: flags.Mu = None,
     run: Run = RUN,
-    scales: Annotated[int | None, flags.scales(200, "Number of scales of a finite beam (one endless pitch)")] = None,
+    scales: Annotated[
+        int | None,
+        flags.scales(200, "Number of scales of a finite beam. Default: one pitch of an endless beam; allowed:"),
+    ] = None,
     ends: Annotated[str, flag(_ENDS, read=one_of("free", "held"))] = "free",
-    vtk: Annotated[flags.File | None, flag("File of the deformed pitch for ParaView and the like (.vtu).")] = None,
+    vtk: Annotated[flags.File | None, flag("File (.vtu) of the deformed pitch for ParaView.")] = None,
     picture: Annotated[tuple[flags.File, ...], flag(_PICTURE)] = (),
     restart: Annotated[flags.File | None, flag(_RESTART)] = None,
     quiet: flags.Quiet = False,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Twist one pitch of finite elements with helical periodicity, or a finite beam; needs the extra fe."""
+    """Twist one pitch (helical periodicity) or a finite beam by finite elements; needs the extra fe."""
     common.check(beam, plots=picture)
     flags.check_places([(vtk, (".vtu",))])
     if scales is None and ends != "free" and "--scales" not in flags.problems().flags:
@@ -201,18 +204,19 @@ def verify(
     mu: flags.Mu = None,
     to: Annotated[str | None, flag(_REACH)] = None,
     run: Run = RUN,
-    scales: Annotated[int | None, flags.scales(200, "Run a finite beam of so many scales too")] = None,
-    beam_mesh: Annotated[MeshSize, flag("Mesh of the finite beam (coarse).", read=_mesh_read)] = "coarse",
-    out: Annotated[flags.File | None, flag("Folder to write to (verify_ and the file's name).", "--out", "-o")] = None,
+    scales: Annotated[int | None, flags.scales(200, "Number of scales of a finite beam to compute too,")] = None,
+    beam_mesh: Annotated[MeshSize, flag("Mesh of the finite beam. Default: coarse.", read=_mesh_read)] = "coarse",
+    out: Annotated[
+        flags.File | None, flag("Folder to write to. Default: verify_ and the file's name.", "--out", "-o")
+    ] = None,
     full: flags.Full = False,
     quiet: flags.Quiet = False,
     base: flags.Base = flags.BASE,
 ) -> int:
-    """Set the compliant joint, the hinge and finite beams beside finite elements, twisted; needs the extra fe.
+    """Compare the compliant joint, the hinge and finite beams with finite elements, twisted; needs the extra fe.
 
-    Where no scale touches up to --to nothing is tested, and the exit status is 1.
-
-    The folder holds the table (CSV), the picture and the elements' run; the same command goes on where it was stopped.
+    Exit status 1 if no scale touches up to --to: nothing is tested then. The folder gets the table (CSV), the picture
+    and the elements' run; the same command continues a run that was stopped.
     """
     described, twist = base.turned(beam, mu, "--to", to)
     described = settled(described)
@@ -343,11 +347,11 @@ def deck(
     beam: flags.BeamFile,
     /,
     *,
-    out: Annotated[flags.File, flag("Deck to write (.inp).", "--out", "-o")],
+    out: Annotated[flags.File, flag("Input deck (.inp) to write.", "--out", "-o")],
     program: Annotated[str, flag(_PROGRAM, "--for", read=one_of("calculix", "abaqus"))] = "calculix",
-    scales: Annotated[int | None, flags.scales(100, "Number of scales (that of the file)")] = None,
+    scales: Annotated[int | None, flags.scales(100, "Number of scales. Default: the file's; allowed:")] = None,
     mu: flags.Mu = None,
-    to: Annotated[str, flag(f'Twist at the end: {flags.TWISTS} ("0.15 rad/pitch").')] = "0.15 rad/pitch",
+    to: Annotated[str, flag(f"Twist at the end: {flags.TWISTS}. Default: 0.15 rad/pitch.")] = "0.15 rad/pitch",
     made: Deck = DECK,
     base: flags.Base = flags.BASE,
 ) -> int:

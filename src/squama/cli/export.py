@@ -38,27 +38,31 @@ _size = flags.Reader(_read_size, 0.0)
 
 _density = number(0.01, 24.99, "1.2", "0.01 to 24.99 g/cm3")
 PARTS, FORMATS = ("scale", "substrate", "mould", "assembly"), ("stl", "3mf", "step")
-_KINDS = "stl, 3mf (both in mm), step (extra step), or several (stl,3mf)."
-_CLEARANCE = "Room between tab and slot, and between blades and the mould's lid, on every side (0.2 mm)."
-_PICTURE = "Picture of the assembled beam and the mould: .png, .svg or .pdf; may be repeated."
-_BED = "Longest part that the printer takes; longer moulds are made in pieces (no limit)."
+_KINDS = "Formats: stl, 3mf (both in mm), step (extra step). Default: stl,3mf."
+_CLEARANCE = "Clearance of tabs in their slots, and of blades in the lid, on every side. Default: 0.2 mm."
+_PICTURE = "Picture of the assembled beam and the mould (.png, .svg, .pdf); may be repeated."
+_BED = 'Longest part that fits the printer, e.g. "200 mm"; longer moulds are split. Default: no limit.'
 
 
 @flags.group
 class Made:
     """What is made, and its sizes: arguments of :func:`squama.export`."""
 
-    scales: Annotated[int | None, flags.scales(500, "Number of scales (that of the file)", least=1)] = None
-    parts: Annotated[tuple[str, ...], flag(f"What to write ({','.join(PARTS)}).", read=words_of(PARTS))] = PARTS
+    scales: Annotated[int | None, flags.scales(500, "Number of scales. Default: the file's; allowed:", least=1)] = None
+    parts: Annotated[tuple[str, ...], flag(f"Parts to write. Default: {','.join(PARTS)}.", read=words_of(PARTS))] = (
+        PARTS
+    )
     formats: Annotated[tuple[str, ...], flag(_KINDS, read=words_of(FORMATS))] = ("stl", "3mf")
     clearance: Annotated[float, flag(_CLEARANCE, read=_size)] = 0.2e-3
-    feature: Annotated[float, flag("Least size that can be printed or cast (0.4 mm).", read=_size)] = 0.4e-3
-    wall: Annotated[float, flag("Thickness of the mould's walls, floor and lid (3 mm).", read=_size)] = 3e-3
-    ends: Annotated[float, flag("Plain length of the bar at each end, for the grips (30 mm).", read=_size)] = 30e-3
-    draft: Annotated[float, flag("Inclination of the tray's sides (0 deg).", read=_size)] = 0.0
+    feature: Annotated[float, flag("Smallest size that can be printed or cast. Default: 0.4 mm.", read=_size)] = 0.4e-3
+    wall: Annotated[float, flag("Thickness of the mould's walls, floor and lid. Default: 3 mm.", read=_size)] = 3e-3
+    ends: Annotated[float, flag("Plain length of the bar at each end, for grips. Default: 30 mm.", read=_size)] = 30e-3
+    draft: Annotated[float, flag("Draft angle of the tray's sides. Default: 0 deg.", read=_size)] = 0.0
     bed: Annotated[float | None, flag(_BED, read=_size)] = None
-    scale_density: Annotated[float, flag("Density of what is printed, g/cm3 (1.24, solid PLA).", read=_density)] = 1.24
-    substrate_density: Annotated[float, flag("Density of the silicone, g/cm3 (1.15).", read=_density)] = 1.15
+    scale_density: Annotated[
+        float, flag("Density of printed parts, g/cm3. Default: 1.24 (solid PLA).", read=_density)
+    ] = 1.24
+    substrate_density: Annotated[float, flag("Density of the silicone, g/cm3. Default: 1.15.", read=_density)] = 1.15
 
 
 MADE = Made()
@@ -71,7 +75,7 @@ def export(
     out: Annotated[flags.File, flag("Folder to write to.", "--out", "-o")],
     made: Made = MADE,
     picture: Annotated[tuple[flags.File, ...], flag(_PICTURE)] = (),
-    force: Annotated[bool, Parameter(help="Replace files in the folder that no export has written.")] = False,
+    force: Annotated[bool, Parameter(help="Replace files that no export has written.")] = False,
     full: flags.Full = False,
     base: flags.Base = flags.BASE,
 ) -> int:

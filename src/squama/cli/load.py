@@ -20,16 +20,16 @@ if TYPE_CHECKING:
     from squama.part.definition import Part
 
 _LOAD = (
-    'What loads it: "0.2 N up at tip", "10 mm down at middle", "0.5 N down over all", "weight down", "30 N mm twist", '
-    '"90 deg bend", "3 N tendon at 4 mm"; may be repeated ([[load]] of the file).'
+    'Load: "0.2 N up at tip", "10 mm down at middle", "0.5 N down over all", "weight down", "30 N mm twist", '
+    '"90 deg bend", "3 N tendon at 4 mm"; may be repeated. Default: [[load]] of the file.'
 )
 _SUPPORT = (
-    'Supports: clamped (the root), gripped (both ends), "simple, span 180 mm" (two rollers) ([support] of the file, '
-    "clamped without it)."
+    'Support: clamped (the root), gripped (both ends), "simple, span 180 mm" (two rollers). Default: [support] of the '
+    "file, or clamped."
 )
 _ALONG = (
-    'What differs along the beam, of the first and the last scale: scale.theta0="5 deg, 10 deg"; may be repeated. Or a '
-    "table (CSV) with a row for each scale ([along] of the file)."
+    'Values that differ along the beam, at the first and last scale: scale.theta0="5 deg, 10 deg"; may be repeated. '
+    "Or a CSV table with a row for each scale. Default: [along] of the file."
 )
 _KEYS = "load loads support graded joint hold K_theta rigidity joint_source band squama_version"
 _PAIR = flags.pair("name=first, last", 'scale.theta0="5 deg, 10 deg"')
@@ -46,17 +46,17 @@ def load(
     *,
     load: Annotated[tuple[str, ...], flag(_LOAD, read=flags.Reader(lambda _, text: text, ""), many=True)] = (),
     support: Annotated[str | None, flag(_SUPPORT)] = None,
-    scales: Annotated[int | None, flags.scales(200, "Number of scales (that of the file)")] = None,
+    scales: Annotated[int | None, flags.scales(200, "Number of scales. Default: the file's; allowed:")] = None,
     along: Annotated[tuple[flags.Pair, ...], flag(_ALONG, read=flags.Reader(_grade, _PAIR.failed), many=True)] = (),
     mu: flags.Mu = None,
-    back: Annotated[bool, flags.Parameter(help="Take the load off again.")] = False,
+    back: Annotated[bool, flags.Parameter(help="Unload afterwards.")] = False,
     ideal: flags.Ideal = False,
     points: Annotated[int, flags.points(50)] = 50,
     full: flags.Full = False,
     gif: Annotated[flags.File | None, flag("Animation of the part as it deforms (.gif).")] = None,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Load a part: a beam of N scales on its supports, under forces, moments, a tendon or its weight."""
+    """Load a part of N scales on its supports: forces, moments, a tendon, its weight."""
     flags.check_places([(gif, (".gif",))])
     common.check(beam, *(grade.text for grade in along if not grade.name))
     given: dict[str, Any] = {"load": list(load) or None, "support": support, "along": _grades(along)}

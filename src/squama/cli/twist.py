@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from squama.beam.design import Beam
 
 
-_DATA = 'Measured points to draw too: CSV with a header such as "Phi (deg/mm), T (N mm)".'
-_COMPARE = "Print simpler models beside it: the endless beam, thin rigid scales, hinges."
-_TO = f"Where to stop: {flags.TWISTS} (0.3 rad/pitch; on the hinge where the endless beam's curve is cut off)."
+_DATA = 'CSV file of measured points to draw too; header "Phi (deg/mm), T (N mm)", bent "kappa (1/m), M (N mm)".'
+_COMPARE = "Compare with simpler models: the endless beam, thin rigid scales, hinges."
+_TO = f"Twist at the end: {flags.TWISTS}. Default: 0.3 rad/pitch; on hinges the end of the endless beam's curve."
 
 
 @flags.group
@@ -36,7 +36,9 @@ class Curve:
     mu: flags.Family = ()
     margin: flags.Margin = 0.01
     points: Annotated[int, flags.points(200)] = 200
-    to: Annotated[str | None, flag(f"Where to stop: {flags.TWISTS}.")] = None
+    to: Annotated[str | None, flag(f"End of the curve: {flags.TWISTS}. Default: 0.3 rad/pitch; on hinges a lock.")] = (
+        None
+    )
     ends: flags.Ends = None
     data: Annotated[flags.File | None, flag(_DATA)] = None
     compare: Annotated[bool, Parameter(help=_COMPARE)] = False
@@ -57,7 +59,7 @@ def twist(
     tables: Tables = TABLES,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Twist a beam as it is made, beside simpler models: torque, stiffness, stress and friction."""
+    """Twist a beam: free range, torque, stiffness, stress, friction."""
     return respond("twisting", beam, curve, joints, tables, common, law, sense)
 
 
@@ -70,7 +72,7 @@ def bend(
     tables: Tables = TABLES,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Bend a beam as it is made, beside simpler models: moment, stiffness, stress and friction."""
+    """Bend a beam: free range, moment, stiffness, stress, friction."""
     return respond("bending", beam, curve, joints, tables, common)
 
 
@@ -141,7 +143,9 @@ def row(
     beam: flags.BeamFile,
     /,
     *,
-    scales: Annotated[int | None, flags.scales(2000, "Number of scales of the row (that of the file)")] = None,
+    scales: Annotated[
+        int | None, flags.scales(2000, "Number of scales of the row. Default: the file's; allowed:")
+    ] = None,
     mu: flags.Mu = None,
     to: Annotated[str | None, flag(_TO)] = None,
     sense: flags.Sense = "+",
@@ -152,7 +156,7 @@ def row(
     full: flags.Full = False,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Twist a finite row of scales, whose end scales lack a neighbour: every scale's inclination and force."""
+    """Twist a row of N scales, whose end scales lack a neighbour: inclination and force of every scale."""
     common.check(beam)
     described, stop = common.turned(beam, mu, "--to", to, scales=scales)
     described = settled(described)

@@ -31,22 +31,25 @@ _SHARES = {"engaged": "engagement", "locked": "locked", "strength": "strength re
 """Single probabilities, and their words."""
 _DRAWN = {"sobol": "scrambled Sobol points", "random": "random points (PCG64)"}
 _FIGURE = ("meaning", "nominal", "share", "mean", "mean_se", "sd", "sd_se", "low", "high")
-_TOLERANCE = 'A tolerance: scale.alpha="60 deg +- 1 deg" (limits), mu="normal(0.25, 0.03)"; may be repeated.'
-_FILE = "TOML file with tolerances under [tolerance]; --vary goes before it."
-_SAMPLER = "sobol (scrambled Sobol points) or random (PCG64) (sobol)."
-_SAMPLES = "Number of beams at least (32768; 131072 on hinges)."
-_INDICES = "Base number of Sobol indices, a power of two such as 4096; 0 for none (0); extra fit."
+_TOLERANCE = 'Tolerance: scale.alpha="60 deg +- 1 deg" (limits), mu="normal(0.25, 0.03)"; may be repeated.'
+_FILE = "TOML file with tolerances under [tolerance]; --vary takes precedence."
+_SAMPLER = "Samples: sobol (scrambled Sobol points) or random (PCG64). Default: sobol."
+_SAMPLES = "Least number of beams. Default: 32768; on hinges 131072."
+_INDICES = "Samples for Sobol indices, a power of two such as 4096; 0 for none (extra fit). Default: 0."
 
 
 @flags.group
 class Study(flags.How):
     """How the samples are drawn and solved: arguments of :func:`squama.uncertainty`."""
 
-    at: Annotated[str | None, flag(f"{flags.AT}.")] = None
-    before: Annotated[str | None, flag('Probability of hinges locking before this twist, e.g. "120 deg total".')] = None
+    at: Annotated[str | None, flag(flags.AT)] = None
+    before: Annotated[
+        str | None,
+        flag('Twist for which the probability of an earlier lock is computed (hinges), e.g. "120 deg total".'),
+    ] = None
     samples: Annotated[int | None, flag(_SAMPLES, read=whole(3200, 1 << 24, "131072"))] = None
     sampler: Annotated[str, flag(_SAMPLER, read=one_of("sobol", "random"))] = "sobol"
-    seed: Annotated[int, flag("Seed of the samples (0).", read=whole(0, 2**31, "7"))] = 0
+    seed: Annotated[int, flag("Seed of the samples. Default: 0.", read=whole(0, 2**31, "7"))] = 0
     indices: Annotated[int, flag(_INDICES, read=whole(0, 2**20, "4096"))] = 0
     sense: flags.Sense = "+"
 
@@ -66,7 +69,7 @@ def uncertainty(
     full: flags.Full = False,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Say what tolerances and friction do to engagement, torque, stiffness, dissipation: Monte Carlo, Sobol indices."""
+    """Compute what tolerances do to engagement, torque, stiffness, stress: Monte Carlo, Sobol indices."""
     if study.indices:
         from squama.study.tolerances import statistics
 

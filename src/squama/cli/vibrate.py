@@ -32,8 +32,12 @@ class Swinging(flags.How):
 
     mode: flags.Mode = "uniform"
     ends: flags.Ends = None
-    rotor: Annotated[str | None, flag('Moment of inertia at the end, "1e-4 kg m2" (the beam\'s own).')] = None
-    density: Annotated[str | None, flag('Mean density of the bar, "1100 kg/m3" (the beam\'s own).')] = None
+    rotor: Annotated[
+        str | None, flag('Moment of inertia at the end, e.g. "1e-4 kg m2". Default: the beam file\'s.')
+    ] = None
+    density: Annotated[str | None, flag('Mean density of the bar, e.g. "1100 kg/m3". Default: the beam file\'s.')] = (
+        None
+    )
 
 
 SWINGING = Swinging()
@@ -43,16 +47,18 @@ def vibrate(
     beam: flags.BeamFile,
     /,
     *,
-    release: Annotated[str | None, flag(f"Twist from which it is let go: {flags.TWISTS}.")] = None,
-    impulse: Annotated[str | None, flag('Or angular impulse on the rotor at rest, "0.01 N m s".')] = None,
+    release: Annotated[str | None, flag(f"Twist from which the beam is let go: {flags.TWISTS}.")] = None,
+    impulse: Annotated[
+        str | None, flag('Angular impulse on the rotor at rest, instead of --release: "0.01 N m s".')
+    ] = None,
     swinging: Swinging = SWINGING,
-    damping: Annotated[float, flag("Damping ratio of the material (0).", read=number(0.0, 0.5, "0.01"))] = 0.0,
-    swings: Annotated[int, flag("Number of cycles (8).", read=whole(1, 10_000, "8"))] = 8,
+    damping: Annotated[float, flag("Damping ratio of the material. Default: 0.", read=number(0.0, 0.5, "0.01"))] = 0.0,
+    swings: Annotated[int, flag("Number of cycles. Default: 8.", read=whole(1, 10_000, "8"))] = 8,
     mu: flags.Mu = None,
     full: flags.Full = False,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Let a beam swing: its decay, and the damping of every cycle, from a beam file."""
+    """Let a beam vibrate freely: frequency, decay, damping of every cycle."""
     common.check(beam)
     described = settled(common.beam(beam, mu))
 
@@ -115,19 +121,21 @@ def shake(
     beam: flags.BeamFile,
     /,
     *,
-    lowest: Annotated[str, flag('Lowest frequency, "1 Hz".')],
-    highest: Annotated[str, flag('Highest frequency, "5 Hz".')],
+    lowest: Annotated[str, flag('Lowest frequency, e.g. "1 Hz".')],
+    highest: Annotated[str, flag('Highest frequency, e.g. "5 Hz".')],
     static: Annotated[
-        str | None, flag(f"Twist that the torque would give the bare beam at rest: {flags.TWISTS}.")
+        str | None, flag(f"Amplitude of the torque by the twist it gives the bare beam at rest: {flags.TWISTS}.")
     ] = None,
-    torque: Annotated[str | None, flag('Or the amplitude of the torque itself, "0.1 N m".')] = None,
+    torque: Annotated[str | None, flag('Amplitude of the torque, instead of --static: "0.1 N m".')] = None,
     swinging: Swinging = SWINGING,
-    damping: Annotated[float, flag("Damping ratio of the material (0.01).", read=number(0.0, 0.5, "0.01"))] = 0.01,
-    points: Annotated[int, flag("Number of frequencies (25).", read=whole(2, 1000, "25"))] = 25,
+    damping: Annotated[
+        float, flag("Damping ratio of the material. Default: 0.01.", read=number(0.0, 0.5, "0.01"))
+    ] = 0.01,
+    points: Annotated[int, flag("Number of frequencies. Default: 25.", read=whole(2, 1000, "25"))] = 25,
     mu: flags.Mu = None,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Shake a beam by a harmonic torque: steady states over frequencies, both ways, from a beam file."""
+    """Shake a beam by a harmonic torque: steady states over the frequency, up and down."""
     import numpy as np
 
     from squama.dynamics.doors import frequency, shake
