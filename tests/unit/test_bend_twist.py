@@ -141,7 +141,7 @@ def test_what_cannot_be_free_is_one_line(given, words):
         ("", 'path = "": is not a way'), ("turn 5 rad/m", "is not a way"), ("bend", "is not a way"),
         ("bend 5 rad/m, bend 6 rad/m", "each word once"), ("bend 5", "does not say over which length"),
         ("bend 5 rad/m; bend 5 rad/m", "path[1]"), ([], "is not a path"), (5, "is not a path"),
-        ([(1, 2, 3)], "not a pair"), ([(0, 0)], "goes nowhere"), ("twist 4 rad/pitch", "half a turn"),
+        ([(1, 2, 3)], "not a pair"), ([(0, 0)], "ends where it starts"), ("twist 4 rad/pitch", "half a turn"),
         ([(np.nan, 1)], "path"),
     ],
 )  # fmt: skip

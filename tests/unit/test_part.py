@@ -332,7 +332,7 @@ def test_grading_by_which_scales_meet_at_rest_is_refused():
         ("1 N up at tip", {"support": "gripped"}, "does not move the part"),
         ("1 N up at tip; 1 N down at tip", {}, "does not move the part"),
         ("1 N up at tip", {"hold": "bend"}, "does not move the part"),
-        ("1 N up at tip", {"hold": "straight"}, "all strains are held"),
+        ("1 N up at tip", {"hold": "straight"}, "strains are all held"),
         ("1 N up", {"along": 3}, "is no mapping"),
     ],
 )

@@ -288,7 +288,7 @@ def test_a_row_whose_joint_is_not_known_is_on_hinges_and_says_so():
     beam = PLA.replace(scale={"embedded": "20 mm"})
     r = squama.row(beam, scales=3, points=5, to="0.06 rad/pitch")
     assert (r.attrs["joint"], r.attrs["scales"]) == ("hinge", "thin, rigid scales")
-    assert r.attrs["warnings"].startswith("the scales are on hinges, not as in the beam: ")
+    assert r.attrs["warnings"].startswith("hinges, as the joint is not known: ")
     with pytest.raises(squama.InputError, match="--joint hinge"):
         squama.row(beam, joint="compliant")
 

@@ -193,7 +193,7 @@ def test_a_beam_whose_joint_is_not_known_is_on_hinges_and_says_so():
     r = squama.twist(beam, points=5)
     assert r.attrs["joint"] == "hinge"
     first = r.attrs["warnings"].splitlines()[0]
-    assert first.startswith("the scales are on hinges, not as in the beam: ")
+    assert first.startswith("hinges, as the joint is not known: ")
     assert re.search(words, first)
     np.testing.assert_array_equal(r["T"], squama.twist(beam, points=5, joint="hinge", ideal=True)["T"])
 

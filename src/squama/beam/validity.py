@@ -45,7 +45,7 @@ def parts_fit(beam: Assembly) -> None:
             reason = f"makes {words} = {ratio:.6g} with beam.pitch = {_mm(d)}; allowed: {reach.ALLOWED}"
             problems.add(f"scale.{key}", _mm(size), reason, f"write at most {_mm(room)}")
     if beam.other and beam.neutral != next(iter(NEUTRAL)):
-        reason = "is of scales on one face: between two it is the middle"
+        reason = "needs scales on one face; with scales on both it is the middle"
         problems.add("substrate.neutral", shown(beam.neutral), reason, f'write "{next(iter(NEUTRAL))}"')
     sine = math.sin(beam.scale.theta0)
     depth, room = beam.scale.embedded * sine, beam.substrate.thickness / (2 if beam.other else 1)

@@ -109,15 +109,16 @@ def _record(found: InverseDesign) -> dict[str, object]:
 def _summary(found: InverseDesign, target: Target) -> Summary:
     """Return the summary: whether the target is reached, the first design, a line for each other one."""
     best, many = found[0], len(found)
-    verdict = f"{found.verdict}; {many} design{'s' * (many > 1)}"
+    reached, *but = found.verdict.split("; ")
+    verdict = f"{reached}; {many} design{'s' * (many > 1)}"
     figures = [(goal.name, _reached(goal)) for goal in best.goals]
     figures.append(("model", f"{model(found.settings)}"))
     others = []
     for i, d in enumerate(found.designs[1:], 2):
-        reached = ", ".join(f"{goal.name} {_with_unit(goal, goal.reached)}" for goal in d.goals)
-        others.append(f"design {i}{'' if d.met else ' (not reached)'}: {reached}")
+        words = ", ".join(f"{goal.name} {_with_unit(goal, goal.reached)}" for goal in d.goals)
+        others.append(f"design {i}{'' if d.met else ' (not reached)'}: {words}")
     warned = [*(f"design 1 cannot be made as it is: {line}" for line in best.refused), *best.warnings]
-    table = ["design 1:", _dimensions(found, target.space.beam), *_missed(found), *others]
+    table = [*but, "design 1:", _dimensions(found, target.space.beam), *_missed(found), *others]
     notes = (f"note: {note}" for note in found.notes)
     return Summary(verdict, figures, [*table, *notes], warned, _all(found))
 

@@ -129,7 +129,7 @@ def _notes(kind: Load, beam: Beam, law: str, laws: Mapping[str, Answer]) -> list
     lines += [f"{end}: {SENTENCES[End(end)]}" for end in ends]
     lines += _others(laws)
     if any(str(End.NONE) in data["end"] for data in laws.values()):
-        lines.append("without engagement the scales take no load and the curve is that of the beam without contact")
+        lines.append("without engagement the curve is that of the beam without contact")
     if len(laws) > 1:
         names = {REAL: "real beam", IDEAL: "beam with thin, rigid scales", beam.extent: f"beam of {beam.extent}"}
         whose = names.get(law, column(law))
@@ -328,7 +328,7 @@ def _real(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
         f"without contact d{words.torque}/d{words.rate} = {rigidity:.4g} N m^2 (hinge {words.rigidity(beam):.4g})",
     ]
     if attrs["scales"] == "thick, rigid scales":
-        lines.append("scale.youngs_modulus is not given: real scales bend, and give less torque than these")
+        lines.append("scale.youngs_modulus is not given: the scales are taken as rigid, and their torque is too high")
     off = {name: differences(answer, ours) for name, answer in laws.items() if answer is not ours}
     for i, one in enumerate(singles(ours)):
         of_mu = f"mu = {one['mu']:g}: " if ours.family is not None else ""

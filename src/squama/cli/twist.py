@@ -117,7 +117,9 @@ def respond(
             law = next(iter(laws))
         else:
             if curve.ends not in (None, ENDLESS):
-                refuse("ends", shown(curve.ends), "is not of hinges, which are endless here", "write squama row")
+                refuse(
+                    "ends", shown(curve.ends), "is not available on hinges, which are endless here", "write squama row"
+                )
             laws = report.responses(load, beam, law, sense, numbers)
     hinge = laws[report.HINGE].dataset() if common.plot and report.HINGE in laws else None
     written = output.write(common, laws[law].dataset, "response_figure", _lines, measured=measured, hinge=hinge)
