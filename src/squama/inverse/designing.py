@@ -382,3 +382,7 @@ class _Refined(NamedTuple):
             elif g <= ACTIVE:
                 found.append(name)
         return found
+
+
+design = inverse_design
+"""The same by the name of its command."""
