@@ -10,6 +10,7 @@ from squama.cli import main
 from squama.curves.polygons import bent_and_twisted
 from squama.errors import InputError
 from squama.plot import path_figure
+from squama.plot.plane import said
 
 BEAM = squama.Beam.from_ratios(eta=3, beta=1.25, lam=0.45, alpha="45 deg", theta0="10 deg", mu=0.2)
 PATH = "bend 0.1 rad/pitch; twist 0.15 rad/pitch; bend 0.05 rad/pitch, twist 0.1 rad/pitch"
@@ -186,6 +187,6 @@ def test_the_picture_has_path_loads_and_inclination():
     left, loads, theta = figure.axes
     assert len(left.get_images()) == 1
     labels = [text.get_text() for text in left.get_legend().get_texts()]
-    assert labels == ["no contact", "BF", "TS", r"$\varphi = \psi\,\tan\alpha$", "frictional lock"]
+    assert labels == ["no contact", *map(said, ("BF", "TS")), r"$\varphi = \psi\,\tan\alpha$", "frictional lock"]
     assert [line.get_label() for line in loads.get_lines()][:2] == ["$M$", "$T$"]
     assert theta.get_lines()[0].get_ydata().max() > 50

@@ -163,7 +163,7 @@ def test_the_explorer_holds_a_bend():
     name, table = live.make_file(bent, "csv")
     assert name == "curve.csv"
     assert b'# attribute load: "bending and twisting"' in table
-    assert "only loading" in live.loop(bent.change("path", "cycle"))
+    assert "only loads" in live.loop(bent.change("path", "cycle"))
     # bent alone it has no bend to be held
     assert not bent.change("load", "bending").bent
     for text in ("2", "x", "nan", "5"):

@@ -108,7 +108,7 @@ def _thin(beam: Assembly, load: Load, sense: str) -> list[str]:
 
     def engagement(tau: float) -> str:
         value = thickness.engagement_twisting(**ratios, tau=tau)
-        return f"{load.angle} = {value:.3g} rad per pitch" if math.isfinite(value) else "no twist"
+        return f"{math.degrees(value):.3g} deg per pitch" if math.isfinite(value) else "no twist"
 
     if not _meets(ratios):
         return [f"{line}in this sense of twist the model's thin plates do not meet tip on side of the next scale"]

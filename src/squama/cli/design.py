@@ -118,7 +118,7 @@ def _summary(found: InverseDesign, target: Target) -> Summary:
         words = ", ".join(f"{goal.name} {_with_unit(goal, goal.reached)}" for goal in d.goals)
         others.append(f"design {i}{'' if d.met else ' (not reached)'}: {words}")
     warned = [*(f"design 1 cannot be made as it is: {line}" for line in best.refused), *best.warnings]
-    table = [*but, "design 1:", _dimensions(found, target.space.beam), *_missed(found), *others]
+    table: list[str | Table] = [*but, "design 1:", _dimensions(found, target.space.beam), *_missed(found), *others]
     notes = (f"note: {note}" for note in found.notes)
     return Summary(verdict, figures, [*table, *notes], warned, _all(found))
 

@@ -274,7 +274,11 @@ def _summary(found: Verified) -> Summary:
     figures = [("within", f"{share} up to {per_pitch(float(one['within']))}"), ("tested", found.verdict)]
     figures.append(("about", data.attrs["title"]))
     unit = f"deg per pitch up to which a model is within {share} in torque; then torque and theta (deg) at its end"
-    table = [output.table(("model", "holds to", "torque", "theta"), ranges(data), left=1), unit, *finite(data)]
+    table: list[str | Table] = [
+        output.table(("model", "holds to", "torque", "theta"), ranges(data), left=1),
+        unit,
+        *finite(data),
+    ]
     return Summary(verdict, figures, table, data.attrs["warnings"], _all(data, attrs))
 
 
@@ -307,7 +311,7 @@ def ranges(data: xr.Dataset) -> list[tuple[str, ...]]:
     """Return a row per model of the endless beam: up to which twist it holds, and by how much it is off at its end."""
     from squama.fe.agreement import FINITE
 
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for name in data["model"].values:
         if name not in FINITE:
             one = data.sel(model=name)

@@ -54,6 +54,7 @@ def summary(
     data = laws[law]
     words = LOADS[data.attrs["load"]]
     table: Shown = ()
+    figures: Iterable[tuple[str, str]]
     if data.family is None:
         one = Curve(words, beam, data, asked)
         verdict, figures = one.verdict, one.figures

@@ -112,8 +112,8 @@ def respond(
             print(f"squama: warning: {means.note}", file=sys.stderr)
         if means.real:
             beside = common.json or curve.compare or curve.full or bool(common.plot)
-            how = {"ideal": bool(joints.ideal), "ends": curve.ends, "simpler": beside}
-            laws = report.ladder(load, beam, law, sense, numbers, **how)
+            given: dict[str, Any] = {"ideal": bool(joints.ideal), "ends": curve.ends, "simpler": beside}
+            laws = report.ladder(load, beam, law, sense, numbers, **given)
             law = next(iter(laws))
         else:
             if curve.ends not in (None, ENDLESS):
@@ -184,6 +184,8 @@ _ROW_ENDS = {
 
 def _summary(beam: Beam, data: xr.Dataset) -> Summary:
     """Return the summary: the row at its last point, beside the endless beam."""
+    import numpy as np
+
     n, last, end = data.sizes["scale"], data.isel(point=-1), End(str(data["end"].item()))
     beam = beam.replace(scales=n)
     torque, endless = float(last["T"]), float(last["T_periodic"])
@@ -192,7 +194,7 @@ def _summary(beam: Beam, data: xr.Dataset) -> Summary:
     if math.isfinite(endless):
         verdict += f", {percent(torque / endless)} of an endless beam's torque"
     theta = [f"{round(math.degrees(float(last['theta'][i])), 6) + 0.0:.3g}" for i in (0, n // 2, -1)]
-    stress = last["stress"].values if "stress" in last else []
+    stress = last["stress"].values if "stress" in last else np.full(n, np.nan)
     other, which = str(data["other_contact"].item()), int(data["scale_end"])
     why = f"{SENTENCES[end]}{f' (scale {which}: {other})' if which and other and end is not End.RANGE else ''}"
     figures = [
@@ -204,7 +206,7 @@ def _summary(beam: Beam, data: xr.Dataset) -> Summary:
         ("friction", f"mu = {float(data['mu']):g}; it takes {percent(float(last['RED']))} of the work"),
         ("model", modelled(beam, data.attrs)),
     ]
-    if len(stress) and math.isfinite(stress.max()):
+    if math.isfinite(stress.max()):
         at = f"{figure(1e-6 * stress.max(), 'MPa')}, in scale {stress.argmax() + 1}"
         share = f"; {percent(stress.max() / beam.scale.strength)} of its strength" if beam.scale.strength else ""
         figures[3] = (figures[3][0], f"{at}{share}")

@@ -310,9 +310,9 @@ def regime_figure(dataset: xr.Dataset) -> Figure:
     # linear on the axis before engagement, nonlinear while sliding, locked beyond the envelope
     words: style.Look = {"style": "italic", "fontsize": 7.5, "color": INK}
     ax.text(float(np.median(x[there])), float(np.max(y[there])) + 0.012, "locked", ha="center", va="bottom", **words)
-    right: style.Look = {"ha": "right", "va": "bottom", **words}
-    ax.text(0.985 * wide, 0.075 * high, "above the axis: sliding, nonlinear", **right)
-    ax.text(0.985 * wide, 0.02 * high, "on the axis: no contact, linear", **right)
+    corner: style.Look = {"ha": "right", "va": "bottom", **words}
+    ax.text(0.985 * wide, 0.075 * high, "above the axis: sliding, nonlinear", **corner)
+    ax.text(0.985 * wide, 0.02 * high, "on the axis: no contact, linear", **corner)
     return figure
 
 

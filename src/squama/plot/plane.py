@@ -66,7 +66,7 @@ def plane_figure(dataset: xr.Dataset, paths: Sequence[xr.Dataset] = ()) -> Figur
         plane_load(dataset, name, ax, paths=paths)
         ax.set_ylabel("")
     drawn = (child for child in axes[0].get_children() if isinstance(child, QuadContourSet))
-    inclined = any(len(path.vertices) for contours in drawn for path in contours.get_paths())
+    inclined = any(np.size(path.vertices) for contours in drawn for path in contours.get_paths())
     first = "(a) contacts, locks" + ", lines of $\\theta$" * inclined
     for ax, words in zip(axes, (first, "(b) moment", "(c) torque"), strict=True):
         style.letter(ax, words)
