@@ -95,7 +95,8 @@ class Curve(NamedTuple):
             yield "largest strain in the bar", self._share("strain", "strain", beam.substrate.strain_limit)
         if self.end is not End.NONE:
             other = f" ({data['other_contact'].item()})" if self.end is End.OTHER else ""
-            why = "as asked; nothing locks before" if self.asked and self.end is End.RANGE else SENTENCES[self.end]
+            asked = f"{'as asked' if self.asked else 'the default range'}; nothing locks before"
+            why = asked if self.end is End.RANGE else SENTENCES[self.end]
             yield "end of the curve", f"{turned(self.of('end'), beam)}: {why}{other}"
         lost = f"; it takes {percent(float(data['RED_c']))} of the work of the curve" if touch else ""
         sense = "; sense -" if data.attrs.get("sense") == "-" else ""

@@ -144,10 +144,10 @@ def beyond(track: Track, far: float, *loads: Load) -> tuple[str, ...]:
             farthest, mean = np.abs(strains).max(axis=1), np.abs(strains.mean(axis=1))
             i = int((farthest > real.STRAIN_LIMIT).argmax())
             end = np.interp(real.STRAIN_LIMIT, farthest[max(i - 1, 0) : i + 1], mean[max(i - 1, 0) : i + 1])
-            pitch, angle = int(most.argmax()) + 1, math.degrees(most.max())
+            upto, most_of_all = math.degrees(end), math.degrees(most.max())
             found.append(
-                f"trust the curve up to {math.degrees(end):.3g} deg per pitch: pitch {pitch} {load.verb}s by up to "
-                f"{angle:.3g} deg, and {real.COMPARED}"
+                f"trust the curve up to {most.size * upto:.3g} deg ({upto:.3g} deg per pitch): pitch "
+                f"{int(most.argmax()) + 1} {load.verb}s by up to {most_of_all:.3g} deg, and {real.COMPARED}"
             )
     return tuple(found)
 
