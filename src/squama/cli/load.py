@@ -127,7 +127,9 @@ def _summary(beam: Beam, data: xr.Dataset, replaced: list[str]) -> Summary:
     far = figure(1e3 * travel, "mm") if force else figure(math.degrees(travel), "deg")
     on, engaged, stress = float(most["share"]), float(data["share_e"]), most["stress"].values
     verdict = f"{figure(size, 'N') if force else figure(1e3 * size, 'N mm')} at {far}"
-    verdict += f", {figure(size / bare)} times the load without contact" if bare and math.isfinite(bare) else ""
+    if bare and math.isfinite(bare):
+        ratio = figure(size / bare)
+        verdict += ", as without contact" if ratio == "1" else f", {ratio} times the load without contact"
     tip = [figure(1e3 * float(most[f"{v}_axis"][-1] - data[f"{v}_axis"][0, -1]), "mm") for v in "xyz"]
     whole = "all of it is on" if on > 1 - 1e-6 else f"only {percent(on)} of it is on: {data['end'].item()}"
     graded = f"; graded: {attrs['graded']}" if "graded" in attrs else ""

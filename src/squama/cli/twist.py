@@ -189,24 +189,25 @@ def _summary(beam: Beam, data: xr.Dataset) -> Summary:
     n, last, end = data.sizes["scale"], data.isel(point=-1), End(str(data["end"].item()))
     beam = beam.replace(scales=n)
     torque, endless = float(last["T"]), float(last["T_periodic"])
-    place = turned(float(data["phi_end"]), beam)
+    engaged, place = float(data["phi_e"]), turned(float(last["phi"]), beam)
     verdict = f"{n} scales take {moment(torque, DIGITS)} at {place}"
     if math.isfinite(endless):
         verdict += f", {percent(torque / endless)} of an endless beam's torque"
     theta = [f"{round(math.degrees(float(last['theta'][i])), 6) + 0.0:.3g}" for i in (0, n // 2, -1)]
+    decay = figure(float(data["decay"]))
     stress = last["stress"].values if "stress" in last else np.full(n, np.nan)
     other, which = str(data["other_contact"].item()), int(data["scale_end"])
     why = f"{SENTENCES[end]}{f' (scale {which}: {other})' if which and other and end is not End.RANGE else ''}"
     figures = [
-        ("scales touch", f"at {turned(float(data['phi_e']), beam)}"),
+        ("scales touch", f"at {turned(engaged, beam)}" if math.isfinite(engaged) else "never"),
         ("inclination, first to last", f"{theta[0]} deg, in the middle {theta[1]} deg, {theta[2]} deg"),
-        ("an end is felt", f"{figure(float(data['decay']))} of it one scale further, at engagement"),
+        ("an end is felt", f"{decay} of it one scale further, at engagement" if decay else ""),
         ("largest stress in a scale", ""),
         ("end of the curve", f"{place}: {why}"),
         ("friction", f"mu = {float(data['mu']):g}; it takes {percent(float(last['RED']))} of the work"),
         ("model", modelled(beam, data.attrs)),
     ]
-    if math.isfinite(stress.max()):
+    if math.isfinite(stress.max()) and stress.max() > 0:
         at = f"{figure(1e-6 * stress.max(), 'MPa')}, in scale {stress.argmax() + 1}"
         share = f"; {percent(stress.max() / beam.scale.strength)} of its strength" if beam.scale.strength else ""
         figures[3] = (figures[3][0], f"{at}{share}")
