@@ -96,8 +96,8 @@ class Curve(NamedTuple):
         if self.end is not End.NONE:
             other = f" ({data['other_contact'].item()})" if self.end is End.OTHER else ""
             asked = f"{'as asked' if self.asked else 'the default range'}; nothing locks before"
-            why = asked if self.end is End.RANGE else SENTENCES[self.end]
-            yield "end of the curve", f"{turned(self.of('end'), beam)}: {why}{other}"
+            why = f": {asked}" if self.end is End.RANGE else f", {self.end}: {SENTENCES[self.end]}{other}"
+            yield "end of the curve", f"{turned(self.of('end'), beam)}{why}"
         lost = f"; it takes {percent(float(data['RED_c']))} of the work of the curve" if touch else ""
         sense = "; sense -" if data.attrs.get("sense") == "-" else ""
         yield "friction", f"mu = {float(data['mu']):g}{lost}{sense}"
