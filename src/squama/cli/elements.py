@@ -48,6 +48,8 @@ def _mesh(name: str, text: str) -> MeshSize:
 _mesh_read = flags.Reader[MeshSize](_mesh, "medium")
 _INCREMENT = "Largest increment of the twist, rad per pitch. Default: 0.01."
 _ENDS = "Axial motion of the turned end of a finite beam: free or held. Default: free. The other end is fixed."
+_LOAD = 'Deformation of a part of --scales scales, instead of --to: "10 mm up at tip", "60 deg bend", "90 deg twist".'
+_SUPPORT = "Support of the part: clamped, or gripped with a twist. Default: clamped."
 _PICTURE = "Picture of the deformed pitch with its strain (.png, .svg, .pdf); may be repeated."
 _RESTART = "File written after every increment; a run continues from it if it exists."
 _REACH = f"Twist at the end: {flags.TWISTS}. Default: the end of the hinge's curve, 0.3 rad/pitch at most."
@@ -204,6 +206,8 @@ def verify(
     mu: flags.Mu = None,
     to: Annotated[str | None, flag(_REACH)] = None,
     run: Run = RUN,
+    load: Annotated[str | None, flag(_LOAD)] = None,
+    support: Annotated[str | None, flag(_SUPPORT)] = None,
     scales: Annotated[int | None, flags.scales(200, "Number of scales of a finite beam to compute too,")] = None,
     beam_mesh: Annotated[MeshSize, flag("Mesh of the finite beam. Default: coarse.", read=_mesh_read)] = "coarse",
     out: Annotated[
@@ -231,12 +235,17 @@ def verify(
             described,
             folder,
             to=twist,
+            load=load,
+            support=support,
             scales=scales,
             beam_mesh=beam_mesh,
             progress=None if quiet else print_progress,
             announce=None if quiet else announce,
             **vars(run),
         )
+    if load is not None:
+        shown = output.report(base.json, beam, found.written, _part(found), _part_summary(found).shown(full=full))
+        return shown or (0 if found.tested else UNTESTED)
     written = [*found.written, *output.draw([str(folder / "comparison.png")], "compare_figure", found.table)]
     status = output.report(base.json, beam, written, _verified(found), _summary(found).shown(full=full))
     return status or (0 if found.tested else UNTESTED)
@@ -258,6 +267,44 @@ def _verified(found: Verified) -> dict[str, object]:
         "models": {str(one["model"].item()): {key: one[key].values for key in each} for one in models},
         "units": {str(name): v.attrs.get("units", "") for name, v in table.variables.items() if name != "model"},
     }
+
+
+def _part(found: Verified) -> dict[str, object]:
+    table = found.table
+    return {
+        "title": table.attrs["title"],
+        "load": table.attrs["load"],
+        "tested": found.tested,
+        "verdict": found.verdict,
+        "elements": {key: found.elements.attrs[key] for key in ("mesh", "sentence", "reached", "energy_error")},
+        "curve": {str(name): v.values for name, v in table.variables.items() if name != "model"},
+        "models": table["model"].values.tolist(),
+        "units": output.units(table.variables.items()),
+    }
+
+
+def _part_summary(found: Verified) -> Summary:
+    """Return the summary: the loads of a part by elements and by both joints."""
+    import numpy as np
+
+    data, attrs = found.table, found.elements.attrs
+    by = "turn" if "turn" in data.coords else "travel"
+    size, unit = (math.degrees(1.0), "deg") if by == "turn" else (1e3, "mm")
+    load, of = (1e3, "N mm") if by == "turn" else (1.0, "N")
+    rows = []
+    for i in np.unique(np.linspace(0, data.sizes["point"] - 1, ROWS + 1).round().astype(int))[1:]:
+        at = data.isel(point=int(i))
+        off = ["-" if math.isnan(v) else f"{100 * v:+.1f}" for v in at["off"].values.tolist()]
+        rows.append([f"{size * float(at[by]):.3g}", f"{load * float(at['elements']):.3g}", *off])
+    figures = [
+        ("about", data.attrs["title"]),
+        ("elements", f"{attrs['mesh']}; {attrs['sentence']}"),
+        ("energy balance", f"(W - U_el - W_fr)/W = {attrs['energy_error']:.2e}"),
+    ]
+    words = "difference from the load of the elements, %: joint of the beam (law), joint of this mesh (mesh)"
+    table = [words, output.table((f"{by} ({unit})", f"elements ({of})", "law", "mesh"), rows, left=0)]
+    verdict = found.verdict if found.tested else data.attrs["title"]
+    return Summary(verdict, figures, table, () if found.tested else [found.verdict])
 
 
 def _summary(found: Verified) -> Summary:
