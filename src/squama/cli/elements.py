@@ -302,7 +302,10 @@ def _part_summary(found: Verified) -> Summary:
         ("energy balance", f"(W - U_el - W_fr)/W = {attrs['energy_error']:.2e}"),
     ]
     words = "difference from the load of the elements, %: joint of the beam (law), joint of this mesh (mesh)"
-    table = [words, output.table((f"{by} ({unit})", f"elements ({of})", "law", "mesh"), rows, left=0)]
+    table: list[str | Table] = [
+        words,
+        output.table((f"{by} ({unit})", f"elements ({of})", "law", "mesh"), rows, left=0),
+    ]
     verdict = found.verdict if found.tested else data.attrs["title"]
     return Summary(verdict, figures, table, () if found.tested else [found.verdict])
 
