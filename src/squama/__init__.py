@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from squama._version import __version__
-from squama.errors import InputError, SquamaError, TableWarning, ValidityWarning
+from squama.errors import InputError, SquamaError, SquamaWarning, TableWarning, ValidityWarning
 
 if TYPE_CHECKING:
     from squama import plot as plot
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from squama.identify.fitting import fit
     from squama.identify.planning import plan
     from squama.identify.result import Fit
-    from squama.inverse.designing import inverse_design
+    from squama.inverse.designing import design, inverse_design
     from squama.inverse.front import pareto
     from squama.io.datasets import read, save
     from squama.io.measured import read_measured
@@ -70,7 +70,7 @@ _NAMES = {
     "fe.runs": "cell",
     "fe.stiffness": "joint",
     "study.verification": "verify",
-    "inverse.designing": "inverse_design",
+    "inverse.designing": "inverse_design design",
     "inverse.front": "pareto",
     "identify.decay_fit": "fit_decay DecayFit",
     "identify.expected": "Plan",
@@ -115,6 +115,7 @@ __all__ = [
     "Scale",
     "Solved",
     "SquamaError",
+    "SquamaWarning",
     "Substrate",
     "TableWarning",
     "ValidityWarning",
@@ -126,6 +127,7 @@ __all__ = [
     "combined",
     "contact",
     "cycle",
+    "design",
     "ends",
     "export",
     "fit",

@@ -149,9 +149,13 @@ class Problems(list[Problem]):
             raise InputError(*dict.fromkeys(self)).at(source=source) from None
 
 
-class TableWarning(UserWarning):
+class SquamaWarning(UserWarning):
+    """What squama warns of, for filters: ``warnings.filterwarnings("ignore", category=squama.SquamaWarning)``."""
+
+
+class TableWarning(SquamaWarning):
     """A table of measured points does not say how it is to be read; what was guessed."""
 
 
-class ValidityWarning(UserWarning):
+class ValidityWarning(SquamaWarning):
     """A law or an idealisation is used outside the range it was made for."""

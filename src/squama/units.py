@@ -210,7 +210,7 @@ def shown(value: object, limit: int = 60) -> str:
 
 def change(share: float, sign: str = "") -> str:
     """Return by how much a figure differs from another one: in per cent, or as a factor where it is twice or more."""
-    return f"{share:{sign}.1%}" if abs(share) < 1 else f"a factor of {1 + share:.3g}"
+    return f"{100 * share:{sign}.2g} %" if abs(share) < 1 else f"a factor of {1 + share:.3g}"
 
 
 def example(dimension: Dimension | str) -> str:
@@ -442,8 +442,8 @@ def moment(value: float, digits: int = 4) -> str:
     return f"{factor * value:.{digits}g} {unit}"
 
 
-def number(value: float, unit: str = "") -> str:
-    """Return a number for people: four digits; infinity is "never"."""
+def number(value: float, unit: str = "", digits: int = 4) -> str:
+    """Return a number for people; infinity is "never"."""
     if math.isinf(value):
         return "never"
-    return "-" if math.isnan(value) else f"{value:.4g} {unit}".strip()
+    return "-" if math.isnan(value) else f"{value:.{digits}g} {unit}".strip()

@@ -70,7 +70,7 @@ def test_the_wheel_works_away_from_the_sources(built: Path, tmp_path: Path) -> N
     assert str(tmp_path) in where.stdout
     assert run("--version").strip() == squama.__version__
     run("new", "beam.toml")
-    assert "engagement" in run("twist", "beam.toml", "--joint", "hinge", "--ideal")
+    assert "free until" in run("twist", "beam.toml", "--joint", "hinge", "--ideal")
 
 
 def test_the_recipe_needs_what_the_package_needs() -> None:

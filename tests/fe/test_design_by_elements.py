@@ -35,5 +35,5 @@ def test_the_first_design_beside_elements():
 
 def test_elements_are_for_points_of_real_beams():
     data = {"target": {"lock": "120 deg total"}, "vary": {"scale.length": ("40 mm", "70 mm")}}
-    with pytest.raises(InputError, match="elements: are for real beams, at points that are asked for"):
+    with pytest.raises(InputError, match="elements: check compliant joints at points of the target only"):
         squama.inverse_design(data, beam=squama.Beam.from_ratios(mu=0.5), elements=True)

@@ -111,10 +111,10 @@ def test_a_twist_at_which_nothing_touches_tests_nothing(folder, capsys):
     assert main([*asked, "--to", "0.02 rad/pitch", "--quiet"]) == 1
     out = capsys.readouterr().out
     assert "twisted in sense +" in out
-    assert "warning: twisted to 0.02 rad/pitch (28.65 deg in total), no contact up to here: nothing was tested" in out
+    assert "warning: twisted to 28.6 deg (1.15 deg per pitch), no contact up to here: nothing was tested" in out
     assert "as far as both go" not in out
     # further on there is a test
     pressed = squama.twist(BEAM, to="0.1 rad/pitch", joint="hinge", points=20)
     assert 0.02 < study._touched(pressed) < 0.1
     words = study.verdict(study._touched(pressed), 0.1, 0.05, 57.3)
-    assert words.startswith("twisted to 0.1 rad/pitch (5.73 deg in total), the scales touch from 0.0")
+    assert words.startswith("twisted to 5.73 deg (5.73 deg per pitch), the scales touch from 3.")

@@ -249,10 +249,13 @@ def test_a_panel_of_another_kind_of_result_is_refused(kind) -> None:
     [
         (lambda: plot.curve(result("response_figure"), "end"), 'name = "end": is no number along the points'),
         (lambda: plot.plane_load(result("plane_figure"), "N"), 'name = "N": is no load of this plane; allowed: M, T'),
-        (lambda: plot.tradeoff(result("front_figure"), "range", "cost"), 'y = "cost": is not in this front; allowed: '),
+        (
+            lambda: plot.tradeoff(result("front_figure"), "range", "cost"),
+            'y = "cost": is not a figure of this front; allowed: ',
+        ),
         (
             lambda: plot.tradeoff(result("front_figure"), "range", "RED", by="mu"),
-            'by = "mu": is not in this front; allowed: range, RED, lock',
+            'by = "mu": is not a figure of this front; allowed: range, RED, lock',
         ),
         (lambda: plot.map_slice(result("map_figure"), "U", x="eta"), 'variable = "U": is not in this sweep; allowed: '),
         (

@@ -29,6 +29,7 @@ REQUIRED: dict[str, dict[str, Any]] = {
     "combined": {"psi": 0.1, "phi": 0.1, "toward": (0.0, 1.0)},
     "contact": {"theta": 0.5},
     "cycle": {"twist": 1.0},
+    "design": {"target": {}},
     "export": {"folder": "out"},
     "fit": {"data": "a.csv"},
     "fit_decay": {"data": "a.csv"},

@@ -107,12 +107,13 @@ def test_hinges_are_asked_for(capsys):
                 "0.1 rad/pitch",
                 "--hold",
                 "twist, lateral bend",
+                "--full",
             ]
         )
         == 0
     )
     out = capsys.readouterr().out
-    assert "in cycles of bending: mu = 0.25, thick, elastic scales on compliant joints" in out
+    assert "thick, elastic scales on compliant joints; 25 scales with free ends; twist, lateral bend held" in out
     assert "sense +: first contact at 0.06036 rad/pitch: corner B on face (k = 1)" in out
 
 

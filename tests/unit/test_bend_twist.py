@@ -10,6 +10,7 @@ from squama.cli import main
 from squama.curves.polygons import bent_and_twisted
 from squama.errors import InputError
 from squama.plot import path_figure
+from squama.plot.plane import said
 
 BEAM = squama.Beam.from_ratios(eta=3, beta=1.25, lam=0.45, alpha="45 deg", theta0="10 deg", mu=0.2)
 PATH = "bend 0.1 rad/pitch; twist 0.15 rad/pitch; bend 0.05 rad/pitch, twist 0.1 rad/pitch"
@@ -141,7 +142,7 @@ def test_what_cannot_be_free_is_one_line(given, words):
         ("", 'path = "": is not a way'), ("turn 5 rad/m", "is not a way"), ("bend", "is not a way"),
         ("bend 5 rad/m, bend 6 rad/m", "each word once"), ("bend 5", "does not say over which length"),
         ("bend 5 rad/m; bend 5 rad/m", "path[1]"), ([], "is not a path"), (5, "is not a path"),
-        ([(1, 2, 3)], "not a pair"), ([(0, 0)], "goes nowhere"), ("twist 4 rad/pitch", "half a turn"),
+        ([(1, 2, 3)], "not a pair"), ([(0, 0)], "ends where it starts"), ("twist 4 rad/pitch", "half a turn"),
         ([(np.nan, 1)], "path"),
     ],
 )  # fmt: skip
@@ -155,9 +156,13 @@ def test_bad_paths_are_one_line(path, words):
 def test_the_command(tmp_path, capsys):
     file = tmp_path / "beam.toml"
     BEAM.to_toml(file)
-    assert main(["bend-twist", str(file), "--joint", "hinge", "--path", PATH, "--csv", str(tmp_path / "a.csv")]) == 0
+    assert (
+        main(["bend-twist", str(file), "--joint", "hinge", "--path", PATH, "--csv", str(tmp_path / "a.csv"), "--full"])
+        == 0
+    )
     shown = capsys.readouterr().out
-    assert "thin, rigid scales on hinges" in shown.splitlines()[0]
+    assert shown.splitlines()[0] == f"{file}: the whole path is followed; nothing locks"
+    assert "thin, rigid scales on hinges" in shown
     assert "BF to TS" in shown
     assert len((tmp_path / "a.csv").read_text().splitlines()) > 100
     assert main(["bend-twist", str(file), "--joint", "hinge", "--path", PATH, "--json", "--mu", "0"]) == 0
@@ -182,6 +187,6 @@ def test_the_picture_has_path_loads_and_inclination():
     left, loads, theta = figure.axes
     assert len(left.get_images()) == 1
     labels = [text.get_text() for text in left.get_legend().get_texts()]
-    assert labels == ["no contact", "BF", "TS", r"$\varphi = \psi\,\tan\alpha$", "frictional lock"]
+    assert labels == ["no contact", *map(said, ("BF", "TS")), r"$\varphi = \psi\,\tan\alpha$", "frictional lock"]
     assert [line.get_label() for line in loads.get_lines()][:2] == ["$M$", "$T$"]
     assert theta.get_lines()[0].get_ydata().max() > 50

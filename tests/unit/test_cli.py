@@ -79,8 +79,28 @@ def test_the_example_in_the_tree_is_the_same():
 # ---- twist and bend ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("command", ["twist", "bend"])
+def test_the_summary_has_the_verdict_first_and_twelve_lines_at_most(command, beam, capsys):
+    first, *lines = _out(capsys, command, "beam.toml").splitlines()
+    assert len(lines) < 12
+    r = getattr(squama, command)(beam)
+    angle, torque = ("phi", "T") if command == "twist" else ("psi", "M")
+    engaged = np.degrees(float(r[f"{angle}_e"]))
+    at = 2 * float(r[f"{angle}_e"])
+    ratio = np.interp(at, r[angle], r.stiffness_ratio)
+    free = f"free until {25 * engaged:.3g} deg ({engaged:.3g} deg per pitch)"
+    assert first == f"beam.toml: {free}, then {ratio:.3g} times as stiff as the bar"
+    (line,) = [line for line in lines if line.startswith(f"  {'torque' if command == 'twist' else 'moment'} ")]
+    value, unit = line.split(maxsplit=2)[1:]
+    T = float(np.interp(at, r[angle], r[torque]))
+    assert float(value) == pytest.approx(T * {"N m": 1, "N mm": 1e3}[unit], rel=0.01)
+    stress = float(np.interp(at, r[angle], r.stress.max("scale")))
+    assert f"{stress / 1e6:.3g} MPa, {stress / 5e5:.3g} % of the limit, 50 MPa" in "\n".join(lines)
+    assert [line[9:] for line in lines if line.startswith("warning: ")] == r.attrs["warnings"].splitlines()
+
+
 def test_summary_of_twist_on_the_hinge(beam, capsys):
-    text = _out(capsys, "twist", "beam.toml", "--joint", "hinge")
+    text = _out(capsys, "twist", "beam.toml", "--joint", "hinge", "--full")
     lines = text.splitlines()
     for column, law in enumerate(("edge", "plate")):
         r = squama.twist(beam, law=law, joint="hinge")
@@ -109,7 +129,7 @@ def test_summary_of_twist_on_the_hinge(beam, capsys):
 
 
 def test_summary_of_the_real_beam(beam, capsys):
-    text = _out(capsys, "twist", "beam.toml", "--ends", "endless")
+    text = _out(capsys, "twist", "beam.toml", "--ends", "endless", "--full")
     lines = text.splitlines()
     assert any(line.split() == ["real", "thin,", "rigid", "hinge"] for line in lines)
     r = squama.twist(beam, ends="endless")
@@ -134,25 +154,25 @@ def test_summary_of_the_real_beam(beam, capsys):
     assert torques[2] > 4 * torques[0]
     for model in ("thin, rigid", "hinge"):
         (line,) = [line for line in lines if line.startswith(f"{model}: ")]
-        assert "5% in torque up to" in line or "5% off in torque from the start" in line
+        assert "5 % in torque up to" in line or "5 % off in torque from the start" in line
     (line,) = [line for line in lines if line.startswith("joint of a scale: ")]
     assert "six motions, by the law of the joint, torque to about" in line
     assert "thick, elastic scales" in line
     assert "endless, free to bow (no bending moment)" in text
-    assert "held straight by" not in _out(capsys, "twist", "beam.toml", "--to", "0.01 rad/pitch")
+    assert "held straight by" not in _out(capsys, "twist", "beam.toml", "--to", "0.01 rad/pitch", "--full")
     # the hinge locks, and nobody meets its torque there: the real beam is the headline
     assert f"{float(hinge.T_c):.4g}" not in text
     assert [line[9:] for line in lines if line.startswith("warning: ")] == list(r.attrs["warnings"])
 
 
 def test_summary_of_ideal_scales_and_of_rigid_ones(beam, capsys):
-    text = _out(capsys, "twist", "beam.toml", "--ideal", "--points", "30", "--ends", "endless")
+    text = _out(capsys, "twist", "beam.toml", "--ideal", "--points", "30", "--ends", "endless", "--compare")
     assert any(line.split() == ["thin,", "rigid", "hinge"] for line in text.splitlines())
     assert "thin, rigid scales" in text
     Path("beam.toml").write_text(
         "".join(line for line in EXAMPLE.read_text().splitlines(keepends=True) if '"3 GPa"' not in line)
     )
-    text = _out(capsys, "twist", "beam.toml", "--points", "30")
+    text = _out(capsys, "twist", "beam.toml", "--points", "30", "--full")
     assert "thick, rigid scales" in text
     assert "scale.youngs_modulus is not given" in text
 
@@ -168,14 +188,14 @@ def test_law_plate_means_the_hinge_and_thin_scales(beam, capsys):
 @pytest.mark.parametrize("mu", ["0.25", "0,0.123456,10"])
 def test_no_digit_is_lost_in_a_narrow_window(mu, columns, beam, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", columns)
-    text = _out(capsys, "twist", "beam.toml", "--mu", mu, "--to", EARLY, "--joint", "hinge")
+    text = _out(capsys, "twist", "beam.toml", "--mu", mu, "--to", EARLY, "--joint", "hinge", "--full")
     assert "\u2026" not in text
     last = squama.twist(beam, mu=float(mu.split(",")[-1]), to=EARLY, joint="hinge", ideal=True)
-    assert f"{float(last.phi_end):.4g}" in text
+    assert f"{float(last.phi_end if ',' not in mu else np.degrees(last.phi_end) * 25):.4g}" in text
 
 
 def test_summary_of_bend(beam, capsys):
-    text = _out(capsys, "bend", "beam.toml", "--joint", "hinge")
+    text = _out(capsys, "bend", "beam.toml", "--joint", "hinge", "--full")
     m = squama.bend(beam, joint="hinge")
     lines = text.splitlines()
     for label, value in (("  at psi, rad/pitch", m.psi_end), ("moment M at the cut-off, margin 0.01, N m", m.M_c)):
@@ -185,12 +205,12 @@ def test_summary_of_bend(beam, capsys):
 
 
 def test_other_contact_is_named(beam, capsys):
-    text = _out(capsys, "twist", "beam.toml", "--mu", "0")
+    text = _out(capsys, "twist", "beam.toml", "--mu", "0", "--full")
     assert f"mu = 0): {squama.twist(beam, mu=0).other_contact.item()}" in text
 
 
 def test_summary_of_a_family_on_the_hinge(beam, capsys):
-    lines = _out(capsys, "twist", "beam.toml", "--mu", "0,.2,.5", "--joint", "hinge").splitlines()
+    lines = _out(capsys, "twist", "beam.toml", "--mu", "0,.2,.5", "--joint", "hinge", "--compare").splitlines()
     for law in ("edge", "plate"):
         start = lines.index(f"{law} law")
         r = squama.twist(beam, mu=[0, 0.2, 0.5], law=law, joint="hinge")
@@ -220,7 +240,7 @@ def test_json_of_twist_on_the_hinge(beam, capsys):
 
 
 def test_summary_of_a_family_of_the_real_beam(beam, capsys):
-    text = _out(capsys, "twist", "beam.toml", "--mu", "0,.5", "--points", "30", "--ends", "endless")
+    text = _out(capsys, "twist", "beam.toml", "--mu", "0,.5", "--points", "30", "--ends", "endless", "--full")
     lines = text.splitlines()
     r = squama.twist(beam, mu=[0, 0.5], points=30, ends="endless")
     start = lines.index("real")

@@ -31,11 +31,11 @@ def _out(capsys, *arguments):
 
 
 def test_other_contact_of_both_laws_is_told_once(beam, capsys):
-    text = _out(capsys, "twist", "beam.toml", *HINGE, "--sense=-", "--mu", "0,0.5")
+    text = _out(capsys, "twist", "beam.toml", *HINGE, "--sense=-", "--mu", "0,0.5", "--full")
     found = [line for line in text.splitlines() if line.startswith("other contact (")]
     assert found == ["other contact (mu = 0, 0.5): side edge A1B1 on base edge D2A2 (k = 1) at 0.3867 rad/pitch"]
     # at mu = 0 it ends both curves, at .5 friction locks before
-    text = _out(capsys, "twist", "beam.toml", *HINGE, "--mu", "0,0.5")
+    text = _out(capsys, "twist", "beam.toml", *HINGE, "--mu", "0,0.5", "--full")
     found = [line for line in text.splitlines() if line.startswith("other contact (")]
     assert len(found) == 1
     assert found[0].startswith("other contact (mu = 0): tip edge")
@@ -53,7 +53,7 @@ def test_other_contact_of_one_law_is_told_with_it(beam):
 @pytest.mark.parametrize("mu", ["0.5", "0,0.5"])
 @pytest.mark.parametrize("settings", [[], ["--set", "scale.length=8 mm"]])
 def test_without_engagement_there_is_no_end(settings, mu, beam, capsys):
-    text = _out(capsys, "twist", "beam.toml", *HINGE, "--sense=-", *settings, "--mu", mu)
+    text = _out(capsys, "twist", "beam.toml", *HINGE, "--sense=-", *settings, "--mu", mu, "--full")
     if settings:
         beam = beam.replace(scale={"length": 0.008})
     r = squama.twist(beam, sense="-", mu=0.5, joint="hinge")
@@ -72,7 +72,7 @@ def test_without_engagement_there_is_no_end(settings, mu, beam, capsys):
 
 def test_the_name_of_a_file_is_no_markup(beam, capsys):
     beam.to_toml(":bee:[bold].toml")
-    assert _out(capsys, "twist", ":bee:[bold].toml").startswith(":bee:[bold].toml twisted")
+    assert _out(capsys, "twist", ":bee:[bold].toml").startswith(":bee:[bold].toml: free until")
 
 
 def test_measured_points_need_a_picture(beam, capsys):
@@ -85,18 +85,19 @@ def test_measured_points_need_a_picture(beam, capsys):
 
 
 def test_without_engagement_the_end_is_named_and_nothing_is_said_of_the_cut_off(beam, capsys):
-    lines = _out(capsys, "twist", "beam.toml", *HINGE, "--sense=-").splitlines()
+    lines = _out(capsys, "twist", "beam.toml", *HINGE, "--sense=-", "--full").splitlines()
     assert next(line.split() for line in lines if line.startswith("end ")) == ["end", *["no", "engagement"] * 2]
     assert not any("cut-off" in line or "dissipation RED" in line for line in lines)
-    lines = _out(capsys, "twist", "beam.toml", *HINGE, "--sense=-", "--mu", "0,0.5").splitlines()
-    row = ["0.5", "no", "engagement", "never", "-", "-", "-", "-", "1", "-"]
-    assert [line.split() for line in lines].count(row) == 2
+    lines = _out(capsys, "twist", "beam.toml", *HINGE, "--sense=-", "--mu", "0,0.5", "--compare").splitlines()
+    row = ["0.5", "no", "engagement", "never", "-", "-", "-", "1", "-"]
+    assert [line.split() for line in lines].count(row) == 3
 
 
-def test_bending_says_first_which_line_keeps_its_length(beam, capsys):
-    lines = _out(capsys, "bend", "beam.toml", "--joint", "hinge").splitlines()
-    assert lines[0].startswith("beam.toml bent as an endless beam, thin, rigid scales on hinges: ")
-    assert lines[0].endswith("; the line in the middle of the bar keeps its length")
+def test_bending_says_which_line_keeps_its_length(beam, capsys):
+    lines = _out(capsys, "bend", "beam.toml", "--joint", "hinge", "--full").splitlines()
+    (model,) = [line for line in lines if line.startswith("  model ")]
+    assert "thin, rigid scales on hinges; endless beam; " in model
+    assert model.endswith("; the line in the middle of the bar keeps its length")
     assert any(line.startswith("  torque T that keeps it from twisting") for line in lines)
-    assert "in the face of the bar" in _out(capsys, "bend", "beam.toml", "--neutral", "face").splitlines()[0]
+    assert "in the face of the bar" in _out(capsys, "bend", "beam.toml", "--neutral", "face")
     assert "is not in it" not in squama.bend(beam, joint="hinge").warnings

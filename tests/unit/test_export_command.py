@@ -27,7 +27,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def test_the_command(folder, capsys):
-    assert main(["export", "beam.toml", "--scales", "3", "-o", "out", "--picture", "out/a.png"]) == 0
+    assert main(["export", "beam.toml", "--scales", "3", "-o", "out", "--picture", "out/a.png", "--full"]) == 0
     said = capsys.readouterr().out
     for words in (
         "3 scales on a bar of 120 x 32 x 16 mm",

@@ -136,7 +136,7 @@ def test_what_is_refused():
         squama.fit_decay(record, GUESS, "mu, kappa")
     with pytest.raises(squama.InputError, match=re.escape("theta0 is not found on the compliant joint")):
         squama.fit_decay(record, GUESS, "theta0")
-    with pytest.raises(squama.InputError, match=re.escape("is one of bending")):
+    with pytest.raises(squama.InputError, match=re.escape("is a mode of bending")):
         squama.fit_decay(record, GUESS, mode="cantilever")
     with pytest.raises(squama.InputError, match=re.escape('"t" (s)')):
         squama.fit_decay({"phi": y}, GUESS)

@@ -68,9 +68,8 @@ def test_the_command(folder, capsys):
     assert main(["fit", "test.csv", "beam.toml", "--joint", "hinge", *names]) == 0
     said = capsys.readouterr().out
     fit = hinged("test.csv", BEAM)
-    assert said.startswith(
-        "test.csv fitted with beam.toml as an endless beam in twisting, thin, rigid scales on hinges, edge law\nmu "
-    )
+    assert said.startswith(f"test.csv: {', '.join(fit.lines)}\nmu ")
+    assert "\nfitted with beam.toml as an endless beam in twisting, thin, rigid scales on hinges, edge law\n" in said
     assert fit.summary() in said
     assert (folder / "f.png").stat().st_size > 10_000
     assert squama.read("f.nc").identical(fit.dataset())

@@ -176,16 +176,16 @@ TWISTED = ("fit", "plan")
 
 
 def test_help_says_of_the_joint_what_commands_do(tmp_path, capsys):
-    """By default bending is answered as twist is, and the help of those commands that bend on hinges says so."""
+    """By default bending has the joint of twisting, and the help of those commands that bend on hinges says so."""
     said = {}
     for command in COMMANDS:
         words = " ".join(re.sub(r"[\s│]+", " ", _help(command)).split())
-        if "How a scale is held" in words:
+        if "Joint of a scale" in words:
             said[command] = words
     assert len(said) == 12
     for command, words in said.items():
-        assert ("bending and the plate law mean it" in words) == (command in TWISTED), command
-        assert ("(the paper's; the plate law means it)" in words) == (command not in TWISTED), command
+        assert ("hinge in bending and with the plate law" in words) == (command in TWISTED), command
+        assert ("Default: compliant; hinge with the plate law" in words) == (command not in TWISTED), command
     beam = ROOT / "examples" / "stiff_skin.toml"
     for command, more in (
         ("bend", ["--points", "3"]),

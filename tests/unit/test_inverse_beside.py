@@ -105,7 +105,7 @@ def test_the_command_says_it_and_the_record_holds_it(tmp_path, capsys):
         'start = "beam.toml"\ndesigns = 1\n[[target.points]]\ntwist = "90 deg total"\ntorque = "at least 0.02 N m"\n'
         '[vary]\nscale.length = ["60 mm", "90 mm"]\n'
     )
-    assert main(["design", str(path), "--starts", "32"]) == 0
+    assert main(["design", str(path), "--starts", "32", "--full"]) == 0
     said = capsys.readouterr().out
     assert "target reached (15 scales, held straight)" in said
     for words in ("  as an endless beam", "  free to bow"):

@@ -80,7 +80,7 @@ def run(text, capsys, *flags, command="design"):
         (
             'lock = "120 deg total"',
             'lock = "40 deg total"\nengagement = "50 deg total"',
-            "is not beyond target.engagement",
+            "must be larger than target.engagement",
         ),
         (
             'lock = "120 deg total"',
@@ -117,7 +117,7 @@ def run(text, capsys, *flags, command="design"):
         ('["30 mm", "80 mm"]', '["30 mm", "8e9 mm"]', "vary.scale.length"),
         ("scale.length", "scale.lenght", "vary.scale.lenght: is no dimension of a beam; did you mean scale.length?"),
         ("scale.length", "alpha", "did you mean scale.alpha?"),
-        ("beam.pitch", "beam.scales", "vary.beam.scales: is varied of real beams"),
+        ("beam.pitch", "beam.scales", "vary.beam.scales: cannot be varied on hinges"),
         ('start = "beam.toml"', "", 'start: is missing; write start = "beam.toml"'),
         ('start = "beam.toml"', 'start = "none.toml"', "none.toml: no such file"),
         ('start = "beam.toml"', "start = 5", "start = 5: is no file name"),
@@ -145,7 +145,7 @@ def test_mistakes_are_one_line_each(folder, capsys, old, new, words):
     assert old in GOOD
     if words == "passes":
         text = GOOD.replace(old, new).replace('lock = "120 deg total"', "RED = 0.3")
-        words = "target.RED: no work is dissipated without friction"
+        words = "target.RED: needs friction"
     else:
         text = GOOD.replace(old, new, 1)
     status, said = run(text, capsys, "--starts", "64", "-o", "out")
@@ -184,7 +184,9 @@ def test_the_command_design(folder, capsys):
     status, said = run(GOOD, capsys, *flags)
     assert status == 0
     assert "t.toml: target reached on hinges (endless, held straight)" in said.out
-    assert "; 2 designs, thin, rigid scales on hinges" in said.out
+    assert "; 2 designs\n" in said.out
+    assert "  model " in said.out
+    assert "thin, rigid scales on hinges" in said.out
     assert "wrote out/design_2.toml" in said.out
     assert (folder / "d.png").stat().st_size > 10_000
     files = sorted(p.name for p in (folder / "out").iterdir())

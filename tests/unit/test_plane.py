@@ -110,4 +110,6 @@ def test_the_picture_has_regimes_loads_and_the_paths(hinges):
     assert first.get_xlabel() == r"Curvature $\kappa$ (rad/m)"
     assert all(ax.collections for ax in loads)
     (legend,) = first.figure.legends
-    assert {"no contact", "TS", "BF", "frictional lock"} <= {text.get_text() for text in legend.get_texts()}
+    assert {"no contact", "tip edge on side edge (TS)", "corner B on face (BF)", "frictional lock"} <= {
+        text.get_text() for text in legend.get_texts()
+    }

@@ -174,7 +174,8 @@ def test_axes_follow_the_measured_points():
     assert 2.2 < load.get_ylim()[1] < 1.5 * 2.2
     # the other panels show what lies within, not the pole at the lock
     here = r["Phi"].values <= 6.5
-    for ax, values in ((friction, r["f0"]), (inclination, np.degrees(r["theta"])), (last, r["RED"])):
+    newton = {"(N)": 1, "(mN)": 1e3, "(kN)": 1e-3}[friction.get_ylabel().split()[-1]]
+    for ax, values in ((friction, newton * r["f"]), (inclination, np.degrees(r["theta"])), (last, r["RED"])):
         seen = float(values.values[here].max())
         assert seen < ax.get_ylim()[1] < 1.3 * seen
     words = [t.get_text() for t in figure.legends[0].get_texts()]

@@ -202,13 +202,10 @@ def test_what_only_hinges_have_means_them(given):
 
 
 def test_the_command_sets_the_hinge_beside(tmp_path, capsys):
-    path = "twist 0.09 rad/pitch; twist 0.25 rad/pitch"
-    assert (
-        main(["bend-twist", "examples/stiff_skin.toml", "--path", path, "--mu", "0.6", "--hold", "straight", *ENDLESS])
-        == 0
-    )
-    first, *lines = capsys.readouterr().out.splitlines()
-    assert "thick, elastic scales on compliant joints; all else held" in first
+    path, skin = "twist 0.09 rad/pitch; twist 0.25 rad/pitch", "examples/stiff_skin.toml"
+    assert main(["bend-twist", skin, "--path", path, "--mu", "0.6", "--hold", "straight", *ENDLESS, "--full"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert any("thick, elastic scales on compliant joints; endless beam; all else held" in line for line in lines)
     head = next(i for i, line in enumerate(lines) if line.split() == ["real", "hinge"])
     rows = [line.split() for line in lines[head:]]
     torques = [row for row in rows if row[:2] == ["torque", "T,"]]
@@ -229,7 +226,10 @@ def test_the_command_sets_the_hinge_beside(tmp_path, capsys):
     assert "stretch" in table.read_text()
     assert main(["bend-twist", "examples/stiff_skin.toml", "--path", "bend 1 rad/m", "--neutral", "up"]) == 2
     assert "--neutral" in capsys.readouterr().err
-    assert main(["bend-twist", "examples/stiff_skin.toml", "--path", path, "--mu", "0.6", "--joint", "hinge"]) == 0
+    assert (
+        main(["bend-twist", "examples/stiff_skin.toml", "--path", path, "--mu", "0.6", "--joint", "hinge", "--full"])
+        == 0
+    )
     shown = capsys.readouterr().out
     assert "frictional lock: friction holds" in shown
     assert "at the last point" not in shown
@@ -238,7 +238,7 @@ def test_the_command_sets_the_hinge_beside(tmp_path, capsys):
 def test_the_command_tells_how_far_what_is_free_goes(capsys):
     """The ends of ways are where each beam is: the real one bows, hinges are held."""
     path, skin = "twist 0.07 rad/pitch; twist 0.08 rad/pitch", "examples/stiff_skin.toml"
-    assert main(["bend-twist", skin, "--path", path, "--points", "20", *ENDLESS]) == 0
+    assert main(["bend-twist", skin, "--path", path, "--points", "20", *ENDLESS, "--full"]) == 0
     rows = [line.rsplit(None, 2) for line in capsys.readouterr().out.splitlines() if line.startswith("  bend psi")]
     r = squama.bend_twist(SKIN, path, points=20, hold="nothing")
     bows = [float(r.psi.values[r.leg == leg][-1]) for leg in (1, 2)]

@@ -292,9 +292,9 @@ def test_the_command(tmp_path, monkeypatch, capsys):
         "--netcdf",
         "c.nc",
     ]
-    assert main(["cycle", "beam.toml", *flags]) == 0
+    assert main(["cycle", "beam.toml", *flags, "--full"]) == 0
     out = capsys.readouterr().out
-    assert "in cycles of twisting: mu = 0.2, thin, rigid scales on compliant joints" in out
+    assert "  model                  thin, rigid scales on compliant joints; endless beam" in out
     assert "sense +: first contact at 0.05845 rad/pitch: tip edge on side edge (k = 1)" in out
     assert "the work of the torque is balanced to" in out
     c = cycle("0.15 rad/pitch")

@@ -288,7 +288,7 @@ def test_a_row_whose_joint_is_not_known_is_on_hinges_and_says_so():
     beam = PLA.replace(scale={"embedded": "20 mm"})
     r = squama.row(beam, scales=3, points=5, to="0.06 rad/pitch")
     assert (r.attrs["joint"], r.attrs["scales"]) == ("hinge", "thin, rigid scales")
-    assert r.attrs["warnings"].startswith("the scales are on hinges, not as in the beam: ")
+    assert r.attrs["warnings"].startswith("hinges, as the joint is not known: ")
     with pytest.raises(squama.InputError, match="--joint hinge"):
         squama.row(beam, joint="compliant")
 
@@ -396,7 +396,10 @@ def test_the_command(tmp_path, capsys):
     PLA.to_toml(file)
     outputs = [str(tmp_path / name) for name in ("a.csv", "a.nc", "a.png")]
     flags = ["--scales", "4", "--to", "0.06 rad/pitch", "--points", "20"]
-    assert main(["row", str(file), *flags, "--csv", outputs[0], "--netcdf", outputs[1], "--plot", outputs[2]]) == 0
+    assert (
+        main(["row", str(file), *flags, "--csv", outputs[0], "--netcdf", outputs[1], "--plot", outputs[2], "--full"])
+        == 0
+    )
     said = capsys.readouterr().out
     assert "six motions, by the law of the joint" in said
     assert "thick, elastic scales" in said

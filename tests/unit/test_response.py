@@ -234,7 +234,7 @@ def test_warnings_are_those_of_the_sense() -> None:
     for sense in ("+", "-"):
         r = squama.twist(beam, sense=sense, joint="hinge")
         (line,) = [w for w in r.attrs["warnings"].splitlines() if "not thin" in w]
-        assert f"the model's thin ones at phi = {float(r.phi_e):.3g} rad" in line
+        assert f"the model's thin ones at {math.degrees(float(r.phi_e)):.3g} deg per pitch" in line
     (line,) = [
         w for w in squama.twist(BEAM_THICK, sense="-", joint="hinge").attrs["warnings"].splitlines() if "not thin" in w
     ]

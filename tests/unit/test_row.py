@@ -282,7 +282,7 @@ def test_the_command(tmp_path, monkeypatch, capsys):
     arguments = ["row", "beam.toml", "--joint", "hinge", "--scales", "6", "--mu", "0.2", "--to", "0.2 rad/pitch"]
     assert main([*arguments, "--plot", "row.png", "--csv", "row.csv", "--netcdf", "row.nc"]) == 0
     said = capsys.readouterr().out
-    assert "row of 6 scales" in said
+    assert said.startswith("beam.toml: 6 scales take ")
     assert "wrote row.png" in said
     assert (tmp_path / "row.png").stat().st_size > 10_000
     expected = hinged(BEAM, scales=6, mu=0.2, to="0.2 rad/pitch")

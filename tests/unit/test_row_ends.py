@@ -301,8 +301,9 @@ def test_where_a_cell_leaves_what_was_compared_is_told():
     r = squama.twist(beam, to="0.29 rad/pitch", points=30)
     cells = np.abs(r.phi_cell.values)
     (line,) = r.attrs["warnings"].splitlines()
-    assert line.startswith(f"cell {cells.max(axis=0).argmax() + 1} twists by up to {cells.max():.3g} rad per pitch; ")
-    mean = float(line.split("end the curve where ")[1].split(" rad per pitch is the mean of all cells")[0])
+    most = np.degrees(cells.max())
+    assert f" deg per pitch): pitch {cells.max(axis=0).argmax() + 1} twists by up to {most:.3g} deg, and" in line
+    mean = np.radians(float(line.partition(" deg (")[2].split()[0]))
     # tolerance: three digits of the mean are told
     assert np.interp(mean, r.phi, cells.max(axis=1)) == pytest.approx(0.3, rel=0.01)
     short = squama.twist(beam, to=f"{mean - 0.002} rad/pitch", points=10)

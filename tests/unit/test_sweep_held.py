@@ -76,8 +76,8 @@ def test_margins_and_senses_on_hinges(tmp_path: Path) -> None:
     ("how", "words"),
     [
         ({"load": "bending"}, "psi: is what bending changes; leave it out"),
-        ({"law": "plate"}, "law = plate: is not covered by hinges that are bent"),
-        ({"joint": "hinge", "ideal": False}, "ideal = False: is not covered by the hinge that is bent"),
+        ({"law": "plate"}, "law = plate: is not available on hinges in bending"),
+        ({"joint": "hinge", "ideal": False}, "ideal = False: is not available on hinges in bending"),
     ],
     ids=str,
 )

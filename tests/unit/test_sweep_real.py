@@ -184,10 +184,10 @@ def test_thick_scales_on_hinges(tmp_path: Path) -> None:
 def test_without_a_joint_that_is_known_scales_are_on_hinges_and_it_is_said(tmp_path: Path) -> None:
     data = squama.sweep(UNKNOWN, {"mu": [0.1, 0.2]}, out=tmp_path / "m.zarr")
     assert data.attrs["joint"] == "hinge"
-    assert data.attrs["warnings"].startswith("the scales are on hinges, not as in the beam: ")
+    assert data.attrs["warnings"].startswith("hinges, as the joint is not known: ")
     u = squama.uncertainty(UNKNOWN, {"mu": "+- 0.01"}, samples=3200)
     assert u.attrs["joint"] == "hinge"
-    assert u.attrs["notes"].startswith("the scales are on hinges, not as in the beam: ")
+    assert u.attrs["notes"].startswith("hinges, as the joint is not known: ")
 
 
 Asked = Callable[..., object]
@@ -203,7 +203,7 @@ ASKED: dict[str, Asked] = {
     [
         ({"joint": "glue"}, 'joint = "glue": must be'),
         ({"joint": "compliant", "law": "plate"}, 'law = "plate": is not covered by joint="compliant"'),
-        ({"joint": "hinge", "at": AT}, 'at = "0.09 rad/pitch": is of compliant joints'),
+        ({"joint": "hinge", "at": AT}, 'at = "0.09 rad/pitch": is for compliant joints'),
         ({"at": "5 deg"}, 'at = "5 deg": does not say over which length'),
         ({"at": 0.0}, "at = 0: must be more than 0"),
         ({"at": "200 deg/pitch"}, "must be below half a turn per pitch"),
@@ -223,13 +223,13 @@ def test_what_is_refused(
 def test_names_that_belong_to_the_other_model(tmp_path: Path) -> None:
     for over, how, words in (
         ({"margin": [0.01, 0.1]}, {}, r"margin: is of hinges' locks"),
-        ({"joint.factor": [0.9, 1.1]}, {"joint": "hinge"}, r"joint\.factor: is of the compliant joint"),
+        ({"joint.factor": [0.9, 1.1]}, {"joint": "hinge"}, r"joint\.factor: is for the compliant joint"),
     ):
         with pytest.raises(InputError, match=words):
             squama.sweep(BEAM, over, out=tmp_path / "m.zarr", **how)
-    with pytest.raises(InputError, match=r"joint\.factor: is of the compliant joint"):
+    with pytest.raises(InputError, match=r"joint\.factor: is for the compliant joint"):
         squama.uncertainty(BEAM, {"joint.factor": "+- 1 %"}, joint="hinge")
-    with pytest.raises(InputError, match=r"before = .*: is for locks"):
+    with pytest.raises(InputError, match=r"before = .*: asks for a lock"):
         squama.uncertainty(BEAM, {"mu": "+- 0.1"}, before=AT)
 
 
@@ -257,11 +257,11 @@ def test_the_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: p
     assert main(["map", "map.zarr", "--variable", "lock", "--plot", "lock.png"]) == 2
     assert "--variable = lock: must be one of phi_e, phi_end, torque" in capsys.readouterr().err
     vary = ["--vary", "scale.alpha=+- 1 deg", "--samples", "3200", "--indices", "64"]
-    assert main(["uncertainty", "beam.toml", *vary, "--at", AT, "--plot", "u.png", "--csv", "u.csv"]) == 0
+    assert main(["uncertainty", "beam.toml", *vary, "--at", AT, "--plot", "u.png", "--csv", "u.csv", "--full"]) == 0
     out = capsys.readouterr().out
-    assert "thick, elastic scales on compliant joints, figures at 0.09 rad/pitch" in out
+    assert "thick, elastic scales on compliant joints; endless beam" in out
     assert "note: joint.factor = normal(1, 0.01" in out
-    lines = out[out.index("the nominal beam at 0.09 rad/pitch") :].splitlines()
+    lines = out[out.index("the nominal beam at ") :].splitlines()
     said = ("endless, free to bow", "endless, held straight")
     assert all(words in line for line, words in zip(lines[1:3], said, strict=True))
     assert "stiffness_ratio" in out

@@ -60,13 +60,14 @@ def test_claims_have_one_number_a_row(table, written):
     assert f"Made by squama {squama.__version__}" in words
 
 
-def test_pictures_tell_the_model_the_fixed_ratios_and_the_version(tmp_path):
+def test_pictures_tell_the_model_and_tables_the_fixed_ratios_and_the_version(tmp_path):
     files = twisting2020.write(["fig4"], tmp_path / "out", formats=["svg", "png", "pdf"])
     assert [f.name for f in files[:4]] == ["fig4.png", "fig4.svg", "fig4.pdf", "fig4.csv"]
     text = (tmp_path / "out" / "fig4.svg").read_text(encoding="utf-8")
-    assert f"squama {squama.__version__}" in text
+    assert "squama" not in text
     assert "Thin, rigid scales on hinges" in text
     about = (tmp_path / "out" / "fig4.csv").read_text(encoding="utf-8").splitlines()[0]
+    assert f"squama {squama.__version__}" in about
     assert "eta = 3, beta = 1.25, lambda = 0.45, zeta = 0.35, alpha = 45 deg, theta0 = 10 deg" in about
     assert par.fixed(par.main(), "eta").keys() == {"beta", "lam", "zeta", "alpha", "theta0"}
     with pytest.raises(squama.InputError, match='formats = "gif": must be "png" or "svg" or "pdf"'):

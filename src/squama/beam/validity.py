@@ -45,7 +45,7 @@ def parts_fit(beam: Assembly) -> None:
             reason = f"makes {words} = {ratio:.6g} with beam.pitch = {_mm(d)}; allowed: {reach.ALLOWED}"
             problems.add(f"scale.{key}", _mm(size), reason, f"write at most {_mm(room)}")
     if beam.other and beam.neutral != next(iter(NEUTRAL)):
-        reason = "is of scales on one face: between two it is the middle"
+        reason = "needs scales on one face; with scales on both it is the middle"
         problems.add("substrate.neutral", shown(beam.neutral), reason, f'write "{next(iter(NEUTRAL))}"')
     sine = math.sin(beam.scale.theta0)
     depth, room = beam.scale.embedded * sine, beam.substrate.thickness / (2 if beam.other else 1)
@@ -108,7 +108,7 @@ def _thin(beam: Assembly, load: Load, sense: str) -> list[str]:
 
     def engagement(tau: float) -> str:
         value = thickness.engagement_twisting(**ratios, tau=tau)
-        return f"{load.angle} = {value:.3g} rad per pitch" if math.isfinite(value) else "no twist"
+        return f"{math.degrees(value):.3g} deg per pitch" if math.isfinite(value) else "no twist"
 
     if not _meets(ratios):
         return [f"{line}in this sense of twist the model's thin plates do not meet tip on side of the next scale"]

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TextIO
 
-from squama.errors import InputError, Problem, SquamaError, TableWarning, ValidityWarning
+from squama.errors import InputError, Problem, SquamaError, SquamaWarning, TableWarning
 
 __all__ = ["main"]
 
@@ -104,7 +104,7 @@ def _warned(
     file: TextIO | None = None, line: str | None = None,
 ) -> None:  # fmt: skip
     """Show a warning: one of the package's own in one line, without its place in the code."""
-    if issubclass(category, TableWarning | ValidityWarning):
+    if issubclass(category, SquamaWarning):
         _say(0, f"warning: {message}")
     else:
         print(warnings.formatwarning(message, category, filename, lineno, line), file=file or sys.stderr)

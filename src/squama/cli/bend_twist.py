@@ -10,10 +10,11 @@ from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, settled
+from squama.cli.summary import Summary, degrees, figure, modelled, percent
 from squama.errors import refuse
-from squama.loads import ENDLESS, LOADS, THIN, ended, fixed
+from squama.loads import ENDLESS, LOADS, THIN
 from squama.model.outcome import SENTENCES, End
-from squama.units import moment, number
+from squama.units import moment, number, torque_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -22,9 +23,9 @@ if TYPE_CHECKING:
     from squama.beam.design import Beam
     from squama.curves.labelled import Answer
 
-_PATH = 'Where to go, way by way: "bend 5 rad/m; twist 8 rad/m"; a comma joins what changes at once; below 0 is back.'
-_FREE = "Load that is left free on hinges, twisting or bending, while the other is imposed; without friction (--mu 0)."
-_MAP = "Pictures and tables are of the plane around the path: contacts, locks, theta, M and T, each straight from rest."
+_PATH = 'Path: "bend 5 rad/m; twist 8 rad/m"; a semicolon parts ways, a comma joins changes on one way.'
+_FREE = "Load that is left free, twisting or bending; on hinges, without friction (--mu 0)."
+_MAP = "Plot and write the plane around the path: contacts, locks, theta, M, T, each point straight from rest."
 _KEYS = "load free law joint scales joint_source band neutral hold ends margin path squama_version"
 _SMALL = 1e-6
 """Moment over torque, or the other way round, that is rounding."""
@@ -52,9 +53,10 @@ def bend_twist(
     free: Annotated[str | None, flag(_FREE, read=one_of(*LOADS))] = None,
     ends: flags.Ends = None,
     plane: Annotated[bool, Parameter("--map", negative="", help=_MAP)] = False,
+    full: flags.Full = False,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Bend and twist a beam as it is made along a path, beside simpler models: contacts, moment and torque, ends."""
+    """Bend and twist a beam along a path: moment, torque, contacts, end."""
     common.check(beam)
     described = settled(common.beam(beam, mu))
 
@@ -64,9 +66,10 @@ def bend_twist(
     with flags.laid(flags.arguments("path", "neutral", "free", "ends")):
         data = bent_and_twisted(described, **given, **vars(joints), free=free, ends=ends)
         found = {data.attrs["joint"]: data}
-        if "ends" in data.attrs:
+        beside_it = common.json or full or bool(common.plot)
+        if beside_it and "ends" in data.attrs:
             found[ENDLESS] = bent_and_twisted(described, **given, **vars(joints), ends=ENDLESS)
-        if "compliant" in found:
+        if beside_it and "compliant" in found:
             found["hinge"] = bent_and_twisted(described, **given, joint="hinge")
         if plane and free:
             refuse("--map", "", "has both loads imposed", "leave out --free")
@@ -83,7 +86,7 @@ def bend_twist(
         written = output.write(common, data.dataset, "path_figure", _lines, **beside)
     figures, at_ends = output.figures(data), {name: {**ways(one), "end": one["end"]} for name, one in found.items()}
     record = output.record(described, data, _KEYS, figures=figures, events="event", ways=at_ends, **_curves(data))
-    return output.report(common.json, beam, written, record, _shown(described, found))
+    return output.report(common.json, beam, written, record, _summary(described, found).shown(full=full))
 
 
 def _lines(data: xr.Dataset) -> xr.Dataset:
@@ -115,18 +118,45 @@ def ways(data: Answer) -> dict[str, list[float]]:
     return {name: [float(v[last[0]]) if last.size else math.nan for last in lasts] for name, v in along.items()}
 
 
-def _shown(beam: Beam, found: Mapping[str, Answer]) -> Iterable[str | Table]:
-    """Return the summary: what happens on the way, the ends of ways on the joint and on hinges, how it ends."""
-    from squama.cli.report import covered, held
+def _summary(beam: Beam, found: Mapping[str, Answer]) -> Summary:
+    """Return the summary: whether the path is gone to its end, where scales touch, what its ways end with."""
+    data = next(iter(found.values()))
+    attrs, end = data.attrs, End(data["end"].item())
+
+    factor, unit = degrees(beam)
+
+    def place(psi: float, phi: float) -> str:
+        bend, twist = (figure(round(factor * angle, 6) + 0.0, unit) for angle in (psi, phi))
+        return f"bend {bend}, twist {twist}" if math.isfinite(psi + phi) else "never"
+
+    def of(ending: str) -> str:
+        return place(*(float(data[f"{angle}_{ending}"]) for angle in ("psi", "phi")))
+
+    other = f" ({data['other_contact'].item()})" if end is End.OTHER else ""
+    whole = end in (End.RANGE, End.NONE)
+    verdict = "the whole path is followed; nothing locks" if whole else f"{end} at {of('end')}"
+    figures = [("scales touch", of("e"))]
+    ends = ways(data)
+    for i, values in enumerate(zip(*ends.values(), strict=True), 1):
+        at = dict(zip(ends, values, strict=True))
+        if math.isfinite(at["M"]):
+            stress = f", stress in a scale {figure(1e-6 * at['stress'], 'MPa')}" if at.get("stress", 0) > 0 else ""
+            size, newton = torque_unit(max(abs(at["M"]), abs(at["T"])))
+            M, T = (figure(size * at[name], newton) for name in ("M", "T"))
+            figures.append((f"end of way {i}", f"{place(at['psi'], at['phi'])}: moment {M}, torque {T}{stress}"))
+    figures.append(("end of the path", "" if whole else f"{SENTENCES[end]}{other}"))
+    lost = "" if end.locks else f"; it takes {percent(float(data['RED_c']))} of the work of the path"
+    figures.append(("friction", f"mu = {float(data['mu']):g}{lost}"))
+    freed = f"; {attrs['free']} is left free" if "free" in attrs else ""
+    figures.append(("model", f"{modelled(beam, attrs)}{freed}"))
+    return Summary(verdict, figures, (), attrs["warnings"], _all(beam, found))
+
+
+def _all(beam: Beam, found: Mapping[str, Answer]) -> Iterable[str | Table]:
+    """Yield what happens on the way, the ends of ways on the joint and on hinges, how it ends."""
+    from squama.cli.report import held
 
     data = next(iter(found.values()))
-    attrs = data.attrs
-    freed = f"; {attrs['free']} is left free" if "free" in attrs else ""
-    yield (
-        f" bent and twisted {ended(attrs)}: {covered(beam)}, mu = {float(data['mu']):g}, "
-        f"{LOADS['twisting'].model(joint=attrs['joint'], scales=attrs['scales'])}; {fixed(attrs)}{freed}"
-    )
-    yield ""
     yield from _events(data)
     yield ""
     yield _ends(beam, found)
@@ -143,11 +173,10 @@ def _shown(beam: Beam, found: Mapping[str, Answer]) -> Iterable[str | Table]:
         yield f"at the last point: frictional work {work}, RED = {red:.4g}"
     K = f"K_theta = {moment(float(data['K_theta']))}"
     if "energy_error" in data.variables:
-        yield held(attrs)
+        yield held(data.attrs)
         yield f"{K}; the work is balanced to {abs(float(data['energy_error'])):.1e}"
     else:
         yield f"joint of a scale: {K}"
-    yield from output.warnings(attrs["warnings"])
 
 
 def _events(data: Answer) -> Iterable[str | Table]:

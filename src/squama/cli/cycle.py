@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
+from squama.cli.summary import DIGITS, Summary, energy, figure, modelled, span, turned
 from squama.errors import refuse
-from squama.loads import LOADS, ended, fixed
+from squama.loads import LOADS
 from squama.units import is_number, moment, number, shown
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from squama.beam.design import Beam
     from squama.curves.labelled import Answer
 
-_HISTORY = 'Twists one after the other instead: "0, 0.15, 0.05, 0.2, 0 rad/pitch"; below 0 the other way.'
+_HISTORY = 'Twists in turn, instead of --to: "0, 0.15, 0.05, 0.2, 0 rad/pitch"; negative the other way.'
 _KEYS = "load law joint scales hold margin increment K_theta rigidity history squama_version"
 SHOWN = 12
 """Loops in the table of the summary at most."""
@@ -28,17 +29,20 @@ def cycle(
     beam: flags.BeamFile,
     /,
     *,
-    to: Annotated[str | None, flag(f"Twist to and back: {flags.TWISTS}.")] = None,
+    to: Annotated[str | None, flag(f"Largest twist of the loop: {flags.TWISTS}.")] = None,
     history: Annotated[str | None, flag(_HISTORY)] = None,
-    loops: Annotated[int, flag("How many times it is gone through (1).", read=whole(1, 10_000, "3"))] = 1,
+    loops: Annotated[
+        int, flag("Number of loops, or of times the history is repeated. Default: 1.", read=whole(1, 10_000, "3"))
+    ] = 1,
     how: flags.How = flags.HOW,
     ends: flags.Ends = None,
     mu: flags.Mu = None,
     margin: flags.Margin = 0.01,
     points: Annotated[int, flags.points(60)] = 60,
+    full: flags.Full = False,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Load and unload a beam: loops, stick intervals, dissipation, damping, jamming, from a beam file."""
+    """Load and unload a beam: loops, dissipation, damping, jamming."""
     if (to is None) == (history is None):
         what = "both are given" if to else "neither is given"
         flags.problems().add("--to, --history", "", what, 'give one of them, e.g. --to "0.2 rad/pitch"')
@@ -57,7 +61,7 @@ def cycle(
     record = output.record(
         described, data, _KEYS, loops="loop", senses="sense", curve="point", each="point scale", **balance
     )
-    return output.report(common.json, beam, written, record, _shown(described, data))
+    return output.report(common.json, beam, written, record, _summary(described, data).shown(full=full))
 
 
 def _twists(name: str, text: str) -> str:
@@ -69,11 +73,34 @@ def _twists(name: str, text: str) -> str:
     return text
 
 
-def _shown(beam: Beam, data: Answer) -> Iterable[str | Table]:
-    """Yield the summary: a row per loop, and what holds for the whole history."""
+def _summary(beam: Beam, data: Answer) -> Summary:
+    """Return the summary: damping and dissipation of the last loop, where it comes back to, where scales touch."""
+    kind = LOADS[data.attrs["load"]]
+    angle, torque = kind.angle, kind.torque
+    bases, tops = data[f"{angle}_base"], data[f"{angle}_top"]
+    verdict, figures = "no loop is closed: the history does not come back to where it turned", []
+    if tops.size:
+        loop, left = span(bases[-1], tops[-1], beam), float(data[f"{angle}_residual"][-1])
+        verdict = f"damping ratio {figure(float(data['zeta_eq'][-1]))} in a loop from {loop}"
+        back = f"the beam stays at {turned(left, beam)}" if left else "the beam comes back"
+        figures = [
+            ("loops", f"{tops.size}; figures of the last" if tops.size > 1 else ""),
+            ("friction takes", energy(float(data["W_d"][-1]), beam)),
+            ("stored at the top", energy(float(data["U_max"][-1]), beam)),
+            ("let go at the top", "" if math.isnan(left) else back),
+        ]
+    figures.append((f"largest {kind.torque_words}", moment(float(abs(data[torque]).max()), DIGITS)))
+    for sense, engaged in zip(data["sense"], data[f"{angle}_e"], strict=True):
+        touch = f"at {turned(float(engaged), beam)}" if math.isfinite(engaged) else "never"
+        figures.append((f"scales touch, sense {sense}", touch))
+    figures += [("friction", f"mu = {float(data['mu']):g}"), ("model", modelled(beam, data.attrs))]
+    return Summary(verdict, figures, (), data.attrs["warnings"], _loops(beam, data))
+
+
+def _loops(beam: Beam, data: Answer) -> Iterable[str | Table]:
+    """Yield a row per loop, and what holds for the whole history."""
     kind = LOADS[data.attrs["load"]]
     angle, torque, tangent = kind.angle, kind.torque, kind.tangent
-    yield f" {ended(data.attrs)} in cycles of {kind.name}: {output.about(data)}; {fixed(data.attrs)}"
     bases, tops = data[f"{angle}_base"], data[f"{angle}_top"]
     if tops.size:
         cells = [data[name] for name in ("W_d", "U_max", "zeta_eq", "K_sec", f"{torque}_drop", f"{angle}_residual")]
@@ -103,7 +130,6 @@ def _shown(beam: Beam, data: Answer) -> Iterable[str | Table]:
     words_of = _range if f"{angle}_most" in data.variables else _contact
     for i, sense in enumerate(data["sense"]):
         yield f"sense {sense}: {words_of(data, i, angle)}"
-    yield from output.warnings(data.attrs["warnings"])
 
 
 def _contact(data: Answer, i: int, angle: str) -> str:

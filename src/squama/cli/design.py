@@ -13,6 +13,7 @@ from cyclopts import Parameter
 from squama import loads
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
+from squama.cli.summary import Summary, figure
 from squama.io.files import label
 from squama.loads import LOADS, model
 
@@ -29,29 +30,30 @@ SHOWN = 6
 """Dimensions whose tolerances are listed."""
 MOST = 8
 """Designs side by side at most."""
-Out = Annotated[flags.File | None, flag("Folder for design_1.toml, design_2.toml ...", "--out", "-o")]
-_MANY, _STARTS = "How many different designs at most (the file's, or 5).", whole(16, 1 << 20, "4096")
-Force = Annotated[bool, Parameter(help="Replace designs that are in the folder.")]
-_ELEMENTS = "Hold the first design against finite elements (extra fe, minutes)."
-_FRONT = "Target file (TOML) with a table [front]; see docs, how-to: design a beam."
+Out = Annotated[flags.File | None, flag("Folder to write design_1.toml, design_2.toml ... to.", "--out", "-o")]
+_MANY, _STARTS = "Largest number of designs. Default: the file's, or 5.", whole(16, 1 << 20, "4096")
+Force = Annotated[bool, Parameter(help="Replace designs in the folder.")]
+_ELEMENTS = "Check the first design by finite elements (extra fe; takes minutes)."
+_FRONT = "Target file (TOML) with a table [front]; docs: how to design a beam."
 _PICK = flags.several(whole(1, 100_000, "1,40,200"))
-_POPULATION = "Designs of a generation, and of the front at most (the file's, or 200)."
+_POPULATION = "Designs of a generation, and at most of the front. Default: the file's, or 200."
 
 
 def design(
-    target: Annotated[flags.File, Parameter(help="Target file (TOML); see docs, how-to: design a beam.")],
+    target: Annotated[flags.File, Parameter(help="Target file (TOML); docs: how to design a beam.")],
     /,
     *,
     out: Out = None,
     force: Force = False,
     designs: Annotated[int | None, flag(_MANY, read=whole(1, 100, "5"))] = None,
-    starts: Annotated[int, flag("How many points of the bounds are screened (4096).", read=_STARTS)] = 4096,
-    seed: Annotated[int, flag("Seed of the screened points (1).", read=whole(0, 2**31 - 1, "1"))] = 1,
+    starts: Annotated[int, flag("Number of points screened within the bounds. Default: 4096.", read=_STARTS)] = 4096,
+    seed: Annotated[int, flag("Seed of the screened points. Default: 1.", read=whole(0, 2**31 - 1, "1"))] = 1,
     plot: flags.Plot = (),
     elements: Annotated[bool, Parameter(help=_ELEMENTS)] = False,
+    full: flags.Full = False,
     base: flags.Base = flags.BASE,
 ) -> int:
-    """Find beams that do what is asked: stiffen at a twist within a torque and a stress, follow a curve, lock.
+    """Find beams that meet a target: stiffness at a twist within a torque and a stress, a curve, a lock.
 
     Exit status 0 also where the target is not reached; the summary then says "not reached".
     """
@@ -66,7 +68,7 @@ def design(
         title = f"design {{}} of {len(found)} for {label(target)}"
         written += output.write_beams(out, {i: d.to_toml(title.format(i)) for i, d in enumerate(found.designs, 1)})
     written += output.draw(plot, "inverse_figure", found, read)
-    return output.report(base.json, target, written, _record(found), _shown(found))
+    return output.report(base.json, target, written, _record(found), _summary(found, read).shown(full=full))
 
 
 def read_target(base: flags.Base, path: str, out: str | None, *, force: bool, need: str = "target") -> Target | None:
@@ -104,13 +106,69 @@ def _record(found: InverseDesign) -> dict[str, object]:
     return {**about, "designs": designs}
 
 
-def _shown(found: InverseDesign) -> Iterable[str | Table]:
-    """Return designs side by side, then what holds for the first."""
+def _summary(found: InverseDesign, target: Target) -> Summary:
+    """Return the summary: whether the target is reached, the first design, a line for each other one."""
+    best, many = found[0], len(found)
+    reached, *but = found.verdict.split("; ")
+    verdict = f"{reached}; {many} design{'s' * (many > 1)}"
+    figures = [(goal.name, _reached(goal)) for goal in best.goals]
+    figures.append(("model", f"{model(found.settings)}"))
+    others = []
+    for i, d in enumerate(found.designs[1:], 2):
+        words = ", ".join(f"{goal.name} {_with_unit(goal, goal.reached)}" for goal in d.goals)
+        others.append(f"design {i}{'' if d.met else ' (not reached)'}: {words}")
+    warned = [*(f"design 1 cannot be made as it is: {line}" for line in best.refused), *best.warnings]
+    table: list[str | Table] = [*but, "design 1:", _dimensions(found, target.space.beam), *_missed(found), *others]
+    notes = (f"note: {note}" for note in found.notes)
+    return Summary(verdict, figures, [*table, *notes], warned, _all(found))
+
+
+def _with_unit(goal: Reached, value: float) -> str:
+    return "none" if math.isnan(value) else figure(value, goal.unit)
+
+
+def _reached(goal: Reached) -> str:
+    """Return what is reached of a goal, by how much tolerances change it, and what was asked."""
+    spread = f" +- {figure(goal.spread)}" if goal.spread > 0 else ""
+    missed = "" if goal.met else ", missed"
+    return f"{_with_unit(goal, goal.reached)}{spread} (asked {goal.wanted}{missed})"
+
+
+def _dimensions(found: InverseDesign, start: Beam) -> Table:
+    """Return a row for each dimension of the first design: value, tolerance, change from the beam it started from."""
+    from squama.study.parameters import own, people
+
+    best, rows = found[0], []
+    for name, value in best.values.items():
+        factor, unit = people(name)
+        size, first = found.tolerance.get(name), own(start, name)
+        tolerance = f"+- {figure(factor * size)}" if size else ""
+        change = f"{factor * (value - first):+.3g}" if first else ""
+        rows.append((name, f"{factor * value:.4g} {unit}".strip(), tolerance, change))
+    rows += [(name, chosen, "", "") for name, chosen in best.chosen.items()]
+    return output.table(("dimension", "value", "tolerance", "change"), rows, left=1)
+
+
+def _missed(found: InverseDesign) -> Iterable[str]:
+    """Yield the goals that the first design misses, and the bounds and limits that hold designs."""
+    best = found[0]
+    for goal in best.goals:
+        if not (found.met or goal.met):
+            other = f" ({best.other_contact})" if best.other_contact else ""
+            nearest = f"nearest {_with_unit(goal, goal.reached)} ({figure(goal.difference)} from it)"
+            how = f"there is none; the curve ends with {best.end}{other}" if math.isnan(goal.reached) else nearest
+            yield f"not reached: {goal.name}: asked {_with_unit(goal, goal.asked)}, {how}"
+    for i, d in enumerate(found.designs[:MOST], 1):
+        if d.active:
+            yield f"design {i} lies on: {'; '.join(d.active)}"
+
+
+def _all(found: InverseDesign) -> Iterable[str | Table]:
+    """Yield designs side by side, then what tolerances do to the first."""
     from squama.inverse.goals import SENSES
     from squama.study.parameters import people
 
     shown = found.designs[:MOST]
-    yield f": {found.verdict}; {len(found)} design{'s' * (len(found) > 1)}, {model(found.settings)}"
     rows: list[tuple[str, ...]] = []
     for goals in zip(*(d.goals for d in shown), strict=True):
         goal = goals[0]
@@ -148,23 +206,12 @@ def _beside(name: str, designs: Sequence[Design]) -> Iterable[tuple[str, ...]]:
 
 
 def _notes(found: InverseDesign) -> Iterable[str]:
-    """Return what is to be said below the table."""
+    """Yield what other models say, and what tolerances do to the first design."""
     from squama.study.parameters import people
 
-    best = found[0]
-    yield from (f"note: {note}" for note in found.notes)
-    for goal in best.goals:
-        if not (found.met or goal.met):
-            unit = f" {goal.unit}" if goal.unit else ""
-            other = f" ({best.other_contact})" if best.other_contact else ""
-            how = f"nearest {goal.reached:.5g} ({goal.difference:+.4g}{unit})"
-            how = f"there is none; the curve ends with {best.end}{other}" if math.isnan(goal.reached) else how
-            yield f"not reached: {goal.name}: asked {goal.asked:.5g}{unit}, {how}"
     for i, d in enumerate(found.designs[:MOST], 1):
         yield from (f"design {i}, {other.words}: {other.note}" for other in d.beside if other.note)
-        if d.active:
-            yield f"design {i} lies on: {'; '.join(d.active)}"
-    for goal in best.goals:
+    for goal in found[0].goals:
         words = []
         for name, value in sorted(goal.effects.items(), key=lambda item: -abs(item[1]))[:SHOWN]:
             factor, unit = people(name)
@@ -172,10 +219,8 @@ def _notes(found: InverseDesign) -> Iterable[str]:
                 words.append(f"{name} ({f'+- {factor * found.tolerance[name]:.3g} {unit}'.strip()}) {value:+.2g}")
         if words:
             yield f"tolerances, design 1, {goal.name} ({goal.unit or '1'}): {', '.join(words)}"
-    yield from (f"design 1 cannot be made as it is: {line}" for line in best.refused)
     if others := [str(i) for i, d in enumerate(found.designs[1:], 2) if d.refused]:
         yield f"designs that cannot be made as they are, beside: {', '.join(others)}"
-    yield from (f"warning, design 1: {line}" for line in best.warnings)
 
 
 # ---- a front ---------------------------------------------------------------------------------------------
@@ -186,11 +231,15 @@ def pareto(
     /,
     *,
     out: Out = None,
-    pick: Annotated[tuple[int, ...], flag("Which designs -o writes, e.g. 1,40,200 (all).", read=_PICK)] = (),
+    pick: Annotated[tuple[int, ...], flag("Designs that -o writes, e.g. 1,40,200. Default: all.", read=_PICK)] = (),
     force: Force = False,
     population: Annotated[int | None, flag(_POPULATION, read=whole(8, 10_000, "200"))] = None,
-    generations: Annotated[int | None, flag("Generations (the file's, or 100).", read=whole(1, 100_000, "100"))] = None,
-    seed: Annotated[int | None, flag("Seed of the search (the file's, or 1).", read=whole(0, 2**31 - 1, "1"))] = None,
+    generations: Annotated[
+        int | None, flag("Number of generations. Default: the file's, or 100.", read=whole(1, 100_000, "100"))
+    ] = None,
+    seed: Annotated[
+        int | None, flag("Seed of the search. Default: the file's, or 1.", read=whole(0, 2**31 - 1, "1"))
+    ] = None,
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Trade figures of beams off against each other: a front, each point a beam that can be built (extra fit)."""

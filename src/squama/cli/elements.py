@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from squama import units
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, one_of, settled, whole
+from squama.cli.summary import Summary, per_pitch, percent
 from squama.errors import refuse
 from squama.interrupt import kept
 
@@ -29,7 +30,7 @@ ROWS = 12
 """Twists in the printed table of differences."""
 MeshSize = str | tuple[float, float]
 _size = number(1e-4, 10.0, "0.2,0.02")
-_MESH = '"coarse", "medium", "fine", or sizes in the bulk and along the scale\'s edges in pitches, e.g. 0.2,0.02'
+_MESH = "Mesh: coarse, medium, fine, or sizes in pitches of the bulk and along the scale's edges, e.g. 0.2,0.02"
 
 
 def _mesh(name: str, text: str) -> MeshSize:
@@ -45,20 +46,20 @@ def _mesh(name: str, text: str) -> MeshSize:
 
 
 _mesh_read = flags.Reader[MeshSize](_mesh, "medium")
-_INCREMENT = "Largest increment of the twist, rad per pitch (0.01)."
-_ENDS = "Along the axis the turned end of a finite beam is free or held (free); the other is fixed."
-_LOAD = 'Deformation of a part of --scales scales in place of --to: "10 mm up at tip", "60 deg bend", "90 deg twist".'
-_SUPPORT = "Support of the part: clamped, or gripped with a twist (clamped)."
-_PICTURE = "Picture of the deformed pitch with its strain: .png, .svg or .pdf; may be repeated."
-_RESTART = "File written after every increment; where it is there, the run goes on from it."
-_REACH = f"Twist to reach: {flags.TWISTS} (where the hinge's curve is cut off, 0.3 rad/pitch at most)."
-_SIZE = "Size of the substrate's elements, in pitches (0.3)."
-_EDGE = "Size of elements along the embedded scales' edges, in pitches (0.08)."
-_SUBSTRATE = "Substrate: neo-hookean or elastic (neo-hookean)."
-_PROGRAM = "Program that is to read it: calculix or abaqus (calculix)."
+_INCREMENT = "Largest increment of the twist, rad per pitch. Default: 0.01."
+_ENDS = "Axial motion of the turned end of a finite beam: free or held. Default: free. The other end is fixed."
+_LOAD = 'Deformation of a part of --scales scales, instead of --to: "10 mm up at tip", "60 deg bend", "90 deg twist".'
+_SUPPORT = "Support of the part: clamped, or gripped with a twist. Default: clamped."
+_PICTURE = "Picture of the deformed pitch with its strain (.png, .svg, .pdf); may be repeated."
+_RESTART = "File written after every increment; a run continues from it if it exists."
+_REACH = f"Twist at the end: {flags.TWISTS}. Default: the end of the hinge's curve, 0.3 rad/pitch at most."
+_SIZE = "Size of the substrate's elements, in pitches. Default: 0.3."
+_EDGE = "Size of elements along the embedded scales' edges, in pitches. Default: 0.08."
+_SUBSTRATE = "Material of the substrate: neo-hookean or elastic. Default: neo-hookean."
+_PROGRAM = "Program for the deck: calculix or abaqus. Default: calculix."
 
 
-Ideal = Annotated[bool, Parameter(help="Take the scales as thin and rigid, as in the paper.")]
+Ideal = Annotated[bool, Parameter(help="Thin, rigid scales, as in the paper. Default: thick and elastic.")]
 
 
 @flags.group
@@ -66,9 +67,9 @@ class Run:
     """How the elements of a pitch are run: arguments of :func:`squama.cell`."""
 
     increment: Annotated[float, flag(_INCREMENT, read=number(1e-5, 0.1, "0.01"))] = 0.01
-    mesh: Annotated[MeshSize, flag(f"{_MESH} (medium).", read=_mesh_read)] = "medium"
+    mesh: Annotated[MeshSize, flag(f"{_MESH}. Default: medium.", read=_mesh_read)] = "medium"
     sense: flags.Sense = "+"
-    hinged: Annotated[bool, Parameter(help="Block roll and yaw of the elements' scales.")] = False
+    hinged: Annotated[bool, Parameter(help="Block roll and yaw of the scales, as a hinge does.")] = False
     ideal: Ideal = False
 
 
@@ -78,7 +79,7 @@ class Deck:
 
     size: Annotated[float, flag(_SIZE, read=number(0.01, 10, "0.3"))] = 0.3
     edge_size: Annotated[float, flag(_EDGE, read=number(1e-3, 10, "0.08"))] = 0.08
-    increments: Annotated[int, flag("Number of increments (25).", read=whole(1, 10_000, "25"))] = 25
+    increments: Annotated[int, flag("Number of increments. Default: 25.", read=whole(1, 10_000, "25"))] = 25
     material: Annotated[str, flag(_SUBSTRATE, read=one_of("neo-hookean", "elastic"))] = "neo-hookean"
     ideal: Ideal = False
 
@@ -95,18 +96,21 @@ def cell(
     beam: flags.BeamFile,
     /,
     *,
-    to: Annotated[str, flag(f"Twist to reach: {flags.TWISTS}.")],
+    to: Annotated[str, flag(f"Twist at the end: {flags.TWISTS}.")],
     mu: flags.Mu = None,
     run: Run = RUN,
-    scales: Annotated[int | None, flags.scales(200, "Number of scales of a finite beam (one endless pitch)")] = None,
+    scales: Annotated[
+        int | None,
+        flags.scales(200, "Number of scales of a finite beam. Default: one pitch of an endless beam; allowed:"),
+    ] = None,
     ends: Annotated[str, flag(_ENDS, read=one_of("free", "held"))] = "free",
-    vtk: Annotated[flags.File | None, flag("File of the deformed pitch for ParaView and the like (.vtu).")] = None,
+    vtk: Annotated[flags.File | None, flag("File (.vtu) of the deformed pitch for ParaView.")] = None,
     picture: Annotated[tuple[flags.File, ...], flag(_PICTURE)] = (),
     restart: Annotated[flags.File | None, flag(_RESTART)] = None,
     quiet: flags.Quiet = False,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Twist one pitch of finite elements with helical periodicity, or a finite beam; needs the extra fe."""
+    """Twist one pitch (helical periodicity) or a finite beam by finite elements; needs the extra fe."""
     common.check(beam, plots=picture)
     flags.check_places([(vtk, (".vtu",))])
     if scales is None and ends != "free" and "--scales" not in flags.problems().flags:
@@ -204,17 +208,19 @@ def verify(
     run: Run = RUN,
     load: Annotated[str | None, flag(_LOAD)] = None,
     support: Annotated[str | None, flag(_SUPPORT)] = None,
-    scales: Annotated[int | None, flags.scales(200, "Run a finite beam of so many scales too")] = None,
-    beam_mesh: Annotated[MeshSize, flag("Mesh of the finite beam (coarse).", read=_mesh_read)] = "coarse",
-    out: Annotated[flags.File | None, flag("Folder to write to (verify_ and the file's name).", "--out", "-o")] = None,
+    scales: Annotated[int | None, flags.scales(200, "Number of scales of a finite beam to compute too,")] = None,
+    beam_mesh: Annotated[MeshSize, flag("Mesh of the finite beam. Default: coarse.", read=_mesh_read)] = "coarse",
+    out: Annotated[
+        flags.File | None, flag("Folder to write to. Default: verify_ and the file's name.", "--out", "-o")
+    ] = None,
+    full: flags.Full = False,
     quiet: flags.Quiet = False,
     base: flags.Base = flags.BASE,
 ) -> int:
-    """Set the compliant joint, the hinge and finite beams beside finite elements, twisted; needs the extra fe.
+    """Compare the compliant joint, the hinge and finite beams with finite elements, twisted; needs the extra fe.
 
-    Where no scale touches up to --to nothing is tested, and the exit status is 1.
-
-    The folder holds the table (CSV), the picture and the elements' run; the same command goes on where it was stopped.
+    Exit status 1 if no scale touches up to --to: nothing is tested then. The folder gets the table (CSV), the picture
+    and the elements' run; the same command continues a run that was stopped.
     """
     described, twist = base.turned(beam, mu, "--to", to)
     described = settled(described)
@@ -238,10 +244,10 @@ def verify(
             **vars(run),
         )
     if load is not None:
-        shown = output.report(base.json, beam, found.written, _part(found), _part_shown(found))
+        shown = output.report(base.json, beam, found.written, _part(found), _part_summary(found).shown(full=full))
         return shown or (0 if found.tested else UNTESTED)
     written = [*found.written, *output.draw([str(folder / "comparison.png")], "compare_figure", found.table)]
-    status = output.report(base.json, beam, written, _verified(found), _beside(found))
+    status = output.report(base.json, beam, written, _verified(found), _summary(found).shown(full=full))
     return status or (0 if found.tested else UNTESTED)
 
 
@@ -277,15 +283,11 @@ def _part(found: Verified) -> dict[str, object]:
     }
 
 
-def _part_shown(found: Verified) -> Iterable[str | Table]:
-    """Return the verdict, and the loads of a part by elements and by both joints."""
+def _part_summary(found: Verified) -> Summary:
+    """Return the summary: the loads of a part by elements and by both joints."""
     import numpy as np
 
     data, attrs = found.table, found.elements.attrs
-    yield f": {data.attrs['title']}"
-    yield found.verdict if found.tested else f"warning: {found.verdict}"
-    yield f"elements: {attrs['mesh']}; {attrs['sentence']}"
-    yield f"energy balance: (W - U_el - W_fr)/W = {attrs['energy_error']:.2e}"
     by = "turn" if "turn" in data.coords else "travel"
     size, unit = (math.degrees(1.0), "deg") if by == "turn" else (1e3, "mm")
     load, of = (1e3, "N mm") if by == "turn" else (1.0, "N")
@@ -293,32 +295,56 @@ def _part_shown(found: Verified) -> Iterable[str | Table]:
     for i in np.unique(np.linspace(0, data.sizes["point"] - 1, ROWS + 1).round().astype(int))[1:]:
         at = data.isel(point=int(i))
         off = ["-" if math.isnan(v) else f"{100 * v:+.1f}" for v in at["off"].values.tolist()]
-        rows.append([f"{size * float(at[by]):.4g}", f"{load * float(at['elements']):.4g}", *off])
-    yield ""
-    yield "load over the elements', less 1 (%): joint of the beam, joint of this mesh"
-    yield output.table((f"{by} ({unit})", f"elements ({of})", "law", "mesh"), rows, left=0)
+        rows.append([f"{size * float(at[by]):.3g}", f"{load * float(at['elements']):.3g}", *off])
+    figures = [
+        ("about", data.attrs["title"]),
+        ("elements", f"{attrs['mesh']}; {attrs['sentence']}"),
+        ("energy balance", f"(W - U_el - W_fr)/W = {attrs['energy_error']:.2e}"),
+    ]
+    words = "difference from the load of the elements, %: joint of the beam (law), joint of this mesh (mesh)"
+    table: list[str | Table] = [
+        words,
+        output.table((f"{by} ({unit})", f"elements ({of})", "law", "mesh"), rows, left=0),
+    ]
+    verdict = found.verdict if found.tested else data.attrs["title"]
+    return Summary(verdict, figures, table, () if found.tested else [found.verdict])
 
 
-def _beside(found: Verified) -> Iterable[str | Table]:
-    """Return the table of differences, and how far each model holds."""
+def _summary(found: Verified) -> Summary:
+    """Return the summary: how far the beam as it is made holds, then how far each model does."""
     data, attrs = found.table, found.elements.attrs
-    yield f": {data.attrs['title']}"
-    yield found.verdict if found.tested else f"warning: {found.verdict}"
+    about = f"{data.attrs['title']}: {found.verdict}" if found.tested else data.attrs["title"]
+    if not found.tested:
+        return Summary(about, (), (), [found.verdict, *data.attrs["warnings"].splitlines()], _all(data, attrs))
+    names = data["model"].values.tolist()
+    one = data.sel(model="compliant" if "compliant" in names else names[0])
+    share = percent(float(data.attrs["share"]))
+    off = f"{100 * float(one['dT_last']):+.3g} % at {per_pitch(float(one['last']))}"
+    verdict = f"{one['words'].item()} differ from finite elements in torque by {off}"
+    figures = [("within", f"{share} up to {per_pitch(float(one['within']))}"), ("tested", found.verdict)]
+    figures.append(("about", data.attrs["title"]))
+    unit = f"deg per pitch up to which a model is within {share} in torque; then torque and theta (deg) at its end"
+    table: list[str | Table] = [
+        output.table(("model", "holds to", "torque", "theta"), ranges(data), left=1),
+        unit,
+        *finite(data),
+    ]
+    return Summary(verdict, figures, table, data.attrs["warnings"], _all(data, attrs))
+
+
+def _all(data: xr.Dataset, attrs: Mapping[Hashable, Any]) -> Iterable[str | Table]:
+    """Yield the mesh, the energy balance and tables of all differences; ``attrs`` of the elements' run."""
     yield f"elements: {attrs['mesh']}; {attrs['sentence']}"
     yield f"energy balance: (W - U_el - W_fr)/W = {attrs['energy_error']:.2e}"
     yield ""
-    yield "torque over the elements', less 1 (%)"
-    yield _table(data, "dT", 100.0, "T_elements", "N m", 1.0)
+    yield "difference from the torque of the elements, %"
+    yield _table(data, "dT", 100.0, "T_elements", 1e3, "N mm")
     yield ""
-    yield "inclination less the elements' (deg)"
-    yield _table(data, "dtheta", math.degrees(1.0), "theta_elements", "deg", math.degrees(1.0))
-    yield ""
-    if found.tested:
-        yield from (*ranges(data), *finite(data))
-    yield from output.warnings(data.attrs["warnings"])
+    yield "difference from the inclination of the elements, deg"
+    yield _table(data, "dtheta", math.degrees(1.0), "theta_elements", math.degrees(1.0), "deg")
 
 
-def _table(data: xr.Dataset, name: str, factor: float, own: str, unit: str, scale: float) -> Table:
+def _table(data: xr.Dataset, name: str, factor: float, own: str, scale: float, unit: str) -> Table:
     """Return the differences of all models at some twists, beside the elements' own value."""
     import numpy as np
 
@@ -326,25 +352,24 @@ def _table(data: xr.Dataset, name: str, factor: float, own: str, unit: str, scal
     for i in np.unique(np.linspace(0, data.sizes["point"] - 1, ROWS + 1).round().astype(int))[1:]:
         at = data.isel(point=int(i))
         cells = factor * at[name].values
-        texts = ["-" if math.isnan(cell) else f"{cell:+.{2 if abs(cell) < 99 else 0}f}" for cell in cells]
-        rows.append([f"{float(at['phi']):.4g}", f"{scale * float(at[own]):.4g}", *texts])
-    return output.table(("phi", f"elements ({unit})", *map(str, data["model"].values)), rows, left=0)
+        texts = ["-" if math.isnan(cell) else f"{cell:+.3g}" for cell in cells]
+        rows.append([f"{math.degrees(float(at['phi'])):.3g}", f"{scale * float(at[own]):.3g}", *texts])
+    return output.table(("deg per pitch", f"elements, {unit}", *map(str, data["model"].values)), rows, left=0)
 
 
-def ranges(data: xr.Dataset) -> list[str]:
-    """Return a line per model of the endless beam: how far it holds, and by how much it is off at the end."""
-    from squama.cli.report import apart
+def ranges(data: xr.Dataset) -> list[tuple[str, ...]]:
+    """Return a row per model of the endless beam: up to which twist it holds, and by how much it is off at its end."""
     from squama.fe.agreement import FINITE
 
-    lines = []
+    rows: list[tuple[str, ...]] = []
     for name in data["model"].values:
         if name not in FINITE:
             one = data.sel(model=name)
-            within, last, torque, theta = (float(one[key]) for key in ("within", "last", "dT_last", "dtheta_last"))
-            holds = apart(within, last, torque, theta, float(data.attrs["share"]))
-            holds = "has no twist in common with the elements" if math.isnan(within) else holds
-            lines.append(f"{name} ({one['words'].item()}): {holds}")
-    return lines
+            within, torque, theta = (float(one[key]) for key in ("within", "dT_last", "dtheta_last"))
+            off = f"{100 * torque:+.3g} %" if abs(torque) < 1 else f"{1 + torque:.3g} times"
+            cells = f"{math.degrees(within):.3g}", off, f"{math.degrees(theta):+.3g}"
+            rows.append((one["words"].item(), *(("-",) * 3 if math.isnan(within) else cells)))
+    return rows
 
 
 def finite(data: xr.Dataset) -> list[str]:
@@ -367,8 +392,8 @@ def finite(data: xr.Dataset) -> list[str]:
             lines.append(f"{words} there is no twist that both have")
             continue
         angle = math.degrees(float((one["theta"] - other["theta"])[both[-1]]))
-        first, last = (f"{off[i]:+.3g} % at {float(data['phi'][i]):.4g}" for i in (both[0], both[-1]))
-        lines.append(f"{words} the torque is {first} rad/pitch and {last}, theta {angle:+.2f} deg there")
+        first, last = (f"{off[i]:+.3g} % at {per_pitch(float(data['phi'][i]))}" for i in (both[0], both[-1]))
+        lines.append(f"{words} the torque is {first} and {last}, theta {angle:+.2f} deg there")
     return lines
 
 
@@ -376,11 +401,11 @@ def deck(
     beam: flags.BeamFile,
     /,
     *,
-    out: Annotated[flags.File, flag("Deck to write (.inp).", "--out", "-o")],
+    out: Annotated[flags.File, flag("Input deck (.inp) to write.", "--out", "-o")],
     program: Annotated[str, flag(_PROGRAM, "--for", read=one_of("calculix", "abaqus"))] = "calculix",
-    scales: Annotated[int | None, flags.scales(100, "Number of scales (that of the file)")] = None,
+    scales: Annotated[int | None, flags.scales(100, "Number of scales. Default: the file's; allowed:")] = None,
     mu: flags.Mu = None,
-    to: Annotated[str, flag(f'Twist at the end: {flags.TWISTS} ("0.15 rad/pitch").')] = "0.15 rad/pitch",
+    to: Annotated[str, flag(f"Twist at the end: {flags.TWISTS}. Default: 0.15 rad/pitch.")] = "0.15 rad/pitch",
     made: Deck = DECK,
     base: flags.Base = flags.BASE,
 ) -> int:

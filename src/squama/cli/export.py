@@ -12,6 +12,7 @@ from cyclopts import Parameter
 from squama.beam.faces import described
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, settled, words_of
+from squama.cli.summary import Summary
 from squama.io.files import exists, label
 
 if TYPE_CHECKING:
@@ -37,27 +38,31 @@ _size = flags.Reader(_read_size, 0.0)
 
 _density = number(0.01, 24.99, "1.2", "0.01 to 24.99 g/cm3")
 PARTS, FORMATS = ("scale", "substrate", "mould", "assembly"), ("stl", "3mf", "step")
-_KINDS = "stl, 3mf (both in mm), step (extra step), or several (stl,3mf)."
-_CLEARANCE = "Room between tab and slot, and between blades and the mould's lid, on every side (0.2 mm)."
-_PICTURE = "Picture of the assembled beam and the mould: .png, .svg or .pdf; may be repeated."
-_BED = "Longest part that the printer takes; longer moulds are made in pieces (no limit)."
+_KINDS = "Formats: stl, 3mf (both in mm), step (extra step). Default: stl,3mf."
+_CLEARANCE = "Clearance of tabs in their slots, and of blades in the lid, on every side. Default: 0.2 mm."
+_PICTURE = "Picture of the assembled beam and the mould (.png, .svg, .pdf); may be repeated."
+_BED = 'Longest part that fits the printer, e.g. "200 mm"; longer moulds are split. Default: no limit.'
 
 
 @flags.group
 class Made:
     """What is made, and its sizes: arguments of :func:`squama.export`."""
 
-    scales: Annotated[int | None, flags.scales(500, "Number of scales (that of the file)", least=1)] = None
-    parts: Annotated[tuple[str, ...], flag(f"What to write ({','.join(PARTS)}).", read=words_of(PARTS))] = PARTS
+    scales: Annotated[int | None, flags.scales(500, "Number of scales. Default: the file's; allowed:", least=1)] = None
+    parts: Annotated[tuple[str, ...], flag(f"Parts to write. Default: {','.join(PARTS)}.", read=words_of(PARTS))] = (
+        PARTS
+    )
     formats: Annotated[tuple[str, ...], flag(_KINDS, read=words_of(FORMATS))] = ("stl", "3mf")
     clearance: Annotated[float, flag(_CLEARANCE, read=_size)] = 0.2e-3
-    feature: Annotated[float, flag("Least size that can be printed or cast (0.4 mm).", read=_size)] = 0.4e-3
-    wall: Annotated[float, flag("Thickness of the mould's walls, floor and lid (3 mm).", read=_size)] = 3e-3
-    ends: Annotated[float, flag("Plain length of the bar at each end, for the grips (30 mm).", read=_size)] = 30e-3
-    draft: Annotated[float, flag("Inclination of the tray's sides (0 deg).", read=_size)] = 0.0
+    feature: Annotated[float, flag("Smallest size that can be printed or cast. Default: 0.4 mm.", read=_size)] = 0.4e-3
+    wall: Annotated[float, flag("Thickness of the mould's walls, floor and lid. Default: 3 mm.", read=_size)] = 3e-3
+    ends: Annotated[float, flag("Plain length of the bar at each end, for grips. Default: 30 mm.", read=_size)] = 30e-3
+    draft: Annotated[float, flag("Draft angle of the tray's sides. Default: 0 deg.", read=_size)] = 0.0
     bed: Annotated[float | None, flag(_BED, read=_size)] = None
-    scale_density: Annotated[float, flag("Density of what is printed, g/cm3 (1.24, solid PLA).", read=_density)] = 1.24
-    substrate_density: Annotated[float, flag("Density of the silicone, g/cm3 (1.15).", read=_density)] = 1.15
+    scale_density: Annotated[
+        float, flag("Density of printed parts, g/cm3. Default: 1.24 (solid PLA).", read=_density)
+    ] = 1.24
+    substrate_density: Annotated[float, flag("Density of the silicone, g/cm3. Default: 1.15.", read=_density)] = 1.15
 
 
 MADE = Made()
@@ -70,7 +75,8 @@ def export(
     out: Annotated[flags.File, flag("Folder to write to.", "--out", "-o")],
     made: Made = MADE,
     picture: Annotated[tuple[flags.File, ...], flag(_PICTURE)] = (),
-    force: Annotated[bool, Parameter(help="Replace files in the folder that no export has written.")] = False,
+    force: Annotated[bool, Parameter(help="Replace files that no export has written.")] = False,
+    full: flags.Full = False,
     base: flags.Base = flags.BASE,
 ) -> int:
     """Write scales, substrate, mould and assembled beam as STL, 3MF or STEP, checked, with a bill of materials."""
@@ -89,7 +95,7 @@ def export(
     found = exporting.export(described, out, force=force, **vars(made))
     written = [*found.files, *output.draw(picture, "solids_figure", found)]
     wrote = [f"wrote {len(written)} files: {label(out)}", *(f"  {label(path)}" for path in written)]
-    return output.report(base.json, beam, written, _record(found), _shown(found), wrote)
+    return output.report(base.json, beam, written, _record(found), _summary(found).shown(full=full), wrote)
 
 
 def _record(made: Export) -> dict[str, object]:
@@ -101,22 +107,27 @@ def _record(made: Export) -> dict[str, object]:
     }
 
 
-def _shown(made: Export) -> Iterable[str | Table]:
-    """Return the bill, and what was measured."""
+def _summary(made: Export) -> Summary:
+    """Return the summary: sizes, whether the solids can be made, and the bill."""
     plan = made.plan
     where = f", on {described(plan.faces)}" if plan.pieces > plan.scales else ""
-    yield f": {plan.scales} scales on a bar of {plan.total:g} x {plan.width:g} x {plan.height:g} mm{where}"
+    verdict = f"{plan.scales} scales on a bar of {plan.total:g} x {plan.width:g} x {plan.height:g} mm{where}"
+    closed = f"{len(made.checks)} checks hold: every solid is closed, in one piece, and a manifold"
+    return Summary(verdict, [("solids", closed)], _bill(made), (), _measured(made.checks))
+
+
+def _bill(made: Export) -> Iterable[Table]:
+    """Yield the bill of materials."""
     rows: list[tuple[str, ...]] = []
     for row in made.bill:
         volume, n = row.volume / 1000, row.number
         figures = (volume, row.mass, n * volume, n * row.mass)
-        rows.append((row.part, f"{row.material}, {row.made}", str(n), *(f"{v:.4g}" for v in figures)))
+        rows.append((row.part, f"{row.material}, {row.made}", str(n), *(f"{v:.3g}" for v in figures)))
     for printed, words in ((True, "all that is printed"), (False, "all silicone")):
         if those := [row for row in made.bill if (row.made == "printed") == printed]:
             volume, mass = (sum(getattr(row, key) * row.number for row in those) for key in ("volume", "mass"))
-            rows.append((words, "", "", "", "", f"{volume / 1000:.4g}", f"{mass:.4g}"))
+            rows.append((words, "", "", "", "", f"{volume / 1000:.3g}", f"{mass:.3g}"))
     yield output.table(("part", "made of", "number", "volume cm3", "mass g", "all cm3", "all g"), rows, left=2)
-    yield from _measured(made.checks)
 
 
 def _measured(checks: tuple[Check, ...]) -> list[str]:
@@ -124,9 +135,8 @@ def _measured(checks: tuple[Check, ...]) -> list[str]:
     volumes = [c for c in checks if c.what == "volume"]
     memory = [abs(c.measured / c.expected - 1) for c in volumes if "." not in c.solid]
     read = [abs(c.measured / c.expected - 1) for c in volumes if "." in c.solid]
-    lines = [f"{len(checks)} checks hold: every solid is closed, in one piece, and a manifold"]
     within = f"volumes are the analytic ones within {max(memory):.1g}"
-    lines.append(f"{within}, read back from the files within {max(read):.1g}" if read else within)
+    lines = [f"{within}, read back from the files within {max(read):.1g}" if read else within]
     common = [c for c in checks if c.what.startswith("common volume")]
     if common:
         lines.append(f"common volume of all pairs of solids: {max(c.measured for c in common):.1g} mm3")

@@ -47,22 +47,24 @@ def with_unit(unit: str) -> flags.Reader[str]:
 _twist, _torque = with_unit("rad/pitch"), with_unit("N m")
 _limits = flags.Reader(_bounds, flags.Pair("", ""))
 _FILES = (
-    'Measured points, one or more CSV files with a header such as "Phi (deg/mm), T (N mm)", or the record of a decay, '
-    '"t (s), total (deg)"; and the beam file.'
+    'Beam file (TOML) and CSV files of measured points with a header such as "Phi (deg/mm), T (N mm)", or one of a '
+    'decay: "t (s), total (deg)".'
 )
 _FIND = (
-    'What to find: "mu,K_theta" (default), any of mu, K_theta, C_f, E_B, theta0, torque_zero, twist_zero, backlash, '
-    'drift; of a decay "mu,K_theta,damping" (default).'
+    "Parameters to find: mu, K_theta, C_f, E_B, theta0, torque_zero, twist_zero, backlash, drift. Default: mu,K_theta; "
+    "of a decay mu,K_theta,damping."
 )
 _BOUNDS = 'Bounds of a parameter, e.g. mu=0.1:0.5 or theta0="5 deg:20 deg"; may be repeated.'
-_NOISE = 'Standard deviation of a measured torque, e.g. "5 N mm"; from the residuals if not given.'
+_NOISE = 'Standard deviation of a measured torque, e.g. "5 N mm". Default: from the residuals.'
 _TO = 'Twist beyond which points are not used, e.g. "0.1 rad/pitch".'
-_REVERSAL = 'Way back that is noise of the twist, not a reversal, e.g. "0.5 deg total"; by default from the points.'
-_NUISANCES = "Zeros, backlash and drift of the test: auto (found where the residual shows them) or none."
-_POSTERIOR = "Number of posterior samples to draw (0; extra fit)."
-_COLUMNS = 'What columns of a table of measured points are, e.g. "Winkel=total (deg), 3=T (N mm)" (by name, then unit).'
-JOINT = "How a scale is held: compliant (six motions) or hinge (the paper's; bending and the plate law mean it)."
-_STICK = 'Way after a reversal on which points are not used, e.g. "0.002 rad/pitch".'
+_REVERSAL = 'Noise of the twist: a smaller way back is no reversal, e.g. "0.5 deg total". Default: from the points.'
+_NUISANCES = "Zeros, backlash and drift of the test: auto (found where the residual shows them) or none. Default: auto."
+_POSTERIOR = "Number of posterior samples (extra fit). Default: 0."
+_COLUMNS = (
+    'Names and units of the columns of measured points: "Winkel=total (deg), 3=T (N mm)". Default: from the header.'
+)
+JOINT = "Joint of a scale: compliant or hinge. Default: compliant; hinge in bending and with the plate law."
+_STICK = 'Twist after a reversal for which points are not used, e.g. "0.002 rad/pitch".'
 
 
 @flags.group
@@ -75,9 +77,9 @@ class Search:
     to: Annotated[str | None, flag(_TO, read=_twist)] = None
     reversal: Annotated[str | None, flag(_REVERSAL, read=_twist)] = None
     stick: Annotated[str | None, flag(_STICK, read=_twist)] = None
-    starts: Annotated[int, flag("Number of starts of the search (6).", read=whole(1, 1000, "6"))] = 6
+    starts: Annotated[int, flag("Number of starts of the search. Default: 6.", read=whole(1, 1000, "6"))] = 6
     posterior: Annotated[int, flag(_POSTERIOR, read=whole(0, 1_000_000, "4000"))] = 0
-    seed: Annotated[int, flag("Seed of the samples (1).", read=whole(0, 2**32 - 1, "1"))] = 1
+    seed: Annotated[int, flag("Seed of the samples. Default: 1.", read=whole(0, 2**32 - 1, "1"))] = 1
     joint: Annotated[str | None, flag(JOINT, read=flags.one_of("hinge", "compliant"))] = None
     nuisances: Annotated[str, flag(_NUISANCES, read=flags.one_of("auto", "none"))] = "auto"
     ends: flags.Ends = None
@@ -98,7 +100,7 @@ class Swing:
 class Tables:
     """How tables of measured points are read."""
 
-    decimal: Annotated[str | None, flag('What sets decimals off there, "." or "," (guessed).')] = None
+    decimal: Annotated[str | None, flag('Decimal sign of measured points: "." or ",". Default: guessed.')] = None
     columns: Annotated[str | None, flag(_COLUMNS)] = None
 
     def swings(self, path: str) -> bool:
@@ -134,11 +136,11 @@ def fit(
     search: Search = SEARCH,
     swing: Swing = SWING,
     tables: Tables = TABLES,
-    out: Annotated[flags.File | None, flag("Beam file to write, estimates put in (.toml).", "--out", "-o")] = None,
+    out: Annotated[flags.File | None, flag("Beam file (.toml) to write, with the estimates.", "--out", "-o")] = None,
     corner: Annotated[flags.File | None, flag("Picture of the posterior samples to write.")] = None,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Find friction, joint stiffness and other parameters of a beam from measured torque and twist, or a decay."""
+    """Fit friction, joint stiffness and other parameters to measured torque and twist, or to a decay."""
     beams = [f for f in files if f.lower().endswith(".toml")]
     data = [f for f in files if f not in beams]
     _count(beams, data)
@@ -191,17 +193,18 @@ def _of_tests(data: list[str], search: Search, **others: object) -> None:
 
 
 def _shown(found: Fit | DecayFit, file: str) -> Iterable[str]:
-    """Return the summary."""
+    """Yield the estimates with their errors, then doubts and checks, then which model they are of."""
     from squama.identify.decay_fit import DecayFit
 
+    doubtful = "" if isinstance(found, DecayFit) or found.holds else "; the errors do not hold"
+    yield f": {', '.join(found.lines)}{doubtful}"
+    yield from found.summary().splitlines()
     if isinstance(found, DecayFit):
         load, kind = found.attrs["load"], model(found.attrs)
-        yield f" read as a decay (time, no torque), fitted with {file} in {load} ({found.mode}), {kind}"
-        yield from found.summary().splitlines()
+        yield f"read as a decay (time, no torque), fitted with {file} in {load} ({found.mode}), {kind}"
     else:
         kind = LOADS[found.load].model(found.law, found.joint, found.scales)
-        yield f" fitted with {file} as {found.fitted_as} in {found.load}, {kind}"
-        yield from found.summary().splitlines()
+        yield f"fitted with {file} as {found.fitted_as} in {found.load}, {kind}"
         yield from output.warnings(found.beam.warnings(found.load, joint=found.joint))
 
 

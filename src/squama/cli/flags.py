@@ -266,38 +266,37 @@ def group(flags: type[T]) -> type[T]:
 
 TWISTS = '"5 rad/m", "0.2 rad/pitch" or "90 deg total"'
 """How a twist is written."""
-AT = f"Twist at which figures of compliant joints are taken, {TWISTS} (twice the beam's own at engagement)"
+AT = f"Twist for which compliant joints give their figures: {TWISTS}. Default: twice that at engagement."
 if TYPE_CHECKING:
     File = str
 else:
     # a path to shells, which complete it; to the program the text as it is written
     File = Annotated[Path, Parameter(converter=lambda _, tokens: tokens[0].value)]
 BeamFile = Annotated[File, Parameter(help='Beam file (TOML); "squama new beam.toml" writes an example.')]
-Mu = Annotated[float | None, flag("Coefficient of friction in place of the file's, e.g. 0.25.", read=_mu)]
-Family = Annotated[
-    tuple[float, ...],
-    flag("Coefficient of friction, e.g. 0.25; 0,0.2,0.5 draws a family of curves.", read=Reader(_family, ())),
-]
-Load = Annotated[
-    str, flag("twisting or bending; in bending the twists are curvatures (twisting).", read=one_of(*LOADS))
-]
-Law = Annotated[
-    str, flag("Force law: edge (satisfies virtual work) or plate (the paper's) (edge).", read=one_of("edge", "plate"))
-]
-_NEUTRAL = "Line of the bar that keeps its length: free (none, no axial force), middle, face (hinge) (the beam's)."
+Mu = Annotated[float | None, flag("Coefficient of friction, e.g. 0.25. Default: the beam file's.", read=_mu)]
+_MUS = "Coefficient of friction, e.g. 0.25, or several: 0,0.2,0.5. Default: the file's."
+Family = Annotated[tuple[float, ...], flag(_MUS, read=Reader(_family, ()))]
+_LOAD = "Load: twisting or bending (twists are then bends). Default: twisting."
+Load = Annotated[str, flag(_LOAD, read=one_of(*LOADS))]
+_LAW = "Force law: edge (satisfies virtual work) or plate (of the paper). Default: edge."
+Law = Annotated[str, flag(_LAW, read=one_of("edge", "plate"))]
+_NEUTRAL = "Line of the bar that keeps its length: free (no axial force), middle, face (hinges). Default: the file's."
 Neutral = Annotated[str | None, flag(_NEUTRAL, read=one_of(*LINES))]
-_MODE = "uniform; in bending also simply supported or cantilever, the first mode (uniform)."
+_MODE = "Mode: uniform; in bending also simply supported or cantilever (the first mode). Default: uniform."
 Mode = Annotated[str, flag(_MODE, read=one_of(*MODES))]
-Sense = Annotated[str, flag("Which way the beam is twisted: + or - (+).", read=one_of("+", "-"))]
-_HELD = "How a scale is held: compliant (six motions) or hinge (the paper's; the plate law means it)."
+Sense = Annotated[str, flag("Sense of the twist: + or -. Default: +.", read=one_of("+", "-"))]
+_HELD = "Joint of a scale: compliant (six motions) or hinge. Default: compliant; hinge with the plate law."
 Joint = Annotated[str | None, flag(_HELD, read=one_of("hinge", "compliant"))]
-Ideal = Annotated[bool | None, Parameter(help="Thin, rigid scales; else as thick, and as elastic, as the beam says.")]
-_CUT = "Where a curve that locks is cut off: fraction of its path left before the lock (0.01)."
+_IDEAL = "Thin, rigid scales. Default: thick and elastic as in the beam file; on hinges thin."
+Ideal = Annotated[bool | None, Parameter(help=_IDEAL)]
+_CUT = "Share of the path before a lock that is left out of the curve. Default: 0.01."
 Margin = Annotated[float, flag(_CUT, read=within(MARGIN))]
-Json = Annotated[bool, Parameter(help="Print everything as JSON instead of the summary.")]
-Quiet = Annotated[bool, Parameter(help="No lines of progress.")]
-Ends = Annotated[str | None, flag("Ends: free, gripped, equal (cells alike), endless (free).", read=one_of(*ENDS))]
-Plot = Annotated[tuple[File, ...], flag("Picture to write: .png, .svg or .pdf; may be repeated.")]
+Json = Annotated[bool, Parameter(help="Print all results as JSON instead of the summary.")]
+Full = Annotated[bool, Parameter(help="Print all figures after the summary.")]
+Quiet = Annotated[bool, Parameter(help="Print no progress.")]
+_ENDS = "Ends: free, gripped, equal (pitches alike), endless. Default: the file's, or free."
+Ends = Annotated[str | None, flag(_ENDS, read=one_of(*ENDS))]
+Plot = Annotated[tuple[File, ...], flag("Picture to write (.png, .svg, .pdf); may be repeated.")]
 
 
 def arguments(*others: str, **named: str) -> dict[str, str]:
@@ -308,17 +307,17 @@ def arguments(*others: str, **named: str) -> dict[str, str]:
 
 def points(default: int) -> Parameter:
     """Return the flag --points of a command."""
-    return flag(f"Number of points of a curve ({default}).", read=whole(3, 100_000, str(default)))
+    return flag(f"Number of points of the curve. Default: {default}.", read=whole(3, 100_000, str(default)))
 
 
 def scales(most: int, words: str, least: int = 2) -> Parameter:
     """Return the flag --scales of a command."""
-    return flag(f"{words}, {least} to {most}.", read=whole(least, most, "25"))
+    return flag(f"{words} {least} to {most}.", read=whole(least, most, "25"))
 
 
 @group
 class How:
-    """How a beam is loaded, and by which model it is answered."""
+    """Load of a beam, and the model of its joints and scales."""
 
     load: Load = "twisting"
     law: Law = "edge"
@@ -328,7 +327,7 @@ class How:
 
 @group
 class Joints:
-    """How scales are held and taken, and which line of the bar keeps its length."""
+    """Model of joints and scales, and which line of the bar keeps its length."""
 
     joint: Joint = None
     ideal: Ideal = None
@@ -336,7 +335,7 @@ class Joints:
 
 
 HOW, JOINTS = How(), Joints()
-_SET = 'A value in place of the beam file\'s, e.g. scale.alpha="30 deg"; may be repeated.'
+_SET = 'Value in place of the beam file\'s, e.g. scale.alpha="30 deg"; may be repeated.'
 
 
 @group
@@ -345,7 +344,7 @@ class Base:
 
     set_: Annotated[tuple[Setting, ...], flag(_SET, "--set", read=Reader(_setting, Setting("", "")), many=True)] = ()
     json: Json = False
-    verbose: Annotated[bool, Parameter(help="Say on standard error what is done and how long it takes.")] = False
+    verbose: Annotated[bool, Parameter(help="Print steps and their times on standard error.")] = False
 
     def __post_init__(self) -> None:
         """Let the log speak as early as the command line is read."""
@@ -405,7 +404,7 @@ class Base:
         return found, twist
 
 
-_HOLD = "What is held that is not loaded: some of bend, twist, lateral bend, stretch, or straight (nothing)."
+_HOLD = "Strains of the bar that are held: bend, twist, lateral bend, stretch; or straight (all). Default: the file's."
 
 
 @group
@@ -413,8 +412,8 @@ class Common(Base):
     """Flags of every command that computes a dataset of a beam."""
 
     plot: Plot = ()
-    csv: Annotated[File | None, flag("CSV file to write, units in the header.")] = None
-    netcdf: Annotated[File | None, flag("netCDF file to write (.nc), all that there is.")] = None
+    csv: Annotated[File | None, flag("CSV file to write, with units in its header.")] = None
+    netcdf: Annotated[File | None, flag("netCDF file (.nc) to write, with all results.")] = None
     hold: Annotated[str | None, flag(_HOLD)] = None
 
     def check(self, *inputs: str, plots: Iterable[str] = ()) -> None:

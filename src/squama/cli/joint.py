@@ -33,10 +33,10 @@ MOTIONS = (
 """Symbols of the six motions, and in words."""
 LOADS = ("phi", "psi", "epsilon")
 """Twist, bend and stretch per pitch."""
-_EDGES = "Elements along the embedded scale's edges in the coarsest mesh, pitches (a fifth of the embedded length)."
-_LEVELS = "Number of meshes, each with half the size of the one before (3)."
-_TOML = "Beam file to write: this beam with K_theta and C_f from the elements under [joint]."
-_MATRIX = 'File to write (.csv): the stiffness in all motions, for matrix = "joint.csv" under [joint] of a beam file.'
+_EDGES = "Size of the coarsest elements along the scale's edges, in pitches. Default: a fifth of the embedded length."
+_LEVELS = "Number of meshes, each half as coarse as the one before. Default: 3."
+_TOML = "Beam file (.toml) to write, with K_theta and C_f of the elements under [joint]."
+_MATRIX = 'CSV file to write: stiffness in all motions, for matrix = "joint.csv" under [joint] of a beam file.'
 _table = partial(output.table, left=1)
 _size = flags.number(1e-3, 0.5, "0.04", "0.001 to 0.5 pitches")
 
@@ -50,10 +50,10 @@ def joint(
     toml: Annotated[flags.File | None, flag(_TOML)] = None,
     matrix: Annotated[flags.File | None, flag(_MATRIX)] = None,
     quiet: flags.Quiet = False,
-    fresh: Annotated[bool, Parameter(help="Compute anew, without the results kept in the cache.")] = False,
+    fresh: Annotated[bool, Parameter(help="Ignore results in the cache.")] = False,
     base: flags.Base = flags.BASE,
 ) -> int:
-    """Stiffness of a scale's joint by finite elements, beside the scaling laws; needs the extra fe."""
+    """Compute the stiffness of a scale's joint by finite elements; needs the extra fe."""
     flags.check_places([(toml, (".toml",)), (matrix, (".csv",))])
     described = settled(base.beam(beam, friction=False))
 

@@ -18,14 +18,16 @@ if TYPE_CHECKING:
 
 FORMATS = {"csv": ".csv", "npz": ".npz", "abaqus": ".inp", "ansys": ".mac", "dyna": ".k"}
 """Formats and the endings of their files."""
-_FORMAT = "csv, npz, abaqus (*BEAM GENERAL SECTION), ansys (GENB), dyna (MAT_119, Radioss too) (by the file's ending)."
-_UNCOUPLED = "Each load alone in csv and npz, too, loading and unloading, in place of a potential over the plane."
-_POINTS = "Values of each load from end to end; odd, as 0 is one of them (41)."
+_FORMAT = (
+    "csv, npz, abaqus (*BEAM GENERAL SECTION), ansys (GENB), dyna (MAT_119, also Radioss). Default: by the ending."
+)
+_UNCOUPLED = "Write each load alone (loading and unloading) in csv and npz, instead of a potential over both."
+_POINTS = "Number of values of each load, odd (0 is one of them). Default: 41."
 _KEPT = "load joint hold mu pitch scales_for_10_percent strain_limit lateral_rigidity squama_version"
 
 
 def _far(verb: str) -> str:
-    return f'Largest {verb}, both ways: "5 rad/m", "0.2 rad/pitch" (0.3 rad/pitch where neither is given).'
+    return f'Largest {verb}, both ways: "5 rad/m", "0.2 rad/pitch". Default: 0.3 rad/pitch if neither is given.'
 
 
 def law(

@@ -9,25 +9,27 @@ from typing import TYPE_CHECKING, Annotated, Any
 from squama.beam import beamfile
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled
+from squama.cli.summary import Summary, figure, modelled, percent
 from squama.io.files import label
-from squama.units import moment, number, shown
+from squama.units import number, shown
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from squama.beam.design import Beam
     from squama.part.definition import Part
 
 _LOAD = (
-    'What loads it: "0.2 N up at tip", "10 mm down at middle", "0.5 N down over all", "weight down", "30 N mm twist", '
-    '"90 deg bend", "3 N tendon at 4 mm"; may be repeated ([[load]] of the file).'
+    'Load: "0.2 N up at tip", "10 mm down at middle", "0.5 N down over all", "weight down", "30 N mm twist", '
+    '"90 deg bend", "3 N tendon at 4 mm"; may be repeated. Default: [[load]] of the file.'
 )
 _SUPPORT = (
-    'Supports: clamped (the root), gripped (both ends), "simple, span 180 mm" (two rollers) ([support] of the file, '
-    "clamped without it)."
+    'Support: clamped (the root), gripped (both ends), "simple, span 180 mm" (two rollers). Default: [support] of the '
+    "file, or clamped."
 )
 _ALONG = (
-    'What differs along the beam, of the first and the last scale: scale.theta0="5 deg, 10 deg"; may be repeated. Or a '
-    "table (CSV) with a row for each scale ([along] of the file)."
+    'Values that differ along the beam, at the first and last scale: scale.theta0="5 deg, 10 deg"; may be repeated. '
+    "Or a CSV table with a row for each scale. Default: [along] of the file."
 )
 _KEYS = "load loads support graded joint hold K_theta rigidity joint_source band squama_version"
 _PAIR = flags.pair("name=first, last", 'scale.theta0="5 deg, 10 deg"')
@@ -44,16 +46,17 @@ def load(
     *,
     load: Annotated[tuple[str, ...], flag(_LOAD, read=flags.Reader(lambda _, text: text, ""), many=True)] = (),
     support: Annotated[str | None, flag(_SUPPORT)] = None,
-    scales: Annotated[int | None, flags.scales(200, "Number of scales (that of the file)")] = None,
+    scales: Annotated[int | None, flags.scales(200, "Number of scales. Default: the file's; allowed:")] = None,
     along: Annotated[tuple[flags.Pair, ...], flag(_ALONG, read=flags.Reader(_grade, _PAIR.failed), many=True)] = (),
     mu: flags.Mu = None,
-    back: Annotated[bool, flags.Parameter(help="Take the load off again.")] = False,
+    back: Annotated[bool, flags.Parameter(help="Unload afterwards.")] = False,
     ideal: flags.Ideal = False,
     points: Annotated[int, flags.points(50)] = 50,
+    full: flags.Full = False,
     gif: Annotated[flags.File | None, flag("Animation of the part as it deforms (.gif).")] = None,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Load a part: a beam of N scales on its supports, under forces, moments, a tendon or its weight."""
+    """Load a part of N scales on its supports: forces, moments, a tendon, its weight."""
     flags.check_places([(gif, (".gif",))])
     common.check(beam, *(grade.text for grade in along if not grade.name))
     given: dict[str, Any] = {"load": list(load) or None, "support": support, "along": _grades(along)}
@@ -74,7 +77,7 @@ def load(
     record = output.record(part.beam, data, _KEYS, **parts, scales="point scale")
     record["idealisation"] = data.attrs["scales"]
     replaced = [f"--{name} in place of {own[name]}" for name in given if getattr(part, name)]
-    return output.report(common.json, beam, written, record, (*_shown(data), *replaced))
+    return output.report(common.json, beam, written, record, _summary(part.beam, data, replaced).shown(full=full))
 
 
 def _grades(along: tuple[flags.Pair, ...]) -> dict[str, list[str]] | str | None:
@@ -109,32 +112,54 @@ _SUPPORTS = {
 }
 
 
-def _shown(data: xr.Dataset) -> Iterable[str]:
-    """Return the summary: the part under all of its load."""
-    import numpy as np
+def _top(data: xr.Dataset) -> int:
+    """Return the number of the point under all of the load that is reached."""
+    return int(data["share"].values.argmax())
 
-    from squama.cli.report import held
 
-    n, top = data.sizes["scale"], int(np.argmax(data["share"].values))
+def _summary(beam: Beam, data: xr.Dataset, replaced: list[str]) -> Summary:
+    """Return the summary: the part under all of its load; ``replaced``: what flags have put in place of the file's."""
+    attrs, top = data.attrs, _top(data)
     most = data.isel(point=top)
     force = "F" in data
     name, way = ("F", "travel") if force else ("moment", "turn")
     size, bare, travel = (float(most[v]) for v in (name, f"{name}_bare", way))
-    say = (lambda v: number(v, "N")) if force else moment
-    far = number(1e3 * travel, "mm") if force else f"{math.degrees(travel):.4g} deg"
-    yield f" as a part of {n} scales: {data.attrs['loads']}; mu = {float(data['mu']):g}"
-    yield held(data.attrs)
-    yield f"{_SUPPORTS[data.attrs['support'].split(',')[0].strip()]}" + (
-        f"; graded: {data.attrs['graded']}" if "graded" in data.attrs else ""
-    )
-    on, engaged = float(most["share"]), float(data["share_e"])
-    reached = "all of it is on" if on > 1 - 1e-6 else f"{on:.3g} of it is on: {data['end'].item()}"
-    yield f"{'force' if force else 'moment'} {say(size)} at {far}; {reached}"
-    if math.isfinite(bare) and bare:
-        yield f"without contact it would be {say(bare)} there: {number(size / bare)} of it"
-    yield f"scales first touch at {number(engaged)} of the load" if math.isfinite(engaged) else "no scales touch"
-    tip = [1e3 * float(most[f"{v}_axis"][-1] - data[f"{v}_axis"][0, -1]) for v in "xyz"]
-    yield f"the tip moves by {tip[0]:.4g}, {tip[1]:.4g} and {tip[2]:.4g} mm across, up and along"
+    far = figure(1e3 * travel, "mm") if force else figure(math.degrees(travel), "deg")
+    on, engaged, stress = float(most["share"]), float(data["share_e"]), most["stress"].values
+    verdict = f"{figure(size, 'N') if force else figure(1e3 * size, 'N mm')} at {far}"
+    if bare and math.isfinite(bare):
+        ratio = figure(size / bare)
+        verdict += ", as without contact" if ratio == "1" else f", {ratio} times the load without contact"
+    tip = [figure(1e3 * float(most[f"{v}_axis"][-1] - data[f"{v}_axis"][0, -1]), "mm") for v in "xyz"]
+    whole = "all of it is on" if on > 1 - 1e-6 else f"only {percent(on)} of it is on: {data['end'].item()}"
+    graded = f"; graded: {attrs['graded']}" if "graded" in attrs else ""
+    figures = [
+        ("load", f"{attrs['loads']}; {whole}"),
+        ("support", f"{_SUPPORTS[attrs['support'].split(',')[0].strip()]}{graded}"),
+        ("scales touch", f"from {percent(engaged)} of the load on" if math.isfinite(engaged) else "never"),
+        ("the tip moves", f"{tip[0]} across, {tip[1]} up, {tip[2]} along"),
+    ]
+    if math.isfinite(stress.max()) and stress.max() > 0:
+        share = f"; {percent(stress.max() / beam.scale.strength)} of its strength" if beam.scale.strength else ""
+        at = f"{figure(1e-6 * stress.max(), 'MPa')}, in scale {stress.argmax() + 1}"
+        figures.append(("largest stress in a scale", f"{at}{share}"))
+    if top < data.sizes["point"] - 1:
+        # no -0
+        left = round(float(data[way].values[-1]) / travel, 9) + 0.0
+        work = float(data["W_fr"].values[-1]) * data.sizes["scale"] * attrs["pitch"]
+        figures.append(
+            ("off again", f"{percent(left)} of the deformation is left; friction took {figure(1e3 * work, 'mJ')}")
+        )
+    figures.append(("friction", f"mu = {float(data['mu']):g}; it takes {percent(float(most['RED']))} of the work"))
+    figures.append(("model", modelled(beam, attrs, f"{data.sizes['scale']} scales")))
+    return Summary(verdict, figures, replaced, attrs["warnings"], _all(data))
+
+
+def _all(data: xr.Dataset) -> Iterable[str]:
+    """Yield what holds the root, how cells are strained, what touches, and how well the energy is balanced."""
+    import numpy as np
+
+    most = data.isel(point=_top(data))
     for what, unit, factor in (("root_force", "N", 1.0), ("root_moment", "N mm", 1e3)):
         if np.any(most[what].values):
             x, y, z = (factor * most[what].values + 0.0).round(12)
@@ -147,13 +172,4 @@ def _shown(data: xr.Dataset) -> Iterable[str]:
     N = most["N"].values[:-1]
     if np.nanmax(N) > 0:
         yield f"largest contact force: {number(float(np.nanmax(N)), 'N')}, of scale {int(np.nanargmax(N)) + 1}"
-    stress = most["stress"].values
-    if np.isfinite(stress).all() and stress.max() > 0:
-        yield f"largest stress: {stress.max() / 1e6:.4g} MPa, in scale {stress.argmax() + 1}"
-    rubbed, error = float(most["RED"]), float(data["energy_error"])
-    yield f"relative energy dissipation RED = {rubbed:.4g}; the work of the load is balanced to {error:.1e}"
-    if top < data.sizes["point"] - 1:
-        back, work = data.isel(point=-1), float(data["W_fr"][-1]) * n * data.attrs["pitch"]
-        left = round(float(back[way]) / travel, 9) + 0.0  # no -0
-        yield f"off again: {left:.4g} of the deformation is left; friction has taken {number(1e3 * work, 'mJ')}"
-    yield from output.warnings(data.attrs["warnings"])
+    yield f"the work of the load is balanced to {float(data['energy_error']):.1e}"

@@ -1,7 +1,4 @@
-"""What twist and bend say of a beam: a summary for people, and everything for other programs.
-
-Beside the real beam stand simpler models, and from where on they are off.
-"""
+"""What twist and bend say of a beam: a summary for people, simpler models on request, everything for other programs."""
 
 from __future__ import annotations
 
@@ -12,9 +9,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from squama import loads
-from squama.beam import faces
 from squama.cli import output
-from squama.cli.output import table, warnings
+from squama.cli.output import table
+from squama.cli.summary import Summary, modelled, per_pitch, percent, turned
+from squama.cli.verdict import Curve, free_until
 from squama.curves import bench
 from squama.curves.both_faces import worst
 from squama.fe.agreement import SHARE, holds
@@ -28,22 +26,13 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from squama.beam.design import Beam
+    from squama.cli.summary import Shown
     from squama.curves.bench import Bench
     from squama.curves.labelled import Answer
-
-    Shown = Iterable[str | Table]
 
 REAL, IDEAL, HINGE = "real", "thin, rigid", "hinge"
 """What the steps from the beam as it is to the paper's model are called."""
 _KEEPS = "  torque T that keeps it from twisting, N m"
-
-
-def covered(beam: Beam) -> str:
-    """Say how many scales a beam has, and where."""
-    where = f" on {faces.described(beam.faces)}" if beam.other else ""
-    if beam.scales is None:
-        return f"a scale every {beam.pitch * 1e3:.4g} mm{where}"
-    return f"{beam.extent} on {beam.length * 1e3:.4g} mm{where}"
 
 
 def beside(beam: Beam, laws: Mapping[str, Answer]) -> Bench | None:
@@ -53,42 +42,50 @@ def beside(beam: Beam, laws: Mapping[str, Answer]) -> Bench | None:
     return bench.bench(beam, data, ideal=data.attrs["scales"] == THIN) if real else None
 
 
-def summary(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None = None) -> Shown:
-    """Yield the summary; of the answers ``laws`` that of ``law`` is saved and drawn; ``found``: on the bench."""
+def summary(
+    beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None = None, *,
+    asked: bool = False, compare: bool = False, full: bool = False,
+) -> Shown:  # fmt: skip
+    """Return the summary of the answer of ``laws`` that is saved and drawn, that of ``law``.
+
+    ``asked``: whether the end of the curve was given; ``compare`` adds simpler models, ``full`` all that is known;
+    ``found``: the beam on the bench.
+    """
     data = laws[law]
     words = LOADS[data.attrs["load"]]
-    mus = ", ".join(f"{mu:g}" for mu in data["mu"].ravel())
-    sense = f", sense {data.attrs['sense']}" if "sense" in data.attrs else ""
-    margin = next(float(a.attrs["margin"]) for a in laws.values() if "margin" in a.attrs)
-    how = "" if HINGE in laws else f", {data.attrs['scales']} on hinges"
-    yield f" {words.done} {loads.ended(data.attrs)}{how}: {covered(beam)}, mu = {mus}{sense}; {loads.fixed(data.attrs)}"
-    if found is not None:
-        total = math.degrees(found.at / beam.pitch * beam.length)
-        twice = ", twice the engagement" if found.at > 1.999 * float(data[f"{words.angle}_e"]) else ""
-        yield f"at {found.at:.4g} rad/pitch ({total:.4g} deg in total){twice}:"
-        yield from found.lines
-    elif HINGE in laws and data.family is not None:
-        held = "held straight by a moment M" if words.sided else "held from twisting by a torque T"
-        free = "free to bow, by psi per pitch" if words.sided else "free to twist, by phi per pitch"
-        how = held if loads.holds(data.attrs["hold"], words) else free
-        yield f"each curve is of a beam {how}, which is in the files"
-    yield ""
-    if data.family is not None:
-        for name, response in laws.items():
-            if len(laws) > 1:
-                yield column(name)
-            yield _family(words, beam, response, loads=name != HINGE)
-            yield ""
-        yield (
-            f"angles {words.angle} per pitch in rad, in total over {beam.extent} in deg; {words.torque}, "
-            f"{words.torque}/{words.torque}0 (over the bare beam's) and RED at the cut-off, "
-            f"margin {margin:g}"
-        )
+    table: Shown = ()
+    figures: Iterable[tuple[str, str]]
+    if data.family is None:
+        one = Curve(words, beam, data, asked)
+        verdict, figures = one.verdict, one.figures
     else:
-        yield _table(words, beam, margin, laws)
+        verdict = free_until(words, beam, float(np.min(data[f"{words.angle}_e"])))
+        figures = [("angles", "over the whole beam"), ("model", modelled(beam, data.attrs))]
+        table = [_family(words, beam, data, loads=law != HINGE)]
+    more = _compared(words, beam, law, laws, found) if compare or full else ()
+    rest = [*more, *(_notes(words, beam, law, laws) if full else ())]
+    return Summary(verdict, figures, table, data.attrs["warnings"], rest).shown(full=bool(rest))
+
+
+def _compared(
+    words: Load, beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None
+) -> Iterable[str | Table]:  # fmt: skip
+    """Yield what simpler models say: of the beam on the bench, or a table with a column (of families a table) each."""
+    data = laws[law]
+    margin = next(float(a.attrs["margin"]) for a in laws.values() if "margin" in a.attrs)
+    if found is not None:
+        yield f"at {turned(found.at, beam)}:"
+        yield from found.lines
         yield ""
-    yield from _notes(words, beam, law, laws)
-    yield from warnings(data.attrs["warnings"])
+    if data.family is None:
+        yield _table(words, beam, margin, laws)
+        return
+    for name, response in laws.items():
+        yield column(name)
+        yield _family(words, beam, response, loads=name != HINGE)
+        yield ""
+    torque = words.torque
+    yield f"{torque}, {torque}/{torque}0 (over the bare beam's) and RED at the cut-off, margin {margin:g}"
 
 
 def column(name: str) -> str:
@@ -111,12 +108,12 @@ def _figure(data: Answer, name: str, factor: float = 1.0) -> str:
 
 def _family(words: Load, beam: Beam, data: Answer, *, loads: bool) -> Table:
     """Return the table with a row per coefficient of friction; without ``loads``, which have no bounds near a lock."""
-    angle, rate, torque = words.angle, words.rate, words.torque
+    rate, torque = words.rate, words.torque
+    whole = math.degrees(beam.length)
     columns = {
         "end": ("end", 1.0),
-        f"{angle}_e": (f"{angle}_e", 1.0),
-        f"{angle}_end": (f"{angle}_end", 1.0),
-        "total deg": (f"{rate}_end", math.degrees(beam.length)),
+        "engages deg": (f"{rate}_e", whole),
+        "ends deg": (f"{rate}_end", whole),
         "theta deg": ("theta_end", math.degrees(1)),
     }
     if loads:
@@ -133,7 +130,7 @@ def _notes(kind: Load, beam: Beam, law: str, laws: Mapping[str, Answer]) -> list
     lines += [f"{end}: {SENTENCES[End(end)]}" for end in ends]
     lines += _others(laws)
     if any(str(End.NONE) in data["end"] for data in laws.values()):
-        lines.append("without engagement the scales take no load and the curve is that of the beam without contact")
+        lines.append("without engagement the curve is that of the beam without contact")
     if len(laws) > 1:
         names = {REAL: "real beam", IDEAL: "beam with thin, rigid scales", beam.extent: f"beam of {beam.extent}"}
         whose = names.get(law, column(law))
@@ -211,15 +208,18 @@ def responses(load: str, beam: Beam, law: str, sense: str, numbers: dict[str, An
 
 
 def ladder(
-    load: str, beam: Beam, law: str, sense: str, numbers: dict[str, Any], *, ideal: bool, ends: str | None
+    load: str, beam: Beam, law: str, sense: str, numbers: dict[str, Any], *, ideal: bool, ends: str | None,
+    simpler: bool,
 ) -> dict[str, Answer]:  # fmt: skip
-    """Return the response of the beam and, at the same loads, that of simpler ones, by what they are called.
+    """Return the response of the beam and, if ``simpler``, at the same loads that of simpler ones, by their names.
 
     Beside N scales stands the endless beam; beside an endless beam, the same with thin, rigid scales.
     """
     from squama.curves.doors import respond
 
     ours = respond(beam, load, law=law, sense=sense, joint="compliant", ideal=ideal, ends=ends, **numbers)
+    if not simpler:
+        return {beam.extent if "ends" in ours.attrs else IDEAL if ideal else REAL: ours}
     rates = ours[LOADS[load].rate] if ours.family is None else ours[LOADS[load].rate][0]
     # their own ends are looked for within the same range
     same = {**numbers, "points": 3, "to": float(rates[-1]), "at": rates, "sense": sense, "ends": ENDLESS}
@@ -329,7 +329,7 @@ def _real(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
         f"without contact d{words.torque}/d{words.rate} = {rigidity:.4g} N m^2 (hinge {words.rigidity(beam):.4g})",
     ]
     if attrs["scales"] == "thick, rigid scales":
-        lines.append("scale.youngs_modulus is not given: real scales bend, and give less torque than these")
+        lines.append("scale.youngs_modulus is not given: the scales are taken as rigid, and their torque is too high")
     off = {name: differences(answer, ours) for name, answer in laws.items() if answer is not ours}
     for i, one in enumerate(singles(ours)):
         of_mu = f"mu = {one['mu']:g}: " if ours.family is not None else ""
@@ -375,11 +375,11 @@ def _borne(words: Load, data: Answer) -> list[str]:
 def apart(within: float, last: float, off: float, theta: float, share: float = SHARE, *, torque: str = "torque") -> str:
     """Return how far a curve holds, and by how much it is off at the last load; as in a `Difference`."""
     if within >= last:
-        return f"within {share:.0%} in {torque} as far as both go, {last:.4g} rad/pitch"
-    holds = f"within {share:.0%} in {torque} up to {within:.4g} rad/pitch"
-    holds = holds if within else f"more than {share:.0%} off in {torque} from the start"
+        return f"within {percent(share)} in {torque} as far as both go, {per_pitch(last)}"
+    holds = f"within {percent(share)} in {torque} up to {per_pitch(within)}"
+    holds = holds if within else f"more than {percent(share)} off in {torque} from the start"
     by = f"{100 * off:+.3g} %" if abs(off) < 1 else f"{1 + off:.3g} times"
-    return f"{holds}; at {last:.4g} rad/pitch {by}, theta {math.degrees(theta):+.3g} deg"
+    return f"{holds}; at {per_pitch(last)} {by}, theta {math.degrees(theta):+.3g} deg"
 
 
 class Difference(NamedTuple):

@@ -16,24 +16,24 @@ from squama.io.files import exists, label
 
 EXAMPLE = Path(__file__).with_name("example.toml")
 _TABLE = (
-    "CSV file with the columns eta, beta, lambda, alpha_deg, theta0_deg, mu; others are carried along. Added are "
-    "phi_e_rad, end, theta_end_deg, phi_end_rad, neighbour. Bad rows are named and left out."
+    "CSV file with columns eta, beta, lambda, alpha_deg, theta0_deg, mu; others are kept. Columns added: phi_e_rad, "
+    "end, theta_end_deg, phi_end_rad, neighbour. Bad rows are listed and left out."
 )
 _FIGURES = (
-    "Any of fig4, fig5a, fig5b, fig6a, fig6b, fig7a, fig7b, bending (lock lines of twisting beside bending); "
-    "all if none is given."
+    "Figures: fig4, fig5a, fig5b, fig6a, fig6b, fig7a, fig7b, bending (lock lines in twisting and bending). "
+    "Default: all."
 )
 PICTURES = tuple(ending[1:] for ending in flags.PLOTS)
-_FORMATS = f"What to write figures as ({','.join(PICTURES)}), or several (png)."
-_START = "Beam file (TOML) to start from; without one, PLA scales on silicone."
-_CONTACTS = "Which contacts may end a curve: tip (of all neighbours) or all (every pair of plates) (tip)."
+_FORMATS = f"Formats of the pictures: {','.join(PICTURES)}. Default: png."
+_START = "Beam file (TOML). Default: PLA scales on silicone."
+_CONTACTS = "Contacts that may end a curve: tip (of all neighbours) or all (every pair of plates). Default: tip."
 
 
 def new(
-    beam: Annotated[flags.File, Parameter(help="The file to write, e.g. beam.toml.")],
+    beam: Annotated[flags.File, Parameter(help="File to write, e.g. beam.toml.")],
     /,
     *,
-    force: Annotated[bool, Parameter(help="Replace a file that is there.")] = False,
+    force: Annotated[bool, Parameter(help="Replace the file if it exists.")] = False,
 ) -> int:
     """Write a commented example of a beam file."""
     from squama.io import datasets
@@ -57,7 +57,7 @@ def ends(
     contacts: Annotated[str, flag(_CONTACTS, read=one_of("tip", "all"))] = "tip",
     json: flags.Json = False,
 ) -> int:
-    """Find where many designs of hinged scales engage and how they end, from a table."""
+    """Find engagement and end of many designs of hinged scales, from a table."""
     flags.check_places([(out, (".csv",))], [designs])
     flags.problems().settle()
 
@@ -79,8 +79,8 @@ def ends(
 
 def paper(
     *figures: Annotated[str, Parameter(help=_FIGURES)],
-    out: Annotated[flags.File, flag("Folder to write to; made if need be.", "--out", "-o")],
-    points: Annotated[flags.File | None, flag("CSV file of finite element points to draw in Fig. 6b.")] = None,
+    out: Annotated[flags.File, flag("Folder to write to; it is made if missing.", "--out", "-o")],
+    points: Annotated[flags.File | None, flag("CSV file of finite element points for Fig. 6b.")] = None,
     format_: Annotated[tuple[str, ...], flag(_FORMATS, "--format", read=words_of(PICTURES))] = ("png",),
     json: flags.Json = False,
 ) -> int:
@@ -98,11 +98,13 @@ def explore(
     beam: Annotated[flags.File | None, Parameter(help=_START)] = None,
     /,
     *,
-    port: Annotated[int, flag("Port of the page; 0 takes any that is free (0).", read=whole(0, 65535, "8080"))] = 0,
-    browser: Annotated[bool, Parameter(negative="--no-browser", help="Open a browser; --no-browser does not.")] = True,
+    port: Annotated[int, flag("Port of the page. Default: any that is free.", read=whole(0, 65535, "8080"))] = 0,
+    browser: Annotated[
+        bool, Parameter(negative="--no-browser", help="Open a browser, or not (--no-browser). Default: open.")
+    ] = True,
     base: flags.Base = flags.BASE,
 ) -> int:
-    """Open the explorer: a page on this machine (127.0.0.1) that shows a beam in space, its curves and a regime map."""
+    """Open the explorer: a page on this machine (127.0.0.1) with a beam in space, its curves and a regime map."""
     from squama.web import server, state
 
     start = None

@@ -18,20 +18,22 @@ from squama.loads import model
 if TYPE_CHECKING:
     from squama.study.slices import Slice
 
-_OVER = "Parameter and its values: mu=0:2:401, alpha=15deg:75deg:601, margin=0.001,0.01,0.1; may be repeated."
+_OVER = (
+    "Parameter and its values: mu=0:2:401 (low:high:number), alpha=15deg:75deg:601, margin=0.001,0.01; may be repeated."
+)
 _RANGE, _AT = pair("name=low:high:count", "mu=0:2:401"), pair("name=value", "eta=3")
-_TILE = "Largest number of cells solved and written at once."
-_DRAWN = "A variable of the store, e.g. stiffness_ratio (its default), phi_e, end; of hinges RED (the default) or lock."
-_HELD = "Value of another dimension, e.g. eta=3; may be repeated."
-_PATHS = "With --variable lock and y = mu: values of x whose paths are drawn too, e.g. 30deg,45deg."
+_TILE = "Largest number of cells solved and written at once. Default: by the memory."
+_DRAWN = "Variable to draw, e.g. phi_e, end; of hinges also lock. Default: stiffness_ratio; of hinges RED."
+_HELD = "Value of a dimension that is not drawn, e.g. eta=3; may be repeated."
+_PATHS = "Values of x whose paths are drawn too (--variable lock, y = mu), e.g. 30deg,45deg."
 
 
 @flags.group
 class Solving(flags.How):
     """How the cells are solved: arguments of :func:`squama.sweep`."""
 
-    law: Annotated[str, flag("Force law: edge, plate, or edge,plate for both (edge).")] = "edge"
-    at: Annotated[str | None, flag(f"{flags.AT}.")] = None
+    law: Annotated[str, flag("Force law: edge, plate, or both (edge,plate). Default: edge.")] = "edge"
+    at: Annotated[str | None, flag(flags.AT)] = None
     sense: flags.Sense = "+"
     margin: flags.Margin = 0.01
     tile: Annotated[int | None, flag(_TILE, read=whole(1, 10**9, "16384"))] = None
@@ -45,15 +47,17 @@ def sweep(
     /,
     *,
     over: Annotated[tuple[flags.Pair, ...], flag(_OVER, read=_RANGE, many=True)] = (),
-    out: Annotated[flags.File, flag("Store to write or to go on with (.zarr).", "--out", "-o")],
+    out: Annotated[flags.File, flag("Store (.zarr) to write or to continue.", "--out", "-o")],
     solving: Solving = SOLVING,
     mu: flags.Mu = None,
-    shard: Annotated[str | None, flag("Only a share of the tiles, for job arrays: 1/4 to 4/4.")] = None,
-    dask: Annotated[str | None, flag("Solve on dask.distributed: local:2 or tcp://host:8786.")] = None,
-    progress: Annotated[str | None, flag("bar, json or none; on standard error (bar on a terminal).")] = None,
+    shard: Annotated[str | None, flag("Share of the tiles for a job of an array, e.g. 1/4. Default: all.")] = None,
+    dask: Annotated[str | None, flag("Cluster (dask.distributed): local:2 or tcp://host:8786. Default: none.")] = None,
+    progress: Annotated[
+        str | None, flag("Progress on standard error: bar, json or none. Default: bar on a terminal.")
+    ] = None,
     base: flags.Base = flags.BASE,
 ) -> int:
-    """Solve a beam over ranges of parameters, into a store that can be resumed."""
+    """Solve a beam over ranges of its parameters, into a store that can be resumed."""
     from squama.study import cluster
     from squama.study import sweeping as study
     from squama.study.parameters import ALIASES
@@ -102,23 +106,23 @@ _NAMES = ("x", "y", "panels", "at", "lines", "paths", "variable")
 
 
 def map(  # noqa: A001 - the command's name
-    store: Annotated[flags.File, Parameter(help="Store of a sweep (.zarr), finished or not.")],
+    store: Annotated[flags.File, Parameter(help="Store (.zarr) of a sweep, finished or not.")],
     /,
     *,
     plot: flags.Plot = (),
     csv: Annotated[
-        flags.File | None, flag("CSV file to write: a row per cell of the slice, units in the header.")
+        flags.File | None, flag("CSV file to write: a row for each cell of the slice, with units in the header.")
     ] = None,
     variable: Annotated[str | None, flag(_DRAWN)] = None,
     x: Annotated[str | None, flag("Dimension of the horizontal axis.")] = None,
-    y: Annotated[str | None, flag("Dimension of the vertical axis; with --variable lock that of the lines.")] = None,
-    panels: Annotated[str | None, flag("Dimension with a panel for each value, e.g. margin.")] = None,
+    y: Annotated[str | None, flag("Dimension of the vertical axis; of the lines with --variable lock.")] = None,
+    panels: Annotated[str | None, flag("Dimension that gets a panel for each value, e.g. margin.")] = None,
     at: Annotated[tuple[flags.Pair, ...], flag(_HELD, read=_AT, many=True)] = (),
-    lines: Annotated[str | None, flag("With --variable lock: the lines to draw, e.g. 0.2,0.5,1.")] = None,
+    lines: Annotated[str | None, flag("Lines to draw with --variable lock, e.g. 0.2,0.5,1. Default: six.")] = None,
     paths: Annotated[str | None, flag(_PATHS)] = None,
     json: flags.Json = False,
 ) -> int:
-    """Draw a slice of a sweep: contours, regimes, lock envelopes; or write it as CSV."""
+    """Draw a slice of a sweep, or write it as CSV: contours, regimes, lock envelopes."""
     from squama.io.datasets import save
     from squama.study import slices
     from squama.study.store import open_sweep

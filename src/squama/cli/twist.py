@@ -7,9 +7,12 @@ import sys
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any
 
+from cyclopts import Parameter
+
 from squama.cli import flags, output
 from squama.cli.fit import TABLES, Tables
 from squama.cli.flags import flag, settled
+from squama.cli.summary import DIGITS, Summary, figure, modelled, percent, turned
 from squama.errors import refuse
 from squama.loads import ENDLESS, LOADS, fixed
 from squama.model.outcome import SENTENCES, End
@@ -18,9 +21,12 @@ from squama.units import moment, number, shown
 if TYPE_CHECKING:
     import xarray as xr
 
+    from squama.beam.design import Beam
 
-_DATA = 'Measured points to draw too: CSV with a header such as "Phi (deg/mm), T (N mm)".'
-_TO = f"Where to stop: {flags.TWISTS} (0.3 rad/pitch; on the hinge where the endless beam's curve is cut off)."
+
+_DATA = 'CSV file of measured points to draw too; header "Phi (deg/mm), T (N mm)", bent "kappa (1/m), M (N mm)".'
+_COMPARE = "Compare with simpler models: the endless beam, thin rigid scales, hinges."
+_TO = f"Twist at the end: {flags.TWISTS}. Default: 0.3 rad/pitch; on hinges the end of the endless beam's curve."
 
 
 @flags.group
@@ -30,9 +36,13 @@ class Curve:
     mu: flags.Family = ()
     margin: flags.Margin = 0.01
     points: Annotated[int, flags.points(200)] = 200
-    to: Annotated[str | None, flag(f"Where to stop: {flags.TWISTS}.")] = None
+    to: Annotated[str | None, flag(f"End of the curve: {flags.TWISTS}. Default: 0.3 rad/pitch; on hinges a lock.")] = (
+        None
+    )
     ends: flags.Ends = None
     data: Annotated[flags.File | None, flag(_DATA)] = None
+    compare: Annotated[bool, Parameter(help=_COMPARE)] = False
+    full: flags.Full = False
 
 
 CURVE = Curve()
@@ -49,7 +59,7 @@ def twist(
     tables: Tables = TABLES,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Twist a beam as it is made, beside simpler models: torque, stiffness, stress and friction."""
+    """Twist a beam: free range, torque, stiffness, stress, friction."""
     return respond("twisting", beam, curve, joints, tables, common, law, sense)
 
 
@@ -62,7 +72,7 @@ def bend(
     tables: Tables = TABLES,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Bend a beam as it is made, beside simpler models: moment, stiffness, stress and friction."""
+    """Bend a beam: free range, moment, stiffness, stress, friction."""
     return respond("bending", beam, curve, joints, tables, common)
 
 
@@ -101,16 +111,21 @@ def respond(
         if means.note:
             print(f"squama: warning: {means.note}", file=sys.stderr)
         if means.real:
-            laws = report.ladder(load, beam, law, sense, numbers, ideal=bool(joints.ideal), ends=curve.ends)
+            beside = common.json or curve.compare or curve.full or bool(common.plot)
+            given: dict[str, Any] = {"ideal": bool(joints.ideal), "ends": curve.ends, "simpler": beside}
+            laws = report.ladder(load, beam, law, sense, numbers, **given)
             law = next(iter(laws))
         else:
             if curve.ends not in (None, ENDLESS):
-                refuse("ends", shown(curve.ends), "is not of hinges, which are endless here", "write squama row")
+                refuse(
+                    "ends", shown(curve.ends), "is not available on hinges, which are endless here", "write squama row"
+                )
             laws = report.responses(load, beam, law, sense, numbers)
-    beside = laws[report.HINGE].dataset() if common.plot and report.HINGE in laws else None
-    written = output.write(common, laws[law].dataset, "response_figure", _lines, measured=measured, hinge=beside)
+    hinge = laws[report.HINGE].dataset() if common.plot and report.HINGE in laws else None
+    written = output.write(common, laws[law].dataset, "response_figure", _lines, measured=measured, hinge=hinge)
     answer = beam, law, laws, report.beside(beam, laws)
-    return output.report(common.json, path, written, report.record(*answer), report.summary(*answer))
+    said = report.summary(*answer, asked=stop is not None, compare=curve.compare, full=curve.full)
+    return output.report(common.json, path, written, report.record(*answer), said)
 
 
 def _lines(data: xr.Dataset) -> xr.Dataset:
@@ -130,7 +145,9 @@ def row(
     beam: flags.BeamFile,
     /,
     *,
-    scales: Annotated[int | None, flags.scales(2000, "Number of scales of the row (that of the file)")] = None,
+    scales: Annotated[
+        int | None, flags.scales(2000, "Number of scales of the row. Default: the file's; allowed:")
+    ] = None,
     mu: flags.Mu = None,
     to: Annotated[str | None, flag(_TO)] = None,
     sense: flags.Sense = "+",
@@ -138,9 +155,10 @@ def row(
     ideal: flags.Ideal = False,
     ends: flags.Ends = None,
     points: Annotated[int, flags.points(100)] = 100,
+    full: flags.Full = False,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Twist a finite row of scales, whose end scales lack a neighbour: every scale's inclination and force."""
+    """Twist a row of N scales, whose end scales lack a neighbour: inclination and force of every scale."""
     common.check(beam)
     described, stop = common.turned(beam, mu, "--to", to, scales=scales)
     described = settled(described)
@@ -154,7 +172,7 @@ def row(
     keys = "load law joint sense ends squama_version"
     parts = {"figures": output.figures(data), "curve": "point", "scales": "point scale"}
     record = output.record(described, data, keys, **parts) | {"idealisation": data.attrs["scales"]}
-    return output.report(common.json, beam, written, record, _shown(data))
+    return output.report(common.json, beam, written, record, _summary(described, data).shown(full=full))
 
 
 _ROW_ENDS = {
@@ -164,8 +182,40 @@ _ROW_ENDS = {
 }
 
 
-def _shown(data: xr.Dataset) -> Iterable[str]:
-    """Return the summary: the row at its last point."""
+def _summary(beam: Beam, data: xr.Dataset) -> Summary:
+    """Return the summary: the row at its last point, beside the endless beam."""
+    import numpy as np
+
+    n, last, end = data.sizes["scale"], data.isel(point=-1), End(str(data["end"].item()))
+    beam = beam.replace(scales=n)
+    torque, endless = float(last["T"]), float(last["T_periodic"])
+    engaged, place = float(data["phi_e"]), turned(float(last["phi"]), beam)
+    verdict = f"{n} scales take {moment(torque, DIGITS)} at {place}"
+    if math.isfinite(endless):
+        verdict += f", {percent(torque / endless)} of an endless beam's torque"
+    theta = [f"{round(math.degrees(float(last['theta'][i])), 6) + 0.0:.3g}" for i in (0, n // 2, -1)]
+    decay = figure(float(data["decay"]))
+    stress = last["stress"].values if "stress" in last else np.full(n, np.nan)
+    other, which = str(data["other_contact"].item()), int(data["scale_end"])
+    why = f"{SENTENCES[end]}{f' (scale {which}: {other})' if which and other and end is not End.RANGE else ''}"
+    figures = [
+        ("scales touch", f"at {turned(engaged, beam)}" if math.isfinite(engaged) else "never"),
+        ("inclination, first to last", f"{theta[0]} deg, in the middle {theta[1]} deg, {theta[2]} deg"),
+        ("an end is felt", f"{decay} of it one scale further, at engagement" if decay else ""),
+        ("largest stress in a scale", ""),
+        ("end of the curve", f"{place}: {why}"),
+        ("friction", f"mu = {float(data['mu']):g}; it takes {percent(float(last['RED']))} of the work"),
+        ("model", modelled(beam, data.attrs)),
+    ]
+    if math.isfinite(stress.max()) and stress.max() > 0:
+        at = f"{figure(1e-6 * stress.max(), 'MPa')}, in scale {stress.argmax() + 1}"
+        share = f"; {percent(stress.max() / beam.scale.strength)} of its strength" if beam.scale.strength else ""
+        figures[3] = (figures[3][0], f"{at}{share}")
+    return Summary(verdict, figures, (), data.attrs["warnings"], _all(data))
+
+
+def _all(data: xr.Dataset) -> Iterable[str]:
+    """Yield what is known of the row at its last point."""
     import numpy as np
 
     from squama.cli.report import held
@@ -179,8 +229,7 @@ def _shown(data: xr.Dataset) -> Iterable[str]:
     beside = f"endless beam: {moment(endless)}" if math.isfinite(endless) else "the endless beam's curve ends before"
     place = f" at phi = {number(float(data['phi_end']), 'rad/pitch')}" if np.isfinite(data["phi_end"]) else ""
     which = f", scale {int(data['scale_end'])}" if data["scale_end"] else ""
-    about = f"mu = {float(data['mu']):g}, sense {data.attrs['sense']}, edge law; {fixed(data.attrs)}"
-    yield f" as a row of {n} scales: {about}"
+    yield f"row of {n} scales: mu = {float(data['mu']):g}, sense {data.attrs['sense']}, edge law; {fixed(data.attrs)}"
     yield held(data.attrs)
     yield _ROW_ENDS[data.attrs["ends"]]
     yield f"engagement at phi = {number(float(data['phi_e']), 'rad/pitch')}"
@@ -204,4 +253,3 @@ def _shown(data: xr.Dataset) -> Iterable[str]:
         yield f"largest stress there: {stress.max() / 1e6:.4g} MPa, in scale {stress.argmax() + 1}"
     if down.size:
         yield f"lying on the substrate: scale {', '.join(map(str, down))}"
-    yield from output.warnings(data.attrs["warnings"])

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Annotated
 from squama.beam import beamfile
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, pair, settled, whole
+from squama.cli.summary import Summary, degrees, figure, modelled, turned
 from squama.errors import naming, refuse
 from squama.io.files import label, read_text
-from squama.loads import THIN, model
-from squama.units import number
+from squama.loads import LOADS, THIN
+from squama.units import number, torque_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,23 +29,27 @@ INFLUENCES = 4
 _VARY = pair("name=tolerance", '--vary scale.alpha="60 deg +- 1 deg"')
 _SHARES = {"engaged": "engagement", "locked": "locked", "strength": "strength reached"}
 """Single probabilities, and their words."""
+_DRAWN = {"sobol": "scrambled Sobol points", "random": "random points (PCG64)"}
 _FIGURE = ("meaning", "nominal", "share", "mean", "mean_se", "sd", "sd_se", "low", "high")
-_TOLERANCE = 'A tolerance: scale.alpha="60 deg +- 1 deg" (limits), mu="normal(0.25, 0.03)"; may be repeated.'
-_FILE = "TOML file with tolerances under [tolerance]; --vary goes before it."
-_SAMPLER = "sobol (scrambled Sobol points) or random (PCG64) (sobol)."
-_SAMPLES = "Number of beams at least (32768; 131072 on hinges)."
-_INDICES = "Base number of Sobol indices, a power of two such as 4096; 0 for none (0); extra fit."
+_TOLERANCE = 'Tolerance: scale.alpha="60 deg +- 1 deg" (limits), mu="normal(0.25, 0.03)"; may be repeated.'
+_FILE = "TOML file with tolerances under [tolerance]; --vary takes precedence."
+_SAMPLER = "Samples: sobol (scrambled Sobol points) or random (PCG64). Default: sobol."
+_SAMPLES = "Least number of beams. Default: 32768; on hinges 131072."
+_INDICES = "Samples for Sobol indices, a power of two such as 4096; 0 for none (extra fit). Default: 0."
 
 
 @flags.group
 class Study(flags.How):
     """How the samples are drawn and solved: arguments of :func:`squama.uncertainty`."""
 
-    at: Annotated[str | None, flag(f"{flags.AT}.")] = None
-    before: Annotated[str | None, flag('Probability of hinges locking before this twist, e.g. "120 deg total".')] = None
+    at: Annotated[str | None, flag(flags.AT)] = None
+    before: Annotated[
+        str | None,
+        flag('Twist for which the probability of an earlier lock is computed (hinges), e.g. "120 deg total".'),
+    ] = None
     samples: Annotated[int | None, flag(_SAMPLES, read=whole(3200, 1 << 24, "131072"))] = None
     sampler: Annotated[str, flag(_SAMPLER, read=one_of("sobol", "random"))] = "sobol"
-    seed: Annotated[int, flag("Seed of the samples (0).", read=whole(0, 2**31, "7"))] = 0
+    seed: Annotated[int, flag("Seed of the samples. Default: 0.", read=whole(0, 2**31, "7"))] = 0
     indices: Annotated[int, flag(_INDICES, read=whole(0, 2**20, "4096"))] = 0
     sense: flags.Sense = "+"
 
@@ -61,9 +66,10 @@ def uncertainty(
     study: Study = STUDY,
     mu: flags.Mu = None,
     margin: flags.Margin = 0.01,
+    full: flags.Full = False,
     common: flags.Common = flags.COMMON,
 ) -> int:
-    """Say what tolerances and friction do to engagement, torque, stiffness, dissipation: Monte Carlo, Sobol indices."""
+    """Compute what tolerances do to engagement, torque, stiffness, stress: Monte Carlo, Sobol indices."""
     if study.indices:
         from squama.study.tolerances import statistics
 
@@ -90,8 +96,9 @@ def uncertainty(
     with flags.laid(flags.arguments("at", "before")):
         found = solve(described, given, margin=margin, keep=keep, bare=False, **vars(study))
     written = output.write(common, lambda: found, "uncertainty_figure", flat)
-    nominal = _bench(found, described, given)
-    return output.report(common.json, beam, written, _record(found, nominal), _shown(found, described, nominal))
+    nominal = _bench(found, described, given) if common.json or full else None
+    said = _summary(found, described, nominal).shown(full=full)
+    return output.report(common.json, beam, written, _record(found, nominal), said)
 
 
 def _bench(u: xr.Dataset, beam: Beam, given: Mapping[str, object]) -> Bench | None:
@@ -210,17 +217,59 @@ def _record(u: xr.Dataset, nominal: Bench | None = None) -> dict[str, object]:
     }
 
 
-def _shown(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Iterable[str | Table]:
-    """Return the summary; ``nominal``: the nominal beam on the bench."""
+def _summary(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Summary:
+    """Return the summary: where nine of ten beams lie, and how many break; ``nominal``: the beam on the bench."""
     from squama.study.models import Twist
 
-    load, n, scales = u.attrs["load"], u.attrs["samples"], beam.pitches
-    drawn = {"sobol": "scrambled Sobol points", "random": "random points (PCG64)"}[u.attrs["sampler"]]
-    at = f", figures at {Twist.from_text(u.attrs['at']).words(scales)}" if "at" in u.attrs else ""
-    yield f" in {load} as an endless beam, {model(u.attrs)}{at}: {n} beams, {drawn}, seed {u.attrs['seed']}"
+    load, n, names = LOADS[u.attrs["load"]], u.attrs["samples"], u["figure"].values
+    factor, unit = degrees(beam)
+    own = ("finite_torque", "finite_stiffness_ratio") if "finite_torque" in names else ("torque", "stiffness_ratio")
+    newton = torque_unit(float(u["nominal"].sel(figure=own[0]))) if own[0] in names else (1.0, "N m")
+    rows = {
+        f"{load.angle}_e": ("scales touch", factor, unit),
+        f"{load.angle}_end": ("end of the curve", factor, unit),
+        own[0]: (load.torque_words, *newton),
+        own[1]: ("tangent stiffness", 1.0, "times that before contact"),
+        "stress": ("largest stress in a scale", 1e-6, "MPa"),
+    }
+    spread = {name: _spread(u.sel(figure=name), *row[1:]) for name, row in rows.items() if name in names}
+    name = next((name for name in (own[1], f"{load.angle}_end", f"{load.angle}_e") if name in spread), "")
+    verdict = f"nine of ten beams: {rows[name][0]} {spread[name]}" if name else "no figure is known of enough beams"
+    chances = [(words, _said(_share(u, f"P_{name}"), n)) for name, words in _SHARES.items() if f"P_{name}" in u]
+    if text := u.attrs["before"]:
+        chances.append((f"locked before {text}", _said(_share(u, "P_locked_before"), n)))
+        other = _share(u, "P_ended_before")
+        chances.append((f"ended otherwise before {text}", _said(other, n) if other.number else ""))
+    at = turned(float(Twist.from_text(u.attrs["at"]).per_pitch(beam.pitch)), beam) if "at" in u.attrs else ""
+    figures = [
+        ("figures at", at),
+        *((row[0], spread.get(name, "")) for name, row in rows.items()),
+        *chances,
+        ("beams", f"{n}, {_DRAWN[u.attrs['sampler']]}, seed {u.attrs['seed']}"),
+        ("model", modelled(beam, u.attrs, _of(u, beam))),
+    ]
+    notes = [f"note: {line}" for line in u.attrs["notes"].splitlines()]
+    return Summary(verdict, figures, notes, u.attrs["warnings"], _all(u, beam, nominal))
+
+
+def _of(u: xr.Dataset, beam: Beam) -> str:
+    finite = f"; torque and stiffness of {beam.extent} with {u.attrs['ends']} ends" if "own" in u else ""
+    return f"endless beam{finite}"
+
+
+def _spread(one: xr.Dataset, factor: float, unit: str) -> str:
+    """Return the 5 and 95 % quantiles of a figure, and its nominal value."""
+    levels = [int(abs(one["level"].values - p).argmin()) for p in (0.05, 0.95)]
+    low, high = (figure(factor * float(one["quantile"][i])) for i in levels)
+    between = f"{low} to {high} {unit}" if low != high else f"{low} {unit} in all"
+    return f"{between}; as designed {figure(factor * float(one['nominal']))}"
+
+
+def _all(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Iterable[str | Table]:
+    """Yield tolerances, the table of all figures, ends, and what has which influence."""
+    n, scales = u.attrs["samples"], beam.pitches
     if nominal is not None:
-        total = math.degrees(nominal.at / beam.pitch * beam.length)
-        yield f"the nominal beam at {nominal.at:.4g} rad/pitch ({total:.4g} deg in total):"
+        yield f"the nominal beam at {turned(nominal.at, beam)}:"
         yield from nominal.lines
     yield "tolerances:"
     yield from (f"  {t.parameter.item()} = {t.item()}" for t in u["distribution"])
@@ -242,21 +291,12 @@ def _shown(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Iterable[str | T
         "in: share of the beams that have the figure"
     )
     yield ""
-    yield "; ".join(
-        f"{words}: {_said(_share(u, f'P_{name}'), n)}" for name, words in _SHARES.items() if f"P_{name}" in u
-    )
     yield from (f"  {name}: {_said(p, n)}" for name, p in _ends(u).items())
     yield f"the nominal beam: {u.attrs['nominal_end']}"
-    if text := u.attrs["before"]:
-        yield f"locked before {text}: {_said(_share(u, 'P_locked_before'), n)}"
-        if (other := _share(u, "P_ended_before")).number:
-            yield f"ended otherwise before {text}: {_said(other, n)}"
     if "S1" in u:
         yield ""
         yield "share of the variance (total Sobol index, +- half a 95 % interval):"
         yield from _influences(u)
-    yield from (f"note: {line}" for line in u.attrs["notes"].splitlines())
-    yield from output.warnings(u.attrs["warnings"].splitlines())
 
 
 def _figures(u: xr.Dataset, scales: int) -> Table:
@@ -279,16 +319,16 @@ def _figures(u: xr.Dataset, scales: int) -> Table:
 def _said(p: Probability, n: int) -> str:
     """Return a probability with its standard error; the rule of three where none or all have the property."""
     if p.number == 0:
-        return f"none of {n} beams (below {3 / n:.2g} with 95 % confidence)"
+        return f"none of {n} beams (below {300 / n:.2g} % with 95 % confidence)"
     if p.number == n:
-        return f"all of {n} beams (above 1 - {3 / n:.2g} with 95 % confidence)"
+        return f"all of {n} beams (above {100 - 300 / n:.6g} % with 95 % confidence)"
     digits = max(0, -math.floor(math.log10(100 * p.se)) + 1) if p.se else 2
     return f"{100 * p.value:.{digits}f} % (standard error {100 * p.se:.2g} %)"
 
 
 def _influences(u: xr.Dataset) -> Iterable[str]:
-    for figure in u["indexed"].values:
-        one = u.sel(indexed=figure)
-        most = sorted(zip(-one["ST"].values, one["parameter"].values, one["ST_conf"].values, strict=True))[:INFLUENCES]
-        yield f"  {figure}: {', '.join(f'{name} {-s:.3f} +- {c:.3f}' for s, name, c in most if -s > 5e-4)}"
-    yield from (f"  {figure}: none, it {why}" for figure, why in json.loads(u.attrs["without_indices"]).items())
+    for name in u["indexed"].values:
+        on = u.sel(indexed=name)
+        most = sorted(zip(-on["ST"].values, on["parameter"].values, on["ST_conf"].values, strict=True))[:INFLUENCES]
+        yield f"  {name}: {', '.join(f'{one} {-s:.3f} +- {c:.3f}' for s, one, c in most if -s > 5e-4)}"
+    yield from (f"  {name}: none, it {why}" for name, why in json.loads(u.attrs["without_indices"]).items())

@@ -19,19 +19,27 @@ def view(
     beam: flags.BeamFile,
     /,
     *,
-    twist: Annotated[str | None, flag(f"How far: {flags.TWISTS} (0.7 of the way to the end; 0 with --bend).")] = None,
-    bend: Annotated[str | None, flag(f"Bend held while it is twisted: {flags.TWISTS}; below 0 away.")] = None,
-    out: Annotated[tuple[flags.File, ...], flag("File: .png, .gif or .html; may be repeated.", "--out", "-o")] = (),
+    twist: Annotated[
+        str | None, flag(f"Twist to draw: {flags.TWISTS}. Default: 0.7 of that at the end; 0 with --bend.")
+    ] = None,
+    bend: Annotated[
+        str | None, flag(f"Bend that is held meanwhile: {flags.TWISTS}; negative is away from the scales.")
+    ] = None,
+    out: Annotated[
+        tuple[flags.File, ...], flag("File to write (.png, .gif, .html); may be repeated.", "--out", "-o")
+    ] = (),
     mu: flags.Mu = None,
     margin: flags.Margin = 0.01,
-    frames: Annotated[int, flag("Pictures of an animation, there and back (36).", read=whole(2, 500, "36"))] = 36,
+    frames: Annotated[
+        int, flag("Pictures of an animation, there and back. Default: 36.", read=whole(2, 500, "36"))
+    ] = 36,
     how: flags.How = flags.HOW,
     sense: flags.Sense = "+",
-    dark: Annotated[bool, Parameter(help="Draw on a dark ground.")] = False,
-    no_forces: Annotated[bool, Parameter(help="Leave the forces out.")] = False,
+    dark: Annotated[bool, Parameter(help="Draw on a dark background.")] = False,
+    no_forces: Annotated[bool, Parameter(help="Draw no forces.")] = False,
     base: flags.Base = flags.BASE,
 ) -> int:
-    """Draw a beam in space: picture (.png), animation from rest and back (.gif), page that turns it (.html)."""
+    """Draw a beam in space: picture (.png), animation from rest and back (.gif), page to turn it (.html)."""
     from squama.scene import picture, standalone
 
     if not out:

@@ -167,15 +167,15 @@ def chosen(
         for name, value, reason, remedy in (
             ("joint", joint, why, HINGED),
             ("law", law, 'is not covered by joint="compliant"' * (law != "edge"), 'write law="edge"'),
-            ("free", free, "is of the hinge" * (free is not None), HINGED),
+            ("free", free, "is for hinges only" * (free is not None), HINGED),
         ):
             if reason:
                 refuse(name, f'"{value}"', reason, remedy)
     thin = joint == "hinge" if ideal is None else ideal
     if joint == "hinge" and bends and not thin:
-        refuse("ideal", "False", "is not covered by the hinge that is bent", "leave it out")
+        refuse("ideal", "False", "is not available on hinges in bending", "leave it out")
     if not bends and neutral is not None and joint == "hinge":
-        refuse("neutral", f'"{neutral}"', "is of the compliant joint in twisting", "leave it out")
+        refuse("neutral", f'"{neutral}"', "has no effect on hinges in twisting", "leave it out")
     if bends or neutral is not None:
         beam = _lined(beam, joint, line)
     return Chosen(beam, joint, thin, note)
@@ -187,10 +187,15 @@ def _lined(beam: Beam, joint: str, line: str | None) -> Beam:
     line = arguments.one_of("neutral", line or lines[0], lines)
     if joint == "hinge":
         if beam.other and line == "face":
-            refuse("neutral", f'"{line}"', "is of scales on one face: between two it is the middle", 'write "middle"')
+            refuse(
+                "neutral",
+                f'"{line}"',
+                "needs scales on one face; with scales on both it is the middle",
+                'write "middle"',
+            )
         return beam if beam.neutral == line else beam.replace(substrate={"neutral": line})
     if line == "free" and beam.joint.matrix is not None and len(beam.joint.matrix.K) < 9:
-        refuse("neutral", '"free"', "is not known by joint.matrix, which has no stretch", 'write "middle"')
+        refuse("neutral", '"free"', "needs a stretch in joint.matrix, which has none", 'write "middle"')
     if beam.given.line == line:
         return beam
     return beam.replace(substrate={"neutral": None if line == "free" else line})

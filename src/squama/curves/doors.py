@@ -250,7 +250,7 @@ def ends_of(asked: Analysis, word: str | None, *, history: bool = False, row: bo
     if word == ENDLESS:
         return word
     if beam.scales is None:
-        refuse("ends", shown(word), "is of a beam with a number of scales, and this one is endless", "write scales=25")
+        refuse("ends", shown(word), "needs a number of scales, and this beam is endless", "write scales=25")
     if word not in known:
         why = f"is not known of {'a row on hinges' if model.straight else 'a beam that is bent, or swings'}"
         refuse("ends", shown(word), why, f'leave it out, or write ends="{known[0]}"')

@@ -43,7 +43,7 @@ def path(given: Path, beam: Beam) -> Way:
             corner, verbs = _named(part, corners[-1], beam) if isinstance(part, str) else (_pair(part, beam), VERBS)
             loaded.update(verbs)
             if corner == corners[-1]:
-                refuse("", shown(part), "goes nowhere: it is where the path stands", "leave it out")
+                refuse("", shown(part), "ends where it starts", "leave it out")
             if max(map(abs, corner)) >= math.pi:
                 refuse("", shown(part), "is half a turn per pitch or more", "give less")
         corners.append(corner)

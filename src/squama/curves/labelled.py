@@ -141,7 +141,7 @@ def answer(
         **({"hold": STRAIGHT} if model.straight else {}),
         "squama_version": __version__,
         **({} if load.sided else {"neutral": beam.neutral}),
-        "warnings": "\n".join([*filter(None, [analysis.note]), *beam.warnings(load.name, sense, joint), *states.notes]),
+        "warnings": "\n".join([*filter(None, [analysis.note]), *states.notes, *beam.warnings(load.name, sense, joint)]),
     }
     page = model.pages[load.name] if page is None else page
     found = Answer(_labelled(load, states, analysis.mus, page), {**about, **attrs, **states.attrs})

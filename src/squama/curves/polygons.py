@@ -145,7 +145,7 @@ def _freed(free: str, analysis: Analysis) -> Analysis:
     axis, mu = LOADS[arguments.one_of("free", free, tuple(LOADS))].axis, float(analysis.mus)
     only_one(analysis.beam.faces, "a load that is left free")
     if mu:
-        refuse("mu", f"{mu:g}", f'must be 0 with free="{free}": friction holds what is free', "write mu=0")
+        refuse("mu", f"{mu:g}", f'must be 0 with free="{free}": friction would hold the free load', "write mu=0")
     if len(analysis.way.corners) > 1 or analysis.way.corners[0][axis]:
         refuse("path", "", f'must be one way of the other load with free="{free}"', 'write e.g. "bend 5 rad/m"')
     return analysis._replace(way=analysis.way._replace(free=axis))

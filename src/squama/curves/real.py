@@ -6,6 +6,7 @@ makes it thin and rigid.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -27,7 +28,9 @@ TAB_LIMIT = 0.025
 """Error of a torque by :func:`rigid_tab` from which on it is told; it may then be twice as large."""
 STRAIN_LIMIT = 0.3
 """Twist per pitch, rad, up to which the model was compared with nonlinear elements."""
-COMPARED = f"the joint's stiffness was compared with nonlinear elements up to {STRAIN_LIMIT:g}"
+COMPARED = (
+    f"the joint's stiffness was compared with nonlinear elements up to {math.degrees(STRAIN_LIMIT):.3g} deg per pitch"
+)
 """What is said of cells that are strained farther."""
 TWIST = LOADS["twisting"].verb
 
@@ -194,12 +197,12 @@ def notes(held: Held, beam: Beam, far: float, *, ideal: bool) -> list[str]:
         error = rigid_tab(group, held.rigidity / (beam.G_B * beam.J))
         if error > TAB_LIMIT:
             lines.append(
-                f"the joint takes the embedded part of a scale as rigid, but it bends, with (E_s/E)(t_s/L)^3 = "
-                f"{group:.2g}: the torque is too high by about {change(error)}"
+                f"the torque is too high by about {change(error)}: the joint takes the embedded part of a scale as "
+                f"rigid, but it bends, with (E_s/E)(t_s/L)^3 = {group:.2g}"
             )
     if far > STRAIN_LIMIT:
         lines.append(
-            f"the joint's stiffness is that of small strains: it was compared with nonlinear elements up to "
-            f"{STRAIN_LIMIT:g} rad per pitch, and the curve goes to {far:.3g}"
+            f"trust the curve up to {math.degrees(STRAIN_LIMIT):.3g} deg per pitch, not to its end at "
+            f"{math.degrees(far):.3g}: {COMPARED}"
         )
     return lines

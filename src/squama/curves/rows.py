@@ -144,9 +144,10 @@ def beyond(track: Track, far: float, *loads: Load) -> tuple[str, ...]:
             farthest, mean = np.abs(strains).max(axis=1), np.abs(strains.mean(axis=1))
             i = int((farthest > real.STRAIN_LIMIT).argmax())
             end = np.interp(real.STRAIN_LIMIT, farthest[max(i - 1, 0) : i + 1], mean[max(i - 1, 0) : i + 1])
+            upto, most_of_all = math.degrees(end), math.degrees(most.max())
             found.append(
-                f"cell {int(most.argmax()) + 1} {load.verb}s by up to {most.max():.3g} rad per pitch; {real.COMPARED}: "
-                f"end the curve where {end:.3g} rad per pitch is the mean of all cells"
+                f"trust the curve up to {most.size * upto:.3g} deg ({upto:.3g} deg per pitch): pitch "
+                f"{int(most.argmax()) + 1} {load.verb}s by up to {most_of_all:.3g} deg, and {real.COMPARED}"
             )
     return tuple(found)
 

@@ -148,7 +148,7 @@ def vibrate(
     """
     arguments.beam(beam)
     if (release is None) == (impulse is None):
-        refuse("release, impulse", "", "one of them is to be given", 'write e.g. release="0.1 rad/pitch"')
+        refuse("release, impulse", "", "needs exactly one of the two", 'write e.g. release="0.1 rad/pitch"')
     n = arguments.whole("swings", swings, 1, MOST_SWINGS)
     zeta = _bounded("damping", damping, Dimension.RATIO, DAMPING)
     read = _quantities(beam, load, mode, release=release, impulse=impulse, rotor=rotor, density=density)
@@ -208,7 +208,9 @@ def _ends(mode: str, ends: str | None) -> str | None:
     if mode == UNIFORM:
         return ends
     if ends not in (None, ENDLESS):
-        refuse("ends", shown(ends), "is of uniform load: a mode is by the endless beam's moment", "leave it out")
+        refuse(
+            "ends", shown(ends), "is for the uniform mode: other modes take the endless beam's moment", "leave it out"
+        )
     return ENDLESS
 
 
@@ -338,7 +340,7 @@ def shake(
     """
     arguments.beam(beam)
     if (static is None) == (torque is None):
-        refuse("static, torque", "", "one of them is to be given", 'write e.g. static="0.05 rad/pitch"')
+        refuse("static, torque", "", "needs exactly one of the two", 'write e.g. static="0.05 rad/pitch"')
     hertz = arguments.positive("frequencies", frequencies)
     if hertz.ndim != 1 or not 1 <= hertz.size <= MOST_FREQUENCIES or (np.diff(hertz) <= 0).any():
         refuse("frequencies", "", f"must be 1 to {MOST_FREQUENCIES} growing numbers", "write e.g. [2, 2.5, 3]")

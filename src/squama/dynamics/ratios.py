@@ -104,9 +104,9 @@ def free_vibration(
     arguments.one_of("mode", mode, MODES)
     arguments.one_of("faces", faces, tuple(FACES))
     if mode != "uniform" and kind.sided:
-        refuse("mode", f'"{mode}"', "is one of bending", 'write load="bending"')
+        refuse("mode", f'"{mode}"', "is a mode of bending", 'write load="bending"')
     if (amplitude is None) == (impulse is None):
-        refuse("amplitude, impulse", "", "one of them is to be given", "write e.g. amplitude=0.2")
+        refuse("amplitude, impulse", "", "needs exactly one of the two", "write e.g. amplitude=0.2")
     given = amplitude if impulse is None else impulse
     assert given is not None
     asked = {"eta": eta, "beta": beta, "lam": lam, "alpha": alpha, "theta0": theta0, "mu": mu, "kappa": kappa}

@@ -88,7 +88,7 @@ def bar(beam: Beam, model: Model, mode: str, rotor: float | None, density: float
             notes.append(f"the beam has more inertia than its rotor: it is taken to swing as {shape}, {error}")
         return Bar(rigidity, inertia, omega, stiffness, tuple(notes))
     if kind.sided:
-        refuse("mode", f'"{mode}"', "is one of bending", 'write load="bending", or mode="uniform"')
+        refuse("mode", f'"{mode}"', "is a mode of bending", 'write load="bending", or mode="uniform"')
     if density is None:
         remedy = 'give e.g. "1150 kg/m3", or write density under [beam]'
         refuse("density", "", f"is not given: a {mode} bar swings by its own mass", remedy)

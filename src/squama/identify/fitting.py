@@ -161,7 +161,7 @@ def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
         return None
     try:
         if joint == "compliant" and not known(wanted.beam):
-            refuse("joint", "", "is known by elements only", f'ask for it by joint="{joint}"')
+            refuse("joint", "", "needs finite elements", f'ask for it by joint="{joint}"')
         made = prepare.prepared(joint, wanted)
         usable = made.usable & found.used
         # at reversals the models use a few other points

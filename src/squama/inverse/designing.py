@@ -211,11 +211,9 @@ def inverse_design(
     count = arguments.whole("designs", target.designs if designs is None else designs, 1, 100)
     starts, seed = arguments.whole("starts", starts, 16, 1 << 20), arguments.whole("seed", seed, 0, 2**31)
     if elements and not (target.real and any(goal.want.at for goal in target.goals)):
-        refuse("elements", "", "are for real beams, at points that are asked for", "leave it out", target.source)
+        refuse("elements", "", "check compliant joints at points of the target only", "leave it out", target.source)
     if elements and not LOADS[target.space.load].sided:
-        refuse(
-            "elements", "", "are twisted: a design in bending is not held against them", "leave it out", target.source
-        )
+        refuse("elements", "", "are for twisting, and this target is in bending", "leave it out", target.source)
     residuals, space = Residuals(target), target.space
     first = space.start
     y = search.screen(residuals, first, starts, REFINED, seed)
@@ -384,3 +382,7 @@ class _Refined(NamedTuple):
             elif g <= ACTIVE:
                 found.append(name)
         return found
+
+
+design = inverse_design
+"""The same by the name of its command."""

@@ -270,7 +270,7 @@ def conflicts(found: tuple[Goal, ...], space: Space, problems: Problems) -> None
     lock, engagement, red = (single.get(name) for name in ("lock", "engagement", "RED"))
     if lock and lock.sense != ">=":
         if engagement and engagement.sense != "<=" and np.all(engagement.value(pitches) >= lock.value(pitches)):
-            problems.add("target.lock", "", "is not beyond target.engagement, but scales engage before they lock")
+            problems.add("target.lock", "", "must be larger than target.engagement: scales engage before they lock")
         for goal in found:
             if goal.want.at is not None and np.all(goal.want.at.per_pitch(pitches) >= lock.value(pitches)):
                 problems.add(f"target: {goal.name}", "", f"is at or beyond the lock at {lock.number:g} {lock.unit}")
@@ -288,4 +288,4 @@ def conflicts(found: tuple[Goal, ...], space: Space, problems: Problems) -> None
             problems.add(f"target: {goal.name}", "", "is given twice", "keep one")
     most = max((v.high for v in space.variables if v.key == "mu"), default=space.beam.friction.mu or 0.0)
     if red and red.sense != "<=" and most == 0:
-        problems.add("target.RED", "", "no work is dissipated without friction", "give friction.mu or vary it")
+        problems.add("target.RED", "", "needs friction", "give friction.mu or vary it")

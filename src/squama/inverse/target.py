@@ -293,7 +293,7 @@ def _tolerances(table: dict[str, object], space: Space, problems: Problems, cont
         with problems.caught():
             key = "" if name in groups else targetfile.key_of(where, name)
             if real and key and key not in keys:
-                refuse(where, "", "is of what the beam does not give", "give it to the beam")
+                refuse(where, "", "is for a value that the beam does not give", "give it to the beam")
             share = name == "relative" or (bool(key) and isinstance(value, str) and value.strip().endswith("%"))
             kind = Dimension.RATIO if share else groups.get(name) or PARAMETERS[key].dimension
             with naming(where):

@@ -252,7 +252,7 @@ def variables(file: File, problems: Problems, context: Context) -> tuple[Variabl
                 continue
             got = quantity(where, step, kind, context)
             if got.si < FINEST:
-                refuse(where, shown(step), "is finer than any workshop", f"write at least {FINEST:g} in SI units")
+                refuse(where, shown(step), "is too fine", f"write at least {FINEST:g} in SI units")
             grids[key] = Grid(got.number, got.unit)
     grids[SCALES] = Grid(1.0)
     return tuple(v._replace(grid=grids.get(v.key, grids.get(str(PARAMETERS[v.key].dimension), v.grid))) for v in found)
@@ -271,7 +271,7 @@ def choices(table: dict[str, object], problems: Problems, context: Context) -> t
                 read = [_material(f"{where}[{i}]", part, one, context) for i, one in enumerate(listed)]
                 if any(set(option) != set(read[0][1]) for _, option in read):
                     remedy = f"allowed: name, {', '.join(MATERIAL)}"
-                    refuse(where, "", "does not say the same of every material", remedy)
+                    refuse(where, "", "gives different keys for different materials", remedy)
             else:
                 key = key_of(where, name)
                 read = [(text_of(key, value), {name: value}) for value in _values(where, key, listed, context)]
@@ -313,7 +313,7 @@ def _variable(where: str, name: str, bounds: object, context: Context) -> Variab
 def _values(where: str, key: str, given: Sequence[object], context: Context) -> list[float]:
     """Read values of a dimension, SI; numbers of scales are whole, and those of real beams."""
     if key == SCALES and context.joint == "hinge":
-        refuse(where, "", "is varied of real beams; on hinges it stays as it is", "put it into the beam")
+        refuse(where, "", "cannot be varied on hinges", "put it into the beam")
     kind = PARAMETERS[key]
     with naming(where):
         found = [units.bounded(value, kind.dimension, kind.bounds, bare=context.bare) for value in given]

@@ -197,7 +197,7 @@ def _damage(table: tabular.Table, line: int) -> Iterator[None]:
     except InputError:
         raise
     except Exception:  # damage shows itself in NumPy and xarray as errors of many kinds
-        raise table.error(line, "is damaged: it is not as squama wrote it", "write the file anew") from None
+        raise table.error(line, "is damaged: squama did not write it like this", "write the file anew") from None
 
 
 def _check_rows(table: tabular.Table, sizes: dict[str, int]) -> None:
@@ -269,7 +269,7 @@ def read_netcdf(path: str | os.PathLike[str]) -> xr.Dataset:
     sealed = len(data) < size
     begin, end = files.SEAL.split(b"%s")
     if data[-files.SEALED :].startswith(begin) and data.endswith(end):
-        raise _refused(path, "is damaged: it is not as squama wrote it, by its hash")
+        raise _refused(path, "is damaged: squama did not write it like this, by its hash")
     try:
         if not sealed:
             # damage makes the library hang, which only another process can end

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from squama.types import Array
 
 Source = Literal["matrix", "law", "elements", "hinge"]
-_HINGED = "the scales are on hinges, not as in the beam: {}"
+_HINGED = "hinges, as the joint is not known: {}"
 _SEVEN = _HINGED.format(
     "joint.matrix holds six motions and the twist, not the bend; squama joint --matrix writes all nine, and without it "
     "in the file the law of the joint holds them"

@@ -44,7 +44,7 @@ SENTENCES: dict[End, str] = {
     End.OFF_SIDE: "the contact runs off the end of the side edge before any lock; the model ends here",
     End.OTHER: "another pair of plate edges or faces comes into contact; the model of one contact ends here",
     End.RELEASED: "beyond the fold the scales come back to their initial inclination and the contact opens",
-    End.RANGE: "the asked range ends (or half a turn of scale or beam is reached) before any lock",
+    End.RANGE: "the range of the curve ends here; nothing locks before",
     End.STOPPED: "no equilibrium was found beyond this twist, however small the increment: the scales lock or jump",
     End.SIDE: "a plate comes to lie beside another one's edge, face against thickness; the model ends there",
     End.TOUCHING: "the scales are thicker than the gap between them: they touch before anything is loaded",

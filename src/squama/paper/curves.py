@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -148,8 +147,10 @@ def fig6b(
         words = "no finite element\npoints given"
         axes[0, 0].text(0.03, 0.97, words, transform=axes[0, 0].transAxes, va="top", color=GREY)
     else:
-        words = f"finite elements ({Path(points.source).name[-30:]})"
-        handles.append(key(words, linestyle="", marker="o", markersize=3.5))
+        mus = next(iter(parts.values()))["mu"].values
+        for mu, colour, marker in zip(mus, shades(mus.size), MARKERS * mus.size, strict=False):
+            look = {"linestyle": "", "marker": marker, "markerfacecolor": colour, "markersize": 3.5}
+            handles.append(key(f"finite elements, $\\mu$ = {mu:g}", **look))
         if own and points.compliant is not None:
             handles.append(key("compliant joint", linewidth=0.9, linestyle=COMPLIANT))
     figure.legend(handles=handles, loc="outside lower center", ncols=4 if n > 1 else 3)

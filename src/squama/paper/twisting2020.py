@@ -195,7 +195,7 @@ def write(
     for name in steps(names, len(names), "figures"):
         made = FIGURES[name](points)
         signs = ", ".join(f"${SYMBOLS[key].tex}$ = {text.replace(' deg', '°')}" for key, text in made.fixed.items())
-        headline(made.figure, f"{MODEL[0].upper()}{MODEL[1:]}; {signs}; squama {__version__}")
+        headline(made.figure, f"{MODEL[0].upper()}{MODEL[1:]}; {signs}")
         done += [save_figure(made.figure, place / f"{name}.{ending}") for ending in endings]
         done.append(write_table(made.table, place / f"{name}.csv", f"{MODEL}; {par.words(made.fixed)}"))
         found += made.claims

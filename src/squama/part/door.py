@@ -198,5 +198,7 @@ def _solve(
         )
     most = float(np.abs(told.track.cells[..., :3]).max())
     if most > real.STRAIN_LIMIT:
-        notes.append(f"cells are strained by up to {most:.3g} rad per pitch; {real.COMPARED}: give a smaller load")
+        notes.append(
+            f"give a smaller load: pitches bend or twist by up to {math.degrees(most):.3g} deg, and {real.COMPARED}"
+        )
     return States(told.by_dim(), real.attributes(one.held, NOTHING), notes)

@@ -112,7 +112,7 @@ def course(way: path.Path, n: int, loads: Sequence[Load], held: Support, units: 
     axis = next((e for e in (PHI, PSI, EPS) if way.beams.free[0, e]), -1)
     said = "; ".join(load.words.strip() for load in loads)
     if axis < 0:
-        refuse("load", shown(said), "cannot move a part of which all strains are held", "hold less")
+        refuse("load", shown(said), "cannot move a part whose strains are all held", "hold less")
     per = dict(zip((Dimension.LENGTH, Dimension.FORCE, Dimension.TORQUE), units, strict=True))
     sizes = [load.size / per.get(load.measures, 1.0) for load in loads]
     full, first = max(sizes), loads[0]
@@ -126,7 +126,7 @@ def course(way: path.Path, n: int, loads: Sequence[Load], held: Support, units: 
     one = Course(way, n, main, supporting(held, n), held.word == "simple", axis, full, not first.given)
     cells = one.bare.follow(np.array([_PROBE])).cells
     if not cells.size or not np.abs(cells).max() > 0:
-        refuse("load", shown(said), "does not move the part", "put it where the part can give, or hold less")
+        refuse("load", shown(said), "does not move the part", "put it where the part can move, or hold less")
     return one._replace(share=float(_PROBE / np.abs(cells[-1, :, :STRAINS]).max()))
 
 

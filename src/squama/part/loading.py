@@ -107,7 +107,7 @@ def _size(number: str, kind: Dimension) -> float:
     if not size > 0:
         refuse("", shown(number), "must be above 0", "write another direction for the other way")
     if not LEAST <= size <= LARGEST:
-        refuse("", shown(number), "is out of range (1e-9 to 1e6 in m, N or N m)", "give one that a part can bear")
+        refuse("", shown(number), "is out of range (1e-9 to 1e6 in m, N or N m)", "give a smaller one")
     return size
 
 

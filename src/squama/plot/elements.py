@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 LINES: tuple[style.Dash, ...] = ((0, (4, 1.6)), "-", (0, (1, 1.1)), (0, (5, 1.5, 1, 1.5)), (0, (7, 2)))
 """Lines of the models, in their order."""
+VARIANTS = ("plate", "own")
+"""Models that differ from the hinge's edge law by less than a line's width."""
 _FINITE: tuple[tuple[str, str, style.Dash], ...] = (("beam", GREY, "-"), ("row", GREY, (0, (3, 1.5))))
 """Names, colours and lines of finite beams."""
 MARKS: tuple[style.Dash, ...] = (":", (0, (5, 2)), (0, (4, 1.5, 1, 1.5)))
@@ -100,7 +102,8 @@ def compare_figure(table: xr.Dataset) -> Figure:
     """Draw models beside a curve by finite elements, from :func:`squama.fe.agreement.compare`.
 
     Torque, its difference from the elements' with the band within which a model counts as holding, inclination and its
-    difference, all over the twist per pitch. Finite beams have no differences.
+    difference, all over the twist per pitch. Finite beams have no differences; variants of the hinge that lie on its
+    edge law (:data:`VARIANTS`) are in the table only.
     """
     figure = style.new_figure(style.PAGE, 5.4)
     axes = figure.subplots(2, 2, sharex=True)
@@ -112,7 +115,7 @@ def compare_figure(table: xr.Dataset) -> Figure:
     torque.plot(phi, factor * table["T_elements"].values, **own)
     theta.plot(phi, np.degrees(table["theta_elements"].values), **own)
     handles = [style.key(f"finite elements: {table.attrs['elements']}", **own)]
-    names = [str(name) for name in table["model"].values]
+    names = [str(name) for name in table["model"].values if name not in VARIANTS]
     endless = [name for name in names if name not in FINITE]
     colours = [*style.shades(max(len(endless) - 1, 1)), ACCENT][-len(endless) :]
     looks = [*zip(endless, colours, LINES * len(names), strict=False), *_FINITE]
@@ -137,6 +140,8 @@ def compare_figure(table: xr.Dataset) -> Figure:
     theta.set(ylabel=style.label("theta", "deg"), xlabel=style.angle_label("twisting"))
     apart.set(ylabel=r"Difference of $\theta$ (deg)", xlabel=style.angle_label("twisting"))
     torque.set_xlim(0, 1.03 * style.finite_max(phi))
+    for ax in (theta, apart):
+        ax.ticklabel_format(useOffset=False, style="plain")
     figure.legend(handles=handles, loc="outside lower center", ncols=2)
     return style.headline(figure, str(table.attrs["title"]), axes.flat)
 

@@ -93,9 +93,9 @@ def finite_figure(data: xr.Dataset) -> Figure:
         handles.append(style.key("slope of the torque at the start", **look))
     right.plot(phi, T, color=INK)
     right.set(xlabel=style.angle_label("twisting"), ylabel=text)
-    style.legend_below(figure, handles, 7)
-    about = f"Twisting of a beam of {data.sizes['scale']} scales by finite elements; a line for each {TWISTS}"
-    return style.headline(figure, f"{about}\nScales: {data.attrs['plates']}", (left, middle, right))
+    style.legend_below(figure, handles, 7, title=TWISTS[0].upper() + TWISTS[1:])
+    about = f"Twisting of a beam of {data.sizes['scale']} scales by finite elements, $\\mu$ = {float(data['mu']):g}"
+    return style.headline(figure, about, (left, middle, right))
 
 
 def _inclinations(ax: Axes, dataset: xr.Dataset, places: Array) -> tuple[list[tuple[int, style.Colour]], list[Artist]]:

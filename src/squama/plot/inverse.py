@@ -17,7 +17,20 @@ from squama.errors import refuse
 from squama.loads import ENDLESS, LOADS, model
 from squama.model.outcome import End
 from squama.plot.palette import ACCENT, GREY, INK
-from squama.plot.style import COLUMN, DASHED, PAGE, Look, headline, key, new_figure, panel, shades, styled
+from squama.plot.style import (
+    COLUMN,
+    DASHED,
+    PAGE,
+    Dash,
+    Look,
+    headline,
+    key,
+    legend_under,
+    new_figure,
+    panel,
+    shades,
+    styled,
+)
 from squama.study.parameters import people
 from squama.types import Array
 from squama.units import for_people, shown
@@ -47,7 +60,9 @@ SYMBOL = {
 }
 """Labels of the objectives."""
 _LOCK: Look = {"linewidth": 0.9, "linestyle": (0, (1, 1.5))}
-_GOAL: Look = {"linewidth": 1.0, "linestyle": DASHED, "zorder": 0}
+_GOAL: Look = {"linewidth": 1.0, "zorder": 0}
+_DASHES: tuple[Dash, ...] = (DASHED, (0, (1, 1.2)), (0, (5, 1.5, 1, 1.5)), (0, (8, 2)))
+"""Lines of what was asked, in its order."""
 
 
 @styled
@@ -57,7 +72,7 @@ def inverse_figure(found: InverseDesign, target: Target) -> Figure:
     Left: torque (moment) against the twist over the whole beam, a curve for each design, with what was asked. Right: by
     how much the tolerance of each dimension changes what the first design reaches.
     """
-    figure = new_figure(PAGE, 3.4)
+    figure = new_figure(PAGE, 3.8)
     left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))
     which = _curves(left, found, target)
     _bars(right, found)
@@ -85,8 +100,8 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
     at = {i: float(goal.want.at.per_pitch(*own)) * degrees for i, goal in enumerate(target.goals) if goal.want.at}
     drawn = [i for i, goal in enumerate(target.goals) if goal.want.figure == "torque" and goal.sense == "="]
     points = np.array([[at[i], target.goals[i].asked] for i in drawn if i in at]).reshape(-1, 2)
-    # curves climb without bound towards a lock: show where the target lies; else what was asked stands above
-    part, room = (1.0, 1.7) if target.real else (0.9, 1.0)
+    # curves climb without bound towards a lock: show where the target lies
+    part, room = (1.0, 1.1) if target.real else (0.9, 1.0)
     least = room * max((float(np.interp(part * x[-1], x, y)) for x, y, _, _ in lines), default=1.0)
     top = 1.6 * float(points[:, 1].max()) if points.size else least
     factor, unit = (1e3, "N mm") if top < 1 else (1.0, "N m")
@@ -100,6 +115,7 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
         mark: Look = {"linestyle": "", "marker": "o", "color": ACCENT, "markersize": 4}
         ax.plot(points[:, 0], factor * points[:, 1], zorder=5, **mark)
         handles.append(key("asked", **mark))
+    asked: dict[tuple[float, str], list[str]] = {}
     for i, goal in enumerate(target.goals):
         sense = {"=": "", ">=": " at least", "<=": " at most"}[goal.sense]
         place = at.get(i) if i not in drawn else None
@@ -107,29 +123,34 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
         if goal.twist is not None:
             place, colour = float(goal.twist.per_pitch(*own)) * degrees, ACCENT
         if place is not None:
-            ax.axvline(place, color=colour, **_GOAL)
-            words = f"asked: {goal.name}{sense} {goal.number:g} {goal.unit}"
-            handles.append(key(words, color=colour, **_GOAL))
+            asked.setdefault((place, colour), []).append(f"asked: {goal.name}{sense} {goal.number:g} {goal.unit}")
+    for ((place, colour), words), dashes in zip(asked.items(), itertools.cycle(_DASHES)):
+        look: Look = {"color": colour, "linestyle": dashes, **_GOAL}
+        ax.axvline(place, **look)
+        handles.append(key("\n".join(words), **look))
     scales = f"{first.pitches} scales" if len({d.beam.pitches for d in found.designs}) == 1 else "the beam"
     ax.set(ylim=(0, factor * top), xlim=(0, None), xlabel=f"{kind.verb.capitalize()} of {scales} (deg)")
     ax.set_ylabel(f"{kind.torque_words.capitalize()} ({unit})")
-    ax.legend(handles=handles, loc="upper left", fontsize=6, frameon=target.real, framealpha=1.0, edgecolor="none")
+    legend_under(ax, handles)
     return which
 
 
 def _bars(ax: Axes, found: InverseDesign) -> None:
-    goal = found[0].goals[0]
+    # what is missed matters most
+    goal = min(found[0].goals, key=lambda goal: goal.met)
     rows = sorted(goal.effects.items(), key=lambda item: -abs(item[1]))[:MOST]
     rows = [row for row in rows if row[1]][::-1]
     colours = [GREY if value < 0 else INK for _, value in rows]
     ax.barh(range(len(rows)), [abs(value) for _, value in rows], color=colours, height=0.6)
     sizes = [people(name)[0] * found.tolerance[name] for name, _ in rows]
     words = [f"\N{PLUS-MINUS SIGN}{v:.3g} {people(name)[1]}".rstrip() for v, (name, _) in zip(sizes, rows, strict=True)]
+    ax.tick_params(axis="y", length=0)
     ax.set_yticks(range(len(rows)), [f"{name}\n{w}" for (name, _), w in zip(rows, words, strict=True)], fontsize=6)
     unit = f" ({goal.unit})" if goal.unit else ""
-    ax.set_xlabel(f"Change of {goal.name}{unit}, design 1")
+    missed = "" if goal.met else ", missed"
+    ax.set_xlabel(textwrap.fill(f"Change of {goal.name}{unit} by a tolerance, design 1{missed}", 40))
     keys = [key("grows with it", color=INK, linewidth=4), key("falls with it", color=GREY, linewidth=4)]
-    ax.legend(handles=keys, loc="lower right")
+    legend_under(ax, keys)
 
 
 @styled
@@ -179,7 +200,7 @@ def tradeoff(front: xr.Dataset, x: str, y: str, ax: Axes | None = None, *, by: s
     names = _objectives(front)
     for where, name, known in (("x", x, names), ("y", y, names), ("by", by or x, [*map(str, front.data_vars)])):
         if name not in known:
-            refuse(where, shown(name), "is not in this front", f"allowed: {', '.join(known)}")
+            refuse(where, shown(name), "is not a figure of this front", f"allowed: {', '.join(known)}")
     by = by or next((name for name in names if name not in (x, y)), None)
     if by is None:
         # the varied dimension that uses most of its bounds along the front

@@ -53,6 +53,9 @@ STOPS: dict[str, tuple[style.Look, str]] = {
 }
 """Marks where an envelope stops, by why: another end takes over, or the range of the drawing; and their words."""
 
+THIN = 40
+"""Cells along the shorter side of a map from which on slivers of regions have no line around them."""
+
 
 @style.styled
 def red_figure(dataset: xr.Dataset) -> Figure:
@@ -102,8 +105,21 @@ def hatch_region(ax: Axes, x: Array, y: Array, inside: Array, end: str, *, blank
     look: style.Look = {"levels": [0.5, 1.5], "colors": ground, "hatches": [HATCHES[end][0]]}
     with mpl.rc_context({"hatch.color": line}):
         ax.contourf(x, y, inside.astype(float), zorder=3.7 if blank else 3, **look)
-    if not inside.all():
-        ax.contour(x, y, inside.astype(float), levels=[0.5], colors=ACCENT, linewidths=0.9, zorder=4)
+    _outline(ax, x, y, inside)
+
+
+def _outline(ax: Axes, x: Array, y: Array, inside: Array) -> None:
+    """Draw a line around a region; where it is thinner than a few cells it would be debris, and is left out."""
+    from scipy.ndimage import binary_dilation, binary_opening
+
+    if not inside.any() or inside.all():
+        return
+    seen = np.ones_like(inside)
+    if min(inside.shape) > THIN:
+        seen = binary_dilation(binary_opening(inside, np.ones((4, 4), bool)), np.ones((3, 3), bool))
+    if (inside & seen).any():
+        shown = np.ma.masked_where(~seen, inside.astype(float))
+        ax.contour(x, y, shown, levels=[0.5], colors=ACCENT, linewidths=0.9, zorder=4)
 
 
 def hatch_ground(ax: Axes, x: Array, y: Array, inside: Array, end: str) -> None:
@@ -207,8 +223,7 @@ def _panel(ax: Axes, x: Array, y: Array, part: xr.Dataset) -> list[str]:
     look: style.Look = {"levels": LEVELS, "norm": NORM, "cmap": COLOURS}
     locks, folded = np.isin(end, LOCKS), part["folded"].values.T
     contours(ax, (x, y, red), [locks & ~folded, locks & folded, *(end == e for e in ends)], look, avoid)
-    if (locks & folded).any():
-        ax.contour(x, y, (locks & folded).astype(float), levels=[0.5], colors=ACCENT, linewidths=0.9, zorder=4)
+    _outline(ax, x, y, locks & folded)
     found = [name for name in HATCHES if (end == name).any()]
     for name in found:
         if name != End.STATIC:
@@ -295,8 +310,9 @@ def regime_figure(dataset: xr.Dataset) -> Figure:
     # linear on the axis before engagement, nonlinear while sliding, locked beyond the envelope
     words: style.Look = {"style": "italic", "fontsize": 7.5, "color": INK}
     ax.text(float(np.median(x[there])), float(np.max(y[there])) + 0.012, "locked", ha="center", va="bottom", **words)
-    ax.text(0.022 * wide, 0.62 * high, "sliding: nonlinear", rotation=90, ha="center", va="center", **words)
-    ax.text(0.985 * wide, 0.02 * high, "on the axis: no contact, linear", ha="right", va="bottom", **words)
+    corner: style.Look = {"ha": "right", "va": "bottom", **words}
+    ax.text(0.985 * wide, 0.075 * high, "above the axis: sliding, nonlinear", **corner)
+    ax.text(0.985 * wide, 0.02 * high, "on the axis: no contact, linear", **corner)
     return figure
 
 

@@ -9,8 +9,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
+from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 
 from squama.beam.design import Beam
 from squama.errors import refuse
@@ -26,7 +28,20 @@ CONTACTS = {"": GREY, "TS": KEPT[0], "CF": KEPT[0], "BF": KEPT[1], "TA": KEPT[2]
 """Colours of contacts; those at the base have another."""
 BOX: style.Look = {"loc": "best", "frameon": True, "framealpha": 0.85, "edgecolor": "none"}
 """A legend that lies over lines."""
-WAY = "Way gone (rad per pitch)"
+WAY = "Length of the path (rad per pitch)"
+WORDS = {
+    "TS": "tip edge on side edge (TS)",
+    "TA": "tip edge on the other side edge (TA)",
+    "BF": "corner B on face (BF)",
+    "CF": "corner C on face (CF)",
+    "TF": "tip edge on face (TF)",
+}
+"""Contacts in words: what of a scale touches what of the next one."""
+
+
+def said(name: str) -> str:
+    """Return a contact in words; two at once by their letters."""
+    return " and ".join(sorted(name.split("+"))) if "+" in name else WORDS.get(name, name)
 
 
 @style.styled
@@ -50,7 +65,10 @@ def plane_figure(dataset: xr.Dataset, paths: Sequence[xr.Dataset] = ()) -> Figur
     for ax, name in zip(axes[1:], ("M", "T"), strict=True):
         plane_load(dataset, name, ax, paths=paths)
         ax.set_ylabel("")
-    for ax, words in zip(axes, ("(a) contacts, locks, $\\theta$", "(b) moment", "(c) torque"), strict=True):
+    drawn = (child for child in axes[0].get_children() if isinstance(child, QuadContourSet))
+    inclined = any(np.size(path.vertices) for contours in drawn for path in contours.get_paths())
+    first = "(a) contacts, locks" + ", lines of $\\theta$" * inclined
+    for ax, words in zip(axes, (first, "(b) moment", "(c) torque"), strict=True):
         style.letter(ax, words)
         style.scaled_above(ax, degrees, "deg per pitch").xaxis.label.set_fontsize(7)
     beside = axes[0].secondary_yaxis("right", functions=(lambda v: v * degrees, lambda v: v / degrees))
@@ -82,10 +100,7 @@ def plane_load(dataset: xr.Dataset, name: str, ax: Axes | None = None, *, paths:
         # near a lock a load grows without bound: contours go up to this percentile
         low, high = float(np.nanmin(values)), float(np.nanpercentile(values, 95.0))
         factor, text = style.prefixed(name, max(abs(low), abs(high)))
-        # closer together where little has happened yet, in numbers that can be read, none of them -0
-        levels = low + (high - low) * np.linspace(0, 1, 11) ** 2
-        digits = 1 - int(np.floor(np.log10(max(factor * (high - low), 1e-300))))
-        levels = np.unique(np.round(factor * levels, digits) + 0.0)
+        levels = MaxNLocator(10).tick_values(factor * low, factor * high)
         look: style.Look = {"levels": levels, "cmap": "viridis", "extend": "both"}
         drawn = ax.contourf(dataset["kappa"], dataset["Phi"], factor * values, **look)
         bar = ax.figure.colorbar(drawn, ax=ax, format="%.3g", pad=0.03)
@@ -140,7 +155,8 @@ def _regimes(ax: Axes, plane: xr.Dataset, where: tuple[Array, Array]) -> list[Pa
         lines = ax.contour(*where, theta, levels=range(20, 90, 10), colors=GREY, linewidths=0.5, zorder=1)
         ax.clabel(lines, fmt="%g°", fontsize=6)
     present = dict.fromkeys(["no contact", *np.unique(word).tolist()])
-    return [Patch(facecolor=colours[name], edgecolor=GREY, linewidth=0.4, label=name) for name in present]
+    named = {said(name): colours[name] for name in present}
+    return [Patch(facecolor=colour, label=text, edgecolor=GREY, linewidth=0.4) for text, colour in named.items()]
 
 
 @style.styled
@@ -205,7 +221,7 @@ def plane_path(dataset: xr.Dataset, ax: Axes | None = None, *, plane: xr.Dataset
     cuts, seen = [0, *(np.flatnonzero(contact[1:] != contact[:-1]) + 1), len(contact)], set[str]()
     for start, stop in itertools.pairwise(cuts):
         name = str(contact[start])
-        text = (name or "no contact") if name not in seen else None
+        text = said(name or "no contact") if name not in seen else None
         seen.add(name)
         whole = slice(max(0, start - 1), stop)
         ax.plot(psi[whole], phi[whole], color=CONTACTS.get(name, UNLOADED), linewidth=1.6, label=text)

@@ -99,16 +99,17 @@ def response_figure(dataset: xr.Dataset, measured: Measured | None = None, hinge
     rubs = any(c.mu > 0 for c in shown.curves)
     locks = [c.data["mu_lock"] for c in shown.curves if "mu_lock" in c.data]
     touched = any((c.data["N"] > 0).any() for c in shown.curves) or any(mu.notnull().any() for mu in locks)
-    force = ("f0" if rubs else "N") if touched else ""
+    force = ("f" if rubs else "N") if touched else ""
     names = [kind.torque, force, "theta", "RED" if rubs and touched else kind.tangent]
     for ax, name, text in zip(axes.flat, names, "abcd", strict=True):
         _draw(ax, shown, name, letter=f"({text})")
     for ax in axes[1]:
         ax.set_xlabel(style.label(kind.rate))
     above = f"{kind.verb.capitalize()} over {shown.beam.extent} (deg)"
-    style.scaled_above(axes[0, 0], shown.beam.length * 180 / np.pi, above)
+    for ax in axes[0]:
+        style.scaled_above(ax, shown.beam.length * 180 / np.pi, above)
     style.legend_below(figure, _keys(shown), 4 if shown.others else 7)
-    return style.headline(figure, _title(dataset, shown.curves))
+    return style.headline(figure, _title(dataset, shown.beam, shown.curves))
 
 
 def curve(
@@ -292,7 +293,7 @@ def _draw(ax: Axes, shown: _Shown, name: str, letter: str = "") -> None:
         static = any(c.end == "static lock" for c in shown.curves)
         words = "locked as soon as the scales touch:\nno sliding, no friction work" if static else "no sliding contact"
         ax.text(0.5, 0.5, words, transform=ax.transAxes, ha="center", va="center", color=GREY)
-        ax.set(ylabel=style.label("f0"), yticks=[])
+        ax.set(ylabel=style.label("f"), yticks=[])
     if letter:
         # curves are kept off the letter
         low, high = ax.get_ylim()
@@ -327,7 +328,7 @@ def _variable(ax: Axes, shown: _Shown, name: str) -> float:
         ax.plot([0, right], [0, factor * bare], **style.BARE)
     elif name == "theta":
         factor, text = 180 / np.pi, style.label(name, "deg")
-    elif SYMBOLS[name].unit not in ("1", "rad", "N"):
+    elif SYMBOLS[name].unit not in ("1", "rad"):
         factor, text = style.prefixed(name, most or max(style.finite_max(np.abs(c.values(name))) for c in curves))
     for c in curves:
         v = factor * c.values(name)
@@ -394,19 +395,20 @@ def _keys(shown: _Shown, *, load: bool = True) -> list[Line2D]:
     return handles
 
 
-def _title(dataset: xr.Dataset, curves: list[_Curve]) -> str:
+def _title(dataset: xr.Dataset, beam: Beam, curves: list[_Curve]) -> str:
     what = f"{dataset.sizes['scale']} scales, {dataset.attrs['ends']} ends: " if "ends" in dataset.attrs else ""
     kind = f"{dataset.attrs['load'].capitalize()} of {what}{model(dataset.attrs)}"
-    sense = f", sense {dataset.attrs['sense']}" if "sense" in dataset.attrs else ""
+    sense = ", sense -" if dataset.attrs.get("sense") == "-" else ""
     if len(curves) > 1:
         return f"{kind}{sense}"
     c = curves[0]
-    text = f"{kind}{sense}, $\\mu$ = {c.mu:g}: {c.end}"
-    at = f" at {c.rate_end:.4g} rad/m" if np.isfinite(c.rate_end) else ""
-    other = str(c.data["other_contact"].values)
-    if c.end == "no engagement":
-        touch = f" at {float(c.data['phi_touch']):.4g} rad/pitch" if "phi_touch" in c.data else ""
-        return f"{text}; {other} touches{touch}" if other else text
+    text = f"{kind}{sense}, $\\mu$ = {c.mu:g}"
+    if c.end == End.RANGE:
+        return text
+    if c.end == End.NONE and (touching := str(c.data["other_contact"].values)):
+        where = f" at {np.degrees(float(c.data['phi_touch'])) * beam.pitches:.3g} deg" if "phi_touch" in c.data else ""
+        return f"{text}: {c.end}; {touching} touches{where}"
+    at = f" at {np.degrees(c.rate_end * beam.length):.3g} deg" if np.isfinite(c.rate_end) else ""
     # on hinges the other contact is what ends the curve
-    joined = ": " if dataset.attrs["joint"] == "hinge" else "; second contact: "
-    return f"{text}{at}{joined}{other}" if other else text + at
+    other = str(c.data["other_contact"].values) if dataset.attrs["joint"] == "hinge" else ""
+    return f"{text}: {c.end}{at}{f' ({other})' if other else ''}"

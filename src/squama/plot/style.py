@@ -55,6 +55,7 @@ _SETTINGS |= {"axes.edgecolor": INK, "hatch.color": GREY, "figure.dpi": DPI, "sa
 AXIS = {
     "f0": r"Friction force $\bar{f}_0 = f\,l/K_\theta$",
     "N": "Normal force $N$ (N)",
+    "f": "Friction force $f$ (N)",
     "alpha": r"Angle of the scale width $\alpha$ (rad)",
     "theta": r"Inclination $\theta$ (rad)",
     "K_t": r"Tangent stiffness $\mathrm{d}T/\mathrm{d}\Phi$ (N m^2)",

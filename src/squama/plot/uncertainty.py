@@ -20,8 +20,8 @@ SHOWN = ("load_e", "load_end", "torque_c", "RED_c", "W_fr_c", "K_e")
 SHOWN_REAL = ("phi_e", "torque", "stiffness_ratio", "stress", "RED")
 """Those of compliant joints."""
 _WORDS = {"K_e": "$K_e$", "RED_c": "RED", "engaged": "engages", "locked": "locks", "locked before": "locks\nbefore"}
-_ROOM = 1.4
-"""Height of an axis over that of what is drawn: the legend stands above."""
+_ROOM = 1.06
+"""Height of an axis over that of what is drawn."""
 _MARK: style.Look = {"color": ACCENT, "linewidth": 0.9, "linestyle": (0, (3, 2))}
 
 
@@ -35,7 +35,7 @@ def uncertainty_figure(dataset: xr.Dataset) -> Figure:
     tolerance, with its 95 % interval, and the first-order index inside it.
     """
     indexed = "S1" in dataset and dataset.sizes["indexed"]
-    figure = style.new_figure(style.PAGE, 5.9 if indexed else 3.0)
+    figure = style.new_figure(style.PAGE, 6.2 if indexed else 3.3)
     panels = figure.subplot_mosaic("ab;cc" if indexed else "ab")
     histogram(dataset, panels["a"])
     cumulative(dataset, panels["b"])
@@ -85,7 +85,7 @@ def histogram(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax.set(xlabel=across, ylabel=f"Probability density{'' if real else ' (1/rad)'}")
     ax.set_ylim(0, _ROOM * float(under.max()) if under.size else 1)
     ax.locator_params(axis="x", nbins=style.TICKS)
-    ax.legend(handles=handles, loc="upper left")
+    style.legend_under(ax, handles)
     return ax
 
 
@@ -101,14 +101,14 @@ def cumulative(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     across = style.angle_label(kind.name)
     if "at" in dataset.attrs:
         across = SYMBOLS["stiffness_ratio"].axis
-        ax.plot(edges, np.append(np.cumsum(every[::-1])[::-1], 0), color=INK, label="is so stiff at least")
+        ax.plot(edges, np.append(np.cumsum(every[::-1])[::-1], 0), color=INK, label="beams at least as stiff")
     else:
         locks = [e for e in _ends(dataset) if End(e).locks]
         locked = dataset["count"].sel(end=locks).sum("end").values / n
-        ax.plot(edges, np.append(0, np.cumsum(locked)), color=INK, label="has locked")
+        ax.plot(edges, np.append(0, np.cumsum(locked)), color=INK, label="beams that have locked")
         if len(locks) < len(_ends(dataset)):
             ended = np.append(0, np.cumsum(every))
-            ax.plot(edges, ended, color=GREY, linestyle=style.DASHED, label="its curve has ended")
+            ax.plot(edges, ended, color=GREY, linestyle=style.DASHED, label="beams whose curve has ended")
     beam, before = Beam.from_toml_text(dataset.attrs["beam"]), dataset.attrs["before"]
     twist = Twist.read("before", before, dataset.attrs["load"], beam) if before else None
     # a rate is no twist per pitch where the pitch varies
@@ -119,7 +119,7 @@ def cumulative(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
             ax.plot([place], [p], marker="o", color=ACCENT, markersize=4, linestyle="")
     ax.set(ylim=(0, _ROOM), yticks=[0, 0.25, 0.5, 0.75, 1], xlabel=across, ylabel="Probability")
     ax.locator_params(axis="x", nbins=style.TICKS)
-    ax.legend(loc="upper left")
+    style.legend_under(ax, ax.get_legend_handles_labels()[0])
     return ax
 
 
@@ -146,5 +146,5 @@ def sobol(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax.set_xticks(x, [_WORDS.get(f) or f"${SYMBOLS[name(f)].tex}$" for f in figures])
     ax.tick_params(axis="x", length=0)
     ax.set(ylim=(0, _ROOM * min(max(float((total + error).max()), 1e-3), 1.2)), ylabel="Sobol index")
-    style.legend_within(ax, 4, handles=handles, loc="upper left")
+    style.legend_under(ax, handles)
     return ax

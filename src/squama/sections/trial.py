@@ -245,6 +245,6 @@ def real_path(
     arguments.beam(beam)
     analysis = doors.analysis(beam, Way(()), None, points=3, mu=mu, ideal=ideal, hold=hold)
     if analysis.joint != REAL:
-        reason = analysis.note or "its line that keeps its length is of the hinge"
+        reason = analysis.note or "the line of the bar that keeps its length is for hinges only"
         refuse("beam", "", f"has no law of bend and twist: {reason}", "write all nine motions (squama joint --matrix)")
     return real.Path.of(analysis.beam, float(analysis.mus), loaded, ideal=analysis.ideal)

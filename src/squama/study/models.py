@@ -110,10 +110,12 @@ class Model(NamedTuple):
         ideal = found.ideal
         if not found.real:
             if at is not None:
-                refuse("at", shown(at), "is of compliant joints; figures of hinges are at the cut-off", "leave it out")
+                refuse(
+                    "at", shown(at), "is for compliant joints; hinges give their figures at the cut-off", "leave it out"
+                )
             if bent and (law != "edge" or not ideal):
                 what = ("law", law) if law != "edge" else ("ideal", "False")
-                refuse(*what, "is not covered by hinges that are bent", "leave it out, or do not sweep psi")
+                refuse(*what, "is not available on hinges in bending", "leave it out, or do not sweep psi")
             return cls(found.joint, thin(LOADS[load], law, found.joint, ideal=ideal))
         if at is not None:
             twist = Twist.read("at", at, load, beam)

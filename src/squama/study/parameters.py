@@ -182,7 +182,7 @@ def effective(name: str, joint: str, *, ideal: bool, load: str = "twisting") -> 
         refuse(name, "", "is what bending changes", 'leave it out, or write load="twisting"')
     why = dict.fromkeys(ELASTIC, "changes nothing where scales are rigid; leave it out") if rigid else {}
     why |= (
-        {FACTOR: "is of the compliant joint; leave it out"}
+        {FACTOR: "is for the compliant joint; leave it out"}
         if joint == "hinge"
         else {"margin": "is of hinges' locks; leave it out"}
     )

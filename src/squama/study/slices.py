@@ -116,9 +116,9 @@ def paths(part: Slice, texts: Sequence[str], *, bare: bool) -> dict[float, tuple
     slice has mu as y, and panels of law or margin alone, so that all lines of it lie on the same paths.
     """
     if part.data.attrs["joint"] != PAPER["joint"] or part.data.attrs["scales"] != PAPER["scales"]:
-        refuse("paths", "", "are of thin, rigid scales on hinges; this sweep is not of them")
+        refuse("paths", "", "are for thin, rigid scales on hinges, and this sweep has others")
     if BEND in part.data.coords:
-        refuse("paths", "", "are of beams that are not bent", "leave it out")
+        refuse("paths", "", "are for beams that are twisted only", "leave it out")
     if part.y != "mu" or part.panels not in (None, "law", "margin"):
         refuse("paths", "", "needs y = mu, and no panels but law and margin: else there is a path for each line")
     data, load = part.data, part.data.attrs["load"]

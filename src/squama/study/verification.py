@@ -212,10 +212,10 @@ def verdict(touched: float, last: float, meets: float, degrees: float) -> str:
 
     ``touched``: twist from which on scales touch; ``meets``: where the first model has them touch, inf for nowhere.
     """
-    reach = f"{last:.4g} rad/pitch ({last * degrees:.4g} deg in total)"
+    reach = f"{last * degrees:.3g} deg ({math.degrees(last):.3g} deg per pitch)"
     if touched < math.inf:
-        return f"twisted to {reach}, the scales touch from {touched:.4g} rad/pitch on"
-    more = f'; they touch at {meets:.4g} rad/pitch: write --to "{1.5 * meets:.2g} rad/pitch"'
+        return f"twisted to {reach}, the scales touch from {touched * degrees:.3g} deg on"
+    more = f'; they touch at {meets * degrees:.3g} deg: write --to "{1.5 * meets:.2g} rad/pitch"'
     return f"twisted to {reach}, no contact up to here: nothing was tested{more if meets < math.inf else ''}"
 
 

@@ -126,7 +126,7 @@ def history(setting: Setting, values: tuple[float, ...]) -> Answer:
     """
     s = setting
     if s.bend:
-        refuse("", "", "with a bend that is held only loading is followed here: squama bend-twist goes back, too")
+        refuse("", "", "with a held bend the explorer only loads; squama bend-twist unloads, too")
     law, rates = LOADS[s.load].law(s.law), [v / s.beam.pitch for v in values]
     return cycled(s.beam, rates, law=law, margin=s.margin, points=POINTS // 2, **_model(s))
 
@@ -335,7 +335,7 @@ def warnings(state: State) -> list[str]:
     if state.beam.pitches > most:
         found.append(f"the view shows {most} of the {state.beam.pitches} scales")
     if state.bent:
-        found.insert(0, "the map is of beams that are not bent")
+        found.insert(0, "the map is for beams without bend")
     if state.path == "cycle" and isinstance(reason := loop(state), str):
         found.append(f"no unloading is shown: {reason}")
     return found

@@ -147,7 +147,7 @@ def fitted(table: Table, state: State) -> tuple[Beam, list[str]]:
     It runs in another process, which ends with this one. Raises InputError: there is no fit, or it takes too long.
     """
     if state.bent:
-        refuse("", "", "a fit is of a beam that is not bent", "set the bend that is held to 0")
+        refuse("", "", "a fit needs a beam without bend", "set the held bend to 0")
     names = LOADS[state.load]
     every = table.points.specimens()
     data = [{names.rate: one.rate.tolist(), names.torque: one.load.tolist()} for one in every]

@@ -84,7 +84,7 @@ def test_a_hinge_where_nothing_else_is_known(monkeypatch: pytest.MonkeyPatch) ->
     found = joint_of(beam(poisson_ratio=0.1).replace(joint={"stiffness": "1 N m"}))
     assert (found.K, found.source) == (None, "hinge")
     assert math.isnan(found.band)
-    assert found.note.startswith("the scales are on hinges, not as in the beam: substrate.poisson_ratio = 0.1")
+    assert found.note.startswith("hinges, as the joint is not known: substrate.poisson_ratio = 0.1")
     assert "pip install 'squama[fe]'" in found.note
 
 
@@ -102,6 +102,6 @@ def test_what_decides_is_told_once() -> None:
     reach = "longer than the law of the joint and the mesher reach (zeta up to 0.461 at alpha = 40 deg)"
     remedy = "write at most 0.4611, or a smaller scale.alpha"
     assert joint_of(long).note == (
-        f"the scales are on hinges, not as in the beam: scale.embedded = 1.28 pitches: {reach}; {remedy}"
+        f"hinges, as the joint is not known: scale.embedded = 1.28 pitches: {reach}; {remedy}"
     )
     assert joint_of(long.replace(scale={"embedded": 4.6e-3, "thickness": 0.3e-3})).source == "law"

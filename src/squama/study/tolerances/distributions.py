@@ -120,10 +120,10 @@ def _key(name: str) -> str:
     key = _SHORT.get(name, name)
     if name in PARAMETERS and key not in KEYS and "." not in name:
         instead = "give tolerances of lengths, e.g. scale.length"
-        refuse(name, "", "is a ratio or a setting, no dimension that is made", instead)
+        refuse(name, "", "is a ratio or a setting, not a dimension", instead)
     if key not in KEYS:
         remedy = f"{meant(name, KEYS, _SHORT)}allowed: {', '.join(KEYS)}"
-        refuse(shown(name).strip('"'), "", "nothing of that name can have a tolerance", remedy)
+        refuse(shown(name).strip('"'), "", "is not known as a dimension with a tolerance", remedy)
     return key
 
 

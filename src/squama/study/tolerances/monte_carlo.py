@@ -194,7 +194,7 @@ def _levels(levels: Sequence[float], each: int) -> tuple[float, ...]:
 
 def _limit(given: float | str, load: str, beam: Beam, model: Model) -> Limit:
     if model.real:
-        refuse("before", shown(given), "is for locks, which compliant joints have none of", "give at, or take hinges")
+        refuse("before", shown(given), "asks for a lock, and compliant joints have none", "give at, or take hinges")
     twist = Twist.read("before", given, load, beam)
     text = given if isinstance(given, str) else twist.words(beam.pitches)
     return Limit(text, twist.value, "rate_end" if twist.unit == "rad/m" else "load_end")

@@ -1,0 +1,98 @@
+"""How every command sums up its result for people: the verdict, the figures that decide, warnings; more on request."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from squama.cli.output import warnings
+from squama.loads import ENDLESS, NOTHING, fixed, model
+from squama.units import number, prefix
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from squama.beam.design import Beam
+
+    Shown = Iterable[str | Table]
+
+DIGITS = 3
+"""Significant digits of a figure in a summary."""
+
+
+class Summary(NamedTuple):
+    """What a command prints.
+
+    ``verdict`` stands behind the name of the file. ``figures`` are names and values, a line each; those without a
+    value are left out. ``table`` is short and always printed, ``full`` is printed with --full.
+    """
+
+    verdict: str
+    figures: Iterable[tuple[str, str]] = ()
+    table: Shown = ()
+    warnings: str | Iterable[str] = ()
+    full: Shown = ()
+
+    def shown(self, *, full: bool = False) -> Iterator[str | Table]:
+        """Yield the lines and tables in order."""
+        yield f": {self.verdict}"
+        rows = [(name, value) for name, value in self.figures if value]
+        wide = max((len(name) for name, _ in rows), default=0)
+        yield from (f"  {name:{wide}}  {value}" for name, value in rows)
+        yield from self.table
+        yield from warnings(self.warnings)
+        if full:
+            yield ""
+            yield from self.full
+
+
+def figure(value: float, unit: str = "") -> str:
+    """Return a number with its unit, to three digits; "" where it is not known."""
+    return "" if math.isnan(value) else number(value, unit, DIGITS)
+
+
+def percent(share: float) -> str:
+    """Return a share in per cent, to three digits; below 0.01 % only that it is."""
+    return "below 0.01 %" if 0 < share < 1e-4 else f"{100 * share:.3g} %"
+
+
+def per_pitch(angle: float) -> str:
+    """Return a twist or bend (rad per pitch) in degrees per pitch."""
+    return figure(math.degrees(angle), "deg per pitch")
+
+
+def degrees(beam: Beam) -> tuple[float, str]:
+    """Return factor and unit of a twist or bend (rad per pitch): degrees over the whole beam, or of a pitch."""
+    return (math.degrees(beam.pitches), "deg") if beam.scales else (math.degrees(1), "deg per pitch")
+
+
+def turned(angle: float, beam: Beam) -> str:
+    """Return a twist or bend (rad per pitch) in degrees: over the whole beam and per pitch, or per pitch alone."""
+    factor, unit = degrees(beam)
+    own = f" ({per_pitch(angle)})" if beam.scales and math.isfinite(angle) else ""
+    return f"{figure(factor * angle, unit)}{own}"
+
+
+def span(low: float, high: float, beam: Beam) -> str:
+    """Return a range of twists or bends (rad per pitch) in degrees over the whole beam, or per pitch."""
+    factor, unit = degrees(beam)
+    return f"{figure(factor * low)} to {figure(factor * high, unit)}"
+
+
+def energy(per_length: float, beam: Beam) -> str:
+    """Return the energy of the whole beam, or of a pitch, by that per length (J/m)."""
+    length, of = (beam.length, beam.extent) if beam.scales else (beam.pitch, "a pitch")
+    factor, sign = prefix(per_length * length)
+    return f"{figure(factor * per_length * length, f'{sign}J')} in {of}"
+
+
+def modelled(beam: Beam, attrs: Mapping[str, Any], many: str = "") -> str:
+    """Return which model a result is from, of how ``many`` scales, and how good its torque is, by its attributes."""
+    ends = attrs.get("ends", ENDLESS)
+    many = many or ("endless beam" if ends == ENDLESS else f"{beam.extent} with {ends} ends")
+    held = "" if attrs.get("hold", NOTHING) == NOTHING else f"; {fixed(attrs)}"
+    band = float(attrs.get("band", math.nan))
+    # how good the law of the joint is was looked at in twisting
+    known = math.isfinite(band) and attrs["load"] != "bending"
+    return f"{model(attrs)}; {many}{held}{f'; torque to about {100 * band:.2g} %' if known else ''}"
