@@ -143,10 +143,10 @@ def real(n: int = 8192) -> str:
     (one, wall), (_, two) = cpu(run, lambda: run(2))
     ends = {str(end): (found.end == end).sum() / known for end in np.unique(found.end[found.in_range])}
     told = ", ".join(f"{100 * share:.1f} % {end}" for end, share in ends.items())
-    return f"""## Curves of real beams
+    return f"""## Curves of thick elastic scales
 
 `squama.response`: {known} random designs in the range of the joint's law, elastic scales as thick as 5 to 44 % of their
-gap, {len(found.torque[0]) - 1} steps to .16 rad per pitch with friction, all contacts followed, the joint by its
+gap, {len(found.torque[0]) - 1} steps to 0.16 rad per pitch with friction, all contacts followed, the joint by its
 law: {one / known * 1e6:.0f} µs CPU a design, {known / one:.0f} designs a CPU second; two threads take
 {wall / two:.2f} times less time on the clock. Ends: {told}.
 
@@ -157,13 +157,13 @@ INTRODUCTION = """# Benchmarks
 
 Engagement, end and RED (with the frictional work at a margin of 1 %) of {designs:,} random designs, made by
 `python benchmarks/table.py` (a part of `make bench`) on {date}: {cpu}, {python}, {versions}. All figures
-come from one run and are CPU time, so that they compare one core with one core. Other work slows them all
-the same, compiled code most, for it shares caches: when the run ended, {load:.1f} programs were at work on
+come from one run and are CPU time, so they compare one core with one core. Other work slows all of them,
+compiled code most, because it shares caches: when the run ended, {load:.1f} programs were at work on
 the {cores} cores, this one included. The script and the compiled code take turns of half a second, and the quickest run
 of each counts. The figure for two threads means little unless both cores were free.
 
-- *scipy, naive*: what one writes first. The twist is searched for at every inclination (`brentq`), its rate is a
-  difference, the path is scanned for the end and `quad` integrates. Next neighbour only, no folds.
+- *scipy, naive*: a first version. It searches the twist at every inclination (`brentq`), takes differences for its
+  rate, scans the path for the end and integrates by `quad`. Next neighbour only, no folds.
   Mean of {naive} designs.
 - *scipy, careful script*: `benchmarks/baseline.py`, the whole job in plain floats with closed forms: first neighbour,
   fold, edges, other neighbours, locks, work. Edge law. Mean of {script} designs. It is the unit of the ratios.
