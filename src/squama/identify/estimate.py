@@ -19,7 +19,7 @@ from squama.curves.hinge_cycles import Senses
 from squama.errors import refuse
 from squama.identify.hinge_points import Forward, Hinged, build
 from squama.identify.joint_points import Walked
-from squama.identify.unknowns import OF_TWIST, Asked, ask
+from squama.identify.unknowns import Asked, ask
 from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.model.paths import ARRAY
@@ -72,15 +72,17 @@ def solve(
     from scipy.optimize import least_squares
 
     size = float(np.abs(torque).max())
-    unit = [size if row.unit == "N m" else 0.01 if row.name in OF_TWIST else 1.0 for row in asked.rows]
+    units = {"N m": size, "rad": 0.01, "rad/(N m)": 0.01 / size}
+    unit = [units.get(row.unit, 1.0) for row in asked.rows]
     scale = np.where(asked.start == 0, unit, np.abs(asked.start))
     low, high = asked.low / scale, asked.high / scale
 
     def residual(u: Array) -> Array:
-        return np.asarray((points.torque(asked.physical(u * scale)) - torque) / size)
+        apart = points.torque(asked.physical(u * scale)) - torque
+        return np.concatenate([apart, -asked.pull(u * scale)]) / size
 
     def slope(u: Array) -> Array:
-        return derivatives(points, asked, u * scale) * scale / size
+        return np.concatenate([derivatives(points, asked, u * scale), asked.pull_slope]) * scale / size
 
     still = 1e-13 if isinstance(points, Hinged) else 1e-8
     how: dict[str, Any] = {"bounds": (low, high), "x_scale": "jac", "max_nfev": most}

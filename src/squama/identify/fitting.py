@@ -14,7 +14,8 @@ from squama.beam.faces import only_one
 from squama.curves import finite_rows, hinge_cycles
 from squama.curves.finite_rows import Ends
 from squama.errors import InputError, naming, refuse
-from squama.identify import estimate, prepare, records, remarks, selection
+from squama.identify import estimate, known, prepare, records, remarks, selection
+from squama.identify import machine as machines
 from squama.identify.hinge_points import Hinged
 from squama.identify.joint_points import Walked
 from squama.identify.posterior import sample
@@ -22,8 +23,8 @@ from squama.identify.prepare import Prepared, Wanted
 from squama.identify.result import Alone, Fit
 from squama.identify.selection import Found, Rival
 from squama.identify.slope import slope
-from squama.identify.unknowns import DEFAULT, NUISANCES, OF_TWIST, ask
-from squama.joints.choice import known
+from squama.identify.unknowns import DEFAULT, OF_TWIST, PARAMETERS, SHOWN, ask, named
+from squama.joints import choice
 from squama.loads import ENDLESS, LOADS
 from squama.needs import need
 from squama.types import Array
@@ -52,6 +53,8 @@ def fit(
     joint: str | None = None,
     nuisances: str = "auto",
     ends: str | None = None,
+    machine: float | str | None = None,
+    tolerances: Mapping[str, Any] | None = None,
 ) -> Fit:
     """Find friction, joint stiffness and other parameters of a beam from measured torque and twist.
 
@@ -93,6 +96,13 @@ def fit(
     ends
         Of a beam with a number of scales, in place of its own ``ends``: "free", "gripped", "equal" or "endless", as in
         :func:`squama.cycle`. Fits on hinges are endless.
+    machine
+        Torsional (in bending: bending) stiffness of the testing machine in series with the specimen, N m/rad or text
+        such as "2 N m/rad"; "2 +- 0.5 N m/rad" (limits, or "... sd") finds its compliance too, from what is given and
+        from the points. "rigid" for none. If not given, ``Fit.machine`` says what one would change.
+    tolerances
+        What is known of parameters before the test, by their name here or in the beam file, as in
+        :func:`squama.uncertainty`: ``{"E_B": "1.5 MPa +- 5 %"}``. They are found too, from that and from the points.
 
     Returns
     -------
@@ -125,15 +135,19 @@ def fit(
     with naming("noise"):
         sigma = None if noise is None else units.bounded(noise, "torque", records.TORQUES)
     automatic = arguments.one_of("nuisances", nuisances, ("auto", "none")) == "auto"
-    asked = ask(beam, load, parameters, bounds, joint="hinge" if joint == "hinge" else "compliant")
+    means = machines.read(machine)
+    priors = known.priors(tolerances, beam, means)
+    parameters = [*named(parameters, PARAMETERS)]
+    parameters += [n for n in priors if n not in parameters]
+    asked = ask(beam, load, parameters, bounds, joint="hinge" if joint == "hinge" else "compliant", priors=priors)
     # samples are drawn at twists that stay
     moved = [n for n in asked.names if n in OF_TWIST]
     if samples and moved:
         refuse("posterior", str(samples), f"no samples are drawn with {' and '.join(moved)}", "leave one out")
-    candidates = tuple(n for n in NUISANCES if automatic and not (samples and n in OF_TWIST))
+    candidates = tuple(n for n in SHOWN if automatic and not (samples and n in OF_TWIST))
     # before the joint is looked for, which may take finite elements
     limits = records.Limits.of(beam, load, to, reversal, stick)
-    wanted = Wanted(beam, [], asked.names, load, law, bounds, limits, sigma, starts, candidates)
+    wanted = Wanted(beam, [], asked.names, load, law, bounds, limits, sigma, starts, candidates, ENDLESS, means, priors)
     kind, why = prepare.kind(joint, wanted, samples)
     wanted = wanted._replace(specimens=records.read(data, beam, load), ends=prepare.ends(kind, wanted, ends))
     try:
@@ -160,7 +174,7 @@ def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
     if not LOADS[wanted.load].sided or wanted.law != "edge" or "theta0" in wanted.names:
         return None
     try:
-        if joint == "compliant" and not known(wanted.beam):
+        if joint == "compliant" and not choice.known(wanted.beam):
             refuse("joint", "", "is known by elements only", f'ask for it by joint="{joint}"')
         made = prepare.prepared(joint, wanted)
         usable = made.usable & found.used
@@ -216,7 +230,8 @@ def _result(made: Prepared, found: Found, wanted: Wanted, rival: Rival | None, w
         ends=wanted.ends,
         row=_row(made, found, beam) if wanted.ends == ENDLESS else None,
         endless=_endless(made, found),
-        doubts=tuple(remarks.doubts(made, found, rival, steep)),
+        doubts=tuple(remarks.doubts(made, found, rival, steep, wanted.machine)),
+        machine=remarks.machine(found, wanted.machine),
     )
     return replace(result, notes=(*([why] if why else []), *remarks.notes(result, senses)))
 

@@ -34,9 +34,12 @@ NODES = 500
 _APART = 1e-5
 """Least distance of two of them, over the largest twist."""
 _KEPT = 16
-_STEPS = {"mu": 2e-3, "stiffness": 1e-3, "rigidity": 1e-3, "twist_zero": 2e-3, "backlash": 2e-3, "modulus": 1e-3}
+_STEPS = dict.fromkeys(("mu", "twist_zero", "backlash", "compliance"), 2e-3)
+_STEPS |= dict.fromkeys(("stiffness", "rigidity", "modulus"), 1e-3)
 _RELATIVE = ("stiffness", "rigidity", "modulus")
-"""Steps of the differences, and which of them are over the value."""
+_OF_TWIST = ("twist_zero", "compliance")
+"""Steps of the differences, that of the compliance over the largest torque; which of them are over the value, and which
+may be below 0."""
 _FAR = 1e3
 _SLIGHT = 1e-4
 """A twist before any engagement, rad per pitch."""
@@ -102,7 +105,7 @@ class Walked:
         return np.asarray((torque + v.drift * self.readings.order)[self.index] + v.torque_zero)
 
     def jacobian(self, v: Physical, wanted: Array) -> Array:
-        """Return the derivatives of the torque, shape (n, 9), in the order of :class:`Physical`, where ``wanted``."""
+        """Return the derivatives of the torque, shape (n, 10), in the order of :class:`Physical`, where ``wanted``."""
         out = np.zeros((self.index.size, len(Physical._fields)))
         out[:, 4], out[:, 7] = 1.0, self.readings.order[self.index]
         for i, name in enumerate(Physical._fields):
@@ -114,7 +117,9 @@ class Walked:
         """Return a derivative by central differences; one-sided at 0, and where the contact ends on one side."""
         value = getattr(v, name)
         h = _STEPS[name] * (value if name in _RELATIVE else 1.0)
-        ends = [value - h if name == "twist_zero" else max(value - h, 0.0), value + h]
+        if name == "compliance":
+            h /= float(np.abs(self.readings.torque).max()) or 1.0
+        ends = [value - h if name in _OF_TWIST else max(value - h, 0.0), value + h]
         for i, end in enumerate(ends):
             try:
                 self._at(v._replace(**{name: end}))
@@ -161,7 +166,7 @@ class Walked:
 
     def _walk(self, v: Physical) -> tuple[Array, Array]:
         """Walk the beam of a trial through the twists (rad per pitch) of the specimen."""
-        beam, x = self._trial(v), self.readings.placed(v.twist_zero, v.backlash)[0]
+        beam, x = self._trial(v), self.readings.placed(v.twist_zero, v.backlash, v.compliance)[0]
         one = real.Path.of(beam, float(v.mu), (_TWISTING.verb,), ideal=False)
         torque, touching = np.zeros(x.size), np.zeros(x.size, bool)
         for ways in self.readings.records:

@@ -6,7 +6,13 @@ The reading m of a specimen that is twisted by x (rad per pitch; the parameters 
     m = x + \frac{z - c\,b}{N}
 
 with the zero z of the twist, the backlash b, c = 0 on the ways in the first sense and 1 in the first sense's sign on
-those back. Where the twist turns round the specimen stays until the play is taken up.
+those back. Where the twist turns round the specimen stays until the play is taken up. A testing machine of the
+compliance c (rad per N m) in series takes c T of the rotation at its end:
+
+.. math:: x = m - \frac{c\,T}{N}
+
+Records are corrected for the compliance c_0 that is given, so that a trial of another one moves them by (c - c_0) T/N.
+T is the measured torque without its noise (:func:`squama.identify.noise.smooth`).
 """
 
 from __future__ import annotations
@@ -24,23 +30,29 @@ class Readings(NamedTuple):
     """Points of a test, arrays of length n.
 
     ``load`` the reading, signed, rad per pitch; ``direction`` +1 or -1 in which it moved; ``specimen`` whose it is;
-    ``order`` its share of its record, 0 to 1; ``scales`` of the beam.
+    ``order`` its share of its record, 0 to 1; ``torque`` N m, without its noise; ``scales`` of the beam; ``compliance``
+    of the machine for which the readings are corrected, rad/(N m).
     """
 
     load: Array
     direction: Array
     specimen: NDArray[np.int64]
     order: Array
+    torque: Array
     scales: int
+    compliance: float = 0.0
 
     @classmethod
-    def of(cls, load: Array, way: Array, specimen: Array, scales: int) -> Readings:
+    def of(
+        cls, load: Array, way: Array, specimen: Array, scales: int, torque: Array | None = None, compliance: float = 0.0
+    ) -> Readings:
         """Return those of records, one behind the other; ``way`` +1 where the magnitude grew, -1 where it fell."""
         order = np.zeros(load.size)
         for number in np.unique(specimen):
             own = specimen == number
             order[own] = np.linspace(0, 1, np.count_nonzero(own))
-        return cls(load, way * np.where(load < 0, -1.0, 1.0), specimen, order, scales)
+        torque = np.zeros(load.size) if torque is None else torque
+        return cls(load, way * np.where(load < 0, -1.0, 1.0), specimen, order, torque, scales, compliance)
 
     @property
     def records(self) -> list[list[slice]]:
@@ -69,12 +81,13 @@ class Readings(NamedTuple):
                 found[way] = np.abs(self.load[way] - farthest) < reach
         return found
 
-    def placed(self, zero: float, backlash: float) -> tuple[Array, Array]:
+    def placed(self, zero: float, backlash: float, compliance: float) -> tuple[Array, Array]:
         """Return the specimen's twists, and ``way`` there: +1 on the branch of loading, -1 on that of unloading.
 
         The twist turns round at its farthest reading.
         """
-        x, direction = self.load - zero / self.scales, self.direction.copy()
+        x = self.load - (zero + (compliance - self.compliance) * self.torque) / self.scales
+        direction = self.direction.copy()
         for ways in self.records:
             first = self.direction[ways[0].start]
             before: slice | None = None
@@ -111,10 +124,12 @@ class Readings(NamedTuple):
                 # where a way begins at a reversal the torque before its drop and after it
                 share = np.concatenate([[0.0, 1e-9], np.linspace(0, 1, points)[1:]])
                 load = start + share * (stop - start)
+                rising = np.argsort(own)
+                torque = np.interp(load, own[rising], self.torque[way][rising])
                 n, ends = load.size, self.order[[way.start, way.stop - 1]]
                 order = ends[0] + share * (ends[1] - ends[0])
                 leg = np.full(n, len(seen) if new else 0)
-                parts.append((load, np.full(n, sense), np.full(n, self.specimen[way.start]), order, leg))
+                parts.append((load, np.full(n, sense), np.full(n, self.specimen[way.start]), order, torque, leg))
                 at = stop
-        load, direction, specimen, order, leg = map(np.concatenate, zip(*parts, strict=True))
-        return Readings(load, direction, specimen, order, self.scales), leg
+        load, direction, specimen, order, torque, leg = map(np.concatenate, zip(*parts, strict=True))
+        return Readings(load, direction, specimen, order, torque, self.scales, self.compliance), leg

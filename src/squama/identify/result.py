@@ -18,6 +18,7 @@ from squama.curves.finite_rows import Ends
 from squama.identify import estimate
 from squama.identify.estimate import Remedy
 from squama.identify.joint_points import Walked
+from squama.identify.machine import Unknown
 from squama.identify.posterior import Posterior
 from squama.identify.records import Record
 from squama.identify.selection import Found, Rival
@@ -78,7 +79,8 @@ class Fit(Found):
     and ``uneven`` whether the noise goes with the slope: the errors allow for both. ``rival`` what the other model
     makes of the same points, ``disagreement`` where it describes them as well, with a residual of 1.5 times as much at
     most, and finds other values by more than the errors; ``doubts`` why the
-    errors do not hold, empty where they do (:attr:`holds`).
+    errors do not hold, empty where they do (:attr:`holds`). ``machine`` what a testing machine that gives in would
+    change, None where its stiffness was given.
 
     ``specimens`` estimates from each specimen alone, empty for a single one; ``remedies`` further measurements, with
     the standard errors they would bring; ``notes`` what is to be known: parameters that are not separable, bounds that
@@ -105,6 +107,7 @@ class Fit(Found):
     row: Ends | None
     endless: Alone | None
     doubts: tuple[str, ...]
+    machine: Unknown | None = None
     posterior: Posterior | None = None
 
     @property
@@ -143,7 +146,9 @@ class Fit(Found):
     @property
     def _doubted(self) -> list[str]:
         """Why the errors do not hold, and what the other model finds."""
-        return [*(f"the errors do not hold: {doubt}" for doubt in self.doubts), *filter(None, [self.disagreement])]
+        machine = self.machine.sentence(self.values) if self.machine is not None and self.machine.told else ""
+        doubts = (f"the errors do not hold: {doubt}" for doubt in self.doubts)
+        return [*doubts, *filter(None, [self.disagreement, machine])]
 
     @property
     def _checked(self) -> list[str]:
@@ -241,6 +246,7 @@ class Fit(Found):
             "row": self.row and self.row._asdict(),
             "endless": self.endless and {name: getattr(self.endless, name) for name in Alone._fields[1:]},
             "doubts": list(self.doubts),
+            "machine": self.machine and self.machine.report(),
             "notes": list(self.notes),
             "posterior": drawn,
             "beam": self.beam.model_dump(),

@@ -1,7 +1,8 @@
 """What can be identified: the parameters, their bounds, where they stand in a beam, and how they are written.
 
 One row of :data:`PARAMETERS` each. Friction and joint stiffness are found unless others are asked for. What belongs to
-the test, not to the beam, are its nuisances.
+the test, not to the beam, are its nuisances. What is known of a parameter beforehand, its value with a standard
+deviation, is a prior: one more observation beside the points, (p - p_0)/s_p.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -101,12 +103,15 @@ PARAMETERS = {
         Parameter("twist_zero", Dimension.ANGLE, "reading of the twist at no twist, whole beam", (-TURN, TURN), ""),
         Parameter("backlash", Dimension.ANGLE, "twist that is lost at a reversal, whole beam", (0.0, TURN), ""),
         Parameter("drift", Dimension.TORQUE, "change of the load cell's zero over a record", (-1e15, 1e15), ""),
+        Parameter("compliance", Dimension.COMPLIANCE, "rotation of the machine per torque", (0.0, 1e15), ""),
     )
 }
 """Everything that can be identified, by name."""
 NUISANCES = tuple(name for name, row in PARAMETERS.items() if not row.place)
-"""What is found where the residual shows it."""
-OF_TWIST = ("twist_zero", "backlash")
+"""What belongs to the test."""
+SHOWN = tuple(name for name in NUISANCES if name != "compliance")
+"""Nuisances that are found where the residual shows them: a compliance looks like another joint."""
+OF_TWIST = ("twist_zero", "backlash", "compliance")
 """Those that change the twist of the specimen."""
 _OTHER_NAMES = {
     **dict.fromkeys(("G_B", "E", "G", "youngs_modulus"), "E_B"),
@@ -220,6 +225,8 @@ class Asked(NamedTuple):
     """Parameters to find, in the order asked, with start values of the beam and bounds, arrays of one length.
 
     ``follows``: whether the joint stiffness is not known and goes with the bar's modulus, by its scaling law.
+    ``priors``: mean and standard deviation by name, of those for which there is one; ``weight``: standard deviation of
+    a point, N m, against which they count.
     """
 
     beam: Beam
@@ -230,6 +237,8 @@ class Asked(NamedTuple):
     high: Array
     base: Physical
     follows: bool
+    priors: Mapping[str, tuple[float, float]] = MappingProxyType({})
+    weight: float = 0.0
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -255,7 +264,7 @@ class Asked(NamedTuple):
             v.get("K_theta", K),
             self.base.rigidity * scale * modulus,
             v.get("theta0", self.base.theta0),
-            *(v.get(name, 0.0) for name in NUISANCES),
+            *(v.get(name, getattr(self.base, name)) for name in NUISANCES),
         )._replace(modulus=modulus)
 
     def chain(self, p: Array) -> Array:
@@ -265,6 +274,28 @@ class Asked(NamedTuple):
 
     def _of(self, name: str) -> float:
         return PARAMETERS[name].value(self.beam, self.load)
+
+    @property
+    def known(self) -> tuple[Array, Array]:
+        """Means of the priors, and their standard deviations: infinite where there is none."""
+        pairs = [self.priors.get(name, (0.0, math.inf)) for name in self.names]
+        mean, spread = np.array(pairs, float).reshape(-1, 2).T
+        return mean, spread
+
+    def pull(self, p: Array) -> Array:
+        """Return the residuals of the priors, N m, as those of the points, measured - model; 0 where there is none."""
+        mean, spread = self.known
+        return np.asarray(self.weight * (mean - p) / spread)
+
+    @property
+    def pull_slope(self) -> Array:
+        """Derivatives of the priors' "torques" to the parameters, N m, shape (parameters, parameters)."""
+        return np.asarray(np.diag(self.weight / self.known[1]))
+
+    def more(self, names: Sequence[str], limits: Mapping[str, tuple[Any, Any]]) -> Asked:
+        """Return what is asked with further names, and limits of all of it."""
+        wider = ask(self.beam, self.load, (*self.names, *names), limits, priors=self.priors)
+        return wider._replace(follows=self.follows, base=self.base, weight=self.weight)
 
     def without(self, names: Collection[str]) -> Asked:
         """Return what is asked but for some of it."""
@@ -284,12 +315,13 @@ def ask(
     bounds: Mapping[str, tuple[Any, Any]] | None = None,
     *,
     joint: str = "compliant",
+    priors: Mapping[str, tuple[float, float]] = MappingProxyType({}),
 ) -> Asked:
     """Check which parameters are to be found, and between which bounds, from the values of the beam.
 
     One text of names may hold several, set apart by commas; bounds are SI numbers or texts with units. Names that are
     unknown or given twice, and bounds that are reversed or out of range, are refused together; so is, on a ``joint``
-    "hinge", what no test tells apart there.
+    "hinge", what no test tells apart there. ``priors``: mean and standard deviation by name.
     """
     given, problems = named(names, PARAMETERS), Problems()
     rows = tuple(PARAMETERS[n] for n in given)
@@ -311,10 +343,10 @@ def ask(
             problems.add("bounds", "", reason, "leave it out, or find it too")
     problems.settle()
     low, high = np.array(found, float).T
-    start = np.clip([row.value(beam, load) for row in rows], low, high)
+    start = np.clip([priors.get(row.name, (row.value(beam, load),))[0] for row in rows], low, high)
     stiffness, rigidity = beam.joint_stiffness, LOADS[load].rigidity(beam)
     base = Physical(beam.friction.mu or 0.0, stiffness, rigidity, beam.scale.theta0)
-    return Asked(beam, load, rows, start, low, high, base, follows)
+    return Asked(beam, load, rows, start, low, high, base, follows, priors)
 
 
 def named(names: Sequence[str] | str, known: Collection[str]) -> list[str]:
