@@ -65,6 +65,7 @@ _NOISE = 'Standard deviation of a measured torque, e.g. "5 N mm"; from the resid
 _TO = 'Twist beyond which points are not used, e.g. "0.1 rad/pitch".'
 _REVERSAL = 'Way back that is noise of the twist, not a reversal, e.g. "0.5 deg total"; by default from the points.'
 _NUISANCES = "Zeros, backlash and drift of the test: auto (found where the residual shows them) or none."
+_EACH = 'What every loop has of its own, or every specimen: "mu", "mu,twist_zero".'
 _MACHINE = 'Stiffness of the testing machine in series: "2 N m/rad", "2 +- 0.5 N m/rad" (found too) or rigid.'
 _PRIOR = 'What is known of a parameter: E_B="1.5 MPa +- 5 %" (limits), mu="0.3 +- 0.03 sd"; found too; may be repeated.'
 _KNOWN = "TOML file with such tolerances under [tolerance]; --prior goes before it."
@@ -90,6 +91,7 @@ class Search:
     joint: Annotated[str | None, flag(_JOINT, read=flags.one_of("hinge", "compliant"))] = None
     nuisances: Annotated[str, flag(_NUISANCES, read=flags.one_of("auto", "none"))] = "auto"
     ends: flags.Ends = None
+    each: Annotated[str | None, flag(_EACH)] = None
     machine: Annotated[str | None, flag(_MACHINE, read=flags.Reader(_machine, ""))] = None
 
 

@@ -78,7 +78,7 @@ def solve(
     low, high = asked.low / scale, asked.high / scale
 
     def residual(u: Array) -> Array:
-        apart = points.torque(asked.physical(u * scale)) - torque
+        apart = modelled(points, asked, u * scale) - torque
         return np.concatenate([apart, -asked.pull(u * scale)]) / size
 
     def slope(u: Array) -> Array:
@@ -104,7 +104,7 @@ def solve(
 
 def _at(points: Points, torque: Array, asked: Asked, p: Array, near: NDArray[np.bool_]) -> Estimate:
     """Return what holds at values of the parameters, as found from one start."""
-    r = torque - points.torque(asked.physical(p))
+    r = torque - modelled(points, asked, p)
     return Estimate(p, r, float(r @ r), derivatives(points, asked, p), 1, 1, near)
 
 
@@ -137,10 +137,30 @@ def _sticking(points: Points, asked: Asked, p: Array, mu: int) -> Array:
     return at
 
 
+def _groups(points: Points, asked: Asked) -> list[tuple[int | None, NDArray[np.bool_]]]:
+    """Return the groups that have parameters of their own, and which of the points are theirs; None for all."""
+    if not asked.groups:
+        return [(None, np.ones(points.index.size, bool))]
+    number = points.readings.groups[points.index]
+    return [(g, number == g) for g in range(len(asked.groups))]
+
+
+def modelled(points: Points, asked: Asked, p: Array) -> Array:
+    """Return the torque of the model at the points (N m), for values of the parameters."""
+    out = np.zeros(points.index.size)
+    for group, own in _groups(points, asked):
+        out[own] = points.of(group).torque(asked.physical(p, group))[own]
+    return out
+
+
 def derivatives(points: Points, asked: Asked, p: Array) -> Array:
     """Return the derivatives of the torque to the parameters, shape (points, parameters)."""
-    chain = asked.chain(p)
-    return np.asarray(points.jacobian(asked.physical(p), np.asarray(chain.any(axis=1))) @ chain)
+    out = np.zeros((points.index.size, p.size))
+    for group, own in _groups(points, asked):
+        chain = asked.chain(p, group)
+        found = points.of(group).jacobian(asked.physical(p, group), np.asarray(chain.any(axis=1))) @ chain
+        out[own] = found[own]
+    return out
 
 
 def standard_error(points: Points, asked: Asked, p: Array, covariance: Array) -> Array:
@@ -178,7 +198,7 @@ def _solved_for_linear(points: Points, torque: Array, asked: Asked, start: Array
     if not linear.size:
         return start
     J = derivatives(points, asked, start)[:, linear]
-    rest = points.torque(asked.physical(start)) - J @ start[linear]
+    rest = modelled(points, asked, start) - J @ start[linear]
     norm = np.linalg.norm(J, axis=0)
     norm[norm == 0] = 1.0
     p = start.copy()

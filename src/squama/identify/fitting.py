@@ -14,7 +14,7 @@ from squama.beam.faces import only_one
 from squama.curves import finite_rows, hinge_cycles
 from squama.curves.finite_rows import Ends
 from squama.errors import InputError, naming, refuse
-from squama.identify import estimate, known, prepare, records, remarks, selection
+from squama.identify import estimate, groups, known, prepare, records, remarks, selection
 from squama.identify import machine as machines
 from squama.identify.hinge_points import Hinged
 from squama.identify.joint_points import Walked
@@ -55,6 +55,7 @@ def fit(
     ends: str | None = None,
     machine: float | str | None = None,
     tolerances: Mapping[str, Any] | None = None,
+    each: Sequence[str] | str = (),
 ) -> Fit:
     """Find friction, joint stiffness and other parameters of a beam from measured torque and twist.
 
@@ -103,6 +104,9 @@ def fit(
     tolerances
         What is known of parameters before the test, by their name here or in the beam file, as in
         :func:`squama.uncertainty`: ``{"E_B": "1.5 MPa +- 5 %"}``. They are found too, from that and from the points.
+    each
+        Parameters that every loop of a record has of its own, such as "mu", or every specimen where there are several:
+        "mu, twist_zero". A loop is a way in the first sense and the way back. ``beam`` has their mean.
 
     Returns
     -------
@@ -147,7 +151,9 @@ def fit(
     candidates = tuple(n for n in SHOWN if automatic and not (samples and n in OF_TWIST))
     # before the joint is looked for, which may take finite elements
     limits = records.Limits.of(beam, load, to, reversal, stick)
-    wanted = Wanted(beam, [], asked.names, load, law, bounds, limits, sigma, starts, candidates, ENDLESS, means, priors)
+    own = _each(each, asked.names, samples)
+    given = (limits, sigma, starts, candidates, ENDLESS, means, own, priors)
+    wanted = Wanted(beam, [], asked.names, load, law, bounds, *given)
     kind, why = prepare.kind(joint, wanted, samples)
     wanted = wanted._replace(specimens=records.read(data, beam, load), ends=prepare.ends(kind, wanted, ends))
     try:
@@ -159,14 +165,34 @@ def fit(
         made, kind, why = prepare.prepared("hinge", wanted), "hinge", f"on the compliant joint: {error}"
     prepare.enough(made)
     try:
-        found = selection.find(made, starts, candidates)
+        shared = selection.find(made, starts, candidates)
     except InputError:
         if not (cause := prepare.wrong_unit(made)):
             raise
         # what the points seem not to show is a consequence
         refuse("data", "", f"no fit is found: {cause}")
-    result = _result(made, found, wanted, _rival("hinge" if kind == "compliant" else "compliant", wanted, found), why)
+    rival = _rival("hinge" if kind == "compliant" else "compliant", wanted, shared)
+    found = _apart(made, shared, wanted) if own else shared
+    result = _result(made, found, shared, wanted, rival, why)
     return replace(result, posterior=sample(made, found, samples, seed)) if samples else result
+
+
+def _each(given: Sequence[str] | str, names: tuple[str, ...], samples: int) -> tuple[str, ...]:
+    """Return the checked names of what every loop, or specimen, has of its own."""
+    each = tuple(named(given, PARAMETERS)) if given else ()
+    for name in each:
+        if name not in names:
+            refuse("each", "", f"{name} is not to be found (found are: {', '.join(names)})", "find it too")
+    if each and samples:
+        refuse("posterior", str(samples), "no samples are drawn where loops have values of their own", "leave one out")
+    return each
+
+
+def _apart(made: Prepared, shared: Found, wanted: Wanted) -> Found:
+    """Find what every group has of its own; refuse a record of one group."""
+    if len(made.points.readings.words) < 2:
+        refuse("each", "", "the record is of one loop", "leave it out, or give a record of several loops or specimens")
+    return groups.apart(made, shared, wanted.each, wanted.candidates)
 
 
 def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
@@ -193,8 +219,8 @@ def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
     return Rival(joint, other, "")
 
 
-def _result(made: Prepared, found: Found, wanted: Wanted, rival: Rival | None, why: str) -> Fit:
-    """Return the result of a fit; ``why`` says why the model is not the one of choice."""
+def _result(made: Prepared, found: Found, shared: Found, wanted: Wanted, rival: Rival | None, why: str) -> Fit:
+    """Return the result of a fit, and of all groups together; ``why`` says why the model is not the one of choice."""
     rec, points, asked = made.record, made.points, found.asked
     at, beam = asked.physical(found.estimates), asked._replace(beam=wanted.beam).fitted(found.estimates)
     touching, covered = points.touching(at), made.usable | (rec.stuck & rec.asked)
@@ -202,13 +228,16 @@ def _result(made: Prepared, found: Found, wanted: Wanted, rival: Rival | None, w
     branch = np.where((rec.stuck | (made.usable & ~found.used)) & touching, "stick", branch)
     branch = np.where(found.stray, "stray", branch)
     band = estimate.standard_error(found.points, asked, found.estimates, found.covariance)
-    fitted = np.where(covered, points.torque(at), np.nan)
+    fitted = np.where(covered, estimate.modelled(points, asked, found.estimates), np.nan)
     senses, remedies = None, []
-    if isinstance(points, Hinged):
+    if isinstance(points, Hinged) and not asked.groups:
         senses = hinge_cycles.senses(beam, asked.load, at.mu, wanted.law, 0.01)
         used = points.take(np.flatnonzero(found.used)).at(at)
         remedies = estimate.remedies(asked, found.estimates, senses, used, found.jacobian, found.noise)
     steep = slope(rec, points, found.used, at, prepare.bar(made), found.noise)
+    loops = None
+    if not asked.groups and len(rec.specimens) == 1:
+        loops = groups.differing(made, shared, "mu")
     result = Fit(
         **(vars(found) | {"points": points}),
         beam=beam,
@@ -221,7 +250,7 @@ def _result(made: Prepared, found: Found, wanted: Wanted, rival: Rival | None, w
         fitted=fitted,
         band=np.where(covered, band, np.nan),
         branch=np.where(covered, branch, "beyond"),
-        specimens=_specimens(made, found),
+        specimens=_specimens(made, shared),
         remedies=tuple(remedies),
         notes=(),
         rival=rival,
@@ -229,8 +258,9 @@ def _result(made: Prepared, found: Found, wanted: Wanted, rival: Rival | None, w
         slope=steep,
         ends=wanted.ends,
         row=_row(made, found, beam) if wanted.ends == ENDLESS else None,
-        endless=_endless(made, found),
-        doubts=tuple(remarks.doubts(made, found, rival, steep, wanted.machine)),
+        endless=_endless(made, shared),
+        doubts=tuple(remarks.doubts(made, found, rival, steep, wanted.machine, loops)),
+        loops=loops,
         machine=remarks.machine(found, wanted.machine),
     )
     return replace(result, notes=(*([why] if why else []), *remarks.notes(result, senses)))
@@ -261,7 +291,7 @@ def _alone(label: str, made: Prepared, start: Array) -> Alone:
         one = selection.settle(made, start)
     except InputError as error:
         return Alone(label, None, None, problem=str(error))
-    return Alone(label, one.estimates, one.deviations, one.rms)
+    return Alone(label, one.estimates, one.deviations, one.rms, "", one.rows)
 
 
 def _row(made: Prepared, found: Found, beam: Beam) -> Ends | None:

@@ -135,6 +135,10 @@ class Hinged:
         other.index, other._kept = self.index[index], None
         return other
 
+    def of(self, _: int | None) -> Hinged:
+        """Return the points as those of a group see them: all alike."""
+        return self
+
     def at(self, v: Physical) -> Forward:
         """Return the points on their paths; twists beyond the largest that the senses allow are put there."""
         key = float(v.twist_zero), float(v.backlash), float(v.compliance)

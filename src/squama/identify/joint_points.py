@@ -72,6 +72,10 @@ class Walked:
         other.index = self.index[index]
         return other
 
+    def of(self, _: int | None) -> Walked:
+        """Return the points as those of a group see them: all alike."""
+        return self
+
     def _changed(self, **changes: object) -> Walked:
         """Return points with other attributes, which are walked anew."""
         other = copy.copy(self)
@@ -186,13 +190,29 @@ class Walked:
 class Linear(Walked):
     """Points whose torque is linear in all that it depends on, about values at which it is walked.
 
-    A derivative is walked when it is first asked for, and kept. ``columns`` are some that are known, by name.
+    A derivative is walked when it is first asked for, and kept. ``columns`` are some that are known, by name; ``parts``
+    what groups see, about values of their own.
     """
 
     def __init__(self, own: Walked, v: Physical, columns: dict[str, Array] | None = None) -> None:
         vars(self).update(vars(own))
         self.own, self.about, self.columns = own, v, columns or {}
+        self.parts: tuple[Linear, ...] = ()
         self._torque, self._touches = own._at(v)
+
+    def of(self, group: int | None) -> Linear:
+        """Return the points as those of a group see them."""
+        if group is None or not self.parts:
+            return self
+        part = copy.copy(self.parts[group])
+        part.index = self.index
+        return part
+
+    def apart(self, values: list[Physical]) -> Linear:
+        """Return the points with torques about other values for each group, with the same derivatives."""
+        other = copy.copy(self)
+        other.parts = tuple(Linear(self.own, v, self.columns) for v in values)
+        return other
 
     def touching(self, _: Physical) -> Array:
         """Whether plates touch at the values about which the torque is linear."""

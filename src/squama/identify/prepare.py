@@ -40,7 +40,8 @@ class Wanted(NamedTuple):
     """What a fit is asked for, checked: arguments of :func:`squama.fit`.
 
     ``noise`` N m, if given; ``candidates`` nuisances that may be found unasked; ``ends`` of the beam on compliant
-    joints: hinges are endless; ``machine`` None where nothing is known of it; ``priors`` by name.
+    joints: hinges are endless; ``machine`` None where nothing is known of it; ``each`` what every loop, or
+    specimen, has of its own; ``priors`` by name.
     """
 
     beam: Beam
@@ -55,6 +56,7 @@ class Wanted(NamedTuple):
     candidates: tuple[str, ...]
     ends: str = ENDLESS
     machine: Machine | None = None
+    each: tuple[str, ...] = ()
     priors: Mapping[str, tuple[float, float]] = MappingProxyType({})
 
     @property

@@ -67,6 +67,22 @@ class Readings(NamedTuple):
         return found
 
     @property
+    def groups(self) -> NDArray[np.int64]:
+        """Numbers of the points' loops, each of two ways, or of their specimens where there are several."""
+        if self.specimen.size and np.ptp(self.specimen) > 0:
+            return self.specimen
+        found = np.zeros(self.load.size, np.int64)
+        for number, way in enumerate(self.records[0]):
+            found[way] = number // 2
+        return found
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Words for the groups."""
+        kind = "specimen" if np.ptp(self.specimen) > 0 else "loop"
+        return tuple(f"{kind} {number + 1}" for number in range(int(self.groups.max()) + 1))
+
+    @property
     def numbers(self) -> NDArray[np.int64]:
         """Numbers of the points' ways."""
         new = (np.diff(self.direction) != 0) | (np.diff(self.specimen) != 0)

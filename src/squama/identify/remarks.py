@@ -9,6 +9,7 @@ import numpy as np
 
 from squama.curves.hinge_cycles import Senses
 from squama.identify import estimate, noise
+from squama.identify.groups import Differing
 from squama.identify.machine import Machine, Unknown, unknown
 from squama.identify.prepare import Prepared
 from squama.identify.result import Fit
@@ -86,7 +87,12 @@ def machine(found: Found, given: Machine | None) -> Unknown | None:
 
 
 def doubts(
-    test: Prepared, found: Found, rival: Rival | None, steep: Slope | None, given_machine: Machine | None
+    test: Prepared,
+    found: Found,
+    rival: Rival | None,
+    steep: Slope | None,
+    given_machine: Machine | None,
+    loops: Differing | None,
 ) -> list[str]:
     """Say why the errors do not hold: what is wrong with the record, or with the bar; what the residual says."""
     rec, given, used, out = test.record, test.noise, np.flatnonzero(found.used), list[str]()
@@ -99,6 +105,8 @@ def doubts(
     if steep is not None and (cause := steep.cause(found.parameters, scales, given_machine is not None)):
         out.append(cause)
     out += _contradicted(found)
+    if loops is not None and loops.told:
+        out.append(_differing(loops))
     n, tau, p = used.size, found.dependence, len(found.rows)
     least = p + (_SPARE if given is None else 1)
     if n < least:
@@ -120,6 +128,15 @@ def doubts(
             "model misses something of the test"
         )
     return out
+
+
+def _differing(loops: Differing) -> str:
+    """Say that a parameter differs between loops, and what may be behind it."""
+    values = ", ".join(row.written(v, e) for row, v, e in zip(loops.rows, loops.values, loops.errors, strict=True))
+    return (
+        f"{loops.name} {loops.way} from loop to loop: {values} (chance {loops.chance:.1g} in equal loops); is it the "
+        f'rate, wear or run-in? find it for each loop: each="{loops.name}" (--each {loops.name})'
+    )
 
 
 def _contradicted(found: Found) -> list[str]:
@@ -212,12 +229,13 @@ def _locked(fit: Fit, senses: Senses) -> list[str]:
 
 def _scatter(fit: Fit) -> list[str]:
     """Return notes on parameters whose specimens differ by more than their errors."""
-    alone = [s for s in fit.specimens if s.values is not None]
+    # what each has of its own is told
+    alone = [] if fit.asked.groups else [s for s in fit.specimens if s.values is not None]
     if len(alone) < 2:
         return []
     values, errors = np.array([s.values for s in alone]), np.array([s.errors for s in alone])
     out = []
-    for i, (name, row) in enumerate(zip(fit.parameters, fit.asked.rows, strict=True)):
+    for i, (name, row) in enumerate(zip(fit.parameters, fit.rows, strict=True)):
         scatter = float(np.std(values[:, i], ddof=1))
         if scatter > 2 * float(np.sqrt(np.mean(errors[:, i] ** 2))):
             out.append(

@@ -17,12 +17,14 @@ from squama.curves.chosen import idealisation
 from squama.curves.finite_rows import Ends
 from squama.identify import estimate
 from squama.identify.estimate import Remedy
+from squama.identify.groups import Differing
 from squama.identify.joint_points import Walked
 from squama.identify.machine import Unknown
 from squama.identify.posterior import Posterior
 from squama.identify.records import Record
 from squama.identify.selection import Found, Rival
 from squama.identify.slope import Slope
+from squama.identify.unknowns import Parameter, written
 from squama.loads import ENDLESS, LOADS
 from squama.types import Array
 from squama.units import moment
@@ -46,7 +48,7 @@ POINTS = 80
 class Alone(NamedTuple):
     """What the same search finds of one specimen alone, or on the endless beam: estimates, errors, rms (N m).
 
-    None where that is not possible, ``problem`` says why.
+    None where that is not possible, ``problem`` says why; ``rows`` what is found.
     """
 
     label: str
@@ -54,6 +56,7 @@ class Alone(NamedTuple):
     errors: Array | None
     rms: float = math.nan
     problem: str = ""
+    rows: tuple[Parameter, ...] = ()
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -80,7 +83,8 @@ class Fit(Found):
     makes of the same points, ``disagreement`` where it describes them as well, with a residual of 1.5 times as much at
     most, and finds other values by more than the errors; ``doubts`` why the
     errors do not hold, empty where they do (:attr:`holds`). ``machine`` what a testing machine that gives in would
-    change, None where its stiffness was given.
+    change, None where its stiffness was given; ``loops`` friction of each loop alone, with the chance that loops of one
+    friction differ so, None of a single loop.
 
     ``specimens`` estimates from each specimen alone, empty for a single one; ``remedies`` further measurements, with
     the standard errors they would bring; ``notes`` what is to be known: parameters that are not separable, bounds that
@@ -108,6 +112,7 @@ class Fit(Found):
     endless: Alone | None
     doubts: tuple[str, ...]
     machine: Unknown | None = None
+    loops: Differing | None = None
     posterior: Posterior | None = None
 
     @property
@@ -170,7 +175,7 @@ class Fit(Found):
         head = f"fitted as {self.fitted_as}; as an endless beam: "
         if other.values is None or other.errors is None:
             return f"{head}no fit ({other.problem})"
-        rows = [*zip(self.rows, other.values, other.errors, strict=True)]
+        rows = [*zip(other.rows, other.values, other.errors, strict=True)]
         values = ", ".join(f"{r.name} = {r.written(v, e)}" for r, v, e in rows if r.name not in self.added)
         return f"{head}{values}, residual rms {moment(other.rms, 3)}"
 
@@ -194,11 +199,13 @@ class Fit(Found):
             f"{np.count_nonzero(self.used)} of {self.used.size} points used: {states}",
         ]
         for s in self.specimens:
-            text = s.problem if s.values is None or s.errors is None else ", ".join(self._written(s.values, s.errors))
+            text = s.problem
+            if s.values is not None and s.errors is not None:
+                text = ", ".join(written(s.rows, s.values, s.errors))
             lines.append(f"specimen {s.label} alone: {text}")
         if self.posterior is not None:
             x, note = self.posterior.samples, self.posterior.note()
-            found = ", ".join(self._written(x.mean(axis=0), x.std(axis=0, ddof=1)))
+            found = ", ".join(written(self.rows, x.mean(axis=0), x.std(axis=0, ddof=1)))
             worth = f"worth {self.posterior.effective:.0f} independent ones"
             lines.append(f"posterior, {len(x)} samples ({worth}): {found}")
             lines += [f"note: {note}"] if note else []
@@ -247,6 +254,7 @@ class Fit(Found):
             "endless": self.endless and {name: getattr(self.endless, name) for name in Alone._fields[1:]},
             "doubts": list(self.doubts),
             "machine": self.machine and self.machine.report(),
+            "loops": self.loops and self.loops.report(),
             "notes": list(self.notes),
             "posterior": drawn,
             "beam": self.beam.model_dump(),
@@ -304,9 +312,10 @@ class Fit(Found):
 
         A way that begins at a reversal begins with the drop there.
         """
-        drawn, leg = self.points.drawn(POINTS, once="drift" not in self.parameters)
+        once = "drift" not in self.parameters and not self.asked.groups
+        drawn, leg = self.points.drawn(POINTS, once=once)
         error = estimate.standard_error(drawn, self.asked, self.estimates, self.covariance)
-        torque = drawn.torque(self.asked.physical(self.estimates))
+        torque = estimate.modelled(drawn, self.asked, self.estimates)
         return Curve(drawn.readings.load[drawn.index], torque, error, leg)
 
 

@@ -127,7 +127,7 @@ def chosen(test: Prepared, rough: Estimate, out: NDArray[np.bool_], candidates: 
     full = _with(left, rough.values, tuple(n for n in candidates if n not in asked.names))
     best = settle(left, rough.values)
     added: tuple[str, ...] = ()
-    if full is not None and best.square > _rounding(test, torque):
+    if full is not None and best.square > rounding(test, torque):
         wanted, start = full
         try:
             whole = settle(fit_for(left, wanted.names)._replace(asked=wanted), start)
@@ -180,7 +180,7 @@ def fit_for(test: Prepared, names: Collection[str]) -> Prepared:
     return test._replace(usable=test.usable & ~test.points.readings.turning(_TURNING))
 
 
-def _rounding(test: Prepared, torque: Array) -> float:
+def rounding(test: Prepared, torque: Array) -> float:
     """Return the sum of squares of residuals that are rounding."""
     return (_EXACT[isinstance(test.points, Walked)] * float(np.abs(torque).max())) ** 2 * torque.size
 
@@ -192,7 +192,7 @@ def settle(test: Prepared, start: Array) -> Found:
     s, skew = asked.weight or sigma * math.sqrt(tau), False
     J = np.concatenate([best.jacobian, asked.pull_slope])
     covariance = estimate.covariance(J, s, asked.names)
-    if best.square > _rounding(test, torque):
+    if best.square > rounding(test, torque):
         wanted = np.array([name == "twist_zero" for name in Physical._fields])
         slope = points.jacobian(asked.physical(best.values), wanted)[:, 5]
         skew = test.noise is None and noise.uneven(best.residual, slope)
@@ -227,7 +227,7 @@ def _weighed(test: Prepared, start: Array) -> tuple[Asked, Estimate, float, floa
     for _ in range(_ROUNDS):
         best = estimate.sliding(points, torque, asked, estimate.solve(points, torque, asked, [start]))
         sigma = math.sqrt(best.square / (index.size - len(asked.rows))) if test.noise is None else test.noise
-        tau = noise.dependence(best.residual, way) if best.square > _rounding(test, torque) else 1.0
+        tau = noise.dependence(best.residual, way) if best.square > rounding(test, torque) else 1.0
         if not set(asked.names) & set(asked.priors):
             return asked._replace(weight=0.0), best, sigma, tau
         before, start = asked.weight, best.values
@@ -248,7 +248,6 @@ def _with(test: Prepared, values: Array, names: tuple[str, ...]) -> tuple[Asked,
         **dict.fromkeys(("torque_zero", "drift"), float(np.ptp(torque))),
     }
     limits = {n: ((0.0 if n == "backlash" else -_SHARE * reach[n]), _SHARE * reach[n]) for n in names}
-    limits |= dict(zip(asked.names, zip(asked.low.tolist(), asked.high.tolist(), strict=True), strict=True))
     wanted = asked.more(names, limits)
     start = np.concatenate([values, np.zeros(len(names))])
     J = estimate.derivatives(points, wanted, start)

@@ -43,7 +43,8 @@ _STEEP = (1e-4, math.radians(85))
 class Parameter(NamedTuple):
     """One row: what it measures, words, limits that always hold, and where it stands in a beam file.
 
-    ``place`` is "" for what belongs to the test, not to the beam.
+    ``place`` is "" for what belongs to the test, not to the beam. ``group``: number of the loop, or of the
+    specimen, that has a value of its own; None where all have one.
     """
 
     name: str
@@ -51,6 +52,12 @@ class Parameter(NamedTuple):
     words: str
     limits: tuple[float, float]
     place: str
+    group: int | None = None
+
+    @property
+    def base(self) -> str:
+        """Name without the group: "mu" of "mu[2]"."""
+        return self.name.partition("[")[0]
 
     @property
     def unit(self) -> str:
@@ -60,7 +67,7 @@ class Parameter(NamedTuple):
     @property
     def linear(self) -> bool:
         """Whether the torque is proportional to it."""
-        return self.name not in ("mu", "theta0", *OF_TWIST)
+        return self.base not in ("mu", "theta0", *OF_TWIST)
 
     def value(self, beam: Beam, load: str) -> float:
         """Return its value in a beam under a load; a friction that the beam has not is 0.25 to begin with."""
@@ -89,6 +96,12 @@ def with_error(value: float, error: float, unit: str) -> str:
         return f"{value:.7g} +- {error:.1e} {name}".strip()
     digits = max(0, 1 - math.floor(math.log10(error or 1.0)))
     return f"{value:.{digits}f} +- {error:.{digits}f} {name}".strip()
+
+
+def written(rows: Sequence[Parameter], values: Array, errors: Array) -> list[str]:
+    """Return values with their errors: "mu = 0.251 +- 0.013"."""
+    columns = zip(rows, values, errors, strict=True)
+    return [f"{row.name} = {row.written(value, error)}" for row, value, error in columns]
 
 
 PARAMETERS = {
@@ -158,7 +171,7 @@ class Estimated(ABC):
     @property
     def lines(self) -> list[str]:
         """Estimates with their errors: "mu = 0.251 +- 0.013"."""
-        return self._written(self.estimates, self.deviations)
+        return written(self.rows, self.estimates, self.deviations)
 
     @property
     def deviations(self) -> Array:
@@ -206,10 +219,6 @@ class Estimated(ABC):
         attributes = {"title": f"parameters of a scale-covered beam from a {title}", **attrs, **found}
         return xr.Dataset(data, coords={"parameter": names, "other": names}, attrs=attributes)
 
-    def _written(self, values: Array, errors: Array) -> list[str]:
-        rows = zip(self.rows, values, errors, strict=True)
-        return [f"{row.name} = {row.written(value, error)}" for row, value, error in rows]
-
     def _described(self) -> list[str]:
         """Return a line for each estimate, with its error and its correlation with those before."""
         lines = []
@@ -225,6 +234,7 @@ class Asked(NamedTuple):
     """Parameters to find, in the order asked, with start values of the beam and bounds, arrays of one length.
 
     ``follows``: whether the joint stiffness is not known and goes with the bar's modulus, by its scaling law.
+    ``groups``: words for the loops or specimens that have parameters of their own, empty where none has.
     ``priors``: mean and standard deviation by name, of those for which there is one; ``weight``: standard deviation of
     a point, N m, against which they count.
     """
@@ -237,6 +247,7 @@ class Asked(NamedTuple):
     high: Array
     base: Physical
     follows: bool
+    groups: tuple[str, ...] = ()
     priors: Mapping[str, tuple[float, float]] = MappingProxyType({})
     weight: float = 0.0
 
@@ -254,9 +265,17 @@ class Asked(NamedTuple):
         i = self.place(name)
         return self._of(name) if i is None else float((self.low, self.high)[end][i])
 
-    def physical(self, p: Array) -> Physical:
-        """Return what the torque depends on, for values of the parameters, shape (..., parameters)."""
-        v = dict(zip(self.names, np.moveaxis(np.asarray(p), -1, 0), strict=True))
+    def physical(self, p: Array, group: int | None = None) -> Physical:
+        """Return what the torque of a group depends on, for values of the parameters, shape (..., parameters).
+
+        Without a group it has the mean of what each has of its own.
+        """
+        v: dict[str, Any] = {}
+        for row, value in zip(self.rows, np.moveaxis(np.asarray(p), -1, 0), strict=True):
+            if row.group is None or group is None:
+                v[row.base] = v.get(row.base, 0.0) + value / (1 if row.group is None else len(self.groups))
+            elif row.group == group:
+                v[row.base] = value
         scale, modulus = (v.get(name, self._of(name)) / self._of(name) for name in ("C_f", "E_B"))
         K = self.base.stiffness * (modulus if self.follows else 1.0)
         return Physical(
@@ -267,9 +286,9 @@ class Asked(NamedTuple):
             *(v.get(name, getattr(self.base, name)) for name in NUISANCES),
         )._replace(modulus=modulus)
 
-    def chain(self, p: Array) -> Array:
-        """Return the derivatives of the physical quantities to the parameters, shape (9, parameters)."""
-        moved = self.physical(p + 1j * STEP * np.eye(p.size))
+    def chain(self, p: Array, group: int | None = None) -> Array:
+        """Return the derivatives of the physical quantities to the parameters, shape (10, parameters)."""
+        moved = self.physical(p + 1j * STEP * np.eye(p.size), group)
         return np.array([np.broadcast_to(np.imag(value), p.size) for value in moved]) / STEP
 
     def _of(self, name: str) -> float:
@@ -278,7 +297,7 @@ class Asked(NamedTuple):
     @property
     def known(self) -> tuple[Array, Array]:
         """Means of the priors, and their standard deviations: infinite where there is none."""
-        pairs = [self.priors.get(name, (0.0, math.inf)) for name in self.names]
+        pairs = [self.priors.get(row.base, (0.0, math.inf)) for row in self.rows]
         mean, spread = np.array(pairs, float).reshape(-1, 2).T
         return mean, spread
 
@@ -294,8 +313,25 @@ class Asked(NamedTuple):
 
     def more(self, names: Sequence[str], limits: Mapping[str, tuple[Any, Any]]) -> Asked:
         """Return what is asked with further names, and limits of all of it."""
-        wider = ask(self.beam, self.load, (*self.names, *names), limits, priors=self.priors)
-        return wider._replace(follows=self.follows, base=self.base, weight=self.weight)
+        rows, *columns = _columns(self.beam, self.load, names, limits, self.priors)
+        own = (self.start, self.low, self.high)
+        start, low, high = (np.concatenate(pair) for pair in zip(own, columns, strict=True))
+        return self._replace(rows=(*self.rows, *rows), start=start, low=low, high=high)
+
+    def apart(self, each: Sequence[str], groups: tuple[str, ...]) -> Asked:
+        """Return what is asked with some of the parameters once for each group, which has a word."""
+        rows, places = list[Parameter](), list[int]()
+        for i, row in enumerate(self.rows):
+            own = [row._replace(name=f"{row.name}[{g + 1}]", words=f"{row.words}, {word}", group=g)
+                   for g, word in enumerate(groups)]  # fmt: skip
+            rows += own if row.name in each else [row]
+            places += [i] * (len(own) if row.name in each else 1)
+        columns = {name: getattr(self, name)[places] for name in ("start", "low", "high")}
+        return self._replace(rows=tuple(rows), groups=groups, **columns)
+
+    def spread(self, values: Mapping[str, float]) -> Array:
+        """Return values by name of all as the values of each."""
+        return np.array([values[row.base] for row in self.rows])
 
     def without(self, names: Collection[str]) -> Asked:
         """Return what is asked but for some of it."""
@@ -304,8 +340,11 @@ class Asked(NamedTuple):
         return self._replace(rows=rows, start=self.start[kept], low=self.low[kept], high=self.high[kept])
 
     def fitted(self, p: Array) -> Beam:
-        """Return the beam with values of the parameters put in."""
-        return self.beam._with({row.place: float(value) for row, value in zip(self.rows, p, strict=True) if row.place})
+        """Return the beam with values of the parameters put in, the mean of those that each group has of its own."""
+        found: dict[str, list[float]] = {}
+        for row, value in zip(self.rows, p.tolist(), strict=True):
+            found.setdefault(row.place, []).append(value)
+        return self.beam._with({place: math.fsum(v) / len(v) for place, v in found.items() if place})
 
 
 def ask(
@@ -324,17 +363,14 @@ def ask(
     "hinge", what no test tells apart there. ``priors``: mean and standard deviation by name.
     """
     given, problems = named(names, PARAMETERS), Problems()
-    rows = tuple(PARAMETERS[n] for n in given)
     follows = beam.joint.stiffness is None and "K_theta" not in given
     if joint == "hinge" and {"C_f", "E_B"} <= set(given) and not follows:
         reason = "C_f and E_B: only their product enters the torque on hinges, no test tells them apart"
         refuse("parameters", "", reason, "find one")
     if "mu" not in given:
         arguments.friction(beam.friction.mu, None, "find it too")
-    found = []
-    for row in rows:
-        with problems.caught():
-            found.append(_bounds(row, row.value(beam, load), (bounds or {}).get(row.name)))
+    with problems.caught():
+        found = _columns(beam, load, given, bounds or {}, priors)
     for n in bounds or {}:
         if n not in PARAMETERS:
             problems.append(_unknown("bounds", n))
@@ -342,11 +378,27 @@ def ask(
             reason = f"{n} is not to be found (found are: {', '.join(given)})"
             problems.add("bounds", "", reason, "leave it out, or find it too")
     problems.settle()
-    low, high = np.array(found, float).T
-    start = np.clip([priors.get(row.name, (row.value(beam, load),))[0] for row in rows], low, high)
     stiffness, rigidity = beam.joint_stiffness, LOADS[load].rigidity(beam)
     base = Physical(beam.friction.mu or 0.0, stiffness, rigidity, beam.scale.theta0)
-    return Asked(beam, load, rows, start, low, high, base, follows, priors)
+    return Asked(beam, load, *found, base, follows, priors=priors)
+
+
+def _columns(
+    beam: Beam,
+    load: str,
+    names: Sequence[str],
+    bounds: Mapping[str, tuple[Any, Any]],
+    priors: Mapping[str, tuple[float, float]],
+) -> tuple[tuple[Parameter, ...], Array, Array, Array]:
+    """Return the rows of parameters, start values and bounds; bounds that are wrong are refused together."""
+    rows, problems, found = tuple(PARAMETERS[n] for n in names), Problems(), list[tuple[float, float]]()
+    for row in rows:
+        with problems.caught():
+            found.append(_bounds(row, row.value(beam, load), bounds.get(row.name)))
+    problems.settle()
+    low, high = np.array(found, float).reshape(-1, 2).T
+    start = np.clip([priors.get(row.name, (row.value(beam, load),))[0] for row in rows], low, high)
+    return rows, start, low, high
 
 
 def named(names: Sequence[str] | str, known: Collection[str]) -> list[str]:
