@@ -189,4 +189,4 @@ def test_the_command(tmp_path, capsys):
     assert main(["fit", *files, *how, "--machine", "2"]) == 2
     assert 'has no unit; write e.g. "2 N m/rad"' in capsys.readouterr().err
     assert main(["fit", *files, *how, "--prior", "joint.factor=1 +- 5 %"]) == 2
-    assert "--prior joint.factor: is no parameter of a fit" in capsys.readouterr().err
+    assert "--prior joint.factor: is no parameter of a fit; give a tolerance of K_theta" in capsys.readouterr().err

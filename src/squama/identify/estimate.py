@@ -145,11 +145,19 @@ def _groups(points: Points, asked: Asked) -> list[tuple[int | None, NDArray[np.b
     return [(g, number == g) for g in range(len(asked.groups))]
 
 
+def _shifts(points: Points, asked: Asked) -> dict[int, tuple[float, Array]]:
+    """Return values of dimensions that have a tolerance, with the torque's derivatives there, by their places."""
+    known = [(i, points.readings.shifts[name]) for i, name in enumerate(asked.names) if name in points.readings.shifts]
+    return {i: (value, shift[points.index]) for i, (value, shift) in known}
+
+
 def modelled(points: Points, asked: Asked, p: Array) -> Array:
     """Return the torque of the model at the points (N m), for values of the parameters."""
     out = np.zeros(points.index.size)
     for group, own in _groups(points, asked):
         out[own] = points.of(group).torque(asked.physical(p, group))[own]
+    for i, (value, shift) in _shifts(points, asked).items():
+        out += shift * (p[i] - value)
     return out
 
 
@@ -160,6 +168,8 @@ def derivatives(points: Points, asked: Asked, p: Array) -> Array:
         chain = asked.chain(p, group)
         found = points.of(group).jacobian(asked.physical(p, group), np.asarray(chain.any(axis=1))) @ chain
         out[own] = found[own]
+    for i, (_, shift) in _shifts(points, asked).items():
+        out[:, i] = shift
     return out
 
 

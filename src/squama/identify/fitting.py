@@ -103,7 +103,8 @@ def fit(
         from the points. "rigid" for none. If not given, ``Fit.machine`` says what one would change.
     tolerances
         What is known of parameters before the test, by their name here or in the beam file, as in
-        :func:`squama.uncertainty`: ``{"E_B": "1.5 MPa +- 5 %"}``. They are found too, from that and from the points.
+        :func:`squama.uncertainty`: ``{"E_B": "1.5 MPa +- 5 %", "scale.alpha": "+- 1 deg"}``. They are found too, from
+        that and from the points: dimensions to first order, at a joint that stays.
     each
         Parameters that every loop of a record has of its own, such as "mu", or every specimen where there are several:
         "mu, twist_zero". A loop is a way in the first sense and the way back. ``beam`` has their mean.
@@ -140,8 +141,8 @@ def fit(
         sigma = None if noise is None else units.bounded(noise, "torque", records.TORQUES)
     automatic = arguments.one_of("nuisances", nuisances, ("auto", "none")) == "auto"
     means = machines.read(machine)
-    priors = known.priors(tolerances, beam, means)
     parameters = [*named(parameters, PARAMETERS)]
+    priors, dimensions = known.priors(tolerances, beam, means, parameters)
     parameters += [n for n in priors if n not in parameters]
     asked = ask(beam, load, parameters, bounds, joint="hinge" if joint == "hinge" else "compliant", priors=priors)
     # samples are drawn at twists that stay
@@ -152,7 +153,7 @@ def fit(
     # before the joint is looked for, which may take finite elements
     limits = records.Limits.of(beam, load, to, reversal, stick)
     own = _each(each, asked.names, samples)
-    given = (limits, sigma, starts, candidates, ENDLESS, means, own, priors)
+    given = (limits, sigma, starts, candidates, ENDLESS, means, own, dimensions, priors)
     wanted = Wanted(beam, [], asked.names, load, law, bounds, *given)
     kind, why = prepare.kind(joint, wanted, samples)
     wanted = wanted._replace(specimens=records.read(data, beam, load), ends=prepare.ends(kind, wanted, ends))
@@ -173,6 +174,8 @@ def fit(
         refuse("data", "", f"no fit is found: {cause}")
     rival = _rival("hinge" if kind == "compliant" else "compliant", wanted, shared)
     found = _apart(made, shared, wanted) if own else shared
+    if dimensions:
+        made, found = known.tolerated(made, found, wanted)
     result = _result(made, found, shared, wanted, rival, why)
     return replace(result, posterior=sample(made, found, samples, seed)) if samples else result
 
@@ -230,7 +233,7 @@ def _result(made: Prepared, found: Found, shared: Found, wanted: Wanted, rival: 
     band = estimate.standard_error(found.points, asked, found.estimates, found.covariance)
     fitted = np.where(covered, estimate.modelled(points, asked, found.estimates), np.nan)
     senses, remedies = None, []
-    if isinstance(points, Hinged) and not asked.groups:
+    if isinstance(points, Hinged) and found.parameters == shared.parameters:
         senses = hinge_cycles.senses(beam, asked.load, at.mu, wanted.law, 0.01)
         used = points.take(np.flatnonzero(found.used)).at(at)
         remedies = estimate.remedies(asked, found.estimates, senses, used, found.jacobian, found.noise)

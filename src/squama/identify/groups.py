@@ -12,7 +12,7 @@ from squama.identify.estimate import Points
 from squama.identify.joint_points import Linear, Walked
 from squama.identify.prepare import Prepared
 from squama.identify.selection import Found, chosen, fit_for, robust, rounding, settle
-from squama.identify.unknowns import Parameter
+from squama.identify.unknowns import Asked, Parameter
 from squama.types import Array
 
 _CHANCE = 1e-3
@@ -39,11 +39,17 @@ def apart(test: Prepared, shared: Found, each: tuple[str, ...], candidates: tupl
     return replace(found, starts=shared.starts)
 
 
+def about(points: Points, asked: Asked, p: Array) -> Points:
+    """Return points whose torque is linear about values of the parameters, where the path is walked."""
+    if not isinstance(points, Walked):
+        return points
+    found = Linear(points, asked.physical(p))
+    return found.apart([asked.physical(p, g) for g in range(len(asked.groups))]) if asked.groups else found
+
+
 def linear(points: Points, found: Found) -> Points:
     """Return points whose torque is linear about what is found, where the path is walked."""
-    if isinstance(found.points, Linear):
-        return found.points
-    return Linear(points, found.asked.physical(found.estimates)) if isinstance(points, Walked) else points
+    return found.points if isinstance(found.points, Linear) else about(points, found.asked, found.estimates)
 
 
 class Differing(NamedTuple):

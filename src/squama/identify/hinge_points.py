@@ -156,6 +156,10 @@ class Hinged:
         """Torque or moment that is read (N m)."""
         return np.asarray(self.at(v).torque(v) + v.torque_zero + v.drift * self.readings.order[self.index])
 
+    def whole(self, v: Physical) -> Array:
+        """Torque at all readings (N m), without zero and drift."""
+        return self.at(v).torque(v)
+
     def jacobian(self, v: Physical, wanted: Array) -> Array:
         """Return the derivatives of the torque, shape (n, 10), in the order of :class:`Physical`, where ``wanted``."""
         out = np.zeros((self.index.size, len(Physical._fields)))

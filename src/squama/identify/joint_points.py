@@ -76,7 +76,7 @@ class Walked:
         """Return the points as those of a group see them: all alike."""
         return self
 
-    def _changed(self, **changes: object) -> Walked:
+    def changed(self, **changes: object) -> Walked:
         """Return points with other attributes, which are walked anew."""
         other = copy.copy(self)
         vars(other).update(changes, _walked=functools.lru_cache(_KEPT)(other._walk))
@@ -84,7 +84,7 @@ class Walked:
 
     def endless(self) -> Walked:
         """Return the points on the endless beam."""
-        return self._changed(ends=ENDLESS)
+        return self.changed(ends=ENDLESS)
 
     def shared(self, v: Physical) -> Walked:
         """Return the points on the endless beam, whose torques are taken times the share that the scales have at v."""
@@ -107,6 +107,10 @@ class Walked:
             torque, touching = self._at(self.start)
             torque = np.where(touching, _FAR, 1.0) * torque
         return np.asarray((torque + v.drift * self.readings.order)[self.index] + v.torque_zero)
+
+    def whole(self, v: Physical) -> Array:
+        """Torque at all readings (N m), without zero and drift; refuse a beam that does not follow them."""
+        return self._at(v)[0]
 
     def jacobian(self, v: Physical, wanted: Array) -> Array:
         """Return the derivatives of the torque, shape (n, 10), in the order of :class:`Physical`, where ``wanted``."""
@@ -154,7 +158,7 @@ class Walked:
         """Return readings of each way to be drawn, and the number of their way."""
         readings, leg = self.readings.drawn(points, once=once)
         share = np.ones(readings.load.size)
-        return self._changed(readings=readings, index=np.flatnonzero(leg), share=share), leg[leg > 0]
+        return self.changed(readings=readings, index=np.flatnonzero(leg), share=share), leg[leg > 0]
 
     def _at(self, v: Physical) -> tuple[Array, Array]:
         """Return torques (N m) without zero and drift, and whether the scales touch, at all readings."""

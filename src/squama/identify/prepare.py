@@ -41,7 +41,7 @@ class Wanted(NamedTuple):
 
     ``noise`` N m, if given; ``candidates`` nuisances that may be found unasked; ``ends`` of the beam on compliant
     joints: hinges are endless; ``machine`` None where nothing is known of it; ``each`` what every loop, or
-    specimen, has of its own; ``priors`` by name.
+    specimen, has of its own; ``priors`` by name, those of the beam's ``dimensions`` apart.
     """
 
     beam: Beam
@@ -57,6 +57,7 @@ class Wanted(NamedTuple):
     ends: str = ENDLESS
     machine: Machine | None = None
     each: tuple[str, ...] = ()
+    dimensions: Mapping[str, tuple[float, float]] = MappingProxyType({})
     priors: Mapping[str, tuple[float, float]] = MappingProxyType({})
 
     @property

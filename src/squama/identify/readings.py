@@ -18,6 +18,8 @@ T is the measured torque without its noise (:func:`squama.identify.noise.smooth`
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -31,7 +33,8 @@ class Readings(NamedTuple):
 
     ``load`` the reading, signed, rad per pitch; ``direction`` +1 or -1 in which it moved; ``specimen`` whose it is;
     ``order`` its share of its record, 0 to 1; ``torque`` N m, without its noise; ``scales`` of the beam; ``compliance``
-    of the machine for which the readings are corrected, rad/(N m).
+    of the machine for which the readings are corrected, rad/(N m). ``shifts``: values of dimensions of
+    the beam that have a tolerance, and the torque's derivatives there, by name.
     """
 
     load: Array
@@ -41,6 +44,7 @@ class Readings(NamedTuple):
     torque: Array
     scales: int
     compliance: float = 0.0
+    shifts: Mapping[str, tuple[float, Array]] = MappingProxyType({})
 
     @classmethod
     def of(
@@ -126,6 +130,7 @@ class Readings(NamedTuple):
         """
         size, seen = float(np.abs(self.load).max()), list[tuple[float, float]]()
         parts: list[tuple[Array, ...]] = []
+        given = (self.torque, *(shift for _, shift in self.shifts.values()))
         for ways in self.records:
             at: float | None = None
             for way in ways:
@@ -141,11 +146,12 @@ class Readings(NamedTuple):
                 share = np.concatenate([[0.0, 1e-9], np.linspace(0, 1, points)[1:]])
                 load = start + share * (stop - start)
                 rising = np.argsort(own)
-                torque = np.interp(load, own[rising], self.torque[way][rising])
+                known = [np.interp(load, own[rising], v[way][rising]) for v in given]
                 n, ends = load.size, self.order[[way.start, way.stop - 1]]
                 order = ends[0] + share * (ends[1] - ends[0])
                 leg = np.full(n, len(seen) if new else 0)
-                parts.append((load, np.full(n, sense), np.full(n, self.specimen[way.start]), order, torque, leg))
+                parts.append((load, np.full(n, sense), np.full(n, self.specimen[way.start]), order, leg, *known))
                 at = stop
-        load, direction, specimen, order, torque, leg = map(np.concatenate, zip(*parts, strict=True))
-        return Readings(load, direction, specimen, order, torque, self.scales, self.compliance), leg
+        load, direction, specimen, order, leg, torque, *known = map(np.concatenate, zip(*parts, strict=True))
+        shifts = {name: (self.shifts[name][0], shift) for name, shift in zip(self.shifts, known, strict=True)}
+        return Readings(load, direction, specimen, order, torque, self.scales, self.compliance, shifts), leg

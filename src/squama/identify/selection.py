@@ -27,10 +27,11 @@ from squama.curves.chosen import idealisation
 from squama.errors import InputError, refuse
 from squama.identify import estimate, noise
 from squama.identify.estimate import Estimate, Points
+from squama.identify.estimated import Estimated
 from squama.identify.hinge_points import Physical
 from squama.identify.joint_points import Linear, Walked
 from squama.identify.prepare import Prepared
-from squama.identify.unknowns import OF_TWIST, Asked, Estimated, Parameter
+from squama.identify.unknowns import OF_TWIST, Asked, Parameter
 from squama.loads import HELD
 from squama.types import Array
 
