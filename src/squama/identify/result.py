@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -306,6 +307,33 @@ class Fit(Found):
         from squama.plot import fit_figure
 
         return fit_figure(self.dataset())
+
+    def predict(self, to: float | str | Sequence[float | str], **how: Any) -> xr.Dataset:
+        """Predict the curve of the fitted beam there and back, with a band: draws of the fit carried through.
+
+        Parameters
+        ----------
+        to
+            As in :func:`squama.cycle`: how far, or a history.
+        how
+            ``samples`` (100) draws from the estimates and their covariance, or from the posterior samples; ``seed`` (1)
+            of them; ``points`` (60) of a way; ``probability`` (0.95) within the band.
+
+        Returns
+        -------
+        xarray.Dataset
+            Dimension ``point``: angle, ``leg``, torque of the estimates (N m), ``T_low`` and ``T_high``, in bending
+            ``M_low`` and ``M_high``; ``T_draws`` (draw, point); ``work`` of the whole history per pitch (J) with its
+            band. A band is NaN where half of the draws have ended.
+
+        Raises
+        ------
+        InputError
+            An argument is out of range, or more than half of the draws are not followed so far.
+        """
+        from squama.identify.predict import predict
+
+        return predict(self, to, **how)
 
     def curve(self) -> Curve:
         """Return the fitted curve as it is read along the ways of the records; repeated ways stand once.

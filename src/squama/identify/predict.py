@@ -1,0 +1,122 @@
+"""Predictions from a fit: draws of what it finds, carried through the curve that is asked for, and bands of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from squama import arguments
+from squama.curves.histories import cycle
+from squama.errors import InputError, refuse
+from squama.loads import LOADS
+from squama.progress import steps
+from squama.types import Array
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import xarray as xr
+
+    from squama.beam.design import Beam
+    from squama.identify.result import Fit
+
+_ENDED = 0.5
+"""Part of the draws that may end before the way that is asked."""
+
+
+def draws(fit: Fit, number: int, seed: int) -> Array:
+    """Return so many values of the parameters of a fit, within their bounds, shape (number, parameters).
+
+    From its posterior samples where there are some, else from the estimates and their covariance.
+    """
+    r = np.random.default_rng(seed)
+    if fit.posterior is not None:
+        return np.asarray(fit.posterior.samples[r.integers(0, len(fit.posterior.samples), number)])
+    drawn = r.multivariate_normal(np.zeros(len(fit.rows)), fit.correlation, number) * fit.deviations
+    return np.clip(fit.estimates + drawn, fit.asked.low, fit.asked.high)
+
+
+def predict(
+    fit: Fit,
+    to: float | str | Sequence[float | str],
+    *,
+    samples: int = 100,
+    seed: int = 1,
+    points: int = 60,
+    probability: float = 0.95,
+) -> xr.Dataset:
+    """Return the curve of the fitted beam there and back with its band; see :meth:`squama.Fit.predict`."""
+    samples = arguments.whole("samples", samples, 10, 1e5)
+    arguments.whole("seed", seed, 0, 2**32 - 1)
+    if not 0 < probability < 1:
+        refuse("probability", str(probability), "must lie between 0 and 1", "write e.g. 0.95")
+    load = LOADS[fit.load]
+
+    def curve(beam: Beam) -> xr.Dataset:
+        hinged = fit.joint == "hinge"
+        return cycle(
+            beam, to, load=fit.load, law=fit.law, joint=fit.joint, ideal=hinged, points=points,
+            ends=None if hinged else fit.ends,
+        )  # fmt: skip
+
+    best = curve(fit.beam)
+    angle, leg = best[load.angle].values, best["leg"].values
+    values, work, asked = [], [], fit.asked._replace(beam=fit.beam)
+    for p in steps(list(draws(fit, samples, seed)), samples, "draws of the fit"):
+        try:
+            one = curve(asked.fitted(p))
+        except InputError:
+            continue
+        x, T, own = (one[name].values for name in (load.angle, load.torque, "leg"))
+        values.append(_on(angle, leg, x, T, own))
+        work.append(_work(x, T))
+    if len(values) < (1 - _ENDED) * samples:
+        refuse("to", "", f"{samples - len(values)} of {samples} draws are not followed", "go less far")
+    return _dataset(fit, best, np.array(values), np.array(work), probability)
+
+
+def _on(angle: Array, leg: Array, x: Array, T: Array, own: Array) -> Array:
+    """Return torques at the angles of another curve, way by way; NaN beyond those of the way."""
+    out = np.full(angle.size, np.nan)
+    for number in np.unique(leg):
+        here, there = np.flatnonzero(leg == number), np.flatnonzero(own == number)
+        if there.size:
+            order = there[np.argsort(x[there], kind="stable")]
+            out[here] = np.interp(angle[here], x[order], T[order], left=np.nan, right=np.nan)
+    return out
+
+
+def _work(x: Array, T: Array) -> float:
+    """Return the work of a torque along its angles, J."""
+    return float(np.trapezoid(T, x))
+
+
+def _dataset(fit: Fit, best: xr.Dataset, values: Array, work: Array, probability: float) -> xr.Dataset:
+    import xarray as xr
+
+    load, tail = LOADS[fit.load], (1 - probability) / 2
+    T, between = load.torque, f"{100 * probability:g} % of the draws lie between"
+    known = np.count_nonzero(np.isfinite(values), axis=0) > _ENDED * len(values)
+    low, high = (
+        np.where(known, np.nanquantile(np.where(known, values, 0.0), q, axis=0), np.nan) for q in (tail, 1 - tail)
+    )
+    x, torque = best[load.angle].values, best[T].values
+    ends = np.quantile(work, (tail, 1 - tail))
+    words, unit = load.torque_words, {"units": "N m"}
+    loss = "work per pitch of the whole history, there and back"
+    return xr.Dataset(
+        {
+            load.angle: ("point", x, {"long_name": load.angle_words, "units": "rad"}),
+            "leg": ("point", best["leg"].values, {"long_name": "way between two reversals, counted from 1"}),
+            T: ("point", torque, {"long_name": f"{words} of the estimates", **unit}),
+            f"{T}_low": ("point", low, {"long_name": f"{words}, {between} this", **unit}),
+            f"{T}_high": ("point", high, {"long_name": f"{words}, {between} and this", **unit}),
+            f"{T}_draws": (("draw", "point"), values, {"long_name": f"{words} of each draw", **unit}),
+            "work": ((), _work(x, torque), {"long_name": loss, "units": "J"}),
+            "work_low": ((), float(ends[0]), {"long_name": f"{loss}, {between} this", "units": "J"}),
+            "work_high": ((), float(ends[1]), {"long_name": f"{loss}, {between} and this", "units": "J"}),
+        },
+        attrs={"title": f"prediction in {fit.load} from a fit", "estimates": ", ".join(fit.lines)}
+        | {"draws": len(values), "probability": probability},
+    )
