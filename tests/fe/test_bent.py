@@ -60,8 +60,10 @@ def test_the_condensed_tangent_is_that_of_whole_solutions():
     tied = np.flatnonzero((np.abs(rest) < 0.26).all(1) & (np.abs(rest[:, 0]) < 1e-9))
     front = np.flatnonzero(np.abs(rest[:, 2] + 0.5) < 1e-9)
     scale = Carried(Rest.at(1.0, 0.3, 0.1, 0.7, 0.3), rest[tied])
-    section = Section(front, rest[front], np.ones(front.size), leg)
-    body = Body(Helical(Elements(nodes, tets, Material()), master, turned, leg), rest, [(tied, scale)], section=section)
+    section = Section.of_pitch(front, rest[front], np.ones(front.size), leg)
+    body = Body(
+        Helical(Elements(nodes, tets, Material()), master, turned, leg), rest, [(tied, scale)], sections=[section]
+    )
     dice, h = np.random.default_rng(1), 1e-5
     v, dv, dw = 0.01 * dice.normal(size=9), dice.normal(size=9), 0.7
 

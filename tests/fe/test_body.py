@@ -25,7 +25,7 @@ def body():
         elements,
         rest,
         [(tied, Carried(Rest.at(1.0, 0.3, 0.1, 0.7, 0.3), rest[tied]))],
-        section=Section(front, rest[front], np.ones(front.size)),
+        sections=[Section.of_pitch(front, rest[front], np.ones(front.size))],
     )
     yield made
     made.solver.close()
@@ -84,7 +84,7 @@ def test_superlu_gives_the_same(body, monkeypatch):
     made = body
     r = made.reduce(made.start(), V, PHI)
     monkeypatch.setattr(solver, "find_spec", lambda name: None)
-    other = Body(made.elements, made.rest, made.rigid, section=made.section)
+    other = Body(made.elements, made.rest, made.rigid, sections=made.sections)
     q = other.reduce(other.start(), V, PHI)
     np.testing.assert_allclose(q.S, r.S, rtol=1e-9, atol=1e-10)
     np.testing.assert_allclose(q.update(0 * q.s), r.update(0 * r.s), atol=1e-10)

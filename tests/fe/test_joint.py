@@ -106,8 +106,8 @@ def test_a_turn_of_everything_with_the_section_costs_the_same_from_any_axis(fig6
     shift = 0.3
     moved = Rest(fig6b.eta, fig6b.beta, fig6b.rest.axes, fig6b.rest.base + shift * fig6b.rest.axes[0])
     elements = Helical(Elements(pitch.nodes, pitch.tets, Material(1.0, fig6b.nu)), master, turned)
-    section = Section(master[pitch.front], rest[master[pitch.front]], pitch.shares)
-    body = Body(elements, rest, [(tied, Carried(moved, rest[tied]))], section=section)
+    section = Section.of_pitch(master[pitch.front], rest[master[pitch.front]], pitch.shares)
+    body = Body(elements, rest, [(tied, Carried(moved, rest[tied]))], sections=[section])
     S = body.reduce(body.start(), np.zeros(6), 0.0).S
     body.solver.close()
     # motion of the base by that of the other point: u = u' - w x (shift n_X)

@@ -47,6 +47,8 @@ def _mesh(name: str, text: str) -> MeshSize:
 _mesh_read = flags.Reader[MeshSize](_mesh, "medium")
 _INCREMENT = "Largest increment of the twist, rad per pitch (0.01)."
 _ENDS = "Along the axis the turned end of a finite beam is free or held (free); the other is fixed."
+_LOAD = 'Deformation of a part of --scales scales in place of --to: "10 mm up at tip", "60 deg bend", "90 deg twist".'
+_SUPPORT = "Support of the part: clamped, or gripped with a twist (clamped)."
 _PICTURE = "Picture of the deformed pitch with its strain: .png, .svg or .pdf; may be repeated."
 _RESTART = "File written after every increment; where it is there, the run goes on from it."
 _REACH = f"Twist to reach: {flags.TWISTS} (where the hinge's curve is cut off, 0.3 rad/pitch at most)."
@@ -200,6 +202,8 @@ def verify(
     mu: flags.Mu = None,
     to: Annotated[str | None, flag(_REACH)] = None,
     run: Run = RUN,
+    load: Annotated[str | None, flag(_LOAD)] = None,
+    support: Annotated[str | None, flag(_SUPPORT)] = None,
     scales: Annotated[int | None, flags.scales(200, "Run a finite beam of so many scales too")] = None,
     beam_mesh: Annotated[MeshSize, flag("Mesh of the finite beam (coarse).", read=_mesh_read)] = "coarse",
     out: Annotated[flags.File | None, flag("Folder to write to (verify_ and the file's name).", "--out", "-o")] = None,
@@ -225,12 +229,17 @@ def verify(
             described,
             folder,
             to=twist,
+            load=load,
+            support=support,
             scales=scales,
             beam_mesh=beam_mesh,
             progress=None if quiet else print_progress,
             announce=None if quiet else announce,
             **vars(run),
         )
+    if load is not None:
+        shown = output.report(base.json, beam, found.written, _part(found), _part_shown(found))
+        return shown or (0 if found.tested else UNTESTED)
     written = [*found.written, *output.draw([str(folder / "comparison.png")], "compare_figure", found.table)]
     status = output.report(base.json, beam, written, _verified(found), _beside(found))
     return status or (0 if found.tested else UNTESTED)
@@ -252,6 +261,42 @@ def _verified(found: Verified) -> dict[str, object]:
         "models": {str(one["model"].item()): {key: one[key].values for key in each} for one in models},
         "units": {str(name): v.attrs.get("units", "") for name, v in table.variables.items() if name != "model"},
     }
+
+
+def _part(found: Verified) -> dict[str, object]:
+    table = found.table
+    return {
+        "title": table.attrs["title"],
+        "load": table.attrs["load"],
+        "tested": found.tested,
+        "verdict": found.verdict,
+        "elements": {key: found.elements.attrs[key] for key in ("mesh", "sentence", "reached", "energy_error")},
+        "curve": {str(name): v.values for name, v in table.variables.items() if name != "model"},
+        "models": table["model"].values.tolist(),
+        "units": output.units(table.variables.items()),
+    }
+
+
+def _part_shown(found: Verified) -> Iterable[str | Table]:
+    """Return the verdict, and the loads of a part by elements and by both joints."""
+    import numpy as np
+
+    data, attrs = found.table, found.elements.attrs
+    yield f": {data.attrs['title']}"
+    yield found.verdict if found.tested else f"warning: {found.verdict}"
+    yield f"elements: {attrs['mesh']}; {attrs['sentence']}"
+    yield f"energy balance: (W - U_el - W_fr)/W = {attrs['energy_error']:.2e}"
+    by = "turn" if "turn" in data.coords else "travel"
+    size, unit = (math.degrees(1.0), "deg") if by == "turn" else (1e3, "mm")
+    load, of = (1e3, "N mm") if by == "turn" else (1.0, "N")
+    rows = []
+    for i in np.unique(np.linspace(0, data.sizes["point"] - 1, ROWS + 1).round().astype(int))[1:]:
+        at = data.isel(point=int(i))
+        off = ["-" if math.isnan(v) else f"{100 * v:+.1f}" for v in at["off"].values.tolist()]
+        rows.append([f"{size * float(at[by]):.4g}", f"{load * float(at['elements']):.4g}", *off])
+    yield ""
+    yield "load over the elements', less 1 (%): joint of the beam, joint of this mesh"
+    yield output.table((f"{by} ({unit})", f"elements ({of})", "law", "mesh"), rows, left=0)
 
 
 def _beside(found: Verified) -> Iterable[str | Table]:

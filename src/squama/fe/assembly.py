@@ -50,10 +50,10 @@ def make_body(pitch: Pitch, geometry: Geometry, course: Course | None = None) ->
     """Return the body of one endless pitch with its scale, if it has one, tied in."""
     master, turned, rest = pitch.images
     elements = Elements(pitch.nodes, pitch.tets, Material(1.0, geometry.nu))
-    section = Section(master[pitch.front], pitch.nodes[pitch.front], pitch.shares, course)
+    section = Section.of_pitch(master[pitch.front], pitch.nodes[pitch.front], pitch.shares, course)
     tied = master[pitch.tied]
     scales = [(tied, Carried(geometry.rest, rest[tied]))] if tied.size else []
-    return Body(Helical(elements, master, turned, course), rest, scales, section=section)
+    return Body(Helical(elements, master, turned, course), rest, scales, sections=[section])
 
 
 def beam_body(mesh: Tiled, geometry: Geometry) -> Body:

@@ -1,6 +1,6 @@
 """The substrate with its scales attached: residual, tangent, and its exact condensation onto the motions and the twist.
 
-Unknowns are the places of the free nodes and, where a section is held on average, four multipliers. They are eliminated
+Unknowns are the places of the free nodes and, where sections are held on average, multipliers. They are eliminated
 by one factorisation (Schur complement), in which the motions of the rigid bodies, six each, and the loads per pitch
 (:mod:`squama.fe.periodic`) are the border (:mod:`squama.fe.solver`). Contact acts on the small system that is left.
 """
@@ -15,7 +15,7 @@ import numpy as np
 from squama.errors import InputError
 from squama.fe.elements import Elements, Helical, Result
 from squama.fe.mesh import Index
-from squama.fe.periodic import Course, Twist
+from squama.fe.periodic import Course, Moves, Twist
 from squama.fe.plate import Carried
 from squama.fe.rows import Row
 from squama.fe.solver import Solver
@@ -23,53 +23,77 @@ from squama.types import Array
 
 
 class Section:
-    """Mean place of a section and its mean turn about the axis, which multipliers hold in the frame of the loads.
+    """Mean place of a section and its mean turns, which multipliers hold in a frame that follows the loads.
 
     Parameters
     ----------
     nodes : (k,) integer array
         Numbers of its nodes among the masters.
-    places : (k, 3) array
-        Where they are at rest.
+    arms : (k, 3) array
+        Where they are in the frame.
     weights : (k,) array
         Shares of the section's area.
-    course : Course, optional
-        What the frame follows by along z; a twist if not given.
+    frame : callable
+        The frame by the loads: one :class:`squama.fe.periodic.Moves`, or one for each node.
+    turns : (c, k, 3) array
+        Directions in the frame along which moves of the nodes, weighted by their shares, are on average 0, too.
     """
 
-    def __init__(self, nodes: Index, places: Array, weights: Array, course: Course | None = None) -> None:
-        used = weights != 0
-        self.nodes, self.rest, self.weights = nodes[used], places[used], weights[used] / weights.sum()
-        self._course = course or Twist()
-        x, y, _ = self.rest.T
-        radius = float(self.weights @ (x * x + y * y))
-        self._in, self._across = np.column_stack([x, y, 0 * x]), np.column_stack([y, -x, 0 * x]) / radius
-        # derivatives of x, y, z and the turn by the places: rows, and columns 3 k + axis
+    def __init__(
+        self, nodes: Index, arms: Array, weights: Array, frame: Callable[[Array], Moves], turns: Array
+    ) -> None:
+        self.nodes, self._arms, self.weights = nodes, arms, weights / weights.sum()
+        self._frame = frame
+        self._across = turns / (self.weights @ (turns**2).sum(axis=-1).T)[:, None, None]
+        self.conditions = 3 + len(turns)
+        # derivatives of x, y, z and the turns by the places: rows, and columns 3 k + axis
         k = 3 * np.arange(self.nodes.size)
-        self.rows = np.repeat([0, 1, 2, 3, 3, 3], k.size)
-        self.columns = np.concatenate([k, k + 1, k + 2, k, k + 1, k + 2])
+        self.rows = np.repeat([0, 1, 2, *np.repeat(np.arange(3, self.conditions), 3)], k.size)
+        self.columns = np.concatenate([k, k + 1, k + 2] * (1 + len(turns)))
+
+    @classmethod
+    def of_pitch(cls, nodes: Index, places: Array, weights: Array, course: Course | None = None) -> Section:
+        """Return the cut of an endless beam at rest: nodes (k, 3) follow the course at their height."""
+        nodes, places, weights = (given[weights != 0] for given in (nodes, places, weights))
+        flat, led = places * [1.0, 1.0, 0.0], course or Twist()
+        turns = np.cross(flat, np.array([[[0.0, 0.0, 1.0]]]))
+        return cls(nodes, flat, weights, lambda loads: led.moves(loads, places[:, 2]), turns)
 
     def means(self, y: Array, loads: Array) -> tuple[Array, Array, Array, Array, Array]:
-        """Return derivatives of the four means by the places and their rates with loads; the means with two rates.
+        """Return derivatives of the means by the places and their rates with loads; the means with two rates.
 
-        The means (4,) at places y (k, 3) are zero where the section is held, their rates (4, L) and (4, L, L);
+        The means (c,) at places y (k, 3) are zero where the section is held, their rates (c, L) and (c, L, L);
         derivatives are in the order of ``rows``, their rates (.., L).
         """
-        moves, w = self._course.moves(loads, self.rest[:, 2]), self.weights
-        frames, across = moves.of(self._in), moves.turned(self._across)
-        # shifts are counted from the frame; the turn, too, across it
-        off, (a, da, dda) = y - frames[0], across
-        entries = np.concatenate([w, w, w, (w[:, None] * a).T.ravel()])
-        rates = np.zeros((entries.size, loads.size))
-        rates[3 * w.size :] = np.einsum("k,kli->ikl", w, da).reshape(-1, loads.size)
-        c, c_l, c_lm = np.empty(4), np.empty((4, loads.size)), np.empty((4, loads.size, loads.size))
-        c[:3], c_l[:3], c_lm[:3] = w @ off, -np.tensordot(frames[1], w, (0, 0)).T, -np.tensordot(frames[2], w, (0, 0)).T
-        c[3] = w @ (off * a).sum(axis=1)
-        c_l[3] = np.einsum("k,ki,kli->l", w, off, da) - np.einsum("k,kli,ki->l", w, frames[1], a)
-        mixed = np.einsum("k,kli,kmi->lm", w, frames[1], da)
-        c_lm[3] = np.einsum("k,ki,klmi->lm", w, off, dda) - np.einsum("k,klmi,ki->lm", w, frames[2], a)
-        c_lm[3] -= mixed + mixed.T
-        return entries, rates, c, c_l, c_lm
+        moves, w = self._frame(loads), self.weights
+        frames, c = moves.of(self._arms), self.conditions
+        # shifts are counted from the frame; turns, too, across it
+        off, L = y - frames[0], loads.size
+        entries, rates = np.zeros((c, 3, w.size)), np.zeros((c, 3, w.size, L))
+        entries[[0, 1, 2], [0, 1, 2]] = w
+        means, by, second = np.zeros(c), np.zeros((c, L)), np.zeros((c, L, L))
+        means[:3], by[:3], second[:3] = (
+            w @ off,
+            -np.tensordot(frames[1], w, (0, 0)).T,
+            -np.tensordot(frames[2], w, (0, 0)).T,
+        )
+        for i, across in enumerate(self._across, start=3):
+            a, da, dda = moves.turned(across)
+            entries[i], rates[i] = (w[:, None] * a).T, np.einsum("k,kli->ikl", w, da)
+            means[i] = w @ (off * a).sum(axis=1)
+            by[i] = np.einsum("k,ki,kli->l", w, off, da) - np.einsum("k,kli,ki->l", w, frames[1], a)
+            mixed = np.einsum("k,kli,kmi->lm", w, frames[1], da)
+            second[i] = np.einsum("k,ki,klmi->lm", w, off, dda) - np.einsum("k,klmi,ki->lm", w, frames[2], a)
+            second[i] -= mixed + mixed.T
+        # the shifts along one axis each, the turns along all
+        own = np.concatenate([[0, 4, 8], np.arange(9, 3 * c)])
+        return (
+            entries.reshape(3 * c, -1)[own].ravel(),
+            rates.reshape(3 * c, -1, L)[own].reshape(-1, L),
+            means,
+            by,
+            second,
+        )
 
 
 class Reduced(NamedTuple):
@@ -109,7 +133,7 @@ class Body:
         Its masters at rest.
     rigid : sequence of (nodes, Carried)
         Masters tied to each rigid body, the scales first, and how they move with it.
-    section : Section, optional
+    sections : sequence of Section
         Held by multipliers.
     still : (k,) integer array, optional
         Nodes that stay.
@@ -130,11 +154,11 @@ class Body:
         rest: Array,
         rigid: Sequence[tuple[Index, Carried]],
         *,
-        section: Section | None = None,
+        sections: Sequence[Section] = (),
         still: Index | None = None,
         axis: float | None = None,
     ) -> None:
-        self.elements, self.rest, self.rigid, self.section = elements, rest, list(rigid), section
+        self.elements, self.rest, self.rigid, self.sections = elements, rest, list(rigid), list(sections)
         self.course, self._tied_motions = elements.course, 6 * len(self.rigid)
         self.still = np.empty(0, np.int64) if still is None else still
         self._tied_nodes = np.concatenate([np.empty(0, np.int64), *(nodes for nodes, _ in self.rigid)])
@@ -145,7 +169,8 @@ class Body:
         self.free = np.setdiff1d(np.arange(elements.size), fixed)
         self._heights = None if axis is None else rest[self.free, 2] - axis
         self.places_free = 3 * self.free.size
-        self.unknowns = self.places_free + (4 if section is not None else 0)
+        self._multipliers = sum(section.conditions for section in self.sections)
+        self.unknowns = self.places_free + self._multipliers
         self.motions = self._tied_motions + self.course.strains
         self._number()
 
@@ -168,15 +193,21 @@ class Body:
         among = ids[free]
         self._tt = ids[tied][:, tied].tocsr()
         inner = sparse.triu(among[:, free])
-        if self.section is not None:
+        count = self._multipliers
+        self._held: list[tuple[Index, Index]] = []
+        if count:
             place = np.full(elements.size, -1)
             place[self.free] = np.arange(self.free.size)
-            columns = 3 * np.repeat(place[self.section.nodes], 3) + np.tile(np.arange(3), self.section.nodes.size)
-            self._held = columns[self.section.columns]
-            C = numbered(self.section.rows, self._held, (4, free.size))
+            first = 0
+            for section in self.sections:
+                columns = _components(place[section.nodes])[section.columns]
+                self._held.append((first + section.rows, columns))
+                first += section.conditions
+            rows, columns = (np.concatenate(each) for each in zip(*self._held, strict=True))
+            C = numbered(rows, columns, (count, free.size))
             last += 1
             # explicit zeros stand on the multipliers' diagonal
-            zeros = sparse.csr_array(np.diag(np.full(4, float(last))))
+            zeros = sparse.csr_array(np.diag(np.full(count, float(last))))
             inner = sparse.block_array([[inner, C.T], [None, zeros]])
         # each body moves the rows beside it: the border's blocks of six columns; the last columns are the loads'
         self._beside: list[tuple[Index, Any]] = []
@@ -187,7 +218,8 @@ class Body:
             self._beside.append((rows, part[rows]))
             blocks.append(numbered(np.repeat(rows, 6), np.tile(np.arange(6), rows.size), (n, 6)))
         moved = [rows for rows, _ in self._beside] if isinstance(elements, Elements) else [np.arange(n)]
-        self._loaded = np.unique(np.concatenate(moved))
+        multipliers = np.arange(n - self._multipliers, n)
+        self._loaded = np.unique(np.concatenate([*moved, multipliers, *(columns for _, columns in self._held)]))
         count = self._loaded.size
         blocks.append(numbered(np.repeat(self._loaded, loads), np.tile(np.arange(loads), count), (n, loads)))
         corner = sparse.csr_array(last + 1.0 + np.arange(m * m).reshape(m, m))
@@ -197,7 +229,7 @@ class Body:
         )
         pattern.sort_indices()
         self._entries = pattern.data.astype(np.int64) - 1
-        self.solver = Solver(pattern, m, multipliers=self.section is not None)
+        self.solver = Solver(pattern, m, multipliers=bool(self.sections))
 
     def start(self) -> Array:
         """Return the free unknowns at rest."""
@@ -213,11 +245,11 @@ class Body:
 
     def places(self, z: Array, v: Array, phi: float) -> Array:
         """Places (n, 3) of all masters: free unknowns z, motions v (m,), twist per pitch phi."""
-        y = np.empty((self.elements.size, 3))
+        y, turn = np.empty((self.elements.size, 3)), float(self.course.at(v, phi)[-1])
         y[self.still] = self.rest[self.still]
         y[self.free] = self._turned(z[: self.places_free].reshape(-1, 3), phi)
         for (nodes, rigid), motion in zip(self.rigid, v[: self._tied_motions].reshape(-1, 6), strict=True):
-            y[nodes] = rigid.places(motion, phi)
+            y[nodes] = rigid.places(motion, turn)
         return y
 
     def reduce(self, z: Array, v: Array, phi: float) -> Reduced | None:
@@ -239,19 +271,24 @@ class Body:
             return None
         L, values, by_load, second = loads.size, [r.values.ravel()], r.loads, r.loads_by
         f, forces_by = r.forces[self.free].ravel(), r.forces_by[self.free].reshape(-1, L)
-        if self.section is not None:
-            multipliers = z[self.places_free :]
-            entries, entries_by, means, means_by, means_second = self.section.means(y[self.section.nodes], loads)
-            values.append(np.append(entries, 0.0))
-            weights = multipliers[self.section.rows]
+        all_means, multipliers = [], z[self.places_free :]
+        for section, (rows, columns) in zip(self.sections, self._held, strict=True):
+            entries, entries_by, means, means_by, means_second = section.means(y[section.nodes], loads)
+            values.append(entries)
+            weights = multipliers[rows]
             held, *held_by = (
-                np.bincount(self._held, weights * each, minlength=self.places_free) for each in (entries, *entries_by.T)
+                np.bincount(columns, weights * each, minlength=self.places_free) for each in (entries, *entries_by.T)
             )
-            f = np.append(f + held, means)
-            forces_by = np.concatenate([forces_by + np.stack(held_by, axis=1), means_by])
-            by_load = by_load + multipliers @ means_by
-            second = second + np.tensordot(multipliers, means_second, 1)
-        J, D = self._corner(v, phi, r)
+            f, forces_by = f + held, forces_by + np.stack(held_by, axis=1)
+            all_means.append(np.column_stack([means, means_by]))
+            first = rows[0]
+            by_load = by_load + multipliers[first : first + section.conditions] @ means_by
+            second = second + np.tensordot(multipliers[first : first + section.conditions], means_second, 1)
+        if self.sections:
+            stacked = np.concatenate(all_means)
+            values.append(np.zeros(1))
+            f, forces_by = np.append(f, stacked[:, 0]), np.concatenate([forces_by, stacked[:, 1:]])
+        J, D = self._corner(v, float(loads[-1]), r)
         D[-L:, -L:] += second
         B = [_taken(part, values[0]) @ rates for (_, part), rates in zip(self._beside, J, strict=True)]
         for (rows, _), b in zip(self._beside, B, strict=True):
@@ -269,9 +306,10 @@ class Body:
         def changed(dv: Array, dphi: float = 0.0) -> Array:
             change = -(x + self.solver.spread(by @ np.append(dv, dphi)))
             if self._heights is not None:
-                moved = self._turned(change.reshape(-1, 3), -phi)
-                moved[:, :2] += dphi * self._heights[:, None] * (z.reshape(-1, 3)[:, [1, 0]] * [-1.0, 1.0])
-                change = moved.ravel()
+                own, rest = np.split(change, [self.places_free])
+                moved, places = self._turned(own.reshape(-1, 3), -phi), z[: self.places_free].reshape(-1, 3)
+                moved[:, :2] += dphi * self._heights[:, None] * (places[:, [1, 0]] * [-1.0, 1.0])
+                change = np.append(moved.ravel(), rest)
             return change
 
         s, S = s @ by, by.T @ S @ by

@@ -372,7 +372,9 @@ class RowContact(Contact):
 
     def __init__(self, row: Row, mu: float, *, dhat: float = DHAT, slip: float = SLIP) -> None:
         self.row = row
-        size = (6 + row.exposed.amplitudes) * row.moving + row.course.strains
+        # motions of bodies without contact may stand before the strains
+        motions = max(6 * row.moving, row.course.first) + row.course.strains
+        size = motions + row.exposed.amplitudes * row.moving
         rest, exposed = self.corners(np.zeros(size), 0.0), row.exposed
         super().__init__(rest, row.pairs, mu, exposed=exposed, dhat=dhat, slip=slip)
         # places at rest do not come in, so any two scales will do for every pair

@@ -89,9 +89,12 @@ class Elements(Blocked):
         Corners, then the middles of the edges 01 12 02 03 13 23.
     material : Material
         Of all elements.
+    course : Course, optional
+        What the loads of the body are, which the elements themselves do not feel; a twist if not given.
     """
 
-    def __init__(self, nodes: Array, tets: Index, material: Material) -> None:
+    def __init__(self, nodes: Array, tets: Index, material: Material, course: Course | None = None) -> None:
+        self.course = course or Twist()
         self.tets = np.ascontiguousarray(tets, dtype=np.int64)
         self.size, self.lame = len(nodes), material.lame
         self.gradients, self.volumes = gradients(nodes, self.tets)
@@ -99,15 +102,16 @@ class Elements(Blocked):
         self.indptr, self.indices, places = _pattern(keys.ravel(), self.size)
         self._places = places.reshape(keys.shape)
 
-    def __call__(self, y: Array, loads: Array | None = None, *, tangent: bool = True) -> Result:  # noqa: ARG002 - as Helical's
+    def __call__(self, y: Array, loads: Array | None = None, *, tangent: bool = True) -> Result:
         """Evaluate at the places ``y`` (n, 3) of the nodes; loads make no difference."""
+        L = 1 if loads is None else np.size(loads)
         tell(evaluate, "finite elements")
         energy, forces, values, least = evaluate(
             np.ascontiguousarray(y), self.tets, self.gradients, self.volumes, *self.lame, _RATES, _WEIGHTS,
             self._places, self.blocks if tangent else 0,
         )  # fmt: skip
         return Result(
-            float(energy), forces, values, float(least), np.zeros((*forces.shape, 1)), np.zeros(1), np.zeros((1, 1))
+            float(energy), forces, values, float(least), np.zeros((*forces.shape, L)), np.zeros(L), np.zeros((L, L))
         )
 
 

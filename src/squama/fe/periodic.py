@@ -55,7 +55,7 @@ class Moves(NamedTuple):
 class Twist:
     """The loads of a twisted beam: its twist, which is the path, too."""
 
-    loads, strains = 1, 0
+    loads, strains, first = 1, 0, 0
 
     def at(self, v: Array, way: float) -> Array:  # noqa: ARG002 - as a Leg's
         """Return the loads (1,) for motions v and the place on the path."""
@@ -117,7 +117,66 @@ class Leg:
         return _powers(tuple(loads.tolist()), tuple(k.tolist()))
 
 
-Course = Twist | Leg
+class End:
+    """The loads of a finite beam: where its far end stands, which the path leads and motions add to.
+
+    Six motions behind those of the rigid bodies are the loads: shift of the end (3), tilt about x and y, and twist phi
+    per pitch. At rest the end is at ``place`` (3,); it is turned clockwise about z by phi times the number of pitches,
+    then tilted. Motions that no way of a run leads to are held; scales are counted in frames that turn with phi.
+
+    Parameters
+    ----------
+    pitches : int
+        How many there are.
+    place : (3,) array
+        The end at rest.
+    rate : (6,) array
+        Rates of the loads with the way.
+    """
+
+    loads = strains = 6
+
+    def __init__(self, pitches: int, place: Array, rate: Array) -> None:
+        self.pitches, self.first, self._place, self._rate = pitches, 6 * pitches, place, rate
+
+    def at(self, v: Array, way: float) -> Array:
+        """Return the loads (6,) for motions v and the place on the path."""
+        return np.asarray(way * self._rate + v[self.first : self.first + 6])
+
+    def by(self, size: int) -> Array:
+        """Return the derivatives (6, size) of the loads by motions and way, ``size`` in all."""
+        out = np.eye(6, size, self.first)
+        out[:, -1] = self._rate
+        return out
+
+    def moves(self, loads: Array, k: Array) -> Moves:
+        """Return the moves by k (n,) pitches: a twist about the axis at rest."""
+        twist = Twist().moves(loads[5:], k)
+        out = Moves(twist.Q, twist.t, *(np.zeros((k.size, *(6,) * n, *end)) for n in (1, 2) for end in ((3, 3), (3,))))
+        out.dQ[:, 5], out.ddQ[:, 5, 5] = twist.dQ[:, 0], twist.ddQ[:, 0, 0]
+        return out
+
+    def frame(self, loads: Array) -> Moves:
+        """Return the frame of the end."""
+        n, tilt, turn = float(self.pitches), rotation(np.append(loads[3:5], 0.0)), Turn.at(self.pitches * loads[5])
+        dQ, ddQ = np.zeros((6, 3, 3)), np.zeros((6, 6, 3, 3))
+        dQ[3:5], dQ[5] = tilt.dE[:2] @ turn.Q, n * tilt.E @ turn.dQ
+        ddQ[3:5, 3:5], ddQ[5, 5] = tilt.ddE[:2, :2] @ turn.Q, n * n * tilt.E @ turn.ddQ
+        ddQ[3:5, 5] = ddQ[5, 3:5] = n * tilt.dE[:2] @ turn.dQ
+        dt = np.zeros((6, 3))
+        dt[:3] = np.eye(3)
+        every = tilt.E @ turn.Q, self._place + loads[:3], dQ, dt, ddQ, np.zeros((6, 6, 3))
+        return Moves(*(part[None] for part in every))
+
+
+def stays(loads: Array) -> Moves:
+    """Return the frame of a section that the loads do not move."""
+    L = loads.size
+    rest = (np.zeros((1, *(L,) * n, *end)) for n in (1, 2) for end in ((3, 3), (3,)))
+    return Moves(np.eye(3)[None], np.zeros((1, 3)), *rest)
+
+
+Course = Twist | Leg | End
 
 
 @functools.lru_cache(maxsize=8)

@@ -136,7 +136,11 @@ def inclination(rest: Rest, v: Array) -> float:
     n_X is projected on the plane normal to n_Y at rest; in that plane theta is measured from the face (y = 0)
     towards y. For a rotation about n_Y alone this is the hinge's angle, also beyond 90 deg.
     """
-    x = rest.axes.T @ turned(v[3:6])[:, 0]
+    return inclined(rest, rest.axes.T @ turned(v[3:6])[:, 0])
+
+
+def inclined(rest: Rest, x: Array) -> float:
+    """Return the inclination, rad, of a scale whose axis n_X is ``x`` (3,) as its section sees it."""
     y = rest.axes[1]
     along = np.array([-y[2], 0.0, y[0]])
     return float(np.arctan2(x[1], x @ along))

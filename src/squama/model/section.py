@@ -49,6 +49,38 @@ def torsion_constant(width: Any, thickness: Any) -> Any:
     return a * b**3 / 3 - 64 / math.pi**5 * b**4 * total
 
 
+def torsion_shear(x: Any, y: Any, width: float, thickness: float) -> tuple[Any, Any]:
+    """Shear stresses (tau_xz, tau_yz) in a twisted rectangle over G and the twist rate, at places (n,) of its section.
+
+    With the warping function psi = x y - (8 w^2 / pi^3) sum over odd n of (-1)^((n - 1) / 2) sin(k x) sinh(k y) /
+    (n^3 cosh(k t / 2)), k = n pi / w, they are psi_x - y and psi_y + x; x is along the width w from the middle, y along
+    the thickness t. Counterclockwise about z = x cross y.
+
+    Notes
+    -----
+    Source: Timoshenko and Goodier, Theory of Elasticity, 3rd ed., section 109. Range: any rectangle; thirty terms leave
+    2 % of the largest stress at the corners, where it is 0.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> tau = torsion_shear(np.array([0.0, 16.0]), np.array([8.0, 0.0]), 32, 16)
+    >>> [abs(float(stress.round(2).sum())) for stress in tau]
+    [14.88, 11.83]
+    """
+    import numpy as np
+
+    n = np.arange(1, 60, 2.0)[:, None]
+    k, sign = n * np.pi / width, np.where(n % 4 == 1, 1.0, -1.0)
+    # sinh(k y) and cosh(k y) over cosh(k t / 2), without overflow
+    near, far = (np.exp(k * (end * np.abs(y) - thickness / 2)) for end in (1, -1))
+    whole = 1 + np.exp(-k * thickness)
+    sinh, cosh = np.sign(y) * (near - far) / whole, (near + far) / whole
+    each = 8 * width**2 / np.pi**3 * sign * k / n**3
+    across = (each * np.cos(k * x) * sinh).sum(axis=0), (each * np.sin(k * x) * cosh).sum(axis=0)
+    return -across[0], 2 * x - across[1]
+
+
 def polar_moment(width: float, thickness: float) -> float:
     """Polar second moment of area of a rectangle, I = a b (a^2 + b^2) / 12; this is the I of Eqs. 13-16."""
     return width * thickness * (width**2 + thickness**2) / 12

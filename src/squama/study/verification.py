@@ -15,7 +15,7 @@ from squama import arguments, units
 from squama.beam import matrixfile
 from squama.beam.faces import only_one
 from squama.curves import doors, finite_rows
-from squama.errors import InputError, naming
+from squama.errors import InputError, naming, refuse
 from squama.fe import runs
 from squama.fe.agreement import compare
 from squama.fe.geometry import geometry
@@ -23,6 +23,7 @@ from squama.fe.mesh import pitch_mesh
 from squama.fe.pitch_stiffness import response
 from squama.io import datasets, files
 from squama.loads import ENDLESS, STRAIGHT, model
+from squama.study import parts
 from squama.types import Array
 
 if TYPE_CHECKING:
@@ -38,8 +39,8 @@ _HINGED = [0, 1, 2, 4, 6]
 class Verified(NamedTuple):
     """What was found: ``table`` as from :func:`squama.fe.agreement.compare`, the ``elements``' run, and all files.
 
-    ``touched``: twist per pitch from which on there is contact, in the elements or a model; inf for none. Then nothing
-    but the bar was compared, and no model is ``tested``. ``verdict`` says so.
+    ``touched``: twist per pitch, or deformation of a part, from which on there is contact, in the elements or a model;
+    inf for none. Then nothing but the bar was compared, and no model is ``tested``. ``verdict`` says so.
     """
 
     table: xr.Dataset
@@ -70,6 +71,8 @@ def verify(
     *,
     mu: float | None = None,
     to: float | str | None = None,
+    load: str | None = None,
+    support: str | None = None,
     sense: str = "+",
     mesh: str | tuple[float, float] = "medium",
     increment: float = runs.INCREMENT,
@@ -82,8 +85,9 @@ def verify(
 ) -> Verified:
     """Twist a beam of finite elements and set the compliant joint, the hinge and, if asked, finite beams beside it.
 
-    Elements of one pitch, and the models beside them, are held straight. Twist only: bending is not verified. Where no
-    scale touches up to ``to`` nothing is tested, see :class:`Verified`.
+    Elements of one pitch, and the models beside them, are held straight. With ``load`` a part of N scales is set beside
+    :func:`squama.load`, see :mod:`squama.study.parts`. Where no scale touches up to ``to`` nothing is tested, see
+    :class:`Verified`.
 
     Parameters
     ----------
@@ -93,9 +97,12 @@ def verify(
     mu, to, sense, mesh, increment, hinged, ideal, progress
         As for :func:`squama.cell`; without ``to`` see :func:`default_reach`. The hinge's scales are thin and rigid, but
         thick with ``hinged`` elements that are not ``ideal``.
+    load, support : str, optional
+        Deformation of a part in place of ``to``: "10 mm up at tip", "60 deg bend", "90 deg twist"; "clamped" (if not
+        given), or "gripped" with a twist.
     scales : int, optional
         Run the elements' beam of so many scales too, and the row of as many hinges (theta: the middle scale, the one
-        nearer to the turned end where there are two).
+        nearer to the turned end where there are two). Of a part the beam's own number if not given.
     beam_mesh : str or (float, float)
         Its mesh.
     announce : callable, optional
@@ -112,6 +119,14 @@ def verify(
     only_one(beam.faces, "elements")
     say = announce or (lambda _: None)
     friction = arguments.friction(beam.friction.mu, mu)
+    if load is not None:
+        if to is not None or hinged or sense != "+":
+            refuse("load", "", "stands for to, and has no sense and no hinges", "leave these out")
+        n = arguments.whole("scales", scales if scales is not None else beam.pitches, 2, parts.MOST)
+        part = parts.Run(n, parts.led(load, support, beam, n), friction, beam_mesh, increment, ideal)
+        return Verified(*parts.verify(beam, Path(folder), part, progress, say))
+    if support is not None:
+        refuse("support", "", "is of a part", "give load too")
     if to is None:
         to = default_reach(beam, friction, sense)
     # a twist "total" is one of the beam that is described, not of fewer scales

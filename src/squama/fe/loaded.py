@@ -1,0 +1,174 @@
+"""A finite beam of elements under load: one end clamped, the other led along a shift, a bend or a twist.
+
+A pitch of bar whose scale has no exposed part lies beside the first and the last scale, so that all scales stand in a
+whole bar. The end sections are the cuts of the outer pitches, z = x tan(alpha) + c. Six conditions hold each of them;
+their tractions are those of Saint-Venant's bar in tension, bending and torsion. So oblique ends disturb the bar little,
+and are free to warp. The mean place and turns of the far section are its motion: one is led, others are free or held.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from squama.fe.body import Body, Section, bent, ways_of
+from squama.fe.contact import DHAT, SLIP, RowContact, where
+from squama.fe.elements import Elements, Material
+from squama.fe.exposed import Exposed
+from squama.fe.geometry import Geometry
+from squama.fe.mesh import Pitch, Tiled, tile
+from squama.fe.periodic import End, Moves, stays
+from squama.fe.plate import Carried, Turn, inclined, turned
+from squama.fe.rows import Row
+from squama.fe.solver import check_memory, estimate
+from squama.fe.walk import Recorded, Walk
+from squama.model.section import torsion_shear
+from squama.types import Array
+
+BLANK = 1
+"""Pitches of bar at either end whose scales have no exposed part."""
+SHIFT, TILT, TWIST = slice(0, 3), slice(3, 5), 5
+"""The end's motions: shift along x, y, z; tilt about x and y; twist per pitch."""
+
+
+class Lead(NamedTuple):
+    """How the far end is led.
+
+    ``towards`` (3,): direction of a shift; ``turn``: "bend" or "twist" in place of it; ``coaxial``: the end keeps its
+    place beside the axis and does not tilt.
+    """
+
+    towards: Array | None = None
+    turn: str = ""
+    coaxial: bool = False
+
+    def per_way(self, pitches: int) -> float:
+        """Return shift (pitches) or turn (rad) per way, of which one is about one radian per pitch at the root."""
+        return float(pitches if self.turn else pitches**2 / 3)
+
+    def rate(self, pitches: int) -> Array:
+        """Return the rates (6,) of the end's motions with the way."""
+        out = np.zeros(6)
+        if self.turn == "twist":
+            out[TWIST] = 1.0
+        elif self.turn:
+            # towards the scaled face: about -x
+            out[TILT.start] = -self.per_way(pitches)
+        elif self.towards is not None:
+            out[SHIFT] = self.per_way(pitches) * self.towards
+        return out
+
+    def free(self, pitches: int) -> list[int]:
+        """Return the numbers of the end's motions that are free."""
+        return [2] if self.coaxial else np.flatnonzero(self.rate(pitches) == 0).tolist()
+
+
+def make_loaded(
+    pitch: Pitch, geometry: Geometry, mu: float, scales: int, lead: Lead, exposed: Exposed | None = None
+) -> Walk:
+    """Return a beam of N scales at rest whose far end is led.
+
+    Parameters
+    ----------
+    pitch, geometry : Pitch, Geometry
+        Mesh of one pitch and what it is a mesh of.
+    mu : float
+        Coefficient of friction.
+    scales : int
+        Number N of scales; the beam has N + 2 :data:`BLANK` pitches.
+    lead : Lead
+        How the far end is led.
+    exposed : Exposed, optional
+        The exposed part of a scale; a rigid rectangle without thickness if not given.
+
+    Returns
+    -------
+    Walk
+        The way is one number, see :meth:`Lead.per_way`; T is the work's rate with it. Columns: ``way``, ``load``: force
+        or moment (E d^2, E d^3); ``x_end``, ``y_end``, ``z_end`` (pitches): shift of the far end; works of the whole
+        beam; for each scale the inclination ``theta`` to its section, N and f on the next one; ``contact`` in words.
+
+    Raises
+    ------
+    InputError
+        The memory that is free does not do.
+    """
+    pitches = scales + 2 * BLANK
+    unknowns = 3 * len(pitch.images[2]) * pitches
+    check_memory(scales, unknowns, estimate(unknowns, pitches))
+    mesh = tile(pitch, pitches)
+    mesh = mesh._replace(nodes=mesh.nodes - np.array([0.0, 0.0, BLANK]))
+    near, far = (np.array([0.0, 0.0, z + geometry.cut]) for z in (-BLANK, scales + BLANK))
+    rate = lead.rate(pitches)
+    course = End(pitches, far, rate)
+    order = [*range(BLANK, BLANK + scales), *range(BLANK), *range(BLANK + scales, pitches)]
+    tied = [(mesh.tied[j], Carried(geometry.rest, mesh.nodes[mesh.tied[j]], j - BLANK, near[2])) for j in order]
+    sections = [
+        _end(mesh, geometry, pitch, 0, near, lambda loads: stays(loads)._replace(t=near[None])),
+        _end(mesh, geometry, pitch, -1, far, course.frame),
+    ]
+    elements = Elements(mesh.nodes, mesh.tets, Material(1.0, geometry.nu), course)
+    body = Body(elements, mesh.nodes, tied, sections=sections, axis=near[2] if rate[TWIST] else None)
+    row = Row(geometry.rest, scales, near[2], exposed, course)
+    contact = RowContact(row, mu, dhat=DHAT, slip=SLIP)
+    free, bodies = lead.free(pitches), 6 * pitches
+    moved = np.zeros((body.motions, bodies + len(free)))
+    moved[:bodies, :bodies] = np.eye(bodies)
+    moved[bodies + np.array(free), bodies + np.arange(len(free))] = 1.0
+    record = partial(_recorded, geometry, mesh, pitch.shares, lead, scales)
+    return Walk(bent(body, row), contact, ways_of(moved, row), record, slack=max(1.0, pitches / 5))
+
+
+def _end(
+    mesh: Tiled, geometry: Geometry, pitch: Pitch, cut: int, place: Array, frame: Callable[[Array], Moves]
+) -> Section:
+    """Return an end section; its conditions are the work of Saint-Venant's tractions on its moves."""
+    used = pitch.shares != 0
+    nodes, shares = mesh.cuts[cut][used], pitch.shares[used]
+    arms = mesh.nodes[nodes] - place
+    x, y, _ = arms.T
+    none = np.zeros(x.size)
+    across = torsion_shear(x, y, geometry.width, 2 * geometry.lam)
+    # the normal of the cut is (-tan(alpha), 0, 1)
+    twist = np.column_stack([*across, -np.tan(geometry.alpha) * across[0]])
+    turns = np.array([np.column_stack([none, none, y]), np.column_stack([none, none, x]), twist])
+    return Section(nodes, arms, shares, frame, turns)
+
+
+def _recorded(geometry: Geometry, mesh: Tiled, shares: Array, lead: Lead, scales: int, walk: Walk) -> Recorded:
+    N, f = np.zeros((2, scales))
+    N[-1] = f[-1] = np.nan
+    for pair in walk.load.pairs:
+        if pair.second == pair.first + 1:
+            N[pair.first], f[pair.first] = pair.N, pair.f
+    end, rest, places = walk.contact.row.course.at(walk.v, walk.phi), geometry.rest, walk.places()
+    frames = [attitude(mesh.nodes[cut], places[cut], shares) for cut in mesh.cuts[BLANK : BLANK + scales + 1]]
+    theta = np.empty(scales)
+    for i in range(scales):
+        # scales are counted in frames that turn with the twist
+        frame = Turn.at((i + BLANK - geometry.cut) * end[TWIST]).Q
+        n_X = frame @ rest.axes.T @ turned(walk.v[6 * i + 3 : 6 * i + 6])[:, 0]
+        theta[i] = inclined(rest, _between(frames[i], frames[i + 1], -geometry.cut).T @ n_X)
+    return {
+        "way": walk.phi, "load": walk.T / lead.per_way(scales + 2 * BLANK), **walk.works(walk.dhat),
+        **dict(zip(("x_end", "y_end", "z_end"), end[SHIFT], strict=True)), "theta": theta, "N": N, "f": f,
+        "contact": where(walk.touches, scales)[2], "deflection": walk.deflection,
+    }  # fmt: skip
+
+
+def attitude(rest: Array, places: Array, weights: Array) -> Array:
+    """Return the rotation (3, 3) that fits places (k, 3) best, weighted (Kabsch), their mean place set aside."""
+    X, x = (at - weights @ at for at in (rest, places))
+    U, _, V = np.linalg.svd((weights[:, None] * x).T @ X)
+    return np.asarray(U @ np.diag([1.0, 1.0, np.linalg.det(U @ V)]) @ V)
+
+
+def _between(first: Array, second: Array, share: float) -> Array:
+    """Return the rotation a share of the way from the first to the second."""
+    from scipy.spatial.transform import Rotation
+
+    step = Rotation.from_matrix(first.T @ second).as_rotvec()
+    return first @ turned(share * step)

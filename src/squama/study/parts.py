@@ -1,0 +1,239 @@
+"""A part under load by finite elements, and `squama.load` beside it: the part of `squama verify`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from squama._version import __version__
+from squama.beam import matrixfile
+from squama.contacts.system import PHI, PSI
+from squama.errors import refuse
+from squama.fe import runs
+from squama.fe.geometry import geometry
+from squama.fe.loaded import BLANK, Lead, make_loaded
+from squama.fe.mesh import pitch_mesh
+from squama.fe.pitch_stiffness import response
+from squama.io import datasets, files
+from squama.part import door, loading
+from squama.symbols import SYMBOLS
+from squama.units import Dimension, shown
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from squama.beam.design import Beam
+
+MOST = 25
+"""Largest number of scales of a part of elements."""
+IMPOSED = '"10 mm up at tip", "60 deg bend", "90 deg twist"'
+"""Loads of parts of elements."""
+_POINTS = 100
+_BLANK_LENGTH = 0.01
+"""Length of a scale that cannot touch, pitches."""
+_NAMES = {True: ("turn", "moment"), False: ("travel", "F")}
+"""Deformation and load, as of :func:`squama.load`; of turns, and of shifts."""
+
+
+class Led(NamedTuple):
+    """How a part of elements is led: its deformation (SI) at the end of the way, and the way there."""
+
+    lead: Lead
+    size: float
+    way: float
+    text: str
+    support: str
+
+
+def led(load: str, support: str | None, beam: Beam, scales: int) -> Led:
+    """Read how the far end of a part of elements is led.
+
+    Raises
+    ------
+    InputError
+        The load is none, or none that elements take.
+    """
+    pitches = scales + 2 * BLANK
+    found = loading.loads(load, beam, pitches)
+    one, held = found[0], loading.support(support or "clamped", beam, pitches)
+    if not one.given:
+        refuse("load", shown(load), "is a force or a moment; a part of elements is led", f"write e.g. {IMPOSED}")
+    at, force = one.tie.forces[0] if one.tie.forces else (float(pitches), None)
+    if at != pitches:
+        refuse("load", shown(load), "is not at the tip; a part of elements is led there", 'write "at tip"')
+    turn = "twist" if one.tie.carried[PHI] else "bend" if one.tie.carried[PSI] else ""
+    if held.word == "simple" or (held.word == "gripped" and turn != "twist"):
+        refuse("support", shown(held.word), "of a part of elements: clamped, or gripped with a twist", "write clamped")
+    lead = Lead(force, turn, coaxial=held.word == "gripped")
+    size = one.size / (beam.pitch if one.measures is Dimension.LENGTH else 1.0)
+    return Led(lead, one.size, size / lead.per_way(pitches), load, held.word)
+
+
+class Run(NamedTuple):
+    """A part of elements: number of scales, how it is led, friction, mesh, largest increment, thin rigid scales."""
+
+    scales: int
+    led: Led
+    mu: float
+    mesh: str | tuple[float, float]
+    increment: float
+    ideal: bool
+
+
+def verify(
+    beam: Beam, folder: Path, run: Run, progress: runs.Listener | None, announce: Callable[[str], None]
+) -> tuple[xr.Dataset, xr.Dataset, list[Path], float]:
+    """Load a part by elements and by :func:`squama.load`: table, elements, files, deformation of the first contact."""
+    place = files.make_folder(folder)
+    data = elements(beam, run, restart=place / "part.npz", progress=progress, announce=announce)
+    written = [datasets.save(data, place / "part.nc")]
+    announce("the same part by squama.load")
+    table = beside(beam, data, run)
+    written.append(datasets.save(table.reset_coords(), place / "part.csv"))
+    return table, data, written, min(float(table["touch_elements"]), float(table["touch"].min()))
+
+
+def elements(
+    beam: Beam,
+    run: Run,
+    *,
+    restart: Path | None = None,
+    progress: runs.Listener | None = None,
+    announce: Callable[[str], None] = lambda _: None,
+) -> xr.Dataset:
+    """Load a part of N scales by finite elements: clamped on average at one end, led at the other.
+
+    Beside its N pitches there is one of bar without exposed scales at each end, see :mod:`squama.fe.loaded`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along ``point`` the deformation ``travel`` (m) and force ``F`` (N), or ``turn`` (rad) and ``moment`` (N m);
+        ``U_el``, ``W_fr``, ``W`` (J); along ``scale``, too, ``theta``, ``N`` and ``f`` on the next scale; ``contact``.
+        Attributes as of :func:`squama.cell`.
+
+    Raises
+    ------
+    InputError
+        As from :func:`squama.cell`.
+    """
+    import xarray as xr
+
+    scales, asked, mu = run.scales, run.led, run.mu
+    shape, sizes = geometry(beam), runs.mesh_sizes(run.mesh)
+    exposed, plates = (None, "thin, rigid") if run.ideal else runs.exposed_part(beam, shape)
+    pitch = pitch_mesh(shape, *sizes)
+    walk = make_loaded(pitch, shape, mu, scales, asked.lead, exposed)
+    key: dict[str, Any] = {
+        "part": [scales, asked.text, asked.support], "geometry": list(shape), "mu": mu, "mesh": list(sizes),
+        "plates": plates,
+    }  # fmt: skip
+    count = (scales + 2 * BLANK) * len(pitch.tets)
+    announce(f"a part of {scales} scales, {count} elements, {walk.body.start().size} unknowns")
+    ended = runs.follow(walk, asked.way, run.increment, restart, key, progress)
+    columns = {name: np.array(values) for name, values in walk.columns.items()}
+    d, E = beam.pitch, beam.substrate.youngs_modulus
+    by, name = _NAMES[bool(asked.lead.turn)]
+    moment = E * d**3
+    turned = bool(asked.lead.turn)
+    imposed = {"long_name": "deformation that is imposed", "units": "rad" if turned else "m"}
+    carried = {"long_name": "load", "units": "N m" if turned else "N"}
+    along = {
+        by: (columns["way"] * asked.size / asked.way, imposed),
+        name: (columns["load"] * (moment if turned else E * d**2), carried),
+        **{k: (columns[k] * moment, {**SYMBOLS[k].attrs, "units": "J"}) for k in ("U_el", "W_fr", "W")},
+        "theta": (columns["theta"], SYMBOLS["theta"].attrs),
+        **{k: (columns[k] * E * d**2, SYMBOLS[k].attrs) for k in ("N", "f")},
+        "contact": (columns["contact"], {"long_name": "what touches"}),
+    }
+    W, U, F = (columns[k][-1] for k in ("W", "U_el", "W_fr"))
+    return xr.Dataset(
+        {k: (("point", "scale")[: v.ndim], v, attrs) for k, (v, attrs) in along.items()},
+        coords={"scale": np.arange(1, scales + 1), "mu": ((), mu, SYMBOLS["mu"].attrs)},
+        attrs={
+            "title": f"a part of {scales} scales under load, finite elements",
+            "load": asked.text, "support": asked.support, "plates": plates,
+            "mesh": f"{count} quadratic tetrahedra, {sizes[0]:g} and {sizes[1]:g} pitches",
+            "reached": int(ended.reached), "sentence": ended.sentence,
+            "energy_error": float((W - U - F) / W) if W else 0.0,
+            "beam": beam.replace(scales=scales).to_toml(), "squama_version": __version__,
+        },
+    )  # fmt: skip
+
+
+def beside(beam: Beam, data: xr.Dataset, run: Run) -> xr.Dataset:
+    """Set `squama.load` of the same part beside its elements.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along ``point``: the deformation, ``elements`` (the load by elements); along ``model``, too, ``load`` and
+        ``off`` = load/elements - 1: "law", the beam's own joint, and "mesh", the joint that the elements' mesh makes.
+        ``touch`` (m or rad) by model, ``touch_elements``: where scales first touch.
+    """
+    import xarray as xr
+
+    shape, asked = geometry(beam), run.led
+    K = response(pitch_mesh(shape, *runs.mesh_sizes(run.mesh)), shape).K
+    own = beam.replace(joint={"matrix": matrixfile.stored(beam, K), "stiffness": None, "inclusion_factor": None})
+    by, name = _NAMES[bool(asked.lead.turn)]
+    lengths = np.full(run.scales + 2 * BLANK, _BLANK_LENGTH * beam.pitch)
+    lengths[BLANK:-BLANK] = beam.scale.length
+    along = {"scale.length": [f"{length!r} m" for length in lengths.tolist()]}
+    x, F = (np.asarray(data[key].values, float) for key in (by, name))
+    loads, touch = [], []
+    for one in (beam, own):
+        same: dict[str, Any] = {"mu": run.mu, "ideal": run.ideal, "points": _POINTS}
+        r = door.load(one, asked.text, support=asked.support, scales=lengths.size, along=along, **same)
+        at = np.append(0.0, r[by].values)
+        loads.append(np.interp(x, at, np.append(0.0, r[name].values), right=np.nan))
+        share = float(r["share_e"])
+        touch.append(share * asked.size if math.isfinite(share) else math.inf)
+    load = np.array(loads)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        off = np.where(x > 0, load / F - 1, np.nan)
+    kind = data[by].attrs
+    table = xr.Dataset(
+        {
+            "elements": ("point", F, data[name].attrs),
+            "load": (("model", "point"), load, data[name].attrs),
+            "off": (("model", "point"), off, {"long_name": "load over the elements', less 1", "units": "1"}),
+            "touch": ("model", np.array(touch), {**kind, "long_name": "deformation at which scales touch"}),
+            "touch_elements": ((), touched(data, by), {**kind, "long_name": "the same of the elements"}),
+        },
+        coords={"model": np.array(["law", "mesh"]), by: ("point", x, kind)},
+        attrs={
+            "title": f"{run.scales} scales, {asked.text}, {asked.support}, mu = {run.mu:g}: model and elements",
+            "load": asked.text, "beam": data.attrs["beam"], "warnings": "",
+        },
+    )  # fmt: skip
+    table.attrs["verdict"] = verdict(table, by)
+    return table
+
+
+def touched(data: xr.Dataset, by: str) -> float:
+    """Return the deformation from which on scales of the elements touch; inf where they do not."""
+    pressed = np.nan_to_num(np.asarray(data["N"].values, float)).max(axis=1) > 0
+    return float(data[by].values[pressed].min(initial=math.inf))
+
+
+def verdict(table: xr.Dataset, by: str) -> str:
+    """Say how far the loads of the beam's own joint are from the elements', before contact and beyond it."""
+    factor, unit = (math.degrees(1.0), "deg") if by == "turn" else (1e3, "mm")
+    x, off = table[by].values, table["off"].values[0]
+    ours, theirs = float(table["touch"][0]), float(table["touch_elements"])
+    first = min(ours, theirs)
+    last = f"{factor * x[-1]:.3g} {unit}"
+    if not first < math.inf:
+        return f"led to {last}, no contact up to here: nothing was tested; give a larger deformation"
+    parts = []
+    for words, there in (("before contact", (x > 0) & (x < first)), ("beyond it", x >= max(ours, theirs))):
+        known = off[there & np.isfinite(off)]
+        if known.size:
+            parts.append(f"{100 * known[np.abs(known).argmax()]:+.1f} % at most {words}")
+    at = [f"{factor * touch:.3g} {unit}" if touch < math.inf else "nowhere" for touch in (ours, theirs)]
+    return f"scales touch at {at[0]} (elements: {at[1]}); load against elements, up to {last}: {', '.join(parts)}"

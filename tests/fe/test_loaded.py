@@ -1,0 +1,178 @@
+"""A part of elements whose ends are held on average: its derivatives, its bar, its balance, and what it refuses."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("netgen", reason="needs netgen-mesher (the extra fe)")
+pytest.importorskip("ipctk", reason="needs the extra fe")
+
+from squama.beam.design import Beam
+from squama.cli import main
+from squama.errors import InputError
+from squama.fe.loaded import BLANK, Lead, attitude, make_loaded
+from squama.fe.periodic import End, stays
+from squama.fe.pitch_stiffness import response
+from squama.fe.plate import turned
+from squama.model.section import torsion_constant, torsion_shear
+from squama.study import parts
+from squama.study.verification import verify
+
+FIG6B = Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness=45, mu=0.2)
+UP = np.array([0.0, 1.0, 0.0])
+
+
+def test_the_shear_of_a_twisted_rectangle_bears_its_torque_and_leaves_its_faces_free():
+    g = (np.arange(300) + 0.5) / 300 - 0.5
+    for width, thickness in ((1.4, 0.7), (0.5, 1.1)):
+        x, y = (at.ravel() for at in np.meshgrid(g * width, g * thickness))
+        across, up = torsion_shear(x, y, width, thickness)
+        torque = (x * up - y * across).mean() * width * thickness
+        assert torque == pytest.approx(torsion_constant(width, thickness), rel=3e-3)
+        inner = 0.8 * g
+        side = torsion_shear(np.full(g.size, width / 2), inner * thickness, width, thickness)[0]
+        face = torsion_shear(inner * width, np.full(g.size, thickness / 2), width, thickness)[1]
+        assert np.abs(side).max() < 1e-9
+        assert np.abs(face).max() < 0.01 * thickness
+
+
+def test_the_frame_of_the_end_has_the_derivatives_it_says():
+    end, dice, h = End(4, np.array([0.1, 0.2, 3.0]), np.arange(6.0)), np.random.default_rng(2), 1e-6
+    loads, step, x = 0.2 * dice.normal(size=6), dice.normal(size=6), dice.normal(size=(5, 3))
+    (_, rate, second), (up, rate_up, _), (down, rate_down, _) = (
+        end.frame(loads + sign * h * step).of(x) for sign in (0, 1, -1)
+    )
+    np.testing.assert_allclose((up - down) / (2 * h), np.einsum("nli,l->ni", rate, step), atol=1e-8)
+    np.testing.assert_allclose((rate_up - rate_down) / (2 * h), np.einsum("nlmi,m->nli", second, step), atol=1e-7)
+    np.testing.assert_array_equal(stays(loads).of(x)[0], x)
+    np.testing.assert_allclose(end.at(np.arange(40.0), 2.0), np.arange(24.0, 30.0) + 2 * np.arange(6.0))
+
+
+def relaxed(body, z, v, way):
+    for _ in range(15):
+        r = body.reduce(z, v, way)
+        change = r.update(0 * r.s)
+        z = z + change
+        if np.abs(change).max() < 1e-11:
+            return z, body.reduce(z, v, way)
+    pytest.fail("no balance was found")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("lead", [Lead(UP), Lead(turn="bend"), Lead(turn="twist")], ids=["shift", "bend", "twist"])
+def test_the_condensed_tangent_is_that_of_whole_solutions(fig6b, coarse, lead):
+    body = make_loaded(coarse, fig6b, 0.2, 2, lead).body
+    dice, way, h, dway = np.random.default_rng(1), 0.01, 1e-5, 0.7
+    v, dv = (size * dice.normal(size=body.motions) for size in (3e-4, 0.3))
+    z = body.start()
+    for share in np.arange(4) / 4:
+        z, r = relaxed(body, z, share * v, share * way)
+        z = z + r.update(v / 4, way / 4)
+    z, r = relaxed(body, z, v, way)
+    rate = r.update(dv, dway) - r.update(0 * r.s)
+    (z1, up), (z0, down) = (relaxed(body, z, v + sign * h * dv, way + sign * h * dway) for sign in (1, -1))
+    assert (up.energy - down.energy) / (2 * h) == pytest.approx(r.s @ dv + r.torque * dway, rel=1e-6)
+    np.testing.assert_allclose((up.s - down.s) / (2 * h), r.S @ dv + r.s_phi * dway, atol=1e-5)
+    places = slice(body.places_free)
+    np.testing.assert_allclose((z1 - z0)[places] / (2 * h), rate[places], atol=1e-5)
+    np.testing.assert_allclose(r.S, r.S.T, atol=1e-11)
+    body.solver.close()
+
+
+def softness(walk, way):
+    """Compliance of the end: deformation over load, at a small one."""
+    ended = walk.run(way, way)
+    assert ended.reached, ended.sentence
+    columns = {name: np.array(values)[-1] for name, values in walk.columns.items()}
+    walk.body.solver.close()
+    return columns
+
+
+def test_the_bar_of_a_part_is_that_of_its_sections(fig6b, coarse):
+    """Before contact: a cantilever with shear, an arc, torsion; its compliances are those of the endless pitch."""
+    scales = 3
+    L, G, J = scales + 2 * BLANK, 1 / (2 * (1 + fig6b.nu)), torsion_constant(fig6b.width, 2 * fig6b.lam)
+    of_twist, of_bend, _ = np.linalg.inv(response(coarse, fig6b).K).diagonal()[6:]
+    way = 0.004
+    shift = way * L * L / 3
+    load = {
+        name: softness(make_loaded(coarse, fig6b, 0.2, scales, lead), way)
+        for name, lead in (("tip", Lead(UP)), ("bend", Lead(turn="bend")), ("twist", Lead(turn="twist")))
+    }
+    shear = 1.2 * L / (G * fig6b.width * 2 * fig6b.lam)
+    # the ends' cuts, which are oblique, soften these five pitches by some per cent
+    assert load["tip"]["load"] == pytest.approx(shift / (L**3 * of_bend / 3 + shear), rel=0.08)
+    assert load["bend"]["load"] == pytest.approx(way / of_bend, rel=0.06)
+    assert load["twist"]["load"] == pytest.approx(way / of_twist, rel=0.06)
+    assert way / of_twist > 1.2 * way * G * J
+    assert load["tip"]["y_end"] == pytest.approx(shift, rel=1e-9)
+    assert load["bend"]["y_end"] == pytest.approx(way * L * L / 2, rel=0.05)
+
+
+def test_work_of_a_part_is_energy_and_friction(fig6b, coarse):
+    walk = make_loaded(coarse, fig6b, 0.5, 2, Lead(turn="twist", coaxial=True))
+    ended = walk.run(0.12, 0.02)
+    assert ended.reached, ended.sentence
+    t = {name: np.array(values) for name, values in walk.columns.items()}
+    assert t["N"][-1, 0] > 1e-5
+    assert np.isnan(t["N"][-1, 1])
+    assert t["W"][-1] == pytest.approx(t["U_el"][-1] + t["W_fr"][-1], rel=0.01)
+    assert t["W_fr"][-1] > 0
+    np.testing.assert_allclose([t["x_end"][-1], t["y_end"][-1]], 0.0, atol=1e-12)
+    # the first scale is lifted by the contact, the second pressed down
+    assert t["theta"][-1, 0] > t["theta"][0, 0] > t["theta"][-1, 1]
+    walk.body.solver.close()
+
+
+def test_an_attitude_is_the_rotation_that_was_made():
+    dice = np.random.default_rng(3)
+    rest, R = dice.normal(size=(9, 3)), turned(np.array([0.4, -0.2, 0.9]))
+    np.testing.assert_allclose(attitude(rest, rest @ R.T + 5.0, np.full(9, 1 / 9)), R, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("load", "support", "says"),
+    [
+        ("0.2 N up at tip", None, "is a force or a moment; a part of elements is led"),
+        ("5 mm up at middle", None, "is not at the tip"),
+        ("5 mm up at tip", "gripped", "clamped, or gripped with a twist"),
+        ("60 deg bend", "simple", "clamped, or gripped with a twist"),
+        ("nonsense", None, "is no load"),
+    ],
+)
+def test_what_elements_do_not_lead_is_refused(load, support, says):
+    with pytest.raises(InputError, match=says):
+        parts.led(load, support, FIG6B, 5)
+
+
+def test_how_a_part_is_led():
+    led = parts.led("0.3 m down at tip", None, Beam.from_toml("examples/stiff_skin.toml"), 5)
+    np.testing.assert_allclose(led.lead.towards, -UP)
+    # 0.3 m are 15 pitches; 7 pitches of bar
+    assert led.way == pytest.approx(15 * 3 / 49)
+    gripped = parts.led("70 deg twist", "gripped", FIG6B, 5)
+    assert gripped.lead == Lead(turn="twist", coaxial=True)
+    assert gripped.lead.free(7) == [2]
+    assert gripped.way == pytest.approx(np.radians(10))
+
+
+def test_load_and_to_do_not_go_together(capsys, tmp_path):
+    command = ["verify", "examples/stiff_skin.toml", "-o", str(tmp_path / "v"), "--to", "5 rad/m"]
+    assert main([*command, "--load", "60 deg bend"]) == 2
+    assert "leave these out" in capsys.readouterr().err
+    assert main([*command, "--support", "gripped"]) == 2
+    assert "give load too" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("load", "support", "off"),
+    [("80 deg twist", "gripped", 0.06), ("80 deg bend", "clamped", 0.1), ("60 mm up at tip", "clamped", 0.12)],
+)
+def test_three_scales_beside_the_model(tmp_path, load, support, off):
+    """stiff_skin up to three times its first contact and beyond; the mesh is coarse."""
+    skin = Beam.from_toml("examples/stiff_skin.toml")
+    found = verify(skin, tmp_path / "v", load=load, support=support, scales=3)
+    assert found.tested
+    assert "scales touch at" in found.verdict
+    assert abs(float(found.elements.attrs["energy_error"])) < 0.01
+    assert float(abs(found.table["off"].sel(model="law")).max()) < off
