@@ -9,10 +9,14 @@ pytest.importorskip("ipctk", reason="needs the extra fe")
 from squama.beam.design import Beam
 from squama.cli import main
 from squama.errors import InputError
+from squama.fe.body import Body
+from squama.fe.elements import Elements, Material
+from squama.fe.geometry import geometry
 from squama.fe.loaded import BLANK, Lead, attitude, make_loaded
+from squama.fe.mesh import bar_mesh, tile
 from squama.fe.periodic import End, stays
 from squama.fe.pitch_stiffness import response
-from squama.fe.plate import turned
+from squama.fe.plate import Carried, Rest, turned
 from squama.model.section import torsion_constant, torsion_shear
 from squama.study import parts
 from squama.study.verification import verify
@@ -106,6 +110,23 @@ def test_the_bar_of_a_part_is_that_of_its_sections(fig6b, coarse):
     assert way / of_twist > 1.2 * way * G * J
     assert load["tip"]["y_end"] == pytest.approx(shift, rel=1e-9)
     assert load["bend"]["y_end"] == pytest.approx(way * L * L / 2, rel=0.05)
+
+
+def test_plane_clamps_take_a_fifth_of_a_pitch_of_bar_away_each():
+    """What pages and warnings say of stiff_skin: 5 pitches of its bar are 1.08 times as stiff."""
+    skin = Beam.from_toml("examples/stiff_skin.toml")
+    shape = geometry(skin)._replace(alpha=0.0)
+    mesh = tile(bar_mesh(shape, 0.2), 5)
+    axis = Rest(0.0, 0.0, np.eye(3), np.zeros(3))
+    far = mesh.cuts[-1]
+    elements = Elements(mesh.nodes, mesh.tets, Material(1.0, shape.nu))
+    body = Body(elements, mesh.nodes, [(far, Carried(axis, mesh.nodes[far], 5))], still=mesh.cuts[0])
+    r = body.reduce(body.start(), np.zeros(6), 0.0)
+    # free along the axis
+    stiffness = (r.torque_phi - r.s_phi[2] ** 2 / r.S[2, 2]) / 5
+    body.solver.close()
+    ratio = stiffness / (torsion_constant(shape.width, 2 * shape.lam) / (2 * (1 + shape.nu)))
+    assert 1.06 < ratio < 1.10
 
 
 def test_work_of_a_part_is_energy_and_friction(fig6b, coarse):
