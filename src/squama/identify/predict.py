@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from squama import arguments
+from squama.beam.design import Beam
 from squama.curves.histories import cycle
 from squama.errors import InputError, refuse
+from squama.identify.selection import Found
 from squama.loads import LOADS
 from squama.progress import steps
 from squama.types import Array
@@ -18,27 +20,37 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-    from squama.beam.design import Beam
-    from squama.identify.result import Fit
 
 _ENDED = 0.5
 """Part of the draws that may end before the way that is asked."""
 
 
-def draws(fit: Fit, number: int, seed: int) -> Array:
+class Model(NamedTuple):
+    """The fitted beam, and how it is followed: arguments of :func:`squama.cycle`."""
+
+    beam: Beam
+    load: str
+    law: str
+    joint: str
+    ends: str
+
+
+def draws(fit: Found, posterior: Array | None, number: int, seed: int) -> Array:
     """Return so many values of the parameters of a fit, within their bounds, shape (number, parameters).
 
     From its posterior samples where there are some, else from the estimates and their covariance.
     """
     r = np.random.default_rng(seed)
-    if fit.posterior is not None:
-        return np.asarray(fit.posterior.samples[r.integers(0, len(fit.posterior.samples), number)])
+    if posterior is not None:
+        return np.asarray(posterior[r.integers(0, len(posterior), number)])
     drawn = r.multivariate_normal(np.zeros(len(fit.rows)), fit.correlation, number) * fit.deviations
     return np.clip(fit.estimates + drawn, fit.asked.low, fit.asked.high)
 
 
 def predict(
-    fit: Fit,
+    fit: Found,
+    model: Model,
+    posterior: Array | None,
     to: float | str | Sequence[float | str],
     *,
     samples: int = 100,
@@ -51,19 +63,19 @@ def predict(
     arguments.whole("seed", seed, 0, 2**32 - 1)
     if not 0 < probability < 1:
         refuse("probability", str(probability), "must lie between 0 and 1", "write e.g. 0.95")
-    load = LOADS[fit.load]
+    load = LOADS[model.load]
 
     def curve(beam: Beam) -> xr.Dataset:
-        hinged = fit.joint == "hinge"
+        hinged = model.joint == "hinge"
         return cycle(
-            beam, to, load=fit.load, law=fit.law, joint=fit.joint, ideal=hinged, points=points,
-            ends=None if hinged else fit.ends,
+            beam, to, load=model.load, law=model.law, joint=model.joint, ideal=hinged, points=points,
+            ends=None if hinged else model.ends,
         )  # fmt: skip
 
-    best = curve(fit.beam)
+    best = curve(model.beam)
     angle, leg = best[load.angle].values, best["leg"].values
-    values, work, asked = [], [], fit.asked._replace(beam=fit.beam)
-    for p in steps(list(draws(fit, samples, seed)), samples, "draws of the fit"):
+    values, work, asked = [], [], fit.asked._replace(beam=model.beam)
+    for p in steps(list(draws(fit, posterior, samples, seed)), samples, "draws of the fit"):
         try:
             one = curve(asked.fitted(p))
         except InputError:
@@ -73,7 +85,7 @@ def predict(
         work.append(_work(x, T))
     if len(values) < (1 - _ENDED) * samples:
         refuse("to", "", f"{samples - len(values)} of {samples} draws are not followed", "go less far")
-    return _dataset(fit, best, np.array(values), np.array(work), probability)
+    return _dataset(fit, model, best, np.array(values), np.array(work), probability)
 
 
 def _on(angle: Array, leg: Array, x: Array, T: Array, own: Array) -> Array:
@@ -92,10 +104,10 @@ def _work(x: Array, T: Array) -> float:
     return float(np.trapezoid(T, x))
 
 
-def _dataset(fit: Fit, best: xr.Dataset, values: Array, work: Array, probability: float) -> xr.Dataset:
+def _dataset(fit: Found, model: Model, best: xr.Dataset, values: Array, work: Array, probability: float) -> xr.Dataset:
     import xarray as xr
 
-    load, tail = LOADS[fit.load], (1 - probability) / 2
+    load, tail = LOADS[model.load], (1 - probability) / 2
     T, between = load.torque, f"{100 * probability:g} % of the draws lie between"
     known = np.count_nonzero(np.isfinite(values), axis=0) > _ENDED * len(values)
     low, high = (
@@ -117,6 +129,6 @@ def _dataset(fit: Fit, best: xr.Dataset, values: Array, work: Array, probability
             "work_low": ((), float(ends[0]), {"long_name": f"{loss}, {between} this", "units": "J"}),
             "work_high": ((), float(ends[1]), {"long_name": f"{loss}, {between} and this", "units": "J"}),
         },
-        attrs={"title": f"prediction in {fit.load} from a fit", "estimates": ", ".join(fit.lines)}
+        attrs={"title": f"prediction in {model.load} from a fit", "estimates": ", ".join(fit.lines)}
         | {"draws": len(values), "probability": probability},
     )

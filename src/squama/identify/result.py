@@ -331,9 +331,10 @@ class Fit(Found):
         InputError
             An argument is out of range, or more than half of the draws are not followed so far.
         """
-        from squama.identify.predict import predict
+        from squama.identify.predict import Model, predict
 
-        return predict(self, to, **how)
+        model = Model(self.beam, self.load, self.law, self.joint, self.ends)
+        return predict(self, model, None if self.posterior is None else self.posterior.samples, to, **how)
 
     def curve(self) -> Curve:
         """Return the fitted curve as it is read along the ways of the records; repeated ways stand once.
