@@ -22,10 +22,9 @@ class Dimension(StrEnum):
     DENSITY = "density"
     INERTIA = "moment of inertia"
     IMPULSE = "angular impulse"
-    FREQUENCY = "frequency"
-    TIME = "time"
+    FREQUENCY, TIME = "frequency", "time"
     RIGIDITY = "stiffness of a beam"  # torque per twist rate, moment per curvature
-    LINE_WORK = "work per length"
+    LINE_WORK, COMPLIANCE = "work per length", "compliance"  # the latter angle per torque
     RATIO = "ratio"
 
 
@@ -46,6 +45,7 @@ UNITS: dict[str, tuple[Dimension, float, float]] = {
         Dimension.FREQUENCY: {"Hz": (1.0, 1.0), "kHz": (1e3, 1.0), "mHz": (1.0, 1e3)},
         Dimension.TIME: {"s": (1.0, 1.0), "ms": (1.0, 1e3), "us": (1.0, 1e6), "min": (60.0, 1.0)},
         Dimension.LINE_WORK: {"J/m": (1.0, 1.0), "mJ/m": (1.0, 1e3), "mJ/mm": (1.0, 1.0), "J/mm": (1e3, 1.0)},
+        Dimension.COMPLIANCE: {"rad/(N m)": (1.0, 1.0), "deg/(N m)": (DEGREE, 1.0)},
         Dimension.RATIO: {"%": (1.0, 1e2), "": (1.0, 1.0)},
     }.items()
     for unit, scale in scales.items()
@@ -183,6 +183,7 @@ _KINDS = {
     Dimension.TIME: _Kind(Dimension.TIME, "a time", "s", "0.5", "s"),
     Dimension.RIGIDITY: _Kind(Dimension.RIGIDITY, "a stiffness of a beam", "N m^2", "0.5", "N m^2"),
     Dimension.LINE_WORK: _Kind(Dimension.LINE_WORK, "a work per length of the beam", "J/m", "0.2", "J/m"),
+    Dimension.COMPLIANCE: _Kind(Dimension.COMPLIANCE, "a compliance", "rad/(N m)", "0.5", "rad/(N m)"),
     Dimension.RATIO: _Kind(Dimension.RATIO, "a plain number", "", "0.25", ""),
 }
 _TYPES = {"NoneType": "nothing", "bool": "no number", "list": "a list", "dict": "a table", "date": "a date"}

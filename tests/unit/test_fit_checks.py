@@ -222,7 +222,7 @@ def test_the_first_half_is_told_where_scales_touch_before_the_model_does():
     v = Physical(0.3, 1.0, 1.0, 0.1)
     for bend, count in ((0.0, 101), (4.0, 51)):
         record = SimpleNamespace(load=x, torque=2 * x + bend * np.maximum(x - 0.03, 0) + noisy)
-        found = slope.slope(record, points, np.ones(x.size, bool), v, 2.0, 1e-5)
+        found = slope.slope(record, points, np.ones(x.size, bool), v, (2.0, 1e6), 1e-5)
         assert found.points == count
         # tolerance: noise of a fixed seed, whose four errors are 1e-4 and 3e-4
         assert abs(found.ratio - 1) < 4 * found.error < 0.01

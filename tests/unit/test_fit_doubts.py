@@ -176,7 +176,7 @@ def test_readings_and_twists():
     load = np.array([0.0, 1, 2, 3, 2.9, 2, 1, 2, 3])
     way = np.array([1, 1, 1, 1, -1, -1, -1, 1, 1])
     readings = Readings.of(load, way, np.zeros(9, int), 10)
-    x, branch = readings.placed(1.0, 2.0)
+    x, branch = readings.placed(1.0, 2.0, 0.0)
     # on the way back the play is taken up first; what lies in it stays on the branch before
     np.testing.assert_allclose(x, [-0.1, 0.9, 1.9, 2.9, 2.9, 2.1, 1.1, 1.9, 2.9])
     assert branch.tolist() == [-1, 1, 1, 1, 1, -1, -1, 1, 1]
@@ -185,7 +185,7 @@ def test_readings_and_twists():
 
 def test_errors_allow_for_the_nuisances_that_may_be_there(monkeypatch):
     """Errors against fits with each selection of two nuisances, which are weighed by their sums of squares."""
-    monkeypatch.setattr(fitting, "NUISANCES", ("torque_zero", "drift"))
+    monkeypatch.setattr(fitting, "SHOWN", ("torque_zero", "drift"))
     monkeypatch.setattr(fitting, "_rival", lambda *_: None)
     start, data, _ = loop("white noise", beam="hinges")
     data["T"] = data["T"] - 0.004 * np.linspace(0, 1, data["T"].size)

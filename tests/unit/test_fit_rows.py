@@ -177,4 +177,4 @@ def test_the_slope_before_engagement_is_that_of_the_ends(ends):
     specimens, names = records.read({"phi": c.phi.values, "T": c["T"].values}, beam, "twisting"), ("mu", "K_theta")
     wanted = Wanted(beam, specimens, names, "twisting", "edge", None, records.ALL, None, 1, (), ends)
     made = prepare.prepared("compliant", wanted)
-    assert prepare.bar(made) == pytest.approx(float(c["T"][1] / c.phi[1]), rel=1e-6)
+    assert prepare.bar(made)[0] == pytest.approx(float(c["T"][1] / c.phi[1]), rel=1e-6)

@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, pair, settled, whole
-from squama.errors import Problems, refuse
+from squama.errors import Problems, naming, refuse
 from squama.io.files import label
 from squama.loads import LOADS, model
 from squama.units import is_number, shown
@@ -44,15 +44,21 @@ def with_unit(unit: str) -> flags.Reader[str]:
     return flags.Reader(read, "")
 
 
+def _machine(name: str, text: str) -> str:
+    """Read the stiffness of a testing machine; what is wrong in it the fit says."""
+    return text if text == "rigid" else with_unit("N m/rad").read(name, text)
+
+
 _twist, _torque = with_unit("rad/pitch"), with_unit("N m")
+_prior = pair("name=tolerance", '--prior E_B="1.5 MPa +- 5 %"')
 _limits = flags.Reader(_bounds, flags.Pair("", ""))
 _FILES = (
     'Beam file (TOML) and CSV files of measured points with a header such as "Phi (deg/mm), T (N mm)", or one of a '
     'decay: "t (s), total (deg)".'
 )
 _FIND = (
-    "Parameters to find: mu, K_theta, C_f, E_B, theta0, torque_zero, twist_zero, backlash, drift. Default: mu,K_theta; "
-    "of a decay mu,K_theta,damping."
+    "Parameters to find: mu, K_theta, C_f, E_B, theta0, torque_zero, twist_zero, backlash, drift, compliance. "
+    "Default: mu,K_theta; of a decay mu,K_theta,damping."
 )
 _BOUNDS = 'Bounds of a parameter, e.g. mu=0.1:0.5 or theta0="5 deg:20 deg"; may be repeated.'
 _NOISE = 'Standard deviation of a measured torque, e.g. "5 N mm". Default: from the residuals.'
@@ -64,6 +70,10 @@ _COLUMNS = (
     'Names and units of the columns of measured points: "Winkel=total (deg), 3=T (N mm)". Default: from the header.'
 )
 JOINT = "Joint of a scale: compliant or hinge. Default: compliant; hinge in bending and with the plate law."
+_EACH = 'Parameters with a value for each loop, or each specimen: "mu", "mu,twist_zero".'
+_MACHINE = 'Stiffness of the testing machine in series: "2 N m/rad", "2 +- 0.5 N m/rad" (found too) or rigid.'
+_PRIOR = 'Prior of a parameter: E_B="1.5 MPa +- 5 %" (limits), mu="0.3 +- 0.03 sd"; found too; may be repeated.'
+_KNOWN = "TOML file with tolerances under [tolerance], as priors; --prior goes before it."
 _STICK = 'Twist after a reversal for which points are not used, e.g. "0.002 rad/pitch".'
 
 
@@ -83,6 +93,8 @@ class Search:
     joint: Annotated[str | None, flag(JOINT, read=flags.one_of("hinge", "compliant"))] = None
     nuisances: Annotated[str, flag(_NUISANCES, read=flags.one_of("auto", "none"))] = "auto"
     ends: flags.Ends = None
+    each: Annotated[str | None, flag(_EACH)] = None
+    machine: Annotated[str | None, flag(_MACHINE, read=flags.Reader(_machine, ""))] = None
 
 
 SEARCH = Search()
@@ -133,6 +145,8 @@ def fit(
     *files: Annotated[flags.File, Parameter(help=_FILES)],
     find: Annotated[str | None, flag(_FIND)] = None,
     bounds: Annotated[tuple[flags.Pair, ...], flag(_BOUNDS, read=_limits, many=True)] = (),
+    prior: Annotated[tuple[flags.Pair, ...], flag(_PRIOR, read=_prior, many=True)] = (),
+    tolerances: Annotated[flags.File | None, flag(_KNOWN)] = None,
     search: Search = SEARCH,
     swing: Swing = SWING,
     tables: Tables = TABLES,
@@ -147,7 +161,7 @@ def fit(
     limits = flags.once("--bounds", bounds)
     if corner is not None and not search.posterior and "--posterior" not in flags.problems().flags:
         flags.problems().add("--corner", corner, "draws posterior samples", "ask for them too, e.g. --posterior 4000")
-    common.check(*files, plots=[corner] if corner else [])
+    common.check(*files, *([tolerances] if tolerances else []), plots=[corner] if corner else [])
     flags.check_places([(out, (".toml",))], files)
     beam = settled(common.beam(beams[0], friction=False) if len(beams) == 1 else None)
 
@@ -157,7 +171,7 @@ def fit(
     names |= {"parameters": "--find", "bounds:": "--bounds", "data": ", ".join(data), "mode": "--mode"}
     decays = any(tables.swings(path) for path in data)
     if decays:
-        _of_tests(data, search, corner=corner, bounds=bounds)
+        _of_tests(data, search, corner=corner, bounds=bounds, prior=prior, tolerances=tolerances)
     elif swing != SWING:
         refuse("--mode, --ideal", "", "are for decays: no table has a column of time, and no torque")
     read = tables.read(data, beam, search.load, decay=decays)
@@ -170,6 +184,7 @@ def fit(
         else:
             given = {name: value for name, value in vars(search).items() if value is not None}
             parted = ((name, text.partition(":")) for name, text in limits.items())
+            given["tolerances"] = _known(prior, tolerances, beam)
             given["bounds"] = {name: (low.strip(), high.strip()) for name, (low, _, high) in parted}
             found = fitting.fit(read, beam, *wanted, **given)
     written = output.write(common, found.dataset, *(("decay_figure", on_points) if decays else ("fit_figure", flat)))
@@ -179,6 +194,22 @@ def fit(
         written.append(output.write_text(out, found.beam_file([label(path) for path in data])))
     record = {"file": label(beams[0]), "data": data, **found.report()}
     return output.report(common.json, ", ".join(data), written, record, _shown(found, label(beams[0])))
+
+
+def _known(prior: Iterable[flags.Pair], path: str | None, beam: Beam) -> dict[str, object] | None:
+    """Return the tolerances of the flags and of the file; every mistake is kept."""
+    from squama.cli.uncertainty import tolerance_table
+    from squama.identify import known
+
+    found: dict[str, object] = {}
+    if path is not None:
+        with naming(source=label(path)):
+            found |= {t.name: (t.kind, *t.numbers) for t in known.read(tolerance_table(path), beam, bare=False)}
+    if given := flags.once("--prior", prior):
+        flags.problems().settle()
+        with flags.laid({name: f"--prior {name}" for name in given}):
+            found |= {t.name: (t.kind, *t.numbers) for t in known.read(given, beam, bare=False)}
+    return found or None
 
 
 def _of_tests(data: list[str], search: Search, **others: object) -> None:

@@ -138,7 +138,7 @@ def _tolerances(vary: Iterable[flags.Pair], path: str | None, beam: Beam, study:
 
     if path is not None:
         with flags.problems().caught():
-            table = _table(path)
+            table = tolerance_table(path)
             with naming(source=label(path)):
                 read(table)
     given = flags.once("--vary", vary)
@@ -149,7 +149,7 @@ def _tolerances(vary: Iterable[flags.Pair], path: str | None, beam: Beam, study:
     return found
 
 
-def _table(path: str) -> dict[str, object]:
+def tolerance_table(path: str) -> dict[str, object]:
     """Return the table [tolerance] of a file."""
     name = label(path)
     text = read_text(path, missing='write one with [tolerance] and e.g. mu = "normal(0.25, 0.03)"')

@@ -31,8 +31,9 @@ from squama.dynamics.motion import Drive, Part, State
 from squama.dynamics.systems import Model
 from squama.errors import InputError, refuse
 from squama.identify import estimate, noise, records
+from squama.identify.estimated import Estimated
 from squama.identify.records import Swings
-from squama.identify.unknowns import PARAMETERS, Estimated, Parameter, ask, named
+from squama.identify.unknowns import PARAMETERS, Parameter, ask, named
 from squama.io.columns import TIME
 from squama.loads import MODES
 from squama.types import Array

@@ -19,7 +19,7 @@ from squama.curves.hinge_cycles import Senses
 from squama.errors import refuse
 from squama.identify.hinge_points import Forward, Hinged, build
 from squama.identify.joint_points import Walked
-from squama.identify.unknowns import OF_TWIST, Asked, ask
+from squama.identify.unknowns import Asked, ask
 from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.model.paths import ARRAY
@@ -72,15 +72,17 @@ def solve(
     from scipy.optimize import least_squares
 
     size = float(np.abs(torque).max())
-    unit = [size if row.unit == "N m" else 0.01 if row.name in OF_TWIST else 1.0 for row in asked.rows]
+    units = {"N m": size, "rad": 0.01, "rad/(N m)": 0.01 / size}
+    unit = [units.get(row.unit, 1.0) for row in asked.rows]
     scale = np.where(asked.start == 0, unit, np.abs(asked.start))
     low, high = asked.low / scale, asked.high / scale
 
     def residual(u: Array) -> Array:
-        return np.asarray((points.torque(asked.physical(u * scale)) - torque) / size)
+        apart = modelled(points, asked, u * scale) - torque
+        return np.concatenate([apart, -asked.pull(u * scale)]) / size
 
     def slope(u: Array) -> Array:
-        return derivatives(points, asked, u * scale) * scale / size
+        return np.concatenate([derivatives(points, asked, u * scale), asked.pull_slope]) * scale / size
 
     still = 1e-13 if isinstance(points, Hinged) else 1e-8
     how: dict[str, Any] = {"bounds": (low, high), "x_scale": "jac", "max_nfev": most}
@@ -102,7 +104,7 @@ def solve(
 
 def _at(points: Points, torque: Array, asked: Asked, p: Array, near: NDArray[np.bool_]) -> Estimate:
     """Return what holds at values of the parameters, as found from one start."""
-    r = torque - points.torque(asked.physical(p))
+    r = torque - modelled(points, asked, p)
     return Estimate(p, r, float(r @ r), derivatives(points, asked, p), 1, 1, near)
 
 
@@ -135,10 +137,40 @@ def _sticking(points: Points, asked: Asked, p: Array, mu: int) -> Array:
     return at
 
 
+def _groups(points: Points, asked: Asked) -> list[tuple[int | None, NDArray[np.bool_]]]:
+    """Return the groups that have parameters of their own, and which of the points are theirs; None for all."""
+    if not asked.groups:
+        return [(None, np.ones(points.index.size, bool))]
+    number = points.readings.groups[points.index]
+    return [(g, number == g) for g in range(len(asked.groups))]
+
+
+def _shifts(points: Points, asked: Asked) -> dict[int, tuple[float, Array]]:
+    """Return values of dimensions that have a tolerance, with the torque's derivatives there, by their places."""
+    known = [(i, points.readings.shifts[name]) for i, name in enumerate(asked.names) if name in points.readings.shifts]
+    return {i: (value, shift[points.index]) for i, (value, shift) in known}
+
+
+def modelled(points: Points, asked: Asked, p: Array) -> Array:
+    """Return the torque of the model at the points (N m), for values of the parameters."""
+    out = np.zeros(points.index.size)
+    for group, own in _groups(points, asked):
+        out[own] = points.of(group).torque(asked.physical(p, group))[own]
+    for i, (value, shift) in _shifts(points, asked).items():
+        out += shift * (p[i] - value)
+    return out
+
+
 def derivatives(points: Points, asked: Asked, p: Array) -> Array:
     """Return the derivatives of the torque to the parameters, shape (points, parameters)."""
-    chain = asked.chain(p)
-    return np.asarray(points.jacobian(asked.physical(p), np.asarray(chain.any(axis=1))) @ chain)
+    out = np.zeros((points.index.size, p.size))
+    for group, own in _groups(points, asked):
+        chain = asked.chain(p, group)
+        found = points.of(group).jacobian(asked.physical(p, group), np.asarray(chain.any(axis=1))) @ chain
+        out[own] = found[own]
+    for i, (_, shift) in _shifts(points, asked).items():
+        out[:, i] = shift
+    return out
 
 
 def standard_error(points: Points, asked: Asked, p: Array, covariance: Array) -> Array:
@@ -176,7 +208,7 @@ def _solved_for_linear(points: Points, torque: Array, asked: Asked, start: Array
     if not linear.size:
         return start
     J = derivatives(points, asked, start)[:, linear]
-    rest = points.torque(asked.physical(start)) - J @ start[linear]
+    rest = modelled(points, asked, start) - J @ start[linear]
     norm = np.linalg.norm(J, axis=0)
     norm[norm == 0] = 1.0
     p = start.copy()

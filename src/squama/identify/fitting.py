@@ -14,7 +14,8 @@ from squama.beam.faces import only_one
 from squama.curves import finite_rows, hinge_cycles
 from squama.curves.finite_rows import Ends
 from squama.errors import InputError, naming, refuse
-from squama.identify import estimate, prepare, records, remarks, selection
+from squama.identify import estimate, groups, known, prepare, records, remarks, selection
+from squama.identify import machine as machines
 from squama.identify.hinge_points import Hinged
 from squama.identify.joint_points import Walked
 from squama.identify.posterior import sample
@@ -22,8 +23,8 @@ from squama.identify.prepare import Prepared, Wanted
 from squama.identify.result import Alone, Fit
 from squama.identify.selection import Found, Rival
 from squama.identify.slope import slope
-from squama.identify.unknowns import DEFAULT, NUISANCES, OF_TWIST, ask
-from squama.joints.choice import known
+from squama.identify.unknowns import DEFAULT, OF_TWIST, PARAMETERS, SHOWN, ask, named
+from squama.joints import choice
 from squama.loads import ENDLESS, LOADS
 from squama.needs import need
 from squama.types import Array
@@ -52,6 +53,9 @@ def fit(
     joint: str | None = None,
     nuisances: str = "auto",
     ends: str | None = None,
+    machine: float | str | None = None,
+    tolerances: Mapping[str, Any] | None = None,
+    each: Sequence[str] | str = (),
 ) -> Fit:
     """Find friction, joint stiffness and other parameters of a beam from measured torque and twist.
 
@@ -93,6 +97,17 @@ def fit(
     ends
         Of a beam with a number of scales, in place of its own ``ends``: "free", "gripped", "equal" or "endless", as in
         :func:`squama.cycle`. Fits on hinges are endless.
+    machine
+        Torsional (in bending: bending) stiffness of the testing machine in series with the specimen, N m/rad or text
+        such as "2 N m/rad"; "2 +- 0.5 N m/rad" (limits, or "... sd") finds its compliance too, from what is given and
+        from the points. "rigid" for none. If not given, ``Fit.machine`` says what one would change.
+    tolerances
+        What is known of parameters before the test, by their name here or in the beam file, as in
+        :func:`squama.uncertainty`: ``{"E_B": "1.5 MPa +- 5 %", "scale.alpha": "+- 1 deg"}``. They are found too, from
+        that and from the points: dimensions to first order, at a joint that stays.
+    each
+        Parameters that every loop of a record has of its own, such as "mu", or every specimen where there are several:
+        "mu, twist_zero". A loop is a way in the first sense and the way back. ``beam`` has their mean.
 
     Returns
     -------
@@ -125,15 +140,21 @@ def fit(
     with naming("noise"):
         sigma = None if noise is None else units.bounded(noise, "torque", records.TORQUES)
     automatic = arguments.one_of("nuisances", nuisances, ("auto", "none")) == "auto"
-    asked = ask(beam, load, parameters, bounds, joint="hinge" if joint == "hinge" else "compliant")
+    means = machines.read(machine)
+    parameters = [*named(parameters, PARAMETERS)]
+    priors, dimensions = known.priors(tolerances, beam, means, parameters)
+    parameters += [n for n in priors if n not in parameters]
+    asked = ask(beam, load, parameters, bounds, joint="hinge" if joint == "hinge" else "compliant", priors=priors)
     # samples are drawn at twists that stay
     moved = [n for n in asked.names if n in OF_TWIST]
     if samples and moved:
         refuse("posterior", str(samples), f"no samples are drawn with {' and '.join(moved)}", "leave one out")
-    candidates = tuple(n for n in NUISANCES if automatic and not (samples and n in OF_TWIST))
+    candidates = tuple(n for n in SHOWN if automatic and not (samples and n in OF_TWIST))
     # before the joint is looked for, which may take finite elements
     limits = records.Limits.of(beam, load, to, reversal, stick)
-    wanted = Wanted(beam, [], asked.names, load, law, bounds, limits, sigma, starts, candidates)
+    own = _each(each, asked.names, samples)
+    given = (limits, sigma, starts, candidates, ENDLESS, means, own, dimensions, priors)
+    wanted = Wanted(beam, [], asked.names, load, law, bounds, *given)
     kind, why = prepare.kind(joint, wanted, samples)
     wanted = wanted._replace(specimens=records.read(data, beam, load), ends=prepare.ends(kind, wanted, ends))
     try:
@@ -145,14 +166,36 @@ def fit(
         made, kind, why = prepare.prepared("hinge", wanted), "hinge", f"on the compliant joint: {error}"
     prepare.enough(made)
     try:
-        found = selection.find(made, starts, candidates)
+        shared = selection.find(made, starts, candidates)
     except InputError:
         if not (cause := prepare.wrong_unit(made)):
             raise
         # what the points seem not to show is a consequence
         refuse("data", "", f"no fit is found: {cause}")
-    result = _result(made, found, wanted, _rival("hinge" if kind == "compliant" else "compliant", wanted, found), why)
+    rival = _rival("hinge" if kind == "compliant" else "compliant", wanted, shared)
+    found = _apart(made, shared, wanted) if own else shared
+    if dimensions:
+        made, found = known.tolerated(made, found, wanted)
+    result = _result(made, found, shared, wanted, rival, why)
     return replace(result, posterior=sample(made, found, samples, seed)) if samples else result
+
+
+def _each(given: Sequence[str] | str, names: tuple[str, ...], samples: int) -> tuple[str, ...]:
+    """Return the checked names of what every loop, or specimen, has of its own."""
+    each = tuple(named(given, PARAMETERS)) if given else ()
+    for name in each:
+        if name not in names:
+            refuse("each", "", f"{name} is not to be found (found are: {', '.join(names)})", "find it too")
+    if each and samples:
+        refuse("posterior", str(samples), "no samples are drawn where loops have values of their own", "leave one out")
+    return each
+
+
+def _apart(made: Prepared, shared: Found, wanted: Wanted) -> Found:
+    """Find what every group has of its own; refuse a record of one group."""
+    if len(made.points.readings.words) < 2:
+        refuse("each", "", "the record is of one loop", "leave it out, or give a record of several loops or specimens")
+    return groups.apart(made, shared, wanted.each, wanted.candidates)
 
 
 def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
@@ -160,7 +203,7 @@ def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
     if not LOADS[wanted.load].sided or wanted.law != "edge" or "theta0" in wanted.names:
         return None
     try:
-        if joint == "compliant" and not known(wanted.beam):
+        if joint == "compliant" and not choice.known(wanted.beam):
             refuse("joint", "", "needs finite elements", f'ask for it by joint="{joint}"')
         made = prepare.prepared(joint, wanted)
         usable = made.usable & found.used
@@ -179,8 +222,8 @@ def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
     return Rival(joint, other, "")
 
 
-def _result(made: Prepared, found: Found, wanted: Wanted, rival: Rival | None, why: str) -> Fit:
-    """Return the result of a fit; ``why`` says why the model is not the one of choice."""
+def _result(made: Prepared, found: Found, shared: Found, wanted: Wanted, rival: Rival | None, why: str) -> Fit:
+    """Return the result of a fit, and of all groups together; ``why`` says why the model is not the one of choice."""
     rec, points, asked = made.record, made.points, found.asked
     at, beam = asked.physical(found.estimates), asked._replace(beam=wanted.beam).fitted(found.estimates)
     touching, covered = points.touching(at), made.usable | (rec.stuck & rec.asked)
@@ -188,13 +231,16 @@ def _result(made: Prepared, found: Found, wanted: Wanted, rival: Rival | None, w
     branch = np.where((rec.stuck | (made.usable & ~found.used)) & touching, "stick", branch)
     branch = np.where(found.stray, "stray", branch)
     band = estimate.standard_error(found.points, asked, found.estimates, found.covariance)
-    fitted = np.where(covered, points.torque(at), np.nan)
+    fitted = np.where(covered, estimate.modelled(points, asked, found.estimates), np.nan)
     senses, remedies = None, []
-    if isinstance(points, Hinged):
+    if isinstance(points, Hinged) and found.parameters == shared.parameters:
         senses = hinge_cycles.senses(beam, asked.load, at.mu, wanted.law, 0.01)
         used = points.take(np.flatnonzero(found.used)).at(at)
         remedies = estimate.remedies(asked, found.estimates, senses, used, found.jacobian, found.noise)
     steep = slope(rec, points, found.used, at, prepare.bar(made), found.noise)
+    loops = None
+    if not asked.groups and len(rec.specimens) == 1:
+        loops = groups.differing(made, shared, "mu")
     result = Fit(
         **(vars(found) | {"points": points}),
         beam=beam,
@@ -207,7 +253,7 @@ def _result(made: Prepared, found: Found, wanted: Wanted, rival: Rival | None, w
         fitted=fitted,
         band=np.where(covered, band, np.nan),
         branch=np.where(covered, branch, "beyond"),
-        specimens=_specimens(made, found),
+        specimens=_specimens(made, shared),
         remedies=tuple(remedies),
         notes=(),
         rival=rival,
@@ -215,8 +261,10 @@ def _result(made: Prepared, found: Found, wanted: Wanted, rival: Rival | None, w
         slope=steep,
         ends=wanted.ends,
         row=_row(made, found, beam) if wanted.ends == ENDLESS else None,
-        endless=_endless(made, found),
-        doubts=tuple(remarks.doubts(made, found, rival, steep)),
+        endless=_endless(made, shared),
+        doubts=tuple(remarks.doubts(made, found, rival, steep, wanted.machine, loops)),
+        loops=loops,
+        machine=remarks.machine(found, wanted.machine),
     )
     return replace(result, notes=(*([why] if why else []), *remarks.notes(result, senses)))
 
@@ -246,7 +294,7 @@ def _alone(label: str, made: Prepared, start: Array) -> Alone:
         one = selection.settle(made, start)
     except InputError as error:
         return Alone(label, None, None, problem=str(error))
-    return Alone(label, one.estimates, one.deviations, one.rms)
+    return Alone(label, one.estimates, one.deviations, one.rms, "", one.rows)
 
 
 def _row(made: Prepared, found: Found, beam: Beam) -> Ends | None:

@@ -33,15 +33,16 @@ from squama.types import Array
 FLOOR = 1e-3
 """Part of the D without friction below which 1/D is continued by its tangent."""
 _STEP = 1e-5
-"""Steps of the differences by the twist, rad over the whole beam."""
+"""Steps of the differences by the twist, rad over the whole beam; of the compliance over the largest torque."""
 
 
 class Physical(NamedTuple):
     """What the torque depends on.
 
     Friction, joint stiffness (N m), rigidity (N m2), theta0 (rad); zero of the torque (N m), zero and play of the twist
-    (rad over the whole beam), drift of the torque in a record (N m); the bar's modulus over that of the beam as given,
-    with which all other stiffnesses of a joint's matrix go (hinges have none).
+    (rad over the whole beam), drift of the torque in a record (N m), compliance of the testing machine (rad/(N m)); the
+    bar's modulus over that of the beam as given, with which all other stiffnesses of a joint's matrix go (hinges have
+    none).
     """
 
     mu: float
@@ -52,6 +53,7 @@ class Physical(NamedTuple):
     twist_zero: float = 0.0
     backlash: float = 0.0
     drift: float = 0.0
+    compliance: float = 0.0
     modulus: float = 1.0
 
 
@@ -125,7 +127,7 @@ class Hinged:
     def __init__(self, senses: Senses, readings: Readings) -> None:
         self.senses, self.readings = senses, readings
         self.index = np.arange(readings.load.size)
-        self._kept: tuple[tuple[float, float], Forward] | None = None
+        self._kept: tuple[tuple[float, ...], Forward] | None = None
 
     def take(self, index: Array) -> Hinged:
         """Return some of the points."""
@@ -133,9 +135,13 @@ class Hinged:
         other.index, other._kept = self.index[index], None
         return other
 
+    def of(self, _: int | None) -> Hinged:
+        """Return the points as those of a group see them: all alike."""
+        return self
+
     def at(self, v: Physical) -> Forward:
         """Return the points on their paths; twists beyond the largest that the senses allow are put there."""
-        key = float(v.twist_zero), float(v.backlash)
+        key = float(v.twist_zero), float(v.backlash), float(v.compliance)
         if self._kept is None or self._kept[0] != key:
             x, way = (column[self.index] for column in self.readings.placed(*key))
             most = self.senses.most
@@ -150,12 +156,16 @@ class Hinged:
         """Torque or moment that is read (N m)."""
         return np.asarray(self.at(v).torque(v) + v.torque_zero + v.drift * self.readings.order[self.index])
 
+    def whole(self, v: Physical) -> Array:
+        """Torque at all readings (N m), without zero and drift."""
+        return self.at(v).torque(v)
+
     def jacobian(self, v: Physical, wanted: Array) -> Array:
-        """Return the derivatives of the torque, shape (n, 9), in the order of :class:`Physical`, where ``wanted``."""
+        """Return the derivatives of the torque, shape (n, 10), in the order of :class:`Physical`, where ``wanted``."""
         out = np.zeros((self.index.size, len(Physical._fields)))
         out[:, :4] = self.at(v).jacobian(v)
         out[:, 4], out[:, 7] = 1.0, self.readings.order[self.index]
-        for i in (5, 6):
+        for i in (5, 6, 8):
             if wanted[i]:
                 out[:, i] = self._slope(v, Physical._fields[i])
         return out
@@ -163,7 +173,8 @@ class Hinged:
     def _slope(self, v: Physical, name: str) -> Array:
         """Return a derivative of the torque by central differences; one-sided where there is no play."""
         value = getattr(v, name)
-        low, high = max(value - _STEP, 0.0) if name == "backlash" else value - _STEP, value + _STEP
+        step = _STEP / (float(np.abs(self.readings.torque).max()) or 1.0) if name == "compliance" else _STEP
+        low, high = max(value - step, 0.0) if name == "backlash" else value - step, value + step
         ends = [v._replace(**{name: at}) for at in (high, low)]
         up, down = (self.torque(end) for end in ends)
         first, last = (self.at(end).way * self.at(end).sign for end in ends)

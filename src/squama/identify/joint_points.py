@@ -34,9 +34,12 @@ NODES = 500
 _APART = 1e-5
 """Least distance of two of them, over the largest twist."""
 _KEPT = 16
-_STEPS = {"mu": 2e-3, "stiffness": 1e-3, "rigidity": 1e-3, "twist_zero": 2e-3, "backlash": 2e-3, "modulus": 1e-3}
+_STEPS = dict.fromkeys(("mu", "twist_zero", "backlash", "compliance"), 2e-3)
+_STEPS |= dict.fromkeys(("stiffness", "rigidity", "modulus"), 1e-3)
 _RELATIVE = ("stiffness", "rigidity", "modulus")
-"""Steps of the differences, and which of them are over the value."""
+_OF_TWIST = ("twist_zero", "compliance")
+"""Steps of the differences, that of the compliance over the largest torque; which of them are over the value, and which
+may be below 0."""
 _FAR = 1e3
 _SLIGHT = 1e-4
 """A twist before any engagement, rad per pitch."""
@@ -69,7 +72,11 @@ class Walked:
         other.index = self.index[index]
         return other
 
-    def _changed(self, **changes: object) -> Walked:
+    def of(self, _: int | None) -> Walked:
+        """Return the points as those of a group see them: all alike."""
+        return self
+
+    def changed(self, **changes: object) -> Walked:
         """Return points with other attributes, which are walked anew."""
         other = copy.copy(self)
         vars(other).update(changes, _walked=functools.lru_cache(_KEPT)(other._walk))
@@ -77,7 +84,7 @@ class Walked:
 
     def endless(self) -> Walked:
         """Return the points on the endless beam."""
-        return self._changed(ends=ENDLESS)
+        return self.changed(ends=ENDLESS)
 
     def shared(self, v: Physical) -> Walked:
         """Return the points on the endless beam, whose torques are taken times the share that the scales have at v."""
@@ -101,8 +108,12 @@ class Walked:
             torque = np.where(touching, _FAR, 1.0) * torque
         return np.asarray((torque + v.drift * self.readings.order)[self.index] + v.torque_zero)
 
+    def whole(self, v: Physical) -> Array:
+        """Torque at all readings (N m), without zero and drift; refuse a beam that does not follow them."""
+        return self._at(v)[0]
+
     def jacobian(self, v: Physical, wanted: Array) -> Array:
-        """Return the derivatives of the torque, shape (n, 9), in the order of :class:`Physical`, where ``wanted``."""
+        """Return the derivatives of the torque, shape (n, 10), in the order of :class:`Physical`, where ``wanted``."""
         out = np.zeros((self.index.size, len(Physical._fields)))
         out[:, 4], out[:, 7] = 1.0, self.readings.order[self.index]
         for i, name in enumerate(Physical._fields):
@@ -114,7 +125,9 @@ class Walked:
         """Return a derivative by central differences; one-sided at 0, and where the contact ends on one side."""
         value = getattr(v, name)
         h = _STEPS[name] * (value if name in _RELATIVE else 1.0)
-        ends = [value - h if name == "twist_zero" else max(value - h, 0.0), value + h]
+        if name == "compliance":
+            h /= float(np.abs(self.readings.torque).max()) or 1.0
+        ends = [value - h if name in _OF_TWIST else max(value - h, 0.0), value + h]
         for i, end in enumerate(ends):
             try:
                 self._at(v._replace(**{name: end}))
@@ -145,7 +158,7 @@ class Walked:
         """Return readings of each way to be drawn, and the number of their way."""
         readings, leg = self.readings.drawn(points, once=once)
         share = np.ones(readings.load.size)
-        return self._changed(readings=readings, index=np.flatnonzero(leg), share=share), leg[leg > 0]
+        return self.changed(readings=readings, index=np.flatnonzero(leg), share=share), leg[leg > 0]
 
     def _at(self, v: Physical) -> tuple[Array, Array]:
         """Return torques (N m) without zero and drift, and whether the scales touch, at all readings."""
@@ -161,7 +174,7 @@ class Walked:
 
     def _walk(self, v: Physical) -> tuple[Array, Array]:
         """Walk the beam of a trial through the twists (rad per pitch) of the specimen."""
-        beam, x = self._trial(v), self.readings.placed(v.twist_zero, v.backlash)[0]
+        beam, x = self._trial(v), self.readings.placed(v.twist_zero, v.backlash, v.compliance)[0]
         one = real.Path.of(beam, float(v.mu), (_TWISTING.verb,), ideal=False)
         torque, touching = np.zeros(x.size), np.zeros(x.size, bool)
         for ways in self.readings.records:
@@ -181,13 +194,29 @@ class Walked:
 class Linear(Walked):
     """Points whose torque is linear in all that it depends on, about values at which it is walked.
 
-    A derivative is walked when it is first asked for, and kept. ``columns`` are some that are known, by name.
+    A derivative is walked when it is first asked for, and kept. ``columns`` are some that are known, by name; ``parts``
+    what groups see, about values of their own.
     """
 
     def __init__(self, own: Walked, v: Physical, columns: dict[str, Array] | None = None) -> None:
         vars(self).update(vars(own))
         self.own, self.about, self.columns = own, v, columns or {}
+        self.parts: tuple[Linear, ...] = ()
         self._torque, self._touches = own._at(v)
+
+    def of(self, group: int | None) -> Linear:
+        """Return the points as those of a group see them."""
+        if group is None or not self.parts:
+            return self
+        part = copy.copy(self.parts[group])
+        part.index = self.index
+        return part
+
+    def apart(self, values: list[Physical]) -> Linear:
+        """Return the points with torques about other values for each group, with the same derivatives."""
+        other = copy.copy(self)
+        other.parts = tuple(Linear(self.own, v, self.columns) for v in values)
+        return other
 
     def touching(self, _: Physical) -> Array:
         """Whether plates touch at the values about which the torque is linear."""

@@ -12,6 +12,7 @@ squares; both times tau.
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -37,6 +38,21 @@ def scatter(torque: Array, way: Array) -> float:
     inside = (way[2:] == way[1:-1]) & (way[1:-1] == way[:-2])
     second = (torque[2:] - 2 * torque[1:-1] + torque[:-2])[inside]
     return _MAD * float(np.median(np.abs(second))) / math.sqrt(6) if second.size else 0.0
+
+
+def smooth(x: Array, y: Array, turns: list[int]) -> Array:
+    """Return y as running lines over x tell it, of seven neighbours on a way between turns; shorter ways stay."""
+    out, width = y.copy(), 2 * _BESIDE + 1
+    for a, b in itertools.pairwise([0, *(i + 1 for i in turns), y.size]):
+        if b - a < width:
+            continue
+        first = np.clip(np.arange(b - a) - _BESIDE, 0, b - a - width)
+        near, beside = (np.lib.stride_tricks.sliding_window_view(v[a:b], width)[first] for v in (x, y))
+        apart = near - near.mean(axis=1, keepdims=True)
+        square = np.einsum("ij,ij->i", apart, apart)
+        steep = np.divide(np.einsum("ij,ij->i", apart, beside), square, out=np.zeros(b - a), where=square > 0)
+        out[a:b] = beside.mean(axis=1) + steep * (x[a:b] - near.mean(axis=1))
+    return out
 
 
 def strays(residual: Array, way: Array, least: float) -> NDArray[np.bool_]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +22,8 @@ from squama.identify import records
 from squama.identify.estimate import Points
 from squama.identify.hinge_points import Hinged
 from squama.identify.joint_points import Walked
+from squama.identify.machine import Machine
+from squama.identify.noise import scatter
 from squama.identify.readings import Readings
 from squama.identify.records import Limits, Record
 from squama.identify.slope import slope
@@ -37,7 +40,8 @@ class Wanted(NamedTuple):
     """What a fit is asked for, checked: arguments of :func:`squama.fit`.
 
     ``noise`` N m, if given; ``candidates`` nuisances that may be found unasked; ``ends`` of the beam on compliant
-    joints: hinges are endless.
+    joints: hinges are endless; ``machine`` None where nothing is known of it; ``each`` what every loop, or
+    specimen, has of its own; ``priors`` by name, those of the beam's ``dimensions`` apart.
     """
 
     beam: Beam
@@ -51,6 +55,15 @@ class Wanted(NamedTuple):
     starts: int
     candidates: tuple[str, ...]
     ends: str = ENDLESS
+    machine: Machine | None = None
+    each: tuple[str, ...] = ()
+    dimensions: Mapping[str, tuple[float, float]] = MappingProxyType({})
+    priors: Mapping[str, tuple[float, float]] = MappingProxyType({})
+
+    @property
+    def compliance(self) -> float:
+        """Compliance for which records are corrected, rad/(N m)."""
+        return 0.0 if self.machine is None else self.machine.compliance
 
 
 class Prepared(NamedTuple):
@@ -100,12 +113,17 @@ def ends(joint: str, wanted: Wanted, word: str | None) -> str:
 def prepared(joint: str, wanted: Wanted) -> Prepared:
     """Return the points of a record by a kind of joint; refuse what no trial covers."""
     beam = wanted.beam if joint == "hinge" else _held(wanted.beam)
-    asked = ask(beam, wanted.load, wanted.names, wanted.bounds, joint=joint)
+    asked = ask(beam, wanted.load, wanted.names, wanted.bounds, joint=joint, priors=wanted.priors)
     # a stiffness that the file gives does not go with the bar's modulus
-    asked = asked._replace(follows=asked.follows and wanted.beam.joint.stiffness is None)
-    record = records.record(wanted.specimens, beam, wanted.limits)
+    follows = asked.follows and wanted.beam.joint.stiffness is None
+    asked = asked._replace(follows=follows, base=asked.base._replace(compliance=wanted.compliance))
+    record = records.record(wanted.specimens, beam, wanted.limits, wanted.compliance)
     made = placed(record, asked, wanted.law) if joint == "hinge" else _walked(record, asked, wanted.ends)
-    return made._replace(noise=wanted.noise)
+    if not wanted.priors:
+        return made._replace(noise=wanted.noise)
+    _, _, torque, way = made.used
+    weight = wanted.noise or scatter(torque, way) or float(np.abs(torque).max(initial=0.0)) or 1.0
+    return made._replace(noise=wanted.noise, asked=asked._replace(weight=weight))
 
 
 def placed(record: Record, asked: Asked, law: str) -> Prepared:
@@ -123,7 +141,8 @@ def placed(record: Record, asked: Asked, law: str) -> Prepared:
 
 
 def _readings(record: Record, asked: Asked) -> Readings:
-    return Readings.of(record.load, record.way, record.specimen, asked.beam.pitches)
+    own = record.smooth, asked.base.compliance
+    return Readings.of(record.load, record.way, record.specimen, asked.beam.pitches, *own)
 
 
 def _held(beam: Beam) -> Beam:
@@ -182,12 +201,12 @@ def enough(made: Prepared) -> None:
     refuse("data", "", f"{reason}, where {' and '.join(hidden)} cannot be seen", remedy)
 
 
-def bar(made: Prepared) -> float:
-    """Return the slope of the torque of the beam as given before engagement, N m per rad of a pitch."""
-    points = made.points
+def bar(made: Prepared) -> tuple[float, float]:
+    """Return the slope of the torque of the beam as given before engagement, N m per rad of a pitch; its E_B, Pa."""
+    points, modulus = made.points, made.asked.beam.substrate.youngs_modulus
     if isinstance(points, Walked) and points.kind == GRIPPED:
-        return points.bar()
-    return made.asked.base.rigidity / made.asked.beam.pitch
+        return points.bar(), modulus
+    return made.asked.base.rigidity / made.asked.beam.pitch, modulus
 
 
 def wrong_unit(made: Prepared) -> str:

@@ -6,12 +6,20 @@ The reading m of a specimen that is twisted by x (rad per pitch; the parameters 
     m = x + \frac{z - c\,b}{N}
 
 with the zero z of the twist, the backlash b, c = 0 on the ways in the first sense and 1 in the first sense's sign on
-those back. Where the twist turns round the specimen stays until the play is taken up.
+those back. Where the twist turns round the specimen stays until the play is taken up. A testing machine of the
+compliance c (rad per N m) in series takes c T of the rotation at its end:
+
+.. math:: x = m - \frac{c\,T}{N}
+
+Records are corrected for the compliance c_0 that is given, so that a trial of another one moves them by (c - c_0) T/N.
+T is the measured torque without its noise (:func:`squama.identify.noise.smooth`).
 """
 
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -24,23 +32,31 @@ class Readings(NamedTuple):
     """Points of a test, arrays of length n.
 
     ``load`` the reading, signed, rad per pitch; ``direction`` +1 or -1 in which it moved; ``specimen`` whose it is;
-    ``order`` its share of its record, 0 to 1; ``scales`` of the beam.
+    ``order`` its share of its record, 0 to 1; ``torque`` N m, without its noise; ``scales`` of the beam; ``compliance``
+    of the machine for which the readings are corrected, rad/(N m). ``shifts``: values of dimensions of
+    the beam that have a tolerance, and the torque's derivatives there, by name.
     """
 
     load: Array
     direction: Array
     specimen: NDArray[np.int64]
     order: Array
+    torque: Array
     scales: int
+    compliance: float = 0.0
+    shifts: Mapping[str, tuple[float, Array]] = MappingProxyType({})
 
     @classmethod
-    def of(cls, load: Array, way: Array, specimen: Array, scales: int) -> Readings:
+    def of(
+        cls, load: Array, way: Array, specimen: Array, scales: int, torque: Array | None = None, compliance: float = 0.0
+    ) -> Readings:
         """Return those of records, one behind the other; ``way`` +1 where the magnitude grew, -1 where it fell."""
         order = np.zeros(load.size)
         for number in np.unique(specimen):
             own = specimen == number
             order[own] = np.linspace(0, 1, np.count_nonzero(own))
-        return cls(load, way * np.where(load < 0, -1.0, 1.0), specimen, order, scales)
+        torque = np.zeros(load.size) if torque is None else torque
+        return cls(load, way * np.where(load < 0, -1.0, 1.0), specimen, order, torque, scales, compliance)
 
     @property
     def records(self) -> list[list[slice]]:
@@ -53,6 +69,22 @@ class Readings(NamedTuple):
                 found.append([])
             found[-1].append(slice(a, b))
         return found
+
+    @property
+    def groups(self) -> NDArray[np.int64]:
+        """Numbers of the points' loops, each of two ways, or of their specimens where there are several."""
+        if self.specimen.size and np.ptp(self.specimen) > 0:
+            return self.specimen
+        found = np.zeros(self.load.size, np.int64)
+        for number, way in enumerate(self.records[0]):
+            found[way] = number // 2
+        return found
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        """Words for the groups."""
+        kind = "specimen" if np.ptp(self.specimen) > 0 else "loop"
+        return tuple(f"{kind} {number + 1}" for number in range(int(self.groups.max()) + 1))
 
     @property
     def numbers(self) -> NDArray[np.int64]:
@@ -69,12 +101,13 @@ class Readings(NamedTuple):
                 found[way] = np.abs(self.load[way] - farthest) < reach
         return found
 
-    def placed(self, zero: float, backlash: float) -> tuple[Array, Array]:
+    def placed(self, zero: float, backlash: float, compliance: float) -> tuple[Array, Array]:
         """Return the specimen's twists, and ``way`` there: +1 on the branch of loading, -1 on that of unloading.
 
         The twist turns round at its farthest reading.
         """
-        x, direction = self.load - zero / self.scales, self.direction.copy()
+        x = self.load - (zero + (compliance - self.compliance) * self.torque) / self.scales
+        direction = self.direction.copy()
         for ways in self.records:
             first = self.direction[ways[0].start]
             before: slice | None = None
@@ -97,6 +130,7 @@ class Readings(NamedTuple):
         """
         size, seen = float(np.abs(self.load).max()), list[tuple[float, float]]()
         parts: list[tuple[Array, ...]] = []
+        given = (self.torque, *(shift for _, shift in self.shifts.values()))
         for ways in self.records:
             at: float | None = None
             for way in ways:
@@ -111,10 +145,13 @@ class Readings(NamedTuple):
                 # where a way begins at a reversal the torque before its drop and after it
                 share = np.concatenate([[0.0, 1e-9], np.linspace(0, 1, points)[1:]])
                 load = start + share * (stop - start)
+                rising = np.argsort(own)
+                known = [np.interp(load, own[rising], v[way][rising]) for v in given]
                 n, ends = load.size, self.order[[way.start, way.stop - 1]]
                 order = ends[0] + share * (ends[1] - ends[0])
                 leg = np.full(n, len(seen) if new else 0)
-                parts.append((load, np.full(n, sense), np.full(n, self.specimen[way.start]), order, leg))
+                parts.append((load, np.full(n, sense), np.full(n, self.specimen[way.start]), order, leg, *known))
                 at = stop
-        load, direction, specimen, order, leg = map(np.concatenate, zip(*parts, strict=True))
-        return Readings(load, direction, specimen, order, self.scales), leg
+        load, direction, specimen, order, leg, torque, *known = map(np.concatenate, zip(*parts, strict=True))
+        shifts = {name: (self.shifts[name][0], shift) for name, shift in zip(self.shifts, known, strict=True)}
+        return Readings(load, direction, specimen, order, torque, self.scales, self.compliance, shifts), leg

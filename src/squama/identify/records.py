@@ -17,7 +17,7 @@ from squama import arguments
 from squama.beam.design import Beam
 from squama.curves.hinge_cycles import Senses
 from squama.errors import Problems, naming, refuse
-from squama.identify import order
+from squama.identify import noise, order
 from squama.identify.noise import scatter
 from squama.io import measured
 from squama.io.columns import Ordinate, torque
@@ -33,6 +33,8 @@ _SWINGS, _BACK = 20, 0.02
 """Points of the record of a decay; way back that makes a turning point, over the range of the twist."""
 _FEWEST, _TIMES, _WIDEST = 20, 6.0, 0.05
 """Points from which on the noise of a twist is known, way back over it, and that over the range at most."""
+_SURE = 3.0
+"""Noises of a torque below which a specimen may stick still."""
 TORQUES = Bounds(1e-30, 1e30, "1e-30 to 1e30 N m", closed=True, example='"5 N mm"')
 """Magnitudes of torques: squares and ratios of them are finite."""
 _OUTLIER = 1e6
@@ -42,7 +44,8 @@ _OUTLIER = 1e6
 class Record(NamedTuple):
     """Points of all specimens, one behind the other.
 
-    ``specimen`` is the place of each point's specimen; ``load`` the signed load angle per pitch; ``torque`` N m;
+    ``specimen`` is the place of each point's specimen; ``load`` the signed load angle per pitch, without the part of a
+    machine that is given; ``torque`` N m, ``smooth`` the same without its noise;
     ``way`` +1 where its magnitude grew, -1 where it fell; ``stuck`` where the contact may stick; ``asked`` whether
     the point is within the range that is asked for.
     """
@@ -51,6 +54,7 @@ class Record(NamedTuple):
     specimen: NDArray[np.int64]
     load: Array
     torque: Array
+    smooth: Array
     way: Array
     stuck: NDArray[np.bool_]
     asked: NDArray[np.bool_]
@@ -135,23 +139,31 @@ ALL = Limits()
 """Limits within which all points are used."""
 
 
-def record(specimens: list[Measured], beam: Beam, limits: Limits = ALL) -> Record:
+def record(specimens: list[Measured], beam: Beam, limits: Limits = ALL, compliance: float = 0.0) -> Record:
     """Put specimens one behind the other, and tell how every point was reached; see :func:`squama.fit`.
 
-    A record that does not move, whose torque is constant, or that is not in the order measured is refused.
+    ``compliance`` of the machine, rad/(N m). A record that does not move, whose torque is constant, or that is not in
+    the order measured is refused.
     """
     if sum(s.rate.size for s in specimens) > MOST:
         refuse("data", "", f"more than {MOST} points are too many", "thin them out")
     problems, parts = Problems(), []
     for number, s in enumerate(specimens):
-        angle = s.rate * beam.pitch
+        reading = s.rate * beam.pitch
         place = s.label if s.lines is None else f"{s.file}: specimen {s.label}" if len(specimens) > 1 else s.file
-        back = _jitter(angle) if limits.reversal is None else limits.reversal
-        found = ways(angle, tolerance=back, stick=limits.stick)
+        back = _jitter(reading) if limits.reversal is None else limits.reversal
+        per_torque = compliance / beam.pitches
+        # where scales stick the specimen stays, but for the noise of the torque
+        stick = max(limits.stick, _SURE * per_torque * scatter(s.load, np.zeros(s.load.size)))
+        turns = turning_points(reading, back)
+        smooth = noise.smooth(reading, s.load, turns)
+        angle = reading - per_torque * smooth
+        found = ways(reading, angle, tolerance=back, stick=stick)
         with problems.caught(place):
             _usable(s, found.turns)
         way = found.direction * np.where(angle < 0, -1, 1)
-        parts.append((np.full(angle.size, number), angle, s.load, way, found.stuck, np.abs(angle) <= limits.to))
+        within = np.abs(angle) <= limits.to
+        parts.append((np.full(angle.size, number), angle, s.load, smooth, way, found.stuck, within))
     problems.settle()
     return Record(specimens, *map(np.concatenate, zip(*parts, strict=True)))
 
@@ -266,13 +278,14 @@ def turning_points(values: Array, tolerance: float) -> list[int]:
     return found
 
 
-def ways(values: Array, *, tolerance: float = 0.0, stick: float = 0.0) -> Ways:
+def ways(values: Array, own: Array | None = None, *, tolerance: float = 0.0, stick: float = 0.0) -> Ways:
     """Tell for each point of a record in which direction the twist went, and whether the contact may stick there.
 
-    ``tolerance`` is the way back that is noise of the twist, ``stick`` the way after a turning point on which the
-    contact sticks (0 if only at the turning point itself).
+    ``own`` is the twist of the specimen where it is not the reading, whose ways it follows. ``tolerance`` is the way
+    back that is noise of the twist, ``stick`` the way after a turning point on which the contact sticks (0 if only at
+    the turning point itself).
     """
-    n = values.size
+    n, own = values.size, values if own is None else own
     turns = turning_points(values, tolerance)
     direction, stuck = np.zeros(n, np.int64), np.zeros(n, bool)
     starts, ends = [0, *turns], [*turns, n - 1]
@@ -284,7 +297,7 @@ def ways(values: Array, *, tolerance: float = 0.0, stick: float = 0.0) -> Ways:
         # a record that begins with unloading: nobody saw how its first point was reached
         if number or way * values[a] < 0:
             first = a + 1 if number else a
-            away = way * (values[first : b + 1] - values[a]) > width
+            away = way * (own[first : b + 1] - own[a]) > width
             stuck[first : first + (int(away.argmax()) if away.any() else away.size)] = True
     return Ways(direction, stuck, turns)
 

@@ -9,6 +9,8 @@ import numpy as np
 
 from squama.curves.hinge_cycles import Senses
 from squama.identify import estimate
+from squama.identify.groups import Differing
+from squama.identify.machine import Machine, Unknown, unknown
 from squama.identify.prepare import Prepared
 from squama.identify.result import Fit
 from squama.identify.selection import Found, Rival
@@ -30,6 +32,10 @@ _SPARE = 6
 of 100 truths or more."""
 _ALIKE = 1.5
 """Points that are worth one independent one, from which on it is said."""
+_FROM_PRIOR = 3.0
+"""Distance of what the points would have from a prior, over its error, from which on they contradict each other."""
+_INFORMED = 1e-3
+"""Part of a prior's variance that the points take away, below which they say nothing."""
 _HIDDEN = "the residual would hardly show it, but the errors would not hold without"
 _SMALL = 0.05
 """Standard error of a friction that is known to be small."""
@@ -73,11 +79,29 @@ def describes_better(found: Found, other: Found) -> int:
     return int(gain > _BETTER) - int(gain < -_BETTER)
 
 
-def doubts(test: Prepared, found: Found, rival: Rival | None, steep: Slope | None) -> list[str]:
+def machine(found: Found, given: Machine | None) -> Unknown | None:
+    """Return what a machine of which nothing is known might change; None where one is given."""
+    if given is not None:
+        return None
+    return unknown(found.points, found.used, found.asked, found.estimates, found.jacobian, found.deviations)
+
+
+def doubts(
+    test: Prepared,
+    found: Found,
+    rival: Rival | None,
+    steep: Slope | None,
+    given_machine: Machine | None,
+    loops: Differing | None,
+) -> list[str]:
     """Say why the errors do not hold: what is wrong with the record, or with the bar; what the residual says."""
     given, used, out = test.noise, np.flatnonzero(found.used), list[str]()
-    if steep is not None and (cause := steep.cause(found.parameters, found.asked.beam.pitches)):
+    scales = found.asked.beam.pitches
+    if steep is not None and (cause := steep.cause(found.parameters, scales, given_machine is not None)):
         out.append(cause)
+    out += _contradicted(found)
+    if loops is not None and loops.told:
+        out.append(_differing(loops))
     n, tau, p = used.size, found.dependence, len(found.rows)
     least = p + (_SPARE if given is None else 1)
     if n < least:
@@ -98,6 +122,38 @@ def doubts(test: Prepared, found: Found, rival: Rival | None, steep: Slope | Non
             f"residuals ({moment(found.rms, 3)}) are larger than the noise that is given ({moment(given, 3)}), so the "
             "model misses something of the test"
         )
+    return out
+
+
+def _differing(loops: Differing) -> str:
+    """Say that a parameter differs between loops, and what may be behind it."""
+    values = ", ".join(row.written(v, e) for row, v, e in zip(loops.rows, loops.values, loops.errors, strict=True))
+    return (
+        f"{loops.name} {loops.way} from loop to loop: {values} (chance {loops.chance:.1g} in equal loops); is it the "
+        f'rate, wear or run-in? find it for each loop: each="{loops.name}" (--each {loops.name})'
+    )
+
+
+def _contradicted(found: Found) -> list[str]:
+    """Return a doubt for each prior that is not what the points alone would have.
+
+    With the variance s^2 of the prior, and C of the estimate from both, their distance over its error is
+    (p - p_0)/sqrt(s^2 - C) (the pull of a constrained fit).
+    """
+    (mean, spread), out = found.asked.known, list[str]()
+    if not np.isfinite(spread).any():
+        return out
+    errors = np.sqrt(np.diag(estimate.covariance(found.jacobian, found.asked.weight, found.parameters)))
+    for row, value, given, s, error in zip(found.rows, found.estimates, mean, spread, errors, strict=True):
+        if not math.isfinite(s) or error**2 > (1 - _INFORMED) * s**2:
+            continue
+        pull = abs(value - given) / math.sqrt(s**2 - error**2)
+        if pull > _FROM_PRIOR:
+            out.append(
+                f"the points alone would have {row.name} {'above' if value > given else 'below'} what is given "
+                f"({row.written(given, s)}) by {pull:.1f} standard deviations: one of the two is wrong, or the model "
+                "misses something of the test"
+            )
     return out
 
 
@@ -168,12 +224,13 @@ def _locked(fit: Fit, senses: Senses) -> list[str]:
 
 def _scatter(fit: Fit) -> list[str]:
     """Return notes on parameters whose specimens differ by more than their errors."""
-    alone = [s for s in fit.specimens if s.values is not None]
+    # what each has of its own is told
+    alone = [] if fit.asked.groups else [s for s in fit.specimens if s.values is not None]
     if len(alone) < 2:
         return []
     values, errors = np.array([s.values for s in alone]), np.array([s.errors for s in alone])
     out = []
-    for i, (name, row) in enumerate(zip(fit.parameters, fit.asked.rows, strict=True)):
+    for i, (name, row) in enumerate(zip(fit.parameters, fit.rows, strict=True)):
         scatter = float(np.std(values[:, i], ddof=1))
         if scatter > 2 * float(np.sqrt(np.mean(errors[:, i] ** 2))):
             out.append(

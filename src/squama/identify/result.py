@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -17,11 +18,14 @@ from squama.curves.chosen import idealisation
 from squama.curves.finite_rows import Ends
 from squama.identify import estimate
 from squama.identify.estimate import Remedy
+from squama.identify.groups import Differing
 from squama.identify.joint_points import Walked
+from squama.identify.machine import Unknown
 from squama.identify.posterior import Posterior
 from squama.identify.records import Record
 from squama.identify.selection import Found, Rival
 from squama.identify.slope import Slope
+from squama.identify.unknowns import Parameter, written
 from squama.loads import ENDLESS, LOADS
 from squama.types import Array
 from squama.units import moment
@@ -45,7 +49,7 @@ POINTS = 80
 class Alone(NamedTuple):
     """What the same search finds of one specimen alone, or on the endless beam: estimates, errors, rms (N m).
 
-    None where that is not possible, ``problem`` says why.
+    None where that is not possible, ``problem`` says why; ``rows`` what is found.
     """
 
     label: str
@@ -53,6 +57,7 @@ class Alone(NamedTuple):
     errors: Array | None
     rms: float = math.nan
     problem: str = ""
+    rows: tuple[Parameter, ...] = ()
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -78,7 +83,9 @@ class Fit(Found):
     and ``uneven`` whether the noise goes with the slope: the errors allow for both. ``rival`` what the other model
     makes of the same points, ``disagreement`` where it describes them as well, with a residual of 1.5 times as much at
     most, and finds other values by more than the errors; ``doubts`` why the
-    errors do not hold, empty where they do (:attr:`holds`).
+    errors do not hold, empty where they do (:attr:`holds`). ``machine`` what a testing machine that gives in would
+    change, None where its stiffness was given; ``loops`` friction of each loop alone, with the chance that loops of one
+    friction differ so, None of a single loop.
 
     ``specimens`` estimates from each specimen alone, empty for a single one; ``remedies`` further measurements, with
     the standard errors they would bring; ``notes`` what is to be known: parameters that are not separable, bounds that
@@ -105,6 +112,8 @@ class Fit(Found):
     row: Ends | None
     endless: Alone | None
     doubts: tuple[str, ...]
+    machine: Unknown | None = None
+    loops: Differing | None = None
     posterior: Posterior | None = None
 
     @property
@@ -143,7 +152,9 @@ class Fit(Found):
     @property
     def _doubted(self) -> list[str]:
         """Why the errors do not hold, and what the other model finds."""
-        return [*(f"the errors do not hold: {doubt}" for doubt in self.doubts), *filter(None, [self.disagreement])]
+        machine = self.machine.sentence(self.values) if self.machine is not None and self.machine.told else ""
+        doubts = (f"the errors do not hold: {doubt}" for doubt in self.doubts)
+        return [*doubts, *filter(None, [self.disagreement, machine])]
 
     @property
     def _checked(self) -> list[str]:
@@ -165,7 +176,7 @@ class Fit(Found):
         head = f"fitted as {self.fitted_as}; as an endless beam: "
         if other.values is None or other.errors is None:
             return f"{head}no fit ({other.problem})"
-        rows = [*zip(self.rows, other.values, other.errors, strict=True)]
+        rows = [*zip(other.rows, other.values, other.errors, strict=True)]
         values = ", ".join(f"{r.name} = {r.written(v, e)}" for r, v, e in rows if r.name not in self.added)
         return f"{head}{values}, residual rms {moment(other.rms, 3)}"
 
@@ -189,11 +200,13 @@ class Fit(Found):
             f"{np.count_nonzero(self.used)} of {self.used.size} points used: {states}",
         ]
         for s in self.specimens:
-            text = s.problem if s.values is None or s.errors is None else ", ".join(self._written(s.values, s.errors))
+            text = s.problem
+            if s.values is not None and s.errors is not None:
+                text = ", ".join(written(s.rows, s.values, s.errors))
             lines.append(f"specimen {s.label} alone: {text}")
         if self.posterior is not None:
             x, note = self.posterior.samples, self.posterior.note()
-            found = ", ".join(self._written(x.mean(axis=0), x.std(axis=0, ddof=1)))
+            found = ", ".join(written(self.rows, x.mean(axis=0), x.std(axis=0, ddof=1)))
             worth = f"worth {self.posterior.effective:.0f} independent ones"
             lines.append(f"posterior, {len(x)} samples ({worth}): {found}")
             lines += [f"note: {note}"] if note else []
@@ -241,6 +254,8 @@ class Fit(Found):
             "row": self.row and self.row._asdict(),
             "endless": self.endless and {name: getattr(self.endless, name) for name in Alone._fields[1:]},
             "doubts": list(self.doubts),
+            "machine": self.machine and self.machine.report(),
+            "loops": self.loops and self.loops.report(),
             "notes": list(self.notes),
             "posterior": drawn,
             "beam": self.beam.model_dump(),
@@ -293,14 +308,43 @@ class Fit(Found):
 
         return fit_figure(self.dataset())
 
+    def predict(self, to: float | str | Sequence[float | str], **how: Any) -> xr.Dataset:
+        """Predict the curve of the fitted beam there and back, with a band: draws of the fit carried through.
+
+        Parameters
+        ----------
+        to
+            As in :func:`squama.cycle`: how far, or a history.
+        how
+            ``samples`` (100) draws from the estimates and their covariance, or from the posterior samples; ``seed`` (1)
+            of them; ``points`` (60) of a way; ``probability`` (0.95) within the band.
+
+        Returns
+        -------
+        xarray.Dataset
+            Dimension ``point``: angle, ``leg``, torque of the estimates (N m), ``T_low`` and ``T_high``, in bending
+            ``M_low`` and ``M_high``; ``T_draws`` (draw, point); ``work`` of the whole history per pitch (J) with its
+            band. A band is NaN where half of the draws have ended.
+
+        Raises
+        ------
+        InputError
+            An argument is out of range, or more than half of the draws are not followed so far.
+        """
+        from squama.identify.predict import Model, predict
+
+        model = Model(self.beam, self.load, self.law, self.joint, self.ends)
+        return predict(self, model, None if self.posterior is None else self.posterior.samples, to, **how)
+
     def curve(self) -> Curve:
         """Return the fitted curve as it is read along the ways of the records; repeated ways stand once.
 
         A way that begins at a reversal begins with the drop there.
         """
-        drawn, leg = self.points.drawn(POINTS, once="drift" not in self.parameters)
+        once = "drift" not in self.parameters and not self.asked.groups
+        drawn, leg = self.points.drawn(POINTS, once=once)
         error = estimate.standard_error(drawn, self.asked, self.estimates, self.covariance)
-        torque = drawn.torque(self.asked.physical(self.estimates))
+        torque = estimate.modelled(drawn, self.asked, self.estimates)
         return Curve(drawn.readings.load[drawn.index], torque, error, leg)
 
 

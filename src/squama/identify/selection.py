@@ -27,10 +27,11 @@ from squama.curves.chosen import idealisation
 from squama.errors import InputError, refuse
 from squama.identify import estimate, noise
 from squama.identify.estimate import Estimate, Points
+from squama.identify.estimated import Estimated
 from squama.identify.hinge_points import Physical
 from squama.identify.joint_points import Linear, Walked
 from squama.identify.prepare import Prepared
-from squama.identify.unknowns import OF_TWIST, Asked, Estimated, Parameter, ask
+from squama.identify.unknowns import OF_TWIST, Asked, Parameter
 from squama.loads import HELD
 from squama.types import Array
 
@@ -53,6 +54,8 @@ _ROBUST, _FLOOR = 3.0, 1e-3
 that is no stray point either."""
 _SHARES, _NEAR = 3, 1e-2
 """How often a share of an endless beam's torque is found at most, and the change of it from which on once more."""
+_NOISELESS, _WEIGHT = 1e-6, 0.1
+"""Least noise of a point against which a prior counts, over the largest torque; change of it that is none."""
 _ROUNDS, _STAYS, _SMALL, _HALVES = 10, 0.02, 0.5, 6
 """How often the torque is linearised and a step is halved at most; moves over their errors that are none, and small."""
 
@@ -125,7 +128,7 @@ def chosen(test: Prepared, rough: Estimate, out: NDArray[np.bool_], candidates: 
     full = _with(left, rough.values, tuple(n for n in candidates if n not in asked.names))
     best = settle(left, rough.values)
     added: tuple[str, ...] = ()
-    if full is not None and best.square > _rounding(test, torque):
+    if full is not None and best.square > rounding(test, torque):
         wanted, start = full
         try:
             whole = settle(fit_for(left, wanted.names)._replace(asked=wanted), start)
@@ -178,26 +181,26 @@ def fit_for(test: Prepared, names: Collection[str]) -> Prepared:
     return test._replace(usable=test.usable & ~test.points.readings.turning(_TURNING))
 
 
-def _rounding(test: Prepared, torque: Array) -> float:
+def rounding(test: Prepared, torque: Array) -> float:
     """Return the sum of squares of residuals that are rounding."""
     return (_EXACT[isinstance(test.points, Walked)] * float(np.abs(torque).max())) ** 2 * torque.size
 
 
 def settle(test: Prepared, start: Array) -> Found:
     """Find the least squares from a start, with the covariance that the residual asks for."""
-    asked, (index, points, torque, way) = test.asked, test.used
-    best = estimate.sliding(points, torque, asked, estimate.solve(points, torque, asked, [start]))
-    sigma = math.sqrt(best.square / (index.size - len(asked.rows))) if test.noise is None else test.noise
-    covariance = estimate.covariance(best.jacobian, sigma, asked.names)
-    tau, skew = 1.0, False
-    if best.square > _rounding(test, torque):
-        tau = noise.dependence(best.residual, way)
+    asked, best, sigma, tau = _weighed(test, start)
+    _, points, torque, _ = test.used
+    s, skew = asked.weight or sigma * math.sqrt(tau), False
+    J = np.concatenate([best.jacobian, asked.pull_slope])
+    covariance = estimate.covariance(J, s, asked.names)
+    if best.square > rounding(test, torque):
         wanted = np.array([name == "twist_zero" for name in Physical._fields])
         slope = points.jacobian(asked.physical(best.values), wanted)[:, 5]
         skew = test.noise is None and noise.uneven(best.residual, slope)
     if skew:
-        covariance = noise.sandwich(best.jacobian, best.residual, covariance / sigma**2)
-    covariance = covariance * tau
+        # the noise of the priors stays as it is
+        own = covariance / asked.known[1]
+        covariance = tau * noise.sandwich(best.jacobian, best.residual, covariance / s**2) + own @ own.T
     if not all(np.isfinite(values).all() for values in (best.values, covariance, sigma)):
         refuse("data", "", "the estimates or their errors are no finite numbers", "check the units of twist and torque")
     return Found(
@@ -205,7 +208,7 @@ def settle(test: Prepared, start: Array) -> Found:
         points=test.points,
         estimates=best.values,
         covariance=covariance,
-        jacobian=best.jacobian,
+        jacobian=J,
         square=best.square,
         noise=sigma,
         dependence=tau,
@@ -216,6 +219,23 @@ def settle(test: Prepared, start: Array) -> Found:
         starts=(best.agreed, best.starts),
         added=(),
     )
+
+
+def _weighed(test: Prepared, start: Array) -> tuple[Asked, Estimate, float, float]:
+    """Return the least squares with priors that weigh as the noise says, what is asked so, the noise, and tau."""
+    asked, (index, points, torque, way) = test.asked, test.used
+    least = _NOISELESS * float(np.abs(torque).max())
+    for _ in range(_ROUNDS):
+        best = estimate.sliding(points, torque, asked, estimate.solve(points, torque, asked, [start]))
+        sigma = math.sqrt(best.square / (index.size - len(asked.rows))) if test.noise is None else test.noise
+        tau = noise.dependence(best.residual, way) if best.square > rounding(test, torque) else 1.0
+        if not set(asked.names) & set(asked.priors):
+            return asked._replace(weight=0.0), best, sigma, tau
+        before, start = asked.weight, best.values
+        asked = asked._replace(weight=max(sigma * math.sqrt(tau), least))
+        if abs(asked.weight / before - 1) < _WEIGHT:
+            break
+    return asked, best, sigma, tau
 
 
 def _with(test: Prepared, values: Array, names: tuple[str, ...]) -> tuple[Asked, Array] | None:
@@ -229,8 +249,7 @@ def _with(test: Prepared, values: Array, names: tuple[str, ...]) -> tuple[Asked,
         **dict.fromkeys(("torque_zero", "drift"), float(np.ptp(torque))),
     }
     limits = {n: ((0.0 if n == "backlash" else -_SHARE * reach[n]), _SHARE * reach[n]) for n in names}
-    limits |= dict(zip(asked.names, zip(asked.low.tolist(), asked.high.tolist(), strict=True), strict=True))
-    wanted = ask(asked.beam, asked.load, (*asked.names, *names), limits)._replace(follows=asked.follows)
+    wanted = asked.more(names, limits)
     start = np.concatenate([values, np.zeros(len(names))])
     J = estimate.derivatives(points, wanted, start)
     while len(wanted.rows) > len(asked.rows):

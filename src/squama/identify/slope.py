@@ -16,7 +16,7 @@ from squama.identify import noise
 from squama.identify.estimate import Points
 from squama.identify.hinge_points import Physical
 from squama.identify.records import Record
-from squama.identify.unknowns import with_error
+from squama.identify.unknowns import PARAMETERS, with_error
 from squama.types import Array
 
 _FEWEST = 6
@@ -34,11 +34,16 @@ BAR = ("C_f", "E_B")
 
 
 class Slope(NamedTuple):
-    """Slope of the torque before engagement over that of the beam as given, its standard error, number of points."""
+    """Slope of the torque before engagement over that of the beam as given, its standard error, number of points.
+
+    ``E_B`` of that beam, Pa; ``gives`` the compliance in series that would have that ratio, rad/(N m).
+    """
 
     ratio: float
     error: float
     points: int
+    E_B: float = math.nan
+    gives: float = 0.0
 
     @property
     def text(self) -> str:
@@ -48,10 +53,19 @@ class Slope(NamedTuple):
     @property
     def sentence(self) -> str:
         """What a summary says."""
-        return f"slope before engagement: {self.text} of the beam's own ({self.points} points)"
+        bar = "" if self.wrong_unit else f", E_B = {self.modulus}"
+        return f"slope before engagement: {self.text} of the beam's own ({self.points} points){bar}"
 
-    def cause(self, names: tuple[str, ...], scales: int) -> str:
-        """Say why the slope is off by more than its error; empty where it is not, or where the fit follows it."""
+    @property
+    def modulus(self) -> str:
+        """Young's modulus of the bar by the slope, with its error, where section, inclusion and machine are right."""
+        return PARAMETERS["E_B"].written(self.ratio * self.E_B, self.error * self.E_B)
+
+    def cause(self, names: tuple[str, ...], scales: int, machine: bool = False) -> str:
+        """Say why the slope is off by more than its error; empty where it is not, or where the fit follows it.
+
+        ``machine``: whether the stiffness of the machine is given.
+        """
         if not self.wrong_unit and (set(names) & set(BAR) or abs(self.ratio - 1) < max(_OFF * self.error, _LEAST)):
             return ""
         off = f"the slope before engagement is {self.text} of the beam's own"
@@ -60,9 +74,12 @@ class Slope(NamedTuple):
         kind = "softer" if self.ratio < 1 else "stiffer"
         percent = 100 * abs(self.ratio - 1)
         much = f"{percent:.{0 if percent >= 10 else 1}f} %"
+        gives = ""
+        if self.gives > 0 and not machine and "compliance" not in names:
+            gives = f', or the machine gives in ("{1 / self.gives:.2g} N m/rad"; the slope alone cannot tell which)'
         return (
-            f"{off}: the bar is {much} {kind} than its file says (modulus, section or inclusion factor), which moves "
-            "the other estimates; correct the file, or find E_B or C_f too"
+            f"{off}: the bar is {much} {kind} than its file says (modulus, section or inclusion factor){gives}, "
+            "which moves the other estimates; correct the file, or find E_B or C_f too"
         )
 
     @property
@@ -90,24 +107,34 @@ def unit(ratio: float, scales: int) -> str:
 
 
 def slope(
-    record: Record, points: Points, usable: NDArray[np.bool_], at: Physical, unit: float, least: float | None
+    record: Record,
+    points: Points,
+    usable: NDArray[np.bool_],
+    at: Physical,
+    bar: tuple[float, float],
+    least: float | None,
 ) -> Slope | None:
-    """Return the slope before engagement over ``unit``, N m; None where too few points show it.
+    """Return the slope before engagement over the bar's, N m per rad of a pitch; None where too few points show it.
 
-    Of the points that are usable, with what is found, ``at``, and the noise ``least`` of a point, N m. Where that is
-    None, of the first part of the twist, since no engagement in a wrong unit is known. Where the slope of the first
-    half is another one the scales touch before the model's do, and the slope of that half is returned.
+    ``bar``: that slope, and the bar's modulus. Of the points that are usable, with what is found, ``at``, and the noise
+    ``least`` of a point, N m. Where that is None, of the first part of the twist, since no engagement in a wrong unit
+    is known. Where the slope of the first half is another one the scales touch before the model's do, and the slope of
+    that half is returned.
     """
     readings, size = points.readings, np.abs(record.load)
     straight = usable & ~points.touching(at)
     if least is None:
         straight &= size <= _FIRST * float(np.max(size, where=usable, initial=0.0))
-    twist = readings.placed(at.twist_zero, at.backlash)[0]
+    twist = readings.placed(at.twist_zero, at.backlash, at.compliance)[0]
     torque = record.torque - at.drift * readings.order
 
     def of(part: NDArray[np.bool_]) -> Slope | None:
         line = _line(twist[part], torque[part], readings.numbers[part], least or 0.0)
-        return None if line is None else Slope(line[0] / unit, line[1] / unit, int(np.count_nonzero(part)))
+        if line is None:
+            return None
+        ratio, unit = line[0] / bar[0], bar[0] / readings.scales
+        gives = (1 / ratio - 1) / unit if ratio > 0 else 0.0
+        return Slope(ratio, line[1] / bar[0], int(np.count_nonzero(part)), bar[1], gives)
 
     found = of(straight)
     for _ in range(_HALVES):

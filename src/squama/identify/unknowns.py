@@ -1,20 +1,20 @@
 """What can be identified: the parameters, their bounds, where they stand in a beam, and how they are written.
 
 One row of :data:`PARAMETERS` each. Friction and joint stiffness are found unless others are asked for. What belongs to
-the test, not to the beam, are its nuisances.
+the test, not to the beam, are its nuisances. What is known of a parameter beforehand, its value with a standard
+deviation, is a prior: one more observation beside the points, (p - p_0)/s_p.
 """
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from squama import arguments, units
-from squama._version import __version__
 from squama.beam.beamfile import FACTOR, MODULUS, STIFFNESS
 from squama.beam.design import Beam
 from squama.errors import Problem, Problems, naming, refuse
@@ -25,9 +25,6 @@ from squama.model.sensitivity import STEP
 from squama.study.parameters import of_beam
 from squama.types import Array
 from squama.units import Dimension, for_people, prefix, torque_unit
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 DEFAULT = ("mu", "K_theta")
 """Parameters that are found if none are named."""
@@ -41,7 +38,8 @@ _STEEP = (1e-4, math.radians(85))
 class Parameter(NamedTuple):
     """One row: what it measures, words, limits that always hold, and where it stands in a beam file.
 
-    ``place`` is "" for what belongs to the test, not to the beam.
+    ``place`` is "" for what belongs to the test, not to the beam. ``group``: number of the loop, or of the
+    specimen, that has a value of its own; None where all have one.
     """
 
     name: str
@@ -49,6 +47,12 @@ class Parameter(NamedTuple):
     words: str
     limits: tuple[float, float]
     place: str
+    group: int | None = None
+
+    @property
+    def base(self) -> str:
+        """Name without the group: "mu" of "mu[2]"."""
+        return self.name.partition("[")[0]
 
     @property
     def unit(self) -> str:
@@ -58,7 +62,7 @@ class Parameter(NamedTuple):
     @property
     def linear(self) -> bool:
         """Whether the torque is proportional to it."""
-        return self.name not in ("mu", "theta0", *OF_TWIST)
+        return self.base in _LINEAR
 
     def value(self, beam: Beam, load: str) -> float:
         """Return its value in a beam under a load; a friction that the beam has not is 0.25 to begin with."""
@@ -89,6 +93,12 @@ def with_error(value: float, error: float, unit: str) -> str:
     return f"{value:.{digits}f} +- {error:.{digits}f} {name}".strip()
 
 
+def written(rows: Sequence[Parameter], values: Array, errors: Array) -> list[str]:
+    """Return values with their errors: "mu = 0.251 +- 0.013"."""
+    columns = zip(rows, values, errors, strict=True)
+    return [f"{row.name} = {row.written(value, error)}" for row, value, error in columns]
+
+
 PARAMETERS = {
     p.name: p
     for p in (
@@ -101,12 +111,17 @@ PARAMETERS = {
         Parameter("twist_zero", Dimension.ANGLE, "reading of the twist at no twist, whole beam", (-TURN, TURN), ""),
         Parameter("backlash", Dimension.ANGLE, "twist that is lost at a reversal, whole beam", (0.0, TURN), ""),
         Parameter("drift", Dimension.TORQUE, "change of the load cell's zero over a record", (-1e15, 1e15), ""),
+        Parameter("compliance", Dimension.COMPLIANCE, "rotation of the machine per torque", (0.0, 1e15), ""),
     )
 }
 """Everything that can be identified, by name."""
 NUISANCES = tuple(name for name, row in PARAMETERS.items() if not row.place)
-"""What is found where the residual shows it."""
-OF_TWIST = ("twist_zero", "backlash")
+"""What belongs to the test."""
+SHOWN = tuple(name for name in NUISANCES if name != "compliance")
+"""Nuisances that are found where the residual shows them: a compliance looks like another joint."""
+_LINEAR = ("K_theta", "C_f", "E_B", "torque_zero", "drift")
+"""Those to which the torque is proportional."""
+OF_TWIST = ("twist_zero", "backlash", "compliance")
 """Those that change the twist of the specimen."""
 _OTHER_NAMES = {
     **dict.fromkeys(("G_B", "E", "G", "youngs_modulus"), "E_B"),
@@ -118,108 +133,13 @@ _OTHER_NAMES = {
 }
 
 
-class Estimated(ABC):
-    """Parameters with their estimates and the covariance of these."""
-
-    beam: Beam
-    estimates: Array
-    covariance: Array
-
-    @property
-    @abstractmethod
-    def rows(self) -> tuple[Parameter, ...]:
-        """What was found."""
-
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """Names of what was found."""
-        return tuple(row.name for row in self.rows)
-
-    @property
-    def values(self) -> dict[str, float]:
-        """Estimates by name, SI units."""
-        return self._by_name(self.estimates)
-
-    @property
-    def errors(self) -> dict[str, float]:
-        """Standard errors by name, SI units."""
-        return self._by_name(self.deviations)
-
-    @property
-    def correlation(self) -> Array:
-        """Correlation matrix of the estimates."""
-        return np.asarray(self.covariance / np.outer(self.deviations, self.deviations))
-
-    @property
-    def lines(self) -> list[str]:
-        """Estimates with their errors: "mu = 0.251 +- 0.013"."""
-        return self._written(self.estimates, self.deviations)
-
-    @property
-    def deviations(self) -> Array:
-        """Standard errors, in the order of the estimates."""
-        return np.asarray(np.sqrt(np.diag(self.covariance)))
-
-    def _of(self, *names: str) -> dict[str, object]:
-        """Return attributes by name."""
-        return {name: getattr(self, name) for name in names}
-
-    def _by_name(self, values: Array) -> dict[str, float]:
-        return dict(zip(self.parameters, values.tolist(), strict=True))
-
-    def _parameters(self, **columns: Array) -> dict[str, dict[str, object]]:
-        """Return estimates by name, with errors, units and further columns."""
-        rows = zip(self.rows, self.estimates, self.deviations, *columns.values(), strict=True)
-        return {
-            row.name: {"estimate": float(value), "error": float(error), "unit": row.unit}
-            | dict(zip(columns, (v.item() for v in more), strict=True))
-            for row, value, error, *more in rows
-        }
-
-    def beam_file(self, sources: list[str]) -> str:
-        """Return the text of the beam file with the estimates put in; comments tell where they come from."""
-        head = f"# Fitted by squama fit to {', '.join(sources)}: estimates and standard errors"
-        return "\n".join([head, *(f"# {line}" for line in self.lines)]) + "\n\n" + self.beam.to_toml()
-
-    def _labelled(
-        self, title: str, table: Mapping[str, tuple[str, object, str, str | None]], attrs: Mapping[str, object]
-    ) -> xr.Dataset:
-        """Return estimates, and a table by name of dimensions, values, words and unit, as a dataset."""
-        import xarray as xr
-
-        names, units = list(self.parameters), np.array([row.unit for row in self.rows])
-        own: dict[str, tuple[str, object, str, str | None]] = {
-            "estimate": ("parameter", self.estimates, "estimate", None),
-            "error": ("parameter", self.deviations, "standard error", None),
-            "unit": ("parameter", units, "unit of the parameter", None),
-            "correlation": ("parameter other", self.correlation, "correlation of the estimates", None),
-        }
-        data = {}
-        for name, (dims, values, words, unit) in {**table, **own}.items():
-            data[name] = dims.split(), values, {"long_name": words} | ({} if unit is None else {"units": unit})
-        found = {"beam": self.beam.to_toml(), "estimates": ", ".join(self.lines), "squama_version": __version__}
-        attributes = {"title": f"parameters of a scale-covered beam from a {title}", **attrs, **found}
-        return xr.Dataset(data, coords={"parameter": names, "other": names}, attrs=attributes)
-
-    def _written(self, values: Array, errors: Array) -> list[str]:
-        rows = zip(self.rows, values, errors, strict=True)
-        return [f"{row.name} = {row.written(value, error)}" for row, value, error in rows]
-
-    def _described(self) -> list[str]:
-        """Return a line for each estimate, with its error and its correlation with those before."""
-        lines = []
-        for i, row in enumerate(self.rows):
-            other = [f"{self.correlation[i, j]:+.2f} with {self.parameters[j]}" for j in range(i)]
-            also = f"; correlation {', '.join(other)}" if other else ""
-            text = row.written(self.values[row.name], self.errors[row.name])
-            lines.append(f"{row.name:11} {text:24} {row.words}{also}")
-        return lines
-
-
 class Asked(NamedTuple):
     """Parameters to find, in the order asked, with start values of the beam and bounds, arrays of one length.
 
     ``follows``: whether the joint stiffness is not known and goes with the bar's modulus, by its scaling law.
+    ``groups``: words for the loops or specimens that have parameters of their own, empty where none has.
+    ``priors``: mean and standard deviation by name, of those for which there is one; ``weight``: standard deviation of
+    a point, N m, against which they count.
     """
 
     beam: Beam
@@ -230,6 +150,9 @@ class Asked(NamedTuple):
     high: Array
     base: Physical
     follows: bool
+    groups: tuple[str, ...] = ()
+    priors: Mapping[str, tuple[float, float]] = MappingProxyType({})
+    weight: float = 0.0
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -245,9 +168,17 @@ class Asked(NamedTuple):
         i = self.place(name)
         return self._of(name) if i is None else float((self.low, self.high)[end][i])
 
-    def physical(self, p: Array) -> Physical:
-        """Return what the torque depends on, for values of the parameters, shape (..., parameters)."""
-        v = dict(zip(self.names, np.moveaxis(np.asarray(p), -1, 0), strict=True))
+    def physical(self, p: Array, group: int | None = None) -> Physical:
+        """Return what the torque of a group depends on, for values of the parameters, shape (..., parameters).
+
+        Without a group it has the mean of what each has of its own.
+        """
+        v: dict[str, Any] = {}
+        for row, value in zip(self.rows, np.moveaxis(np.asarray(p), -1, 0), strict=True):
+            if row.group is None or group is None:
+                v[row.base] = v.get(row.base, 0.0) + value / (1 if row.group is None else len(self.groups))
+            elif row.group == group:
+                v[row.base] = value
         scale, modulus = (v.get(name, self._of(name)) / self._of(name) for name in ("C_f", "E_B"))
         K = self.base.stiffness * (modulus if self.follows else 1.0)
         return Physical(
@@ -255,16 +186,63 @@ class Asked(NamedTuple):
             v.get("K_theta", K),
             self.base.rigidity * scale * modulus,
             v.get("theta0", self.base.theta0),
-            *(v.get(name, 0.0) for name in NUISANCES),
+            *(v.get(name, getattr(self.base, name)) for name in NUISANCES),
         )._replace(modulus=modulus)
 
-    def chain(self, p: Array) -> Array:
-        """Return the derivatives of the physical quantities to the parameters, shape (9, parameters)."""
-        moved = self.physical(p + 1j * STEP * np.eye(p.size))
+    def chain(self, p: Array, group: int | None = None) -> Array:
+        """Return the derivatives of the physical quantities to the parameters, shape (10, parameters)."""
+        moved = self.physical(p + 1j * STEP * np.eye(p.size), group)
         return np.array([np.broadcast_to(np.imag(value), p.size) for value in moved]) / STEP
 
     def _of(self, name: str) -> float:
         return PARAMETERS[name].value(self.beam, self.load)
+
+    @property
+    def known(self) -> tuple[Array, Array]:
+        """Means of the priors, and their standard deviations: infinite where there is none."""
+        pairs = [self.priors.get(row.base, (0.0, math.inf)) for row in self.rows]
+        mean, spread = np.array(pairs, float).reshape(-1, 2).T
+        return mean, spread
+
+    def pull(self, p: Array) -> Array:
+        """Return the residuals of the priors, N m, as those of the points, measured - model; 0 where there is none."""
+        mean, spread = self.known
+        return np.asarray(self.weight * (mean - p) / spread)
+
+    @property
+    def pull_slope(self) -> Array:
+        """Derivatives of the priors' "torques" to the parameters, N m, shape (parameters, parameters)."""
+        return np.asarray(np.diag(self.weight / self.known[1]))
+
+    def more(self, names: Sequence[str], limits: Mapping[str, tuple[Any, Any]]) -> Asked:
+        """Return what is asked with further names, and limits of all of it."""
+        rows, *columns = _columns(self.beam, self.load, names, limits, self.priors)
+        own = (self.start, self.low, self.high)
+        start, low, high = (np.concatenate(pair) for pair in zip(own, columns, strict=True))
+        return self._replace(rows=(*self.rows, *rows), start=start, low=low, high=high)
+
+    def also(self, rows: Sequence[Parameter], priors: Mapping[str, tuple[float, float]], weight: float) -> Asked:
+        """Return what is asked with further rows that have priors; ``weight`` where there is none yet."""
+        mean = np.array([priors[row.name][0] for row in rows])
+        ends = zip((self.start, self.low, self.high), (mean, *np.array([row.limits for row in rows]).T), strict=True)
+        start, low, high = (np.concatenate(pair) for pair in ends)
+        known, weight = {**self.priors, **priors}, self.weight or weight
+        return self._replace(rows=(*self.rows, *rows), start=start, low=low, high=high, priors=known, weight=weight)
+
+    def apart(self, each: Sequence[str], groups: tuple[str, ...]) -> Asked:
+        """Return what is asked with some of the parameters once for each group, which has a word."""
+        rows, places = list[Parameter](), list[int]()
+        for i, row in enumerate(self.rows):
+            own = [row._replace(name=f"{row.name}[{g + 1}]", words=f"{row.words}, {word}", group=g)
+                   for g, word in enumerate(groups)]  # fmt: skip
+            rows += own if row.name in each else [row]
+            places += [i] * (len(own) if row.name in each else 1)
+        columns = {name: getattr(self, name)[places] for name in ("start", "low", "high")}
+        return self._replace(rows=tuple(rows), groups=groups, **columns)
+
+    def spread(self, values: Mapping[str, float]) -> Array:
+        """Return values by name of all as the values of each."""
+        return np.array([values[row.base] for row in self.rows])
 
     def without(self, names: Collection[str]) -> Asked:
         """Return what is asked but for some of it."""
@@ -273,8 +251,11 @@ class Asked(NamedTuple):
         return self._replace(rows=rows, start=self.start[kept], low=self.low[kept], high=self.high[kept])
 
     def fitted(self, p: Array) -> Beam:
-        """Return the beam with values of the parameters put in."""
-        return self.beam._with({row.place: float(value) for row, value in zip(self.rows, p, strict=True) if row.place})
+        """Return the beam with values of the parameters put in, the mean of those that each group has of its own."""
+        found: dict[str, list[float]] = {}
+        for row, value in zip(self.rows, p.tolist(), strict=True):
+            found.setdefault(row.place, []).append(value)
+        return self.beam._with({place: math.fsum(v) / len(v) for place, v in found.items() if place})
 
 
 def ask(
@@ -284,25 +265,23 @@ def ask(
     bounds: Mapping[str, tuple[Any, Any]] | None = None,
     *,
     joint: str = "compliant",
+    priors: Mapping[str, tuple[float, float]] = MappingProxyType({}),
 ) -> Asked:
     """Check which parameters are to be found, and between which bounds, from the values of the beam.
 
     One text of names may hold several, set apart by commas; bounds are SI numbers or texts with units. Names that are
     unknown or given twice, and bounds that are reversed or out of range, are refused together; so is, on a ``joint``
-    "hinge", what no test tells apart there.
+    "hinge", what no test tells apart there. ``priors``: mean and standard deviation by name.
     """
     given, problems = named(names, PARAMETERS), Problems()
-    rows = tuple(PARAMETERS[n] for n in given)
     follows = beam.joint.stiffness is None and "K_theta" not in given
     if joint == "hinge" and {"C_f", "E_B"} <= set(given) and not follows:
         reason = "C_f and E_B: only their product enters the torque on hinges, no test tells them apart"
         refuse("parameters", "", reason, "find one")
     if "mu" not in given:
         arguments.friction(beam.friction.mu, None, "find it too")
-    found = []
-    for row in rows:
-        with problems.caught():
-            found.append(_bounds(row, row.value(beam, load), (bounds or {}).get(row.name)))
+    with problems.caught():
+        found = _columns(beam, load, given, bounds or {}, priors)
     for n in bounds or {}:
         if n not in PARAMETERS:
             problems.append(_unknown("bounds", n))
@@ -310,11 +289,27 @@ def ask(
             reason = f"{n} is not to be found (found are: {', '.join(given)})"
             problems.add("bounds", "", reason, "leave it out, or find it too")
     problems.settle()
-    low, high = np.array(found, float).T
-    start = np.clip([row.value(beam, load) for row in rows], low, high)
     stiffness, rigidity = beam.joint_stiffness, LOADS[load].rigidity(beam)
     base = Physical(beam.friction.mu or 0.0, stiffness, rigidity, beam.scale.theta0)
-    return Asked(beam, load, rows, start, low, high, base, follows)
+    return Asked(beam, load, *found, base, follows, priors=priors)
+
+
+def _columns(
+    beam: Beam,
+    load: str,
+    names: Sequence[str],
+    bounds: Mapping[str, tuple[Any, Any]],
+    priors: Mapping[str, tuple[float, float]],
+) -> tuple[tuple[Parameter, ...], Array, Array, Array]:
+    """Return the rows of parameters, start values and bounds; bounds that are wrong are refused together."""
+    rows, problems, found = tuple(PARAMETERS[n] for n in names), Problems(), list[tuple[float, float]]()
+    for row in rows:
+        with problems.caught():
+            found.append(_bounds(row, row.value(beam, load), bounds.get(row.name)))
+    problems.settle()
+    low, high = np.array(found, float).reshape(-1, 2).T
+    start = np.clip([priors.get(row.name, (row.value(beam, load),))[0] for row in rows], low, high)
+    return rows, start, low, high
 
 
 def named(names: Sequence[str] | str, known: Collection[str]) -> list[str]:

@@ -6,6 +6,7 @@ Expression of Uncertainty in Measurement, 4.3.7, where nothing else is known); a
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, NoReturn
@@ -30,7 +31,7 @@ from squama.study.parameters import (
     text_of,
 )
 from squama.types import Array
-from squama.units import LONGEST, Dimension, QuantityError, quantity, shown
+from squama.units import LONGEST, Bounds, Dimension, QuantityError, bounded, quantity, shown
 
 MOST_CUT = 0.1
 """Largest share of a normal distribution that may lie outside a parameter's bounds."""
@@ -78,6 +79,16 @@ class Tolerance(NamedTuple):
         return np.asarray(np.clip(x, self.low, self.high))
 
     @property
+    def moments(self) -> tuple[float, float]:
+        """Mean and standard deviation."""
+        if self.kind == "normal":
+            return self.numbers[0], self.numbers[1]
+        a, c, b = self.numbers if self.kind == "triangular" else (*self.numbers[:1], *self.numbers)
+        if self.kind == "uniform":
+            return (a + b) / 2, (b - a) / math.sqrt(12)
+        return (a + b + c) / 3, math.sqrt(((b - a) ** 2 - (c - a) * (b - c)) / 18)
+
+    @property
     def text(self) -> str:
         """The distribution with units, such as "normal(0.25, 0.02)"."""
         factor, unit = people(self.name)
@@ -113,6 +124,23 @@ def tolerances(
         problems.add("tolerances", "", "there are none", 'give at least one, e.g. scale.alpha = "60 deg +- 1 deg"')
     problems.settle()
     return list(found.values())
+
+
+def spread(given: object, dimension: Dimension, bounds: Bounds) -> tuple[float, float]:
+    """Return a value within bounds, and its standard deviation: "2 +- 0.5 N m/rad" (limits), "... sd"; else 0."""
+    if not (isinstance(given, str) and _PLUS_MINUS.fullmatch(given)):
+        return bounded(given, dimension, bounds), 0.0
+
+    def no(reason: str, remedy: str = f"write e.g. {bounds.example}") -> NoReturn:
+        refuse("", shown(given), reason, remedy)
+
+    kind, items, sds = _form(given, no)
+    middle, half = _numbers(items, dimension, False, True)
+    if half <= 0:
+        no("what stands behind +- must be more than 0")
+    if not bounds.hold(middle):
+        no(f"is out of range ({bounds.allowed})")
+    return middle, half / (sds or math.sqrt({"uniform": 3.0, "triangular": 6.0}[kind]))
 
 
 def _key(name: str) -> str:

@@ -1,0 +1,114 @@
+r"""The testing machine: a stiffness k in series with the specimen, and what an unknown one would change in a fit.
+
+Of the rotation that is measured at its end T/k is the machine's. Records are corrected for a k that is given (readings,
+:mod:`squama.identify.readings`); with "+-" the compliance c = 1/k is found too, with what is given as its prior.
+
+Where none is given, a compliance c would have changed the torque at the readings by J_c c, with the derivative J_c of
+the torque to c, and so the estimates by
+
+.. math:: \Delta p = (J^\mathsf{T} J)^{-1} J^\mathsf{T} J_c\, c
+
+in the fit that ignores it (J with the rows of the priors).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squama.errors import naming, refuse
+from squama.identify.estimate import Points
+from squama.identify.hinge_points import Physical
+from squama.identify.unknowns import Asked
+from squama.study.tolerances.distributions import spread
+from squama.types import Array
+from squama.units import Bounds, Dimension
+
+STIFFNESS = Bounds(1e-12, 1e15, "1e-12 to 1e15 N m/rad", closed=True, example='"2 N m/rad"')
+"""Torsional or bending stiffnesses of machines."""
+SHARES = (0.005, 0.01, 0.02)
+"""Parts of the rotation at the top of a record that an unknown machine is thought to take."""
+RIGID = "rigid"
+_SEEN = 1.0
+"""Change of an estimate by the last of them, over its error, from which on it is told."""
+
+
+class Machine(NamedTuple):
+    """Compliance of a machine, rad/(N m), and its standard deviation, 0 where it is known."""
+
+    compliance: float
+    deviation: float = 0.0
+
+
+def read(given: object) -> Machine | None:
+    """Return the machine of a fit, None where nothing is known of it; see :func:`squama.fit`."""
+    if given is None or given == RIGID:
+        return None if given is None else Machine(0.0)
+    with naming("machine"):
+        k, deviation = spread(given, Dimension.TORQUE, STIFFNESS)
+        if deviation * 2 >= k:
+            refuse("", str(given), "is too wide: no machine stiffness is below 0", 'write e.g. "2 +- 0.5 N m/rad"')
+    return Machine(1 / k, deviation / k**2)
+
+
+class Unknown(NamedTuple):
+    """What a machine of which nothing is known might change in a fit.
+
+    ``stiffness`` N m/rad of a machine that takes 1 % of the rotation at the top; ``changes`` of the estimates by such
+    a machine, in their order: with it they would be larger by that.
+    """
+
+    stiffness: float
+    changes: Array
+    names: tuple[str, ...]
+    told: bool
+
+    def report(self) -> dict[str, object]:
+        """Return it as plain data."""
+        return {"stiffness": self.stiffness, "changes": dict(zip(self.names, self.changes.tolist(), strict=True))}
+
+    def sentence(self, values: dict[str, float]) -> str:
+        """Say what the shares of :data:`SHARES` would change in friction and joint stiffness."""
+        parts = []
+        for name, change in zip(self.names, self.changes.tolist(), strict=True):
+            if name in ("mu", "K_theta"):
+                all_of = [change * share / 0.01 for share in SHARES]
+                digits = max(0, 1 - math.floor(math.log10(abs(change)))) if change else 3
+                if name == "K_theta":
+                    relative = [100 * c / values[name] for c in all_of]
+                    parts.append(f"K_theta by {', '.join(f'{c:+.2g}' for c in relative)} %")
+                else:
+                    parts.append(f"{name} by {', '.join(f'{c:+.{digits}f}' for c in all_of)}")
+        shares = ", ".join(f"{100 * share:g}" for share in SHARES)
+        return (
+            f"machine not given: if it takes {shares} % of the rotation at the top, that changes "
+            f"{' and '.join(parts)}; "
+            f'give its stiffness (1 %: machine "{self.stiffness:.2g} N m/rad"), or "{RIGID}"'
+        )
+
+
+def unknown(
+    points: Points, used: NDArray[np.bool_], asked: Asked, estimates: Array, jacobian: Array, deviations: Array
+) -> Unknown | None:
+    """Return what an unknown machine might change, by the ``jacobian`` of a fit (rows of priors too).
+
+    None for no torque. ``deviations``: standard errors of the estimates.
+    """
+    readings, place = points.readings, Physical._fields.index("compliance")
+    size = np.where(used, np.abs(readings.load), -1.0)
+    top = int(np.argmax(size))
+    torque = abs(float(readings.torque[top]))
+    if "compliance" in asked.names or not torque > 0 or not size[top] > 0:
+        return None
+    percent = 0.01 * float(size[top]) * readings.scales / torque
+    wanted = np.arange(len(Physical._fields)) == place
+    column = points.take(np.flatnonzero(used)).jacobian(asked.physical(estimates), wanted)[:, place] * percent
+    target = np.concatenate([column, np.zeros(len(jacobian) - column.size)])
+    norm = np.linalg.norm(jacobian, axis=0)
+    changes = -np.linalg.lstsq(jacobian / norm, target, rcond=None)[0] / norm
+    far = np.abs(changes) * SHARES[-1] / 0.01 > _SEEN * deviations
+    told = any(f for f, name in zip(far, asked.names, strict=True) if name in ("mu", "K_theta"))
+    return Unknown(1 / percent, changes, asked.names, told)

@@ -1,0 +1,134 @@
+"""Predictions from a fit: draws of what it finds, carried through the curve that is asked for, and bands of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from squama import arguments
+from squama.beam.design import Beam
+from squama.curves.histories import cycle
+from squama.errors import InputError, refuse
+from squama.identify.selection import Found
+from squama.loads import LOADS
+from squama.progress import steps
+from squama.types import Array
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import xarray as xr
+
+
+_ENDED = 0.5
+"""Part of the draws that may end before the way that is asked."""
+
+
+class Model(NamedTuple):
+    """The fitted beam, and how it is followed: arguments of :func:`squama.cycle`."""
+
+    beam: Beam
+    load: str
+    law: str
+    joint: str
+    ends: str
+
+
+def draws(fit: Found, posterior: Array | None, number: int, seed: int) -> Array:
+    """Return so many values of the parameters of a fit, within their bounds, shape (number, parameters).
+
+    From its posterior samples where there are some, else from the estimates and their covariance.
+    """
+    r = np.random.default_rng(seed)
+    if posterior is not None:
+        return np.asarray(posterior[r.integers(0, len(posterior), number)])
+    drawn = r.multivariate_normal(np.zeros(len(fit.rows)), fit.correlation, number) * fit.deviations
+    return np.clip(fit.estimates + drawn, fit.asked.low, fit.asked.high)
+
+
+def predict(
+    fit: Found,
+    model: Model,
+    posterior: Array | None,
+    to: float | str | Sequence[float | str],
+    *,
+    samples: int = 100,
+    seed: int = 1,
+    points: int = 60,
+    probability: float = 0.95,
+) -> xr.Dataset:
+    """Return the curve of the fitted beam there and back with its band; see :meth:`squama.Fit.predict`."""
+    samples = arguments.whole("samples", samples, 10, 1e5)
+    arguments.whole("seed", seed, 0, 2**32 - 1)
+    if not 0 < probability < 1:
+        refuse("probability", str(probability), "must lie between 0 and 1", "write e.g. 0.95")
+    load = LOADS[model.load]
+
+    def curve(beam: Beam) -> xr.Dataset:
+        hinged = model.joint == "hinge"
+        return cycle(
+            beam, to, load=model.load, law=model.law, joint=model.joint, ideal=hinged, points=points,
+            ends=None if hinged else model.ends,
+        )  # fmt: skip
+
+    best = curve(model.beam)
+    angle, leg = best[load.angle].values, best["leg"].values
+    values, work, asked = [], [], fit.asked._replace(beam=model.beam)
+    for p in steps(list(draws(fit, posterior, samples, seed)), samples, "draws of the fit"):
+        try:
+            one = curve(asked.fitted(p))
+        except InputError:
+            continue
+        x, T, own = (one[name].values for name in (load.angle, load.torque, "leg"))
+        values.append(_on(angle, leg, x, T, own))
+        work.append(_work(x, T))
+    if len(values) < (1 - _ENDED) * samples:
+        refuse("to", "", f"{samples - len(values)} of {samples} draws are not followed", "go less far")
+    return _dataset(fit, model, best, np.array(values), np.array(work), probability)
+
+
+def _on(angle: Array, leg: Array, x: Array, T: Array, own: Array) -> Array:
+    """Return torques at the angles of another curve, way by way; NaN beyond those of the way."""
+    out = np.full(angle.size, np.nan)
+    for number in np.unique(leg):
+        here, there = np.flatnonzero(leg == number), np.flatnonzero(own == number)
+        if there.size:
+            order = there[np.argsort(x[there], kind="stable")]
+            out[here] = np.interp(angle[here], x[order], T[order], left=np.nan, right=np.nan)
+    return out
+
+
+def _work(x: Array, T: Array) -> float:
+    """Return the work of a torque along its angles, J."""
+    return float(np.trapezoid(T, x))
+
+
+def _dataset(fit: Found, model: Model, best: xr.Dataset, values: Array, work: Array, probability: float) -> xr.Dataset:
+    import xarray as xr
+
+    load, tail = LOADS[model.load], (1 - probability) / 2
+    T, between = load.torque, f"{100 * probability:g} % of the draws lie between"
+    known = np.count_nonzero(np.isfinite(values), axis=0) > _ENDED * len(values)
+    low, high = (
+        np.where(known, np.nanquantile(np.where(known, values, 0.0), q, axis=0), np.nan) for q in (tail, 1 - tail)
+    )
+    x, torque = best[load.angle].values, best[T].values
+    ends = np.quantile(work, (tail, 1 - tail))
+    words, unit = load.torque_words, {"units": "N m"}
+    loss = "work per pitch of the whole history, there and back"
+    return xr.Dataset(
+        {
+            load.angle: ("point", x, {"long_name": load.angle_words, "units": "rad"}),
+            "leg": ("point", best["leg"].values, {"long_name": "way between two reversals, counted from 1"}),
+            T: ("point", torque, {"long_name": f"{words} of the estimates", **unit}),
+            f"{T}_low": ("point", low, {"long_name": f"{words}, {between} this", **unit}),
+            f"{T}_high": ("point", high, {"long_name": f"{words}, {between} and this", **unit}),
+            f"{T}_draws": (("draw", "point"), values, {"long_name": f"{words} of each draw", **unit}),
+            "work": ((), _work(x, torque), {"long_name": loss, "units": "J"}),
+            "work_low": ((), float(ends[0]), {"long_name": f"{loss}, {between} this", "units": "J"}),
+            "work_high": ((), float(ends[1]), {"long_name": f"{loss}, {between} and this", "units": "J"}),
+        },
+        attrs={"title": f"prediction in {model.load} from a fit", "estimates": ", ".join(fit.lines)}
+        | {"draws": len(values), "probability": probability},
+    )
