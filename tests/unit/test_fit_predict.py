@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import functools
+import json
 
 import numpy as np
 import pytest
 
 import squama
+from squama.cli import main
 from squama.errors import InputError
 
 BEAM = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scales=None)
@@ -55,3 +57,39 @@ def test_the_band_is_that_of_the_covariance():
 def test_what_is_no_prediction(given, words):
     with pytest.raises(InputError, match=words):
         fitted()[0].predict(WAY, **given)
+
+
+def test_a_prediction_by_the_command_is_that_of_the_fit(tmp_path, capsys):
+    fit, loop = fitted()
+    table = tmp_path / "loop.csv"
+    read = loop["T"].values + np.random.default_rng(1).normal(0, 0.02, loop.phi.size)
+    rows = "".join(f"{x!r},{T!r}\n" for x, T in zip(loop.phi.values.tolist(), read.tolist(), strict=True))
+    table.write_text(f"phi (rad),T (N m)\n{rows}")
+    files = [tmp_path / f"band{ending}" for ending in (".csv", ".nc", ".png")]
+    BEAM.to_toml(tmp_path / "beam.toml")
+    command = [
+        "fit",
+        str(table),
+        str(tmp_path / "beam.toml"),
+        "--joint",
+        "hinge",
+        "--nuisances",
+        "none",
+        "--starts",
+        "1",
+    ]
+    bands = [word for path in files for word in ("--band", str(path))]
+    assert main([*command, "--machine", "rigid", "--predict", "0.08 rad/pitch", *bands, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)["prediction"]
+    kept = squama.read(files[1])
+    top = int(np.abs(kept.phi.values).argmax())
+    assert kept.phi.values[top] == pytest.approx(0.08)
+    assert told["T_low"][top] < told["T"][top] < told["T_high"][top]
+    np.testing.assert_allclose(told["T_high"], kept["T_high"].values)
+    np.testing.assert_allclose(squama.read(files[0])["T_low"].values, kept["T_low"].values)
+    best = fit.predict("0.08 rad/pitch")
+    np.testing.assert_allclose(told["T"], best["T"].values, rtol=1e-6)
+    np.testing.assert_allclose(told["T_high"], best["T_high"].values, rtol=1e-4)
+    assert files[2].stat().st_size > 10_000
+    assert main([*command, "--band", str(files[2])]) == 2
+    assert '--predict "0.1 rad/pitch"' in capsys.readouterr().err

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from squama import units
 from squama.cli import flags, output
 from squama.cli.flags import flag, pair, settled, whole
 from squama.errors import Problems, naming, refuse
+from squama.io import datasets
 from squama.io.files import label
 from squama.loads import LOADS, model
 from squama.units import is_number, shown
@@ -74,6 +77,10 @@ _EACH = 'Parameters with a value for each loop, or each specimen: "mu", "mu,twis
 _MACHINE = 'Stiffness of the testing machine in series: "2 N m/rad", "2 +- 0.5 N m/rad" (found too) or rigid.'
 _PRIOR = 'Prior of a parameter: E_B="1.5 MPa +- 5 %" (limits), mu="0.3 +- 0.03 sd"; found too; may be repeated.'
 _KNOWN = "TOML file with tolerances under [tolerance], as priors; --prior goes before it."
+_PREDICT = 'Predict the curve of the fitted beam to a twist and back, with a band of 95 %: "0.1 rad/pitch".'
+_BAND = "File of the prediction to write: .png, .svg, .pdf, .csv or .nc; may be repeated."
+_PICTURES = (".png", ".svg", ".pdf")
+_KINDS = (*_PICTURES, ".csv", ".nc")
 _STICK = 'Twist after a reversal for which points are not used, e.g. "0.002 rad/pitch".'
 
 
@@ -136,7 +143,40 @@ class Tables:
         return found
 
 
-SWING, TABLES = Swing(), Tables()
+@flags.group
+class Prediction:
+    """A curve that is predicted from a fit."""
+
+    predict: Annotated[str | None, flag(_PREDICT, read=_twist)] = None
+    band: Annotated[tuple[flags.File, ...], flag(_BAND)] = ()
+
+    def check(self, files: Iterable[str]) -> None:
+        """Keep as mistakes files that cannot be written, and those of a prediction that is not asked for."""
+        flags.check_places([(path, _KINDS) for path in self.band], list(files))
+        if self.band and self.predict is None and "--predict" not in flags.problems().flags:
+            flags.problems().add("--band", self.band[0], "is of a prediction", 'give --predict "0.1 rad/pitch" too')
+
+    def of(self, found: Fit) -> tuple[list[Path], list[str], dict[str, object]]:
+        """Predict the curve of a fit: files, lines of the summary, and JSON."""
+        if self.predict is None:
+            return [], [], {}
+        with flags.laid({"to": "--predict"}):
+            data = found.predict(self.predict)
+        T = LOADS[found.load].torque
+        at = data.isel(point=int(abs(data[LOADS[found.load].angle].values).argmax()))
+        best, low, high = (units.moment(float(at[name])) for name in (T, f"{T}_low", f"{T}_high"))
+        share = f"{100 * float(data.attrs['probability']):g} % of {data.attrs['draws']} draws of the fit"
+        line = f"prediction to {self.predict}: {best} there; {share} lie between {low} and {high}"
+        written = output.draw([p for p in self.band if p.endswith(_PICTURES)], "prediction_figure", data)
+        for path in self.band:
+            if not path.endswith(_PICTURES):
+                table = data if path.endswith(".nc") else on_points(data)
+                written.append(datasets.save(table, path))
+        record = {str(name): v.values for name, v in data.data_vars.items() if "draw" not in v.dims}
+        return written, [line], {"prediction": {**record, "units": output.units(data.data_vars.items())}}
+
+
+SWING, TABLES, PREDICTION = Swing(), Tables(), Prediction()
 _OF_DECAYS = ("load", "law", "joint")
 """What a decay has in common with a test."""
 
@@ -150,6 +190,7 @@ def fit(
     search: Search = SEARCH,
     swing: Swing = SWING,
     tables: Tables = TABLES,
+    prediction: Prediction = PREDICTION,
     out: Annotated[flags.File | None, flag("Beam file (.toml) to write, with the estimates.", "--out", "-o")] = None,
     corner: Annotated[flags.File | None, flag("Picture of the posterior samples to write.")] = None,
     common: flags.Common = flags.COMMON,
@@ -163,6 +204,7 @@ def fit(
         flags.problems().add("--corner", corner, "draws posterior samples", "ask for them too, e.g. --posterior 4000")
     common.check(*files, *([tolerances] if tolerances else []), plots=[corner] if corner else [])
     flags.check_places([(out, (".toml",))], files)
+    prediction.check(files)
     beam = settled(common.beam(beams[0], friction=False) if len(beams) == 1 else None)
 
     from squama.identify import decay_fit, fitting
@@ -171,7 +213,9 @@ def fit(
     names |= {"parameters": "--find", "bounds:": "--bounds", "data": ", ".join(data), "mode": "--mode"}
     decays = any(tables.swings(path) for path in data)
     if decays:
-        _of_tests(data, search, corner=corner, bounds=bounds, prior=prior, tolerances=tolerances)
+        _of_tests(
+            data, search, corner=corner, bounds=bounds, prior=prior, tolerances=tolerances, predict=prediction.predict
+        )
     elif swing != SWING:
         refuse("--mode, --ideal", "", "are for decays: no table has a column of time, and no torque")
     read = tables.read(data, beam, search.load, decay=decays)
@@ -192,8 +236,10 @@ def fit(
         written += output.draw([corner], "corner_figure", found.dataset())
     if out is not None:
         written.append(output.write_text(out, found.beam_file([label(path) for path in data])))
-    record = {"file": label(beams[0]), "data": data, **found.report()}
-    return output.report(common.json, ", ".join(data), written, record, _shown(found, label(beams[0])))
+    more, lines, of_band = ([], [], {}) if isinstance(found, decay_fit.DecayFit) else prediction.of(found)
+    record = {"file": label(beams[0]), "data": data, **found.report(), **of_band}
+    shown = [*_shown(found, label(beams[0])), *lines]
+    return output.report(common.json, ", ".join(data), [*written, *more], record, shown)
 
 
 def _known(prior: Iterable[flags.Pair], path: str | None, beam: Beam) -> dict[str, object] | None:

@@ -129,6 +129,6 @@ def _dataset(fit: Found, model: Model, best: xr.Dataset, values: Array, work: Ar
             "work_low": ((), float(ends[0]), {"long_name": f"{loss}, {between} this", "units": "J"}),
             "work_high": ((), float(ends[1]), {"long_name": f"{loss}, {between} and this", "units": "J"}),
         },
-        attrs={"title": f"prediction in {model.load} from a fit", "estimates": ", ".join(fit.lines)}
+        attrs={"title": f"prediction in {model.load} from a fit", "load": model.load, "estimates": ", ".join(fit.lines)}
         | {"draws": len(values), "probability": probability},
     )

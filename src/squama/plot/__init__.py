@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from squama.plot.fit import corner_figure as corner_figure
     from squama.plot.fit import fit_figure as fit_figure
     from squama.plot.fit import fitted as fitted
+    from squama.plot.fit import prediction_figure as prediction_figure
     from squama.plot.fit import residuals as residuals
     from squama.plot.inverse import front_figure as front_figure
     from squama.plot.inverse import inverse_figure as inverse_figure
@@ -61,7 +62,7 @@ if TYPE_CHECKING:
 
 _NAMES = {
     "elements": "compare_figure deformed_figure elements_figure",
-    "fit": "corner_figure fit_figure fitted residuals",
+    "fit": "corner_figure fit_figure fitted prediction_figure residuals",
     "cycle": "cycle_figure energies loops",
     "finite": "finite_figure inclinations load_curve part_animation part_figure row_figure shape",
     "plan": "expected_errors plan_figure",

@@ -91,6 +91,25 @@ def fitted(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     return ax
 
 
+@styled
+def prediction_figure(dataset: xr.Dataset) -> Figure:
+    """Draw the predicted curve of a fit with its band, from :meth:`squama.Fit.predict`."""
+    figure = new_figure(PAGE, 3.4)
+    ax, names = panel(figure.subplots(), dataset, "leg", "Fit.predict()")
+    T = names.torque
+    factor, text = prefixed(T, float(np.nanmax(np.abs(dataset[T].values))))
+    for leg in np.unique(dataset["leg"].values):
+        one = dataset.isel(point=np.flatnonzero(dataset["leg"].values == leg))
+        x, low, high = one[names.angle].values, *(factor * one[f"{T}_{end}"].values for end in ("low", "high"))
+        ax.fill_between(x, low, high, color=ACCENT, alpha=0.3, linewidth=0)
+        ax.plot(x, factor * one[T].values, color=ACCENT, linewidth=1.1)
+    share = f"{100 * float(dataset.attrs['probability']):g} % of {dataset.attrs['draws']} draws of the fit"
+    handles = [key("estimates", color=ACCENT), Patch(color=ACCENT, alpha=0.3, linewidth=0, label=share)]
+    ax.legend(handles=handles, loc="upper left")
+    ax.set(xlabel=angle_label(names.name), ylabel=text)
+    return headline(figure, f"Prediction in {dataset.attrs['load']}: {dataset.attrs['estimates']}", ())
+
+
 def residuals(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw measured less fitted torque (moment), with twice the noise of a point, from :meth:`squama.Fit.dataset`."""
     ax, names = panel(ax, dataset, "residual", "Fit.dataset()")
