@@ -41,6 +41,9 @@ RESULTS = {
     "fit_figure": lambda: squama.fit(
         EXAMPLES / "measured_loop.csv", squama.Beam.from_toml(EXAMPLES / "pla_on_vps.toml"), joint="hinge"
     ).dataset(),
+    "prediction_figure": lambda: squama.fit(
+        EXAMPLES / "measured_loop.csv", squama.Beam.from_toml(EXAMPLES / "pla_on_vps.toml"), joint="hinge", starts=1
+    ).predict("0.1 rad/pitch", samples=12, points=20),
     "plan_figure": lambda: squama.plan(HINGED, ("mu", "K_theta"), noise="5 N mm", joint="hinge").dataset(),
     "map_figure": sweep,
     "uncertainty_figure": lambda: squama.uncertainty(

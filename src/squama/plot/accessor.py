@@ -27,6 +27,7 @@ FIGURES = {
     "t": "decay_figure",
     "loops": "plan_figure",
     "parameter": "fit_figure",
+    "work_low": "prediction_figure",
     "branch": "cycle_figure",
     "event": "path_figure",
     "x_axis": "part_figure",
