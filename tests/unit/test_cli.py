@@ -38,7 +38,9 @@ def _json(capsys, *arguments):
     def refuse(token):
         raise AssertionError(token)
 
-    return json.loads(_out(capsys, *arguments, "--json"), parse_constant=refuse)
+    record = json.loads(_out(capsys, *arguments, "--json"), parse_constant=refuse)
+    assert record["schema"] == 1
+    return record
 
 
 # ---- new --------------------------------------------------------------------------------------------------

@@ -27,6 +27,9 @@ if TYPE_CHECKING:
     from squama.curves.labelled import Answer, Labelled
 
 
+SCHEMA = 1
+"""Version of the keys of JSON; it grows where a key goes, or changes its meaning or unit."""
+
 # ---- files ------------------------------------------------------------------------------------------------
 
 
@@ -114,7 +117,7 @@ def report(
 ) -> int:
     """Print a result, and say which files were written; return the exit status.
 
-    As JSON ``file`` (what was read) is the first entry, then comes ``record``, and ``written`` is the last. For people
+    As JSON ``file`` (what was read) is the first entry, then come ``record`` and ``written``. For people
     the file is the first word of the title, the first of ``shown``; lines and tables follow, and a line for each file
     that was written, or what is said of them instead (``wrote``).
     """
@@ -172,8 +175,8 @@ def units(variables: Iterable[tuple[Hashable, xr.Variable | xr.DataArray | Label
 
 
 def show_json(record: Mapping[str, object]) -> None:
-    """Print a record as JSON on standard output, nothing else."""
-    sys.stdout.write(json.dumps(_plain(record), allow_nan=False, indent=1) + "\n")
+    """Print a record as JSON on standard output, nothing else; ``schema``, its last entry, is that of the keys."""
+    sys.stdout.write(json.dumps(_plain({**record, "schema": SCHEMA}), allow_nan=False, indent=1) + "\n")
 
 
 def _plain(value: object) -> object:
