@@ -127,7 +127,7 @@ def test_the_endless_beam_stands_beside():
 def test_ends_that_no_fit_knows_are_refused():
     c = cycle()
     data = {"phi": c.phi.values, "T": c["T"].values}
-    with pytest.raises(InputError, match="this one is endless"):
+    with pytest.raises(InputError, match="this beam is endless"):
         squama.fit(data, BEAM.replace(scales=None), ends="free")
     with pytest.raises(InputError, match="is not known of a row on hinges"):
         squama.fit(data, BEAM, ends="free", joint="hinge")

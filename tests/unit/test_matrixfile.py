@@ -231,9 +231,9 @@ def test_a_name_that_is_none(value, words, place, capsys):
 
 def test_the_command_says_where_the_stiffness_comes_from(place, capsys):
     outputs = ["--csv", "curve.csv", "--plot", "curve.png"]
-    assert main(["twist", "in/beam.toml", "--joint", "hinge", *outputs]) == 0
+    assert main(["twist", "in/beam.toml", "--joint", "hinge", "--full", *outputs]) == 0
     assert "per rad, from in/joint.csv" in capsys.readouterr().out
-    assert main(["twist", "in/beam.toml", *outputs]) == 0
+    assert main(["twist", "in/beam.toml", "--full", *outputs]) == 0
     assert "joint of a scale: six motions, from the beam's matrix" in capsys.readouterr().out
     # a stored curve knows its beam without the file
     (place / "in" / "joint.csv").unlink()
@@ -256,7 +256,7 @@ def test_a_compliant_joint_needs_no_elements(place, capsys, monkeypatch):
     assert found["beam"]["joint"]["matrix"] == STORED.tolist()
     # before contact the torque is the matrix' own
     assert found["curve"]["T"][5] == pytest.approx(RIGIDITY * E * D**3 * found["curve"]["phi"][5], rel=1e-6)
-    assert main(asked) == 0
+    assert main([*asked, "--full"]) == 0
     said = capsys.readouterr().out
     assert "six motions, from the beam's matrix" in said
     assert "by finite elements" not in said

@@ -108,7 +108,7 @@ def test_who_answers_with_ends():
 @pytest.mark.parametrize(
     ("door", "beam", "ends", "words"),
     [
-        (squama.twist, SKIN.replace(scales=None), "free", "is of a beam with a number of scales"),
+        (squama.twist, SKIN.replace(scales=None), "free", "needs a number of scales, and this beam is endless"),
         (squama.bend, SKIN, "gripped", "is not known of a beam that is bent, or swings"),
         (squama.twist, SKIN, "held", 'must be one of "free", "gripped", "equal", "endless"'),
         (squama.twist, SKIN.replace(faces="turned"), "free", "takes scales on one face"),
@@ -129,11 +129,14 @@ def test_the_commands(tmp_path, capsys):
     file, table = tmp_path / "beam.toml", tmp_path / "curve.csv"
     SKIN.to_toml(file)
     given = [str(file), "--to", "0.1 rad/pitch"]
-    assert main(["twist", *given, "--points", "20", "--csv", str(table), "--plot", str(tmp_path / "p.png")]) == 0
+    assert (
+        main(["twist", *given, "--points", "20", "--csv", str(table), "--plot", str(tmp_path / "p.png"), "--compare"])
+        == 0
+    )
     said = capsys.readouterr().out
     own = squama.twist(SKIN, to="0.1 rad/pitch", points=20)
     T = 1e3 * float(np.interp(2 * own.phi_e, own.phi, own["T"]))
-    assert "twisted with free ends: 6 scales on 120 mm" in said
+    assert "6 scales with free ends" in said
     assert f"6 scales, free ends: {T:.3g} N mm" in said
     assert "of the endless beam's torque and" in said
     lines = [line for line in table.read_text().splitlines() if not line.startswith("#")]
@@ -145,9 +148,9 @@ def test_the_commands(tmp_path, capsys):
     assert record["bench"]["scales"] == 6
     assert record["bench"]["row"]["torque"] < record["bench"]["endless"]["torque"]
     assert main(["twist", *given, "--ends", "endless"]) == 0
-    assert "twisted as an endless beam: 6 scales on 120 mm" in capsys.readouterr().out
+    assert "compliant joints; endless beam; torque" in capsys.readouterr().out
     assert main(["cycle", *given, "--points", "10"]) == 0
-    assert "beam.toml with free ends in cycles of twisting" in capsys.readouterr().out
+    assert "6 scales with free ends" in capsys.readouterr().out
     assert main(["bend", *given, "--ends", "gripped"]) == 2
     assert capsys.readouterr().err.startswith('squama: error: --ends = "gripped": is not known of a beam that is bent')
     assert main(["twist", *given, "--joint", "hinge", "--ends", "free"]) == 2
@@ -172,7 +175,7 @@ def test_tolerances_have_the_nominal_beam_with_its_own_scales(capsys, tmp_path):
     assert "own" not in squama.uncertainty(SKIN.replace(scales=None), vary, **few)
     file = tmp_path / "beam.toml"
     SKIN.to_toml(file)
-    assert main(["uncertainty", str(file), "--vary", "scale.alpha=+- 1 deg", "--samples", "3200"]) == 0
+    assert main(["uncertainty", str(file), "--vary", "scale.alpha=+- 1 deg", "--samples", "3200", "--full"]) == 0
     said = capsys.readouterr().out
     assert "6 scales: the nominal beam with all of them, free ends; all other columns are endless" in said
 

@@ -116,7 +116,7 @@ def test_who_answers_with_ends():
     for beam, how, words in (
         (SKIN, {"ends": "gripped"}, "is not known of a beam that is bent, or swings"),
         (SKIN, {"ends": "equal", "joint": "hinge"}, "is not known of a row on hinges"),
-        (SKIN.replace(scales=None), {"ends": "free"}, "is of a beam with a number of scales"),
+        (SKIN.replace(scales=None), {"ends": "free"}, "needs a number of scales, and this beam is endless"),
         (SKIN.replace(faces="turned"), {"ends": "free"}, "takes scales on one face"),
     ):
         with pytest.raises(squama.InputError, match=words):
@@ -127,9 +127,9 @@ def test_the_command_sets_the_endless_beam_beside(tmp_path, capsys):
     file, table = tmp_path / "beam.toml", tmp_path / "path.csv"
     SKIN.to_toml(file)
     given = ["bend-twist", str(file), "--path", BACK, "--points", "20"]
-    assert main([*given, "--csv", str(table), "--plot", str(tmp_path / "p.png")]) == 0
+    assert main([*given, "--csv", str(table), "--plot", str(tmp_path / "p.png"), "--full"]) == 0
     said = capsys.readouterr().out
-    assert "bent and twisted with free ends: 6 scales on 120 mm" in said
+    assert "6 scales with free ends" in said
     own, endless = (squama.bend_twist(SKIN, BACK, points=20, ends=ends) for ends in (None, "endless"))
     at = np.flatnonzero(own.leg == 1)[-1]
     shares = [float(own[name][at] / endless[name][np.flatnonzero(endless.leg == 1)[-1]]) for name in ("M", "T")]

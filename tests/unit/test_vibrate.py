@@ -74,7 +74,7 @@ def test_a_note_tells_how_far_it_goes_in_either_sense():
     for release in (top, -top):
         v = squama.vibrate(both, release=f"{release} rad/pitch", rotor=ROTOR, swings=1)
         assert abs(v.phi_turn.values[1]) < STRAIN_LIMIT
-        assert f"{STRAIN_LIMIT:g} rad per pitch" in str(v.attrs)
+        assert f"to {math.degrees(STRAIN_LIMIT):.3g} deg per pitch" in str(v.attrs)
         turns.append(v.phi_turn.values)
     # mirrored scales close alike
     assert turns[0] == pytest.approx(-turns[1], rel=1e-12)
@@ -235,8 +235,8 @@ SHAKE = ["shake", "beam.toml", "--static", "0.1 rad/pitch", "--rotor", ROTOR, "-
 WRONG = {
     "no unit": ([*SWING[:-1], "0.01"], ['--rotor = "0.01"', "has no unit", "0.01 kg m2"]),
     "no rotor": (SWING[:-2], ["--rotor", "is not given", "under [beam]"]),
-    "neither": (["vibrate", "beam.toml", "--rotor", ROTOR], ["--release, --impulse", "one of them"]),
-    "both": ([*SWING, "--impulse", "1 N m s"], ["--release, --impulse", "one of them"]),
+    "neither": (["vibrate", "beam.toml", "--rotor", ROTOR], ["--release, --impulse", "needs exactly one of the two"]),
+    "both": ([*SWING, "--impulse", "1 N m s"], ["--release, --impulse", "needs exactly one of the two"]),
     "damping": ([*SWING, "--damping", "0.7"], ['--damping = "0.7"', "0 to 0.5"]),
     "mode": ([*SWING, "--mode", "cantilever"], ["--mode", "bending"]),
     "density": ([*SWING, "--mode", "cantilever", "--load", "bending"], ["--density", "not given", "1150 kg/m3"]),
@@ -252,7 +252,7 @@ WRONG = {
     ),
     "range": ([*SHAKE[:-1], "0.5 Hz"], ["--lowest, --highest", "growing"]),
     "hertz": ([*SHAKE[:-1], "2"], ['--highest = "2"', "has no unit", "2 Hz"]),
-    "no static": ([*SHAKE[:2], *SHAKE[4:]], ["--static, --torque", "one of them"]),
+    "no static": ([*SHAKE[:2], *SHAKE[4:]], ["--static, --torque", "needs exactly one of the two"]),
 }
 
 

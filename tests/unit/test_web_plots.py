@@ -283,7 +283,11 @@ def test_a_fit_is_given_up_in_time(monkeypatch) -> None:
         ("../../etc/passwd", b"root:x:0:0\n", "passwd"),
         ("", b"\n\n", "table.csv"),
         ("picture.png", b"\x89PNG\r\n\x1a\n\0\0", "picture.png: is a binary file"),
-        ("loop.csv", b"Phi, T\n1,2\n", "has no unit; write a header like: Phi (rad/m), T (N m); and 1 more"),
+        (
+            "loop.csv",
+            b"Phi, T\n1,2\n",
+            "has no unit; write a header like: Phi (rad/m), T (N m); or give its unit with columns",
+        ),
         ("loop.csv", b"Phi (rad/m), T (N m)\n1,x\n", "loop.csv: line 2"),
     ],
 )
