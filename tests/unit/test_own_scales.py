@@ -154,7 +154,7 @@ def test_the_commands(tmp_path, capsys):
     assert main(["bend", *given, "--ends", "gripped"]) == 2
     assert capsys.readouterr().err.startswith('squama: error: --ends = "gripped": is not known of a beam that is bent')
     assert main(["twist", *given, "--joint", "hinge", "--ends", "free"]) == 2
-    assert capsys.readouterr().err.startswith('squama: error: --ends = "free": is not of hinges')
+    assert capsys.readouterr().err.startswith('squama: error: --ends = "free": is not available on hinges')
 
 
 def test_tolerances_have_the_nominal_beam_with_its_own_scales(capsys, tmp_path):

@@ -181,7 +181,7 @@ def test_a_matrix_without_bend_means_hinges_and_that_is_said():
 @pytest.mark.parametrize(
     ("beam", "given", "words"),
     [
-        (PLA, {"joint": "glue"}, "joint"), (PLA, {"joint": "hinge", "ideal": False}, "ideal = False: is not available on hinges"),
+        (PLA, {"joint": "glue"}, "joint"), (PLA, {"joint": "hinge", "ideal": False}, "ideal = False: is not available"),
         (PLA, {"joint": "hinge", "neutral": "free"}, "neutral"),
         (PLA, {"joint": "compliant", "neutral": "face"}, "neutral"),
         (PLA, {"joint": "compliant", "free": "bending", "mu": 0}, 'write joint="hinge"'),
