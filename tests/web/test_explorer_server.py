@@ -37,7 +37,7 @@ def server(tmp_path):
 
 
 def test_it_listens_on_this_machine_only_and_ends_quietly(server) -> None:
-    told = "".join(server.stdout.readline() for _ in range(3))
+    told = "".join(server.stdout.readline() for _ in range(4))
     address = urlsplit(json.loads(told)["address"])
     assert address.hostname == "127.0.0.1"
     # a client that keeps cookies, as a browser does

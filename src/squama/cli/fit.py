@@ -12,7 +12,6 @@ from squama import units
 from squama.cli import flags, output
 from squama.cli.flags import flag, pair, settled, whole
 from squama.errors import Problems, naming, refuse
-from squama.io import datasets
 from squama.io.files import label
 from squama.loads import LOADS, model
 from squama.units import is_number, shown
@@ -160,6 +159,8 @@ class Prediction:
         """Predict the curve of a fit: files, lines of the summary, and JSON."""
         if self.predict is None:
             return [], [], {}
+        from squama.io import datasets
+
         with flags.laid({"to": "--predict"}):
             data = found.predict(self.predict)
         T = LOADS[found.load].torque
