@@ -3,6 +3,7 @@
 import itertools
 
 import numpy as np
+import pytest
 
 
 def cube(n):
@@ -52,3 +53,14 @@ def barrier_energy(contact, corners, kappa):
     V = np.asfortranarray(corners)
     barrier = contact._ipc.BarrierPotential(contact.dhat, kappa)
     return barrier(contact._found(V, contact.dhat), contact._mesh, V)
+
+
+def relaxed(body, z, v, way):
+    """Free unknowns in balance at motions and a place on the way, and the body condensed there."""
+    for _ in range(15):
+        r = body.reduce(z, v, way)
+        step = r.update(0 * r.s)
+        z = z + step
+        if np.abs(step).max() < 1e-11:
+            return z, body.reduce(z, v, way)
+    pytest.fail("no balance was found")

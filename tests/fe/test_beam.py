@@ -12,6 +12,8 @@ pytest.importorskip("netgen", reason="needs netgen-mesher (the extra fe)")
 pytest.importorskip("ipctk", reason="needs the extra fe")
 pytest.importorskip("numba", reason="needs the extra fe")
 
+from solids import relaxed
+
 import squama
 from squama import cell
 from squama.beam.design import Beam
@@ -41,16 +43,6 @@ def three(fig6b, coarse):
     assert ended.reached, ended.sentence
     yield walk
     walk.body.solver.close()
-
-
-def relaxed(body, z, v, phi):
-    for _ in range(12):
-        r = body.reduce(z, v, phi)
-        change = r.update(0 * r.s)
-        z = z + change
-        if np.abs(change).max() < 1e-11:
-            return z, body.reduce(z, v, phi)
-    pytest.fail("no balance was found")
 
 
 @pytest.mark.slow

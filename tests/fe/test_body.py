@@ -5,7 +5,7 @@ import pytest
 
 pytest.importorskip("numba", reason="needs the extra fe")
 
-from solids import cube, images
+from solids import cube, images, relaxed
 
 from squama.errors import InputError
 from squama.fe import solver
@@ -30,15 +30,6 @@ def body():
     )
     yield made
     made.solver.close()
-
-
-def relaxed(body, z, v, phi):
-    for _ in range(15):
-        r = body.reduce(z, v, phi)
-        z = z + r.update(0 * r.s)
-        if np.abs(r.update(0 * r.s)).max() < 1e-13:
-            return z, body.reduce(z, v, phi)
-    pytest.fail("no balance was found")
 
 
 V, PHI = np.array([0.01, 0.02, -0.01, 0.05, -0.04, 0.03]), 0.15

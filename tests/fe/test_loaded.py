@@ -6,17 +6,19 @@ import pytest
 pytest.importorskip("netgen", reason="needs netgen-mesher (the extra fe)")
 pytest.importorskip("ipctk", reason="needs the extra fe")
 
+from solids import relaxed
+
 from squama.beam.design import Beam
 from squama.cli import main
 from squama.errors import InputError
 from squama.fe.body import Body
 from squama.fe.elements import Elements, Material
 from squama.fe.geometry import geometry
-from squama.fe.loaded import BLANK, Lead, attitude, make_loaded
+from squama.fe.loaded import BLANK, Lead, _end, attitude, make_loaded
 from squama.fe.mesh import bar_mesh, tile
 from squama.fe.periodic import End, stays
 from squama.fe.pitch_stiffness import response
-from squama.fe.plate import Carried, Rest, turned
+from squama.fe.plate import Carried, Rest, inclination, turned
 from squama.model.section import torsion_constant, torsion_shear
 from squama.study import parts
 from squama.study.verification import verify
@@ -51,16 +53,6 @@ def test_the_frame_of_the_end_has_the_derivatives_it_says():
     np.testing.assert_allclose(end.at(np.arange(40.0), 2.0), np.arange(24.0, 30.0) + 2 * np.arange(6.0))
 
 
-def relaxed(body, z, v, way):
-    for _ in range(15):
-        r = body.reduce(z, v, way)
-        change = r.update(0 * r.s)
-        z = z + change
-        if np.abs(change).max() < 1e-11:
-            return z, body.reduce(z, v, way)
-    pytest.fail("no balance was found")
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("lead", [Lead(UP), Lead(turn="bend"), Lead(turn="twist")], ids=["shift", "bend", "twist"])
 def test_the_condensed_tangent_is_that_of_whole_solutions(fig6b, coarse, lead):
@@ -80,6 +72,20 @@ def test_the_condensed_tangent_is_that_of_whole_solutions(fig6b, coarse, lead):
     np.testing.assert_allclose((z1 - z0)[places] / (2 * h), rate[places], atol=1e-5)
     np.testing.assert_allclose(r.S, r.S.T, atol=1e-11)
     body.solver.close()
+
+
+@pytest.mark.parametrize("cut", [0, -1])
+def test_the_tractions_of_an_end_are_of_one_load_each(fig6b, coarse, cut):
+    mesh, place = tile(coarse, 2), np.array([0.0, 0.0, fig6b.cut + 2 * (cut < 0)])
+    section = _end(mesh, fig6b, coarse, cut, place, stays)
+    forces = section.weights[:, None] * section._across
+    arms = mesh.nodes[section.nodes] - place
+    moments = np.cross(arms, forces).sum(axis=1)
+    np.testing.assert_allclose(forces.sum(axis=1), 0, atol=0.02 * np.abs(forces).sum())
+    # about x, y and the axis, whatever the slope of the cut; the mesh is coarse
+    others = ~np.eye(3, dtype=bool)
+    own = np.abs(moments.diagonal())
+    assert (np.abs(moments)[others].reshape(3, 2).max(axis=1) < 0.05 * own).all()
 
 
 def softness(walk, way):
@@ -108,6 +114,11 @@ def test_the_bar_of_a_part_is_that_of_its_sections(fig6b, coarse):
     assert load["bend"]["load"] == pytest.approx(way / of_bend, rel=0.06)
     assert load["twist"]["load"] == pytest.approx(way / of_twist, rel=0.06)
     assert way / of_twist > 1.2 * way * G * J
+    # what the scales incline before contact is that of the endless pitch
+    q = np.linalg.inv(response(coarse, fig6b).K)[:6, 6] / of_twist
+    np.testing.assert_allclose(
+        load["twist"]["theta"] - fig6b.theta0, inclination(fig6b.rest, way * q) - fig6b.theta0, rtol=0.15
+    )
     assert load["tip"]["y_end"] == pytest.approx(shift, rel=1e-9)
     assert load["bend"]["y_end"] == pytest.approx(way * L * L / 2, rel=0.05)
 

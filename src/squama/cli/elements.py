@@ -49,6 +49,8 @@ _mesh_read = flags.Reader[MeshSize](_mesh, "medium")
 _INCREMENT = "Largest increment of the twist, rad per pitch. Default: 0.01."
 _ENDS = "Axial motion of the turned end of a finite beam: free or held. Default: free. The other end is fixed."
 _LOAD = 'Deformation of a part of --scales scales, instead of --to: "10 mm up at tip", "60 deg bend", "90 deg twist".'
+_FINITE = "Number of scales of the part, or of a finite beam to compute too,"
+_FINITE_MESH = "Mesh of the part or finite beam (--mesh: that of one pitch). Default: coarse."
 _SUPPORT = "Support of the part: clamped, or gripped with a twist. Default: clamped."
 _PICTURE = "Picture of the deformed pitch with its strain (.png, .svg, .pdf); may be repeated."
 _RESTART = "File written after every increment; a run continues from it if it exists."
@@ -208,8 +210,8 @@ def verify(
     run: Run = RUN,
     load: Annotated[str | None, flag(_LOAD)] = None,
     support: Annotated[str | None, flag(_SUPPORT)] = None,
-    scales: Annotated[int | None, flags.scales(200, "Number of scales of a finite beam to compute too,")] = None,
-    beam_mesh: Annotated[MeshSize, flag("Mesh of the finite beam. Default: coarse.", read=_mesh_read)] = "coarse",
+    scales: Annotated[int | None, flags.scales(200, _FINITE)] = None,
+    beam_mesh: Annotated[MeshSize, flag(_FINITE_MESH, read=_mesh_read)] = "coarse",
     out: Annotated[
         flags.File | None, flag("Folder to write to. Default: verify_ and the file's name.", "--out", "-o")
     ] = None,

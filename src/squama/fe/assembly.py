@@ -25,7 +25,7 @@ from squama.beam.matrixfile import MOTIONS
 from squama.errors import InputError
 from squama.fe.averages import Section
 from squama.fe.body import Body, Matrix, bent, mean_turns, ways_of
-from squama.fe.contact import DHAT, SLIP, RowContact, where
+from squama.fe.contact import DHAT, SLIP, RowContact, forces, where
 from squama.fe.elements import Elements, Helical, Material
 from squama.fe.exposed import Exposed
 from squama.fe.geometry import Geometry
@@ -202,11 +202,7 @@ def _endless(walk: Walk) -> Recorded:
 
 def _finite(geometry: Geometry, mesh: Tiled, shares: Array, walk: Walk) -> Recorded:
     scales = len(mesh.tied)
-    N, f = np.zeros((2, scales))
-    N[-1] = f[-1] = np.nan
-    for pair in walk.load.pairs:
-        if pair.second == pair.first + 1:
-            N[pair.first], f[pair.first] = pair.N, pair.f
+    N, f = forces(walk.load, scales)
     p, s, words = where(walk.touches, scales)
     turns = mean_turns(mesh.nodes, walk.places(), mesh.cuts, shares)
     # the section that a scale's base stands on lies between two cuts

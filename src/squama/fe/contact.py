@@ -389,6 +389,16 @@ class RowContact(Contact):
         return Load(self, v, phi, before, kappa)
 
 
+def forces(load: Load, scales: int) -> tuple[Array, Array]:
+    """Return the normal and the friction force of each scale on the next one, (scales,); NaN for the last."""
+    N, f = np.zeros((2, scales))
+    N[-1] = f[-1] = np.nan
+    for pair in load.pairs:
+        if pair.second == pair.first + 1:
+            N[pair.first], f[pair.first] = pair.N, pair.f
+    return N, f
+
+
 def where(touches: Iterable[Touch], scales: int) -> tuple[Array, Array, str]:
     """Return where the tip edge of each scale touches the next one, p and s (scales,), and all contacts in words.
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from squama.fe.averages import Section
 from squama.fe.body import Body, bent, ways_of
-from squama.fe.contact import DHAT, SLIP, RowContact, where
+from squama.fe.contact import DHAT, SLIP, RowContact, forces, where
 from squama.fe.elements import Elements, Material
 from squama.fe.exposed import Exposed
 from squama.fe.geometry import Geometry
@@ -140,11 +140,7 @@ def _end(
 
 
 def _recorded(geometry: Geometry, mesh: Tiled, shares: Array, lead: Lead, scales: int, walk: Walk) -> Recorded:
-    N, f = np.zeros((2, scales))
-    N[-1] = f[-1] = np.nan
-    for pair in walk.load.pairs:
-        if pair.second == pair.first + 1:
-            N[pair.first], f[pair.first] = pair.N, pair.f
+    N, f = forces(walk.load, scales)
     end, rest, places = walk.contact.row.course.at(walk.v, walk.phi), geometry.rest, walk.places()
     frames = [attitude(mesh.nodes[cut], places[cut], shares) for cut in mesh.cuts[BLANK : BLANK + scales + 1]]
     theta = np.empty(scales)

@@ -275,6 +275,20 @@ def make_folder(path: str | os.PathLike[str]) -> Path:
     return Path(path)
 
 
+@contextmanager
+def folder_for(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Make a folder for results; a new one is removed if an input is refused before it holds a file."""
+    made = not Path(path).exists()
+    place = make_folder(path)
+    try:
+        yield place
+    except InputError:
+        if made:
+            with suppress(OSError):
+                place.rmdir()
+        raise
+
+
 def _places(path: str | os.PathLike[str]) -> tuple[Path, Path]:
     """Return the file that is to be, and a temporary name beside it, or refuse the place."""
     with _writing(path):

@@ -88,8 +88,8 @@ def verify(
     beam: Beam, folder: Path, run: Run, progress: runs.Listener | None, announce: Callable[[str], None]
 ) -> tuple[xr.Dataset, xr.Dataset, list[Path], float]:
     """Load a part by elements and by :func:`squama.load`: table, elements, files, deformation of the first contact."""
-    place = files.make_folder(folder)
-    data = elements(beam, run, restart=place / "part.npz", progress=progress, announce=announce)
+    with files.folder_for(folder) as place:
+        data = elements(beam, run, restart=place / "part.npz", progress=progress, announce=announce)
     written = [datasets.save(data, place / "part.nc")]
     announce("the same part by squama.load")
     table = beside(beam, data, run)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -15,7 +14,7 @@ from squama import arguments, units
 from squama.beam import matrixfile
 from squama.beam.faces import only_one
 from squama.curves import doors, finite_rows
-from squama.errors import InputError, naming, refuse
+from squama.errors import naming, refuse
 from squama.fe import runs
 from squama.fe.agreement import compare
 from squama.fe.geometry import geometry
@@ -132,19 +131,11 @@ def verify(
     # a twist "total" is one of the beam that is described, not of fewer scales
     with naming("to"):
         to = units.twist(to, pitch=beam.pitch, scales=beam.pitches)
-    made = not Path(folder).exists()
-    place = files.make_folder(folder)
-    say("periodic cell of finite elements")
     common: dict[str, Any] = {"mu": friction, "to": to, "sense": sense, "increment": increment}
     common |= {"hinged": hinged, "ideal": ideal}
-    try:
+    with files.folder_for(folder) as place:
+        say("periodic cell of finite elements")
         elements = runs.cell(beam, mesh=mesh, restart=place / "elements.npz", progress=progress, **common)
-    except InputError:
-        # what is refused before the first increment leaves no folder
-        if made:
-            with suppress(OSError):
-                place.rmdir()
-        raise
     written = [datasets.save(elements, place / "elements.nc")]
     curves = _curves(beam, elements, friction, sense, mesh, hinged=hinged, ideal=ideal, say=say)
     models = {name: (f"{model(data.attrs)}{more}", data) for name, (more, data) in curves.items()}
