@@ -28,11 +28,11 @@ SHARE = 0.05
 NAMES = ("mu", "K_theta", "E_B")
 
 
-def torque(beam: squama.Beam, x: Array, joint: str, ends: str) -> Array:
+def torque(beam: squama.Beam, x: Array, joint: str, ends: str | None = None, points: int = 600) -> Array:
     """Return the torques of a loop of the beam at twists (rad per pitch) there and back."""
     top = int(np.argmax(x))
     how = {"joint": joint, "ends": None if joint == "hinge" else ends, "ideal": joint == "hinge"}
-    c = squama.cycle(beam, f"{float(x[top])!r} rad/pitch", points=600, **how)
+    c = squama.cycle(beam, f"{float(x[top])!r} rad/pitch", points=points, **how)
     phi, T, leg = c.phi.values, c["T"].values, c.leg.values
     found = []
     for number, part in ((1, x[: top + 1]), (2, x[top + 1 :])):

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import squama
+from campaigns.plans import torque
 from squama.cli import main
 from squama.errors import InputError
 
@@ -19,18 +20,8 @@ STEP = 1e-3
 
 
 def _torque(beam, joint, x):
-    """Torques at twists (rad per pitch) there and back, by a history of the beam."""
-    top = int(np.argmax(x))
-    c = squama.cycle(
-        beam, f"{float(x[top])!r} rad/pitch", points=6000, joint=joint, **({"ideal": True} if joint == "hinge" else {})
-    )
-    phi, T, leg = c.phi.values, c["T"].values, c.leg.values
-    found = []
-    for number, part in ((1, x[: top + 1]), (2, x[top + 1 :])):
-        own = np.flatnonzero(leg == number)
-        own = own[np.argsort(phi[own], kind="stable")]
-        found.append(np.interp(part, phi[own], T[own]))
-    return np.concatenate(found)
+    """Torques at twists (rad per pitch) there and back, by a fine history of the beam."""
+    return torque(beam, x, joint, points=6000)
 
 
 def _loop(top, n=100):
