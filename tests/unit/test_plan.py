@@ -181,7 +181,7 @@ def test_the_command(tmp_path, monkeypatch, capsys):
     (tmp_path / "beam.toml").write_text(HINGED.to_toml())
     asked = ["plan", "beam.toml", "--joint", "hinge", "--find", "mu,K_theta"]
     noisy = [*asked, "--noise", "5 N mm"]
-    assert main([*noisy, "--csv", "a.csv", "--plot", "a.svg", "--tops", "150, 220 deg total"]) == 0
+    assert main([*noisy, "--csv", "a.csv", "--plot", "a.svg", "--tops", "150, 220 deg total", "--full"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith(
         "beam.toml: Twist 25 pitches to 220 deg and back, once (100 readings each time): mu to +-"

@@ -151,7 +151,7 @@ def test_more_contacts_come_in_on_the_way_and_are_told():
     words, ways = r.event.values.tolist(), r.phi_event.values
     assert words[:2] == ["engagement (TS)", f"another contact ({side})"]
     assert "release" in words
-    assert r.other_contact.item() == f"{side} at {ways[1]:.4g} rad/pitch"
+    assert r.other_contact.item() == f"{side} at {np.degrees(ways[1]):.3g} deg per pitch"
     # where the gap of the second contact closes: it was 0.2275 where it came in at a gap of -1e-3
     assert ways[1] == pytest.approx(0.2240, abs=5e-4)
     behind = (r.leg == 1) & (r.phi > ways[1])
