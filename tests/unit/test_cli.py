@@ -40,7 +40,7 @@ def _json(capsys, *arguments):
         raise AssertionError(token)
 
     record = json.loads(_out(capsys, *arguments, "--json"), parse_constant=refuse)
-    assert record["schema"] == 1
+    assert record["schema"] == 2
     return record
 
 
@@ -380,7 +380,7 @@ def test_ends(tmp_path, capsys):
     assert len({row["end"] for row in rows}) >= 7
     assert {row["neighbour"] for row in rows} >= {"0", "1"}
     counts = _json(capsys, "ends", str(ROOT / "examples" / "designs.csv"), "-o", str(out))
-    assert sum(counts["ends"].values()) == counts["rows"] == 12
+    assert sum(counts["counts"].values()) == counts["rows"] == 12
 
 
 def test_paper_hands_on_what_it_is_given(tmp_path, monkeypatch, capsys):

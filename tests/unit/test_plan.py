@@ -190,7 +190,7 @@ def test_the_command(tmp_path, monkeypatch, capsys):
     assert squama.read("a.csv").sizes["candidate"] == 6
     assert main([*noisy, "--json", "--load", "bending"]) == 0
     found = json.loads(capsys.readouterr().out)
-    assert found["parameters"] == ["mu", "K_theta"]
+    assert found["find"] == ["mu", "K_theta"]
     assert found["best"]["errors"]["mu"] > 0
     assert {one["loop"] for one in found["candidates"]} == {"loading", "loop"}
     for more, words in (

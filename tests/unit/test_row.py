@@ -292,7 +292,7 @@ def test_the_command(tmp_path, monkeypatch, capsys):
     np.testing.assert_array_equal(table.N.values, expected.N.values)
     assert main([*arguments, "--json"]) == 0
     record = json.loads(capsys.readouterr().out)
-    np.testing.assert_allclose(record["scales"]["theta"], expected.theta)
+    np.testing.assert_allclose(record["each"]["theta"], expected.theta)
     assert record["figures"]["end"] == "range end"
 
 

@@ -162,9 +162,9 @@ def test_files_of_tolerances_and_flags(beam, capsys):
         "beam.pitch": f"uniform({BEAM.pitch * 990:.6g} mm, {BEAM.pitch * 1010:.6g} mm)",
     }
     assert (got["samples"], got["sampler"], got["seed"]) == (3200, "random", 4)
-    assert got["ends"]["frictional lock"]["number"] == 3200
-    assert got["figures"]["K_0"]["unit"] == "N m^2"
-    assert [q["level"] for q in got["figures"]["RED_c"]["quantiles"]] == [0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99]
+    assert got["chances"]["frictional lock"]["number"] == 3200
+    assert got["statistics"]["K_0"]["unit"] == "N m^2"
+    assert [q["level"] for q in got["statistics"]["RED_c"]["quantiles"]] == [0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99]
     assert set(got["indices"]["RED_c"]) == set(got["tolerances"])
     assert got["indices"]["RED_c"]["friction.mu"]["ST"] > 0.9
     assert "engaged" in got["indices"]["without"]

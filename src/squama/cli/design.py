@@ -286,7 +286,7 @@ def _objectives(front: xr.Dataset) -> list[str]:
 def _front(front: xr.Dataset) -> dict[str, object]:
     return {
         **{str(name): value for name, value in front.attrs.items()},
-        "designs": {str(name): v.values for name, v in front.data_vars.items()},
+        "front": {str(name): v.values for name, v in front.data_vars.items()},
         "units": output.units(front.data_vars.items()),
     }
 

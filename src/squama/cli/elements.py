@@ -282,7 +282,7 @@ def _part(found: Verified) -> dict[str, object]:
         "verdict": found.verdict,
         "elements": {key: found.elements.attrs[key] for key in ("mesh", "sentence", "reached", "energy_error")},
         "curve": {str(name): v.values for name, v in table.variables.items() if name != "model"},
-        "models": table["model"].values.tolist(),
+        "compared": table["model"].values.tolist(),
         "units": output.units(table.variables.items()),
     }
 

@@ -283,8 +283,8 @@ def _summary(found: Fit | DecayFit, file: str, predicted: list[str]) -> Summary:
     kind = LOADS[found.load].model(found.law, found.joint, found.scales)
     figures = [*found.sizes, ("beam", file), ("model", f"{kind}; {found.fitted_as}; {found.load}")]
     table = [*predicted, *found.checked, *filter(None, [found.of_machine])]
-    warnings = [*found.doubted, *found.beam.warnings(found.load, joint=found.joint)]
-    return Summary(verdict if found.holds else f"{verdict}; the errors do not hold", figures, table, warnings, full)
+    verdict = verdict if found.holds else f"{verdict}; the errors do not hold"
+    return Summary(verdict, figures, table, found.warnings, full)
 
 
 def _count(beams: list[str], data: list[str]) -> None:

@@ -106,7 +106,7 @@ def _record(beam: Beam, found: JointMatrix) -> dict[str, object]:
         for x, c in zip(found.levels, found.C_f_levels, strict=True)
     ]
     return {
-        **{
+        "factors": {
             name: {"elements": x.value, "error": x.error, "law": law, "difference": x.value / law - 1}
             for name, (x, law) in laws(beam, found).items()
         },

@@ -31,7 +31,7 @@ _ALONG = (
     'Values that differ along the beam, at the first and last scale: scale.theta0="5 deg, 10 deg"; may be repeated. '
     "Or a CSV table with a row for each scale. Default: [along] of the file."
 )
-_KEYS = "load loads support graded joint hold K_theta rigidity joint_source band squama_version"
+_KEYS = "load loads support graded joint scales hold K_theta rigidity joint_source band squama_version"
 _PAIR = flags.pair("name=first, last", 'scale.theta0="5 deg, 10 deg"')
 
 
@@ -74,8 +74,7 @@ def load(
     if gif is not None:
         written.append(plot.part_animation(data, gif))
     parts = {"figures": output.figures(data), "curve": "point", "root": "point axis", "sections": "point section"}
-    record = output.record(part.beam, data, _KEYS, **parts, scales="point scale")
-    record["idealisation"] = data.attrs["scales"]
+    record = output.record(part.beam, data, _KEYS, **parts, each="point scale")
     replaced = [f"--{name} in place of {own[name]}" for name in given if getattr(part, name)]
     return output.report(common.json, beam, written, record, _summary(part.beam, data, replaced).shown(full=full))
 

@@ -169,10 +169,10 @@ def row(
     how: dict[str, Any] = {"to": stop, "sense": sense, "points": points, "joint": joint, "ideal": ideal or None}
     with flags.laid(flags.arguments()):
         data = finite_rows.row(described, scales=scales, ends=ends, **how)
-    written = output.write(common, lambda: data, "row_figure", lambda d: _lines(d.reset_coords("phi")))
-    keys = "load law joint sense ends squama_version"
-    parts = {"figures": output.figures(data), "curve": "point", "scales": "point scale"}
-    record = output.record(described, data, keys, **parts) | {"idealisation": data.attrs["scales"]}
+    written = output.write(common, lambda: data, "row_figure", _lines)
+    keys = "load law joint scales sense ends squama_version"
+    parts = {"figures": output.figures(data), "curve": "point", "each": "point scale"}
+    record = output.record(described, data, keys, **parts)
     return output.report(common.json, beam, written, record, _summary(described, data).shown(full=full))
 
 

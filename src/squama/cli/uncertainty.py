@@ -205,10 +205,10 @@ def _record(u: xr.Dataset, nominal: Bench | None = None) -> dict[str, object]:
     return {
         **{key: u.attrs[key] for key in same if key in u.attrs},
         "tolerances": {name: u["distribution"].sel(parameter=name).item() for name in u["parameter"].values},
-        "ends": {name: p._asdict() for name, p in _ends(u).items()},
+        "chances": {name: p._asdict() for name, p in _ends(u).items()},
         **{name: _share(u, f"P_{name}")._asdict() for name in _SHARES if f"P_{name}" in u},
         "before": before or None,
-        "figures": figures,
+        "statistics": figures,
         "indices": indices,
         "notes": u.attrs["notes"].splitlines(),
         "warnings": u.attrs["warnings"].splitlines(),

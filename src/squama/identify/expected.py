@@ -204,9 +204,10 @@ class Plan:
     def report(self) -> dict[str, Any]:
         """Return the plan as plain values, for JSON."""
         return {
-            "verdict": self.verdict(),
-            "parameters": list(self.parameters),
-            "units": [row.unit for row in self.rows],
+            "verdict": self.verdict()[0],
+            "notes": [*self.verdict()[1:], *self.notes()],
+            "find": list(self.parameters),
+            "units": {row.name: row.unit for row in self.rows},
             "noise": self.noise,
             "twist_noise": self.twist_noise,
             "compliance": self.compliance,

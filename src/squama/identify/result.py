@@ -161,6 +161,11 @@ class Fit(Found):
         return [*doubts, *filter(None, [self.disagreement])]
 
     @property
+    def warnings(self) -> list[str]:
+        """What speaks against the errors, and what of the beam is outside the range of the model."""
+        return [*self.doubted, *self.beam.warnings(self.load, joint=self.joint)]
+
+    @property
     def of_machine(self) -> str:
         """A sentence on what a testing machine that gives in would change; empty where that is known."""
         return self.machine.sentence(self.values) if self.machine is not None and self.machine.told else ""
@@ -274,7 +279,7 @@ class Fit(Found):
             "endless": self.endless and {name: getattr(self.endless, name) for name in Alone._fields[1:]},
             "doubts": list(self.doubts),
             "machine": self.machine and self.machine.report(),
-            "loops": self.loops and self.loops.report(),
+            "differing": self.loops and self.loops.report(),
             "notes": list(self.notes),
             "posterior": drawn,
             "beam": self.beam.model_dump(),
