@@ -9,11 +9,12 @@ from __future__ import annotations
 import functools
 import re
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import NamedTuple, NoReturn, ParamSpec, TypeVar
 
-P, T = ParamSpec("P"), TypeVar("T")
+P = ParamSpec("P")
+T = TypeVar("T")
 LONGEST = 1000
 """Characters of a part of a message that are shown."""
 _DIGITS = re.compile(r"(\d{20})\d{21,}")
@@ -174,7 +175,7 @@ def telling(function: Callable[P, T]) -> Callable[P, T]:
     @functools.wraps(function)
     def told(*args: P.args, **kwargs: P.kwargs) -> T:
         result = function(*args, **kwargs)
-        found = getattr(result, "attrs", {}).get("warnings", getattr(result, "warnings", ()))
+        found: str | Iterable[str] = getattr(result, "attrs", {}).get("warnings", getattr(result, "warnings", ()))
         for line in dict.fromkeys(found.splitlines() if isinstance(found, str) else found):
             warnings.warn(line, ResultWarning, stacklevel=2)
         return result

@@ -280,7 +280,7 @@ def test_the_command(cache, tmp_path, monkeypatch, capsys):
     found = json.loads(said.out)
     made = squama.Beam.from_toml("fe.toml")
     assert made.joint_stiffness == pytest.approx(found["factors"]["K_theta"]["elements"], rel=1e-12)
-    assert made.C_f == pytest.approx(found["C_f"]["elements"], rel=1e-12)
+    assert made.C_f == pytest.approx(found["factors"]["C_f"]["elements"], rel=1e-12)
     assert found["factors"]["K_theta"]["law"] == pytest.approx(squama.Beam.from_toml("beam.toml").joint_stiffness)
     assert np.array(found["matrix"]).shape == (9, 9)
 

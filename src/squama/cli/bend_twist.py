@@ -15,7 +15,6 @@ from squama.cli.summary import Summary, degrees, energy, figure, modelled, perce
 from squama.errors import refuse
 from squama.loads import ENDLESS, LOADS, THIN
 from squama.model.outcome import SENTENCES, End
-from squama.model.screw import WORDS
 from squama.units import moment, number, torque_unit
 
 if TYPE_CHECKING:
@@ -183,6 +182,8 @@ def _all(beam: Beam, found: Mapping[str, Answer]) -> Iterable[str | Table]:
 
 def _events(beam: Beam, data: Answer) -> Iterable[str | Table]:
     """Yield the table of what happens on the way; the same of several scales one after the other in one line."""
+    from squama.model.screw import WORDS
+
     factor, unit = degrees(beam)
     jumps = [name for name in ("M_jump", "T_jump") if name in data.variables]
     same = [(str(word), int(leg)) for word, leg in zip(data["event"], data["event_leg"], strict=True)]
