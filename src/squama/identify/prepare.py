@@ -105,8 +105,7 @@ def ends(joint: str, wanted: Wanted, word: str | None) -> str:
     load = LOADS[wanted.load]
     asked = doors.analysis(wanted.beam, Way.of(wanted.load, [1.0]), load, points=3, mu=0.0, law=wanted.law, joint=joint)
     found = doors.ends_of(asked, word, history=True)
-    if rows.KINDS.get(found) == GRIPPED:
-        rows.may_be_gripped(Held.of(wanted.beam), wanted.beam.pitches)
+    rows.check_ends(rows.KINDS.get(found), Held.of(wanted.beam), wanted.beam.pitches)
     return found
 
 

@@ -65,7 +65,7 @@ def led(load: str, support: str | None, beam: Beam, scales: int) -> Led:
     at, force = one.tie.forces[0] if one.tie.forces else (float(pitches), None)
     if at != pitches:
         refuse("load", shown(load), "is not at the tip; a part of elements is led there", 'write "at tip"')
-    turn = "twist" if one.tie.carried[PHI] else "bend" if one.tie.carried[PSI] else ""
+    turn = "twist" if one.turns == PHI else "bend" if one.turns == PSI else ""
     if held.word == "simple" or (held.word == "gripped" and turn != "twist"):
         refuse("support", shown(held.word), "of a part of elements: clamped, or gripped with a twist", "write clamped")
     lead = Lead(force, turn, coaxial=held.word == "gripped")
