@@ -23,7 +23,7 @@ SHORT = """() => [...document.querySelectorAll('select')].filter((s) => {
   probe.font = style.font;
   const wanted = probe.measureText(s.selectedOptions[0]?.textContent || '').width + parseFloat(style.paddingLeft);
   return s.getClientRects().length && wanted + 14 > s.clientWidth; }).map((s) => s.outerHTML.slice(0, 100))"""
-MESH = "[...squamaView.scales.instanceMatrix.array]"
+MESH = "[...squamaView.scales.geometry.attributes.position.array]"
 
 
 def curve(page, i: int) -> list:

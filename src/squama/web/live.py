@@ -22,7 +22,7 @@ from squama.loads import ENDLESS, LOADS
 from squama.model.outcome import SENTENCES, End
 from squama.plot.palette import WORDS
 from squama.scene import standalone
-from squama.scene.motion import FREE, SLIDING, Motion, Setting, shape
+from squama.scene.motion import FREE, SLIDING, Motion, Setting
 from squama.types import Array
 from squama.units import number, prefix
 from squama.web.fields import FIELDS
@@ -195,7 +195,9 @@ def swing(state: State) -> Swing:
         # scales stand as on the way up, coloured by contact alone; forces change with the way and are left out
         name = SLIDING if one.touches(load) else FREE
         now = one.state(max(load, 0.0))._replace(load=load, x=0.0, name=name)
-        frames.append({"design": shape(one.setting, one.neighbour), "state": {**now._asdict(), "mu": s.mu}})
+        if load < 0:
+            now = now._replace(strains=None, bent=None)
+        frames.append({"design": one.shape(), "state": {**now._asdict(), "mu": s.mu}})
     zeta = found["zeta_cycle"].values.tolist()
     words = "friction holds it on the way back"
     if zeta:
@@ -224,7 +226,7 @@ def linked(link: str) -> State:
 def scene(state: State) -> dict[str, object]:
     """Return what the three-dimensional view needs: design and state, no vertices."""
     m = motion(state.setting)
-    now, design, many = m.state(state.twist), shape(state.setting, m.neighbour), state.beam.pitches
+    now, design, many = m.state(state.twist), m.shape(), state.beam.pitches
     count = f"{many} scales" if design["scales"] == many else f"{design['scales']} of {many} scales"
     # what the view shows, for those who do not see it
     bent = f"bent by {number(state.bend)} and " if state.bent else ""
@@ -331,7 +333,7 @@ def warnings(state: State) -> list[str]:
     """Return where the beam leaves the range of the model."""
     m = motion(state.setting)
     found = [*dict.fromkeys([*m.notes, *state.beam.warnings(state.load, state.sense, m.joint)])]
-    most = shape(state.setting)["scales"]
+    most = m.shape()["scales"]
     if state.beam.pitches > most:
         found.append(f"the view shows {most} of the {state.beam.pitches} scales")
     if state.bent:
