@@ -198,65 +198,6 @@ def test_the_bar_is_a_twisted_prism_and_a_bent_one_keeps_its_line() -> None:
     assert np.allclose(np.linalg.norm(np.diff(face, axis=0), axis=1), chord)
 
 
-PRINTED = "pla_on_vps", "stiff_skin"
-LOADED = {"twisted": {}, "bent": {"load": "bending"}, "both faces": {"faces": "mirrored, shifted"}}
-
-
-def clearance(d: dict, state, bent: list[float] | None) -> float:
-    """Return the least distance of places on the lower side of a scale from the upper side of its next three."""
-    x, y = (v.ravel() for v in np.meshgrid(np.linspace(0, d["eta"], 61), d["beta"] * np.linspace(-1, 1, 61)))
-    own, least = np.zeros_like(x) if bent is None else geometry.lift(d, bent, x, y), math.inf
-    one = geometry.scale(d, state.at, state.attitude, 0.0)
-    low = one.o + np.column_stack([x, y, own - d["thick"] / 2]) @ [one.x, one.y, one.z]
-    for k in (1, 2, 3):
-        two = geometry.scale(d, state.at, state.attitude, float(k))
-        u, v, w = ((low - two.o) @ np.transpose([two.x, two.y, two.z])).T
-        over = (u >= 0) & (u <= d["eta"]) & (np.abs(v) <= d["beta"])
-        gap = w - d["thick"] / 2 - (0.0 if bent is None else geometry.lift(d, bent, u, v))
-        least = min(least, float(gap[over].min(initial=math.inf)))
-    return least
-
-
-@pytest.mark.parametrize("name", PRINTED)
-@pytest.mark.parametrize("case", LOADED)
-def test_plates_touch_as_drawn_and_do_not_pass_through_each_other(name: str, case: str) -> None:
-    """What is drawn is the beam of the contact solver: its strains, poses, thickness and deflections."""
-    beam, more = squama.Beam.from_toml(Path(__file__).parents[2] / f"examples/{name}.toml"), dict(LOADED[case])
-    if faces := more.pop("faces", ""):
-        beam = beam.replace(faces=faces)
-    motion = Motion(Setting(beam, 0.25, **more))
-    state = motion.state(0.6 * motion.last)
-    (d, of), *_ = shapes(motion)
-    own = of(state)
-    assert own.name == SLIDING
-    # as near as places lie beside each other
-    assert -1e-6 < clearance(d, own, own.bent) < 0.01
-    flat = clearance(d, own, None)
-    assert flat < -0.003, "bent plates that are drawn flat pass through each other"
-    if name == "stiff_skin" and case == "twisted":
-        assert abs(clearance(d, own._replace(strains=None), own.bent)) > 0.02, "a beam that bows is drawn straight"
-    # the point of the contact lies on them
-    point = geometry.contact(d, own.at, own.attitude, 0.0, own.bent).point
-    two = geometry.scale(d, own.at, own.attitude, float(d["neighbour"]))
-    u, v, w = ((point - two.o) @ np.transpose([two.x, two.y, two.z])).T
-    place = np.array([u]), np.array([v])
-    if case == "twisted":
-        assert w == pytest.approx(d["thick"] / 2 + geometry.lift(d, own.bent, *place).item(), abs=1e-9)
-
-
-def test_the_body_of_a_scale_is_closed() -> None:
-    """Every side of a face has another face behind it; thin scales are surfaces."""
-    d = shape(CASES[0], thick=0.1)
-    for bent, faces in ((None, 6), ([0.01 * i for i in range(24)], 2 * 12 + 16)):
-        plate = geometry.plate(d, bent)
-        assert len(plate.faces) == faces
-        sides = np.sort(np.stack([plate.faces, np.roll(plate.faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
-        assert np.all(np.unique(sides, axis=0, return_counts=True)[1] == 2)
-        assert len(plate.edges) == (12 if bent is None else 2 * 16 + 4)
-        assert np.ptp(plate.points[:, 2]) >= 0.1
-    assert len(geometry.plate(shape(CASES[0]), None).faces) == 1
-
-
 def test_states_are_named_and_do_not_go_beyond_the_end() -> None:
     locks, leaves = Motion(CASES[0]), Motion(CASES[2])
     assert [locks.state(x).name for x in (0, 0.9 * locks.load_e, 0.2, locks.last, 5)] == [

@@ -306,7 +306,7 @@ def _framed(
     letters = ImageFont.truetype(font, room // 3.2 * min(1.0, 0.96 * width / wide))
     left, right, x, y = width * 0.02, width * 0.98, width * 0.02, height - room * 0.48
     pen.text((left, height - room * 0.95), said, font=letters, fill=theme["edge"])
-    pen.text((left, room * 0.2), title, font=letters, fill=theme["edge"])
+    pen.text((left, room * 0.08), title, font=letters, fill=theme["edge"])
     for colour, words in keys:
         pen.rectangle((x, y + box * 0.5, x + box, y + box * 1.5), fill=colour)
         pen.text((x + 1.5 * box, y), words, font=letters, fill=theme["edge"])

@@ -41,6 +41,26 @@ FITTING = Aside(tables.fitted, most=1, limit=tables.SECONDS + 5)
 PRINTING = Aside(_printed, most=1, limit=30)
 MAPPING = Aside(map.grid, most=1)
 SWINGING = Aside(live.swing, most=1, limit=30)
+LINKING = Aside(live.linked, most=2, limit=5)
+"""Reads links; seconds that it may take."""
+SCRIPT = """
+for (const name of ["keydown", "pointerdown"])
+  addEventListener(name, ({ key, target }) => {
+    for (const menu of document.querySelectorAll(".menu[open]")) {
+      if (key ? key !== "Escape" : menu.contains(target)) continue;
+      menu.open = false;
+      if (key) menu.firstElementChild.focus();
+    }
+  });
+addEventListener("popstate", ({ state }) => emitEvent("went", { link: location.search, step: state?.step ?? 0 }));
+addEventListener("keydown", (event) => {
+  const undo = (event.ctrlKey || event.metaKey) && !event.shiftKey && event.key === "z";
+  if (!undo || event.target.matches("input[type=text]") || !(history.state?.step > 0)) return;
+  event.preventDefault();
+  history.back();
+});
+"""
+"""Shuts open menus by Escape and by a click elsewhere; the browser's way back undoes, and so does Ctrl+Z."""
 LET_GO, STOP = "Let go", "Stop"
 """The button that plays a decay, before and meanwhile."""
 
@@ -68,6 +88,8 @@ class Explorer:
         self.found: list[str] = []
         self.dark, self.map_axes = False, ("mu", "alpha")
         self.map_key: map.Key | None = None
+        # the address that the browser shows, and how many it has gone through
+        self.link, self.step = "", 0
         # kept here: what is clicked may be gone before all is drawn
         self.client = ui.context.client
         ui.add_css(files("squama.web").joinpath("page.css").read_text(encoding="utf-8"))
@@ -79,7 +101,7 @@ class Explorer:
             panels.presets(self.attempt)
             panels.tools(self.save, lambda: self.mode.set_value(not self.dark))
         with ui.element("div").classes("explorer"):
-            with ui.element("main"):
+            with ui.element("div").classes("work"):
                 with ui.element("section").classes("stage").props('aria-label="Beam"'):
                     self.view = BeamView(live.scene(self.drawn), self.darken, self.rest)
                     with ui.element("div").classes("over"):
@@ -98,6 +120,8 @@ class Explorer:
                         self._map_chart()
                 self.compared = panels.Compared(self.attempt)
             self.controls = panels.Controls(self.attempt, self.enter)
+        ui.add_head_html(f"<script>{SCRIPT}</script>")
+        ui.on("went", self.go_back)
         self.say(notice)
         self.draw()
         # a page that nobody looks at costs no more than its making
@@ -118,7 +142,7 @@ class Explorer:
             with ui.element("div").classes("cells"):
                 self.map = Chart({"series": []}, "canvas")
                 self.marks = panels.marks(map.ROOM)
-            self.map.props["aria-label"] = "Regime map on hinges; a click takes the design under the pointer"
+            self.map.props["aria-label"] = "Map over two parameters; a click takes the design under the pointer"
             self.map.on("picked", self.clicked)
 
     def begin(self) -> None:
@@ -220,6 +244,16 @@ class Explorer:
     def rest(self) -> None:
         """Offer to let go again, as the view shows the state."""
         write(self.release, LET_GO)
+
+    def go_back(self, event: Any) -> None:
+        """Show the state of an address that the browser has gone back, or forth, to."""
+        if sent := received(event.args, link=str, step=int):
+
+            def show(found: State) -> None:
+                self.link, self.step = query(found), sent["step"]
+                self.attempt(lambda _: found)
+
+            self.beside("", LINKING(sent["link"]), show)
 
     def darken(self, dark: bool) -> None:
         """Draw the plots for a dark or a light page."""
@@ -330,8 +364,8 @@ class Explorer:
 
     def draw_map(self) -> None:
         """Move the mark of the design; the map itself follows where it depends on what has changed."""
-        self.map_choices(self.map_axes)
         wanted = map.key(self.drawn, *self.map_axes)
+        self.map_choices(self.map_axes, wanted.title)
         panels.show_marks(self.marks, map.marks(self.drawn, wanted))
         if self.pending is not None:
             self.pending.cancel()
@@ -341,14 +375,17 @@ class Explorer:
     async def _settle(self, wanted: map.Key) -> None:
         await asyncio.sleep(WAIT)
         # the browser draws its own window anew for another address
-        self.client.run_javascript(f"history.replaceState(null, '', '?{query(self.drawn)}')")
+        if (link := query(self.drawn)) != self.link:
+            self.step, how = (self.step + 1, "push") if self.link else (self.step, "replace")
+            self.link = link
+            self.client.run_javascript(f"history.{how}State({{ step: {self.step} }}, '', '?{link}')")
         if wanted == self.map_key:
             return
         found = await MAPPING(wanted)
         if self.map.is_deleted:
             return
         self.map_key = wanted
-        panels.list_ends(self.map_ends, map.ends(found), wanted)
+        panels.list_classes(self.map_ends, map.classes(wanted, found, dark=self.dark), wanted)
         put(self.map, options=map.options(wanted, found, dark=self.dark))
 
 
