@@ -133,6 +133,11 @@ def reached(one: real.Path, load: Load, x: Array, kind: int | None) -> tuple[lis
     return [path.named(scale) for scale in track.rows.swapaxes(0, 1)], track.end
 
 
+def torque(states: Sequence[Mapping[str, Array]], load: Load) -> Array:
+    """Return the beam's torque, or its moment where the load is a bend, of states of :func:`reached`, E d^3."""
+    return states[0]["torque" if load.sided else "M"]
+
+
 def pressed(one: real.Path, load: Load, x: Array, kind: int | None) -> list[dict[str, Array]]:
     """Return states as :func:`reached`; a history that ends before is refused as by :func:`follow`."""
     states, end = reached(one, load, x, kind)
@@ -320,11 +325,11 @@ def _residual(one: real.Path, load: Load, stations: Stations, top: int, kind: in
         except LeftError:
             return 0.0
         x, force = x[top:], np.sum([scale["N"][top:] for scale in v], axis=0)
-        torque = np.sign(x[0]) * v[0]["torque" if load.sided else "M"][top:]
-        i = int(np.argmax(torque <= 0))
+        T = np.sign(x[0]) * torque(v, load)[top:]
+        i = int(np.argmax(T <= 0))
         if i == 0 or x[i] == 0 or force[i] == 0:
             return 0.0
-        left = float(x[i - 1] + torque[i - 1] / (torque[i - 1] - torque[i]) * (x[i] - x[i - 1]))
+        left = float(x[i - 1] + T[i - 1] / (T[i - 1] - T[i]) * (x[i] - x[i - 1]))
         # scales may stick and slide between two points: once more, close to it
         down = np.append(down[: i - 1], np.linspace(x[i - 1], x[i], LET_GO + 1)[1:])
     return left
