@@ -14,22 +14,21 @@ from typing import Any, TypeVar, cast
 from nicegui import Client, ui
 
 from squama.beam.beamfile import beside_the_beam
-from squama.beam.design import Beam
 from squama.errors import InputError
 from squama.plot.palette import THEMES, variables
 from squama.scene.picture import SIZE
 from squama.web import charts, live, map, panels, tables  # noqa: A004 - the module is named after what it draws
 from squama.web.aside import Aside
 from squama.web.state import State, query
-from squama.web.tables import Table
+from squama.web.tables import GUESSED, Fitted, How, Table
 from squama.web.widgets import BeamView, Chart, FileButton, button, put, received, text, write
 
 
-def _printed(state: State, table: Table | None, kind: str) -> tuple[str, bytes]:
+def _printed(state: State, table: Table | None, kind: str, fit: Fitted | None) -> tuple[str, bytes]:
     """Draw the plots for print; matplotlib is loaded for it."""
     from squama.web import prints
 
-    return prints.made(state, table, kind)
+    return prints.made(state, table, kind, fit)
 
 
 WAIT = 0.3
@@ -85,7 +84,9 @@ class Explorer:
         self.state = self.drawn = state
         self.solving = self.working = self.pending = cast("asyncio.Task[None] | None", None)
         self.table: Table | None = None
-        self.found: list[str] = []
+        self.found: Fitted | None = None
+        # the file of a table, which may be read anew
+        self.file = "", b""
         self.dark, self.map_axes = False, ("mu", "alpha")
         self.map_key: map.Key | None = None
         # the address that the browser shows, and how many it has gone through
@@ -112,7 +113,7 @@ class Explorer:
                     panels.legend()
                 self.notice = text("p", "", "notice").props('role="alert"')
                 self.outcome = panels.Outcome()
-                self.measured = panels.Measured(self.fit, lambda: self.measure(None))
+                self.measured = panels.Measured(self.attempt, self.read, self.fit, self.remove)
                 with ui.element("section").classes("plots").props('aria-label="Plots"'):
                     self.lines = ui.element("ul").classes("legend lines")
                     with ui.element("div").classes("strip"):
@@ -273,7 +274,7 @@ class Explorer:
             self.view.run_method("save", "beam.png", *SIZE)
             return
         if kind.startswith("plots-"):
-            made = PRINTING(self.drawn, self.table, kind.removeprefix("plots-"))
+            made = PRINTING(self.drawn, self.table, kind.removeprefix("plots-"), self.found)
             self.beside("The plots are being drawn ...", made, lambda found: self.client.download(found[1], found[0]))
             return
         with telling(self.say):
@@ -314,12 +315,31 @@ class Explorer:
             if part and self.state.beam == found.beam:
                 self.say(f"the beam alone is shown, without {part}; for these: squama load")
 
-        self.beside("The file is being read ...", READING(name, content, self.state), show)
+        if not name.lower().endswith(".toml"):
+            self.file, self.table, self.found = (name, content), None, None
+            self.measured.forget()
+            self.draw()
+        self.beside("The file is being read ...", READING(name, content, self.state, GUESSED), show)
+
+    def read(self, how: How) -> None:
+        """Read the table that was opened by columns and decimals that are chosen."""
+
+        def show(found: State | Table) -> None:
+            if isinstance(found, Table):
+                self.measure(found)
+
+        if self.file[0]:
+            self.beside("The table is being read ...", READING(*self.file, self.state, how), show)
 
     def measure(self, table: Table | None) -> None:
         """Show a measured table beside the curves, or none."""
-        self.table, self.found = table, []
+        self.table, self.found = table, None
         self.draw()
+
+    def remove(self) -> None:
+        """Take the measured table away."""
+        self.file = "", b""
+        self.measure(None)
 
     def fit(self) -> None:
         """Fit the model that is shown to the measured table, and show the beam that is found."""
@@ -327,9 +347,9 @@ class Explorer:
         if table is None:
             return
 
-        def show(found: tuple[Beam, list[str]]) -> None:
-            beam, self.found = found
-            self.attempt(lambda now: now._replace(beam=beam))
+        def show(found: Fitted) -> None:
+            self.found = found
+            self.attempt(lambda now: now._replace(beam=found.beam))
 
         self.beside("A fit is being computed ...", FITTING(table, self.drawn), show)
 
@@ -352,14 +372,15 @@ class Explorer:
         """Draw the three curves; one whose point alone has moved is not drawn again."""
         colour = THEMES["dark" if self.dark else "light"]["mark"]
         for plot, (chart, place) in self.plots.items():
-            put(chart, options=charts.line_options(self.drawn, plot, dark=self.dark, table=self.table))
+            put(chart, options=charts.line_options(self.drawn, plot, dark=self.dark, table=self.table, fit=self.found))
             if plot != charts.RESIDUAL:
                 # an arrow where it lies above what can be read
                 left, top = charts.point(self.drawn, plot, self.table)
                 panels.show_marks(place, [map.Mark("" if top else "\N{UPWARDS ARROW}", colour, left, top)])
         self.residual_plot.set_visibility(self.table is not None)
-        panels.show_lines(self.lines, charts.lines(self.drawn, "torque", dark=self.dark, table=self.table))
-        self.measured.show(self.table, self.drawn, self.found)
+        shown = charts.lines(self.drawn, "torque", dark=self.dark, table=self.table, fit=self.found)
+        panels.show_lines(self.lines, shown)
+        self.measured.show(self.file[0], self.table, self.drawn, self.found)
         self.draw_map()
 
     def draw_map(self) -> None:

@@ -213,27 +213,82 @@ class Compared:
                         name.style(f"color: {KEPT[i]}; font-weight: bold")
 
 
-class Measured:
-    """The measured table that was opened: its name, what is left of it beside the curve, a fit."""
+DECIMALS = {"": "as guessed", ".": "point", ",": "comma"}
+"""What sets decimals of a table off."""
+ENDS = {"": "endless", "free": "free", "gripped": "gripped"}
+"""How a specimen of a number of scales is held."""
 
-    def __init__(self, fit: Callable[[], object], remove: Callable[[], object]) -> None:
+
+class Measured:
+    """The measured table that was opened: how it is read, what is left of it beside the curve, a fit."""
+
+    def __init__(
+        self, attempt: Attempt, read: Callable[[tables.How], object], fit: Callable[[], object],
+        remove: Callable[[], object],
+    ) -> None:  # fmt: skip
+        self.how = tables.GUESSED
+
+        def choose(**more: str) -> None:
+            self.how = self.how._replace(**more)
+            read(self.how)
+
+        def hold(ends: str) -> None:
+            attempt(lambda now: now._replace(beam=now.beam.replace(ends=ends or None)))
+
         with ui.element("section").classes("measured").props('aria-label="Measured table"') as self.place:
             with ui.element("p"):
                 self.name, self.residual = text("strong"), text("span")
+            with ui.element("p"):
+                columns = ui.element("label").classes("choice")
+                with columns:
+                    text("span", "Columns")
+                    self.columns = ui.element("input").on(
+                        "change",
+                        lambda event: choose(columns=str(event.args)[:200]),
+                        js_handler="(e) => emit(e.target.value)",
+                    )
+                    hint = "as guessed; e.g. 1=total (deg), 2=T (N mm)"
+                    self.columns.props.update({"type": "text", "placeholder": hint, "maxlength": 200})
+                    self.columns.props["data-do"] = "columns"
+                self.decimal = Choice("Decimals", DECIMALS, "", lambda value: choose(decimal=value))
+                self.ends = Choice("Ends", ENDS, "", hold)
                 button("Fit μ and K_θ", fit, "Find friction and joint stiffness by the model that is shown", "fit")
                 button("Remove", remove, "Take the measured points away", "unmeasured")
-            self.found = text("pre")
+            self.found = ui.element("div").classes("found")
         self.place.set_visibility(False)
 
-    def show(self, table: Table | None, now: State, found: Sequence[str]) -> None:
-        """Show a table beside a state, and the lines of a fit."""
-        self.place.set_visibility(table is not None)
+    def forget(self) -> None:
+        """Read the next table as is guessed."""
+        self.how = tables.GUESSED
+        self.columns.props["value"] = ""
+        self.decimal.set(DECIMALS, "")
+
+    def show(self, name: str, table: Table | None, now: State, found: tables.Fitted | None) -> None:
+        """Show a table, or only the name of one that could not be read, beside a state, and what a fit found."""
+        self.place.set_visibility(bool(name))
+        write(self.name, name)
+        self.ends.set(ENDS, (now.beam.ends or "free") if now.beam.scales else "")
+        words = "not read: choose columns and decimals"
         if table is not None:
-            left = tables.residual(table, now)
-            write(self.name, table.name)
+            left = tables.residual(table, now, found)
             words = left.words if left else f"measured in {table.load}"
-            write(self.residual, "; ".join(filter(None, (words, table.said))))
-        write(self.found, "\n".join(found))
+            words = "; ".join(filter(None, (words, table.said)))
+        write(self.residual, words)
+        shown = found if found and found.beam == now.beam else None
+        if not anew(self.found, shown and (shown.values, shown.doubts, shown.lines)) or shown is None:
+            return
+        with self.found:
+            for doubt in shown.doubts:
+                text("p", f"Doubt: {doubt}", "doubt")
+            with ui.element("dl"):
+                for symbol, what, value in shown.values:
+                    with ui.element("div"):
+                        text("dt", f"{symbol}, {what}")
+                        text("dd", value)
+            text("p", f"Fitted as {shown.model}")
+            with ui.element("details"):
+                text("summary", "All that is known of the fit")
+                text("pre", "\n".join(shown.lines))
 
 
 def show_lines(place: ui.element, wanted: Sequence[Line]) -> None:
