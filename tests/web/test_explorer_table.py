@@ -56,6 +56,7 @@ def test_a_table_that_cannot_be_read_is_read_by_hand(visit, tmp_path) -> None:
     columns.fill("1=total (deg), 3=T (N mm)")
     columns.press("Enter")
     panel.get_by_text("of 3 points").wait_for()
+    assert columns.input_value() == "1=total (deg), 3=T (N mm)"
     page.until_chart(0, "options.series.some((s) => s.name === 'odd.csv' && s.data.length === 3)")
     # the axes are those of the points
     page.until_chart(0, "options.xAxis[0].max < 0.03")

@@ -230,6 +230,8 @@ class Measured:
 
         def choose(**more: str) -> None:
             self.how = self.how._replace(**more)
+            # what stands there stays as the page is drawn anew
+            self.columns.props["value"] = self.how.columns
             read(self.how)
 
         def hold(ends: str) -> None:
