@@ -242,7 +242,7 @@ def _ratios(beam: Beam, data: Answer, endless: Answer) -> Iterable[str]:
 
 def _ends(beam: Beam, found: Mapping[str, Answer]) -> Table:
     """Return the table of the ends of ways, a column for each kind of joint."""
-    from squama.cli.report import HINGE, IDEAL, REAL
+    from squama.cli.report import HINGE, IDEAL, REAL, column
 
     data, at_ends = next(iter(found.values())), [ways(one) for one in found.values()]
     whole, unit = degrees(beam)
@@ -265,4 +265,4 @@ def _ends(beam: Beam, found: Mapping[str, Answer]) -> Table:
                 rows.append([f"  {words}", *map(number, cells)])
     own = REAL if data.attrs["scales"] != THIN else IDEAL
     named = {"compliant": beam.extent if "ends" in data.attrs else own, ENDLESS: ENDLESS, "hinge": HINGE}
-    return output.table(["", *(named[joint] for joint in found)], rows)
+    return output.table(["", *(column(named[joint]) for joint in found)], rows)
