@@ -14,6 +14,7 @@ from squama.identify.joint_points import Walked
 from squama.identify.readings import Readings
 from squama.identify.records import turning_points, ways
 from squama.identify.unknowns import with_error
+from squama.loads import LOADS
 
 
 def test_a_noisy_twist_needs_to_be_told():
@@ -65,7 +66,8 @@ def walked_of(beam, loop, v):
     A point where scales begin to slide is no solved one of the cycle: 1.8e-5 of the torque off.
     """
     load = loop.phi.values
-    walked = Walked(beam, Readings.of(load, ways(load).direction, np.zeros(load.size, int), beam.pitches), v)
+    readings = Readings.of(load, ways(load).direction, np.zeros(load.size, int), beam.pitches)
+    walked = Walked(beam, LOADS["twisting"], readings, v)
     solved = np.append((loop.branch.values[:-1] != "stick") | (loop.branch.values[1:] == "stick"), True)
     return walked, walked.torque(v)[solved], loop["T"].values[solved]
 

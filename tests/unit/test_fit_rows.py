@@ -15,6 +15,7 @@ from squama.identify import joint_points, prepare, records
 from squama.identify.hinge_points import Physical
 from squama.identify.joint_points import Linear, Walked
 from squama.identify.prepare import Wanted
+from squama.loads import LOADS
 
 BEAM = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=5, hold="bend, lateral bend")
 TRUE = BEAM.replace(friction={"mu": 0.31}, joint={"stiffness": 0.105})
@@ -22,28 +23,37 @@ WAY = "0.11 rad/pitch"
 
 
 @functools.cache
-def cycle(ends=None, hold="bend, lateral bend", sign=""):
-    return squama.cycle(TRUE.replace(hold=hold), f"{sign}{WAY}", points=20, ends=ends)
+def cycle(ends=None, hold="bend, lateral bend", sign="", load="twisting", faces="one"):
+    return squama.cycle(TRUE.replace(hold=hold, faces=faces), f"{sign}{WAY}", load=load, points=20, ends=ends)
 
 
-def walked(c, beam, ends):
-    """Return the points of a test at the twists of a cycle, and the values of its beam."""
-    specimens = records.read({"phi": c.phi.values, "T": c["T"].values}, beam, "twisting")
+def walked(c, beam, ends, load="twisting"):
+    """Return the points of a test at the twists, or bends, of a cycle, and the values of its beam."""
+    names = LOADS[load].angle, LOADS[load].torque
+    specimens = records.read({name: c[name].values for name in names}, beam, load)
     asked = "mu", "K_theta"
-    wanted = Wanted(beam, specimens, asked, "twisting", "edge", None, records.ALL, None, 1, (), ends)
+    wanted = Wanted(beam, specimens, asked, load, "edge", None, records.ALL, None, 1, (), ends)
     made = prepare.prepared("compliant", wanted)
     return made.points, made.asked.physical(np.array([0.31, 0.105]))
 
 
 @pytest.mark.parametrize(
-    ("ends", "hold", "sign"),
-    [("free", "bend, lateral bend", ""), ("free", "nothing", "-"), ("gripped", "nothing", ""), ("equal", "nothing", ""),
-     ("endless", "bend, lateral bend", "")],
-)  # fmt: skip
-def test_the_torque_of_a_trial_is_that_of_a_cycle(ends, hold, sign):
-    c = cycle(ends, hold, sign)
-    points, v = walked(c, BEAM.replace(hold=hold), ends)
-    T = c["T"].values
+    ("ends", "hold", "sign", "load", "faces"),
+    [
+        ("free", "bend, lateral bend", "", "twisting", "one"),
+        ("free", "nothing", "-", "twisting", "one"),
+        ("gripped", "nothing", "", "twisting", "one"),
+        ("equal", "nothing", "", "twisting", "one"),
+        ("endless", "bend, lateral bend", "", "twisting", "one"),
+        ("free", "nothing", "", "bending", "one"),
+        ("endless", "nothing", "", "bending", "mirrored"),
+        ("endless", "nothing", "-", "twisting", "turned, shifted"),
+    ],
+)
+def test_the_torque_of_a_trial_is_that_of_a_cycle(ends, hold, sign, load, faces):
+    c = cycle(ends, hold, sign, load, faces)
+    points, v = walked(c, BEAM.replace(hold=hold, faces=faces), ends, load)
+    T = c[LOADS[load].torque].values
     np.testing.assert_allclose(points.torque(v), T, rtol=0, atol=1e-9 * np.abs(T).max())
     N = c["N"].values
     # the last scale has no neighbour to touch, NaN

@@ -71,7 +71,7 @@ _POSTERIOR = "Number of posterior samples (extra fit). Default: 0."
 _COLUMNS = (
     'Names and units of the columns of measured points: "Winkel=total (deg), 3=T (N mm)". Default: from the header.'
 )
-JOINT = "Joint of a scale: compliant or hinge. Default: compliant; hinge in bending and with the plate law."
+JOINT = "Joint of a scale: compliant or hinge. Default: compliant; hinge with the plate law."
 _EACH = 'Parameters with a value for each loop, or each specimen: "mu", "mu,twist_zero".'
 _MACHINE = 'Stiffness of the testing machine in series: "2 N m/rad", "2 +- 0.5 N m/rad" (found too) or rigid.'
 _PRIOR = 'Prior of a parameter: E_B="1.5 MPa +- 5 %" (limits), mu="0.3 +- 0.03 sd"; found too; may be repeated.'

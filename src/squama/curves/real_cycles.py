@@ -16,7 +16,6 @@ import numpy as np
 from squama.beam.design import Beam
 from squama.contacts import events, increments, path, row
 from squama.contacts.row import Track
-from squama.contacts.ties import GRIPPED
 from squama.curves import real, rows
 from squama.curves.curve_figures import loop_figures, loop_table, table, used_senses, work_error
 from squama.curves.hinge_cycles import BRANCHES, STRAIGHT
@@ -54,8 +53,7 @@ def walk(analysis: Analysis) -> States:
     check(goals)
     ones = paths(beam, load, float(analysis.mus), goals, ideal=analysis.ideal)
     one, kind = ones["+"], rows.KINDS.get(analysis.ends)
-    if kind == GRIPPED:
-        rows.may_be_gripped(one.held, beam.pitches)
+    rows.check_ends(kind, one.held, beam.pitches)
     engaged = [sum(o.toward) * (c.phi - _BEFORE) for o in ones.values() for c in o.way.contacts if c.first != -1]
     stations = _stations(load, goals, analysis.points, _apart(engaged))
     slid: Array = np.zeros(0, int)
@@ -131,6 +129,11 @@ def reached(one: real.Path, load: Load, x: Array, kind: int | None) -> tuple[lis
         return [path.named(face.rows[0, :n]) for face in answers.faces], end
     track = _row(one, load, x, kind)
     return [path.named(scale) for scale in track.rows.swapaxes(0, 1)], track.end
+
+
+def torque(states: Sequence[Mapping[str, Array]], load: Load) -> Array:
+    """Return the beam's torque, or its moment where the load is a bend, of states of :func:`reached`, E d^3."""
+    return states[0]["torque" if load.sided else "M"]
 
 
 def pressed(one: real.Path, load: Load, x: Array, kind: int | None) -> list[dict[str, Array]]:
@@ -320,11 +323,11 @@ def _residual(one: real.Path, load: Load, stations: Stations, top: int, kind: in
         except LeftError:
             return 0.0
         x, force = x[top:], np.sum([scale["N"][top:] for scale in v], axis=0)
-        torque = np.sign(x[0]) * v[0]["torque" if load.sided else "M"][top:]
-        i = int(np.argmax(torque <= 0))
+        T = np.sign(x[0]) * torque(v, load)[top:]
+        i = int(np.argmax(T <= 0))
         if i == 0 or x[i] == 0 or force[i] == 0:
             return 0.0
-        left = float(x[i - 1] + torque[i - 1] / (torque[i - 1] - torque[i]) * (x[i] - x[i - 1]))
+        left = float(x[i - 1] + T[i - 1] / (T[i - 1] - T[i]) * (x[i] - x[i - 1]))
         # scales may stick and slide between two points: once more, close to it
         down = np.append(down[: i - 1], np.linspace(x[i - 1], x[i], LET_GO + 1)[1:])
     return left

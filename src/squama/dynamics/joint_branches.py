@@ -25,8 +25,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from squama.contacts import increments, states
-from squama.curves import real
-from squama.curves.real_cycles import reached
+from squama.curves import real, real_cycles
 from squama.curves.rows import KINDS
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.modes import SHAPES, gauss
@@ -67,11 +66,11 @@ class LoadedBeam(NamedTuple):
 
         Their torque and elastic energy over the beam's rigidity, and what ends the way there, empty where nothing does.
         """
-        v, end = reached(self.one, self.load, self.sign * x, KINDS.get(self.ends))
+        v, end = real_cycles.reached(self.one, self.load, self.sign * x, KINDS.get(self.ends))
         n = 0 if end.code == increments.AT_REST else v[0]["N"].size
         axis = 1 - self.load.axis
         alone = float(states.bare(self.one.way.beams)[0, axis, axis])
-        q = self.sign * v[0]["torque" if self.load.sided else "M"][:n] / alone - x[:n]
+        q = self.sign * real_cycles.torque(v, self.load)[:n] / alone - x[:n]
         stored = np.mean([each["energy"][:n] for each in v], axis=0) / alone - x[:n] ** 2 / 2
         ends = "" if end.code == increments.RANGE else str(end.word)
         return np.where(np.abs(q) < NOTHING, 0.0, q), stored, ends

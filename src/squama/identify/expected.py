@@ -124,7 +124,7 @@ class Plan:
         gentle = [(abs(one.top), one.worst, n, one) for one in nearer if (n := self.loops(one) or ENOUGH) <= _FEW]
         if gentle:
             _, _, number, one = min(gentle)
-            lines.append(f"Least twist for {self._percent}: {self._way(one, number)}")
+            lines.append(f"Least {LOADS[self.load].verb} for {self._percent}: {self._way(one, number)}")
         for words, more in self.free:
             lines.append(f"{words}: {more.problem or self._tells(more, loops or ENOUGH)}")
         return lines
@@ -154,7 +154,7 @@ class Plan:
 
     def table(self) -> tuple[list[str], list[list[str]]]:
         """Return the head and the rows of a table of the loops that can be followed."""
-        head = ["loop", "top deg", "largest torque", *self.parameters]
+        head = ["loop", "top deg", f"largest {LOADS[self.load].torque_words}", *self.parameters]
         head += ["correlation"] * (len(self.rows) > 1) + [f"loops for {self._percent}"]
         rows = []
         for one in self.candidates:
@@ -244,6 +244,7 @@ class Plan:
 
         good = [one for one in self.candidates if not one.problem]
         tops = np.array([one.top for one in good])
+        largest = f"largest {LOADS[self.load].torque_words}"
         data: dict[str, tuple[Any, ...]] = {
             "loop": ("candidate", [one.shape for one in good], {"long_name": "shape of the loop"}),
             "top": ("candidate", tops, {"long_name": "largest twist per pitch", "units": "rad"}),
@@ -253,7 +254,11 @@ class Plan:
                 {"long_name": "largest twist of the beam", "units": "rad"},
             ),
             "readings": ("candidate", [one.readings for one in good], {"long_name": "readings of a loop"}),
-            "torque": ("candidate", [one.torque for one in good], {"long_name": "largest torque", "units": "N m"}),
+            "torque": (
+                "candidate",
+                [one.torque for one in good],
+                {"long_name": largest, "units": "N m"},
+            ),
             "loops": ("candidate", [self.loops(one) or 0 for one in good], {"long_name": "loops for the accuracy"}),
         }
         for i, row in enumerate(self.rows):

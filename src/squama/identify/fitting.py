@@ -10,7 +10,6 @@ import numpy as np
 
 from squama import arguments, units
 from squama.beam.design import Beam
-from squama.beam.faces import only_one
 from squama.curves import finite_rows, hinge_cycles
 from squama.curves.finite_rows import Ends
 from squama.errors import InputError, naming, refuse
@@ -130,7 +129,6 @@ def fit(
     mu = 0.300000
     """
     arguments.beam(beam)
-    only_one(beam.faces, "a fit of torques")
     arguments.load(load)
     law = LOADS[load].law(arguments.law(law))
     starts, samples = arguments.whole("starts", starts, 1, 1000), arguments.whole("posterior", posterior, 0, 1e6)
@@ -160,7 +158,7 @@ def fit(
     try:
         made = prepare.prepared(kind, wanted)
     except InputError as error:
-        if joint is not None or kind == "hinge" or ends not in (None, ENDLESS):
+        if joint is not None or kind == "hinge" or ends not in (None, ENDLESS) or beam.other:
             raise
         wanted = wanted._replace(ends=ENDLESS)
         made, kind, why = prepare.prepared("hinge", wanted), "hinge", f"on the compliant joint: {error}"
@@ -200,7 +198,8 @@ def _apart(made: Prepared, shared: Found, wanted: Wanted) -> Found:
 
 def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
     """Fit the other model to the same points; None where it does not cover what is asked, or not nearly as well."""
-    if not LOADS[wanted.load].sided or wanted.law != "edge" or "theta0" in wanted.names:
+    alone = {"theta0"} if LOADS[wanted.load].sided else {"theta0", "C_f"}
+    if wanted.beam.other or wanted.law != "edge" or alone & {*wanted.names}:
         return None
     try:
         if joint == "compliant" and not choice.known(wanted.beam):

@@ -1,4 +1,4 @@
-r"""The torque of the real beam at the readings of a test: the path is walked with each trial.
+r"""The torque or moment of thick elastic scales at the readings of a test: the path is walked with each trial.
 
 Scales have six motions on the matrix of their joint, and are thick and, where their modulus is known, elastic. The way
 decides, so that no twist tells the torque alone. Each trial is a beam with the values put in, walked as
@@ -26,7 +26,7 @@ from squama.curves import real, real_cycles, rows
 from squama.errors import InputError
 from squama.identify.hinge_points import Physical
 from squama.identify.readings import Readings
-from squama.loads import ENDLESS, LOADS
+from squama.loads import ENDLESS, Load
 from squama.types import Array
 
 NODES = 500
@@ -42,8 +42,7 @@ _OF_TWIST = ("twist_zero", "compliance")
 may be below 0."""
 _FAR = 1e3
 _SLIGHT = 1e-4
-"""A twist before any engagement, rad per pitch."""
-_TWISTING = LOADS["twisting"]
+"""A load angle before any engagement, rad per pitch."""
 _LEAST, _MOST = 1e-3, 20.0
 """Torque, over the largest, below which a share says nothing; largest share, and one over the least."""
 
@@ -55,8 +54,8 @@ class Walked:
     the record is refused. ``ends``: of :data:`squama.loads.ENDS`.
     """
 
-    def __init__(self, beam: Beam, readings: Readings, v: Physical, ends: str = ENDLESS) -> None:
-        self.beam, self.readings, self.start, self.ends = beam, readings, v, ends
+    def __init__(self, beam: Beam, load: Load, readings: Readings, v: Physical, ends: str = ENDLESS) -> None:
+        self.beam, self.load, self.readings, self.start, self.ends = beam, load, readings, v, ends
         self.index, self.share = np.arange(readings.load.size), np.ones(readings.load.size)
         self._walked = functools.lru_cache(_KEPT)(self._walk)
         self._at(v)
@@ -117,7 +116,8 @@ class Walked:
         out = np.zeros((self.index.size, len(Physical._fields)))
         out[:, 4], out[:, 7] = 1.0, self.readings.order[self.index]
         for i, name in enumerate(Physical._fields):
-            if wanted[i] and name in _STEPS:
+            # a trial in bending knows no rigidity beside the bar's modulus
+            if wanted[i] and name in _STEPS and (self.load.sided or name != "rigidity"):
                 out[:, i] = self._slope(v, name)
         return out
 
@@ -144,15 +144,16 @@ class Walked:
         return math.inf
 
     def engaged(self) -> dict[str, float]:
-        """Twist per pitch at which plates first touch, by sense."""
-        both = real_cycles.paths(self.beam, _TWISTING, self.start.mu, [-1.0, 1.0], ideal=False)
+        """Load angle per pitch at which plates first touch, by sense."""
+        goals = [-1.0, 1.0] if self.load.sided else [1.0]
+        both = real_cycles.paths(self.beam, self.load, self.start.mu, goals, ideal=False)
         return {sense: one.way.engaged for sense, one in both.items()}
 
     def bar(self) -> float:
         """Return the slope of the torque before engagement, N m: grips hold the bow that twist brings."""
-        one = real.Path.of(self.beam, self.start.mu, (_TWISTING.verb,), ideal=False)
-        found = real_cycles.pressed(one, _TWISTING, np.array([0.0, _SLIGHT]), self.kind)
-        return float(found[0]["torque"][-1] * self.beam.unit_moment / _SLIGHT)
+        one = self._path(self.beam, self.start.mu)
+        found = real_cycles.pressed(one, self.load, np.array([0.0, _SLIGHT]), self.kind)
+        return float(real_cycles.torque(found, self.load)[-1] * self.beam.unit_moment / _SLIGHT)
 
     def drawn(self, points: int, *, once: bool) -> tuple[Walked, Array]:
         """Return readings of each way to be drawn, and the number of their way."""
@@ -167,22 +168,29 @@ class Walked:
 
     def _trial(self, v: Physical) -> Beam:
         """Return the beam with the values of a trial put in."""
-        bare = self.beam.G_B * self.beam.J * v.modulus
-        E_B = self.beam.substrate.youngs_modulus * v.modulus
-        values = {"joint.stiffness": v.stiffness, "joint.inclusion_factor": v.rigidity / bare}
-        return self.beam._with({name: float(x) for name, x in (*values.items(), ("substrate.youngs_modulus", E_B))})
+        values = {
+            "joint.stiffness": v.stiffness,
+            "substrate.youngs_modulus": self.beam.substrate.youngs_modulus * v.modulus,
+        }
+        if self.load.sided:
+            values["joint.inclusion_factor"] = v.rigidity / (self.beam.G_B * self.beam.J * v.modulus)
+        return self.beam._with({name: float(x) for name, x in values.items()})
+
+    def _path(self, beam: Beam, mu: float) -> real.Path:
+        return real.Path.of(beam, float(mu), (self.load.verb,), ideal=False)
 
     def _walk(self, v: Physical) -> tuple[Array, Array]:
-        """Walk the beam of a trial through the twists (rad per pitch) of the specimen."""
+        """Walk the beam of a trial through the load angles (rad per pitch) of the specimen."""
         beam, x = self._trial(v), self.readings.placed(v.twist_zero, v.backlash, v.compliance)[0]
-        one = real.Path.of(beam, float(v.mu), (_TWISTING.verb,), ideal=False)
+        one = self._path(beam, v.mu)
         torque, touching = np.zeros(x.size), np.zeros(x.size, bool)
         for ways in self.readings.records:
             nodes = [_nodes(x[way], self.readings.direction[way.start]) for way in ways]
             twists, places = _joined(nodes)
             real_cycles.check(twists.tolist())
-            found = real_cycles.pressed(one, _TWISTING, twists, self.kind)
-            signed, pressing = found[0]["torque"] * beam.unit_moment, np.sum([state["N"] for state in found], axis=0)
+            found = real_cycles.pressed(one, self.load, twists, self.kind)
+            signed = real_cycles.torque(found, self.load) * beam.unit_moment
+            pressing = np.sum([state["N"] for state in found], axis=0)
             for way, at, place in zip(ways, nodes, places, strict=True):
                 order = np.argsort(at)
                 known, values, force = at[order], signed[place][order], pressing[place][order]

@@ -21,7 +21,6 @@ import numpy as np
 
 from squama import arguments, units
 from squama.beam.design import Beam
-from squama.beam.faces import only_one
 from squama.errors import InputError, naming, refuse
 from squama.identify import estimate, prepare, records
 from squama.identify.expected import Candidate, Plan
@@ -139,7 +138,6 @@ def plan(
     ('loop', 1)
     """
     arguments.beam(beam)
-    only_one(beam.faces, "a plan of a test")
     arguments.load(load)
     law, kind = LOADS[load].law(arguments.law(law)), LOADS[load]
     test = _test(beam, parameters, noise, twist_noise, machine, points, load, law, joint, ends)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from squama import arguments
 from squama.beam import matrixfile
 from squama.beam.design import Beam
-from squama.contacts.ties import GRIPPED
+from squama.beam.faces import only_one
 from squama.curves import doors, hinge_cycles, rows
 from squama.curves.chosen import chosen
 from squama.curves.real import Held
@@ -33,6 +33,7 @@ from squama.loads import ENDLESS, LOADS
 from squama.types import Array
 
 _NEAR = 1e-9
+_OF_TWIST = "a compliant joint takes it as a factor of the twist"
 _ENGAGED = {"mu", "K_theta", "theta0"}
 
 
@@ -85,19 +86,25 @@ class Prepared(NamedTuple):
 def kind(joint: str | None, wanted: Wanted, samples: int) -> tuple[str, str]:
     """Return the joint of the fit, and why it is the hinge where no joint is given and the load has both."""
     load, inclined = LOADS[wanted.load], "theta0" in wanted.names
+    factor = not load.sided and "C_f" in wanted.names
     if joint is not None and arguments.joint(joint) == "compliant":
-        if not load.sided:
-            refuse("load", f'"{wanted.load}"', 'is not covered by joint="compliant"', 'write load="twisting"')
         if samples:
             refuse("posterior", str(samples), 'no samples are drawn with joint="compliant"', "leave it out")
         if inclined:
             reason = 'theta0 is not found with joint="compliant": the elements depend on it'
             refuse("parameters", "", reason, "leave it out")
-    means = chosen(wanted.beam, load, law=wanted.law, joint=joint or (None if load.sided else "hinge"))
-    if joint is not None or means.joint == "hinge" or not (inclined or samples):
-        return means.joint, means.note
-    why = "theta0 is found on hinges only: the matrix of a joint depends on it"
-    return "hinge", why if inclined else "samples are drawn on hinges only"
+        if factor:
+            refuse("parameters", "", f'C_f is not found with joint="compliant" in bending: {_OF_TWIST}', "find E_B")
+    means = chosen(wanted.beam, load, law=wanted.law, joint=joint)
+    found, why = means.joint, means.note
+    if joint is None and found != "hinge" and (inclined or factor or samples):
+        found = "hinge"
+        why = f"C_f is found on hinges only in bending: {_OF_TWIST}" if factor else "samples are drawn on hinges only"
+        if inclined:
+            why = "theta0 is found on hinges only: the matrix of a joint depends on it"
+    if found == "hinge":
+        only_one(wanted.beam.faces, "a fit on hinges")
+    return found, why
 
 
 def ends(joint: str, wanted: Wanted, word: str | None) -> str:
@@ -105,8 +112,7 @@ def ends(joint: str, wanted: Wanted, word: str | None) -> str:
     load = LOADS[wanted.load]
     asked = doors.analysis(wanted.beam, Way.of(wanted.load, [1.0]), load, points=3, mu=0.0, law=wanted.law, joint=joint)
     found = doors.ends_of(asked, word, history=True)
-    if rows.KINDS.get(found) == GRIPPED:
-        rows.may_be_gripped(Held.of(wanted.beam), wanted.beam.pitches)
+    rows.check_ends(rows.KINDS.get(found), Held.of(wanted.beam), wanted.beam.pitches)
     return found
 
 
@@ -156,11 +162,11 @@ def _walked(record: Record, asked: Asked, ends: str) -> Prepared:
     start = asked.physical(asked.start)
     readings = _readings(record, asked)
     try:
-        points = Walked(asked.beam, readings, start, ends)
+        points = Walked(asked.beam, LOADS[asked.load], readings, start, ends)
     except InputError:
         if asked.place("mu") is None or not asked.bound("mu", 0) < start.mu:
             raise
-        points = Walked(asked.beam, readings, start._replace(mu=asked.bound("mu", 0)), ends)
+        points = Walked(asked.beam, LOADS[asked.load], readings, start._replace(mu=asked.bound("mu", 0)), ends)
     stuck = record.stuck & points.touching(points.start)
     return Prepared(record, asked, points, record.asked & ~stuck)
 
@@ -204,7 +210,7 @@ def enough(made: Prepared) -> None:
 def bar(made: Prepared) -> tuple[float, float]:
     """Return the slope of the torque of the beam as given before engagement, N m per rad of a pitch; its E_B, Pa."""
     points, modulus = made.points, made.asked.beam.substrate.youngs_modulus
-    if isinstance(points, Walked) and points.kind == GRIPPED:
+    if isinstance(points, Walked):
         return points.bar(), modulus
     return made.asked.base.rigidity / made.asked.beam.pitch, modulus
 

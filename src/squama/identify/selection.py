@@ -339,8 +339,9 @@ def _find_with_ends(test: Prepared, own: Walked, starts: int, candidates: tuple[
     before = own.shared(own.start)
     near = test._replace(points=before)
     rough, out = robust(near, started(near, starts))
-    agreed = rough.agreed
+    agreed, places = rough.agreed, [test.asked.start]
     for _ in range(_SHARES):
+        places.append(rough.values)
         try:
             points = own.shared(test.asked.physical(rough.values))
         except InputError:
@@ -350,7 +351,9 @@ def _find_with_ends(test: Prepared, own: Walked, starts: int, candidates: tuple[
         if np.abs(points.share / before.share - 1).max() < _NEAR:
             break
         before = points
-    v, place, columns = test.asked.physical(rough.values), test.asked.place("mu"), dict[str, Array]()
+    # where the endless beam does not tell a parameter, it may lead away from the beam's own values
+    values = min([*places, rough.values], key=lambda p: _left(test, test.asked.physical(p), test.usable))
+    v, place, columns = test.asked.physical(values), test.asked.place("mu"), dict[str, Array]()
     found: Found | None = None
     for _ in range(_ROUNDS):
         try:
@@ -362,7 +365,8 @@ def _find_with_ends(test: Prepared, own: Walked, starts: int, candidates: tuple[
             # scales stick all along: their torque is not linear in the friction
             break
         near = test._replace(points=linear)
-        rough, out = robust(near, [rough.values])
+        rough, out = robust(near, [values])
+        values = rough.values
         found = chosen(near, rough, out, candidates)
         goal = found.asked.physical(found.estimates)
         if (move := _move(found, v, goal)) < _STAYS:
@@ -375,8 +379,13 @@ def _find_with_ends(test: Prepared, own: Walked, starts: int, candidates: tuple[
         if found is not None:
             # two selections of nuisances follow each other, within the errors
             return replace(found, starts=(agreed, starts))
-    rough, out = robust(test, [rough.values])
+    rough, out = robust(test, [values])
     return replace(chosen(test, rough, out, candidates), starts=(agreed, starts))
+
+
+def _left(test: Prepared, at: Physical, used: NDArray[np.bool_]) -> float:
+    """Return the sum of squares of the residuals that the beam itself leaves."""
+    return float(np.sum((test.points.torque(at) - test.record.torque)[used] ** 2))
 
 
 def _nearer(test: Prepared, found: Found, v: Physical, goal: Physical) -> Physical | None:
@@ -384,14 +393,10 @@ def _nearer(test: Prepared, found: Found, v: Physical, goal: Physical) -> Physic
 
     It is larger, too, where a nuisance is left out, which the linear torque tells.
     """
-
-    def square(at: Physical) -> float:
-        return float(np.sum((test.points.torque(at) - test.record.torque)[found.used] ** 2))
-
     # (more by a tenth of the noise of a point is none)
-    most = max(square(v), found.square) * (1 + 0.1 / np.count_nonzero(found.used))
+    most = max(_left(test, v, found.used), found.square) * (1 + 0.1 / np.count_nonzero(found.used))
     for _ in range(_HALVES):
-        if square(goal) <= most:
+        if _left(test, goal, found.used) <= most:
             return goal
         goal = Physical(*((a + b) / 2 for a, b in zip(v, goal, strict=True)))
     return None
