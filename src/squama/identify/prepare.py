@@ -13,7 +13,6 @@ from squama import arguments
 from squama.beam import matrixfile
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
-from squama.contacts.ties import GRIPPED
 from squama.curves import doors, hinge_cycles, rows
 from squama.curves.chosen import chosen
 from squama.curves.real import Held
