@@ -152,7 +152,7 @@ def test_the_commands(tmp_path, capsys):
     assert main(["cycle", *given, "--points", "10"]) == 0
     assert "6 scales with free ends" in capsys.readouterr().out
     assert main(["bend", *given, "--ends", "gripped"]) == 2
-    assert capsys.readouterr().err.startswith('squama: error: --ends = "gripped": is not known of a beam that is loaded so')
+    assert capsys.readouterr().err.startswith('squama: error: --ends = "gripped": is not known of a beam')
     assert main(["twist", *given, "--joint", "hinge", "--ends", "free"]) == 2
     assert capsys.readouterr().err.startswith('squama: error: --ends = "free": is not available on hinges')
 
