@@ -100,7 +100,7 @@ def test_what_is_not_named_is_zero(tmp_path, capsys):
         assert shown.state.theta == pytest.approx(
             squama.bend_twist(SKIN, "bend 60 deg total, twist 0 rad/m", joint=joint, ends="endless").theta[-1]
         )
-        assert "twist 0.0000 rad per pitch (60° and 0° over" in repr(shown)
+        assert "Bend 60.0°, twist 0.0° over 25 scales (2.40°, 0.00° per pitch)" in repr(shown)
         # both named, both are there; neither, and it is twisted most of the way
         assert squama.view(SKIN, bend="60 deg total", to="30 deg total", joint=joint).state.load > 0
         assert squama.view(SKIN, joint=joint).state.load > 0

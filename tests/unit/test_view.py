@@ -65,6 +65,7 @@ def test_scales_are_those_of_the_oracle(sense: int) -> None:
             "lam": lam,
             "alpha": alpha,
             "half": 1.0,
+            "thick": 0.0,
             "sense": sense,
             "held": 0.0,
             "height": lam,
@@ -99,6 +100,7 @@ def test_a_moved_scale_has_its_pose_in_every_cross_section(sense: int) -> None:
         "lam": lam,
         "alpha": alpha,
         "half": 1.0,
+        "thick": 0.0,
         "sense": sense,
         "held": 0.0,
         "height": lam,
@@ -244,10 +246,10 @@ def test_beam_and_arrows_of_an_animation_are_whole_and_long_enough_to_be_seen(jo
     picture._drawn(motion, states, (500, 100), forces=False)
     points, arrows = picture._arrows(d, states[-1], 0.25)
     assert [name for name, _ in arrows] == ["normal", "friction"]
-    assert 0.5 < np.linalg.norm(arrows[0][1] - points, axis=1).min() < 1.6
+    assert 0.5 < np.linalg.norm(arrows[0][1] - points, axis=1).min() < geometry.LONGEST
     for state in states:
         for camera in cameras:
-            assert np.abs(camera.seen(look.outline(d, state.load, state.attitude))[:, :2]).max() < 1
+            assert np.abs(camera.seen(look.outline(d, state.at, state.attitude))[:, :2]).max() < 1
         for _, tips in picture._arrows(d, state, 0.25)[1]:
             assert np.abs(cameras[0].seen(tips)[:, :2]).max() < 1
     assert picture._arrows(d, motion.state(0.0), 0.25)[1] == []

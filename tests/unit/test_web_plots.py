@@ -23,8 +23,10 @@ HINGE = REAL.hinged.started()
 LOOP = Path("examples/measured_loop.csv").read_bytes()
 
 
-def named(now: state.State, plot: str = "torque", table: tables.Table | None = None) -> dict[str, charts.Line]:
-    return {line.name: line for line in charts.lines(now, plot, dark=False, table=table)}
+def named(
+    now: state.State, plot: str = "torque", table: tables.Table | None = None, fit: tables.Fitted | None = None
+) -> dict[str, charts.Line]:
+    return {line.name: line for line in charts.lines(now, plot, dark=False, table=table, fit=fit)}
 
 
 def test_real_and_hinge_curves_stand_together() -> None:
@@ -49,7 +51,7 @@ def test_the_explorer_takes_the_compliant_joint() -> None:
     shown = live.scene(now)
     assert np.shape(shown["state"]["pose"]) == (3, 3)
     json.dumps([shown, *(charts.line_options(now, plot, dark=False) for plot in charts.PLOTS)], allow_nan=False)
-    assert live.outcome(now)[1].startswith("engagement at φ = 0.05")
+    assert live.verdict(now).startswith("Free until ")
     assert "u_X (m)" in live.make_file(now, "csv")[1].decode()
     assert "compliant" in live.compared(now)[0]["model"]
 
@@ -184,13 +186,28 @@ def test_a_material_gives_its_values(name: str) -> None:
 def test_the_map_has_the_plates_of_the_outcome(joint: str, ideal: str) -> None:
     now = state.preset("pla").change("joint", joint).change("ideal", ideal)
     key = map.key(now, "mu", "alpha")
-    found, scales = map.grid(key), "thin, rigid scales" if ideal == "yes" else "thick, rigid scales"
+    thick = "thick, rigid scales" if joint == "hinge" else "thick, elastic scales"
+    found, scales = map.grid(key), "thin, rigid scales" if ideal == "yes" else thick
     assert key.scales == scales
     assert scales in map.options(key, found, dark=False)["aria"]["label"]["description"]
-    design = map.take(now, "mu", "alpha", (9, 24)).change("joint", "hinge").change("ideal", ideal)
-    figures = live.motion(design.setting).figures
-    assert found.load_e[24, 9] == pytest.approx(figures["load_e"], rel=3e-4)
-    assert found.RED[24, 9] == pytest.approx(figures["RED_c"], rel=1e-3)
+    row = 24 if joint == "hinge" else 16
+    design = map.take(now, "mu", "alpha", (9, row))
+    m = live.motion(design.setting)
+    assert found.load_e[row, 9] == pytest.approx(m.figures["load_e"], rel=3e-4)
+    if joint == "hinge":
+        assert found.figure[row, 9] == pytest.approx(m.figures["RED_c"], rel=1e-3)
+        return
+    # the beam's own: its tangent stiffness at the twist that is shown
+    r = squama.twist(design.beam, at=[f"{now.twist} rad/pitch"], ideal=ideal == "yes", ends="endless")
+    assert found.figure[row, 9] == pytest.approx(r.stiffness_ratio.item(), rel=1e-2)
+    low, high = (1, *map.LEVELS)[found.code[row, 9] - 1], (*map.LEVELS, math.inf)[found.code[row, 9] - 1]
+    assert low <= found.figure[row, 9] < high
+    # another twist is another map; beyond the law of the joint, and below engagement, nothing is claimed
+    assert map.key(now.change("twist", "0.05"), "mu", "alpha") != key
+    assert map.key(now.change("scale_modulus", "9"), "mu", "alpha") != key
+    assert map.CLASSES[found.code[-1, 9]] == "not computed"
+    assert map.CLASSES[found.code[0, 9]] == "not in contact"
+    assert not map.take(now, "mu", "alpha", (9, map.SIZE[1] - 1)).quick
 
 
 def test_marks_of_designs_at_one_place_stand_apart() -> None:
@@ -219,9 +236,13 @@ def test_a_measured_table_is_laid_beside_the_curve() -> None:
     assert tables.shown(found, HINGE.change("sense", "-"))[0].max(initial=0) == 0
     assert tables.shown(found, HINGE.change("load", "bending"))[0].size == 0
     assert tables.residual(found, HINGE.change("load", "bending")) is None
-    # points decide how far a torque near a lock is drawn
-    assert charts.frame(HINGE, "torque", found).top < charts.frame(HINGE, "torque").top
-    assert charts.frame(REAL, "torque", found).top == pytest.approx(3 * charts.frame(REAL, "torque").top)
+    # the axes are those of the points, whatever the curve does
+    for now in (HINGE, REAL):
+        ends = charts.frame(now, "torque", found)
+        assert ends.right == pytest.approx(1.03 * load.max())
+        assert torque.max() < ends.top < 1.1 * torque.max()
+        assert ends.low <= torque.min()
+    assert charts.point(HINGE.change("twist", "9"), "torque", found)[0] <= 1
     for plot in (*charts.PLOTS, charts.RESIDUAL):
         json.dumps(charts.line_options(HINGE, plot, dark=False, table=found), allow_nan=False)
 
@@ -254,15 +275,54 @@ def test_the_residual_is_measured_less_computed_on_every_way(start: state.State,
 
 def test_a_fit_is_the_packages_own() -> None:
     table = tables.opened("loop.csv", LOOP, HINGE)
-    beam, lines = tables.fitted(table, HINGE)
+    found = tables.fitted(table, HINGE)
     own = squama.fit("examples/measured_loop.csv", HINGE.beam, joint="hinge")
-    assert beam == own.beam
-    assert lines == own.summary().splitlines()
-    before, after = (tables.residual(table, one) for one in (HINGE, HINGE._replace(beam=beam)))
+    assert found.beam == own.beam
+    assert list(found.lines) == own.summary().splitlines()
+    assert [name for name, _, _ in found.values] == list(own.parameters)
+    assert list(found.doubts) == [*own.doubts, *filter(None, [own.disagreement])]
+    assert "scales" in found.model
+    now = HINGE._replace(beam=found.beam)
+    before, after = (tables.residual(table, one) for one in (HINGE, now))
     assert np.sum(after.torque**2) < np.sum(before.torque**2) / 2
+    # the loop that was fitted, as long as its beam is shown
+    loop = named(now, table=table, fit=found)["fitted loop"]
+    covered = np.isfinite(own.fitted)
+    assert np.allclose(loop.y, own.fitted[covered], rtol=1e-12)
+    assert np.allclose(loop.x, table.points.rate[covered] * 0.02, rtol=1e-12)
+    left = tables.residual(table, now, found)
+    assert np.allclose(left.torque, own.residuals[np.isfinite(own.residuals)], rtol=1e-12)
+    assert "fitted loop" not in named(HINGE, table=table, fit=found)
+    json.dumps([charts.line_options(now, plot, dark=False, table=table, fit=found)
+                for plot in (*charts.PLOTS, charts.RESIDUAL)], allow_nan=False)  # fmt: skip
     few = tables.opened("few.csv", b"Phi (rad/m), T (N m)\n0,0\n1,0.001\n", HINGE)
     with pytest.raises(InputError, match="usable points"):
         tables.fitted(few, HINGE)
+
+
+def test_a_fit_has_the_specimens_own_scales_and_ends(monkeypatch) -> None:
+    """What is asked of the fit is the beam of the page, with its number of scales and its ends."""
+    asked: list[dict] = []
+    monkeypatch.setattr(tables.json, "dumps", lambda request: asked.append(request) or "{}")
+    few = tables.opened("few.csv", b"Phi (rad/m), T (N m)\n0,0\n1,0.001\n", REAL)
+    held = REAL.change("scales", "9")
+    held = held._replace(beam=held.beam.replace(ends="gripped"))
+    with pytest.raises(InputError, match="no fit is found"):
+        tables.fitted(few, held)
+    beam = squama.Beam.from_toml_text(asked[0]["beam"])
+    assert (beam.scales, beam.ends) == (9, "gripped")
+
+
+def test_columns_and_decimals_are_chosen_by_hand() -> None:
+    content = b"a;b;c\n0;9;0\n90;9;1,5\n180;9;3,5\n"
+    for how in (tables.How("1=total (deg), 3=T (N mm)", ","), tables.How("a=total (deg), c=T (N mm)")):
+        found = tables.opened("x.csv", content, REAL, how)
+        assert found.points.load.tolist() == pytest.approx([0, 1.5e-3, 3.5e-3])
+        assert found.points.rate[1] == pytest.approx(math.radians(90) / (25 * 0.02))
+    with pytest.raises(InputError, match=r"x\.csv"):
+        tables.opened("x.csv", content, REAL, tables.How("7=T (N mm)"))
+    with pytest.raises(InputError, match="does not name columns"):
+        tables.opened("x.csv", content, REAL, tables.How("=" * 200))
 
 
 def test_a_fit_is_given_up_in_time(monkeypatch) -> None:

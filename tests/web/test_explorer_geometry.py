@@ -13,7 +13,7 @@ from oracle.vectors import FP, Design, add, mul
 from oracle.vectors import scale as oracle_scale
 from squama.fe import plate
 from squama.scene import geometry, look, picture
-from squama.scene.motion import Motion, Setting, shape, shapes
+from squama.scene.motion import Motion, Setting, State, shape, shapes
 from squama.web import state
 
 hinged = functools.partial(Setting, joint="hinge")
@@ -35,6 +35,22 @@ SCRIPT = """(cases) => cases.map(([d, load, theta, slip, k]) => ({
 CAMERA = """() => { squamaView.reset(); const c = squamaView.camera; c.updateMatrixWorld();
   const seen = squamaView.contacts.map((p) => new c.position.constructor(...p).project(c).toArray());
   return {aspect: c.aspect, eye: c.position.toArray(), seen}; }"""
+
+
+BODIES = """(cases) => cases.map(([d, s, k]) => ({
+  ...squamaGeometry.plate(d, s.bent), bar: squamaGeometry.bar(d, s.strains),
+  scale: squamaGeometry.scale(d, s.strains, s.pose, k).corners,
+  point: squamaGeometry.contact(d, s.strains, s.pose, k, s.bent).point }))"""
+
+
+def of_thick_scales() -> list[tuple[dict, State, float]]:
+    """Return states of beams that bow, their thick scales bent."""
+    beam, found = squama.Beam.from_toml("examples/stiff_skin.toml"), []
+    for load, faces in (("twisting", "one"), ("bending", "one"), ("twisting", "mirrored, shifted")):
+        motion = Motion(Setting(beam.replace(faces=faces), 0.25, load=load))
+        state = motion.state(0.6 * motion.last)
+        found += [(d, of(state), k) for d, of in shapes(motion) for k in (-2.0, 1.5)]
+    return found
 
 
 @pytest.fixture
@@ -87,6 +103,23 @@ def test_the_scripts_geometry_is_the_packages(visit, states: list) -> None:
             assert js["arrow"] == pytest.approx(geometry.arrow(theta), rel=1e-13)
 
 
+def test_thick_bent_scales_on_a_bar_that_bows_are_the_packages(visit) -> None:
+    page, cases = visit(), of_thick_scales()
+    assert [bool(s.bent) for _, s, _ in cases].count(True) >= 6
+    for (d, s, k), js in zip(
+        cases, page.page.evaluate(BODIES, [(d, s._asdict(), k) for d, s, k in cases]), strict=True
+    ):
+        plate = geometry.plate(d, s.bent)
+        mine = {
+            **plate._asdict(),
+            "bar": geometry.bar(d, s.at)[0],
+            "scale": geometry.scale(d, s.at, s.attitude, k).corners,
+            "point": geometry.contact(d, s.at, s.attitude, k, s.bent).point,
+        }
+        for name, values in mine.items():
+            assert np.allclose(js[name], values, rtol=0, atol=1e-11), name
+
+
 def test_contact_points_of_the_scripts_are_the_oracles(visit, states: list) -> None:
     page = visit()
     twisted = [s for s in states if s[0]["kind"] == "twisting"]
@@ -120,19 +153,20 @@ def test_the_still_picture_is_taken_from_where_the_page_looks(visit) -> None:
     page = visit()
     js = page.page.evaluate(CAMERA)
     motion = Motion(Setting(squama.Beam.from_toml("examples/pla_on_vps.toml"), 0.25))
-    s, d = motion.state(page.state()["load"]), shape(motion.setting)
+    s, d = motion.state(page.state()["load"]), motion.shape()
     tips = [tips for _, tips in picture._arrows(d, s, motion.setting.mu)[1]]
-    camera = look.fitted(np.concatenate([look.outline(d, s.load, s.attitude), *tips]), js["aspect"])
+    camera = look.fitted(np.concatenate([look.outline(d, s.at, s.attitude), *tips]), js["aspect"])
     assert np.allclose(camera.eye, js["eye"], rtol=0, atol=1e-9)
-    points = np.array([geometry.contact(d, s.load, s.attitude, geometry.first(d) + i).point for i in range(24)])
+    places = geometry.first(d) + np.arange(24)
+    points = np.array([geometry.contact(d, s.at, s.attitude, k, s.bent).point for k in places])
     assert np.allclose(camera.seen(points)[:, :2], np.array(js["seen"])[:, :2], rtol=0, atol=1e-6)
 
 
 OUTSIDE = """() => { const {camera: c, design: d, state: s} = squamaView, V = c.position.constructor;
   c.updateMatrixWorld();
-  const all = squamaGeometry.bar(d, s.load).flat();
+  const all = squamaGeometry.bar(d, s.strains ?? s.load).flat();
   for (let i = 0; i < d.scales; i++)
-    all.push(...squamaGeometry.scale(d, s.load, s.pose ?? s.theta, squamaGeometry.first(d) + i).corners);
+    all.push(...squamaGeometry.scale(d, s.strains ?? s.load, s.pose ?? s.theta, squamaGeometry.first(d) + i).corners);
   const seen = all.map((p) => new V(...p).project(c));
   return Math.max(...seen.flatMap((q) => [Math.abs(q.x), Math.abs(q.y)])); }"""
 

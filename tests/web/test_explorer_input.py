@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from squama.web import map, state  # noqa: A004 - the module is named after what it draws
 
 
@@ -52,16 +54,16 @@ def test_the_map_says_what_is_under_the_pointer(visit) -> None:
     at = page.page.evaluate("squamaTest.chart(4).convertToPixel({xAxisIndex: 0, yAxisIndex: 0}, [9, 22])")
     box = chart.bounding_box()
     page.page.mouse.move(box["x"] + at[0], box["y"] + at[1])
-    tip = chart.locator("> div", has_text="engagement")
+    tip = chart.locator("> div", has_text="engages")
     tip.wait_for()
     said = tip.inner_text().split("\n")
     page.shot("tooltip")
     now = state.preset("pla")
     key = map.key(now, "mu", "alpha")
     found = map.grid(key)
-    e, end, red = (f"{float(v[22, 9]):.4g}" for v in (found.load_e, found.load_end, found.RED))
-    name = str(map.CODES[found.code[22, 9]])
-    assert said == ["μ = 0.5, α = 63.3 deg", name, f"engagement at φ = {e}", f"end at φ = {end}, RED = {red}"]
+    e, ratio = (f"{float(v[22, 9]):.3g}" for v in (np.degrees(found.load_e), found.figure))
+    name = map.CLASSES[found.code[22, 9]]
+    assert said == ["μ = 0.5, α = 63.3 deg", name, f"engages at {e}° per pitch", f"{ratio} times as stiff as the bar"]
     # whole, over what stands below it
     inside = """(e) => { const r = e.getBoundingClientRect();
       return [[r.left, r.top], [r.right, r.bottom]].map(([x, y], i) =>

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
@@ -58,6 +59,7 @@ def view(
             to=rate,
             bend=held,
             sense=sense,
+            name=Path(beam).stem,
             margin=margin,
             dark=dark,
             forces=not no_forces,

@@ -110,11 +110,25 @@ class Loaded(NamedTuple):
             along |= {f"{role}_periodic": same[role] for role in ("torque", "theta")}
         return Curve(along, found, {role: there(v) for role, v in told.each.items()}, told.notes)
 
+    def _states(self, loads: Array) -> tuple[Stations, path.Answers]:
+        """Return the stations of an endless beam at load angles per pitch from 0 on, and the states there."""
+        stations = Stations.along(self.load, sum(self.one.toward) * loads)
+        return stations, self.one.way.along(stations.strains)
+
+    def shapes(self, loads: Array) -> list[tuple[Array, Array]]:
+        """Return the shape of an endless beam at load angles (n,) per pitch, as each face with scales sees it.
+
+        Strains (n, 4) bend, twist, lateral bend and stretch per pitch, and 24 powers (n, 24) of the deflection of a
+        scale in pitches, see :func:`squama.contacts.path.deflections`.
+        """
+        rows = [face.rows[0] for face in self._states(loads)[1].faces]
+        strains = np.column_stack([path.named(rows[0])[name] for name in ("psi", "twist", "aside", "stretch")])
+        return [(strains * [*seen, 1], path.deflections(row)) for seen, row in zip(self.one.seen, rows, strict=True)]
+
     def _endless(self, loads: Array) -> Told:
         """Return the states of an endless beam at load angles per pitch from 0 on."""
         one, load, sign = self.one, self.load, sum(self.one.toward)
-        stations = Stations.along(load, sign * loads)
-        answers = one.way.along(stations.strains)
+        stations, answers = self._states(loads)
         faces = [face.rows[0] for face in answers.faces]
         own = by_load(values(one, stations.strains, *faces, turned=one.toward[1]), load, sign)
         if not load.sided:

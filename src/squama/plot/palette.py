@@ -31,6 +31,10 @@ ENDS = {
     "not computed": "#f4e3e3",
 }
 """Ends of curves on a map; blue ones lock after sliding, grey at once; and where there is none to tell."""
+DARK_ENDS = ENDS | {End.KINEMATIC: "#9db2e8", End.LINE: "#9a86d0", End.STOPPED: "#b3875a", End.NONE: "#3a4047"}
+"""The same on a dark ground."""
+STEPS = ("#7e4fb3", "#b0408f", "#dd5e66", "#f2914a", "#f7c64b", "#f2ef6b")
+"""Classes of a figure on a map, from small to large, on either ground."""
 LOCKS = (End.FRICTIONAL, End.KINEMATIC, End.STATIC)
 """Ends towards which the load grows without bound."""
 STATES = {"free": "#4a90c2", "sliding": "#e0a030", "locked": "#c8323c", "ended": "#8a63b0"}

@@ -26,6 +26,8 @@ from squama.units import shown
 
 CONTACTS = {"": GREY, "TS": KEPT[0], "CF": KEPT[0], "BF": KEPT[1], "TA": KEPT[2], "TF": INK}
 """Colours of contacts; those at the base have another."""
+PAIRS = {"BF and TF": "#7f5fa8", "BF and TS": "#2f8f5b", "TF and TS": "#8c2d4f"}
+"""Colours of two contacts at once."""
 BOX: style.Look = {"loc": "best", "frameon": True, "framealpha": 0.85, "edgecolor": "none"}
 """A legend that lies over lines."""
 WAY = "Length of the path (rad per pitch)"
@@ -42,6 +44,11 @@ WORDS = {
 def said(name: str) -> str:
     """Return a contact in words; two at once by their letters."""
     return " and ".join(sorted(name.split("+"))) if "+" in name else WORDS.get(name, name)
+
+
+def coloured(name: str) -> str:
+    """Return the colour of a contact, or of two at once."""
+    return CONTACTS.get(name) or PAIRS.get(said(name), UNLOADED)
 
 
 @style.styled
@@ -76,7 +83,9 @@ def plane_figure(dataset: xr.Dataset, paths: Sequence[xr.Dataset] = ()) -> Figur
     beside.tick_params(labelsize=7)
     style.legend_below(figure, handles, 5)
     held = f"{dataset.attrs['scales']} on {HELD[dataset.attrs['joint']]}"
-    return style.headline(figure, f"{held}, $\\mu$ = {float(dataset['mu']):g}; every state straight from rest")
+    return style.headline(
+        figure, f"Bent and twisted: {held}, $\\mu$ = {float(dataset['mu']):g}; every state straight from rest"
+    )
 
 
 def plane_contacts(dataset: xr.Dataset, ax: Axes | None = None, *, paths: Sequence[xr.Dataset] = ()) -> Axes:
@@ -145,7 +154,7 @@ def _regimes(ax: Axes, plane: xr.Dataset, where: tuple[Array, Array]) -> list[Pa
     colours = {"no contact": to_rgba("white")}
     for name in np.unique(word[~ended]).tolist():
         # faint behind a path
-        colours.setdefault(name, to_rgba(CONTACTS.get(name, UNLOADED), 0.18))
+        colours.setdefault(name, to_rgba(coloured(name), 0.18))
     colours |= {name: to_rgba(ENDS.get(name, GREY), 0.55) for name in np.unique(word[ended]).tolist()}
     ground = np.array([[colours[name] for name in row] for row in word.tolist()])
     box = (where[0][0], where[0][-1], where[1][0], where[1][-1])
@@ -175,11 +184,14 @@ def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.
     >>> len(path_figure(r).axes)
     3
     """
-    figure = style.new_figure(style.PAGE, 3.2)
+    figure = style.new_figure(style.PAGE, 3.5)
     grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.15), height_ratios=(1.5, 1))
     left, loads = figure.add_subplot(grid[:, 0]), figure.add_subplot(grid[0, 1])
     theta = figure.add_subplot(grid[1, 1], sharex=loads)
-    plane_path(dataset, left, plane=plane)
+    if legend := plane_path(dataset, left, plane=plane).get_legend():
+        # below the panels, where it lies over nothing
+        legend.remove()
+        style.legend_below(figure, left.get_legend_handles_labels()[0], 4)
     path_loads(dataset, loads, hinge=hinge)
     loads.set_xlabel("")
     way, inclined = _path_length(dataset), np.degrees(dataset["theta"].values)
@@ -224,7 +236,7 @@ def plane_path(dataset: xr.Dataset, ax: Axes | None = None, *, plane: xr.Dataset
         text = said(name or "no contact") if name not in seen else None
         seen.add(name)
         whole = slice(max(0, start - 1), stop)
-        ax.plot(psi[whole], phi[whole], color=CONTACTS.get(name, UNLOADED), linewidth=1.6, label=text)
+        ax.plot(psi[whole], phi[whole], color=coloured(name), linewidth=1.6, label=text)
     words = r"$\varphi = \psi\,\tan\alpha$"
     _flush(ax, dataset, {"label": words, "color": GREY, "linewidth": 0.8, "zorder": 1})
     point: style.Look = {"linestyle": "", "markersize": 3.5, "zorder": 4}

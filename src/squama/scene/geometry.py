@@ -3,6 +3,7 @@
 Axes: z along the beam, y out of the scaled face, as in docs, theory: geometry. The middle of the beam stays where it
 is. A design is what :func:`squama.scene.motion.shape` returns; ``S`` maps the scaled face's places to those of its
 face, which sees the bend ``d["bend"]`` times and the twist in the sense ``d["sense"]`` (:mod:`squama.beam.faces`).
+Loads are angles per pitch, or all strains per pitch: bend, twist, lateral bend (rad) and stretch.
 """
 
 from __future__ import annotations
@@ -12,17 +13,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama.fe.plate import axes
+from squama.fe.plate import axes, rotation, translation
 from squama.loads import LOADS
-from squama.model.screw import Screw
 from squama.types import Array
 
 Design = Mapping[str, Any]
+Load = float | Sequence[float]
 Attitude = float | Sequence[Sequence[float]]
 """How a scale stands: its inclination on a hinge, or place of its base, n_X and n_Y in the cross-section's axes."""
 STEPS = 6
 """Pieces of the bar per pitch."""
-LONGEST = 1.6
+PIECES = 6, 2
+"""Pieces of a bent plate along its length and across it."""
+LONGEST = 2.6
 """Length that an arrow comes near to as its force grows, in pitches."""
 
 
@@ -55,20 +58,23 @@ class Contact(NamedTuple):
     s: float
 
 
-def frame(d: Design, load: float, k: float) -> Frame:
-    """Return the cross-section ``k`` pitches from the middle of the beam at a load angle per pitch.
-
-    It is moved by k times the screw of bend and twist, about the line that keeps its length; in twisting with the bend
-    that is held.
-    """
+def strains(d: Design, load: Load) -> Sequence[float]:
+    """Return all strains per pitch; of a load angle the stretch is that of the line that keeps its length."""
+    if not isinstance(load, int | float):
+        return load
     psi, phi = (d["held"], d["sense"] * load) if LOADS[d["kind"]].sided else (d["bend"] * load, 0.0)
-    g = Screw.of(np.asarray(k * psi), np.asarray(k * phi), np.asarray(0.0))
-    g = g._replace(v=np.array([0.0, 0.0, k * (1 + psi * (d["lam"] - d["height"]))]))
-    x, y, z = (g.turned(axis) for axis in np.eye(3))
-    return Frame(d["lam"] * y + g.shift, x, y, z)
+    return psi, phi, 0.0, psi * (d["lam"] - d["height"])
 
 
-def scale(d: Design, load: float, theta: Attitude, k: float) -> Scale:
+def frame(d: Design, load: Load, k: float) -> Frame:
+    """Return the cross-section ``k`` pitches from the middle of the beam: moved by k times the screw of its strains."""
+    psi, phi, chi, eps = strains(d, load)
+    w = -k * np.array([psi, chi, phi])
+    x, y, z = rotation(w).E.T
+    return Frame(d["lam"] * y + k * (1 + eps) * translation(w).E[:, 2], x, y, z)
+
+
+def scale(d: Design, load: Load, theta: Attitude, k: float) -> Scale:
     """Return the scale ``k`` pitches from the middle; corners D, A, B, C as rows."""
     f = frame(d, load, k)
     section = np.array([f.x, f.y, f.z])
@@ -79,25 +85,33 @@ def scale(d: Design, load: float, theta: Attitude, k: float) -> Scale:
     return Scale(x, y, np.prod(d["S"]) * np.cross(x, y), o, m, np.array([o - half, o + half, m + half, m - half]))
 
 
-def contact(d: Design, load: float, theta: Attitude, k: float) -> Contact:
+def contact(d: Design, load: Load, theta: Attitude, k: float, bent: Sequence[float] | None = None) -> Contact:
     """Return the contact of scale ``k``'s tip with its neighbour, as the common normal of the two edges.
 
-    In bending the tip's corner B meets the neighbour's face (where edges lie across the beam the tip edge does, and its
-    middle stands for it); ``s`` and ``p`` are its place along and across the face.
+    Edges are those of the flat middle surfaces; ``point`` lies on the surface of the thick, ``bent`` plate. In bending
+    the tip's corner B meets the neighbour's face (where edges lie across the beam the tip edge does, and its middle
+    stands for it); ``s`` and ``p`` are its place along and across the face.
     """
     one, two = scale(d, load, theta, k), scale(d, load, theta, k + d["neighbour"])
     if not LOADS[d["kind"]].sided:
-        point = one.corners[2] if d["alpha"] else one.m
+        x, y = np.array([d["eta"]]), np.array([d["beta"] if d["alpha"] else 0.0])
+        point = one.m + y * one.y + (_lifted(d, bent, x, y) - d["thick"] / 2) * one.z
         return Contact(point, point, float((point - two.o) @ two.y), float((point - two.o) @ two.x))
     corner = two.corners[0 if d["sense"] > 0 else 1]
     normal = np.cross(one.y, two.x)
     away, size = corner - one.m, float(normal @ normal)
     p = float(np.cross(away, two.x) @ normal) / size
     s = float(np.cross(away, one.y) @ normal) / size
-    return Contact(corner + s * two.x, one.m + p * one.y, d["sense"] * p, s)
+    x, y = np.array([s]), np.array([-d["sense"] * d["beta"]])
+    point = corner + s * two.x + (_lifted(d, bent, x, y) + d["thick"] / 2) * two.z
+    return Contact(point, one.m + p * one.y, d["sense"] * p, s)
 
 
-def directions(d: Design, load: float, theta: Attitude, slip: tuple[float, float], k: float) -> tuple[Array, Array]:
+def _lifted(d: Design, bent: Sequence[float] | None, x: Array, y: Array) -> Array:
+    return lift(d, bent, x, y) if bent else np.zeros_like(x)
+
+
+def directions(d: Design, load: Load, theta: Attitude, slip: tuple[float, float], k: float) -> tuple[Array, Array]:
     """Return the unit vectors of the normal and the friction force on scale ``k`` where it rests on its neighbour.
 
     ``slip`` are the sliding rates along the side edge and along the tip edge, in bending along and across the face. By
@@ -115,12 +129,54 @@ def directions(d: Design, load: float, theta: Attitude, slip: tuple[float, float
     return n, t / size if size else t
 
 
+class Plate(NamedTuple):
+    """A scale as a body in its own axes, in pitches: points (n, 3), faces (m, 4) and edges (e, 2) by their numbers."""
+
+    points: Array
+    faces: Array
+    edges: Array
+
+    def at(self, one: Scale) -> Array:
+        """Return the points (n, 3) in space."""
+        return np.asarray(one.o + self.points @ np.array([one.x, one.y, one.z]))
+
+
+def lift(d: Design, bent: Sequence[float], x: Array, y: Array) -> Array:
+    """Return how far a bent plate lies above its flat middle surface at places of it, pitches.
+
+    ``bent``: 24 powers, X^2 X^i Y^j by i (6) and j (4), of the shares X of the length and Y of the half width.
+    """
+    X, Y = np.asarray(x / d["eta"]), np.asarray(y / d["beta"])
+    return np.asarray(X**2 * np.polynomial.polynomial.polyval2d(X, Y, np.reshape(bent, (6, 4))))
+
+
+def plate(d: Design, bent: Sequence[float] | None) -> Plate:
+    """Return the body of a scale: a thin one is a surface, one that bends is made of :data:`PIECES`."""
+    n, m = PIECES if bent else (1, 1)
+    x, y = (v.ravel() for v in np.meshgrid(np.linspace(0, d["eta"], n + 1), d["beta"] * np.linspace(-1, 1, m + 1)))
+    middle = np.column_stack([x, y, _lifted(d, bent, x, y)])
+    number = np.arange(x.size).reshape(m + 1, n + 1)
+    quads = np.stack([number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]], axis=-1).reshape(-1, 4)
+    rim = np.concatenate([number[0], number[1:, -1], number[-1, -2::-1], number[-2:0:-1, 0]])
+    edges = np.column_stack([rim, np.roll(rim, -1)])
+    if not d["thick"]:
+        return Plate(middle, quads, edges)
+    half, up = np.array([0.0, 0.0, d["thick"] / 2]), x.size
+    sides = np.column_stack([edges, edges[:, ::-1] + up])
+    corners = number[[0, 0, -1, -1], [0, -1, -1, 0]]
+    return Plate(
+        np.concatenate([middle - half, middle + half]),
+        np.concatenate([quads, quads + up, sides]),
+        np.concatenate([edges, edges + up, np.column_stack([corners, corners + up])]),
+    )
+
+
 def arrow(x: float) -> float:
     """Return the length of the arrow of a force ``x`` in units of its own: it grows and stays below `LONGEST`."""
     return LONGEST * x / (1 + x)
 
 
-def bar(d: Design, load: float) -> tuple[Array, Array]:
+def bar(d: Design, load: Load) -> tuple[Array, Array]:
     """Return the vertices (n, 4, 3) of the bar's cross-sections, and their places along it in pitches (n).
 
     The corners of a section are at (-w, 0), (w, 0), (w, -2 lambda), (-w, -2 lambda) from the middle of its scaled edge.

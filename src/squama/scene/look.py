@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.plot import raster
-from squama.scene.geometry import Attitude, Design, bar, first, scale
+from squama.scene.geometry import Attitude, Design, Load, bar, first, scale
 from squama.types import Array
 
 LOOK = np.array([-0.75, 0.72, -0.16])
@@ -16,14 +16,18 @@ AWAY = 1.1
 """How much farther away one stands than the beam needs."""
 SAMPLES = 2
 """Every pixel is drawn as SAMPLES x SAMPLES, which smooths edges."""
-NEARER = 0.997
+NEARER = 0.999
 """Lines are drawn this much nearer than the faces they bound."""
 
 
 class Camera(NamedTuple):
-    """Where one stands; unit vectors ``right``, ``up``, ``back``; ``slope`` tangent of half the angle of view."""
+    """Where one stands, and the ``middle`` one looks at; unit vectors ``right``, ``up``, ``back``.
+
+    ``slope``: tangent of half the angle of view.
+    """
 
     eye: Array
+    middle: Array
     right: Array
     up: Array
     back: Array
@@ -38,10 +42,11 @@ class Camera(NamedTuple):
         return np.stack([across, up, depth], axis=-1)
 
 
-def outline(d: Design, load: float, theta: Attitude) -> Array:
+def outline(d: Design, load: Load, theta: Attitude) -> Array:
     """Return points (n, 3) that surround the beam: bar and scales, straight and as it is."""
     seen = []
-    for at in (0.0, load):
+    every: tuple[Load, ...] = (0.0, load)
+    for at in every:
         seen.append(bar(d, at)[0].reshape(-1, 3))
         seen += [scale(d, at, theta, k).corners for k in first(d) + np.arange(d["scales"])]
     return np.concatenate(seen)
@@ -59,7 +64,7 @@ def fitted(points: Array, aspect: float) -> Camera:
     q = points - middle
     needed = np.maximum(np.abs(q @ right) / aspect, np.abs(q @ up))
     away = AWAY * max(0.0, float(np.max(q @ back + needed / slope)))
-    return Camera(middle + away * back, right, up, back, slope, aspect)
+    return Camera(middle + away * back, middle, right, up, back, slope, aspect)
 
 
 def halves(quads: Array) -> Array:

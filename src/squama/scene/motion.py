@@ -23,7 +23,7 @@ from squama.loads import LOADS
 from squama.model import twisting
 from squama.model.outcome import End
 from squama.model.paths import ARRAY
-from squama.scene.geometry import Attitude
+from squama.scene.geometry import Attitude, Load
 from squama.symbols import OTHER
 from squama.types import Array
 from squama.units import moment
@@ -38,6 +38,8 @@ POINTS = 121
 """Points of a curve that is walked; states between them are interpolated."""
 _STATE = ("load", "theta", "N", "f", "torque")
 
+_NOT_MOVED = (None,) * 4
+"""Pose, other face, strains and deflections of scales on hinges."""
 SCALED = {"S": [1, 1, 1], "bend": 1, "shift": 0.0}
 """What is of the scaled face in a design."""
 
@@ -65,7 +67,9 @@ class State(NamedTuple):
     ``slip`` are the rates along the side edge and along the tip edge; by ``x`` arrows are drawn: N d/K_theta on the
     hinge, where N grows without bound, else N over half of the largest along the curve;
     ``pose`` of scales that move and turn in more ways than on a hinge: place of the base, n_X and n_Y, in pitches in
-    the axes of the cross-section; ``other`` the state of the other face's scales.
+    the axes of the cross-section; ``other`` the state of the other face's scales. ``strains`` of the bar per pitch
+    (bend, twist, lateral bend, stretch) where some of them are free, and ``bent``, 24 powers of the plate's deflection
+    (:func:`squama.scene.geometry.lift`).
     """
 
     load: float
@@ -78,6 +82,13 @@ class State(NamedTuple):
     name: str
     pose: list[list[float]] | None = None
     other: State | None = None
+    strains: list[float] | None = None
+    bent: list[float] | None = None
+
+    @property
+    def at(self) -> Load:
+        """How the cross-sections stand, as the geometry takes it."""
+        return self.load if self.strains is None else self.strains
 
     @property
     def attitude(self) -> Attitude:
@@ -131,8 +142,11 @@ class Motion:
         self.curve = {role: values[reached] for role, values in found.along.items() if values.dtype.kind == "f"}
         # forces are drawn where the tip edge meets the side edge
         self.drawn, self.other_drawn = bool(self.hinge), False
+        # strains (n, 4) and deflections (n, 24) along the curve, of each face
+        self.shapes: list[tuple[Array, Array]] = []
         if isinstance(path, real_walk.Loaded):
             self.drawn, self.other_drawn = path.hinged[0], path.hinged[-1]
+            self.shapes = path.shapes(self.curve["load"])
             if path.exchanged:
                 # its curve begins with the face that touches first
                 self.curve = real_figures.exchanged(self.curve, where=True)
@@ -148,6 +162,7 @@ class Motion:
         if seen and self.whole:
             self.other = copy(self)
             self.other.curve, self.other.drawn = real_figures.exchanged(self.curve, where=True), self.other_drawn
+            self.other.shapes = self.shapes[::-1]
         elif seen:
             turned = {"+": "-", "-": "+"}[setting.sense] if seen < 0 else setting.sense
             self.other = Motion(setting._replace(sense=turned), own=False)
@@ -161,6 +176,17 @@ class Motion:
             return self.hinge.curve(points=points).along
         loads = np.linspace(0.0, self.last, points)
         return {role: np.interp(loads, self.curve["load"], v) for role, v in self.curve.items()}
+
+    def shape(self) -> dict[str, Any]:
+        """Return what the geometry needs of the design, see :func:`shape`."""
+        beam = self.setting.beam
+        flat = thin(self.kind, self.setting.law, self.joint, ideal=self.ideal)
+        return shape(self.setting, self.neighbour, 0.0 if flat else beam.scale.thickness / beam.pitch)
+
+    @property
+    def flat(self) -> bool:
+        """Whether scales that bend are drawn flat."""
+        return not self.hinge and not self.ideal and not self.shapes
 
     def value(self, role: str, load: float) -> float:
         """Return a variable of a model that is walked at a load angle; NaN where it has none."""
@@ -200,11 +226,12 @@ class Motion:
     def words(self, state: State) -> str:
         """Say in words what a state is: loads, inclination, torque, friction."""
         beam, bend = self.setting.beam, self.setting.bend
-        held = f"Bend {bend:.4f}, twist" if bend else self.kind.verb.capitalize()
-        whole = " and ".join(f"{math.degrees(v) * beam.pitches:.0f}°" for v in ([bend] if bend else []) + [state.load])
-        load = f"{held} {state.load:.4f} rad per pitch ({whole} over {beam.extent})"
-        torque = f"{self.kind.torque_words} {moment(state.torque)}"
-        return f"{load}, inclination {math.degrees(state.theta):.1f}°, {torque}, µ = {self.setting.mu:g}"
+        turns = {"bend": bend, "twist": state.load} if bend else {self.kind.verb: state.load}
+        whole = ", ".join(f"{verb} {math.degrees(v) * beam.pitches:.1f}°" for verb, v in turns.items())
+        pitch = ", ".join(f"{math.degrees(v):.2f}°" for v in turns.values())
+        load = f"{whole[0].upper()}{whole[1:]} over {beam.extent} ({pitch} per pitch)"
+        torque = f"{self.kind.torque_words} {moment(state.torque, 3)}"
+        return f"{load}, {torque}, inclination {math.degrees(state.theta):.1f}°, µ = {self.setting.mu:g}"
 
     def samples(self, points: int) -> list[State]:
         """Return states from no load to the last one, closer together where the inclination changes fast."""
@@ -242,7 +269,7 @@ class Motion:
             at = path.row.point(x + 1e-30j, "edge", ARRAY)
             slip = -at.s.imag, -at.p.imag
         columns = np.stack([*(v[role] for role in _STATE), force, *slip], axis=1)
-        return [State._make((*v[:6], (v[6], v[7]), name, None, None)) for v in columns.tolist()]
+        return [State._make((*v[:6], (v[6], v[7]), name, *_NOT_MOVED)) for v in columns.tolist()]
 
     def _between(self, load: float, name: str) -> State:
         """State between the points of a walked curve; the slip follows from the places of its contact."""
@@ -262,12 +289,16 @@ class Motion:
         c, R = plate.pose(rest, moves)
         pose = np.array([c - rest.base, *(R @ rest.axes[:2].T).T]).tolist()
         half = float(v["N"].max()) / 2 or 1.0
-        return State(load_, theta, N, f, torque, self.drawn * N / half, (-s, p), name, pose)
+        state = State(load_, theta, N, f, torque, self.drawn * N / half, (-s, p), name, pose)
+        if not self.shapes:
+            return state
+        strains, bent = ([at(column) for column in values.T] for values in self.shapes[0])
+        return state._replace(strains=strains, bent=bent if any(bent) else None)
 
 
 def shapes(motion: Motion) -> list[tuple[dict[str, Any], Callable[[State], State]]]:
     """Return the design of each face with scales, and its part of a state; the scaled face first."""
-    design, other = shape(motion.setting, motion.neighbour), motion.setting.beam.other
+    design, other = motion.shape(), motion.setting.beam.other
     found: list[tuple[dict[str, Any], Callable[[State], State]]] = [(design, lambda state: state)]
     if motion.other and other:
         bend, twist, _ = other.seen
@@ -277,8 +308,11 @@ def shapes(motion: Motion) -> list[tuple[dict[str, Any], Callable[[State], State
     return found
 
 
-def shape(setting: Setting, neighbour: int = 1) -> dict[str, Any]:
-    """Return what the geometry needs of a design: ratios (lengths in pitches, rad), kind of loading, sense, law."""
+def shape(setting: Setting, neighbour: int = 1, thick: float = 0.0) -> dict[str, Any]:
+    """Return what the geometry needs of a design: ratios (lengths in pitches, rad), kind of loading, sense, law.
+
+    ``thick``: thickness of a scale, 0 where they are taken as thin.
+    """
     beam, kind = setting.beam, LOADS[setting.load]
     return {
         "kind": setting.load,
@@ -289,6 +323,7 @@ def shape(setting: Setting, neighbour: int = 1) -> dict[str, Any]:
         "height": kind.height(beam.lam, beam.neutral),
         "alpha": beam.scale.alpha,
         "half": beam.substrate.width / 2 / beam.pitch,
+        "thick": thick,
         "sense": -1 if setting.sense == "-" and kind.sided else 1,
         "law": kind.law(setting.law),
         "neighbour": max(1, neighbour),

@@ -5,8 +5,9 @@ from __future__ import annotations
 import base64
 import io
 import itertools
+import math
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -34,7 +35,7 @@ FORMATS = (".png", ".gif", ".html")
 SIZE, SMALL = (1600, 760), (800, 400)
 """Width and height of a picture and of an animation, pixels."""
 WORDS_ROOM = 8
-"""The words below the beam take this part of the height, one over."""
+"""The words below the beam take this part of the height, one over, and those above it half as much."""
 FRAMES = 36
 """Pictures of an animation, there and back."""
 HEAD, SHAFT, DOT = 0.13, 0.042, 0.07
@@ -90,6 +91,7 @@ def view(
     margin: float = 0.01,
     joint: str | None = None,
     ideal: bool | None = None,
+    name: str = "",
     dark: bool = False,
     forces: bool = True,
     frames: int = FRAMES,
@@ -109,8 +111,10 @@ def view(
         Curvature that is held while the beam is twisted, as ``to``, signed: towards the scaled face above 0. Forces are
         not drawn then.
     load, mu, law, sense, margin, joint, ideal
-        "twisting" or "bending", the rest as in :func:`squama.twist`. On the compliant joint scales are drawn flat, in
-        the pose of their six motions.
+        "twisting" or "bending", the rest as in :func:`squama.twist`. On the compliant joint each scale has the pose of
+        its six motions and is bent by its contacts, and the bar bows; with a held bend scales are drawn flat.
+    name
+        Of the beam, written above it.
     dark, forces, frames
         On a dark ground; with contact forces; number of pictures of an animation, 2 to 500.
 
@@ -148,53 +152,64 @@ def view(
         if Path(path).suffix.lower() == ".gif" and not asked:
             reason = "is an animation in which nothing moves: a bend is held and no twist is given"
             refuse(files.label(path), "", reason, "give a twist, or write a .png")
-    written = [save(motion, asked, path, dark=dark, forces=forces, frames=count) for path in paths]
+    written = [save(motion, asked, path, name=name, dark=dark, forces=forces, frames=count) for path in paths]
     state, notes = motion.state(asked), tuple(motion.notes)
     return View(tuple(written), state, asked, motion.last, motion.end, motion.model, notes, motion)
 
 
-def save(motion: Motion, load: float, path: str | os.PathLike[str], *, frames: int = FRAMES, **looks: bool) -> Path:
+def save(
+    motion: Motion, load: float, path: str | os.PathLike[str], *, name: str = "", frames: int = FRAMES, **looks: bool
+) -> Path:
     """Write a picture (.png), an animation there and back (.gif) or a page (.html) at a load angle per pitch (rad).
 
-    ``looks``: ``dark`` (False) and ``forces`` (True), as in :func:`view`.
+    ``name``: of the beam; ``looks``: ``dark`` (False) and ``forces`` (True), as in :func:`view`.
     """
     ending = Path(path).suffix.lower()
     if ending == ".html":
-        text = standalone.page(motion, load)
+        text = standalone.page(motion, load, name)
         return files.atomic_write(path, lambda place: place.write_text(text, encoding="utf-8"))
     if ending == ".gif":
         # loaded and let back, evenly in load, seen from one place
         last, there = motion.state(load), max(1, frames // 2)
-        pictures = _drawn(motion, [*(motion.state(last.load * i / there) for i in range(there)), last], SMALL, **looks)
+        states = [*(motion.state(last.load * i / there) for i in range(there)), last]
+        pictures = _drawn(motion, states, SMALL, name, **looks)
         pictures += pictures[-2:0:-1]
         more: dict[str, Any] = {"save_all": True, "append_images": pictures[1:], "duration": 60, "loop": 0}
     else:
-        pictures, more = [draw(motion, load, **looks)], {"optimize": True}
+        pictures, more = [draw(motion, load, name, **looks)], {"optimize": True}
     return files.atomic_write(path, lambda place: pictures[0].save(place, format=ending[1:].upper(), **more))
 
 
-def draw(motion: Motion, load: float, **looks: bool) -> Image.Image:
-    """Return the picture of a beam under load."""
-    return _drawn(motion, [motion.state(load)], SIZE, **looks)[0]
+def draw(motion: Motion, load: float, name: str = "", **looks: bool) -> Image.Image:
+    """Return the picture of a beam under load, with its name."""
+    return _drawn(motion, [motion.state(load)], SIZE, name, **looks)[0]
 
 
-def _drawn(motion: Motion, states: list[State], size: tuple[int, int], **looks: bool) -> list[Image.Image]:
+def _drawn(
+    motion: Motion, states: list[State], size: tuple[int, int], name: str = "", **looks: bool
+) -> list[Image.Image]:
     """Return the pictures of states, from where every beam and every arrow is seen whole."""
     around = []
     for state, (design, of) in itertools.product(states, shapes(motion)):
         one = of(state)
-        around.append(outline(design, one.load, one.attitude))
+        around.append(outline(design, one.at, one.attitude))
         if looks.get("forces", True):
             around += [tips for _, tips in _arrows(design, one, motion.setting.mu)[1]]
-    camera = fitted(np.concatenate(around), size[0] / (size[1] - size[1] // WORDS_ROOM))
-    return [_framed(motion, state, camera, size, **looks) for state in steps(states, len(states), "pictures")]
+    wide, high = _stage(size)
+    camera = fitted(np.concatenate(around), wide / high)
+    return [_framed(motion, state, camera, size, name, **looks) for state in steps(states, len(states), "pictures")]
+
+
+def _stage(size: tuple[int, int]) -> tuple[int, int]:
+    """Return width and height of the beam in a picture, without the words, pixels."""
+    return size[0], size[1] - size[1] // WORDS_ROOM - size[1] // WORDS_ROOM // 2
 
 
 def render(faces: Faces, mu: float, camera: Camera, size: tuple[int, int], **looks: bool) -> Array:
     """Return the pixels (height, width, 3) of a beam by the design and the state of each face with scales."""
     theme = {name: _rgb(value) for name, value in THEMES["dark" if looks.get("dark") else "light"].items()}
     canvas = Canvas(*size, camera, theme["background"])
-    sections, _ = geometry.bar(faces[0][0], faces[0][1].load)
+    sections, _ = geometry.bar(faces[0][0], faces[0][1].at)
     a, b, ends = sections[:-1], sections[1:], sections[[0, -1]]
     quads = np.stack([a, b, np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)], axis=2).reshape(-1, 4, 3)
     quads = np.concatenate([quads, ends])
@@ -204,26 +219,31 @@ def render(faces: Faces, mu: float, camera: Camera, size: tuple[int, int], **loo
     for start, stop in ((a, b), (ends, np.roll(ends, -1, axis=1))):
         canvas.lines(start.reshape(-1, 3), stop.reshape(-1, 3), theme["edge"], canvas.size[1] / 1200)
     for design, state in faces:
-        places = [geometry.first(design) + i for i in range(design["scales"])]
-        plates = np.array([geometry.scale(design, state.load, state.attitude, k).corners for k in places])
-        parts = halves(plates)
-        normals = np.cross(parts[:, 1] - parts[:, 0], parts[:, 2] - parts[:, 0])
-        canvas.triangles(parts, _lit(normals, _rgb(STATES[state.name]), camera))
-        canvas.lines(plates.reshape(-1, 3), np.roll(plates, -1, axis=1).reshape(-1, 3), theme["edge"], size[1] / 600)
-    for design, state in faces:
+        plate = geometry.plate(design, state.bent)
+        for k in geometry.first(design) + np.arange(design["scales"]):
+            points = plate.at(geometry.scale(design, state.at, state.attitude, k))
+            parts = halves(points[plate.faces])
+            normals = np.cross(parts[:, 1] - parts[:, 0], parts[:, 2] - parts[:, 0])
+            canvas.triangles(parts, _lit(normals, _rgb(STATES[state.name]), camera))
+            start, stop = np.moveaxis(points[plate.edges], 1, 0)
+            canvas.lines(start, stop, theme["edge"], size[1] / 600)
+    for (design, state), name in itertools.product(faces, ("normal", "friction")):
         points, arrows = _arrows(design, state, mu)
         canvas.discs(points, DOT, theme["point"], through=True)
-        for name, tips in arrows if looks.get("forces", True) else ():
+        if name == "friction":
+            # within the plates that rub: it is drawn over them
+            canvas.near[:] = 0.0
+        for tips in [tips for one, tips in arrows if one == name and looks.get("forces", True)]:
             long = float(np.linalg.norm(tips[0] - points[0]))
             way = (tips - points) / long
-            tip = min(2.6 * HEAD, long)
+            tip = min(2.6 * HEAD, long / 2)
             neck = points + (long - tip) * way
             # as thick as in the middle of the beam
             thick = canvas.size[1] / 2 * SHAFT / (camera.slope * float(np.median(canvas.place(points)[:, 2])))
             canvas.lines(points, neck, theme[name], max(1.5, thick), through=True)
             aside = np.cross(way, camera.back)
             aside /= np.maximum(np.linalg.norm(aside, axis=1, keepdims=True), 1e-9)
-            wide = HEAD * min(1.0, tip / HEAD) * aside
+            wide = max(tip / 2.6, SHAFT * 1.6) * aside
             canvas.triangles(np.stack([neck - wide, neck + wide, tips], axis=1), theme[name], through=True)
     return canvas.pixels()
 
@@ -231,8 +251,9 @@ def render(faces: Faces, mu: float, camera: Camera, size: tuple[int, int], **loo
 def _arrows(design: geometry.Design, state: State, mu: float) -> tuple[Array, list[tuple[str, Array]]]:
     """Return the contact points (n, 3), and the tips of the arrows of each force that there is."""
     places = [geometry.first(design) + i for i in range(design["scales"] - design["neighbour"])] if state.x > 0 else []
-    points = np.array([geometry.contact(design, state.load, state.attitude, k).point for k in places]).reshape(-1, 3)
-    ways = [geometry.directions(design, state.load, state.attitude, state.slip, k) for k in places]
+    at = state.at, state.attitude
+    points = np.array([geometry.contact(design, *at, k, state.bent).point for k in places]).reshape(-1, 3)
+    ways = [geometry.directions(design, *at, state.slip, k) for k in places]
     arrows = []
     for i, (name, share) in enumerate((("normal", 1.0), ("friction", mu))):
         tips = points + geometry.arrow(state.x) * share * np.array([pair[i] for pair in ways]).reshape(-1, 3)
@@ -257,38 +278,64 @@ def _rgb(text: str) -> Array:
     return np.array([int(text[i : i + 2], 16) for i in (1, 3, 5)]) / 255
 
 
-def _framed(motion: Motion, state: State, camera: Camera, size: tuple[int, int], **looks: bool) -> Image.Image:
-    """Return the picture with its words below."""
+def _framed(
+    motion: Motion, state: State, camera: Camera, size: tuple[int, int], name: str, **looks: bool
+) -> Image.Image:
+    """Return the picture, with the name of the beam and its model above, what is shown and a scale bar below."""
     import matplotlib as mpl
     from PIL import Image, ImageDraw, ImageFont
 
     width, height = size
-    room = height // WORDS_ROOM
+    room, stage = height // WORDS_ROOM, _stage(size)
     faces = [(design, of(state)) for design, of in shapes(motion)]
-    beam = render(faces, motion.setting.mu, camera, (width, height - room), **looks)
+    beam = render(faces, motion.setting.mu, camera, stage, **looks)
     theme = THEMES["dark" if looks.get("dark") else "light"]
     whole = Image.new("RGB", size, theme["background"])
-    whole.paste(Image.fromarray(beam), (0, 0))
+    whole.paste(Image.fromarray(beam), (0, room // 2))
     pen = ImageDraw.Draw(whole)
     said = motion.words(state)
-    model = motion.model + ", drawn flat" * (state.pose is not None)
+    title = ": ".join(filter(None, (name, motion.model))) + ", drawn flat" * motion.flat
+    keys = _keys(motion, faces, theme, **looks)
+    box, font = room // 5, Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")
+    letters = ImageFont.truetype(font, room // 3.2)
+    legend = sum(3.5 * box + letters.getlength(words) for _, words in keys) - 2 * box
+    mark, long = _scale_bar(motion.setting.beam.pitch, camera, stage)
+    bar = max(long, letters.getlength(mark)) + 2 * box
+    wide = max(letters.getlength(said), letters.getlength(title), legend + bar)
+    # as large as the longest line allows
+    letters = ImageFont.truetype(font, room // 3.2 * min(1.0, 0.96 * width / wide))
+    left, right, x, y = width * 0.02, width * 0.98, width * 0.02, height - room * 0.48
+    pen.text((left, height - room * 0.95), said, font=letters, fill=theme["edge"])
+    pen.text((left, room * 0.08), title, font=letters, fill=theme["edge"])
+    for colour, words in keys:
+        pen.rectangle((x, y + box * 0.5, x + box, y + box * 1.5), fill=colour)
+        pen.text((x + 1.5 * box, y), words, font=letters, fill=theme["edge"])
+        x += 3.5 * box + pen.textlength(words, font=letters)
+    thick = max(1, room // 40)
+    pen.line((right - long, y, right, y), fill=theme["edge"], width=thick)
+    for end in (right - long, right):
+        pen.line((end, y - box / 2, end, y + box / 2), fill=theme["edge"], width=thick)
+    pen.text((right - long / 2, y + box / 2), mark, font=letters, fill=theme["edge"], anchor="ma")
+    return whole
+
+
+def _keys(motion: Motion, faces: Faces, theme: Mapping[str, str], **looks: bool) -> list[tuple[str, str]]:
+    """Return the colours of a picture and what they mean."""
     names = dict.fromkeys(one.name for _, one in faces)
     ends = {name: f" ({motion.end})" if name in (LOCKED, ENDED) else "" for name in names}
     keys = [(STATES[name], f"scales: {WORDS[name]}{ends[name]}") for name in names]
     if looks.get("forces", True) and max(one.x for _, one in faces) > 0:
         keys += [(theme["normal"], "normal force on the tip")]
         keys += [(theme["friction"], "friction on the tip")] if motion.setting.mu else []
-    box, font = room // 5, Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")
-    letters = ImageFont.truetype(font, room // 3.2)
-    legend = sum(3.5 * box + letters.getlength(words) for _, words in keys) - 2 * box
-    wide = max(letters.getlength(said), letters.getlength(model), legend)
-    # as large as the longest line allows
-    letters = ImageFont.truetype(font, room // 3.2 * min(1.0, 0.96 * width / wide))
-    pen.text((width * 0.02, height - room * 0.95), said, font=letters, fill=theme["edge"])
-    pen.text((width * 0.02, room * 0.2), model, font=letters, fill=theme["edge"])
-    x, y = width * 0.02, height - room * 0.48
-    for colour, words in keys:
-        pen.rectangle((x, y + box * 0.5, x + box, y + box * 1.5), fill=colour)
-        pen.text((x + 1.5 * box, y), words, font=letters, fill=theme["edge"])
-        x += 3.5 * box + pen.textlength(words, font=letters)
-    return whole
+    return keys
+
+
+def _scale_bar(pitch: float, camera: Camera, size: tuple[int, int]) -> tuple[str, float]:
+    """Return the words of a scale bar and its length in pixels, which holds in the middle of the beam."""
+    away = float(camera.eye @ camera.back - camera.middle @ camera.back)
+    pixels = size[1] / (2 * camera.slope * away) / pitch
+    most = size[0] / 7 / pixels
+    step = 10 ** math.floor(math.log10(most))
+    long = step * next(n for n in (5, 2, 1) if n * step <= most)
+    factor, unit = (1, "m") if long >= 1 else (1e3, "mm")
+    return f"{factor * long:g} {unit}", long * pixels

@@ -36,15 +36,17 @@ def find() -> Path:
     return path
 
 
-def page(motion: Motion, load: float) -> str:
+def page(motion: Motion, load: float, name: str = "") -> str:
     """Return the HTML of a motion, which first shows a load angle per pitch (rad); nothing in it is fetched.
+
+    ``name``: of the beam.
 
     Raises InputError: three.js is not installed.
     """
     # inside a data address a module has no folder: its neighbours are named in the import map
     imports = {"nicegui-scene": _data(find().read_bytes())}
-    for name in ("geometry.js", "scene.js", "standalone.js"):
-        imports[f"squama/{name}"] = _data(_own(name).replace('from "./', 'from "squama/').encode())
+    for script in ("geometry.js", "scene.js", "standalone.js"):
+        imports[f"squama/{script}"] = _data(_own(script).replace('from "./', 'from "squama/').encode())
     setting = motion.setting
     states = [{**_told(s, setting.mu), "words": motion.words(s)} for s in motion.samples(SAMPLES)]
     design, *others = (design for design, _ in shapes(motion))
@@ -55,7 +57,7 @@ def page(motion: Motion, load: float) -> str:
         "end": str(motion.end),
         "sentence": SENTENCES[motion.end],
         "palette": SCENE,
-        "model": motion.model,
+        "model": ": ".join(filter(None, (name, motion.model))) + ", drawn flat" * motion.flat,
         "angle": LOADS[setting.load].verb,
     }
     # "<" inside a script would end it early
@@ -64,7 +66,7 @@ def page(motion: Motion, load: float) -> str:
         data=json.dumps(data).replace("<", "\\u003c"),
         light=variables("light"),
         dark=variables("dark"),
-        title=escape(f"{setting.beam.extent}, mu = {setting.mu:g}, {motion.model}: {motion.end}"),
+        title=escape(f"{name or setting.beam.extent}, mu = {setting.mu:g}, {motion.model}: {motion.end}"),
     )
 
 

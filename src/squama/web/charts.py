@@ -13,7 +13,7 @@ from squama.types import Array
 from squama.units import prefix
 from squama.web import live, tables
 from squama.web.state import State
-from squama.web.tables import Table
+from squama.web.tables import Fitted, Table
 
 Options = dict[str, Any]
 """What a chart is drawn from, for the browser."""
@@ -71,15 +71,18 @@ def axis(name: str, look: Mapping[str, str], **more: Any) -> Options:
     }
 
 
-def lines(state: State, plot: str, *, dark: bool, table: Table | None = None) -> list[Line]:
-    """Return what a plot shows, the curve of the design that is shown last."""
+def lines(state: State, plot: str, *, dark: bool, table: Table | None = None, fit: Fitted | None = None) -> list[Line]:
+    """Return what a plot shows, the curve of the design that is shown last.
+
+    ``fit``: what was found from the table; its loop is drawn as long as its beam is shown.
+    """
     look, found = THEMES["dark" if dark else "light"], []
 
     def drawn(name: str, curve: live.Along, colour: str, width: float, dashes: Sequence[int] = ()) -> None:
         found.append(Line(name, curve.load, getattr(curve, plot), colour, width, dashes))
 
     if plot == RESIDUAL:
-        left = tables.residual(table, state) if table else None
+        left = tables.residual(table, state, fit) if table else None
         return [Line(table.name, left.load, left.torque, look["normal"], 0, points=True)] if table and left else []
     for i, one in enumerate(state.kept):
         if one.load == state.load:
@@ -95,24 +98,32 @@ def lines(state: State, plot: str, *, dark: bool, table: Table | None = None) ->
         drawn("unloading", back, look["accent"], 2)
     if plot == "torque" and table:
         found.append(Line(table.name, *tables.shown(table, state), look["normal"], 0, points=True))
+        if fit and fit.beam == state.beam and table.load == state.load:
+            load, torque, _ = tables.looped(fit, state)
+            found.append(Line("fitted loop", load, torque, look["mark"], 1.6))
     drawn("this design", own, look["curve"], 2.2)
     return found
 
 
-def frame(state: State, plot: str, table: Table | None = None) -> Frame:
+def frame(state: State, plot: str, table: Table | None = None, fit: Fitted | None = None) -> Frame:
     """Return the ends of the axes of a plot: what can be read of the design that is shown, and of what is beside it.
 
-    The other model has no say in it, nor has a kept design that locks where the one that is shown does not.
+    Beside a measured table they are those of its points. The other model has no say in it, nor has a kept design that
+    locks where the one that is shown does not.
     """
     own, back = live.along(state.setting), live.back(state)
     kept = [live.along(one.setting) for one in state.kept if one.load == state.load]
     load, value = tables.shown(table, state) if table else (np.empty(0), np.empty(0))
     farthest = max([float(own.load[-1]), *(float(c.load[-1]) for c in kept)])
-    right = 1.03 * max(farthest, min(float(load.max(initial=0.0)), FARTHEST * farthest)) or 1.0
+    right = 1.03 * (float(load.max(initial=0.0)) or farthest) or 1.0
     if plot == RESIDUAL:
-        left = tables.residual(table, state) if table else None
+        left = tables.residual(table, state, fit) if table else None
         most = float(np.abs(left.torque).max(initial=0.0)) if left else 0.0
         return Frame(right, -1.1 * most or -1.0, 1.1 * most or 1.0)
+    if plot == "torque" and value.size:
+        low, top = float(value.min()), float(value.max())
+        room = 0.04 * (top - min(low, 0.0)) or 1.0
+        return Frame(right, min(low, 0.0) - room * (low < 0), top + room)
     low, top = own.span(plot)
     if back:
         # below the way up; from near a lock as far as that can be read
@@ -126,9 +137,6 @@ def frame(state: State, plot: str, table: Table | None = None) -> Frame:
     if plot == "theta":
         more = max(0.05 * (top - low), (FLAT - (top - low)) / 2)
         return Frame(right, max(0.0, low - more), top + more)
-    if plot == "torque" and value.size:
-        most = float(value.max())
-        top = min(top, FARTHEST * most) if own.locks and most > 0 else max(top, min(most, far))
     return Frame(right, 1.04 * min(low, 0.0), 1.04 * top or 1.0)
 
 
@@ -145,9 +153,11 @@ def labels(state: State, plot: str, ends: Frame) -> tuple[str, str, float]:
     return f"{names.angle_words.capitalize()} {names.letter} (rad)", up, factor
 
 
-def line_options(state: State, plot: str, *, dark: bool, table: Table | None = None) -> Options:
+def line_options(
+    state: State, plot: str, *, dark: bool, table: Table | None = None, fit: Fitted | None = None
+) -> Options:
     """Return the options of one plot."""
-    look, ends = THEMES["dark" if dark else "light"], frame(state, plot, table)
+    look, ends = THEMES["dark" if dark else "light"], frame(state, plot, table, fit)
     across, up, factor = labels(state, plot, ends)
     up_axis = axis("", look, max=_short(ends.top * factor), min=_short(ends.low * factor))
     # an axis that begins at no round number
@@ -160,7 +170,7 @@ def line_options(state: State, plot: str, *, dark: bool, table: Table | None = N
         "tooltip": {"trigger": "axis", "confine": True, "axisPointer": {"type": "line"}},
         "xAxis": axis(across, look, nameGap=20, min=0, max=_short(ends.right), axisLine=below),
         "yAxis": up_axis,
-        "series": [_series(line, factor) for line in lines(state, plot, dark=dark, table=table)],
+        "series": [_series(line, factor) for line in lines(state, plot, dark=dark, table=table, fit=fit)],
     }
 
 
@@ -169,7 +179,7 @@ def point(state: State, plot: str, table: Table | None = None) -> tuple[float, f
     ends, now = frame(state, plot, table), live.motion(state.setting).state(state.twist)
     value = float(np.degrees(now.theta)) if plot == "theta" else getattr(now, plot)
     up = (value - ends.low) / (ends.top - ends.low)
-    return now.load / ends.right, 1 - min(max(up, 0.0), 1.0)
+    return min(now.load / ends.right, 1.0), 1 - min(max(up, 0.0), 1.0)
 
 
 def _series(line: Line, factor: float) -> Options:

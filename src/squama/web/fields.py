@@ -68,7 +68,7 @@ class Field(NamedTuple):
         return "" if value is None else f"{value / self.factor:.6g}"
 
 
-_RATIOS, _SIZES, _BAR, _LOAD = "Ratios and angles", "Dimensions", "Material and joint", "Loading"
+_RATIOS, _SIZES, _BAR, _LOAD = "Ratios", "Dimensions and angles", "Material and joint", "Loading"
 _T_S = "t\N{LATIN SUBSCRIPT SMALL LETTER S}"
 _NU, _SIGMA, _EPS = "\N{GREEK SMALL LETTER NU}", "\N{GREEK SMALL LETTER SIGMA}", "\N{GREEK SMALL LETTER EPSILON}"
 _given = partial(Field, group=_BAR, optional=True)
@@ -77,13 +77,6 @@ FIELDS: dict[str, Field] = {
     "bend": Field("Bend held per pitch", "ψ", "rad/pitch", -0.2, 0.2, "bend", _LOAD),
     "mu": Field("Friction coefficient", "μ", "", 0, 2, "friction.mu", _LOAD),
     "margin": Field("Cut-off margin before a lock", "m", "", 1e-4, 0.5, "margin", _LOAD, log=True),
-    "eta": Field("Overlap ratio l/d", "η", "", 0.5, 8, "eta", _RATIOS),
-    "beta": Field("Half width over pitch b/d", "β", "", 0.1, 3, "beta", _RATIOS),
-    "lam": Field("Half thickness over pitch t/d", "λ", "", 0.05, 2, "lam", _RATIOS),
-    "zeta": Field("Embedded over pitch L/d", "ζ", "", 0.02, 1.5, "zeta", _RATIOS),
-    "slenderness": Field("Slenderness of the tab", f"L/{_T_S}", "", 2, 80, "slenderness", _RATIOS),
-    "alpha": Field("Angle of the scale width", "α", "deg", 1, 85, "scale.alpha", _RATIOS),
-    "theta0": Field("Inclination at rest", "θ\N{SUBSCRIPT ZERO}", "deg", 1, 45, "scale.theta0", _RATIOS),
     "length": Field("Scale length, exposed", "l", "mm", 2, 200, "scale.length", _SIZES, log=True),
     "width": Field("Scale width", "2b", "mm", 2, 100, "scale.width", _SIZES, log=True),
     "embedded": Field("Embedded length", "L", "mm", 0, 30, "scale.embedded", _SIZES),
@@ -92,6 +85,13 @@ FIELDS: dict[str, Field] = {
     "bar_width": Field("Substrate width", "w", "mm", 5, 150, "substrate.width", _SIZES, log=True),
     "bar_thickness": Field("Substrate thickness", "2t", "mm", 1, 80, "substrate.thickness", _SIZES, log=True),
     "scales": Field("Number of scales", "N", "", 2, 60, "beam.scales", _SIZES, whole=True),
+    "alpha": Field("Angle of the scale width", "α", "deg", 1, 85, "scale.alpha", _SIZES),
+    "theta0": Field("Inclination at rest", "θ\N{SUBSCRIPT ZERO}", "deg", 1, 45, "scale.theta0", _SIZES),
+    "eta": Field("Overlap ratio l/d", "η", "", 0.5, 8, "eta", _RATIOS),
+    "beta": Field("Half width over pitch b/d", "β", "", 0.1, 3, "beta", _RATIOS),
+    "lam": Field("Half thickness over pitch t/d", "λ", "", 0.05, 2, "lam", _RATIOS),
+    "zeta": Field("Embedded over pitch L/d", "ζ", "", 0.02, 1.5, "zeta", _RATIOS),
+    "slenderness": Field("Slenderness of the tab", f"L/{_T_S}", "", 2, 80, "slenderness", _RATIOS),
     "modulus": Field("Young's modulus of the bar", "E_B", "MPa", 0.1, 3e4, "substrate.youngs_modulus", _BAR, log=True),
     "poisson": Field("Poisson's ratio of the bar", _NU, "", 0, 0.499, "substrate.poisson_ratio", _BAR),
     "scale_modulus": _given("Young's modulus of the scales", "E_s", "GPa", 0.01, 300, "scale.youngs_modulus", log=True),
@@ -111,7 +111,7 @@ CHOICES: dict[str, tuple[str, dict[str, str]]] = {
     "load": ("Loading", {"twisting": "twisting", "bending": "bending towards the scales"}),
     "path": ("Load path", {"loading": "loading", "cycle": "loading and unloading", "decay": "loading, then let go"}),
     "law": ("Force law", {"edge": "edge law", "plate": "plate law (the paper's)"}),
-    "sense": ("Sense of twist", {"+": "+", "-": "-"}),
+    "sense": ("Twist sense", {"+": "+", "-": "-"}),
     "joint": ("Joint", {"compliant": "compliant (six motions)", "hinge": "hinge (the paper's)"}),
     "ideal": ("Scales", {"no": "thick, as they are made", "yes": "thin, rigid (the paper's)"}),
 }
@@ -120,7 +120,7 @@ CHOICES: dict[str, tuple[str, dict[str, str]]] = {
 MATERIALS: dict[str, tuple[str, tuple[str, float, str] | None]] = {
     "pla": ("PLA, 3 GPa", ("3 GPa", 0.35, "50 MPa")),
     "petg": ("PETG, 2.1 GPa", ("2.1 GPa", 0.38, "45 MPa")),
-    "glass": ("glass fibre laminate, 20 GPa", ("20 GPa", 0.13, "300 MPa")),
+    "glass": ("glass laminate, 20 GPa", ("20 GPa", 0.13, "300 MPa")),
     "steel": ("spring steel, 200 GPa", ("200 GPa", 0.3, "1 GPa")),
     "rigid": ("rigid", None),
 }

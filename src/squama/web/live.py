@@ -22,7 +22,7 @@ from squama.loads import ENDLESS, LOADS
 from squama.model.outcome import SENTENCES, End
 from squama.plot.palette import WORDS
 from squama.scene import standalone
-from squama.scene.motion import FREE, SLIDING, Motion, Setting, shape
+from squama.scene.motion import FREE, SLIDING, Motion, Setting
 from squama.types import Array
 from squama.units import number, prefix
 from squama.web.fields import FIELDS
@@ -45,9 +45,9 @@ RATIOS, SIZES = ("eta", "beta", "lam", "zeta"), ("length", "width", "bar_thickne
 THRESHOLDS = {
     "load_twofold": "twice as stiff as the bar from",
     "load_fivefold": "five times from",
-    "load_peak": "peak of the torque at",
-    "load_strength": "stress comes to strength at",
-    "load_strain": "strain comes to its limit at",
+    "load_peak": "torque peaks at",
+    "load_strength": "stress reaches the strength at",
+    "load_strain": "strain reaches its limit at",
 }
 """What replaces a lock on a joint that gives, by its role."""
 KINDS = {"toml": "beam.toml", "csv": "curve.csv", "html": "beam.html"}
@@ -195,7 +195,9 @@ def swing(state: State) -> Swing:
         # scales stand as on the way up, coloured by contact alone; forces change with the way and are left out
         name = SLIDING if one.touches(load) else FREE
         now = one.state(max(load, 0.0))._replace(load=load, x=0.0, name=name)
-        frames.append({"design": shape(one.setting, one.neighbour), "state": {**now._asdict(), "mu": s.mu}})
+        if load < 0:
+            now = now._replace(strains=None, bent=None)
+        frames.append({"design": one.shape(), "state": {**now._asdict(), "mu": s.mu}})
     zeta = found["zeta_cycle"].values.tolist()
     words = "friction holds it on the way back"
     if zeta:
@@ -224,7 +226,7 @@ def linked(link: str) -> State:
 def scene(state: State) -> dict[str, object]:
     """Return what the three-dimensional view needs: design and state, no vertices."""
     m = motion(state.setting)
-    now, design, many = m.state(state.twist), shape(state.setting, m.neighbour), state.beam.pitches
+    now, design, many = m.state(state.twist), m.shape(), state.beam.pitches
     count = f"{many} scales" if design["scales"] == many else f"{design['scales']} of {many} scales"
     # what the view shows, for those who do not see it
     bent = f"bent by {number(state.bend)} and " if state.bent else ""
@@ -239,42 +241,59 @@ def readings(state: State) -> list[tuple[str, str]]:
     """Return the figures of the current point and of the loop to it and back, as label and value."""
     m = motion(state.setting)
     now, names = m.state(state.twist), LOADS[state.load]
-    ratio, stress = (m.value(role, state.twist) for role in ("stiffness_ratio", "stress"))
-    more = [("stiffness over bar's", f"{ratio:.3g}")] if math.isfinite(ratio) else []
-    more += [("stress", quantity(stress, "Pa"))] if math.isfinite(stress) else []
+    stress = m.value("stress", state.twist)
+    more = [("stress", quantity(stress, "Pa"))] if math.isfinite(stress) else []
     found = loop(state) if state.path == "cycle" else ""
     if not isinstance(found, str) and found["W_d"].size:
         more += [("dissipated", quantity(float(found["W_d"][0]), "J/m")), ("ζ_eq", f"{found['zeta_eq'][0]:.3g}")]
-    total = math.degrees(now.load) * state.beam.pitches
     return [
-        (names.letter, f"{number(now.load)} rad/pitch = {number(now.load / state.beam.pitch)} rad/m"),
-        ("in all", f"{number(total)}°"),
+        (names.verb.capitalize(), f"{turned(now.load, state)} over {state.beam.extent}"),
         (torque_label(state.load), quantity(now.torque, "N m")),
-        ("θ", f"{number(math.degrees(now.theta))}°"),
+        ("θ", f"{number(math.degrees(now.theta), digits=3)}°"),
         ("normal force", quantity(now.N, "N")),
         ("friction force", quantity(now.f, "N")),
         *more,
     ]
 
 
+def turned(angle: float, state: State) -> str:
+    """Return a twist or bend (rad per pitch) in degrees: over the whole beam and per pitch."""
+    each = math.degrees(angle)
+    return f"{number(each * state.beam.pitches, digits=3)}° ({number(each, digits=3)}° per pitch)"
+
+
+def verdict(state: State) -> str:
+    """Say until where the beam is free, and how stiff it is at what is shown, or where it locks."""
+    m, done = motion(state.setting), LOADS[state.load].done
+    if not math.isfinite(engaged := float(m.figures["load_e"])):
+        return f"The scales never touch: {done}, the beam is as soft as its bar"
+    free = f"Free until {turned(engaged, state)}" if engaged else f"The scales touch before the beam is {done}"
+    if m.end.locks:
+        return f"{free}, locks at {turned(float(m.figures['load_end']), state)}"
+    now = min(state.twist, m.last)
+    ratio = m.value("stiffness_ratio", now) if now > engaged else math.nan
+    if not math.isfinite(ratio):
+        return f"{free}{'' if now > engaged else '; the scales do not touch yet'}"
+    return f"{free}, {ratio:.3g} times as stiff as the bar at {turned(now, state)}"
+
+
 def outcome(state: State) -> tuple[str, str, str]:
-    """Return the name of the end, where it is, and its sentence."""
+    """Return the name of the end, where it and what comes before it is, and its sentence."""
     m = motion(state.setting)
-    p, angle = m.figures, LOADS[state.load].letter
-    where = []
-    if math.isfinite(p["load_e"]):
-        where.append(f"engagement at {angle} = {number(p['load_e'])}")
+    p, where = m.figures, []
+    if m.end is not End.NONE:
+        where.append(f"at {turned(float(p['load_end']), state)}")
     for role, words in THRESHOLDS.items():
         if math.isfinite(p.get(role, math.nan)):
-            where.append(f"{words} {angle} = {number(p[role])}")
-    if m.end is not End.NONE:
-        where.append(f"end at {angle} = {number(p['load_end'])} rad/pitch")
-    if p["other_contact"]:
-        where.append(f"other contact: {p['other_contact']}")
+            where.append(f"{words} {turned(float(p[role]), state)}")
+    if other := str(p["other_contact"]):
+        second = float(p.get("load_second", math.nan))
+        at = f" at {turned(second, state)}" if math.isfinite(second) else ""
+        where.append(f"other contact: {other.split(' at ', maxsplit=1)[0] if at else other}{at}")
     words = SENTENCES[m.end]
     sentence = f"{words[0].upper()}{words[1:]}."
     if state.twist > m.last:
-        sentence += f" Shown at its last state, {angle} = {number(m.last)}."
+        sentence += f" Shown at its last state, {turned(m.last, state)}."
     return str(m.end), "; ".join(where), sentence
 
 
@@ -317,13 +336,14 @@ def compared(state: State) -> list[dict[str, str]]:
             "what": _described(one, fields, every),
             "model": m.model if alike else f"{one.load}, {m.model}",
             "end": str(m.end),
-            "engagement": number(figures["load_e"]),
+            "engagement": number(math.degrees(figures["load_e"]), digits=3),
         }
         if m.end is End.NONE:
             rows.append(row | {"at": "-", "torque": "-", "RED": "-"})
         else:
             torque = quantity(figures["torque_c"], "N m")
-            rows.append(row | {"at": number(figures["load_end"]), "torque": torque, "RED": number(figures["RED_c"])})
+            at = number(math.degrees(figures["load_end"]), digits=3)
+            rows.append(row | {"at": at, "torque": torque, "RED": number(figures["RED_c"])})
     return rows
 
 
@@ -331,7 +351,7 @@ def warnings(state: State) -> list[str]:
     """Return where the beam leaves the range of the model."""
     m = motion(state.setting)
     found = [*dict.fromkeys([*m.notes, *state.beam.warnings(state.load, state.sense, m.joint)])]
-    most = shape(state.setting)["scales"]
+    most = m.shape()["scales"]
     if state.beam.pitches > most:
         found.append(f"the view shows {most} of the {state.beam.pitches} scales")
     if state.bent:
@@ -344,7 +364,7 @@ def warnings(state: State) -> list[str]:
 def quantity(value: float, unit: str) -> str:
     """Return a number with the prefix of its unit."""
     factor, sign = prefix(value)
-    return f"{value * factor:.4g} {sign}{unit}"
+    return f"{value * factor:.3g} {sign}{unit}"
 
 
 def make_file(state: State, kind: str) -> tuple[str, bytes]:

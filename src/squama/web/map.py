@@ -1,8 +1,9 @@
-"""The regime map: how designs end over two of their parameters, with the design that is shown."""
+"""The map over two parameters: how stiff beams are at the twist that is shown or, on hinges, how their curves end."""
 
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 import threading
 from dataclasses import dataclass, field
@@ -15,9 +16,9 @@ from squama.beam.design import Beam
 from squama.curves.chosen import idealisation, thin
 from squama.errors import refuse
 from squama.loads import LOADS
-from squama.model.outcome import CODES, End
-from squama.plot.palette import ENDS, KEPT, THEMES
-from squama.study import columns, hinge_columns
+from squama.model.outcome import CODES
+from squama.plot.palette import DARK_ENDS, ENDS, KEPT, STEPS, THEMES
+from squama.study import columns, hinge_columns, real_columns
 from squama.types import Array
 from squama.web import charts, live
 from squama.web.fields import FIELDS, placed
@@ -31,8 +32,21 @@ RANGES = {"eta": (1.0, 8.0), "theta0": (2.0, 40.0), "alpha": (2.0, 80.0), "mu": 
 """Ranges of axes that differ from those of the sliders, in shown units."""
 ROOM = {"left": 58, "right": 16, "top": 8, "bottom": 36}
 """Pixels around the cells; the marks lie over the cells."""
-SHIFTS = (0, 20, -20, 40)
+SHIFTS = (0, *(sign * 20 * i for i in range(1, 7) for sign in (1, -1)))
 """Pixels by which marks stand apart that would hide each other."""
+WIDTH = 300
+"""Of a small map, pixels."""
+LEVELS = (1.25, 1.6, 2.5, 4.0, 8.0)
+"""Tangent stiffness over that of the bar: ends of the classes of a map."""
+CLASSES = [
+    "not in contact",
+    *(f"{low:g} to {high:g} times the bar's" for low, high in itertools.pairwise((1, *LEVELS))),
+    f"more than {LEVELS[-1]:g} times",
+    "not computed",
+]
+_FIGURES = {True: "ends at {4}° per pitch, RED = {5}", False: "{5} times as stiff as the bar"}
+"""What is said of a cell: on hinges, and of compliant joints."""
+_ELASTIC = ("scale_modulus", "scale_poisson")
 _STIFF = ("embedded", "thickness", "pitch", "bar_width", "modulus", "poisson", "stiffness", "inclusion")
 """Fields on which only the share of the bar in the energy depends."""
 
@@ -78,7 +92,8 @@ def drawn(x: str, y: str) -> tuple[Axis, Axis]:
 class Key:
     """What a map depends on: its axes, what else is fixed of the ``beam``, loading, law, sense, margin.
 
-    ``ideal``: the scales on the map's hinges are thin, as those of the outcome beside it are.
+    ``at``: twist or bend (rad per pitch) at which beams on compliant joints are shown, None of hinges. ``ideal``: the
+    scales are thin, as those of the outcome beside the map are.
     """
 
     x: str
@@ -89,30 +104,43 @@ class Key:
     sense: str
     margin: float
     ideal: bool
+    at: float | None
     beam: Beam = field(compare=False)
 
     @property
     def scales(self) -> str:
         """How the scales of the map are taken, in words."""
-        return idealisation(self.beam, "hinge", ideal=self.ideal)
+        return idealisation(self.beam, "hinge" if self.at is None else "compliant", ideal=self.ideal)
+
+    @property
+    def title(self) -> str:
+        """What the map shows."""
+        return "Ends on hinges" if self.at is None else f"Stiffness at {math.degrees(self.at):.3g}°/pitch"
 
 
 class Grid(NamedTuple):
-    """Values along the axes (shown units), and by y and x: codes of the ends, load angles, RED."""
+    """Values along the axes (shown units), and by y and x: numbers of the classes, load angles, and a ``figure``.
+
+    On hinges classes are ends and the figure is RED, else it is the tangent stiffness over the bar's.
+    """
 
     x: Array
     y: Array
     code: Array
     load_e: Array
     load_end: Array
-    RED: Array
+    figure: Array
 
 
 def key(state: State, x: str, y: str) -> Key:
     """Return what the map of a state depends on; values of its own axes are left out."""
-    fixed = [state.value(name) for name in (*AXES, *_STIFF) if name not in (x, y)]
-    ideal = thin(LOADS[state.load], state.law, "hinge", ideal=live.motion(state.setting).ideal)
-    return Key(x, y, (*fixed, state.beam.joint.matrix, state.beam.neutral), *state[2:6], ideal, state.beam)
+    m = live.motion(state.setting)
+    names = (*AXES, *_STIFF) if m.joint == "hinge" else (*AXES, *_STIFF, *_ELASTIC)
+    fixed = [state.value(name) for name in names if name not in (x, y)]
+    ideal = thin(LOADS[state.load], state.law, m.joint, ideal=m.ideal)
+    at = None if m.joint == "hinge" else min(state.twist, m.last)
+    beam = state.beam
+    return Key(x, y, (*fixed, beam.joint.matrix, beam.neutral, beam.held), *state[2:6], ideal, at, beam)
 
 
 @functools.lru_cache(maxsize=8)
@@ -121,9 +149,18 @@ def grid(wanted: Key) -> Grid:
     w, (x, y) = wanted, (axis.values for axis in drawn(wanted.x, wanted.y))
     over = {w.x: x[None, :], w.y: y[:, None]}
     values = dict(placed(w.beam, name, FIELDS[name].factor * v) for name, v in over.items())
+    if w.at is not None:
+        cells = columns.columns(w.beam, values)
+        f = real_columns.solved(cells, w.at, load=w.load, sense=w.sense, ideal=w.ideal, along=False)
+        ratio = np.where(f.load_e <= w.at, f.stiffness_ratio, 1.0)
+        code = np.searchsorted(LEVELS, ratio, side="right") + 1
+        code[f.load_e > w.at] = 0
+        code[~np.isfinite(f.stiffness_ratio)] = len(CLASSES) - 1
+        return Grid(x, y, *(v.reshape(SIZE[::-1]) for v in (code, f.load_e, f.load_end, f.stiffness_ratio)))
     cells = columns.columns(w.beam, values, load=w.load)
     done = hinge_columns.solved(cells, law=w.law, sense=w.sense, margin=w.margin, load=w.load, ideal=w.ideal)
-    return Grid(x, y, *(np.broadcast_to(done[name], SIZE[::-1]) for name in Grid._fields[2:]))
+    names = ("code", "load_e", "load_end", "RED")
+    return Grid(x, y, *(np.broadcast_to(done[name], SIZE[::-1]) for name in names))
 
 
 def warm_up() -> threading.Thread:
@@ -152,31 +189,33 @@ def take(state: State, x: str, y: str, cell: tuple[int, int]) -> State:
 
 def options(wanted: Key, found: Grid, *, dark: bool) -> charts.Options:
     """Return the options of the map."""
-    look, sides, angle = THEMES["dark" if dark else "light"], drawn(wanted.x, wanted.y), LOADS[wanted.load].letter
+    look, sides = THEMES["dark" if dark else "light"], drawn(wanted.x, wanted.y)
     values = []
     for axis, gap, place in zip(sides, (20, 30), ("bottom", "left"), strict=True):
         borders = {"min": axis.low - axis.step / 2, "max": axis.high + axis.step / 2, "splitLine": {"show": False}}
         values.append({**charts.axis(axis.label, look, nameGap=gap, **borders), "position": place})
         values[-1]["axisLabel"] |= {"showMinLabel": False, "showMaxLabel": False}
     names = [{"type": "category", "show": False, "data": list(range(n))} for n in SIZE]
-    pieces = [{"value": CODES.index(end), "color": ENDS[end]} for end in ends(found)]
-    # column, row, code, engagement, end, RED; what is not finite is left out
+    every, colours = _words(wanted), classes(wanted, found, dark=dark)
+    pieces = [{"value": every.index(name), "color": colour} for name, colour in colours.items()]
+    # column, row, class, engagement and end (deg per pitch), figure; what is not finite is left out
     cells = []
     for (j, i), code in np.ndenumerate(found.code):
-        figures = [float(f"{v[j, i]:.4g}") for v in (found.load_e, found.load_end, found.RED)]
+        loads = (math.degrees(v[j, i]) for v in (found.load_e, found.load_end))
+        figures = [float(f"{v:.3g}") for v in (*loads, found.figure[j, i])]
         cells.append([i, j, int(code), *(v if math.isfinite(v) else None for v in figures)])
     # what the browser says of a cell under the pointer (chart.js): symbol, unit, first value and step of the axes; a
     # number in braces is a place in the cell, and a line whose number is missing is left out
     words = {
         "axes": [[FIELDS[a.name].symbol, FIELDS[a.name].unit, a.low, a.step] for a in sides],
-        "ends": [str(end) for end in CODES],
-        "lines": [f"engagement at {angle} = {{3}}", f"end at {angle} = {{4}}, RED = {{5}}"],
+        "ends": every,
+        "lines": ["engages at {3}° per pitch", _FIGURES[wanted.at is None]],
     }
     tip = {"trigger": "item", "confine": True, "padding": [4, 8], "textStyle": {"fontSize": 12, "lineHeight": 15}}
     heat = {"type": "heatmap", "name": "end", "id": "cells", "xAxisIndex": 0, "yAxisIndex": 0, "data": cells}
     heat |= {"progressive": 0, "emphasis": {"itemStyle": {"borderColor": look["ink"]}}}
     return {
-        **charts.ground(f"Map of ends, {wanted.scales} on hinges, over {sides[0].label} and {sides[1].label}", ROOM),
+        **charts.ground(f"{wanted.title}, {wanted.scales}, over {sides[0].label} and {sides[1].label}", ROOM),
         "tooltip": tip,
         "words": words,
         "xAxis": [names[0], values[0]],
@@ -186,9 +225,18 @@ def options(wanted: Key, found: Grid, *, dark: bool) -> charts.Options:
     }
 
 
-def ends(found: Grid) -> list[End]:
-    """Return the ends that a map shows."""
-    return [CODES[int(c)] for c in np.unique(found.code)]
+def _words(wanted: Key) -> list[str]:
+    return [str(end) for end in CODES] if wanted.at is None else CLASSES
+
+
+def classes(wanted: Key, found: Grid, *, dark: bool) -> dict[str, str]:
+    """Return the classes that a map shows, in words, and their colours."""
+    of_ends = DARK_ENDS if dark else ENDS
+    if wanted.at is None:
+        colours = [of_ends[end] for end in CODES]
+    else:
+        colours = [THEMES["dark" if dark else "light"]["faint"], *STEPS, of_ends["not computed"]]
+    return {_words(wanted)[int(c)]: colours[int(c)] for c in np.unique(found.code)}
 
 
 class Mark(NamedTuple):
@@ -207,15 +255,20 @@ class Mark(NamedTuple):
 def marks(state: State, wanted: Key) -> list[Mark]:
     """Return the marks of the kept designs and, last, of the one that is shown; those off the map are left out."""
     every = [(live.NAMES[i], KEPT[i], one) for i, one in enumerate(state.kept) if one.load == state.load]
-    found: list[Mark] = []
-    # none hides another: the one of the design that is shown stays where it is
+    found: dict[str, Mark] = {}
     for letter, colour, one in (("", THEMES["light"]["point"], state), *reversed(every)):
         left, bottom = (axis.place(one) for axis in drawn(wanted.x, wanted.y))
         if 0 <= left <= 1 and 0 <= bottom <= 1:
-            # nearer than this, in widths and heights of a small map, they would stand over each other
-            near = [o.shift for o in found if abs(o.left - left) < 0.06 and abs(o.top - 1 + bottom) < 0.12]
-            found.insert(0, Mark(letter, colour, left, 1 - bottom, next(s for s in SHIFTS if s not in near)))
-    return found
+            found[letter] = Mark(letter, colour, left, 1 - bottom)
+    # none hides another: those that stand apart stay where they are, and first that of the design that is shown
+    placed: list[Mark] = []
+    for shifts in (SHIFTS[:1], SHIFTS):
+        for mark in found.values():
+            if mark.letter not in {one.letter for one in placed}:
+                taken = [WIDTH * (o.left - mark.left) + o.shift for o in placed if abs(o.top - mark.top) < 0.12]
+                free = (s for s in shifts if all(abs(s - place) >= SHIFTS[1] - 1 for place in taken))
+                placed += [mark._replace(shift=s) for s in itertools.islice(free, 1)]
+    return sorted(placed, key=lambda mark: mark.letter or "~")
 
 
 def check_axes(x: str, y: str) -> None:

@@ -14,22 +14,21 @@ from typing import Any, TypeVar, cast
 from nicegui import Client, ui
 
 from squama.beam.beamfile import beside_the_beam
-from squama.beam.design import Beam
 from squama.errors import InputError
 from squama.plot.palette import THEMES, variables
 from squama.scene.picture import SIZE
 from squama.web import charts, live, map, panels, tables  # noqa: A004 - the module is named after what it draws
 from squama.web.aside import Aside
 from squama.web.state import State, query
-from squama.web.tables import Table
+from squama.web.tables import GUESSED, Fitted, How, Table
 from squama.web.widgets import BeamView, Chart, FileButton, button, put, received, text, write
 
 
-def _printed(state: State, table: Table | None, kind: str) -> tuple[str, bytes]:
+def _printed(state: State, table: Table | None, kind: str, fit: Fitted | None) -> tuple[str, bytes]:
     """Draw the plots for print; matplotlib is loaded for it."""
     from squama.web import prints
 
-    return prints.made(state, table, kind)
+    return prints.made(state, table, kind, fit)
 
 
 WAIT = 0.3
@@ -41,6 +40,26 @@ FITTING = Aside(tables.fitted, most=1, limit=tables.SECONDS + 5)
 PRINTING = Aside(_printed, most=1, limit=30)
 MAPPING = Aside(map.grid, most=1)
 SWINGING = Aside(live.swing, most=1, limit=30)
+LINKING = Aside(live.linked, most=2, limit=5)
+"""Reads links; seconds that it may take."""
+SCRIPT = """
+for (const name of ["keydown", "pointerdown"])
+  addEventListener(name, ({ key, target }) => {
+    for (const menu of document.querySelectorAll(".menu[open]")) {
+      if (key ? key !== "Escape" : menu.contains(target)) continue;
+      menu.open = false;
+      if (key) menu.firstElementChild.focus();
+    }
+  });
+addEventListener("popstate", ({ state }) => emitEvent("went", { link: location.search, step: state?.step ?? 0 }));
+addEventListener("keydown", (event) => {
+  const undo = (event.ctrlKey || event.metaKey) && !event.shiftKey && event.key === "z";
+  if (!undo || event.target.matches("input[type=text]") || !(history.state?.step > 0)) return;
+  event.preventDefault();
+  history.back();
+});
+"""
+"""Shuts open menus by Escape and by a click elsewhere; the browser's way back undoes, and so does Ctrl+Z."""
 LET_GO, STOP = "Let go", "Stop"
 """The button that plays a decay, before and meanwhile."""
 
@@ -65,9 +84,13 @@ class Explorer:
         self.state = self.drawn = state
         self.solving = self.working = self.pending = cast("asyncio.Task[None] | None", None)
         self.table: Table | None = None
-        self.found: list[str] = []
+        self.found: Fitted | None = None
+        # the file of a table, which may be read anew
+        self.file = "", b""
         self.dark, self.map_axes = False, ("mu", "alpha")
         self.map_key: map.Key | None = None
+        # the address that the browser shows, and how many it has gone through
+        self.link, self.step = "", 0
         # kept here: what is clicked may be gone before all is drawn
         self.client = ui.context.client
         ui.add_css(files("squama.web").joinpath("page.css").read_text(encoding="utf-8"))
@@ -79,7 +102,7 @@ class Explorer:
             panels.presets(self.attempt)
             panels.tools(self.save, lambda: self.mode.set_value(not self.dark))
         with ui.element("div").classes("explorer"):
-            with ui.element("main"):
+            with ui.element("div").classes("work"):
                 with ui.element("section").classes("stage").props('aria-label="Beam"'):
                     self.view = BeamView(live.scene(self.drawn), self.darken, self.rest)
                     with ui.element("div").classes("over"):
@@ -90,7 +113,7 @@ class Explorer:
                     panels.legend()
                 self.notice = text("p", "", "notice").props('role="alert"')
                 self.outcome = panels.Outcome()
-                self.measured = panels.Measured(self.fit, lambda: self.measure(None))
+                self.measured = panels.Measured(self.attempt, self.read, self.fit, self.remove)
                 with ui.element("section").classes("plots").props('aria-label="Plots"'):
                     self.lines = ui.element("ul").classes("legend lines")
                     with ui.element("div").classes("strip"):
@@ -98,6 +121,8 @@ class Explorer:
                         self._map_chart()
                 self.compared = panels.Compared(self.attempt)
             self.controls = panels.Controls(self.attempt, self.enter)
+        ui.add_head_html(f"<script>{SCRIPT}</script>")
+        ui.on("went", self.go_back)
         self.say(notice)
         self.draw()
         # a page that nobody looks at costs no more than its making
@@ -118,7 +143,7 @@ class Explorer:
             with ui.element("div").classes("cells"):
                 self.map = Chart({"series": []}, "canvas")
                 self.marks = panels.marks(map.ROOM)
-            self.map.props["aria-label"] = "Regime map on hinges; a click takes the design under the pointer"
+            self.map.props["aria-label"] = "Map over two parameters; a click takes the design under the pointer"
             self.map.on("picked", self.clicked)
 
     def begin(self) -> None:
@@ -221,6 +246,16 @@ class Explorer:
         """Offer to let go again, as the view shows the state."""
         write(self.release, LET_GO)
 
+    def go_back(self, event: Any) -> None:
+        """Show the state of an address that the browser has gone back, or forth, to."""
+        if sent := received(event.args, link=str, step=int):
+
+            def show(found: State) -> None:
+                self.link, self.step = query(found), sent["step"]
+                self.attempt(lambda _: found)
+
+            self.beside("", LINKING(sent["link"]), show)
+
     def darken(self, dark: bool) -> None:
         """Draw the plots for a dark or a light page."""
         if dark != self.dark:
@@ -239,7 +274,7 @@ class Explorer:
             self.view.run_method("save", "beam.png", *SIZE)
             return
         if kind.startswith("plots-"):
-            made = PRINTING(self.drawn, self.table, kind.removeprefix("plots-"))
+            made = PRINTING(self.drawn, self.table, kind.removeprefix("plots-"), self.found)
             self.beside("The plots are being drawn ...", made, lambda found: self.client.download(found[1], found[0]))
             return
         with telling(self.say):
@@ -280,12 +315,31 @@ class Explorer:
             if part and self.state.beam == found.beam:
                 self.say(f"the beam alone is shown, without {part}; for these: squama load")
 
-        self.beside("The file is being read ...", READING(name, content, self.state), show)
+        if not name.lower().endswith(".toml"):
+            self.file, self.table, self.found = (name, content), None, None
+            self.measured.forget()
+            self.draw()
+        self.beside("The file is being read ...", READING(name, content, self.state, GUESSED), show)
+
+    def read(self, how: How) -> None:
+        """Read the table that was opened by columns and decimals that are chosen."""
+
+        def show(found: State | Table) -> None:
+            if isinstance(found, Table):
+                self.measure(found)
+
+        if self.file[0]:
+            self.beside("The table is being read ...", READING(*self.file, self.state, how), show)
 
     def measure(self, table: Table | None) -> None:
         """Show a measured table beside the curves, or none."""
-        self.table, self.found = table, []
+        self.table, self.found = table, None
         self.draw()
+
+    def remove(self) -> None:
+        """Take the measured table away."""
+        self.file = "", b""
+        self.measure(None)
 
     def fit(self) -> None:
         """Fit the model that is shown to the measured table, and show the beam that is found."""
@@ -293,9 +347,9 @@ class Explorer:
         if table is None:
             return
 
-        def show(found: tuple[Beam, list[str]]) -> None:
-            beam, self.found = found
-            self.attempt(lambda now: now._replace(beam=beam))
+        def show(found: Fitted) -> None:
+            self.found = found
+            self.attempt(lambda now: now._replace(beam=found.beam))
 
         self.beside("A fit is being computed ...", FITTING(table, self.drawn), show)
 
@@ -318,20 +372,21 @@ class Explorer:
         """Draw the three curves; one whose point alone has moved is not drawn again."""
         colour = THEMES["dark" if self.dark else "light"]["mark"]
         for plot, (chart, place) in self.plots.items():
-            put(chart, options=charts.line_options(self.drawn, plot, dark=self.dark, table=self.table))
+            put(chart, options=charts.line_options(self.drawn, plot, dark=self.dark, table=self.table, fit=self.found))
             if plot != charts.RESIDUAL:
                 # an arrow where it lies above what can be read
                 left, top = charts.point(self.drawn, plot, self.table)
                 panels.show_marks(place, [map.Mark("" if top else "\N{UPWARDS ARROW}", colour, left, top)])
         self.residual_plot.set_visibility(self.table is not None)
-        panels.show_lines(self.lines, charts.lines(self.drawn, "torque", dark=self.dark, table=self.table))
-        self.measured.show(self.table, self.drawn, self.found)
+        shown = charts.lines(self.drawn, "torque", dark=self.dark, table=self.table, fit=self.found)
+        panels.show_lines(self.lines, shown)
+        self.measured.show(self.file[0], self.table, self.drawn, self.found)
         self.draw_map()
 
     def draw_map(self) -> None:
         """Move the mark of the design; the map itself follows where it depends on what has changed."""
-        self.map_choices(self.map_axes)
         wanted = map.key(self.drawn, *self.map_axes)
+        self.map_choices(self.map_axes, wanted.title)
         panels.show_marks(self.marks, map.marks(self.drawn, wanted))
         if self.pending is not None:
             self.pending.cancel()
@@ -341,14 +396,17 @@ class Explorer:
     async def _settle(self, wanted: map.Key) -> None:
         await asyncio.sleep(WAIT)
         # the browser draws its own window anew for another address
-        self.client.run_javascript(f"history.replaceState(null, '', '?{query(self.drawn)}')")
+        if (link := query(self.drawn)) != self.link:
+            self.step, how = (self.step + 1, "push") if self.link else (self.step, "replace")
+            self.link = link
+            self.client.run_javascript(f"history.{how}State({{ step: {self.step} }}, '', '?{link}')")
         if wanted == self.map_key:
             return
         found = await MAPPING(wanted)
         if self.map.is_deleted:
             return
         self.map_key = wanted
-        panels.list_ends(self.map_ends, map.ends(found), wanted)
+        panels.list_classes(self.map_ends, map.classes(wanted, found, dark=self.dark), wanted)
         put(self.map, options=map.options(wanted, found, dark=self.dark))
 
 

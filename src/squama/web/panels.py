@@ -9,8 +9,7 @@ from functools import partial
 from nicegui import ui
 
 from squama.loads import LOADS
-from squama.model.outcome import End
-from squama.plot.palette import ENDS, KEPT, STATES, WORDS
+from squama.plot.palette import KEPT, STATES, WORDS
 from squama.web import live, map, state, tables  # noqa: A004 - the module is named after what it draws
 from squama.web.charts import Line
 from squama.web.fields import CHOICES, FIELDS, MATERIALS, OTHER, material
@@ -52,6 +51,9 @@ def tools(save: Callable[[str], None], brightness: Callable[[], object]) -> None
                 for kind, what in FILES.items():
                     button(what[0].upper() + what[1:], partial(save, kind), f"Download the {what}", kind)
             every.on("click", js_handler="(e) => e.currentTarget.parentElement.removeAttribute('open')")
+        button("Undo", lambda: None, "Go back to the state before the last change (Ctrl+Z)", "undo").on(
+            "click", js_handler="() => { if (history.state?.step > 0) history.back(); }"
+        )
         copy = button("Copy link", lambda: None, "Copy the address of this state", "link")
         copy.on(
             "click",
@@ -88,7 +90,7 @@ class Controls:
         with ui.element("section").classes("controls").props('aria-label="Parameters"'):
             for group in dict.fromkeys(field.group for field in FIELDS.values()):
                 with ui.element("details") as folded:
-                    folded.props["open"] = group in ("Loading", "Ratios and angles")
+                    folded.props["open"] = group != "Material and joint"
                     text("summary", group)
                     if group == "Loading":
                         for name, (label, options) in CHOICES.items():
@@ -121,27 +123,25 @@ class Controls:
 
 
 class Outcome:
-    """The end of the curve in words, the figures of the current point, the warnings."""
+    """The verdict, the figures of the current point, the end of the curve, the warnings."""
 
     def __init__(self) -> None:
         with ui.element("section").classes("outcome").props('aria-label="Outcome"'):
             with ui.element("div").classes("end"):
-                self.end, self.model = text("strong"), text("span")
-                self.where = text("span")
+                self.verdict, self.model = text("strong"), text("span")
+            self.readings = ui.element("dl")
+            self.sentence = text("p", "", "sentence").props('aria-live="polite"')
             # within reach of the keyboard, for it scrolls where there are many
             self.list = ui.element("ul").classes("warnings").props('aria-label="Warnings" tabindex="0"')
             self.list.set_visibility(False)
-            self.sentence = text("p", "", "sentence").props('aria-live="polite"')
-            self.readings = ui.element("dl")
         self.shown: list[ui.element] = []
 
     def show(self, now: State) -> None:
         """Show a state."""
         end, where, sentence = live.outcome(now)
-        write(self.end, end)
+        write(self.verdict, live.verdict(now))
         write(self.model, f"{live.motion(now.setting).model}, endless beam")
-        write(self.where, where)
-        write(self.sentence, sentence)
+        write(self.sentence, f"End of the curve: {', '.join(filter(None, (end, where)))}. {sentence}")
         rows = live.readings(now)
         if anew(self.readings, [label for label, _ in rows]):
             self.shown.clear()
@@ -164,8 +164,8 @@ HEADS = {
     "what": "design",
     "model": "model",
     "end": "end",
-    "engagement": "engages (rad)",
-    "at": "ends (rad)",
+    "engagement": "engages (°/pitch)",
+    "at": "ends (°/pitch)",
     "torque": "load there",
     "RED": "RED",
 }
@@ -213,27 +213,84 @@ class Compared:
                         name.style(f"color: {KEPT[i]}; font-weight: bold")
 
 
-class Measured:
-    """The measured table that was opened: its name, what is left of it beside the curve, a fit."""
+DECIMALS = {"": "as guessed", ".": "point", ",": "comma"}
+"""What sets decimals of a table off."""
+ENDS = {"": "endless", "free": "free", "gripped": "gripped"}
+"""How a specimen of a number of scales is held."""
 
-    def __init__(self, fit: Callable[[], object], remove: Callable[[], object]) -> None:
+
+class Measured:
+    """The measured table that was opened: how it is read, what is left of it beside the curve, a fit."""
+
+    def __init__(
+        self, attempt: Attempt, read: Callable[[tables.How], object], fit: Callable[[], object],
+        remove: Callable[[], object],
+    ) -> None:  # fmt: skip
+        self.how = tables.GUESSED
+
+        def choose(**more: str) -> None:
+            self.how = self.how._replace(**more)
+            # what stands there stays as the page is drawn anew
+            self.columns.props["value"] = self.how.columns
+            read(self.how)
+
+        def hold(ends: str) -> None:
+            attempt(lambda now: now._replace(beam=now.beam.replace(ends=ends or None)))
+
         with ui.element("section").classes("measured").props('aria-label="Measured table"') as self.place:
             with ui.element("p"):
                 self.name, self.residual = text("strong"), text("span")
+            with ui.element("p"):
+                columns = ui.element("label").classes("choice")
+                with columns:
+                    text("span", "Columns")
+                    self.columns = ui.element("input").on(
+                        "change",
+                        lambda event: choose(columns=str(event.args)[:200]),
+                        js_handler="(e) => emit(e.target.value)",
+                    )
+                    hint = "as guessed; e.g. 1=total (deg), 2=T (N mm)"
+                    self.columns.props.update({"type": "text", "placeholder": hint, "maxlength": 200})
+                    self.columns.props["data-do"] = "columns"
+                self.decimal = Choice("Decimals", DECIMALS, "", lambda value: choose(decimal=value))
+                self.ends = Choice("Ends", ENDS, "", hold)
                 button("Fit μ and K_θ", fit, "Find friction and joint stiffness by the model that is shown", "fit")
                 button("Remove", remove, "Take the measured points away", "unmeasured")
-            self.found = text("pre")
+            self.found = ui.element("div").classes("found")
         self.place.set_visibility(False)
 
-    def show(self, table: Table | None, now: State, found: Sequence[str]) -> None:
-        """Show a table beside a state, and the lines of a fit."""
-        self.place.set_visibility(table is not None)
+    def forget(self) -> None:
+        """Read the next table as is guessed."""
+        self.how = tables.GUESSED
+        self.columns.props["value"] = ""
+        self.decimal.set(DECIMALS, "")
+
+    def show(self, name: str, table: Table | None, now: State, found: tables.Fitted | None) -> None:
+        """Show a table, or only the name of one that could not be read, beside a state, and what a fit found."""
+        self.place.set_visibility(bool(name))
+        write(self.name, name)
+        self.ends.set(ENDS, (now.beam.ends or "free") if now.beam.scales else "")
+        words = "not read: choose columns and decimals"
         if table is not None:
-            left = tables.residual(table, now)
-            write(self.name, table.name)
+            left = tables.residual(table, now, found)
             words = left.words if left else f"measured in {table.load}"
-            write(self.residual, "; ".join(filter(None, (words, table.said))))
-        write(self.found, "\n".join(found))
+            words = "; ".join(filter(None, (words, table.said)))
+        write(self.residual, words)
+        shown = found if found and found.beam == now.beam else None
+        if not anew(self.found, shown and (shown.values, shown.doubts, shown.lines)) or shown is None:
+            return
+        with self.found:
+            for doubt in shown.doubts:
+                text("p", f"Doubt: {doubt}", "doubt")
+            with ui.element("dl"):
+                for symbol, what, value in shown.values:
+                    with ui.element("div"):
+                        text("dt", f"{symbol}, {what}")
+                        text("dd", value)
+            text("p", f"Fitted as {shown.model}")
+            with ui.element("details"):
+                text("summary", "All that is known of the fit")
+                text("pre", "\n".join(shown.lines))
 
 
 def show_lines(place: ui.element, wanted: Sequence[Line]) -> None:
@@ -259,27 +316,28 @@ def _sample(line: Line) -> str:
     return f"height: {max(2, round(line.width))}px; background: {ground}"
 
 
-def map_choices(choose: Callable[[int, str], None]) -> Callable[[tuple[str, str]], None]:
-    """Make the two lists of the map's axes, numbers 0 and 1; return what shows others in them."""
+def map_choices(choose: Callable[[int, str], None]) -> Callable[[tuple[str, str], str], None]:
+    """Make the title of the map and the two lists of its axes, 0 and 1; return what shows others in them."""
     options = {name: f"{FIELDS[name].symbol} {word}" for name, word in map.AXES.items()}
     with ui.element("p").classes("axes"):
-        text("strong", "Map on hinges")
+        title = text("strong")
         lists = [Choice(label, {}, "", partial(choose, i)) for i, label in enumerate(("Across", "Up"))]
 
-    def show(axes: tuple[str, str]) -> None:
+    def show(axes: tuple[str, str], words: str) -> None:
+        write(title, words)
         for one, axis in zip(lists, axes, strict=True):
             one.set(options, axis)
 
     return show
 
 
-def list_ends(place: ui.element, ends: Sequence[End], wanted: map.Key) -> None:
+def list_classes(place: ui.element, classes: Mapping[str, str], wanted: map.Key) -> None:
     """Say what the colours of the map mean."""
     place.clear()
     with place:
-        for end in ends:
-            _key(str(end), ENDS[end])
-        if LOADS[wanted.load].sided:
+        for words, colour in classes.items():
+            _key(words, colour)
+        if wanted.at is None and LOADS[wanted.load].sided:
             text("li", f"(of the tip-side contact alone, {wanted.scales})")
 
 
@@ -287,6 +345,10 @@ def marks(room: Mapping[str, int]) -> ui.element:
     """Make the place for the marks over a plot with this room around it."""
     inset = " ".join(f"{room[side]}px" for side in ("top", "right", "bottom", "left"))
     return ui.element("div").classes("marks").style(f"inset: {inset}").props('aria-hidden="true"')
+
+
+RIM = 8
+"""Radius of a mark, pixels."""
 
 
 def show_marks(place: ui.element, wanted: Sequence[map.Mark]) -> None:
@@ -298,8 +360,13 @@ def show_marks(place: ui.element, wanted: Sequence[map.Mark]) -> None:
             old = [text("b") for _ in wanted]
     for element, mark in zip(old, wanted, strict=True):
         write(element, mark.letter)
+        element.classes(add="aside" if mark.shift else "", remove="" if mark.shift else "aside")
         style = f"left: {100 * mark.left:.2f}%; top: {100 * mark.top:.2f}%; margin-left: {mark.shift}px"
         style += f"; border-color: {mark.colour}"
+        if mark.shift:
+            # a leader to its place, from the rim of the mark
+            start = -mark.shift if mark.shift > 0 else RIM
+            style += f"; --start: {start}px; --lead: {abs(mark.shift) - RIM}px; --place: {-mark.shift}px"
         if element.props.get("data-style") != style:
             element.props["data-style"] = style
             element.style(replace=style)

@@ -12,19 +12,19 @@ from squama.plot.style import PAGE, Look, headline, key, new_figure, styled, wri
 from squama.web import charts, live
 from squama.web.charts import Line
 from squama.web.state import State
-from squama.web.tables import Table
+from squama.web.tables import Fitted, Table
 
 NOW = {"color": THEMES["light"]["mark"], "markersize": 4}
 """The current point."""
 
 
-def made(state: State, table: Table | None, kind: str) -> tuple[str, bytes]:
+def made(state: State, table: Table | None, kind: str, fit: Fitted | None = None) -> tuple[str, bytes]:
     """Return name and content of a picture of the plots, "svg" or "png"."""
-    return f"plots.{kind}", written(figure(state, table), kind)
+    return f"plots.{kind}", written(figure(state, table, fit), kind)
 
 
 @styled
-def figure(state: State, table: Table | None = None) -> Figure:
+def figure(state: State, table: Table | None = None, fit: Fitted | None = None) -> Figure:
     """Draw the plots of a state in the width of a page, their axes as on the screen, with one legend.
 
     The current point is marked; of a kept design and the one that is shown the legend tells the values.
@@ -38,9 +38,9 @@ def figure(state: State, table: Table | None = None) -> Figure:
     words = {name: "\n".join(wrap(text, 105)) for name, text in words.items()}
     handles: dict[str, Line2D] = {}
     for ax, plot in zip(axes, plots, strict=True):
-        ends = charts.frame(state, plot, table)
+        ends = charts.frame(state, plot, table, fit)
         across, up, factor = charts.labels(state, plot, ends)
-        for line in charts.lines(state, plot, dark=False, table=table):
+        for line in charts.lines(state, plot, dark=False, table=table, fit=fit):
             look = _look(line)
             ax.plot(line.x, factor * line.y, **look)
             handles.setdefault(line.name, key(words.get(line.name, line.name), **look))

@@ -17,14 +17,11 @@ from types import FrameType
 from typing import Any
 
 from squama.errors import InputError, refuse
-from squama.web import aside, live
-from squama.web.aside import Aside
+from squama.web import aside
 from squama.web.state import State
 
 HOST = "127.0.0.1"
 TITLE = "squama explorer"
-LIMIT = 5
-"""Seconds that the reading of a link may take."""
 
 
 def free_port(port: int | None) -> int:
@@ -56,22 +53,20 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
 
     from squama.web import map  # noqa: A004 - the module is named after what it draws
     from squama.web.guard import MOST, TOKEN, Guard, Patient
-    from squama.web.page import Explorer, Sweep, make_room
-
-    reading = Aside(live.linked, most=2, limit=LIMIT)
+    from squama.web.page import LINKING, Explorer, Sweep, make_room
 
     async def page() -> None:
         make_room()
         state, notice = start, ""
         if query := ui.context.client.request.url.query:
             try:
-                state = await reading(query)
+                state = await LINKING(query)
             except (InputError, TimeoutError) as error:
-                why = str(error) if isinstance(error, InputError) else f"reading it took longer than {LIMIT} s"
+                why = str(error) if isinstance(error, InputError) else f"reading it took longer than {LINKING.limit} s"
                 notice = f"The link cannot be used, so the first design is shown.\n{why}"
         Explorer(state, notice)
 
-    ui.page("/", title=TITLE, response_timeout=4 * LIMIT)(page)
+    ui.page("/", title=TITLE, response_timeout=20)(page)
     # in place of NiceGUI's, which is a page of its own that stays in memory
     app.add_exception_handler(404, lambda *_: PlainTextResponse("There is nothing here.\n", 404))
     outer = FastAPI(openapi_url=None)

@@ -49,6 +49,30 @@ class Table(NamedTuple):
     said: str = ""
 
 
+class Fitted(NamedTuple):
+    """What a fit found: the beam, its ``values`` (name, words, value with error), ``doubts`` of the errors, a summary.
+
+    ``model``: what was fitted, with the number of scales and their ends. Over the points, in the order of specimens:
+    load angles per pitch (rad), fitted torque and what is left of the measured one (N m), NaN where it is not covered.
+    """
+
+    beam: Beam
+    values: tuple[tuple[str, str, str], ...]
+    doubts: tuple[str, ...]
+    model: str
+    lines: tuple[str, ...]
+    load: Array
+    torque: Array
+    left: Array
+
+
+class How(NamedTuple):
+    """How a table is read, as of :func:`squama.io.measured.read`; empty: as is guessed."""
+
+    columns: str = ""
+    decimal: str = ""
+
+
 class Residual(NamedTuple):
     """Measured less computed torque (N m) at load angles per pitch, of the points that the curve covers."""
 
@@ -57,7 +81,10 @@ class Residual(NamedTuple):
     words: str
 
 
-def opened(name: str, content: bytes, state: State) -> State | Table:
+GUESSED = How()
+
+
+def opened(name: str, content: bytes, state: State, how: How = GUESSED) -> State | Table:
     """Return the state that shows a beam file (.toml), or the points of a measured table.
 
     Raises InputError: the file is too large, or cannot be read; one line.
@@ -76,7 +103,8 @@ def opened(name: str, content: bytes, state: State) -> State | Table:
             beam = state.beam
             with warnings.catch_warnings(record=True) as guessed:
                 warnings.simplefilter("always", TableWarning)
-                points = measured.read(place, pitch=beam.pitch, scales=beam.pitches, load=state.load)
+                chosen = {name: value for name, value in how._asdict().items() if value}
+                points = measured.read(place, pitch=beam.pitch, scales=beam.pitches, load=state.load, **chosen)
         except InputError as error:
             # where the file lies for a moment is nobody's business
             first, *more = (p._replace(source=p.source.replace(str(place), plain)) for p in error.problems)
@@ -100,8 +128,18 @@ def shown(table: Table, state: State) -> tuple[Array, Array]:
     return load[there], torque[there]
 
 
-def residual(table: Table, state: State) -> Residual | None:
-    """Return what is left of the measured torque when the curve along the measured history is taken away."""
+def looped(found: Fitted, state: State) -> tuple[Array, Array, Array]:
+    """Return load angles, fitted torque and what is left, in the sense that is shown, of what a fit covers."""
+    sign = -1 if LOADS[state.load].sided and state.sense == "-" else 1
+    there = np.isfinite(found.torque) & (sign * found.load >= 0)
+    return sign * found.load[there], sign * found.torque[there], sign * found.left[there]
+
+
+def residual(table: Table, state: State, found: Fitted | None = None) -> Residual | None:
+    """Return what is left of the measured torque: of the fitted loop, or of the curve along the measured history."""
+    if found and found.beam == state.beam and table.load == state.load:
+        x, _, y = looped(found, state)
+        return _told(x, y, found.load.size, float(np.abs(table.points.load).max(initial=0.0)))
     load, m = _signed(table, state), live.motion(state.setting)
     if table.load != state.load or not load.size:
         return None
@@ -134,15 +172,23 @@ def residual(table: Table, state: State) -> Residual | None:
     x, y = load[covered], left[covered]
     if not x.size:
         return Residual(x, y, "no point lies on the curve")
-    rms, largest = float(np.sqrt(np.mean(y**2))), float(np.abs(table.points.load[covered]).max())
+    return _told(x, y, load.size, float(np.abs(table.points.load[covered]).max()))
+
+
+def _told(x: Array, y: Array, of: int, largest: float) -> Residual:
+    """Return residuals (n,) of so many points, and their size in words."""
+    there = np.isfinite(y)
+    if not there.any():
+        return Residual(x[:0], y[:0], "no point lies on the curve")
+    rms = float(np.sqrt(np.mean(y[there] ** 2)))
     share = f", {100 * rms / largest:.2g} % of the largest torque" if largest else ""
-    words = f"residual rms {live.quantity(rms, 'N m')}{share}; {x.size} of {load.size} points"
-    every = slice(None, None, 1 + x.size // MOST_POINTS)
+    words = f"residual rms {live.quantity(rms, 'N m')}{share}; {np.count_nonzero(there)} of {of} points"
+    every = np.flatnonzero(there)[:: 1 + x.size // MOST_POINTS]
     return Residual(x[every], y[every], words)
 
 
-def fitted(table: Table, state: State) -> tuple[Beam, list[str]]:
-    """Return the beam that :func:`squama.fit` finds for a table by the model that is shown, and its summary.
+def fitted(table: Table, state: State) -> Fitted:
+    """Return what :func:`squama.fit` finds for a table by the model that is shown, with the specimen's own scales.
 
     It runs in another process, which ends with this one. Raises InputError: there is no fit, or it takes too long.
     """
@@ -152,8 +198,7 @@ def fitted(table: Table, state: State) -> tuple[Beam, list[str]]:
     every = table.points.specimens()
     data = [{names.rate: one.rate.tolist(), names.torque: one.load.tolist()} for one in every]
     request = {"data": data, "beam": state.beam.to_toml(), "load": state.load, "law": names.law(state.law)}
-    # fits of bending are of hinges
-    request["joint"] = live.motion(state.setting).joint if names.sided else "hinge"
+    request["joint"] = live.motion(state.setting).joint
     command = [sys.executable, "-c", "from squama.web import tables; tables.answer()"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdin
@@ -174,7 +219,14 @@ def fitted(table: Table, state: State) -> tuple[Beam, list[str]]:
     found = json.loads(said)
     if "error" in found:
         refuse("", "", found["error"])
-    return Beam.from_toml_text(found["beam"], source="fit"), found["lines"]
+    beam = Beam.from_toml_text(found.pop("beam"), source="fit")
+    torque, left = (np.array(found.pop(name), float) for name in ("torque", "left"))
+    load = np.concatenate([one.rate for one in every]) * state.beam.pitch
+    if torque.size != load.size:
+        load = torque = left = np.empty(0)
+    values = tuple((name, words, value) for name, words, value in found["values"])
+    doubts, lines = tuple(found["doubts"]), tuple(found["lines"])
+    return Fitted(beam, values, doubts, found["model"], lines, load, torque, left)
 
 
 def answer() -> None:
@@ -188,7 +240,17 @@ def answer() -> None:
     try:
         beam = Beam.from_toml_text(request["beam"], source="beam")
         found = fit(request["data"], beam, load=request["load"], law=request["law"], joint=request["joint"])
-        reply: dict[str, object] = {"beam": found.beam.to_toml(), "lines": found.summary().splitlines()}
+        rows = zip(found.asked.rows, found.estimates, found.deviations, strict=True)
+        reply: dict[str, object] = {
+            "beam": found.beam.to_toml(),
+            "values": [(row.name, row.words, row.written(value, error)) for row, value, error in rows],
+            "doubts": [*found.doubts, *filter(None, [found.disagreement])],
+            "model": f"{found.scales}; {found.fitted_as}",
+            "lines": found.summary().splitlines(),
+            # what is not covered is no number in JSON
+            "torque": [v if np.isfinite(v) else None for v in found.fitted.tolist()],
+            "left": [v if np.isfinite(v) else None for v in found.residuals.tolist()],
+        }
     except InputError as error:
         reply = {"error": str(error)}
     print(json.dumps(reply), flush=True)

@@ -1,10 +1,12 @@
 // The beam in space: bar, scales, contact points and forces, in pitches; geometry.py states the same.
 // Axes: z along the beam, y out of the scaled face. The middle of the beam stays where it is.
-// A design: {kind, held, eta, beta, lam, height, alpha, half, sense, bend, law, neighbour, scales, S, shift}, ratios and
-// radians. S maps the scaled face's places to those of its face.
+// A design: {kind, held, eta, beta, lam, height, alpha, half, thick, sense, bend, law, neighbour, scales, S, shift}, ratios
+// and radians. S maps the scaled face's places to those of its face. Loads are angles per pitch, or all strains per
+// pitch: bend, twist, lateral bend and stretch.
 
 export const STEPS = 6; // pieces of the bar per pitch
-export const LONGEST = 1.6; // length that an arrow comes near to as its force grows, in pitches
+export const PIECES = [6, 2]; // of a bent plate along its length and across it
+export const LONGEST = 2.6; // length that an arrow comes near to as its force grows, in pitches
 
 export const add = (u, v) => [u[0] + v[0], u[1] + v[1], u[2] + v[2]];
 export const sub = (u, v) => [u[0] - v[0], u[1] - v[1], u[2] - v[2]];
@@ -20,12 +22,21 @@ const unit = (v) => {
   return size ? mul(1 / size, v) : v;
 };
 
-// The cross-section k pitches from the middle of the beam at a load angle per pitch: axes, and o, the middle of its
-// scaled edge. It is moved by k times the screw of bend and twist, about the line that keeps its length; in twisting with
-// the bend that is held.
-export function frame(d, load, k) {
+// All strains per pitch; of a load angle the stretch is that of the line that keeps its length.
+function strains(d, load) {
+  if (Array.isArray(load)) return load;
   const [psi, phi] = d.kind === "twisting" ? [d.held ?? 0, d.sense * load] : [d.bend * load, 0];
-  const w = [-k * psi, 0, -k * phi];
+  return [psi, phi, 0, psi * (d.lam - d.height)];
+}
+
+// How the cross-sections of a state stand.
+export const at = (state) => state.strains ?? state.load;
+
+// The cross-section k pitches from the middle of the beam: axes, and o, the middle of its scaled edge. It is moved by k
+// times the screw of its strains.
+export function frame(d, load, k) {
+  const [psi, phi, chi, eps] = strains(d, load);
+  const w = [-k * psi, -k * chi, -k * phi];
   const q = dot(w, w);
   const r = Math.sqrt(q);
   // sin(r) / r, (1 - cos(r)) / r^2, (r - sin(r)) / r^3
@@ -39,7 +50,7 @@ export function frame(d, load, k) {
     return add(u, add(mul(f, once), mul(g, cross(w, once))));
   };
   const [x, y, z] = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map((u) => moved(u, a, b));
-  return { o: add(mul(d.lam, y), moved([0, 0, k * (1 + psi * (d.lam - d.height))], b, c)), x, y, z };
+  return { o: add(mul(d.lam, y), moved([0, 0, k * (1 + eps)], b, c)), x, y, z };
 }
 
 // Place of the base, n_X and n_Y of a scale on a hinge, in the axes of its cross-section.
@@ -68,13 +79,49 @@ export function scale(d, load, theta, k) {
   return placed(d, mapped(d, add(f.o, o)), mapped(d, x), mapped(d, y));
 }
 
-// The contact of scale k's tip with its neighbour, as the common normal of tip edge and side edge. In bending the
-// tip's corner B meets the neighbour's face (across the beam the tip edge does: its middle), s and p along and across it.
-export function contact(d, load, theta, k) {
+// How far a bent plate lies above its flat middle surface: 24 powers of the shares of length and half width.
+export function lift(d, bent, x, y) {
+  const [X, Y] = [x / d.eta, y / d.beta];
+  return bent ? bent.reduce((sum, b, i) => sum + b * X ** (2 + Math.floor(i / 4)) * Y ** (i % 4), 0) : 0;
+}
+
+// A scale as a body in its own axes: points, faces and edges by their numbers; a thin one is a surface.
+export function plate(d, bent) {
+  const [n, m] = bent ? PIECES : [1, 1];
+  const [middle, faces] = [[], []];
+  const number = (i, j) => j * (n + 1) + i;
+  for (let j = 0; j <= m; j++)
+    for (let i = 0; i <= n; i++) {
+      const [x, y] = [(d.eta * i) / n, d.beta * ((2 * j) / m - 1)];
+      middle.push([x, y, lift(d, bent, x, y)]);
+      if (i < n && j < m) faces.push([number(i, j), number(i + 1, j), number(i + 1, j + 1), number(i, j + 1)]);
+    }
+  const range = (length, f) => Array.from({ length }, (_, i) => f(i));
+  const rim = [
+    ...range(n, (i) => number(i, 0)), ...range(m, (j) => number(n, j)),
+    ...range(n, (i) => number(n - i, m)), ...range(m, (j) => number(0, m - j)),
+  ]; // prettier-ignore
+  const edges = rim.map((one, i) => [one, rim[(i + 1) % rim.length]]);
+  if (!d.thick) return { points: middle, faces, edges };
+  const [up, half] = [middle.length, d.thick / 2];
+  const above = (every) => every.map((one) => one.map((i) => i + up));
+  const corners = [number(0, 0), number(n, 0), number(n, m), number(0, m)];
+  return {
+    points: [-half, half].flatMap((off) => middle.map(([x, y, z]) => [x, y, z + off])),
+    faces: [...faces, ...above(faces), ...edges.map(([a, b]) => [a, b, b + up, a + up])],
+    edges: [...edges, ...above(edges), ...corners.map((i) => [i, i + up])],
+  };
+}
+
+// The contact of scale k's tip with its neighbour, as the common normal of tip edge and side edge of the flat middle
+// surfaces; point lies on the surface of the thick, bent plate. In bending the tip's corner B meets the neighbour's face
+// (across the beam the tip edge does: its middle), s and p along and across it.
+export function contact(d, load, theta, k, bent) {
   const one = scale(d, load, theta, k);
   const two = scale(d, load, theta, k + d.neighbour);
   if (d.kind !== "twisting") {
-    const point = d.alpha ? one.corners[2] : one.m;
+    const y = d.alpha ? d.beta : 0;
+    const point = add(add(one.m, mul(y, one.y)), mul(lift(d, bent, d.eta, y) - d.thick / 2, one.z));
     const seen = sub(point, two.o);
     return { point, on_tip: point, p: dot(seen, two.y), s: dot(seen, two.x) };
   }
@@ -84,7 +131,8 @@ export function contact(d, load, theta, k) {
   const size = dot(normal, normal);
   const p = dot(cross(away, two.x), normal) / size;
   const s = dot(cross(away, one.y), normal) / size;
-  return { point: add(corner, mul(s, two.x)), on_tip: add(one.m, mul(p, one.y)), p: d.sense * p, s };
+  const up = lift(d, bent, s, -d.sense * d.beta) + d.thick / 2;
+  return { point: add(add(corner, mul(s, two.x)), mul(up, two.z)), on_tip: add(one.m, mul(p, one.y)), p: d.sense * p, s };
 }
 
 // Unit vectors of the normal and the friction force on scale k where it rests on its neighbour. slip: sliding rates
@@ -129,12 +177,12 @@ export const scales = (every, load) =>
     Array.from({ length: d.scales }, (_, i) => [
       d,
       state,
-      scale(d, load ?? state.load, state.pose ?? state.theta, first(d) + i),
+      scale(d, load ?? at(state), state.pose ?? state.theta, first(d) + i),
     ]),
   );
 
 // Points around bar and scales.
 export const around = (every, load) => [
-  ...bar(every[0][0], load ?? every[0][1].load).flat(),
+  ...bar(every[0][0], load ?? at(every[0][1])).flat(),
   ...scales(every, load).flatMap(([, , one]) => one.corners),
 ];

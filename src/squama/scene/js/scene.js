@@ -1,7 +1,7 @@
 // The beam as a three.js scene. It gets a design and a state and makes every vertex from them (geometry.js).
 // It draws when something has changed, never on its own.
 import { OrbitControls, THREE } from "nicegui-scene";
-import { around, arrow, bar, contact, cross, directions, faces, first, scales } from "./geometry.js";
+import { add, around, arrow, at, bar, contact, directions, faces, first, mul, plate, scales } from "./geometry.js";
 
 const MOST = 128; // scales that can be drawn
 const LOOK = [-0.75, 0.72, -0.16]; // from where one looks
@@ -12,6 +12,17 @@ const KEYS = {
   ArrowLeft: [-0.12, 0, 1], ArrowRight: [0.12, 0, 1], ArrowUp: [0, -0.1, 1], ArrowDown: [0, 0.1, 1],
   "+": [0, 0, 1.15], "=": [0, 0, 1.15], "-": [0, 0, 1 / 1.15],
 }; // prettier-ignore
+
+// Give meshes corners of their own, between the same points.
+function shape(meshes, corners, points, paint) {
+  meshes.forEach((mesh, i) => {
+    mesh.geometry.dispose();
+    mesh.geometry = new THREE.BufferGeometry();
+    mesh.geometry.setIndex(corners[i]);
+    mesh.geometry.setAttribute("position", new THREE.Float32BufferAttribute(points, 3));
+    if (paint && !i) mesh.geometry.setAttribute("color", new THREE.Float32BufferAttribute(paint, 3));
+  });
+}
 
 export class BeamScene {
   // palette: {states, themes}, the colours of the scales by their state and of the rest on a light and a dark page
@@ -54,16 +65,12 @@ export class BeamScene {
       mesh.pale.material.color = material.color;
       return mesh;
     };
-    this.plate = new THREE.MeshLambertMaterial(both);
-    // the unit square from base edge to tip edge: x from 0 to 1, y from -1 to 1
-    this.scales = many(new THREE.PlaneGeometry(1, 2).translate(0.5, 0, 0), this.plate);
+    const faceted = (more) => new THREE.MeshLambertMaterial({ ...both, flatShading: true, ...more });
+    this.scales = new THREE.Mesh(new THREE.BufferGeometry(), faceted({ vertexColors: true }));
     this.rims = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial());
-    this.bar = new THREE.Mesh(
-      new THREE.BufferGeometry(),
-      new THREE.MeshLambertMaterial({ ...both, flatShading: true }),
-    );
+    this.bar = new THREE.Mesh(new THREE.BufferGeometry(), faceted());
     this.barEdges = new THREE.LineSegments(new THREE.BufferGeometry(), this.rims.material);
-    for (const part of [this.rims, this.bar, this.barEdges]) {
+    for (const part of [this.scales, this.rims, this.bar, this.barEdges]) {
       part.frustumCulled = false;
       this.scene.add(part);
     }
@@ -75,6 +82,9 @@ export class BeamScene {
     for (const name of ["normal", "friction"]) {
       const material = solid();
       this.forces[name] = [through(shaft, material), through(head, material)];
+      // friction lies within the plates that rub, and is drawn over them
+      material.depthTest = name === "normal";
+      for (const mesh of this.forces[name]) mesh.renderOrder = Number(name === "friction");
     }
   }
 
@@ -88,8 +98,8 @@ export class BeamScene {
     this.request();
   }
 
-  // design: see geometry.js; state: {load, theta, slip, x, mu, name, pose}; a pose stands for theta; `other` in both is
-  // that of the other face's scales
+  // design: see geometry.js; state: {load, theta, slip, x, mu, name, pose, strains, bent}; a pose stands for
+  // theta, strains for load; `other` in both is that of the other face's scales
   set(design, state) {
     const shape = JSON.stringify([design.kind, design.scales, design.half]);
     const sizes = JSON.stringify([design.eta, design.beta, design.lam, design.held, design.bend]);
@@ -107,53 +117,35 @@ export class BeamScene {
   }
 
   moveBar() {
-    const sections = bar(this.design, this.state.load);
-    const [n, flat] = [sections.length, sections.flat(2)];
-    if (this.sections !== n) {
-      this.sections = n;
-      const [faces, edges] = [[0, 1, 2, 0, 2, 3], []];
-      const last = 4 * (n - 1);
-      for (let i = 0; i < last; i += 4)
-        for (let j = 0; j < 4; j++) {
-          const [a, b] = [i + j, i + ((j + 1) % 4)];
-          faces.push(a, a + 4, b + 4, a, b + 4, b);
-          edges.push(a, a + 4);
-        }
-      faces.push(last, last + 2, last + 1, last, last + 3, last + 2);
-      for (const end of [0, last]) for (let j = 0; j < 4; j++) edges.push(end + j, end + ((j + 1) % 4));
-      for (const [part, index] of [[this.bar, faces], [this.barEdges, edges]]) {
-        part.geometry.dispose();
-        part.geometry = new THREE.BufferGeometry();
-        part.geometry.setIndex(index);
-        part.geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(12 * n), 3));
+    const sections = bar(this.design, at(this.state));
+    const [faces, edges] = [[0, 1, 2, 0, 2, 3], []];
+    const last = 4 * (sections.length - 1);
+    for (let i = 0; i < last; i += 4)
+      for (let j = 0; j < 4; j++) {
+        const [a, b] = [i + j, i + ((j + 1) % 4)];
+        faces.push(a, a + 4, b + 4, a, b + 4, b);
+        edges.push(a, a + 4);
       }
-    }
-    for (const part of [this.bar, this.barEdges]) {
-      part.geometry.attributes.position.array.set(flat);
-      part.geometry.attributes.position.needsUpdate = true;
-    }
+    faces.push(last, last + 2, last + 1, last, last + 3, last + 2);
+    for (const end of [0, last]) for (let j = 0; j < 4; j++) edges.push(end + j, end + ((j + 1) % 4));
+    shape([this.bar, this.barEdges], [faces, edges], sections.flat(2));
   }
 
+  // Every scale as the body that it is, thick and bent, in the colour of its state.
   moveScales() {
-    const all = scales(this.faces);
-    const rims = new Float32Array(24 * all.length);
-    const matrix = new THREE.Matrix4();
-    all.forEach(([d, state, one], i) => {
-      const up = cross(one.x, one.y);
-      matrix.set(
-        d.eta * one.x[0], d.beta * one.y[0], up[0], one.o[0],
-        d.eta * one.x[1], d.beta * one.y[1], up[1], one.o[1],
-        d.eta * one.x[2], d.beta * one.y[2], up[2], one.o[2],
-        0, 0, 0, 1,
-      ); // prettier-ignore
-      this.scales.setMatrixAt(i, matrix);
-      this.scales.setColorAt(i, new THREE.Color(this.palette.states[state.name]));
-      for (let j = 0; j < 4; j++) rims.set([...one.corners[j], ...one.corners[(j + 1) % 4]], 24 * i + 6 * j);
-    });
-    this.scales.count = all.length;
-    this.scales.instanceMatrix.needsUpdate = true;
-    this.scales.instanceColor.needsUpdate = true;
-    this.rims.geometry.setAttribute("position", new THREE.BufferAttribute(rims, 3));
+    const plates = new Map(this.faces.map(([d, state]) => [d, plate(d, state.bent)]));
+    const [points, paint, faces, edges] = [[], [], [], []];
+    for (const [d, state, { x, y, z, o }] of scales(this.faces)) {
+      const [body, n] = [plates.get(d), points.length / 3];
+      const colour = new THREE.Color(this.palette.states[state.name]).toArray();
+      for (const [u, v, w] of body.points) {
+        points.push(...add(add(o, mul(u, x)), add(mul(v, y), mul(w, z))));
+        paint.push(...colour);
+      }
+      for (const [a, b, c, e] of body.faces) faces.push(n + a, n + b, n + c, n + a, n + c, n + e);
+      for (const [a, b] of body.edges) edges.push(n + a, n + b);
+    }
+    shape([this.scales, this.rims], [faces, edges], points, paint);
   }
 
   // Contact points of every scale that has its neighbour, and the forces on it.
@@ -166,11 +158,11 @@ export class BeamScene {
       for (let j = 0; j < count; j++) {
         const i = this.contacts.length;
         const k = first(d) + j;
-        const at = state.pose ?? state.theta;
-        const { point } = contact(d, state.load, at, k);
+        const attitude = state.pose ?? state.theta;
+        const { point } = contact(d, at(state), attitude, k, state.bent);
         this.contacts.push(point);
         this.points.setMatrixAt(i, matrix.makeTranslation(...point));
-        const ways = directions(d, state.load, at, state.slip, k);
+        const ways = directions(d, at(state), attitude, state.slip, k);
         const long = arrow(state.x);
         for (const [name, size] of [["normal", long], ["friction", long * state.mu]]) {
           this.place(this.forces[name], i, point, ways[name], size);
@@ -190,16 +182,16 @@ export class BeamScene {
   }
 
   place([shaft, head], i, from, way, long) {
-    const tip = Math.min(2.6 * HEAD, long);
+    const tip = Math.min(2.6 * HEAD, long / 2);
     const turn = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 1, 0), new THREE.Vector3(...way));
-    const at = (along, thick, size) =>
+    const part = (along, thick, size) =>
       new THREE.Matrix4().compose(
         new THREE.Vector3(...from).addScaledVector(new THREE.Vector3(...way), along),
         turn,
         new THREE.Vector3(thick, size, thick),
       );
-    shaft.setMatrixAt(i, at(0, SHAFT, Math.max(long - tip, 1e-6)));
-    head.setMatrixAt(i, at(long - tip, HEAD * Math.min(1, tip / HEAD), tip));
+    shaft.setMatrixAt(i, part(0, SHAFT, Math.max(long - tip, 1e-6)));
+    head.setMatrixAt(i, part(long - tip, Math.max(tip / 2.6, 1.6 * SHAFT), tip));
   }
 
   // Points around all that is drawn, and around the beam before it was loaded.
