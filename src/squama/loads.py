@@ -143,9 +143,9 @@ def covering(attrs: Mapping[str, Any]) -> str:
 UNIFORM = "uniform"
 MODES = (UNIFORM, "simply supported", "cantilever")
 """How a beam swings: all pitches alike, or in the first bending mode of a bar so supported."""
-FREE, GRIPPED, ENDLESS = "free", "gripped", "endless"
-"""Words of ends: a torque or moment alone, coaxial grips, none: all pitches are alike."""
-ENDS = (FREE, GRIPPED, "equal", ENDLESS)
+FREE, COUPLE, GRIPPED, ENDLESS = "free", "couple", "gripped", "endless"
+"""Words of ends: one torque or moment in all pitches, a couple at both ends, coaxial grips, none: pitches are alike."""
+ENDS = (FREE, COUPLE, GRIPPED, "equal", ENDLESS)
 MANY_SCALES = 200
 """Largest number of scales of a beam whose ends are followed unasked."""
 """How the ends of a beam may be: :func:`squama.twist`."""
@@ -189,7 +189,8 @@ def fixed(attrs: Mapping[str, Any]) -> str:
 
 def ended(attrs: Mapping[str, Any]) -> str:
     """Say of which beam a result is, by its attributes: "as an endless beam", "with free ends"."""
-    return f"with {attrs['ends']} ends" if "ends" in attrs else "as an endless beam"
+    known = {None: "as an endless beam", COUPLE: "under a couple at its ends"}
+    return known.get(attrs.get("ends"), f"with {attrs.get('ends')} ends")
 
 
 def holding(held: Iterable[str]) -> str:

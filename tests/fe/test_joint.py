@@ -258,8 +258,8 @@ def test_bad_levels_and_beams():
     beam = squama.Beam.from_ratios(**FIG6B)
     with pytest.raises(squama.InputError, match="levels = 0: must be 1 to 6"):
         joint.joint(beam, levels=0)
-    with pytest.raises(squama.InputError, match="longer than the law of the joint and the mesher reach"):
-        joint.joint(squama.Beam.from_ratios(**(FIG6B | {"zeta": 0.8})))
+    with pytest.raises(squama.InputError, match="comes out of the substrate's other face"):
+        joint.joint(squama.Beam.from_ratios(**(FIG6B | {"zeta": 3.65})))
 
 
 def test_the_command(cache, tmp_path, monkeypatch, capsys):
@@ -291,7 +291,9 @@ def test_the_command(cache, tmp_path, monkeypatch, capsys):
         (["--levels", "9"], "--levels"),
         (["--edge-size", "big"], "--edge-size"),
         (["--toml", "x.txt"], "x.txt"),
-        (["--set", "scale.embedded=20 mm"], "longer than the law of the joint and the mesher reach"),
+        (["--set", "scale.embedded=91.25 mm"], "comes out of the substrate's other face"),
+        (["--tab", "elastic"], "scale.youngs_modulus: is needed for an elastic tab"),
+        (["--tab", "soft"], "--tab"),
     ],
 )
 def test_bad_flags(flags, words, cache, tmp_path, monkeypatch, capsys):

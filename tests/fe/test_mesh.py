@@ -152,10 +152,6 @@ def test_other_geometries(fig6b, change) -> None:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (
-            {"zeta": 0.75},
-            r"scale.embedded = 0.75 pitches: longer than the law .* mesher reach \(zeta up to 0.69.*at most 0.69",
-        ),
         ({"zeta": 0.9, "theta0": np.radians(60)}, r"comes out of the substrate's other face.*at most 0.7"),
         ({"zeta": 0.005}, r"does not close over the scale.*more than 0.01134"),
         ({"alpha": np.radians(89)}, "scale.thickness = .*: the embedded parts of neighbours meet.*less than 0.003031"),

@@ -17,7 +17,7 @@ from squama.contacts.linear import BASE, INNER, STRIDE, laid_out
 from squama.contacts.meeting import before, meet, prepared
 from squama.contacts.newton import shift, solve
 from squama.contacts.system import EPS, EQUAL, FREE, LOADED, MU, OWN, PHI, STRAINS, UNTIED, Ties, ahead, strain_columns
-from squama.contacts.ties import GRIPPED, LOOSE, Tie, X, Y, Z, of_ends, ties
+from squama.contacts.ties import COUPLE, GRIPPED, LOOSE, Tie, X, Y, Z, of_ends, ties
 from squama.contacts.works import remember
 from squama.joints import law
 
@@ -138,8 +138,10 @@ if __name__ == "__main__":
     loose, gripped, apart = of_ends(N, LOOSE), of_ends(N, GRIPPED), of_ends(N, GRIPPED, apart=True)
     ways: dict[str, Any] = {"loose": (loose, (FREE, LOADED, FREE, FREE)), "some": (loose, (0.0, LOADED, FREE, 0.0))}
     ways |= {"gripped": (gripped, (FREE, LOADED, FREE, FREE)), "at a distance": (apart, (FREE, LOADED, FREE, LOADED))}
+    ways["couple"] = (of_ends(N, COUPLE), (FREE, LOADED, FREE, FREE))
     ways["equal"] = (None, (FREE, 0.0, FREE, FREE))
-    pushed = [Tie([(N, Y), (1.3, X)], course=(PHI, 1.0)), Tie(carried=(0.3, 0, 0, -1.0), course=(EPS, 2.0))]
+    pushed = [Tie([(N, Y), (1.3, X)], course=(PHI, 1.0), couple=Y - 0.4 * Z)]
+    pushed += [Tie(carried=(0.3, 0, 0, -1.0), course=(EPS, 2.0))]
     ways["cantilever"] = (ties(N, pushed), (FREE, LOADED, FREE, FREE))
     bench = [Tie([(0.5, v)]) for v in (X, Y, Z)] + [Tie([(3.2, v)]) for v in (X, Y)]
     bench += [Tie(turn=(1, Z, 0 * Z)), Tie([(2, Y)], course=(PHI, 1.0))]

@@ -30,7 +30,7 @@ def test_the_same_question_through_every_door():
     np.testing.assert_allclose(part.phi_cell, curve.phi_cell, rtol=1e-4)
 
 
-@pytest.mark.parametrize("ends", ["free", "gripped", "equal"])
+@pytest.mark.parametrize("ends", ["free", "couple", "gripped", "equal"])
 def test_the_work_of_the_torque_is_stored_or_rubbed(ends):
     r = squama.twist(SKIN, to=FAR, points=160, ends=ends)
     np.testing.assert_allclose(np.trapezoid(r["T"], r.Phi), (r.U_el + r.W_fr + r.W_snap)[-1], rtol=2e-3)
@@ -86,7 +86,7 @@ def test_the_number_of_scales():
     assert squama.Beam.from_toml_text(text) == endless
     with pytest.raises(squama.InputError, match='is neither a whole number from 2 to 1000000 nor "endless"'):
         SKIN.replace(scales="many")
-    with pytest.raises(squama.InputError, match=r'beam\.ends = "loose": must be "free" or "gripped"'):
+    with pytest.raises(squama.InputError, match=r'beam\.ends = "loose": must be one of "free", "couple", "gripped"'):
         SKIN.replace(ends="loose")
 
 
@@ -110,7 +110,7 @@ def test_who_answers_with_ends():
     [
         (squama.twist, SKIN.replace(scales=None), "free", "needs a number of scales, and this beam is endless"),
         (squama.bend, SKIN, "gripped", "is not known of a beam that is bent, or swings"),
-        (squama.twist, SKIN, "held", 'must be one of "free", "gripped", "equal", "endless"'),
+        (squama.twist, SKIN, "held", 'must be one of "free", "couple", "gripped", "equal", "endless"'),
         (squama.twist, SKIN.replace(faces="turned"), "free", "takes scales on one face"),
         (squama.twist, SKIN.replace(hold="bend"), "gripped", "the cells' bend is held"),
     ],

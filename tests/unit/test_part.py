@@ -5,14 +5,16 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.linalg import expm
+from scipy.optimize import fsolve
 
 import squama
 from squama.cli import main
 from squama.contacts import row
 from squama.contacts.path import Path, Scale
-from squama.contacts.system import PHI
-from squama.contacts.ties import Tie, Y, ties
+from squama.contacts.system import PHI, PSI
+from squama.contacts.ties import COUPLE, Tie, Y, of_ends, ties
 from squama.errors import InputError
 from squama.part import loaded, loading
 
@@ -60,18 +62,57 @@ def test_a_clamped_bar_is_the_elastica(load, aside, shorter, slope):
     assert off[100] / off[200] == pytest.approx(4, rel=0.05)
 
 
-@pytest.mark.parametrize(("word", "place", "axis"), [("20 deg bend", "y_axis", 1), ("40 deg twist", "z_axis", 2)])
-def test_an_end_moment_gives_arcs_and_helices(word, place, axis):
-    r = squama.load(BARE, word, scales=6, points=4)
-    psi, phi, chi, eps = (float(r[name][-1, 0]) for name in ("psi_cell", "phi_cell", "chi_cell", "stretch_cell"))
-    screw = np.zeros((4, 4))
-    screw[:3, :3] = [[0, phi, -chi], [-phi, 0, psi], [chi, -psi, 0]]
-    screw[2, 3] = 1 + eps
-    end = expm(6 * screw)[:3, 3] * BARE.pitch
-    tip = [float(r[name][-1, -1]) for name in ("x_axis", "y_axis", "z_axis")]
-    np.testing.assert_allclose(tip, end, atol=1e-12)
-    assert float(r[place][-1, -1]) == pytest.approx(end[axis], abs=1e-12)
-    np.testing.assert_allclose(r.psi_cell[-1], psi, atol=1e-12)
+def under_couple(n, total, load, coupled=0.0):
+    """Return a bar of n cells whose end is turned by an angle about its axis or its width; K couples bend and twist."""
+    way, free, _ = bar(n, free=(2.0, 2.0, 1.0, 1.0))
+    K = way.beams.K.copy()
+    K[0, 6, 7] = K[0, 7, 6] = coupled
+    way = way._replace(beams=way.beams._replace(K=K))
+    free[0, PSI + PHI - load] = 1.0
+    track = row.tied(way, n, row.legs(np.linspace(0, total / n, 5)[1:], load), of_ends(n, COUPLE, load), free)
+    return track, loaded.sections(track, n)[-1]
+
+
+@pytest.mark.parametrize(("load", "total"), [(PSI, 0.4), (PHI, 0.8), (PHI, 5.0)])
+def test_an_end_couple_gives_arcs_and_straight_twists(load, total):
+    track, frames = under_couple(6, total, load)
+    np.testing.assert_allclose(track.cells[-1, :, load], total / 6, rtol=1e-12)
+    np.testing.assert_allclose(track.cells[-1, :, 4 + load], total / 6, rtol=1e-12)
+    radius = 6 / total
+    end = [0, radius * (1 - math.cos(total)), radius * math.sin(total)] if load == PSI else [0, 0, 6]
+    np.testing.assert_allclose(frames[-1][:3, 3], end, atol=1e-12)
+
+
+def test_a_bar_that_bows_as_it_twists_is_a_rod_under_one_couple():
+    """A continuous rod by Runge-Kutta steps of plain vectors; cells are of second order."""
+    total, coupled = 2.0, 0.3
+    # turns about -x, -y, -z: bend, lateral bend, twist
+    soft = np.linalg.inv([[1, 0, coupled], [0, 1, 0], [coupled, 0, 1]])
+
+    def far(couple):
+        def rate(_, y):
+            R = y.reshape(3, 3)
+            w = soft @ R.T @ couple
+            return (R @ np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])).ravel()
+
+        return solve_ivp(rate, (0, 1), np.eye(3).ravel(), rtol=1e-10, atol=1e-12).y[:, -1].reshape(3, 3)
+
+    def off(couple):
+        R = far(couple)
+        z = np.array([0, 0, 1.0])
+        along = np.cross(couple, z + R[:, 2])
+        angle = 2 * math.atan2(R[1, 0] - R[0, 1], 1 + np.trace(R))
+        return [along[0], along[1], angle + total]
+
+    found = fsolve(off, [0, 0, -0.9 * total], xtol=1e-10)
+    torque = np.linalg.norm(found) * math.sqrt((1 + far(found)[2, 2]) / 2)
+    missed = []
+    for n in (12, 24, 48):
+        track, frames = under_couple(n, total, PHI, coupled)
+        missed.append(abs(n * float(track.loads[-1, 0]) / torque - 1))
+        assert frames[-1][2, 2] == pytest.approx(far(found)[2, 2], abs=1 / n)
+    assert missed[-1] < 1e-3
+    assert missed[0] / missed[1] == pytest.approx(4, rel=0.2)
 
 
 def test_small_loads_are_those_of_beam_theory():
@@ -171,6 +212,11 @@ def test_it_is_in_balance(name):
                         for j, share in loaded.at_sections(at, n):
                             moved[i, e] += share * size * (way[j - 1] @ force if j else 0.0)
                     moved[i, e] += one.tie.carried[e] * one.size * (d if one.words.strip().endswith("mm") else 1.0)
+                    if one.turns == PHI:
+                        R = places(step)[-1][:3, :3]
+                        # of a turn about z and a tilt after it, by the quaternion
+                        angle = 2 * np.arctan((R[0, 1] - R[1, 0]) / (1 + np.trace(R)))
+                        moved[i, e] += one.size * angle.imag * 1e20
             np.testing.assert_allclose(carried, moved, atol=1e-6 * np.abs(moved).max())
             # the root bears all of them
             pushed = [one for one in given if one.tie.forces]
@@ -219,19 +265,16 @@ def test_all_of_the_load_is_on_and_off_again(name):
     assert down < up * (1 - 1e-4)
 
 
-def test_end_torque_is_the_row_with_free_ends():
+def test_end_torque_is_the_row_under_a_couple():
     r = squama.load(SKIN, "100 deg twist", scales=7, points=9)
-    d = squama.row(SKIN, scales=7, to=f"{float(r.turn[-1]) / 7} rad/pitch", points=9)
+    d = squama.row(SKIN, scales=7, to=f"{float(r.turn[-1]) / 7} rad/pitch", points=9, ends="couple")
     assert float(r.moment[-1]) == pytest.approx(float(d["T"][-1]), rel=1e-5)
     np.testing.assert_allclose(r.phi_cell[-1], d.phi_cell[-1], rtol=1e-4)
 
 
-def test_end_moment_is_the_row_with_free_ends():
+def test_end_moment_is_the_row_under_a_couple():
     r = squama.load(SKIN, "100 deg bend", scales=15, points=9)
-    endless = squama.bend(SKIN, at=[float(r.psi_cell[-1, 7]) / SKIN.pitch], ends="endless")
-    # the middle of a long row
-    assert float(r.moment[-1]) == pytest.approx(float(endless.M[0]), rel=5e-3)
-    d = squama.bend(SKIN.replace(scales=15), at=[float(r.turn[-1]) / 15 / SKIN.pitch])
+    d = squama.bend(SKIN.replace(scales=15), at=[float(r.turn[-1]) / 15 / SKIN.pitch], ends="couple")
     assert float(r.moment[-1]) == pytest.approx(float(d.M[0]), rel=1e-5)
     np.testing.assert_allclose(r.psi_cell[-1], d.psi_cell[0], rtol=1e-4)
 

@@ -11,7 +11,7 @@ import squama
 from squama.contacts import entry, increments, path, row, states
 from squama.contacts.path import Path, Scale
 from squama.contacts.system import EQUAL, PHI, PSI, UNTIED, System
-from squama.contacts.ties import GRIPPED, LOOSE, of_ends
+from squama.contacts.ties import COUPLE, GRIPPED, LOOSE, of_ends
 from squama.contacts.touch import LIES
 from squama.curves import real
 from squama.errors import InputError
@@ -93,6 +93,17 @@ def far_end(strains):
     return np.array([-G[1, 2], G[0, 2], np.arctan(G[1, 0] / G[0, 0]), *G[:3, 3]])
 
 
+def turn(strains):
+    """Return the angle by which the far end is turned about the near end's axis, then tilted; and its axis."""
+    R = sections(strains)[1]
+    z = -R[:3, :3]
+    # the turn that is left when the shortest rotation has brought the far axis back
+    v = np.cross(-z[:, 2], [0, 0, 1.0])
+    V = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+    left = (np.eye(3) + V + V @ V / (1 - z[2, 2])) @ -z
+    return np.arctan(left[0, 1] / left[0, 0])
+
+
 def slopes(f, x):
     """Return the derivatives of f by all numbers in x, by complex steps."""
     out = []
@@ -108,7 +119,7 @@ WAYS = {"slender": made, "oblique": oblique}
 
 @pytest.mark.parametrize("mu", [0.0, 0.3])
 @pytest.mark.parametrize("name", WAYS)
-@pytest.mark.parametrize("ends", [LOOSE, GRIPPED])
+@pytest.mark.parametrize("ends", [LOOSE, COUPLE, GRIPPED])
 def test_a_row_is_in_balance(name, ends, mu):
     """Forces of contacts on both scales, joints and bar against the one load at the ends, carried to each cell."""
     way, n = WAYS[name](mu), 5
@@ -124,6 +135,16 @@ def test_a_row_is_in_balance(name, ends, mu):
     np.testing.assert_allclose(carried, t.cells[0, :, 4:], atol=1e-8 * scale)
     torque = column(t, "torque")[0, 0]
     assert strains[:, 1].mean() == pytest.approx(phi, rel=1e-9 if ends == LOOSE else 0.1)
+    if ends == COUPLE:
+        np.testing.assert_allclose(carried.ravel(), torque * slopes(turn, strains), atol=1e-8 * scale)
+        assert math.tan(turn(strains)) == pytest.approx(math.tan(n * phi), rel=1e-9)
+        # one couple in space
+        frames, end = sections(strains)
+        both = end[:3, 2] + [0, 0, 1]
+        fixed = torque * both / (1 + end[2, 2])
+        along = [-fixed @ expm_half for expm_half in (f[:3, 2] for f in frames)]
+        np.testing.assert_allclose(-np.array(along), carried[:, 1], rtol=1e-3)
+        return
     if ends == LOOSE:
         np.testing.assert_allclose(carried, np.outer(np.ones(n), [0, torque, 0, 0]), atol=1e-8 * scale)
         return
@@ -195,7 +216,7 @@ def test_the_middle_of_a_long_row_under_end_moments_is_the_endless_beam():
         assert column(t, name)[-1, 20] == pytest.approx(far[name], rel=1e-4), name
 
 
-@pytest.mark.parametrize("ends", [LOOSE, GRIPPED])
+@pytest.mark.parametrize("ends", [LOOSE, COUPLE, GRIPPED])
 @pytest.mark.parametrize("name", WAYS)
 def test_the_slope_of_the_energy_is_the_torque(name, ends):
     way, h = WAYS[name](), 2e-4
@@ -205,7 +226,7 @@ def test_the_slope_of_the_energy_is_the_torque(name, ends):
     assert slope == pytest.approx(6 * column(t, "torque")[3, 0], rel=1e-8)
 
 
-@pytest.mark.parametrize("ends", [LOOSE, GRIPPED])
+@pytest.mark.parametrize("ends", [LOOSE, COUPLE, GRIPPED])
 @pytest.mark.parametrize("name", WAYS)
 def test_energy_is_balanced_with_friction(name, ends):
     way = WAYS[name](0.4)
@@ -341,10 +362,11 @@ def test_the_door():
 @pytest.mark.parametrize(
     ("given", "words"),
     [
-        ({"ends": "clamped"}, 'must be one of "free", "gripped", "equal"'),
+        ({"ends": "clamped"}, 'must be one of "free", "couple", "gripped", "equal"'),
         ({"ends": "free", "joint": "hinge"}, "is not known of a row on hinges"),
         ({"ends": "gripped", "hold": "lateral bend"}, "the cells' bend is held"),
         ({"ends": "gripped", "scales": 61}, "must be 60 or less between grips"),
+        ({"ends": "couple", "scales": 61}, "must be 60 or less under a couple"),
     ],
 )
 def test_ends_that_are_refused(given, words):

@@ -42,6 +42,22 @@ def test_torsion_constant_is_exact_to_double_precision(ratio):
     assert section.torsion_constant(1.0, ratio) == section.torsion_constant(ratio, 1.0)
 
 
+@pytest.mark.parametrize(("length", "elements"), [(5, 1.077), (12, 1.032), (25, 1.016)])
+def test_plane_clamps_against_elements(length, elements):
+    """Nonlinear elements of the bar of stiff_skin at rest, docs: a finite row."""
+    ratio = section.clamped_ratio(1.4, 0.7, length, 0.49)
+    # tolerance: of what clamps add; the elements' mesh adds some
+    assert ratio - 1 == pytest.approx(elements - 1, rel=0.15)
+    assert section.clamped_ratio(0.7, 1.4, length, 0.49) == pytest.approx(ratio, rel=1e-9)
+
+
+def test_clamps_of_a_thin_strip_are_vlasovs():
+    """Warping x y, Gamma = (w t)^3/144; J/I vanishes with t/w, and a long strip loses a length at each end."""
+    w, t, nu, long = 1.0, 1e-3, 0.3, 100.0
+    lost = long / 2 * (1 - 1 / section.clamped_ratio(w, t, long, nu))
+    assert lost == pytest.approx(w * math.sqrt(2 * (1 + nu) * 3 / 144), rel=5e-3)
+
+
 def test_the_papers_section():
     # tolerance: the figures have so many digits
     assert section.torsion_constant(32, 16) == pytest.approx(29974, abs=0.5)

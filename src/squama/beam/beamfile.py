@@ -75,7 +75,7 @@ TABLES: Mapping[str, Mapping[str, Key]] = {
     "beam": {
         "pitch": _number(Dimension.LENGTH, SIZE, "distance d between two scales", '"20 mm"'),
         "scales": Key(None, "number N of scales, the beam is N d long; endless if it is not given", "25"),
-        "ends": Key(None, "its ends, if it has a number of scales: free or gripped", '"gripped"'),
+        "ends": Key(None, "its ends, if it has a number of scales: free, couple or gripped", '"gripped"'),
         "faces": Key(None, "faces with scales: one, mirrored or turned; of two also shifted", '"mirrored"'),
         "hold": Key(None, "strains held: bend, twist, lateral bend, stretch; straight for all", '"bend"'),
         "density": _number(Dimension.DENSITY, DENSITY, "density of the bar; for vibration", '"1150 kg/m3"'),

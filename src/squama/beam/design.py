@@ -34,8 +34,9 @@ class Beam(Assembly):
         Number N of scales (of a face), at least 2; the beam is N d long. Without it, or "endless", the beam is that of
         the paper, all of whose pitches are alike; its lengths, totals and pictures are of 25 pitches.
     ends : str, optional
-        Of a beam with a number of scales: "free" (a torque or a moment at both ends, if it is not given) or "gripped"
-        (both ends stay on one axis, as in a torsion tester).
+        Of a beam with a number of scales: "free" (one torque or moment in all cells, if it is not given), "couple" (a
+        couple at both ends, which may shift and tilt) or "gripped" (both ends stay on one axis, as in a torsion
+        tester).
     faces : str
         "one": scales on one face; "mirrored" (in the bar's middle plane, as armour) or "turned" (by half a turn about
         the beam's axis): on both; "mirrored, shifted" and "turned, shifted" by half a pitch. See `squama.beam.faces`.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from numbers import Integral
 
 from squama.errors import refuse
-from squama.loads import ENDLESS, FREE, GRIPPED
+from squama.loads import COUPLE, ENDLESS, FREE, GRIPPED
 from squama.units import shown
 
 SHOWN = 25
@@ -24,6 +24,7 @@ def number_of_scales(value: object) -> int | None:
 
 def held_ends(value: object) -> str:
     """Return how the ends of a beam are, by their word."""
-    if value not in (FREE, GRIPPED):
-        refuse("", shown(value), f"must be {shown(FREE)} or {shown(GRIPPED)}", 'write e.g. "gripped"')
+    known = FREE, COUPLE, GRIPPED
+    if value not in known:
+        refuse("", shown(value), f"must be one of {', '.join(map(shown, known))}", 'write e.g. "gripped"')
     return str(value)

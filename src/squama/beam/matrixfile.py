@@ -43,6 +43,8 @@ SHAPE = (
     "substrate.thickness", "substrate.poisson_ratio",
 )  # fmt: skip
 """Keys of the beam file that the matrix depends on, in units of the pitch and of the substrate's modulus."""
+TAB = ("scale.youngs_modulus", "scale.poisson_ratio")
+"""Keys that it depends on, too, where the embedded part bends; the modulus in units of the substrate's."""
 SCALING = ("beam.pitch", "substrate.youngs_modulus")
 """Keys by which it is scaled to a beam of the same shape."""
 NEAR = 1e-6
@@ -69,7 +71,7 @@ class StoredMatrix:
 
         table = np.asarray(rows, float)
         self.rows = tuple(map(tuple, table.tolist()))
-        self.made = {key: float(made[key]) for key in (*SCALING, *SHAPE) if key in made}
+        self.made = {key: float(made[key]) for key in (*SCALING, *SHAPE, *TAB) if key in made}
         self.name = name
         _check(table, name)
 
@@ -125,26 +127,35 @@ class StoredMatrix:
     def differences(self, values: Mapping[str, float]) -> list[tuple[str, float, float]]:
         """Return where the shape for which it was made is not that of the values: key, value made for, other, SI.
 
-        Lengths are compared in units of the pitch; ``values`` are SI, by "table.key".
+        Lengths are compared in units of the pitch, moduli in the substrate's; ``values`` are SI, by "table.key".
         """
-        found = []
-        for key in SHAPE:
+        found, units = [], dict(zip((Dimension.LENGTH, Dimension.PRESSURE), SCALING, strict=True))
+        for key in (*SHAPE, *TAB):
             if key in self.made:
-                length = NUMBERS[key][0] is Dimension.LENGTH
-                own, other = (v[key] / (v["beam.pitch"] if length else 1) for v in (self.made, values))
+                unit = units.get(NUMBERS[key][0])
+                own, other = (v[key] / (v[unit] if unit else 1) for v in (self.made, values))
                 if not math.isclose(own, other, rel_tol=NEAR):
                     found.append((key, self.made[key], values[key]))
         return found
 
 
-def made_for(beam: object) -> dict[str, float]:
-    """Return what the matrix of a beam depends on, SI values by "table.key"."""
-    return {name: float(attrgetter(name.removeprefix("beam."))(beam)) for name in (*SCALING, *SHAPE)}
+def made_for(beam: object, *, tab: bool = True) -> dict[str, float]:
+    """Return what the matrix of a beam depends on, SI values by "table.key"; ``tab``: embedded parts may bend.
+
+    A modulus that the beam does not give is infinite: its scales are rigid.
+    """
+    keys = (*SCALING, *SHAPE, *TAB * tab)
+    values = {name: attrgetter(name.removeprefix("beam."))(beam) for name in keys}
+    values["scale.poisson_ratio"] = attrgetter("scale.nu")(beam)
+    return {name: math.inf if values[name] is None else float(values[name]) for name in keys}
 
 
-def stored(beam: object, K: Array, name: str = "matrix") -> StoredMatrix:
-    """Return a matrix (7, 7) or (9, 9) in units of the pitch and the substrate's modulus as a file holds it, SI."""
-    made = made_for(beam)
+def stored(beam: object, K: Array, name: str = "matrix", *, tab: bool = False) -> StoredMatrix:
+    """Return a matrix (7, 7) or (9, 9) in units of the pitch and the substrate's modulus as a file holds it, SI.
+
+    ``tab``: its embedded part bends, with the modulus of the beam's scales.
+    """
+    made = made_for(beam, tab=tab)
     lengths, unit = _scales(made, len(K))
     return StoredMatrix(K * unit / lengths, made, name)
 
@@ -264,7 +275,7 @@ def _made(table: tabular.Table) -> dict[str, float]:
     made = {}
     for line in table.comments:
         match = _MADE.fullmatch(line)
-        if match is not None and match[1] in (*SCALING, *SHAPE):
+        if match is not None and match[1] in (*SCALING, *SHAPE, *TAB):
             with naming(f"# {match[1]}", table.name):
                 made[match[1]] = quantity(match[2].strip().strip('"'), NUMBERS[match[1]][0], bare=False)
     if missing := [key for key in SCALING if not made.get(key, 0) > 0]:

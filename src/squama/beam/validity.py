@@ -158,6 +158,8 @@ def _matrix(beam: Assembly) -> list[str]:
         texts = [f"{x:.4g}" for x in (made, here)]
         if dimension is Dimension.LENGTH:
             texts = [f"{_mm(x)} ({x / d:.4g} d)" for x, d in ((made, matrix.made["beam.pitch"]), (here, beam.pitch))]
+        elif dimension is Dimension.PRESSURE:
+            texts = [f"{x / 1e9:.4g} GPa" for x in (made, here)]
         elif dimension is Dimension.ANGLE:
             texts = [f"{math.degrees(x):.4g} deg" for x in (made, here)]
         words.append(f"{key} = {texts[0]}, not {texts[1]}")

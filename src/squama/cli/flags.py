@@ -294,7 +294,7 @@ Margin = Annotated[float, flag(_CUT, read=within(MARGIN))]
 Json = Annotated[bool, Parameter(help="Print all results as JSON instead of the summary.")]
 Full = Annotated[bool, Parameter(help="Print all figures after the summary.")]
 Quiet = Annotated[bool, Parameter(help="Print no progress.")]
-_ENDS = "Ends: free, gripped, equal (pitches alike), endless. Default: the file's, or free."
+_ENDS = "Ends: free, couple, gripped, equal (pitches alike), endless. Default: the file's, or free."
 Ends = Annotated[str | None, flag(_ENDS, read=one_of(*ENDS))]
 Plot = Annotated[tuple[File, ...], flag("Picture to write (.png, .svg, .pdf); may be repeated.")]
 

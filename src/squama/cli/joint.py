@@ -35,6 +35,7 @@ LOADS = ("phi", "psi", "epsilon")
 """Twist, bend and stretch per pitch."""
 _EDGES = "Size of the coarsest elements along the scale's edges, in pitches. Default: a fifth of the embedded length."
 _LEVELS = "Number of meshes, each half as coarse as the one before. Default: 3."
+_TAB = "The embedded part of a scale: rigid, or elastic with the scale's modulus. Default: rigid."
 _TOML = "Beam file (.toml) to write, with K_theta and C_f of the elements under [joint]."
 _MATRIX = 'CSV file to write: stiffness in all motions, for matrix = "joint.csv" under [joint] of a beam file.'
 _table = partial(output.table, left=1)
@@ -47,6 +48,7 @@ def joint(
     *,
     edge_size: Annotated[float | None, flag(_EDGES, read=_size)] = None,
     levels: Annotated[int, flag(_LEVELS, read=whole(1, 6, "3"))] = 3,
+    tab: Annotated[str, flag(_TAB, read=flags.one_of("rigid", "elastic"))] = "rigid",
     toml: Annotated[flags.File | None, flag(_TOML)] = None,
     matrix: Annotated[flags.File | None, flag(_MATRIX)] = None,
     quiet: flags.Quiet = False,
@@ -64,7 +66,12 @@ def joint(
     rest = "" if fresh else "; meshes that are done are kept: run it again to go on"
     with kept(label(beam), rest):
         found = stiffness.joint(
-            described, edge_size=edge_size, levels=levels, fresh=fresh, progress=None if quiet else print_level
+            described,
+            edge_size=edge_size,
+            levels=levels,
+            tab=tab,
+            fresh=fresh,
+            progress=None if quiet else print_level,
         )
     written = []
     if toml is not None:
@@ -72,7 +79,8 @@ def joint(
         described.replace(joint=own).to_toml(toml)
         written.append(label(toml))
     if matrix is not None:
-        written.append(label(matrixfile.write(matrixfile.stored(described, found.K, matrix), matrix)))
+        stored = matrixfile.stored(described, found.K, matrix, tab=tab == "elastic")
+        written.append(label(matrixfile.write(stored, matrix)))
     return output.report(base.json, beam, written, _record(described, found), _shown(described, found))
 
 
@@ -159,10 +167,12 @@ def _shown(beam: Beam, found: JointMatrix) -> Iterable[str | Table]:
 
 def _over_bare(beam: Beam, K: Array) -> tuple[float, float]:
     """Return the stiffness against bend and stretch, all else free, over that of the bare bar."""
+    import numpy as np
+
     from squama.joints import factor
     from squama.model import section
 
-    free, d = factor.pivots(K), beam.pitch
+    free, d = 1 / np.diag(np.linalg.inv(K)), beam.pitch
     width, thickness = beam.substrate.width / d, beam.substrate.thickness / d
     bend = section.bending_moment_of_area(width, thickness)
     return float(free[factor.BEND] / bend), float(free[factor.STRETCH] / (width * thickness))

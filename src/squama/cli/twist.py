@@ -176,7 +176,8 @@ def row(
 
 
 _ROW_ENDS = {
-    "free": "free ends: a torque at both ends, and each cell has its own twist and bow",
+    "free": "free ends: the same torque in all cells, and each has its own twist and bow",
+    "couple": "a couple at both ends, which may shift and tilt, and each cell has its own twist and bow",
     "gripped": "gripped ends: the grips stay on one axis, and each cell has its own twist and bow",
     "equal": "equal cells: all have the same twist and bow",
 }

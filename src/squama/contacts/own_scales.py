@@ -10,15 +10,18 @@ from squama.batch.keeping import tell
 from squama.contacts import entry, from_endless, increments, path
 from squama.contacts.increments import Legs, Written
 from squama.contacts.system import EPS, MOTIONS, OWN, POWERS, STRAINS, Ties
-from squama.contacts.ties import GRIPPED, LOOSE, freed, of_ends
+from squama.contacts.ties import COUPLE, GRIPPED, LOOSE, freed, of_ends
 from squama.types import Array
 
 MOST = 8
 """Scales that are solved for between loose ends; what the ends of more do follows from these."""
 
 
+_WORDS = {LOOSE: "free ends", GRIPPED: "gripped ends", COUPLE: "a couple at the ends"}
+
+
 class Own(NamedTuple):
-    """A number of scales between ends of a kind, ``LOOSE`` or ``GRIPPED``; ``states``: up to which of a path."""
+    """A number of scales, their ends (``LOOSE``, ``COUPLE`` or ``GRIPPED``), and up to which of a path's states."""
 
     scales: int
     kind: int = LOOSE
@@ -27,7 +30,7 @@ class Own(NamedTuple):
     @property
     def words(self) -> str:
         """The beam in words."""
-        return f"{self.scales} scales, {'gripped' if self.kind == GRIPPED else 'free'} ends"
+        return f"{self.scales} scales, {_WORDS[self.kind]}"
 
 
 _MOTION, _STRAIN, _LOAD = (path.COLUMNS.index(name) for name in ("u_X", "psi", "M"))
@@ -69,7 +72,7 @@ def ratios(beams: entry.Beams, answers: path.Answers, own: Own, *loads: int) -> 
     """
     rows, touches = answers.rows[:, own.states], answers.touches[:, own.states]
     way, strain, load = rows[..., 0], rows[..., _STRAIN + loads[-1]], rows[..., _LOAD + loads[-1]]
-    if own.kind == GRIPPED:
+    if own.kind != LOOSE:
         places = range(max(0, rows.shape[1] - 2), rows.shape[1])
         found = np.array([_shares(beams, rows, touches, own, loads, at) * load[:, at] for at in places])
     else:

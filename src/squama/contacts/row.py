@@ -14,8 +14,8 @@ import numpy as np
 from squama.batch.keeping import tell
 from squama.contacts import entry, increments, path, states, touch
 from squama.contacts.increments import Legs, Written
-from squama.contacts.system import EPS, EQUAL, MOTIONS, OWN, PHI, STRAINS, UNTIED, Ties
-from squama.contacts.ties import GRIPPED, LOOSE, freed, of_ends
+from squama.contacts.system import ENDLESS, EPS, EQUAL, MOTIONS, OWN, PHI, STRAINS, UNTIED, Ties
+from squama.contacts.ties import LOOSE, freed, of_ends
 from squama.types import Array
 
 _CONTACTS, _EVENTS, _BEGIN = 4, 16, 2e-4
@@ -93,13 +93,13 @@ def track(
 ) -> Track:  # fmt: skip
     """Follow a row through twists (n,) from 0 on, which may go back, to the last or to its end.
 
-    ``ends``: ENDLESS, EQUAL cells, or LOOSE or GRIPPED ends; twists are the mean of all cells. ``load``: another strain
-    in place of the twist, or several of loose ends, whose values are (n, K). Gripped ends keep their distance where the
-    stretch is held.
+    ``ends``: ENDLESS, EQUAL cells, or LOOSE, COUPLE or GRIPPED ends; twists are the mean of all cells, or the turn of
+    the far end over their number. ``load``: another strain in place of the twist, or several of loose ends, whose
+    values are (n, K). Gripped ends keep their distance where the stretch is held.
     """
     free, loads = way.beams.free, load if isinstance(load, tuple) else (load,)
     strains = legs(at, *loads)
-    if ends not in (LOOSE, GRIPPED):
+    if ends in (ENDLESS, EQUAL):
         return tied(way, scales, strains, None, free, step=step, about=ends)
     held = of_ends(scales, ends, *loads, apart=free[0, EPS] == 0)
     return tied(way, scales, strains, held, freed(free, *loads, ends=ends), step=step)

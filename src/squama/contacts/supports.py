@@ -9,7 +9,7 @@ with X_i the motion of all that is beyond per strain of cell i, and W_i the wren
 sees them in which the near end is clamped: turn (o, v) and wrench (m, f) about its origin. Loads are those L_k of ties
 (:class:`squama.contacts.system.Ties`): each is the multiplier of a coordinate that is imposed, as the twist of an end
 is by a torque, or the way of a tip along the force on it. A tie brings L_k c_k to all cells alike, L_k f to sections,
-and where it holds a turn the moment that does its work.
+where it holds a turn the moment that does its work, and a couple on the far end.
 
 As cells before cell i are strained, its section moves by s_i, X_i changes by the bracket (s x o, s x v + t x o) of
 both, and W_i with the places of the loads beyond. All s_i and changes of W_i, linear in those of the unknowns, are
@@ -18,12 +18,26 @@ unknowns of the equations' derivatives alone: so they remain a band.
 
 from __future__ import annotations
 
+import numpy as np
+
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
 from squama.contacts.geometry import PLACED, back, chain, put, turn, vector
 from squama.contacts.linear import Linear, enter
 from squama.contacts.meeting import Work
-from squama.contacts.system import LOADED, STRAINS, State, System, ahead, borders, sectioned, strain_columns
+from squama.contacts.system import (
+    CHI,
+    LOADED,
+    PHI,
+    PSI,
+    STRAINS,
+    State,
+    System,
+    ahead,
+    borders,
+    sectioned,
+    strain_columns,
+)
 from squama.contacts.vectors import Vector, add, cross, dot, rotated, scaled, spin, turned
 from squama.types import Array
 
@@ -100,6 +114,58 @@ def moment_of(S: System, st: State, W: Work, k: int) -> Vector:
 
 
 @_jit
+def bisected(S: System, W: Work, k: int) -> tuple[Vector, float]:
+    """Return the sum of the axis of tie k's couple as the near end and as the far end have it, and 1 + their cosine.
+
+    Axes have the size of the couple.
+    """
+    a = vector(S.ties.couples[k], 0)
+    far = turn(W.frames[len(S.shapes)], a)
+    return add(a, 1.0, far), 1.0 + dot(a, far) / max(dot(a, a), 1e-300)
+
+
+@_jit
+def couple(S: System, W: Work, k: int) -> Vector:
+    """Return the moment on the far end of a unit load of tie k: it turns the end by some angle, and lets it tilt.
+
+    The turn R of the end is one about the axis a, by the angle p, and then a tilt about an axis across a. The couple
+    that works on p alone bisects the axes of both ends: m = (a + R a)/(1 + a . R a).
+    """
+    both, q = bisected(S, W, k)
+    return scaled(1.0 / q, both)
+
+
+@_jit
+def couple_moved(S: System, W: Work, k: int, o: Vector) -> Vector:
+    """Return the change of :func:`couple` as the far end turns by o."""
+    a = vector(S.ties.couples[k], 0)
+    both, q = bisected(S, W, k)
+    change = cross(o, add(both, -1.0, a))
+    return add(scaled(1.0 / q, change), -dot(a, change) / max(dot(a, a), 1e-300) / (q * q), both)
+
+
+@_jit
+def turned_by(S: System, st: State, W: Work, k: int) -> float:
+    """Return the angle p by which the far end is turned about the axis of tie k's couple, times its size.
+
+    Of the angles that differ by whole turns it is the one next to the turns of all cells.
+    """
+    a, N, R = vector(S.ties.couples[k], 0), len(S.shapes), W.frames[len(S.shapes)]
+    size = np.sqrt(dot(a, a))
+    q = 1.0 + dot(a, turn(R, a)) / (size * size)
+    vee = (R[7] - R[5], R[2] - R[6], R[3] - R[1])
+    sine, cosine = dot(a, vee) / (size * q), (R[0] + R[4] + R[8] + 1.0) / q - 1.0
+    angle = np.arctan2(sine.real, cosine.real)
+    cells = 0.0
+    for i in range(N):
+        cells -= (a[0] * st.strains[i, PSI] + a[1] * st.strains[i, CHI] + a[2] * st.strains[i, PHI]).real
+    whole = 2 * np.pi * np.round((cells / size.real - angle) / (2 * np.pi))
+    # the last part is 0, but for complex steps
+    by: float = size * (angle + whole + sine * np.cos(angle) - cosine * np.sin(angle))
+    return by
+
+
+@_jit
 def load_at(S: System, st: State, W: Work, j: int) -> tuple[Vector, Vector]:
     """Return the wrench of all ties on section j."""
     none = 0.0 * st.strains[0, 0]
@@ -108,6 +174,8 @@ def load_at(S: System, st: State, W: Work, j: int) -> tuple[Vector, Vector]:
         f = add(f, st.ties[LOADS, k], vector(S.ties.forces[k, j], 0))
         if S.ties.turns[k, AT] == j:
             m = add(m, st.ties[LOADS, k], moment_of(S, st, W, k))
+        if j == len(S.shapes):
+            m = add(m, st.ties[LOADS, k], couple(S, W, k))
     return add(m, 1.0, cross(vector(W.frames[j], 9), f)), f
 
 
@@ -123,6 +191,8 @@ def load_moved(S: System, st: State, W: Work, j: int, o: Vector, v: Vector) -> V
             other = aim(S, st, k, back(W.frames[j], cross(o, axis)))
             change = add(scaled(-dot(askew(S, st, W, k), o), axis), 0.5, other)
             m = add(m, st.ties[LOADS, k], change)
+        if j == len(S.shapes):
+            m = add(m, st.ties[LOADS, k], couple_moved(S, W, k, o))
     return add(m, 1.0, cross(add(v, 1.0, cross(o, vector(W.frames[j], 9))), f))
 
 
@@ -131,7 +201,9 @@ def unit_load(S: System, st: State, W: Work, k: int, j: int) -> tuple[Vector, Ve
     """Return the wrench of a unit load of tie k on section j; it is the gradient of its coordinate, too."""
     f = vector(S.ties.forces[k, j], 0)
     m = cross(vector(W.frames[j], 9), f)
-    return (add(m, 1.0, moment_of(S, st, W, k)) if S.ties.turns[k, AT] == j else m), f
+    if S.ties.turns[k, AT] == j:
+        m = add(m, 1.0, moment_of(S, st, W, k))
+    return (add(m, 1.0, couple(S, W, k)) if j == len(S.shapes) else m), f
 
 
 @_jit
@@ -192,6 +264,8 @@ def coordinate(S: System, st: State, W: Work, k: int) -> float:
         off += dot(vector(S.ties.forces[k, j], 0), (p[0], p[1], p[2] - j))
     if S.ties.turns[k, AT] >= 0:
         off += dot(vector(S.ties.turns[k], AXIS), askew(S, st, W, k))
+    if dot(vector(S.ties.couples[k], 0), vector(S.ties.couples[k], 0)) > 0.0:
+        off += turned_by(S, st, W, k)
     return off
 
 

@@ -37,17 +37,19 @@ class Ties(NamedTuple):
     between cells, in the axes of the near end at rest, or (K, 0, 3) where no tie knows of sections; ``carried`` (K, 4):
     M, T, B, P brought to all cells alike; ``turns`` (K, 7): a section (-1: none) that is held against turning about an
     axis (3), and the turn (3) it is to have per unit of its course; ``course`` (K, 2): the strain of the path's legs by
-    which a tie goes (-1: it stays), and how far it goes per unit of that. ``floating``: the near end is not clamped.
+    which a tie goes (-1: it stays), and how far it goes per unit of that; ``couples`` (K, 3): axis and size of a couple
+    on the far end (:mod:`squama.contacts.supports`). ``floating``: the near end is not clamped; without couples.
     """
 
     forces: Array
     carried: Array
     turns: Array
     course: Array
+    couples: Array
     floating: bool
 
 
-UNTIED = Ties(np.zeros((0, 0, 3)), np.zeros((0, 4)), np.zeros((0, 7)), np.zeros((0, 2)), False)
+UNTIED = Ties(np.zeros((0, 0, 3)), np.zeros((0, 4)), np.zeros((0, 7)), np.zeros((0, 2)), np.zeros((0, 3)), False)
 """No ties."""
 
 

@@ -11,17 +11,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.contacts.system import EPS, FREE, LOADED, PHI, STRAINS, UNTIED, Ties
+from squama.contacts.system import CHI, EPS, FREE, LOADED, PHI, PSI, STRAINS, UNTIED, Ties
 from squama.types import Array
 
-LOOSE, GRIPPED = 1, 2
-"""Ends of a row, beside ``EQUAL``: one load in all cells, or both ends on one axis."""
+LOOSE, GRIPPED, COUPLE = range(1, 4)
+"""Ends of a row, beside ``EQUAL``: one load in all cells, both ends on one axis, or a couple at both ends."""
 X, Y, Z = np.eye(3)
+TURNS = {PSI: -X, PHI: -Z, CHI: -Y}
+"""Axes about which a cell turns by its strains."""
 _STAYS = -1.0
 
 
 class Tie(NamedTuple):
-    """One coordinate, and what its unit load is: forces by section, M, T, B, P on all cells, a section's turn.
+    """One coordinate, and its unit load: forces by section, M, T, B, P on all cells, a section's turn, a couple.
 
     ``course``: the strain of the legs by which it goes, and how far; see :class:`squama.contacts.system.Ties`.
     """
@@ -29,12 +31,14 @@ class Tie(NamedTuple):
     forces: Sequence[tuple[float, Array]] = ()
     carried: Sequence[float] = (0.0, 0.0, 0.0, 0.0)
     turn: tuple[float, Array, Array] | None = None
+    couple: Array = 0 * Z
     course: tuple[float, float] = (_STAYS, 0.0)
 
 
 def ties(n: int, every: Sequence[Tie], *, floating: bool = False) -> Ties:
     """Return the ties of n cells; forces between two sections are shared by them as a lever would."""
-    K, sections = len(every), n + 1 if floating or any(len(t.forces) or t.turn for t in every) else 0
+    along = floating or any(len(t.forces) or t.turn or t.couple.any() for t in every)
+    K, sections = len(every), n + 1 if along else 0
     forces, turns = np.zeros((K, sections, 3)), np.zeros((K, 7))
     turns[:, 0] = -1.0
     for k, tie in enumerate(every):
@@ -44,18 +48,24 @@ def ties(n: int, every: Sequence[Tie], *, floating: bool = False) -> Ties:
             forces[k, j + 1] += (at - j) * force
         if tie.turn is not None:
             turns[k, 0], turns[k, 1:4], turns[k, 4:] = tie.turn
-    alike = (np.array([getattr(t, name) for t in every], float) for name in ("carried", "course"))
-    carried, course = (v.reshape(K, -1) for v in alike) if K else (UNTIED.carried, UNTIED.course)
-    return Ties(forces, carried, turns, course, floating)
+    if not K:
+        return UNTIED._replace(forces=forces, turns=turns, floating=floating)
+    alike = (np.array([getattr(t, name) for t in every], float) for name in ("carried", "course", "couple"))
+    carried, course, couples = (v.reshape(K, -1) for v in alike)
+    return Ties(forces, carried, turns, course, couples, floating)
 
 
 def of_ends(n: int, ends: int, *loads: int, apart: bool = False) -> Ties:
     """Return the ties of a row whose mean strains ``loads`` are imposed (one of them by grips), by default the twist.
 
+    A couple imposes the turn of the far end about one axis, over the number of cells.
+
     ``apart``: grips keep their distance.
     """
     loads = loads or (PHI,)
-    if ends != GRIPPED:
+    if ends == COUPLE:
+        return ties(n, [Tie(couple=TURNS[load], course=(load, n)) for load in loads])
+    if ends == LOOSE:
         return ties(n, [Tie(carried=np.eye(STRAINS)[load].tolist(), course=(load, n)) for load in loads])
     (load,) = loads
     coaxial = [Tie(turn=(n, axis, -n * Z), course=(load, 0.0)) for axis in (X, Y, Z)]

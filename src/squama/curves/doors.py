@@ -21,7 +21,7 @@ from squama.curves.chosen import MODELS, chosen
 from squama.curves.labelled import Answer
 from squama.curves.way import Analysis, Solved, States, Way
 from squama.errors import naming, refuse
-from squama.loads import ENDLESS, ENDS, GRIPPED, LOADS, MANY_SCALES, Load
+from squama.loads import COUPLE, ENDLESS, ENDS, GRIPPED, LOADS, MANY_SCALES, Load
 from squama.types import Array
 from squama.units import shown
 
@@ -99,9 +99,10 @@ def twist(
         are held straight.
     ends
         Of a beam with a number of scales, whose end scales lack a neighbour, in place of its own ``ends``: "free" (the
-        default), a torque at both ends, and each cell has its own twist, bend and stretch; "gripped": the ends stay on
-        one axis, half a pitch beyond the first and last scale, and may come nearer, of up to 60 scales; "equal": all
-        cells have the same strains; "endless": the beam without ends, which answers for more than 200 scales, on
+        default), one torque about the axis of each cell, which has its own twist, bend and stretch; "couple": a couple
+        at both ends, which may shift and tilt, of up to 60 scales; "gripped": the ends stay on one axis, half a pitch
+        beyond the first and last scale, and may come nearer, of up to 60 scales; "equal": all cells have the same
+        strains; "endless": the beam without ends, which answers for more than 200 scales, on
         hinges, with scales on both faces, and where a beam has no number of scales.
 
     Returns
@@ -233,11 +234,13 @@ def ends_of(asked: Analysis, word: str | None, *, history: bool = False, row: bo
     """Return the ends of a beam by their word, or as they are by default; refuse what a model does not know.
 
     ``history``: of one that is loaded and unloaded, or along several loads; ``row``: it has ends even where it is
-    endless by default; ``grips``: whether there may be grips, of a beam that is twisted alone.
+    endless by default; ``grips``: whether there may be a couple, of one load alone, or grips, of a beam that is
+    twisted alone.
     """
     beam, model = asked.beam, MODELS[asked.joint]
-    grips &= asked.way.loaded == (LOADS["twisting"].verb,)
-    known = [end for end in model.ends if grips or end != GRIPPED]
+    couple = grips and len(asked.way.loaded) == 1
+    may = {COUPLE: couple, GRIPPED: couple and asked.way.loaded == (LOADS["twisting"].verb,)}
+    known = [end for end in model.ends if may.get(end, True)]
     if history and model.straight:
         known = [ENDLESS]
     own = beam.ends if beam.ends in known else known[0]
@@ -252,7 +255,7 @@ def ends_of(asked: Analysis, word: str | None, *, history: bool = False, row: bo
     if beam.scales is None:
         refuse("ends", shown(word), "needs a number of scales, and this beam is endless", "write scales=25")
     if word not in known:
-        why = f"is not known of {'a row on hinges' if model.straight else 'a beam that is bent, or swings'}"
+        why = f"is not known of {'a row on hinges' if model.straight else 'a beam that is loaded so'}"
         refuse("ends", shown(word), why, f'leave it out, or write ends="{known[0]}"')
     only_one(beam.faces, "a beam with ends")
     return word

@@ -61,7 +61,8 @@ def row(
         "compliant" or "hinge", thin, rigid scales or those of the beam, and what is held, as in :func:`squama.twist`;
         of each cell. With grips nothing but the stretch may be held: their distance.
     ends
-        "free" (default): a torque at both ends, the same in all cells; "gripped": the ends stay on one axis, held
+        "free" (default): a torque, the same in all cells; "couple": a couple at both ends, which may shift and tilt
+        (then twists are those of the far end over the pitches); "gripped": the ends stay on one axis, held
         against bending and shear, half a pitch beyond the first and last scale; "equal": all cells have the same
         strains. Rows on hinges are "equal".
 

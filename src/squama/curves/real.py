@@ -15,7 +15,7 @@ import numpy as np
 from squama.beam import joint_law
 from squama.beam.design import Beam
 from squama.beam.joint_law import Free
-from squama.beam.matrixfile import SHAPE, inclination_stiffness, twisting_stiffness
+from squama.beam.matrixfile import SHAPE, TAB, inclination_stiffness, twisting_stiffness
 from squama.contacts import path, states
 from squama.curves.way import Case
 from squama.errors import refuse
@@ -191,14 +191,15 @@ def notes(held: Held, beam: Beam, far: float, *, ideal: bool) -> list[str]:
         )
     # a matrix of elements says for which shape it was made; in one that does not, or a factor, the tab's give is in
     matrix, factor = beam.joint.matrix, beam.joint.inclusion_factor
-    measured = factor is not None or (matrix is not None and matrix.made.keys().isdisjoint(SHAPE))
+    stated = set() if matrix is None else set(matrix.made)
+    measured = factor is not None or (matrix is not None and (stated.isdisjoint(SHAPE) or TAB[0] in stated))
     if beam.scale.youngs_modulus is not None and beam.zeta > 0 and not (ideal or measured):
         group = beam.modulus_ratio / beam.slenderness**3
         error = rigid_tab(group, held.rigidity / (beam.G_B * beam.J))
         if error > TAB_LIMIT:
             lines.append(
                 f"the torque is too high by about {change(error)}: the joint takes the embedded part of a scale as "
-                f"rigid, but it bends, with (E_s/E)(t_s/L)^3 = {group:.2g}"
+                f"rigid, but it bends (squama joint --tab elastic), with (E_s/E)(t_s/L)^3 = {group:.2g}"
             )
     if far > STRAIN_LIMIT:
         lines.append(

@@ -14,7 +14,6 @@ import numpy as np
 
 from squama.contacts import events, increments, path, row, touch
 from squama.contacts.row import Track
-from squama.contacts.ties import GRIPPED
 from squama.curves import real, rows
 from squama.curves.both_faces import WHOSE
 from squama.curves.curve_figures import PLACES, path_figures, work_error
@@ -114,8 +113,7 @@ def _endless(one: real.Path, stations: Stations) -> Followed:
 def _row(analysis: Analysis, one: real.Path, stations: Stations, endless: Followed) -> Followed:
     """Follow all scales of a beam, beside which stands the endless one."""
     n, kind = analysis.beam.pitches, rows.KINDS[analysis.ends]
-    if kind == GRIPPED:
-        rows.may_be_gripped(one.held, n)
+    rows.check_ends(kind, one.held, n)
     loads = [load for load in LOADS.values() if load.verb in analysis.way.loaded]
     axes = tuple(load.axis for load in loads)
     track = row.track(one.way, n, stations.strains[:, axes], OF_ROWS, ends=kind, load=axes)

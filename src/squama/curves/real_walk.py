@@ -13,7 +13,6 @@ import numpy as np
 
 from squama.beam.design import Beam
 from squama.contacts import entry, events, increments, path, states
-from squama.contacts.ties import GRIPPED
 from squama.curves import real, rows
 from squama.curves.both_faces import WHOSE
 from squama.curves.curve_figures import FINE, figures, first_at, tangents
@@ -194,8 +193,7 @@ def solve(analysis: Analysis) -> tuple[list[Loaded], States]:
     if analysis.ends == ENDLESS:
         return endless, more
     n, kind = beam.pitches, KINDS[analysis.ends]
-    if kind == GRIPPED:
-        rows.may_be_gripped(held, n)
+    rows.check_ends(kind, held, n)
     return [whole._replace(ends=Row(kind, whole)) for whole in endless], more
 
 

@@ -1,7 +1,7 @@
 """A beam of N scales under one load, in SI units: its ends lack a neighbour, and each cell may have its own strains.
 
-The load is a torque or moment at the ends, or the ends stay on one axis between grips, or all cells have the same
-strains (:data:`squama.loads.ENDS`). Scales may touch anywhere, with several contacts at once.
+All cells bear one torque or moment, or a couple at the ends, or the ends stay on one axis between grips, or all cells
+have the same strains (:data:`squama.loads.ENDS`). Scales may touch anywhere, with several contacts at once.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from squama.contacts import increments, row, states
 from squama.contacts.row import Track
 from squama.contacts.system import EQUAL, STRAINS
-from squama.contacts.ties import GRIPPED, LOOSE
+from squama.contacts.ties import COUPLE, GRIPPED, LOOSE
 from squama.curves import real
 from squama.curves.curve_figures import dissipation
 from squama.curves.real_figures import by_load, values
@@ -28,10 +28,11 @@ from squama.types import Array
 
 CELLS = "psi_cell", "phi_cell", "chi_cell", "stretch_cell"
 CARRIED = "M_cell", "T_cell", "M_lat_cell", "P_cell"
-KINDS = dict(zip(ENDS, (LOOSE, GRIPPED, EQUAL), strict=False))
+KINDS = dict(zip(ENDS, (LOOSE, COUPLE, GRIPPED, EQUAL), strict=False))
 """Ends of a row by their word."""
 GRIPPED_MOST = 60
-"""Most scales between grips: each engages on its own there, and the time grows as the square of their number."""
+"""Most scales between grips, or under a couple: each engages on its own, and time grows as the square of their number.
+"""
 _MANY = 20_000
 _UNKNOWN = ("slip", "contact", "mu_lock")
 """Figures of a scale that a row does not tell."""
@@ -122,10 +123,15 @@ def of_scales(
     return along, each
 
 
-def may_be_gripped(held: real.Held, n: int) -> None:
-    """Refuse grips of a bar that cannot bend between them, or of one of too many scales."""
+def check_ends(kind: int | None, held: real.Held, n: int) -> None:
+    """Refuse grips of a bar that cannot bend between them, and too many scales between grips or under a couple."""
+    if kind not in (GRIPPED, COUPLE):
+        return
     if n > GRIPPED_MOST:
-        refuse("scales", str(n), f"must be {GRIPPED_MOST} or less between grips", 'give fewer, or write ends="free"')
+        where = "between grips" if kind == GRIPPED else "under a couple"
+        refuse("scales", str(n), f"must be {GRIPPED_MOST} or less {where}", 'give fewer, or write ends="free"')
+    if kind == COUPLE:
+        return
     bend, _, aside, _ = held.free
     if not (bend and aside):
         why = "joint.matrix knows no bend" if len(held.K) < 9 else "the cells' bend is held"
@@ -155,13 +161,13 @@ def beyond(track: Track, far: float, *loads: Load) -> tuple[str, ...]:
 def cells_of(one: real.Path, track: Track, kind: int, *loads: Load) -> dict[str, Array]:
     """Return strains of each cell, and what it carries of moments and forces that hold it, in SI units by role.
 
-    ``loads`` are the same in all cells, unless between grips.
+    ``loads`` are the same in all cells, unless between grips or under a couple.
     """
     free, d = one.held.free, one.beam.pitch
     senses = (1.0, one.toward[1] or 1.0, 1.0, 1.0)
     known = [True] * 4 if len(one.held.K) > 7 else [False, True, False, False]
     loaded = [load.axis for load in loads]
-    there = [known[e] and (kind == GRIPPED or (not free[e] and e not in loaded)) for e in range(STRAINS)]
+    there = [known[e] and (kind in (GRIPPED, COUPLE) or (not free[e] and e not in loaded)) for e in range(STRAINS)]
     units = one.unit_moment * np.append(np.ones(3), 1 / d)
     strains, carried = (np.moveaxis(v, -1, 0) for v in (track.cells[..., :4], track.cells[..., 4:]))
     # (adding 0 leaves no -0)

@@ -126,6 +126,7 @@ def make_walk(
         return Walk(bent(body, row), contact, ways_of(each, row), _endless, dhat=dhat)
     unknowns = 3 * len(pitch.images[2]) * scales
     check_memory(scales, unknowns, estimate(unknowns, scales))
+    geometry.check_ends()
     mesh = tile(pitch, scales)
     body = beam_body(mesh, geometry)
     try:

@@ -144,6 +144,7 @@ def model(
     arguments.positive("twist", twist)
     arguments.one_of("material", material, MATERIALS)
     shape = geometry(beam)
+    shape.check_ends()
     mesh = tile(pitch_mesh(shape, size, edge_size), scales)
     d, E = beam.pitch * 1e3, beam.substrate.youngs_modulus * 1e-6
     elastic = not ideal and beam.scale.youngs_modulus is not None

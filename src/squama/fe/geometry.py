@@ -14,14 +14,16 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from squama.errors import Problems
+from squama.errors import Problems, refuse
 from squama.fe.plate import Rest
 
 if TYPE_CHECKING:
     from squama.beam.design import Beam
 
 ROOM = 0.02
-"""Least room between two embedded scales, in pitches along the bar."""
+"""Least room between an embedded scale and the substrate's other face, as a share of the substrate's thickness."""
+CROWDED = 0.85
+"""Share of the pitch along the bar above which an embedded scale is long: cuts between pitches lean as it does."""
 
 
 class Geometry(NamedTuple):
@@ -64,9 +66,24 @@ class Geometry(NamedTuple):
         return (share * cos(self.alpha) - half / sin(th) - half * sin(th)) / cos(th)
 
     @property
+    def lean(self) -> float:
+        """Slope of the cuts along the bar per depth: 0, or that of the embedded parts where these are long."""
+        low, high = self.footprint
+        return 0.0 if high - low <= CROWDED else 1 / (tan(self.theta0) * cos(self.alpha))
+
+    @property
     def cut(self) -> float:
-        """Place c of the pitch's front plane z = x tan(alpha) + c; the back plane is one pitch further."""
-        return (sum(self.footprint) - 1) / 2
+        """Place c where the pitch's front leaves the scaled face, as z - x tan(alpha); the back is a pitch further."""
+        return -0.5 if self.lean else (sum(self.footprint) - 1) / 2
+
+    @property
+    def knee(self) -> float:
+        """Depth where cuts that lean end to do so, below the embedded part."""
+        return min(self.depth + self.gap / 2, 2 * self.lam) if self.lean else 0.0
+
+    def front(self, y: NDArray[np.float64] | float) -> NDArray[np.float64]:
+        """Return the front, z - x tan(alpha), at heights y: parallel to long embedded parts as deep as these go."""
+        return self.cut + self.lean * np.maximum(np.asarray(y) - self.lam, -self.knee)
 
     @property
     def depth(self) -> float:
@@ -93,7 +110,6 @@ class Geometry(NamedTuple):
         """
         half, th = self.thickness / 2, self.theta0
         problems, embedded = Problems(), f"{self.zeta:.4g} pitches"
-        low, high = self.footprint
         if self.thickness >= self.gap:
             thickness = f"{self.thickness:.4g} pitches"
             reason = "the embedded parts of neighbours meet, which are cos(alpha) sin(theta0) pitches apart"
@@ -102,19 +118,25 @@ class Geometry(NamedTuple):
         if self.zeta * sin(th) <= half * cos(th):
             reason = f"the substrate does not close over the scale, whose thickness is {self.thickness:.4g}"
             problems.add("scale.embedded", embedded, reason, f"write more than {half / tan(th):.4g}")
-        along = self.longest(1 - ROOM)
-        down = (2 * self.lam * (1 - ROOM) - half * cos(th)) / sin(th)
-        if high - low > 1 - ROOM and along <= down:
-            remedy = "write " + f"at most {along:.4g}, or " * (along > 0) + "a smaller scale.alpha"
-            at = f"zeta up to {max(along, 0.0):.3g} at alpha = {np.degrees(self.alpha):.4g} deg"
-            problems.add(
-                "scale.embedded", embedded, f"longer than the law of the joint and the mesher reach ({at})", remedy
-            )
-        elif self.depth > 2 * self.lam * (1 - ROOM):
-            deep = f"its depth is {self.depth:.4g} of {2 * self.lam:.4g}"
+        if self.depth > (most := 2 * self.lam * (1 - ROOM)):
+            down, deep = (most - half * cos(th)) / sin(th), f"its depth is {self.depth:.4g} of {2 * self.lam:.4g}"
             reason = f"the scale comes out of the substrate's other face, {deep}"
             problems.add("scale.embedded", embedded, reason, f"write at most {down:.4g}")
         problems.settle()
+
+    def check_ends(self) -> None:
+        """Refuse long embedded parts where pitches are put in a row between two plane sections.
+
+        Raises
+        ------
+        InputError
+            Cuts between pitches lean.
+        """
+        if self.lean:
+            most = self.longest(CROWDED)
+            reason = "N scales in elements end at plane sections, which such long embedded parts would cross"
+            remedy = "write " + f"at most {most:.4g}, or " * (most > 0) + "compute one pitch: squama joint, squama cell"
+            refuse("scale.embedded", f"{self.zeta:.4g} pitches", reason, remedy)
 
 
 def geometry(beam: Beam) -> Geometry:

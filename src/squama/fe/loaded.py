@@ -97,6 +97,7 @@ def make_loaded(
     InputError
         The memory that is free does not do.
     """
+    geometry.check_ends()
     pitches = scales + 2 * BLANK
     unknowns = 3 * len(pitch.images[2]) * pitches
     check_memory(scales, unknowns, estimate(unknowns, pitches))

@@ -1,13 +1,15 @@
 """Meshes of the substrate: one pitch with the slot of its scale, the bare bar, and several pitches in a row.
 
-A pitch is cut along the planes z = x tan(alpha) + c, so that no scale meets a cut; its back is its front moved by one
-pitch, node by node. Netgen makes linear tetrahedra; the middle nodes are set here, halfway along straight edges.
+A pitch is cut along the planes z = x tan(alpha) + c, so that no scale meets a cut. Where an embedded scale takes most
+of its pitch, or more, the cuts run parallel to it as deep as it goes, halfway between neighbours, and are such planes
+below (:meth:`Geometry.front`). The back is the front moved by one pitch, node by node. Netgen makes linear tetrahedra;
+the middle nodes are set here, halfway along straight edges.
 """
 
 from __future__ import annotations
 
 from contextlib import suppress
-from math import tan
+from math import cos, tan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -116,7 +118,7 @@ def pitch_mesh(
 
 
 def bar_mesh(geometry: Geometry, size: float = SIZE) -> Pitch:
-    """Mesh one pitch of the bare bar as :func:`pitch_mesh` does, cut along the same planes; nothing is tied."""
+    """Mesh one pitch of the bare bar as :func:`pitch_mesh` does, with the same cuts; nothing is tied."""
     return _mesh(geometry, size, None)
 
 
@@ -180,9 +182,12 @@ def _cell(occ: Any, geometry: Geometry, edge_size: float | None, *, tab: bool) -
 
     With a tab the embedded part of the scale is a second solid, glued to it.
     """
-    half, lam, c, slope = geometry.width / 2, geometry.lam, geometry.cut, tan(geometry.alpha)
-    ends = [(-half, c), (-half, c + 1), (half, c + 1), (half, c)]
-    cell = _polygon(occ, [(x, -lam, z + x * slope) for x, z in ends]).Extrude(occ.Vec(0, 2 * lam, 0))
+    half, lam, slope = geometry.width / 2, geometry.lam, tan(geometry.alpha)
+    heights = sorted({lam, lam - geometry.knee, -lam}, reverse=True)
+    way = [(y, float(geometry.front(y))) for y in heights]
+    way += [(y, z + 1) for y, z in reversed(way)]
+    cell = _polygon(occ, [(-half, y, z - half * slope) for y, z in way])
+    cell = cell.Extrude(occ.Vec(2 * half, 0, 2 * half * slope))
     if edge_size is not None:
         x, y, z = geometry.rest.axes
         beta, t = geometry.beta, geometry.thickness
@@ -198,12 +203,15 @@ def _cell(occ: Any, geometry: Geometry, edge_size: float | None, *, tab: bool) -
         raise _failed(_PIECES)
     if tab:
         cell = occ.Glue([cell, plate(0.0)])
-    faces = {}
+    pairs: dict[float, dict[int, Any]] = {}
     for face in cell.faces:
-        place = face.center.z - face.center.x * slope - c
-        faces[round(place) if abs(place - round(place)) < _NEAR else None] = face
+        at = face.center
+        place = at.z - at.x * slope - float(geometry.front(at.y))
+        if abs(place - round(place)) < _NEAR:
+            pairs.setdefault(round(at.y, 6), {})[round(place)] = face
     trafo = occ.gp_Trsf.Translation(occ.Vec(0, 0, 1))
-    faces[0].Identify(faces[1], "pitch", occ.IdentificationType.PERIODIC, trafo)
+    for pair in pairs.values():
+        pair[0].Identify(pair[1], "pitch", occ.IdentificationType.PERIODIC, trafo)
     if edge_size is not None:
         for edge in cell.edges:
             if geometry.in_slot(np.array([[edge.center.x, edge.center.y, edge.center.z]])):
@@ -229,7 +237,9 @@ def _quadratic(geometry: Geometry, points: Array, cells: Index, *, slot: bool) -
     surface = _boundary(cells, middle)
     image = np.full(len(nodes), -1)
     image[low] = high
-    on_front, on_back = np.isin(surface[:, :3], low).all(1), np.isin(surface[:, :3], high).all(1)
+    # at a knee a triangle of the side has its corners on both parts of a cut
+    flat = np.abs(_along(geometry, nodes[surface[:, :3]].mean(axis=1))[:, None] - [0.0, 1.0]) < _slack(geometry)
+    on_front, on_back = (np.isin(surface[:, :3], at).all(1) & on for at, on in zip((low, high), flat.T, strict=True))
     front = np.unique(surface[on_front])
     inner = front[front >= len(points)]
     keys = {(int(a), int(b)): len(points) + i for i, (a, b) in enumerate(edges)}
@@ -249,13 +259,22 @@ def _matched(geometry: Geometry, points: Array) -> tuple[Index, Index]:
     """Return corner nodes of the front, and those of the back in the same order."""
     from scipy.spatial import cKDTree
 
-    place = points[:, 2] - points[:, 0] * tan(geometry.alpha) - geometry.cut
-    slack = _NEAR / np.cos(geometry.alpha)
+    place, slack = _along(geometry, points), _slack(geometry)
     low, high = np.flatnonzero(np.abs(place) < slack), np.flatnonzero(np.abs(place - 1) < slack)
     away, nearest = map(np.asarray, cKDTree(points[high]).query(points[low] + [0.0, 0.0, 1.0]))
     if low.size != high.size or np.unique(nearest).size != low.size or away.max() > _NEAR:
         raise _failed(_DIFFER)
     return low, high[nearest]
+
+
+def _along(geometry: Geometry, points: Array) -> Array:
+    """Return how far points (n, 3) are behind the front, along the bar."""
+    return np.asarray(points[:, 2] - points[:, 0] * tan(geometry.alpha) - geometry.front(points[:, 1]))
+
+
+def _slack(geometry: Geometry) -> float:
+    """Return how far points of a cut may be off it, along the bar."""
+    return _NEAR / cos(geometry.alpha) * (1 + geometry.lean)
 
 
 def _boundary(cells: Index, middle: Index) -> Index:

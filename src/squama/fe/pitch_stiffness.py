@@ -12,14 +12,16 @@ counted from there; twist and bend act at a held length (epsilon = 0) unless the
 
 from __future__ import annotations
 
+from math import tan
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squama.errors import InputError
-from squama.fe.elements import Elements, Material, shape_rates
+from squama.fe.elements import Elements, Material, gradients, shape_rates
 from squama.fe.geometry import Geometry
-from squama.fe.mesh import Index, Pitch
+from squama.fe.mesh import EDGES, Index, Pitch
 from squama.fe.plate import Carried
 from squama.fe.solver import Solver
 from squama.types import Array
@@ -71,14 +73,13 @@ def response(pitch: Pitch, geometry: Geometry, tab: Material | None = None) -> R
     rows, columns = ((3 * at[:, None] + axis).ravel() for at in (node, column[master[node]]))
     P = sparse.csr_array((np.ones(rows.size), (rows, columns)), shape=(moved.shape[0], 3 * free.size))
     pushed = A @ moved
-    held, frames = _section(pitch, master, len(rest))
-    held = held[:, free].reshape(4, -1)
+    means, own = _section(pitch, geometry)
     corner = np.zeros((MOTIONS + 4, MOTIONS + 4))
-    corner[:MOTIONS, :MOTIONS], corner[:MOTIONS, MOTIONS:] = moved.T @ pushed, -frames.T
+    corner[:MOTIONS, :MOTIONS], corner[:MOTIONS, MOTIONS:] = moved.T @ pushed, (means @ moved + own).T
     # every entry is stored, the multipliers' zeros too
     at = np.triu_indices(len(corner))
     upper = sparse.coo_array((corner[at], at), shape=corner.shape)
-    border = sparse.csr_array(np.column_stack([P.T @ pushed, held.T]))
+    border = sparse.csr_array(np.column_stack([P.T @ pushed, P.T @ means.T]))
     matrix = sparse.csr_array(sparse.block_array([[sparse.triu(P.T @ A @ P), border], [None, upper]], format="csr"))
     matrix.sort_indices()
     solver = Solver(matrix, len(corner))
@@ -123,26 +124,80 @@ def _moved(pitch: Pitch, geometry: Geometry, tied: Index) -> Array:
     return out.reshape(-1, MOTIONS)
 
 
-def _section(pitch: Pitch, master: Index, masters: int) -> tuple[Array, Array]:
-    """Return the section's mean place and turn by the masters (4, masters, 3), and by the motions and loads (4, 9)."""
-    X, w, front = pitch.nodes[pitch.front], pitch.shares, master[pitch.front]
+def _section(pitch: Pitch, geometry: Geometry) -> tuple[Array, Array]:
+    """Return the mean place and turn of the section z = x tan(alpha) + c, counted from the frame that goes with loads.
+
+    By all nodes (4, 3 n), and by motions and loads besides (4, 9).
+    """
+    if geometry.lean:
+        X, w, N, steps, rigid = _across(pitch, geometry)
+    else:
+        X, w = pitch.nodes[pitch.front], pitch.shares
+        N = _functions(np.arange(len(X)), pitch.front, np.ones(len(X)), len(X), len(pitch.nodes))
+        steps, rigid = np.zeros(len(X)), np.zeros(len(X), bool)
     radius = float(w @ (X[:, :2] ** 2).sum(1))
-    means = np.zeros((4, masters, 3))
+    weights = np.zeros((4, len(X), 3))
     for i in range(3):
-        means[i, front, i] = w
-    means[3, front, 0], means[3, front, 1] = w * X[:, 1] / radius, -w * X[:, 0] / radius
-    frame = np.zeros((front.size, 3, MOTIONS))
+        weights[i, :, i] = w
+    weights[3, :, 0], weights[3, :, 1] = w * X[:, 1] / radius, -w * X[:, 0] / radius
+    # what a step does, less what the frame does there: that of the place a step came from
     x, y, z = X.T
-    frame[:, 0, 6], frame[:, 1, 6] = y * z, -x * z
-    frame[:, 1, 7], frame[:, 2, 7] = z * z / 2, -y * z
-    frame[:, 2, 8] = z
-    return means, np.einsum("inj,njk->ik", means[:, front], frame)
+    z = z - steps
+    own = np.zeros((len(X), 3, MOTIONS))
+    own[:, 0, 6], own[:, 1, 6] = -y * z, x * z
+    own[:, 1, 7], own[:, 2, 7] = -z * z / 2, y * z
+    own[:, 2, 8] = -z
+    back = X - steps[:, None] * np.array([0.0, 0.0, 1.0])
+    own[rigid, :, :6] = Carried(geometry.rest, back[rigid]).rates(np.zeros(6), 0.0)[:, :, :6]
+    means = np.stack([(N.T @ weights[:, :, i].T).T for i in range(3)], axis=-1)
+    return means.reshape(4, -1), np.einsum("iqj,qjk->ik", weights, own)
+
+
+def _functions(points: Index, nodes: Index, values: Array, count: int, size: int) -> Any:
+    """Return values of nodes' shape functions at points as a sparse matrix (points, nodes)."""
+    from scipy import sparse
+
+    return sparse.csr_array((values, (points, nodes)), shape=(count, size))
+
+
+def _across(pitch: Pitch, geometry: Geometry) -> tuple[Array, Array, Any, Array, NDArray[np.bool_]]:
+    """Return points (q, 3) of the section, their shares, shape functions (q, n) of the nodes, steps, and the rigid.
+
+    Cuts that lean do not have the section for a face: it runs through several pitches and their scales. A point is so
+    many steps further than its place in the meshed pitch; a rigid one lies in a scale, and no function is at it.
+    """
+    (u, share_u), (v, share_v) = (np.polynomial.legendre.leggauss(n) for n in _ACROSS)
+    x, y = (at.ravel() for at in np.meshgrid(u * geometry.width / 2, v * geometry.lam, indexing="ij"))
+    weights = np.outer(share_u, share_v).ravel() / 4
+    low, high = geometry.footprint
+    s = np.full(x.size, (low + high - 1) / 2)
+    steps = np.floor(s - geometry.front(y))
+    X = np.column_stack([x, y, s + x * tan(geometry.alpha)])
+    back = X - steps[:, None] * np.array([0.0, 0.0, 1.0])
+    rigid = geometry.in_slot(back)
+    if pitch.tab.size:
+        rigid &= geometry.local(back)[:, 0] > 0
+    slopes, _ = gradients(pitch.nodes, pitch.tets)
+    first = np.zeros((len(slopes), 4))
+    first[:, 0] = 1.0
+    first -= np.einsum("eci,ei->ec", slopes, pitch.nodes[pitch.tets[:, 0]])
+    soft = np.flatnonzero(~rigid)
+    at, values = np.empty((soft.size, 10), np.int64), np.empty((soft.size, 10))
+    for i, q in enumerate(soft):
+        inside = slopes @ back[q] + first
+        e = int(inside.min(axis=1).argmax())
+        c, at[i] = inside[e], pitch.tets[e]
+        values[i, :4], values[i, 4:] = c * (2 * c - 1), 4 * c[EDGES].prod(axis=1)
+    N = _functions(np.repeat(soft, 10), at.ravel(), values.ravel(), x.size, len(pitch.nodes))
+    return X, weights, N, steps, rigid
 
 
 # Gauss points of degree 2, enough for a product of linear strains
 _INNER, _OUTER = 0.1381966011250105, 0.5854101966249685
 _POINTS = np.full((4, 4), _INNER) + (_OUTER - _INNER) * np.eye(4)
 _RATES = shape_rates(_POINTS)
+_ACROSS = (32, 16)
+"""Gauss points along the width and the height of a section that is no face of the mesh."""
 
 
 def near_edges(geometry: Geometry, points: Array) -> list[Array]:

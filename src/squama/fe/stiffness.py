@@ -42,6 +42,7 @@ from squama._version import __version__
 from squama.beam.faces import only_one
 from squama.beam.matrixfile import inclination_stiffness, twisting_stiffness
 from squama.errors import InputError, refuse
+from squama.fe.elements import Material
 from squama.fe.geometry import Geometry, geometry
 from squama.fe.mesh import SIZE, bar_mesh, pitch_mesh
 from squama.fe.pitch_stiffness import response
@@ -52,12 +53,14 @@ from squama.types import Array
 if TYPE_CHECKING:
     from squama.beam.design import Beam
 
+TABS = ("rigid", "elastic")
+"""What the embedded part of a scale is taken for."""
 LEVELS = 3
 """Number of sizes, each half the one before."""
 _MOST = 20_000
 _WHAT = "joint's stiffness"
 """What the cache keeps."""
-_SCHEME = 2
+_SCHEME = 3
 """Changes whenever the numbers that are kept would mean something else."""
 
 
@@ -148,6 +151,7 @@ def joint(
     *,
     edge_size: float | None = None,
     levels: int = LEVELS,
+    tab: str = "rigid",
     fresh: bool = False,
     progress: Listener | None = None,
 ) -> JointMatrix:
@@ -166,6 +170,9 @@ def joint(
         length or half width, whichever is smaller, if not given.
     levels : int
         Number of meshes, 1 to 6; each halves the size.
+    tab : {"rigid", "elastic"}
+        Whether the embedded part of a scale is rigid or a solid of the scale's modulus, glued to the bar and driven at
+        its root, the section at the base line.
     fresh : bool
         Compute anew, without the results of earlier runs in the user's cache, XDG_CACHE_HOME/squama/joints.
     progress : callable, optional
@@ -179,8 +186,8 @@ def joint(
     Raises
     ------
     InputError
-        A package is missing, the scale does not fit into the substrate, or the mesher or solver fails. Levels
-        that are done are kept in the cache.
+        A package is missing, the scale does not fit into the substrate, has no modulus to bend by, or the mesher or
+        solver fails. Levels that are done are kept in the cache.
     """
     arguments.beam(beam)
     only_one(beam.faces, "elements")
@@ -189,16 +196,18 @@ def joint(
     shape.check()
     if not 1 <= levels <= 6:
         refuse("levels", str(levels), "must be 1 to 6")
+    arguments.one_of("tab", tab, TABS)
+    material = _of_tab(beam) if tab == "elastic" else None
     size, edges = sizes(shape, levels, edge_size)
     done: list[Level] = []
 
     def of_mesh(edge: float) -> tuple[Array, int]:
-        found = response(pitch_mesh(shape, size, edge), shape)
+        found = response(pitch_mesh(shape, size, edge, tab=material is not None), shape, material)
         return np.concatenate([found.K[None], found.strain]), found.elements
 
     for edge in edges:
         began = time.perf_counter()
-        forms, count, now = kept(("pitch", *shape, size, edge), fresh, partial(of_mesh, edge))
+        forms, count, now = kept(("pitch", *shape, *(material or ()), size, edge), fresh, partial(of_mesh, edge))
         done.append(Level(edge, count, forms[0], time.perf_counter() - began if now else 0.0, forms[1:]))
         if progress is not None:
             progress(done[-1])
@@ -208,9 +217,21 @@ def joint(
     return JointMatrix(extrapolated(done), tuple(done), size, float(bar[0]), exact, unit)
 
 
+def _of_tab(beam: Beam) -> Material:
+    """Return the material of the embedded part, in units of the substrate's modulus."""
+    if beam.scale.youngs_modulus is None:
+        refuse("scale.youngs_modulus", "", "is needed for an elastic tab", 'write e.g. "3 GPa", or ask for a rigid one')
+    ratio = beam.scale.youngs_modulus / beam.substrate.youngs_modulus
+    return Material(float(f"{ratio:.12g}"), beam.scale.nu)
+
+
 def sizes(shape: Geometry, levels: int, edge_size: float | None = None) -> tuple[float, list[float]]:
     """Return the size of elements in the bulk, and those along the scale's edges, each half the one before; pitches."""
-    coarse = min(shape.zeta, shape.beta) / 5 if edge_size is None else edge_size
+    coarse = min(shape.zeta, shape.beta) / 5
+    if shape.lean:
+        # between long embedded parts, twice what is left
+        coarse = min(coarse, 2 * (shape.gap - shape.thickness))
+    coarse = coarse if edge_size is None else edge_size
     # in the bulk at least three elements through the thickness and two across, and not too many
     bulk = min(SIZE, 0.75 * shape.lam, 0.4 * shape.width), (12 * shape.width * shape.lam / _MOST) ** (1 / 3)
     return max(*bulk, coarse / 2**levels), (coarse / 2.0 ** np.arange(levels)).tolist()

@@ -13,7 +13,6 @@ from squama import arguments
 from squama.beam import matrixfile
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
-from squama.contacts.ties import GRIPPED
 from squama.curves import doors, hinge_cycles, rows
 from squama.curves.chosen import chosen
 from squama.curves.real import Held
@@ -113,8 +112,7 @@ def ends(joint: str, wanted: Wanted, word: str | None) -> str:
     load = LOADS[wanted.load]
     asked = doors.analysis(wanted.beam, Way.of(wanted.load, [1.0]), load, points=3, mu=0.0, law=wanted.law, joint=joint)
     found = doors.ends_of(asked, word, history=True)
-    if rows.KINDS.get(found) == GRIPPED:
-        rows.may_be_gripped(Held.of(wanted.beam), wanted.beam.pitches)
+    rows.check_ends(rows.KINDS.get(found), Held.of(wanted.beam), wanted.beam.pitches)
     return found
 
 

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama.errors import Problem, Problems
-from squama.fe.geometry import ROOM, Geometry
+from squama.fe.geometry import CROWDED, ROOM, Geometry
 from squama.joints.factor import MIRROR, ORDER, TWIST, product
 from squama.joints.processes import STIFFNESS, Errors, Law, shipped, values
 from squama.model import section
@@ -80,8 +80,6 @@ RANGES = (
     Range("substrate.poisson_ratio", 0.245, 0.495, ""),
 )
 """The law's range; besides, the scale must fit into the substrate."""
-CROWDED = 0.85
-"""Largest share of the pitch that an embedded scale takes in the law's range."""
 NEAREST = 5
 """Designs of the sample whose distance says how far the law may be off."""
 BORDER, CORNER = 0.1, 1.5

@@ -81,6 +81,43 @@ def torsion_shear(x: Any, y: Any, width: float, thickness: float) -> tuple[Any, 
     return -across[0], 2 * x - across[1]
 
 
+def clamped_ratio(width: float, thickness: float, length: float, poisson_ratio: float) -> float:
+    """Torsional stiffness of a rectangular bar between clamps that hold its ends plane, over that of free warping.
+
+    The warping is psi chi(z), psi as in :func:`torsion_shear`; chi may differ from the twist rate.
+    With C = int psi^2, I the polar moment, J the torsion constant and E/G = 2 (1 + nu), the energy is least for a chi
+    that rises as cosh: each clamp takes a length a tanh(L k/2) of a bar of length L away,
+
+        a = sqrt((1 - J/I) E C / (G J)),    k = sqrt((1 - J/I) G J / (E C))
+
+    Notes
+    -----
+    Source: Reissner, On non-uniform torsion of cylindrical rods, J. Math. Phys. 31 (1952) 214, for a rectangle.
+    Vlasov's theory, whose warping goes with the twist rate, has a = 1/k = sqrt(E C/(G J)). By finite elements 5, 12,
+    25 times a pitch of a bar 1.4 by 0.7 pitches are 1.077, 1.032, 1.016 times as stiff.
+
+    Examples
+    --------
+    >>> [round(clamped_ratio(1.4, 0.7, n, 0.49), 3) for n in (5, 12, 25)]
+    [1.073, 1.029, 1.014]
+    """
+    import numpy as np
+
+    # the sides may change places, and sinh stays small where the thickness is the less
+    width, thickness = max(width, thickness), min(width, thickness)
+    g, weights = np.polynomial.legendre.leggauss(40)
+    x, y = (at.ravel() for at in np.meshgrid(g * width / 2, g * thickness / 2))
+    n = np.arange(1, 60, 2.0)[:, None]
+    k, sign = n * np.pi / width, np.where(n % 4 == 1, 1.0, -1.0)
+    ratio = np.sinh(k * y) / np.cosh(k * thickness / 2)
+    psi = x * y - (8 * width**2 / np.pi**3 * sign * np.sin(k * x) * ratio / n**3).sum(axis=0)
+    warping = float(np.outer(weights, weights).ravel() @ psi**2) * width * thickness / 4
+    share = 1 - warping_coefficient(width, thickness)
+    per = 2 * (1 + poisson_ratio) * warping / float(torsion_constant(width, thickness))
+    lost = math.sqrt(share * per) * math.tanh(math.sqrt(share / per) * length / 2)
+    return length / (length - 2 * lost)
+
+
 def polar_moment(width: float, thickness: float) -> float:
     """Polar second moment of area of a rectangle, I = a b (a^2 + b^2) / 12; this is the I of Eqs. 13-16."""
     return width * thickness * (width**2 + thickness**2) / 12

@@ -14,18 +14,20 @@ from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
 from squama.contacts import entry, increments
+from squama.contacts.system import PHI, PSI
 from squama.curves import doors, labelled, real
 from squama.curves.chosen import REAL
 from squama.curves.labelled import Answer, Labelled
 from squama.curves.way import States, Way
 from squama.errors import refuse
 from squama.loads import LOADS, MANY_SCALES, NOTHING
+from squama.model import section
 from squama.part import grading, loaded, loading
 from squama.part.definition import Part
 from squama.part.grading import Grades
 from squama.part.loading import Load, Support
 from squama.part.told import Told
-from squama.units import Dimension, shown
+from squama.units import shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -148,7 +150,7 @@ def _loaded(
 def _go_together(given: Sequence[Load], held: Support) -> None:
     """Refuse loads that a support does not bear."""
     for load in given:
-        bends, twists = load.tie.carried[:2] if load.measures in (Dimension.TORQUE, Dimension.ANGLE) else (0.0, 0.0)
+        bends, twists = load.turns == PSI, load.turns == PHI
         across = [force for _, force in load.tie.forces]
         for wrong, why, remedy in (
             (
@@ -191,10 +193,12 @@ def _solve(
     notes = real.notes(one.held, one.beam, 0.0, ideal=not one.way.scale.h)
     if len(ones) > 1 and one.beam.joint.matrix is not None:
         notes.append("joint.matrix is of one shape: scales that differ along the part have the same joint")
-    if held.word == "gripped" and given[0].tie.carried[1]:
+    if held.word == "gripped" and given[0].turns == PHI:
+        bar, long = one.beam.substrate, n * one.beam.pitch
+        stiffer = section.clamped_ratio(bar.width, bar.thickness, long, bar.poisson_ratio)
         notes.append(
-            "the grips leave the bar's ends free to warp: by elements, clamps that hold them plane make 5 pitches of "
-            "the bar of stiff_skin.toml 1.08 times as stiff in twist, 25 pitches 1.02 times"
+            "the grips leave the bar's ends free to warp: clamps that hold them plane make a bar without scales "
+            f"{stiffer:.3g} times as stiff in twist"
         )
     most = float(np.abs(told.track.cells[..., :3]).max())
     if most > real.STRAIN_LIMIT:

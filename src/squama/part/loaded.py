@@ -9,7 +9,7 @@ import numpy as np
 
 from squama.contacts import increments, path, row
 from squama.contacts.row import Track
-from squama.contacts.system import EPS, PHI, PSI, STRAINS
+from squama.contacts.system import CHI, EPS, PHI, PSI, STRAINS
 from squama.contacts.ties import Tie, Z, freed, ties
 from squama.errors import refuse
 from squama.part.loading import Load, Support, supporting
@@ -117,17 +117,25 @@ def course(way: path.Path, n: int, loads: Sequence[Load], held: Support, units: 
     sizes = [load.size / per.get(load.measures, 1.0) for load in loads]
     full, first = max(sizes), loads[0]
     weights = [1.0 if load.given else size / full for load, size in zip(loads, sizes, strict=True)]
+    lies = held.word == "simple"
+    every = list(zip(weights, [_lying(load) if lies and load.turns >= 0 else load.tie for load in loads], strict=True))
     main: Tie | None = Tie(
-        [(at, w * force) for w, load in zip(weights, loads, strict=True) for at, force in load.tie.forces],
-        np.sum([w * np.array(load.tie.carried) for w, load in zip(weights, loads, strict=True)], axis=0).tolist(),
+        [(at, w * force) for w, tie in every for at, force in tie.forces],
+        np.sum([w * np.array(tie.carried) for w, tie in every], axis=0).tolist(),
+        couple=np.sum([w * tie.couple for w, tie in every], axis=0),
     )
-    if held.word == "gripped" and first.tie.carried[PHI]:
+    if held.word == "gripped" and first.turns == PHI:
         main = None
-    one = Course(way, n, main, supporting(held, n), held.word == "simple", axis, full, not first.given)
+    one = Course(way, n, main, supporting(held, n), lies, axis, full, not first.given)
     cells = one.bare.follow(np.array([_PROBE])).cells
     if not cells.size or not np.abs(cells).max() > 0:
         refuse("load", shown(said), "does not move the part", "put it where the part can move, or hold less")
     return one._replace(share=float(_PROBE / np.abs(cells[-1, :, :STRAINS]).max()))
+
+
+def _lying(load: Load) -> Tie:
+    """Return couples at both ends of a part on rollers: the same moment in all cells."""
+    return Tie(carried=np.eye(STRAINS)[load.turns].tolist())
 
 
 def at_sections(place: float, n: int) -> list[tuple[int, float]]:
@@ -150,6 +158,20 @@ def sections(track: Track, n: int) -> Array:
         shift = np.column_stack([none, none, 1 + eps[:, i]])
         out[:, i + 1] = out[:, i] @ _moved(-np.column_stack([psi[:, i], chi[:, i], phi[:, i]]), shift)
     return out
+
+
+def turned(frames: Array, cells: Array, axis: Array) -> tuple[Array, Array]:
+    """Return by which angle (points,) far ends are turned about an axis, and the couple (points, 3) that works on it.
+
+    ``frames`` of all sections, ``cells`` with their strains; see :func:`squama.contacts.supports.couple`.
+    """
+    R = frames[:, -1, :3, :3]
+    far = R @ axis
+    q = 1 + far @ axis
+    vee = np.column_stack([R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1]])
+    angle = np.arctan2(vee @ axis, np.trace(R, axis1=1, axis2=2) + 1 - q)
+    near = -cells[..., [PSI, CHI, PHI]].sum(axis=1) @ axis
+    return angle + 2 * np.pi * np.round((near - angle) / (2 * np.pi)), (axis + far) / q[:, None]
 
 
 def _moved(w: Array, v: Array) -> Array:

@@ -6,19 +6,17 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-
 from squama.beam import mass
 from squama.beam.design import Beam
 from squama.contacts.system import PHI, PSI
-from squama.contacts.ties import Tie, X, Y, Z
+from squama.contacts.ties import TURNS, Tie, X, Y, Z
 from squama.errors import naming, refuse
 from squama.types import Array
 from squama.units import Dimension, QuantityError, quantity, shown
 
 DIRECTIONS = {"up": Y, "down": -Y, "left": -X, "right": X, "out": Z, "in": -Z}
 """Directions of forces: up is from the bar's middle to the scaled face, out is along the bar, from root to tip."""
-TURNS = {"twist": PHI, "bend": PSI}
+ANGLES = {"twist": PHI, "bend": PSI}
 """Words for a torque or moment at the ends, and for an angle between them."""
 PULLS = {"tendon": -1.0, "thrust": 1.0}
 """Words for a tension, or a thrust, along a line at a height over the bar's middle; signs of its axial force."""
@@ -30,7 +28,7 @@ MANY = 12
 """Loads at most."""
 LEAST, LARGEST = 1e-9, 1e6
 """Sizes of loads, SI."""
-_WORDS = "|".join((*DIRECTIONS, *TURNS, *PULLS))
+_WORDS = "|".join((*DIRECTIONS, *ANGLES, *PULLS))
 _FORM = re.compile(rf"\s*(.*?)\s*\b({_WORDS})\b\s*(?:at\s+(.+?)|(over\s+all))?\s*", re.DOTALL)
 _SIMPLE = re.compile(r"\s*simple(?:\s*,?\s*span\s+(.+?))?\s*", re.DOTALL)
 
@@ -38,7 +36,8 @@ _SIMPLE = re.compile(r"\s*simple(?:\s*,?\s*span\s+(.+?))?\s*", re.DOTALL)
 class Load(NamedTuple):
     """One load: its size (SI), what that measures, what is loaded, as a tie whose unit load is of size 1.
 
-    ``given``: the deformation is imposed, not the load.
+    ``given``: the deformation is imposed, not the load; ``turns``: strain by which a couple at the tip, or the angle
+    of its turn, strains each cell: PHI or PSI, -1 of other loads.
     """
 
     words: str
@@ -46,6 +45,7 @@ class Load(NamedTuple):
     measures: Dimension
     tie: Tie
     given: bool = False
+    turns: int = -1
 
 
 class Support(NamedTuple):
@@ -82,7 +82,7 @@ def _load(text: str, beam: Beam, n: int) -> Load:
     if form is None:
         refuse("", shown(text), "is no load", f"write e.g. {EXAMPLES}")
     number, word, place, over = form.groups()
-    if word in TURNS:
+    if word in ANGLES:
         return _turn(text, number, word, place or over)
     if word in PULLS:
         return _pull(text, number, word, place, beam)
@@ -124,14 +124,15 @@ def _turn(text: str, number: str, word: str, place: str | None) -> Load:
     """Read a torque or moment at the ends, or the angle between them."""
     if place not in (None, "tip"):
         refuse("", shown(text), f"a {word} is at the tip", f'write "{number} {word}"')
-    carried = np.eye(4)[TURNS[word]]
+    strain = ANGLES[word]
+    tie = Tie(couple=TURNS[strain])
     try:
         angle = quantity(number.removesuffix("total").strip(), Dimension.ANGLE, bare=False)
     except QuantityError:
-        return Load(text, _size(number, Dimension.TORQUE), Dimension.TORQUE, Tie(carried=carried.tolist()))
+        return Load(text, _size(number, Dimension.TORQUE), Dimension.TORQUE, tie, turns=strain)
     if not 0 < angle < 100:
         refuse("", shown(text), "must be above 0 and below 100 rad", f'write e.g. "90 deg {word}"')
-    return Load(text, angle, Dimension.ANGLE, Tie(carried=carried.tolist()), given=True)
+    return Load(text, angle, Dimension.ANGLE, tie, given=True, turns=strain)
 
 
 def _pull(text: str, number: str, word: str, place: str | None, beam: Beam) -> Load:

@@ -15,7 +15,7 @@ from squama.curves import real, rows
 from squama.curves.curve_figures import dissipation
 from squama.loads import LOADS
 from squama.model.outcome import End
-from squama.part.loaded import Course, at_sections, sections
+from squama.part.loaded import Course, at_sections, sections, turned
 from squama.part.loading import Load
 from squama.types import Array
 from squama.units import Dimension
@@ -87,10 +87,13 @@ class Told(NamedTuple):
 
     def _travel(self) -> Array:
         """Return the way of the first load's place along it, in pitches, or the angle by which it turns the ends."""
-        n, carried = self.course.n, np.asarray(self.first.tie.carried)
+        n = self.course.n
         if self.course.main is None:
             return self.at * self.course.share
-        if carried.any():
+        if self.first.turns >= 0 and not self.course.floating:
+            return turned(self.frames, self.track.cells, self.first.tie.couple)[0]
+        if not self.first.tie.forces:
+            carried = np.eye(STRAINS)[self.first.turns] if self.first.turns >= 0 else np.asarray(self.first.tie.carried)
             return np.asarray((self.track.cells[..., :STRAINS] @ carried).sum(axis=1))
         moved = self.frames[:, :, :3, 3] - self.frames[:1, :, :3, 3]
         places = ((j, s * f) for at, f in self.first.tie.forces for j, s in at_sections(at, n))
@@ -107,6 +110,10 @@ class Told(NamedTuple):
                     moment -= size[:, None] * np.cross(self.frames[:, j, :3, 3], share * f)
             if tie.turn is not None:
                 moment -= np.outer(size, tie.turn[1])
+            if tie.couple.any():
+                # axes of several couples add up to one
+                amount = np.linalg.norm(tie.couple)
+                moment -= size[:, None] * amount * turned(self.frames, self.track.cells, tie.couple / amount)[1]
             psi, phi, chi, eps = tie.carried
             force[:, 2] -= size * eps
             moment += np.outer(size, [psi, chi, phi])

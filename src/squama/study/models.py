@@ -17,7 +17,7 @@ from squama.beam import joint_law
 from squama.beam.design import Beam
 from squama.contacts.own_scales import Own
 from squama.contacts.path import RANGE
-from squama.contacts.ties import GRIPPED, LOOSE
+from squama.contacts.ties import COUPLE, GRIPPED, LOOSE
 from squama.curves import real
 from squama.curves.chosen import Chosen, chosen, idealisation, thin
 from squama.errors import naming, refuse
@@ -197,8 +197,8 @@ def _own(beam: Beam, load: str, *, bent: bool) -> Own | None:
     """Return the number of scales and the ends of a beam that has such; grips are of one that is twisted alone."""
     if beam.scales is None or beam.scales > loads.MANY_SCALES or beam.other:
         return None
-    gripped = beam.ends == loads.GRIPPED and LOADS[load].sided and not bent
-    return Own(beam.scales, GRIPPED if gripped else LOOSE)
+    kinds = {} if bent else {loads.COUPLE: COUPLE, loads.GRIPPED: GRIPPED if LOADS[load].sided else LOOSE}
+    return Own(beam.scales, kinds.get(beam.ends or "", LOOSE))
 
 
 def _engagement(beam: Beam, load: str, sense: str, *, ideal: bool) -> float:

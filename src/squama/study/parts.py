@@ -65,7 +65,7 @@ def led(load: str, support: str | None, beam: Beam, scales: int) -> Led:
     at, force = one.tie.forces[0] if one.tie.forces else (float(pitches), None)
     if at != pitches:
         refuse("load", shown(load), "is not at the tip; a part of elements is led there", 'write "at tip"')
-    turn = "twist" if one.tie.carried[PHI] else "bend" if one.tie.carried[PSI] else ""
+    turn = "twist" if one.turns == PHI else "bend" if one.turns == PSI else ""
     if held.word == "simple" or (held.word == "gripped" and turn != "twist"):
         refuse("support", shown(held.word), "of a part of elements: clamped, or gripped with a twist", "write clamped")
     lead = Lead(force, turn, coaxial=held.word == "gripped")
@@ -190,7 +190,8 @@ def beside(beam: Beam, data: xr.Dataset, run: Run) -> xr.Dataset:
         same: dict[str, Any] = {"mu": run.mu, "ideal": run.ideal, "points": _POINTS}
         r = door.load(one, asked.text, support=asked.support, scales=lengths.size, along=along, **same)
         at = np.append(0.0, r[by].values)
-        loads.append(np.interp(x, at, np.append(0.0, r[name].values), right=np.nan))
+        # (the last point is reached but for rounding)
+        loads.append(np.interp(x * (1 - 1e-9), at, np.append(0.0, r[name].values), right=np.nan))
         share = float(r["share_e"])
         touch.append(share * asked.size if math.isfinite(share) else math.inf)
     load = np.array(loads)

@@ -88,20 +88,20 @@ def test_a_hinge_where_nothing_else_is_known(monkeypatch: pytest.MonkeyPatch) ->
     assert "pip install 'squama[fe]'" in found.note
 
 
-def test_what_decides_is_told_once() -> None:
-    found = joint_of(beam(zeta=0.8))
+def test_what_decides_is_told_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = joint_of(beam(zeta=3.65))
     assert found.source == "hinge"
-    assert found.note.count("scale.embedded") == found.note.count("reach (zeta up to") == 1
-    # the beam of the issue: 12.8 mm in the bar, 10 mm apart, and not as thick as their gap
+    assert found.note.count("scale.embedded") == found.note.count("comes out of the substrate's other face") == 1
+    # 12.8 mm in the bar, 10 mm apart, and not as thick as their gap: beyond the law, not beyond elements
     long = squama.Beam(
         scale={"length": 0.036, "width": 0.025, "thickness": 1e-3, "embedded": 0.0128, "alpha": "40 deg",
                "theta0": "10 deg"},
         substrate={"width": 0.025, "thickness": 0.0125, "youngs_modulus": 5e5, "poisson_ratio": 0.49},
         pitch=0.01,
     )  # fmt: skip
-    reach = "longer than the law of the joint and the mesher reach (zeta up to 0.461 at alpha = 40 deg)"
-    remedy = "write at most 0.4611, or a smaller scale.alpha"
-    assert joint_of(long).note == (
-        f"hinges, as the joint is not known: scale.embedded = 1.28 pitches: {reach}; {remedy}"
-    )
+    made = SimpleNamespace(K=np.eye(9), K_theta=stiffness.Value(1.0, 0.01), strain=None)
+    monkeypatch.setattr(stiffness, "joint", lambda _: made)
+    found = joint_of(long)
+    assert found.source == "elements"
+    assert found.note.startswith("the joint is by elements: scale.embedded = 1.28 pitches: longer than the law of the ")
     assert joint_of(long.replace(scale={"embedded": 4.6e-3, "thickness": 0.3e-3})).source == "law"
