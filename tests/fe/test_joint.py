@@ -168,7 +168,7 @@ def cache(tmp_path, monkeypatch):
 
 
 def test_elements_in_the_bulk_are_three_through_the_thickness_but_not_too_many(cache, monkeypatch):
-    monkeypatch.setattr(joint, "pitch_mesh", lambda *_: SimpleNamespace(tets=[]))
+    monkeypatch.setattr(joint, "pitch_mesh", lambda *_, **__: SimpleNamespace(tets=[]))
     monkeypatch.setattr(joint, "bar_mesh", lambda *_: None)
     monkeypatch.setattr(joint, "response", lambda *_: Response(np.eye(9), np.zeros((4, 9, 9)), 0))
 
@@ -237,7 +237,7 @@ def test_a_full_disk_under_the_cache_costs_one_line(cache, monkeypatch, caplog):
 
 
 def test_the_bulk_has_three_elements_through_the_thickness_and_not_too_many(cache, monkeypatch):
-    monkeypatch.setattr(joint, "pitch_mesh", lambda *_: SimpleNamespace(tets=()))
+    monkeypatch.setattr(joint, "pitch_mesh", lambda *_, **__: SimpleNamespace(tets=()))
     monkeypatch.setattr(joint, "bar_mesh", lambda *_: None)
     monkeypatch.setattr(joint, "response", lambda *_: Response(np.eye(9), np.zeros((4, 9, 9)), 0))
     tetrahedra = []

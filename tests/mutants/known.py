@@ -238,7 +238,7 @@ TESTS: dict[str, tuple[str, ...]] = {
     "joints/factor.py": ("unit/joints/test_law.py", "unit/joints/test_choice.py"),
     "joints/law.py": ("unit/joints/test_law.py",),
     "joints/processes.py": ("unit/joints/test_law.py",),
-    "fe/pitch_stiffness.py": ("fe/test_pitch_stiffness.py",),
+    "fe/pitch_stiffness.py": ("fe/test_pitch_stiffness.py", "fe/test_long_tabs.py"),
     "joints/choice.py": ("unit/joints/test_choice.py",),
     "curves/way.py": ("unit/test_follow.py", "unit/test_response.py", *CYCLES, *CURVES),
     "curves/curve_figures.py": ("unit/test_response.py", *CYCLES, *CURVES),

@@ -19,11 +19,14 @@ from squama.errors import InputError
 SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
 
 
-@pytest.mark.parametrize(("ends", "n", "off"), [("free", 5, 1e-3), ("free", 12, 1e-3), ("gripped", 12, 5e-3)])
+@pytest.mark.parametrize(
+    ("ends", "n", "off"), [("free", 5, 1e-3), ("free", 12, 1e-3), ("couple", 9, 1e-2), ("gripped", 12, 5e-3)]
+)
 def test_a_sweep_tells_what_its_rows_bear(tmp_path: Path, ends: str, n: int, off: float) -> None:
     beam = SKIN.replace(scales=n, ends=ends)
     data = squama.sweep(beam, {"mu": (0, 0.5, 2)}, at="0.09 rad/pitch", out=tmp_path / "s.zarr")
-    assert data.attrs["finite"] == f"{n} scales, {ends} ends"
+    words = {"couple": "a couple at the ends"}.get(ends, f"{ends} ends")
+    assert data.attrs["finite"] == f"{n} scales, {words}"
     for mu in (0, 0.5):
         row = squama.twist(beam, mu=mu, to="0.09 rad/pitch", points=120).isel(point=-1)
         cell = data.sel(mu=mu)

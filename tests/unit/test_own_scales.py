@@ -16,9 +16,9 @@ FAR = 0.09 / SKIN.pitch
 
 def test_the_same_question_through_every_door():
     """Torque, frictional work and twists of the cells: a curve, a row, a history, a part whose end is turned."""
-    curve = squama.twist(SKIN, at=[FAR]).isel(point=0)
-    row = squama.row(SKIN.replace(scales=None), scales=6, to=FAR, points=60).isel(point=-1)
-    history = squama.cycle(SKIN, FAR, points=40)
+    curve = squama.twist(SKIN, at=[FAR], ends="couple").isel(point=0)
+    row = squama.row(SKIN.replace(scales=None), scales=6, to=FAR, points=60, ends="couple").isel(point=-1)
+    history = squama.cycle(SKIN, FAR, points=40, ends="couple")
     top = history.isel(point=int(np.argmax(history.Phi.values)))
     part = squama.load(SKIN, f"{FAR * SKIN.length} rad twist", points=30).isel(point=-1)
     for other in (row, top):
@@ -109,7 +109,7 @@ def test_who_answers_with_ends():
     ("door", "beam", "ends", "words"),
     [
         (squama.twist, SKIN.replace(scales=None), "free", "needs a number of scales, and this beam is endless"),
-        (squama.bend, SKIN, "gripped", "is not known of a beam that is bent, or swings"),
+        (squama.bend, SKIN, "gripped", "is not known of a beam that is loaded so"),
         (squama.twist, SKIN, "held", 'must be one of "free", "couple", "gripped", "equal", "endless"'),
         (squama.twist, SKIN.replace(faces="turned"), "free", "takes scales on one face"),
         (squama.twist, SKIN.replace(hold="bend"), "gripped", "the cells' bend is held"),
@@ -152,7 +152,7 @@ def test_the_commands(tmp_path, capsys):
     assert main(["cycle", *given, "--points", "10"]) == 0
     assert "6 scales with free ends" in capsys.readouterr().out
     assert main(["bend", *given, "--ends", "gripped"]) == 2
-    assert capsys.readouterr().err.startswith('squama: error: --ends = "gripped": is not known of a beam that is bent')
+    assert capsys.readouterr().err.startswith('squama: error: --ends = "gripped": is not known of a beam')
     assert main(["twist", *given, "--joint", "hinge", "--ends", "free"]) == 2
     assert capsys.readouterr().err.startswith('squama: error: --ends = "free": is not available on hinges')
 

@@ -114,7 +114,7 @@ def test_who_answers_with_ends():
     # grips have no use for a moment
     assert squama.bend_twist(SKIN.replace(ends="gripped"), path, points=3).attrs["ends"] == "free"
     for beam, how, words in (
-        (SKIN, {"ends": "gripped"}, "is not known of a beam that is bent, or swings"),
+        (SKIN, {"ends": "gripped"}, "is not known of a beam that is loaded so"),
         (SKIN, {"ends": "equal", "joint": "hinge"}, "is not known of a row on hinges"),
         (SKIN.replace(scales=None), {"ends": "free"}, "needs a number of scales, and this beam is endless"),
         (SKIN.replace(faces="turned"), {"ends": "free"}, "takes scales on one face"),

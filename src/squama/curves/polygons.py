@@ -79,8 +79,8 @@ def bend_twist(
         eight contacts alone; contacts that share the force have both names ("BF+TS"), events are at the next point.
     ends
         Of a beam with a number of scales, as in :func:`twist`: "free" (the path is the mean bend and twist of the
-        cells, which a moment and a torque at both ends give), "equal" or "endless"; "gripped" where the path names the
-        twist alone.
+        cells, by one moment and one torque in all cells), "equal" or "endless"; "gripped" or "couple" where
+        the path names the twist alone.
 
     Returns
     -------

@@ -41,7 +41,7 @@ def loaded(state: State, case: str, force: str, way: str) -> Loaded:
     ``force`` has a unit, "0.2 N". Raises InputError: it cannot be so, or the part has more than 60 scales.
     """
     from squama.part.door import load
-    from squama.plot.style import written
+    from squama.plot.style import styled, written
 
     arguments.one_of("case", case, tuple(CASES))
     arguments.one_of("direction", way, tuple(WAYS))
@@ -56,7 +56,7 @@ def loaded(state: State, case: str, force: str, way: str) -> Loaded:
         state.beam, f"{newtons!r} N {way} at {place}", support=support, scales=state.beam.pitches, mu=state.mu,
         points=POINTS,
     )  # fmt: skip
-    return Loaded(tuple(_words(data)), written(_figure(data), "svg").decode())
+    return Loaded(tuple(_words(data)), written(styled(_figure)(data), "svg").decode())
 
 
 def _words(data: xr.Dataset) -> list[str]:
@@ -65,6 +65,8 @@ def _words(data: xr.Dataset) -> list[str]:
     newtons, travel, bare = (float(top[name]) for name in ("F", "travel", "F_bare"))
     ratio = newtons / bare if bare else math.nan
     stiffer = f", {ratio:.3g} times the force without contact" if math.isfinite(ratio) else ""
+    if abs(ratio - 1) < 5e-3:
+        stiffer = ", as without contact"
     engaged = float(data["share_e"])
     touch = f"the scales touch from {number(engaged * newtons / float(top['share']), 'N', 3)} on"
     loads = top["N"].values
@@ -87,5 +89,5 @@ def _figure(data: xr.Dataset) -> Figure:
     finite.load_curve(data, curve)
     loads = data["N"].values[int(data["share"].values.argmax())]
     scales.bar(1 + np.arange(loads.size), loads, color=UNLOADED)
-    scales.set(xlabel="Scale, from the root", ylabel="Contact force on a scale (N)")
+    scales.set(xlabel="Scale, from the root", ylabel="Contact force on a scale (N)", ylim=(0, None))
     return style.headline(figure, "", (shape, curve, scales))

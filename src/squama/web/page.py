@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import asyncio
-import ctypes
-import gc
-import sys
 from collections.abc import Callable, Coroutine, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from importlib.resources import files
 from typing import Any, TypeVar, cast
 
-from nicegui import Client, ui
+from nicegui import ui
 
 from squama.beam.beamfile import beside_the_beam
 from squama.errors import InputError
 from squama.plot.palette import THEMES, variables
 from squama.scene.picture import SIZE
-from squama.web import charts, live, map, panels, tables  # noqa: A004 - the module is named after what it draws
+from squama.web import bench, charts, live, map, panels, tables  # noqa: A004 - the module is named after what it draws
 from squama.web.aside import Aside
 from squama.web.state import State, query
 from squama.web.tables import GUESSED, Fitted, How, Table
@@ -31,13 +28,18 @@ def _printed(state: State, table: Table | None, kind: str, fit: Fitted | None) -
     return prints.made(state, table, kind, fit)
 
 
+def _drawn(make: Callable[[], Any]) -> Any:
+    """Make what matplotlib draws: its settings are those of the whole process."""
+    return make()
+
+
 WAIT = 0.3
 """Seconds without a change after which the link is written, and the map computed anew."""
 T = TypeVar("T")
 SOLVING = Aside(live.prepare, most=2)
 READING = Aside(tables.opened, most=1, limit=5)
 FITTING = Aside(tables.fitted, most=1, limit=tables.SECONDS + 5)
-PRINTING = Aside(_printed, most=1, limit=30)
+PRINTING = Aside(_drawn, most=1, limit=60)
 MAPPING = Aside(map.grid, most=1)
 SWINGING = Aside(live.swing, most=1, limit=30)
 LINKING = Aside(live.linked, most=2, limit=5)
@@ -119,6 +121,7 @@ class Explorer:
                     with ui.element("div").classes("strip"):
                         self.plots = {plot: self._chart(plot) for plot in (*charts.PLOTS, charts.RESIDUAL)}
                         self._map_chart()
+                self.part = panels.PartUnderLoad(self.bear)
                 self.compared = panels.Compared(self.attempt)
             self.controls = panels.Controls(self.attempt, self.enter)
         ui.add_head_html(f"<script>{SCRIPT}</script>")
@@ -274,7 +277,8 @@ class Explorer:
             self.view.run_method("save", "beam.png", *SIZE)
             return
         if kind.startswith("plots-"):
-            made = PRINTING(self.drawn, self.table, kind.removeprefix("plots-"), self.found)
+            wanted = self.drawn, self.table, kind.removeprefix("plots-"), self.found
+            made = PRINTING(lambda: _printed(*wanted))
             self.beside("The plots are being drawn ...", made, lambda found: self.client.download(found[1], found[0]))
             return
         with telling(self.say):
@@ -353,6 +357,12 @@ class Explorer:
 
         self.beside("A fit is being computed ...", FITTING(table, self.drawn), show)
 
+    def bear(self, case: str, force: str, way: str) -> None:
+        """Load the beam that is shown as a part."""
+        shown = self.drawn
+        made = PRINTING(lambda: bench.loaded(shown, case, force, way))
+        self.beside("The part is being loaded ...", made, lambda found: self.part.show(found, shown))
+
     # ---- what is drawn -------------------------------------------------------------------------------------
 
     def draw(self) -> None:
@@ -364,6 +374,7 @@ class Explorer:
         self.controls.show(self.drawn)
         self.outcome.show(self.drawn)
         self.compared.show(self.drawn)
+        self.part.fade(self.drawn)
         # in the same message as the view: the page is laid out and painted once
         if self.client.has_socket_connection:
             self.draw_plots()
@@ -408,35 +419,3 @@ class Explorer:
         self.map_key = wanted
         panels.list_classes(self.map_ends, map.classes(wanted, found, dark=self.dark), wanted)
         put(self.map, options=map.options(wanted, found, dark=self.dark))
-
-
-def make_room() -> None:
-    """Let go of the oldest pages to which no browser has connected: at most eight wait."""
-    every = (one for one in Client.instances.values() if one._response_built)
-    waiting = [one for one in every if not one.has_socket_connection and not one._delete_tasks]
-    for one in sorted(waiting, key=lambda client: client.created)[:-8]:
-        one.delete()
-
-
-class Sweep:
-    """Gives the memory of ended pages back to the system."""
-
-    def __init__(self) -> None:
-        self.due = False
-        # what is there already stays, and need not be looked through each time
-        gc.freeze()
-
-    def soon(self) -> None:
-        """Do so in a second, once for all pages that end until then."""
-        if not self.due:
-            self.due = True
-            asyncio.get_running_loop().call_later(1.0, self._now)
-
-    def _now(self) -> None:
-        self.due = False
-        # a page's elements and handlers refer to each other
-        gc.collect()
-        if sys.platform == "linux":
-            # what was freed in small pieces stays with the process otherwise; only glibc has this
-            with suppress(AttributeError):
-                ctypes.CDLL(None).malloc_trim(0)

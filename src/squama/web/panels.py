@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import base64
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from typing import Any
 
 from nicegui import ui
 
 from squama.loads import LOADS
 from squama.plot.palette import KEPT, STATES, WORDS
-from squama.web import live, map, state, tables  # noqa: A004 - the module is named after what it draws
+from squama.web import bench, live, map, state, tables  # noqa: A004 - the module is named after what it draws
 from squama.web.charts import Line
 from squama.web.fields import CHOICES, FIELDS, MATERIALS, OTHER, material
 from squama.web.state import PRESETS, State
@@ -291,6 +293,61 @@ class Measured:
             with ui.element("details"):
                 text("summary", "All that is known of the fit")
                 text("pre", "\n".join(shown.lines))
+
+
+class PartUnderLoad:
+    """The beam as a part: a cantilever or a three-point bend, its shape, its force, what each scale bears."""
+
+    def __init__(self, bear: Callable[[str, str, str], object]) -> None:
+        self.state: State | None = None
+        self.given = {"case": "cantilever", "way": "up", "force": "0.2 N"}
+
+        def put_in(name: str) -> Callable[[str], None]:
+            return lambda value: self.given.update({name: str(value)[:50]})
+
+        with ui.element("section").classes("part").props('aria-label="Part under load"'), ui.element("details"):
+            text("summary", "Part under load")
+            with ui.element("p"):
+                Choice("Case", {name: one[0] for name, one in bench.CASES.items()}, "cantilever", put_in("case"))
+                Choice("Direction", bench.WAYS, "up", put_in("way"))
+                with ui.element("label").classes("choice"):
+                    text("span", "Force")
+                    field = ui.element("input")
+
+                    def enter(event: Any) -> None:
+                        self.given["force"] = field.props["value"] = str(event.args)[:50]
+
+                    field.on("change", enter, js_handler="(e) => emit(e.target.value)")
+                    field.props.update({"type": "text", "value": "0.2 N", "maxlength": 50, "data-do": "force"})
+                button(
+                    "Load it",
+                    lambda: bear(self.given["case"], self.given["force"], self.given["way"]),
+                    "Load the part, by squama.load",
+                    "bear",
+                )
+            self.words = ui.element("ul")
+            self.picture = ui.element("img").props(
+                'alt="Shape of the part, force over travel, and force on each scale"'
+            )
+            self.picture.set_visibility(False)
+
+    def show(self, found: bench.Loaded, state: State) -> None:
+        """Show what a part does under load."""
+        self.state = state
+        self.words.clear()
+        with self.words:
+            for line in found.words:
+                text("li", line)
+        self.picture.set_visibility(True)
+        content = base64.b64encode(found.picture.encode()).decode()
+        self.picture.props["src"] = f"data:image/svg+xml;base64,{content}"
+        self.picture.classes(remove="old")
+
+    def fade(self, now: State) -> None:
+        """Grey what was found of another beam."""
+        if self.state is not None and (now.beam, now.mu) != (self.state.beam, self.state.mu):
+            self.state = None
+            self.picture.classes(add="old")
 
 
 def show_lines(place: ui.element, wanted: Sequence[Line]) -> None:

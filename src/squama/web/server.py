@@ -53,7 +53,8 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
 
     from squama.web import map  # noqa: A004 - the module is named after what it draws
     from squama.web.guard import MOST, TOKEN, Guard, Patient
-    from squama.web.page import LINKING, Explorer, Sweep, make_room
+    from squama.web.memory import Sweep, make_room
+    from squama.web.page import LINKING, Explorer
 
     async def page() -> None:
         make_room()

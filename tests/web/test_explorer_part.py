@@ -1,0 +1,27 @@
+"""A part under load on the page."""
+
+from __future__ import annotations
+
+
+def test_a_cantilever_is_loaded_and_greyed_by_a_change(visit) -> None:
+    page = visit()
+    page.enter("scales", "6")
+    page.until("squamaView.design.scales === 6")
+    part = page.page.locator(".part")
+    part.locator("summary").click()
+    force = page.page.locator("[data-do=force]")
+    force.fill("nothing")
+    force.press("Enter")
+    page.page.locator("[data-do=bear]").click()
+    page.page.locator(".notice.shown", has_text="force").wait_for()
+    force.fill("0.5 N")
+    force.press("Enter")
+    page.page.locator("[data-do=bear]").click()
+    part.locator("li", has_text="0.5 N at").wait_for()
+    assert force.input_value() == "0.5 N"
+    picture = part.locator("img")
+    page.until("document.querySelector('.part img').naturalWidth > 300")
+    picture.scroll_into_view_if_needed()
+    page.shot("part")
+    page.enter("mu", "0.4")
+    page.until("document.querySelector('.part img.old')")
