@@ -154,7 +154,7 @@ def test_the_summary_and_the_card_have_the_figures() -> None:
     text, shown = data.squama.summary(), unescape(data.squama._repr_html_())
     for name, unit in (("phi_e", "rad"), ("T_c", "N m"), ("Phi_end", "rad/m")):
         for words in (text, shown):
-            assert f"{data[name].item():.4g} {unit}" in words
+            assert f"{data[name].item():.3g} {unit}" in words
     assert data["end"].item() in text
     assert "thin, rigid scales on hinges, edge law" in text.splitlines()[0]
     assert "<svg" in shown
@@ -162,7 +162,7 @@ def test_the_summary_and_the_card_have_the_figures() -> None:
         assert f"warning: {warning}" in text
     # a loop's figures are there, its points are not
     cycle = result("cycle_figure").squama.summary()
-    assert f"{result('cycle_figure')['zeta_eq'].item():.4g}" in cycle
+    assert f"{result('cycle_figure')['zeta_eq'].item():.3g}" in cycle
     assert "torque T" not in cycle
     assert repr(data.squama) == text
 

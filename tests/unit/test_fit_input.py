@@ -65,12 +65,12 @@ def test_the_examples_are_what_their_script_makes(name):
 
 def test_the_command(folder, capsys):
     names = ["--plot", "f.png", "--csv", "f.csv", "--netcdf", "f.nc", "-o", "fitted.toml"]
-    assert main(["fit", "test.csv", "beam.toml", "--joint", "hinge", *names]) == 0
+    assert main(["fit", "test.csv", "beam.toml", "--joint", "hinge", "--full", *names]) == 0
     said = capsys.readouterr().out
     fit = hinged("test.csv", BEAM)
-    assert said.startswith(f"test.csv: {', '.join(fit.lines)}\nmu ")
-    assert "\nfitted with beam.toml as an endless beam in twisting, thin, rigid scales on hinges, edge law\n" in said
-    assert fit.summary() in said
+    assert said.startswith(f"test.csv: {', '.join(fit.lines)}\n  residual ")
+    assert "thin, rigid scales on hinges, edge law; an endless beam; twisting\n" in said
+    assert all(f"\n{line}\n" in said for line in (*fit.described(), *fit.checked, *fit.more))
     assert (folder / "f.png").stat().st_size > 10_000
     assert squama.read("f.nc").identical(fit.dataset())
     assert squama.read("f.nc").initial.values.tolist() == [0.1, BEAM.joint_stiffness]
@@ -139,7 +139,7 @@ def test_specimens_in_one_file_and_in_several(folder, capsys):
     np.testing.assert_allclose(one.specimens[1].values, several.specimens[1].values, rtol=1e-8)
     assert one.used.size == several.used.size == 2 * LOOP.phi.size
     assert [s.label for s in one.specimens] == [s.label for s in several.specimens] == ["A", "B"]
-    assert main(["fit", "A.csv", "B.csv", "beam.toml", "--joint", "hinge", "--plot", "f.svg"]) == 0
+    assert main(["fit", "A.csv", "B.csv", "beam.toml", "--joint", "hinge", "--full", "--plot", "f.svg"]) == 0
     said = capsys.readouterr().out
     assert "specimen B alone: mu = " in said
     assert "note: K_theta differs between the 2 specimens" in said
@@ -168,7 +168,7 @@ def test_posterior(folder, capsys):
     assert bounded.posterior.note() is not None
     arguments = ["--posterior", "320", "--seed", "4", "--netcdf", "f.nc", "--corner", "c.png", "--noise", "5 N mm"]
     arguments += ["--nuisances", "none"]
-    assert main(["fit", "test.csv", "beam.toml", *arguments]) == 0
+    assert main(["fit", "test.csv", "beam.toml", "--full", *arguments]) == 0
     assert "posterior, 320 samples" in capsys.readouterr().out
     assert squama.read("f.nc").sample_value.shape == (320, 2)
     assert (folder / "c.png").stat().st_size > 10_000

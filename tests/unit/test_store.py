@@ -74,9 +74,9 @@ def test_csv_for_people(tmp_path):
     lines = squama.save(data, tmp_path / "a.csv").read_text().splitlines()
     comments = [line for line in lines if line.startswith("# ")]
     rows = list(csv.reader(lines[len(comments) :]))
-    assert rows[0][:4] == ["mu (1)", "Phi (rad/m)", "phi (rad)", "T (N m)"]
+    assert rows[0][:4] == ["Phi (rad/m)", "phi (rad)", "mu (1)", "T (N m)"]
     assert len(rows) - 1 == 3 * 20
-    assert {row[0] for row in rows[1:]} == {"0.0", "0.2", "6.0"}
+    assert {row[2] for row in rows[1:]} == {"0.0", "0.2", "6.0"}
     assert float(rows[-1][3]) == float(data["T"][-1, -1])
     values = {line.split(": ", 1)[0]: json.loads(line.split(": ", 1)[1]) for line in comments}
     assert values["# attribute law"] == "edge"

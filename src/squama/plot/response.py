@@ -212,7 +212,7 @@ def line(
 
 def _along(dataset: xr.Dataset, name: str, where: str = "name") -> list[str]:
     """Return the numbers along the points of a result; another name is refused."""
-    there = [str(key) for key, v in dataset.variables.items() if "point" in v.dims and v.dtype.kind in "fi"]
+    there = [str(key) for key, v in {**dataset.coords, **dataset}.items() if "point" in v.dims and v.dtype.kind in "fi"]
     if name not in there:
         refuse(where, shown(name), "is no number along the points of this result", f"allowed: {', '.join(there)}")
     return there
