@@ -6,10 +6,19 @@ The public names, in the order in which data flows; each is imported when first 
 from __future__ import annotations
 
 from importlib import import_module
+from inspect import isfunction
 from typing import TYPE_CHECKING, Any
 
 from squama._version import __version__
-from squama.errors import InputError, SquamaError, SquamaWarning, TableWarning, ValidityWarning
+from squama.errors import (
+    InputError,
+    ResultWarning,
+    SquamaError,
+    SquamaWarning,
+    TableWarning,
+    ValidityWarning,
+    telling,
+)
 
 if TYPE_CHECKING:
     from squama import plot as plot
@@ -88,6 +97,8 @@ _NAMES = {
 }
 _DATASETS = {"curves", "dynamics", "fe", "identify", "inverse", "io", "part", "study"}
 """Rooms whose results are datasets; these know ``.squama``."""
+_TELLING = (_DATASETS - {"io"}) | {"sections"}
+"""Rooms whose functions warn of what their results say in ``warnings``; what is read from a file said it before."""
 _HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
 
 __all__ = [
@@ -112,6 +123,7 @@ __all__ = [
     "Part",
     "Plan",
     "Response",
+    "ResultWarning",
     "Scale",
     "Solved",
     "SquamaError",
@@ -167,8 +179,11 @@ def __getattr__(name: str) -> Any:
         message = f"module 'squama' has no attribute {name!r}"
         raise AttributeError(message)
     value = getattr(import_module(f"squama.{_HOME[name]}"), name)
+    room = _HOME[name].partition(".")[0]
+    if room in _TELLING and isfunction(value) and name != "open_sweep":
+        value = telling(value)
     globals()[name] = value
-    if _HOME[name].partition(".")[0] in _DATASETS:
+    if room in _DATASETS:
         import_module("squama.plot.accessor")
     return value
 

@@ -6,11 +6,15 @@ a file, a field) changes ``where`` or ``source``.
 
 from __future__ import annotations
 
+import functools
 import re
-from collections.abc import Iterator, Mapping
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import NamedTuple, NoReturn
+from typing import NamedTuple, NoReturn, ParamSpec, TypeVar
 
+P = ParamSpec("P")
+T = TypeVar("T")
 LONGEST = 1000
 """Characters of a part of a message that are shown."""
 _DIGITS = re.compile(r"(\d{20})\d{21,}")
@@ -155,6 +159,30 @@ class SquamaWarning(UserWarning):
 
 class TableWarning(SquamaWarning):
     """A table of measured points does not say how it is to be read; what was guessed."""
+
+
+class ResultWarning(SquamaWarning):
+    """What a result says in its ``warnings``: how far it can be trusted, and what is outside the model's range."""
+
+
+def telling(function: Callable[P, T]) -> Callable[P, T]:
+    """Return a function that also warns of what its result says in its ``warnings``, each line once for a call.
+
+    The package's public functions are made so where they get their public names; the command line and other functions
+    of the package call those inside, which are silent.
+    """
+
+    @functools.wraps(function)
+    def told(*args: P.args, **kwargs: P.kwargs) -> T:
+        result = function(*args, **kwargs)
+        found: str | Iterable[str] = getattr(result, "attrs", {}).get("warnings", getattr(result, "warnings", ()))
+        for line in dict.fromkeys(found.splitlines() if isinstance(found, str) else found):
+            warnings.warn(line, ResultWarning, stacklevel=2)
+        return result
+
+    # by this name it is found again in another process
+    told.__module__ = "squama"
+    return told
 
 
 class ValidityWarning(SquamaWarning):

@@ -426,9 +426,7 @@ def prefix(largest: float) -> tuple[float, str]:
     >>> prefix(0.02), prefix(-4e6), prefix(0)
     ((1000.0, 'm'), (1e-06, 'M'), (1.0, ''))
     """
-    if not largest:
-        return 1.0, ""
-    low, sign = next(row for row in _PREFIXES if abs(largest) >= row[0])
+    low, sign = next(row for row in _PREFIXES if abs(largest) >= row[0]) if largest else (1.0, "")
     return 1 / (low or 1e-6), sign
 
 
@@ -437,14 +435,15 @@ def torque_unit(largest: float) -> tuple[float, str]:
     return (1e3, "N mm") if 0 < abs(largest) < 0.1 else (1.0, "N m")
 
 
-def moment(value: float, digits: int = 4) -> str:
+def moment(value: float) -> str:
     """Return a torque for people, in N m or N mm."""
     factor, unit = torque_unit(value)
-    return f"{factor * value:.{digits}g} {unit}"
+    return number(factor * value, unit)
 
 
-def number(value: float, unit: str = "", digits: int = 4) -> str:
-    """Return a number for people; infinity is "never"."""
-    if math.isinf(value):
-        return "never"
-    return "-" if math.isnan(value) else f"{value:.{digits}g} {unit}".strip()
+def number(value: float, unit: str = "") -> str:
+    """Return a number for people, to three significant digits; infinity is "never"."""
+    if not math.isfinite(value):
+        return "never" if math.isinf(value) else "-"
+    text = f"{value:.3g}"
+    return f"{f'{float(text):.0f}' if 'e+' in text and abs(value) < 1e6 else text} {unit}".strip()

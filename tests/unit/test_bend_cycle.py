@@ -114,7 +114,7 @@ def test_hinges_are_asked_for(capsys):
     )
     out = capsys.readouterr().out
     assert "thick, elastic scales on compliant joints; 25 scales with free ends; twist, lateral bend held" in out
-    assert "sense +: first contact at 0.06036 rad/pitch: corner B on face (k = 1)" in out
+    assert "sense +: first contact at 86.5 deg (3.46 deg per pitch): corner B on face (k = 1)" in out
 
 
 @needs_barrier

@@ -33,7 +33,7 @@ def _out(capsys, *arguments):
 def test_other_contact_of_both_laws_is_told_once(beam, capsys):
     text = _out(capsys, "twist", "beam.toml", *HINGE, "--sense=-", "--mu", "0,0.5", "--full")
     found = [line for line in text.splitlines() if line.startswith("other contact (")]
-    assert found == ["other contact (mu = 0, 0.5): side edge A1B1 on base edge D2A2 (k = 1) at 0.3867 rad/pitch"]
+    assert found == ["other contact (mu = 0, 0.5): side edge A1B1 on base edge D2A2 (k = 1) at 22.2 deg per pitch"]
     # at mu = 0 it ends both curves, at .5 friction locks before
     text = _out(capsys, "twist", "beam.toml", *HINGE, "--mu", "0,0.5", "--full")
     found = [line for line in text.splitlines() if line.startswith("other contact (")]
@@ -43,11 +43,11 @@ def test_other_contact_of_both_laws_is_told_once(beam, capsys):
 
 def test_other_contact_of_one_law_is_told_with_it(beam):
     touching, locking = (respond(beam, "twisting", mu=mu, joint="hinge") for mu in (0.1, 0.5))
-    (line,) = report._others({"edge": touching, "plate": locking})
+    (line,) = report._others(beam, {"edge": touching, "plate": locking})
     assert line.startswith("other contact (edge law, mu = 0.1): tip edge C1B1")
-    (line,) = report._others({"edge": touching, "plate": touching})
+    (line,) = report._others(beam, {"edge": touching, "plate": touching})
     assert line.startswith("other contact (mu = 0.1): tip edge C1B1")
-    assert report._others({"edge": locking, "plate": locking}) == []
+    assert report._others(beam, {"edge": locking, "plate": locking}) == []
 
 
 @pytest.mark.parametrize("mu", ["0.5", "0,0.5"])

@@ -270,7 +270,7 @@ def test_the_command(folder, capsys):
     said = capsys.readouterr().out
     assert said.startswith("beam.toml: damping ratio ")
     assert "thin, rigid scales on hinges, edge law; endless beam" in said
-    assert "0.05 to 0.15" in said
+    assert f"{np.degrees(0.05):.3g} to {np.degrees(0.15):.3g} deg per pitch" in said
     assert "wrote c.nc" in said
     assert (folder / "c.png").stat().st_size > 10_000
     expected = squama.cycle(BEAM.replace(friction={"mu": 0.3}), HISTORY, joint="hinge")

@@ -248,7 +248,7 @@ def test_the_command_pareto(folder, capsys):
     assert float(r.phi_end - r.phi_e) == pytest.approx(float(front["range"].sel(design=3)), rel=1e-9)
     assert float(r.RED_c) == pytest.approx(float(front.RED.sel(design=3)), rel=1e-9)
     status, said = run(FRONT, capsys, "--json", command="pareto")
-    assert json.loads(said.out)["designs"]["RED"] == pytest.approx(front.RED.values.tolist())
+    assert json.loads(said.out)["front"]["RED"] == pytest.approx(front.RED.values.tolist())
 
 
 @pytest.mark.parametrize(

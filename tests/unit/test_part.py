@@ -420,7 +420,7 @@ def test_the_command_as_json(capsys):
     said = json.loads(capsys.readouterr().out)
     assert said["support"] == "gripped"
     assert said["curve"]["turn"][-1] == pytest.approx(math.pi / 2)
-    assert len(said["scales"]["theta"]) == 7
+    assert len(said["each"]["theta"]) == 7
     assert len(said["sections"]["z_axis"][0]) == 6
     assert said["units"]["moment"] == "N m"
 

@@ -181,7 +181,7 @@ def test_the_command(tmp_path, monkeypatch, capsys):
     (tmp_path / "beam.toml").write_text(HINGED.to_toml())
     asked = ["plan", "beam.toml", "--joint", "hinge", "--find", "mu,K_theta"]
     noisy = [*asked, "--noise", "5 N mm"]
-    assert main([*noisy, "--csv", "a.csv", "--plot", "a.svg", "--tops", "150, 220 deg total"]) == 0
+    assert main([*noisy, "--csv", "a.csv", "--plot", "a.svg", "--tops", "150, 220 deg total", "--full"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith(
         "beam.toml: Twist 25 pitches to 220 deg and back, once (100 readings each time): mu to +-"
@@ -190,7 +190,7 @@ def test_the_command(tmp_path, monkeypatch, capsys):
     assert squama.read("a.csv").sizes["candidate"] == 6
     assert main([*noisy, "--json", "--load", "bending"]) == 0
     found = json.loads(capsys.readouterr().out)
-    assert found["parameters"] == ["mu", "K_theta"]
+    assert found["find"] == ["mu", "K_theta"]
     assert found["best"]["errors"]["mu"] > 0
     assert {one["loop"] for one in found["candidates"]} == {"loading", "loop"}
     for more, words in (

@@ -295,7 +295,7 @@ def test_the_command(tmp_path, monkeypatch, capsys):
     assert main(["cycle", "beam.toml", *flags, "--full"]) == 0
     out = capsys.readouterr().out
     assert "  model                  thin, rigid scales on compliant joints; endless beam" in out
-    assert "sense +: first contact at 0.05845 rad/pitch: tip edge on side edge (k = 1)" in out
+    assert "sense +: first contact at 3.35 deg per pitch: tip edge on side edge (k = 1)" in out
     assert "the work of the torque is balanced to" in out
     c = cycle("0.15 rad/pitch")
     assert squama.read("c.nc").identical(c)

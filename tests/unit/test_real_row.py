@@ -410,6 +410,6 @@ def test_the_command(tmp_path, capsys):
     for flag, joint, scales in (("--ideal", "compliant", "thin, rigid"), ("--joint=hinge", "hinge", "thin, rigid")):
         assert main(["row", str(file), *flags, flag, "--json"]) == 0
         record = json.loads(capsys.readouterr().out)
-        assert (record["joint"], record["idealisation"]) == (joint, f"{scales} scales")
+        assert (record["joint"], record["scales"]) == (joint, f"{scales} scales")
     assert main(["row", str(file), "--joint", "ball"]) == 2
     assert "--joint" in capsys.readouterr().err

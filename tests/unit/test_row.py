@@ -232,7 +232,7 @@ def test_where_a_row_ends():
     assert float(mirrored.T_scales.max()) == 0
     # scales that touch by other edges only
     touch = float(squama.twist(WIDE, mu=0.2, sense="-", joint="hinge").phi_touch)
-    for to, other, scale in ((0.2, "", 0), (0.5, "side edge on base edge (k = 1) at 0.3867 rad/pitch", 1)):
+    for to, other, scale in ((0.2, "", 0), (0.5, "side edge on base edge (k = 1) at 22.2 deg per pitch", 1)):
         r = hinged(WIDE, scales=5, mu=0.2, to=f"{to} rad/pitch", sense="-")
         assert (r.other_contact, r.scale_end, r.end) == (other, scale, "range end")
         assert float(r.phi_e) == pytest.approx(touch)
@@ -242,7 +242,7 @@ def test_a_row_goes_on_behind_a_contact_of_other_features():
     """The torque without friction is the slope of the energy, through where the last scale meets a face."""
     r = hinged(WIDE, scales=7, mu=0, to="0.2 rad/pitch", points=400)
     assert r.end == "range end"
-    assert r.other_contact == "corner D of scale 7 on the face of scale 6 (k = 1) at 0.1066 rad/pitch"
+    assert r.other_contact == "corner D of scale 7 on the face of scale 6 (k = 1) at 6.11 deg per pitch"
     assert r.scale_end == 6
     work = cumulative_simpson(r["T"].values, x=r.Phi.values, initial=0)
     # tolerance: Simpson's rule over the kinks, 2e-6 on every processor
@@ -292,7 +292,7 @@ def test_the_command(tmp_path, monkeypatch, capsys):
     np.testing.assert_array_equal(table.N.values, expected.N.values)
     assert main([*arguments, "--json"]) == 0
     record = json.loads(capsys.readouterr().out)
-    np.testing.assert_allclose(record["scales"]["theta"], expected.theta)
+    np.testing.assert_allclose(record["each"]["theta"], expected.theta)
     assert record["figures"]["end"] == "range end"
 
 

@@ -96,7 +96,7 @@ def _thin(beam: Assembly, load: Load, sense: str) -> list[str]:
     tau, gap = beam.thickness_ratio, thickness.gap(beam.scale.alpha, beam.scale.theta0)
     if tau <= THIN * gap * (1 + 1e-9):
         return []
-    words = f"gap d sin(theta0) cos(alpha) = {_mm(gap * beam.pitch)}"
+    words = f"gap d sin(theta0) cos(alpha) = {gap * beam.pitch * 1e3:.3g} mm"
     line = f"the scales are not thin: t_s = {_mm(beam.scale.thickness)}"
     if tau >= gap:
         return [f"{line} is no less than the {words}: the plates touch at rest"]

@@ -7,7 +7,7 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TextIO
 
@@ -110,6 +110,14 @@ def _warned(
         print(warnings.formatwarning(message, category, filename, lineno, line), file=file or sys.stderr)
 
 
+def _named(arguments: Sequence[str]) -> Iterator[str]:
+    """Yield the arguments with a name for the standard input where "-" is no value of a flag."""
+    from squama.io.files import INPUT, STANDARD
+
+    for before, text in zip(["", *arguments], arguments, strict=False):
+        yield INPUT if text == STANDARD and not before.startswith("-") else text
+
+
 def _run(arguments: list[str]) -> int:
     """Run a command; a command line that cannot be understood is an InputError too."""
     from cyclopts import CycloptsError
@@ -127,7 +135,7 @@ def _run(arguments: list[str]) -> int:
         with spoken(), collecting(), warnings.catch_warnings():
             warnings.simplefilter("default", TableWarning)
             warnings.showwarning = _warned
-            status = make()(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+            status = make()([*_named(arguments)], exit_on_error=False, print_error=False, result_action="return_value")
     except CycloptsError as error:
         raise InputError(usage_problem(error)) from None
     return status if isinstance(status, int) else 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,7 +11,7 @@ from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, settled
-from squama.cli.summary import Summary, degrees, figure, modelled, percent
+from squama.cli.summary import Summary, degrees, energy, figure, modelled, percent
 from squama.errors import refuse
 from squama.loads import ENDLESS, LOADS, THIN
 from squama.model.outcome import SENTENCES, End
@@ -31,14 +32,8 @@ _SMALL = 1e-6
 """Moment over torque, or the other way round, that is rounding."""
 SHOWN = 24
 """Events in the table of the summary at most."""
-_AT_ENDS = {
-    "psi": ("bend psi, rad/pitch", 1.0),
-    "phi": ("twist phi, rad/pitch", 1.0),
-    "M": ("moment M, N m", 1.0),
-    "T": ("torque T, N m", 1.0),
-    "theta": ("theta, deg", math.degrees(1)),
-    "stress": ("largest stress in a scale, MPa", 1e-6),
-}
+_AT_ENDS = ("psi", "phi", "M", "T", "theta", "stress")
+"""Figures at the end of a way."""
 
 
 def bend_twist(
@@ -123,14 +118,8 @@ def _summary(beam: Beam, found: Mapping[str, Answer]) -> Summary:
     data = next(iter(found.values()))
     attrs, end = data.attrs, End(data["end"].item())
 
-    factor, unit = degrees(beam)
-
-    def place(psi: float, phi: float) -> str:
-        bend, twist = (figure(round(factor * angle, 6) + 0.0, unit) for angle in (psi, phi))
-        return f"bend {bend}, twist {twist}" if math.isfinite(psi + phi) else "never"
-
     def of(ending: str) -> str:
-        return place(*(float(data[f"{angle}_{ending}"]) for angle in ("psi", "phi")))
+        return _place(beam, *(float(data[f"{angle}_{ending}"]) for angle in ("psi", "phi")))
 
     other = f" ({data['other_contact'].item()})" if end is End.OTHER else ""
     whole = end in (End.RANGE, End.NONE)
@@ -143,7 +132,7 @@ def _summary(beam: Beam, found: Mapping[str, Answer]) -> Summary:
             stress = f", stress in a scale {figure(1e-6 * at['stress'], 'MPa')}" if at.get("stress", 0) > 0 else ""
             size, newton = torque_unit(max(abs(at["M"]), abs(at["T"])))
             M, T = (figure(size * at[name], newton) for name in ("M", "T"))
-            figures.append((f"end of way {i}", f"{place(at['psi'], at['phi'])}: moment {M}, torque {T}{stress}"))
+            figures.append((f"end of way {i}", f"{_place(beam, at['psi'], at['phi'])}: moment {M}, torque {T}{stress}"))
     figures.append(("end of the path", "" if whole else f"{SENTENCES[end]}{other}"))
     lost = "" if end.locks else f"; it takes {percent(float(data['RED_c']))} of the work of the path"
     figures.append(("friction", f"mu = {float(data['mu']):g}{lost}"))
@@ -152,12 +141,24 @@ def _summary(beam: Beam, found: Mapping[str, Answer]) -> Summary:
     return Summary(verdict, figures, (), attrs["warnings"], _all(beam, found))
 
 
+def _round(value: float) -> float:
+    """Return a value without what is only rounding, and without -0."""
+    return round(value, 6) + 0.0
+
+
+def _place(beam: Beam, psi: float, phi: float) -> str:
+    """Return bend and twist (rad per pitch) in degrees."""
+    factor, unit = degrees(beam)
+    bend, twist = (figure(_round(factor * float(angle)), unit) for angle in (psi, phi))
+    return f"bend {bend}, twist {twist}" if math.isfinite(psi + phi) else "never"
+
+
 def _all(beam: Beam, found: Mapping[str, Answer]) -> Iterable[str | Table]:
     """Yield what happens on the way, the ends of ways on the joint and on hinges, how it ends."""
     from squama.cli.report import held
 
     data = next(iter(found.values()))
-    yield from _events(data)
+    yield from _events(beam, data)
     yield ""
     yield _ends(beam, found)
     if ENDLESS in found:
@@ -165,12 +166,12 @@ def _all(beam: Beam, found: Mapping[str, Answer]) -> Iterable[str | Table]:
     yield ""
     for joint, one in found.items():
         end, other = one["end"].item(), one["other_contact"].item()
-        place = ", ".join(number(float(one[name])) for name in ("psi_end", "phi_end"))
-        whose = end if one is data else f"{joint}: {end} at psi, phi = {place}"
+        whose = (
+            end if one is data else f"{joint}: {end} at {_place(beam, float(one['psi_end']), float(one['phi_end']))}"
+        )
         yield f"{whose}: {SENTENCES[End(end)]}{f' ({other})' if other else ''}"
     if not End(data["end"].item()).locks:
-        work, red = number(float(data["W_fr_c"]), "J/m"), float(data["RED_c"])
-        yield f"at the last point: frictional work {work}, RED = {red:.4g}"
+        yield f"frictional work at the last point: {energy(float(data['W_fr_c']), beam)}"
     K = f"K_theta = {moment(float(data['K_theta']))}"
     if "energy_error" in data.variables:
         yield held(data.attrs)
@@ -179,9 +180,11 @@ def _all(beam: Beam, found: Mapping[str, Answer]) -> Iterable[str | Table]:
         yield f"joint of a scale: {K}"
 
 
-def _events(data: Answer) -> Iterable[str | Table]:
+def _events(beam: Beam, data: Answer) -> Iterable[str | Table]:
     """Yield the table of what happens on the way; the same of several scales one after the other in one line."""
-    pairs = [[data[f"{name}_event"] for name in names] for names in (("psi", "phi"), ("kappa", "Phi"))]
+    from squama.model.screw import WORDS
+
+    factor, unit = degrees(beam)
     jumps = [name for name in ("M_jump", "T_jump") if name in data.variables]
     same = [(str(word), int(leg)) for word, leg in zip(data["event"], data["event_leg"], strict=True)]
     scales = data["event_scale"].tolist() if "event_scale" in data.variables else []
@@ -196,20 +199,23 @@ def _events(data: Answer) -> Iterable[str | Table]:
             same[i][0],
             *([_ranges([scales[i] for i in run])] if scales else []),
             str(same[i][1]),
-            *(", ".join(number(float(v[i])) for v in pair) for pair in pairs),
+            *(number(_round(factor * float(data[name][i]))) for name in ("psi_event", "phi_event")),
             number(math.degrees(data["theta_event"][i])),
             *(moment(float(data[jump][i])) if data[jump][i] else "" for jump in jumps),
         )
         for run in (runs if len(runs) <= SHOWN else [*runs[: SHOWN - 1], runs[-1]])
         for i in run[:1]
     )
-    head = ("", *(["scales"] if scales else []), "way", "psi, phi rad/pitch", "kappa, Phi rad/m", "theta deg")
+    head = ("", *(["scales"] if scales else []), "way", f"bend, {unit}", f"twist, {unit}", "theta, deg")
     titles = (*head, *(jump.replace("_jump", " jumps by") for jump in jumps))
     yield output.table(titles, rows, left=2 if scales else 1, gap=1)
     if scales and len(runs) > SHOWN:
         yield f"the first {SHOWN - 1} of {len(runs)} lines, and the last; where scales stand, the place is the first's"
     elif scales:
         yield "where several scales stand in a line, the place is the first's"
+    met = {name for word, _ in same for name in re.findall(r"\b[A-Z]{2}\b", word)}
+    if known := [f"{name} {words}" for name, words in WORDS.items() if name in met]:
+        yield f"contacts: {'; '.join(known)}"
 
 
 def _ranges(scales: Iterable[int]) -> str:
@@ -236,16 +242,27 @@ def _ratios(beam: Beam, data: Answer, endless: Answer) -> Iterable[str]:
 
 def _ends(beam: Beam, found: Mapping[str, Answer]) -> Table:
     """Return the table of the ends of ways, a column for each kind of joint."""
-    from squama.cli.report import HINGE, IDEAL, REAL
+    from squama.cli.report import HINGE, IDEAL, REAL, column
 
     data, at_ends = next(iter(found.values())), [ways(one) for one in found.values()]
+    whole, unit = degrees(beam)
+    loads = [abs(v) for name in ("M", "T") for v in at_ends[0][name] if math.isfinite(v)]
+    size, newton = torque_unit(max(loads, default=0.0))
+    figures = {
+        "psi": (f"bend, {unit}", whole),
+        "phi": (f"twist, {unit}", whole),
+        "M": (f"moment M, {newton}", size),
+        "T": (f"torque T, {newton}", size),
+        "theta": ("theta, deg", math.degrees(1)),
+        "stress": ("largest stress in a scale, MPa", 1e-6),
+    }
     rows = []
     for i in range(len(data.attrs["path"])):
         rows.append([f"end of way {i + 1}", *[""] * len(found)])
-        for name, (words, factor) in _AT_ENDS.items():
+        for name, (words, factor) in figures.items():
             cells = [factor * one[name][i] if name in one else math.nan for one in at_ends]
             if not all(map(math.isnan, cells)):
                 rows.append([f"  {words}", *map(number, cells)])
     own = REAL if data.attrs["scales"] != THIN else IDEAL
     named = {"compliant": beam.extent if "ends" in data.attrs else own, ENDLESS: ENDLESS, "hinge": HINGE}
-    return output.table(["", *(named[joint] for joint in found)], rows)
+    return output.table(["", *(column(named[joint]) for joint in found)], rows)

@@ -8,10 +8,21 @@ from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
-from squama.cli.summary import DIGITS, Summary, energy, figure, modelled, span, turned
+from squama.cli.summary import (
+    Summary,
+    degrees,
+    energy,
+    energy_unit,
+    figure,
+    modelled,
+    per_pitch,
+    rigidity_unit,
+    span,
+    turned,
+)
 from squama.errors import refuse
 from squama.loads import LOADS
-from squama.units import is_number, moment, number, shown
+from squama.units import is_number, moment, number, shown, torque_unit
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -82,14 +93,16 @@ def _summary(beam: Beam, data: Answer) -> Summary:
     if tops.size:
         loop, left = span(bases[-1], tops[-1], beam), float(data[f"{angle}_residual"][-1])
         verdict = f"damping ratio {figure(float(data['zeta_eq'][-1]))} in a loop from {loop}"
+        factor, unit, of = energy_unit(float(data["U_max"][-1]), beam)
+        taken, stored = (figure(factor * float(data[name][-1]), unit) for name in ("W_d", "U_max"))
         back = f"the beam stays at {turned(left, beam)}" if left else "the beam comes back"
         figures = [
             ("loops", f"{tops.size}; figures of the last" if tops.size > 1 else ""),
-            ("friction takes", energy(float(data["W_d"][-1]), beam)),
-            ("stored at the top", energy(float(data["U_max"][-1]), beam)),
+            ("friction takes", f"{taken} in {of}"),
+            ("stored at the top", f"{stored} in {of}"),
             ("let go at the top", "" if math.isnan(left) else back),
         ]
-    figures.append((f"largest {kind.torque_words}", moment(float(abs(data[torque]).max()), DIGITS)))
+    figures.append((f"largest {kind.torque_words}", moment(float(abs(data[torque]).max()))))
     for sense, engaged in zip(data["sense"], data[f"{angle}_e"], strict=True):
         touch = f"at {turned(float(engaged), beam)}" if math.isfinite(engaged) else "never"
         figures.append((f"scales touch, sense {sense}", touch))
@@ -103,50 +116,57 @@ def _loops(beam: Beam, data: Answer) -> Iterable[str | Table]:
     angle, torque, tangent = kind.angle, kind.torque, kind.tangent
     bases, tops = data[f"{angle}_base"], data[f"{angle}_top"]
     if tops.size:
-        cells = [data[name] for name in ("W_d", "U_max", "zeta_eq", "K_sec", f"{torque}_drop", f"{angle}_residual")]
-        head = ["loop", f"{angle} rad/pitch", "W_d J/m", "U_max J/m", "damping", "secant N m2", f"{torque} drop N m"]
-        loops = enumerate(zip(bases, tops, *cells, strict=True), 1)
-        rows = [(str(i), f"{base:.4g} to {top:.4g}", *map(number, cell)) for i, (base, top, *cell) in loops]
-        yield output.table([*head, "left"], rows[:SHOWN], gap=1)
+        factor, unit = degrees(beam)
+        size, newton = torque_unit(float(abs(data[torque]).max()))
+        rigid, newtons = rigidity_unit(float(data["K_sec"].max()))
+        joule, joules, _ = energy_unit(float(data["U_max"].max()), beam)
+        columns = {
+            f"taken, {joules}": joule * data["W_d"],
+            f"stored, {joules}": joule * data["U_max"],
+            "damping": data["zeta_eq"],
+            f"secant, {newtons}": rigid * data["K_sec"],
+            f"drop, {newton}": size * data[f"{torque}_drop"],
+            f"left, {unit}": factor * data[f"{angle}_residual"],
+        }
+        loops = enumerate(zip(bases, tops, *columns.values(), strict=True), 1)
+        rows = [(str(i), span(base, top, beam), *map(number, cells)) for i, (base, top, *cells) in loops]
+        yield output.table(["loop", angle, *columns], rows[:SHOWN], gap=1)
         if tops.size > SHOWN:
             yield f"the first {SHOWN} of {tops.size} loops"
         yield (
-            "damping: W_d/(4 pi U_max), with U_max the elastic energy at the top of the loop; "
-            f"left: {angle} that stays when the beam is let go at the top"
+            "taken: by friction; stored: elastic energy at the top; damping: taken/(4 pi stored); "
+            f"drop of {torque} at the top; left: {kind.verb} that stays when the beam is let go at the top"
         )
-    else:
-        yield "no loop is closed: the history does not come back to where it turned"
     work = float(data["W_fr"][-1])
-    yield f"frictional work of the history: {work:.4g} J/m, {work * beam.length:.4g} J over {beam.extent}"
-    yield (
-        f"largest {torque}: {moment(float(abs(data[torque]).max()))}; tangent stiffness {data[tangent].min():.4g} "
-        f"to {data[tangent].max():.4g} N m2"
-    )
+    rigid, newtons = rigidity_unit(float(data[tangent].max()))
+    low, high = (number(rigid * float(v)) for v in (data[tangent].min(), data[tangent].max()))
+    yield f"frictional work of the history: {energy(work, beam)}"
+    yield f"tangent stiffness {low} to {high} {newtons}"
     if "energy_error" in data.variables:
         yield (
-            f"walked in increments of up to {data.attrs['increment']:g} rad/pitch: the work of the {kind.torque_words} "
-            f"is balanced to {abs(float(data['energy_error'])):.1e}"
+            f"walked in increments of up to {per_pitch(float(data.attrs['increment']))}: the work of the "
+            f"{kind.torque_words} is balanced to {abs(float(data['energy_error'])):.1e}"
         )
     words_of = _range if f"{angle}_most" in data.variables else _contact
     for i, sense in enumerate(data["sense"]):
-        yield f"sense {sense}: {words_of(data, i, angle)}"
+        yield f"sense {sense}: {words_of(beam, data, i, angle)}"
 
 
-def _contact(data: Answer, i: int, angle: str) -> str:
+def _contact(beam: Beam, data: Answer, i: int, angle: str) -> str:
     """Return where scales touch first in one sense, and what touches after."""
     first, other = data["first_contact"][i], data["other_contact"][i]
-    words = f"first contact at {float(data[f'{angle}_e'][i]):.4g} rad/pitch: {first}" if first else "no contact"
+    words = f"first contact at {turned(float(data[f'{angle}_e'][i]), beam)}: {first}" if first else "no contact"
     return f"{words}; then {other}" if other else words
 
 
-def _range(data: Answer, i: int, angle: str) -> str:
+def _range(beam: Beam, data: Answer, i: int, angle: str) -> str:
     """Return how far a history may go in one sense, and from where it comes back."""
     engaged, jam, end, most = (float(data[f"{angle}_{name}"][i]) for name in ("e", "jam", "end", "most"))
     other = f" ({data['other_contact'][i]})" if data["other_contact"][i] else ""
-    upto = f"a history may go to {number(most, 'rad/pitch')}"
+    upto = f"a history may go to {turned(most, beam)}"
     if not math.isfinite(engaged):
         return f"{data['end'][i]}{other}; {upto}"
-    jams = f"let go beyond {number(jam, 'rad/pitch')} it stays twisted"
+    jams = f"let go beyond {turned(jam, beam)} it stays twisted"
     back = jams if math.isfinite(jam) else "let go from anywhere there it comes back"
-    ends = f"{data['end'][i]} at {number(end, 'rad/pitch')}"
-    return f"engagement at {number(engaged, 'rad/pitch')}, {ends}{other}; {upto}; {back}"
+    ends = f"{data['end'][i]} at {turned(end, beam)}"
+    return f"engagement at {turned(engaged, beam)}, {ends}{other}; {upto}; {back}"

@@ -16,6 +16,7 @@ from squama.cli.flags import flag, settled, whole
 from squama.cli.summary import Summary, figure
 from squama.io.files import label
 from squama.loads import LOADS, model
+from squama.units import for_people, number
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,6 +31,8 @@ SHOWN = 6
 """Dimensions whose tolerances are listed."""
 MOST = 8
 """Designs side by side at most."""
+FEW = 4
+"""Designs of a front in its summary."""
 Out = Annotated[flags.File | None, flag("Folder to write design_1.toml, design_2.toml ... to.", "--out", "-o")]
 _MANY, _STARTS = "Largest number of designs. Default: the file's, or 5.", whole(16, 1 << 20, "4096")
 Force = Annotated[bool, Parameter(help="Replace designs in the folder.")]
@@ -240,6 +243,7 @@ def pareto(
     seed: Annotated[
         int | None, flag("Seed of the search. Default: the file's, or 1.", read=whole(0, 2**31 - 1, "1"))
     ] = None,
+    full: flags.Full = False,
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Trade figures of beams off against each other: a front, each point a beam that can be built (extra fit)."""
@@ -264,7 +268,9 @@ def pareto(
         wrote.append(f"wrote {len(folder)} beam files into {label(out)}")
     files = output.write(common, lambda: found, "front_figure")
     wrote += [f"wrote {label(path)}" for path in files]
-    return output.report(common.json, target, [*folder, *files], _front(found), _front_shown(found), wrote)
+    return output.report(
+        common.json, target, [*folder, *files], _front(found), _front_summary(found).shown(full=full), wrote
+    )
 
 
 def _text(file: str, front: xr.Dataset, beam: Beam, number: int) -> str:
@@ -280,31 +286,57 @@ def _objectives(front: xr.Dataset) -> list[str]:
 def _front(front: xr.Dataset) -> dict[str, object]:
     return {
         **{str(name): value for name, value in front.attrs.items()},
-        "designs": {str(name): v.values for name, v in front.data_vars.items()},
+        "front": {str(name): v.values for name, v in front.data_vars.items()},
         "units": output.units(front.data_vars.items()),
     }
 
 
-def _front_shown(front: xr.Dataset) -> Iterable[str | Table]:
-    """Return a choice of the front, evenly along its first objective."""
-    import numpy as np
+def _front_summary(front: xr.Dataset) -> Summary:
+    """Return the summary: what the front spans, and a few of its designs."""
+    n, names = front.sizes["design"], _objectives(front)
+    held = "; held straight" * loads.holds(front.attrs["hold"], LOADS[front.attrs["load"]])
+    spans = {}
+    for name in names:
+        factor, unit = _people(front, name)
+        low, high = (factor * float(limit) for limit in (front[name].min(), front[name].max()))
+        spans[name] = f"{figure(low)} to {figure(high, unit)}"
+    about = [(name, _meaning(front, name)) for name in names]
+    verdict = f"{n} designs; {', '.join(f'{name} {text}' for name, text in spans.items())}"
+    figures = [*about, ("model", f"{model(front.attrs)}; endless beam{held}")]
+    return Summary(verdict, figures, [_designs(front, FEW, names)], front.attrs.get("warnings", ""), _whole(front))
 
+
+def _people(front: xr.Dataset, name: str) -> tuple[float, str]:
+    """Return factor and unit in which people read a figure or a dimension."""
     from squama.study.parameters import people
 
-    n, names = front.sizes["design"], _objectives(front)
-    held = ", held straight" * loads.holds(front.attrs["hold"], LOADS[front.attrs["load"]])
-    yield f": {n} designs on the front of {', '.join(front.attrs['objectives'])}; {model(front.attrs)}, endless{held}"
-    columns = {name: (1.0, str(front[name].attrs["units"])) for name in names}
+    return people(name) if "." in name else for_people(str(front[name].attrs["units"]))
+
+
+def _meaning(front: xr.Dataset, name: str) -> str:
+    at = f" ({front[name].attrs['at']})" if "at" in front[name].attrs else ""
+    return f"{front[name].attrs['long_name']}{at}"
+
+
+def _designs(front: xr.Dataset, most: int, names: Sequence[str]) -> Table:
+    """Return a choice of the front, evenly along its first objective: the figures or dimensions named."""
+    import numpy as np
+
+    n = front.sizes["design"]
+    few = front.isel(design=np.unique(np.linspace(0, n - 1, min(n, most)).round().astype(int)))
+    heads, columns = [], []
+    for name in names:
+        factor, unit = _people(front, name) if few[name].dtype.kind == "f" else (1.0, "")
+        heads.append(f"{name.removeprefix('chosen.').replace('.', '.' + chr(10))} {unit}".strip())
+        values = few[name].values.tolist()
+        columns.append([number(factor * x) if isinstance(x, float) else str(x) for x in values])
+    rows = zip(few.design.values.astype(str).tolist(), *columns, strict=True)
+    return output.table(("design", *heads), rows, left=0)
+
+
+def _whole(front: xr.Dataset) -> Iterable[str | Table]:
+    """Yield more designs, with their dimensions."""
     own = [str(name) for name in front.data_vars if "." in str(name)]
     words = [name for name in own if name.startswith("chosen.")]
-    columns |= {name: people(name) for name in own if "low" in front[name].attrs}
-    few = front.isel(design=np.unique(np.linspace(0, n - 1, min(n, 12)).round().astype(int)))
-    values = [[f"{factor * x:.4g}" for x in few[name].values] for name, (factor, _) in columns.items()]
-    values += [few[name].values.tolist() for name in words]
-    rows = zip(few.design.values.astype(str).tolist(), *values, strict=True)
-    heads = [f"{name.replace('.', '.' + chr(10))} {unit}".strip() for name, (_, unit) in columns.items()]
-    heads += [name.removeprefix("chosen.").replace(".", ".\n") for name in words]
-    yield output.table(("design", *heads), rows, left=0)
-    for name in names:
-        at = f" ({front[name].attrs['at']})" if "at" in front[name].attrs else ""
-        yield f"{name}: {front[name].attrs['long_name']}{at}"
+    dimensions = [name for name in own if "low" in front[name].attrs]
+    yield _designs(front, 4 * FEW, [*_objectives(front), *dimensions, *words])

@@ -13,7 +13,7 @@ from cyclopts import Parameter
 from squama import units
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, one_of, settled, whole
-from squama.cli.summary import Summary, per_pitch, percent
+from squama.cli.summary import Summary, figure, per_pitch, percent, turned
 from squama.errors import refuse
 from squama.interrupt import kept
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from rich.table import Table
 
+    from squama.beam.design import Beam
     from squama.fe.deformed import Deformed
     from squama.study.verification import Verified
 
@@ -108,6 +109,7 @@ def cell(
     ends: Annotated[str, flag(_ENDS, read=one_of("free", "held"))] = "free",
     vtk: Annotated[flags.File | None, flag("File (.vtu) of the deformed pitch for ParaView.")] = None,
     picture: Annotated[tuple[flags.File, ...], flag(_PICTURE)] = (),
+    full: flags.Full = False,
     restart: Annotated[flags.File | None, flag(_RESTART)] = None,
     quiet: flags.Quiet = False,
     common: flags.Common = flags.COMMON,
@@ -147,7 +149,7 @@ def cell(
 
             written.append(write_vtu(state, vtk))
         written += output.draw(picture, "deformed_figure", state)
-    return output.report(common.json, beam, written, _record(data), _shown(data))
+    return output.report(common.json, beam, written, _record(data), _solved(described, data).shown(full=full))
 
 
 def _record(data: xr.Dataset) -> dict[str, object]:
@@ -159,46 +161,46 @@ def _record(data: xr.Dataset) -> dict[str, object]:
     }
 
 
-def _shown(data: xr.Dataset) -> Iterable[str]:
-    """Return the summary: the torque, and the scale, or those at the ends and in the middle."""
-    last, finite = data.isel(point=-1), "scale" in data.sizes
-    blocked = "roll and yaw blocked, " if "blocked" in data.attrs["joint"] else ""
-    many = f", {data.sizes['scale']} scales" if finite else ""
-    turned = f"phi = {_of(last, 'phi', 'rad/pitch')}, Phi = {_of(last, 'Phi', 'rad/m')}"
-    yield (
-        f" by finite elements{many}: mu = {float(data['mu']):g}, sense {data.attrs['sense']}, {blocked}"
-        f"{data.attrs['mesh']}"
-    )
+def _solved(beam: Beam, data: xr.Dataset) -> Summary:
+    """Return the summary of a run: torque and inclination at its end, where scales touch, how well it is solved."""
+    last, n, attrs = data.isel(point=-1), data.sizes.get("scale", 0), data.attrs
+    beam = beam.replace(scales=n) if n else beam
+    theta = [f"{round(math.degrees(v), 6) + 0.0:.3g} deg" for v in last["theta"].values.ravel()]
+    verdict = f"{units.moment(float(last['T']))} at {turned(float(last['phi']), beam)}"
+    met = [(phi, words) for phi, words in zip(data["phi"].values, data["contact"].values, strict=True) if words]
+    N, f = (figure(float(last[name].max()), "N") for name in ("N", "f"))
+    long = "; the turned end is held along the axis" if attrs.get("ends") == "held" else ""
+    blocked = "; roll and yaw of the scales are blocked" if "blocked" in attrs["joint"] else ""
+    figures = [
+        ("inclination, first to last" if n else "inclination", f"{theta[0]}, {theta[-1]}" if n else theta[0]),
+        ("scales touch", f"at {turned(float(met[0][0]), beam)}, or one increment before" if met else "never"),
+        ("contact", f"{met[-1][1]}" if met and not n else ""),
+        ("largest contact force" if n else "contact force", f"{N}; friction {f}" if met else ""),
+        ("end of the run", str(attrs["sentence"])),
+        ("energy balance", f"{percent(abs(attrs['energy_error']))} of the work is not accounted for"),
+        ("friction", f"mu = {float(data['mu']):g}{'; sense -' if attrs['sense'] == '-' else ''}"),
+        ("model", f"finite elements; {beam.extent if n else 'one pitch of an endless beam'}{long}{blocked}"),
+        ("mesh", str(attrs["mesh"])),
+    ]
+    return Summary(verdict, figures, (), attrs["warnings"], _run_in_full(beam, data))
+
+
+def _run_in_full(beam: Beam, data: xr.Dataset) -> Iterable[str | Table]:
+    """Yield how the scales are modelled, what touches from where on, and every scale of a finite beam."""
     yield f"scales {data.attrs['plates']}"
-    yield str(data.attrs["sentence"])
-    torque = f"torque T = {units.moment(float(last['T']))}"
-    if finite:
-        along = "free to move along the axis" if data.attrs["ends"] == "free" else "held along the axis"
-        yield f"{turned}, means over the beam"
-        yield f"{torque}; the turned end is {along}"
-        n = data.sizes["scale"]
-        yield from (_one_scale(last.isel(scale=i), i, n) for i in sorted({0, (n - 1) // 2, n - 1}))
-    else:
-        yield turned
-        yield f"{torque}, inclination theta = {_of(last, 'theta', 'deg', math.degrees(1))}"
-        yield f"normal force N = {_of(last, 'N', 'N')}, friction force f = {_of(last, 'f', 'N')}"
-    yield f"energy balance: (W - U_el - W_fr)/W = {data.attrs['energy_error']:.2e}"
-    yield from output.warnings(data.attrs["warnings"])
     before = ""
     for phi, words in zip(data["phi"].values, data["contact"].values, strict=True):
         if words != before:
-            yield f"from phi = {phi:.4g}: {words or 'no contact'}"
+            yield f"from {turned(float(phi), beam)}: {words or 'no contact'}"
             before = words
-
-
-def _of(data: xr.Dataset, name: str, unit: str, factor: float = 1.0) -> str:
-    return units.number(factor * float(data[name]), unit)
-
-
-def _one_scale(one: xr.Dataset, i: int, n: int) -> str:
-    contact = f", N = {_of(one, 'N', 'N')}, f = {_of(one, 'f', 'N')} on scale {i + 2}" if i < n - 1 else ""
-    theta = _of(one, "theta", "deg", math.degrees(1))
-    return f"scale {i + 1}: theta = {theta}, twist of its pitch {_of(one, 'twist', 'rad')}{contact}"
+    if "scale" in data.sizes:
+        last = data.isel(point=-1)
+        angles = (units.number(math.degrees(v) + 0.0) for name in ("theta", "twist") for v in last[name].values)
+        forces = (units.number(v) for name in ("N", "f") for v in last[name].values)
+        n = data.sizes["scale"]
+        cells = [*angles, *forces]
+        rows = [(str(i + 1), *(cells[k * n + i] for k in range(4))) for i in range(n)]
+        yield output.table(("scale", "theta, deg", "twist of its pitch, deg", "N, N", "f, N"), rows)
 
 
 def verify(
@@ -280,7 +282,7 @@ def _part(found: Verified) -> dict[str, object]:
         "verdict": found.verdict,
         "elements": {key: found.elements.attrs[key] for key in ("mesh", "sentence", "reached", "energy_error")},
         "curve": {str(name): v.values for name, v in table.variables.items() if name != "model"},
-        "models": table["model"].values.tolist(),
+        "compared": table["model"].values.tolist(),
         "units": output.units(table.variables.items()),
     }
 
@@ -301,7 +303,7 @@ def _part_summary(found: Verified) -> Summary:
     figures = [
         ("about", data.attrs["title"]),
         ("elements", f"{attrs['mesh']}; {attrs['sentence']}"),
-        ("energy balance", f"(W - U_el - W_fr)/W = {attrs['energy_error']:.2e}"),
+        ("energy balance", f"(W - U_el - W_fr)/W = {attrs['energy_error']:.0e}"),
     ]
     words = "difference from the load of the elements, %: joint of the beam (law), joint of this mesh (mesh)"
     table: list[str | Table] = [
@@ -337,7 +339,7 @@ def _summary(found: Verified) -> Summary:
 def _all(data: xr.Dataset, attrs: Mapping[Hashable, Any]) -> Iterable[str | Table]:
     """Yield the mesh, the energy balance and tables of all differences; ``attrs`` of the elements' run."""
     yield f"elements: {attrs['mesh']}; {attrs['sentence']}"
-    yield f"energy balance: (W - U_el - W_fr)/W = {attrs['energy_error']:.2e}"
+    yield f"energy balance: (W - U_el - W_fr)/W = {attrs['energy_error']:.0e}"
     yield ""
     yield "difference from the torque of the elements, %"
     yield _table(data, "dT", 100.0, "T_elements", 1e3, "N mm")

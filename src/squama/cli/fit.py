@@ -11,6 +11,7 @@ from cyclopts import Parameter
 from squama import units
 from squama.cli import flags, output
 from squama.cli.flags import flag, pair, settled, whole
+from squama.cli.summary import Summary
 from squama.errors import Problems, naming, refuse
 from squama.io.files import label
 from squama.loads import LOADS, model
@@ -194,6 +195,7 @@ def fit(
     prediction: Prediction = PREDICTION,
     out: Annotated[flags.File | None, flag("Beam file (.toml) to write, with the estimates.", "--out", "-o")] = None,
     corner: Annotated[flags.File | None, flag("Picture of the posterior samples to write.")] = None,
+    full: flags.Full = False,
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Fit friction, joint stiffness and other parameters to measured torque and twist, or to a decay."""
@@ -239,7 +241,7 @@ def fit(
         written.append(output.write_text(out, found.beam_file([label(path) for path in data])))
     more, lines, of_band = ([], [], {}) if isinstance(found, decay_fit.DecayFit) else prediction.of(found)
     record = {"file": label(beams[0]), "data": data, **found.report(), **of_band}
-    shown = [*_shown(found, label(beams[0])), *lines]
+    shown = _summary(found, label(beams[0]), lines).shown(full=full)
     return output.report(common.json, ", ".join(data), [*written, *more], record, shown)
 
 
@@ -270,20 +272,19 @@ def _of_tests(data: list[str], search: Search, **others: object) -> None:
     flags.problems().settle()
 
 
-def _shown(found: Fit | DecayFit, file: str) -> Iterable[str]:
-    """Yield the estimates with their errors, then doubts and checks, then which model they are of."""
+def _summary(found: Fit | DecayFit, file: str, predicted: list[str]) -> Summary:
+    """Return the summary: estimates with their errors, then checks and doubts; ``predicted`` lines of a prediction."""
     from squama.identify.decay_fit import DecayFit
 
-    doubtful = "" if isinstance(found, DecayFit) or found.holds else "; the errors do not hold"
-    yield f": {', '.join(found.lines)}{doubtful}"
-    yield from found.summary().splitlines()
+    verdict, full = ", ".join(found.lines), [*found.described(), *found.more]
     if isinstance(found, DecayFit):
-        load, kind = found.attrs["load"], model(found.attrs)
-        yield f"read as a decay (time, no torque), fitted with {file} in {load} ({found.mode}), {kind}"
-    else:
-        kind = LOADS[found.load].model(found.law, found.joint, found.scales)
-        yield f"fitted with {file} as {found.fitted_as} in {found.load}, {kind}"
-        yield from output.warnings(found.beam.warnings(found.load, joint=found.joint))
+        words = f"{model(found.attrs)}; {found.attrs['load']}, {found.mode}; a decay (time, no torque)"
+        return Summary(verdict, [*found.sizes, ("beam", file), ("model", words)], predicted, (), full)
+    kind = LOADS[found.load].model(found.law, found.joint, found.scales)
+    figures = [*found.sizes, ("beam", file), ("model", f"{kind}; {found.fitted_as}; {found.load}")]
+    table = [*predicted, *found.checked, *filter(None, [found.of_machine])]
+    verdict = verdict if found.holds else f"{verdict}; the errors do not hold"
+    return Summary(verdict, figures, table, found.warnings, full)
 
 
 def _count(beams: list[str], data: list[str]) -> None:

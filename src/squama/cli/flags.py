@@ -20,7 +20,7 @@ from cyclopts import Parameter
 
 from squama.beam import beamfile
 from squama.errors import InputError, Problems, naming, refuse
-from squama.io.files import label
+from squama.io.files import STANDARD, label
 from squama.loads import ENDS, LINES, LOADS, MODES
 from squama.progress import LOG
 from squama.units import MARGIN, Bounds, Dimension, bounded, shown
@@ -272,7 +272,7 @@ if TYPE_CHECKING:
 else:
     # a path to shells, which complete it; to the program the text as it is written
     File = Annotated[Path, Parameter(converter=lambda _, tokens: tokens[0].value)]
-BeamFile = Annotated[File, Parameter(help='Beam file (TOML); "squama new beam.toml" writes an example.')]
+BeamFile = Annotated[File, Parameter(help="Beam file (TOML), or - for standard input; squama new writes one.")]
 Mu = Annotated[float | None, flag("Coefficient of friction, e.g. 0.25. Default: the beam file's.", read=_mu)]
 _MUS = "Coefficient of friction, e.g. 0.25, or several: 0,0.2,0.5. Default: the file's."
 Family = Annotated[tuple[float, ...], flag(_MUS, read=Reader(_family, ()))]
@@ -412,14 +412,17 @@ class Common(Base):
     """Flags of every command that computes a dataset of a beam."""
 
     plot: Plot = ()
-    csv: Annotated[File | None, flag("CSV file to write, with units in its header.")] = None
+    csv: Annotated[File | None, flag("CSV file to write, with units in its header; - prints it alone.")] = None
     netcdf: Annotated[File | None, flag("netCDF file (.nc) to write, with all results.")] = None
     hold: Annotated[str | None, flag(_HOLD)] = None
 
     def check(self, *inputs: str, plots: Iterable[str] = ()) -> None:
         """Look at every output path before any work, other pictures included."""
         pictures = ((path, PLOTS) for path in (*self.plot, *plots))
-        check_places([*pictures, (self.csv, (".csv",)), (self.netcdf, (".nc",))], inputs)
+        table = self.csv if self.csv != STANDARD else None
+        if self.json and self.csv == STANDARD:
+            problems().add("--csv", STANDARD, "is printed, and so is --json", "give --csv a file, or leave out --json")
+        check_places([*pictures, (table, (".csv",)), (self.netcdf, (".nc",))], inputs)
 
 
 BASE, COMMON = Base(), Common()

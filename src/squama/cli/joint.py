@@ -12,8 +12,9 @@ from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
+from squama.cli.summary import Summary, percent
 from squama.interrupt import kept
-from squama.units import change, moment
+from squama.units import change, number, torque_unit
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -33,6 +34,8 @@ MOTIONS = (
 """Symbols of the six motions, and in words."""
 LOADS = ("phi", "psi", "epsilon")
 """Twist, bend and stretch per pitch."""
+TWIST = 5.0
+"""Twist per pitch for which motions are shown, degrees."""
 _EDGES = "Size of the coarsest elements along the scale's edges, in pitches. Default: a fifth of the embedded length."
 _LEVELS = "Number of meshes, each half as coarse as the one before. Default: 3."
 _TAB = "The embedded part of a scale: rigid, or elastic with the scale's modulus. Default: rigid."
@@ -51,6 +54,7 @@ def joint(
     tab: Annotated[str, flag(_TAB, read=flags.one_of("rigid", "elastic"))] = "rigid",
     toml: Annotated[flags.File | None, flag(_TOML)] = None,
     matrix: Annotated[flags.File | None, flag(_MATRIX)] = None,
+    full: flags.Full = False,
     quiet: flags.Quiet = False,
     fresh: Annotated[bool, Parameter(help="Ignore results in the cache.")] = False,
     base: flags.Base = flags.BASE,
@@ -81,15 +85,16 @@ def joint(
     if matrix is not None:
         stored = matrixfile.stored(described, found.K, matrix, tab=tab == "elastic")
         written.append(label(matrixfile.write(stored, matrix)))
-    return output.report(base.json, beam, written, _record(described, found), _shown(described, found))
+    shown = _summary(described, found).shown(full=full)
+    return output.report(base.json, beam, written, _record(described, found), shown)
 
 
 def print_level(level: Level) -> None:
     """Say on standard error that a mesh is done."""
     took = f"{level.seconds:.1f} s" if level.seconds else "from the cache"
     print(
-        f"squama: {level.elements} elements, {level.edge_size:.4g} pitches along the scale's edges: "
-        f"K_theta = {level.K_theta:.4g} E d^3 ({took})",
+        f"squama: {level.elements} elements, {level.edge_size:.3g} pitches along the scale's edges: "
+        f"K_theta = {level.K_theta:.3g} E d^3 ({took})",
         file=sys.stderr,
         flush=True,
     )
@@ -108,7 +113,7 @@ def _record(beam: Beam, found: JointMatrix) -> dict[str, object]:
         for x, c in zip(found.levels, found.C_f_levels, strict=True)
     ]
     return {
-        **{
+        "factors": {
             name: {"elements": x.value, "error": x.error, "law": law, "difference": x.value / law - 1}
             for name, (x, law) in laws(beam, found).items()
         },
@@ -131,38 +136,48 @@ def _record(beam: Beam, found: JointMatrix) -> dict[str, object]:
     }
 
 
-def _shown(beam: Beam, found: JointMatrix) -> Iterable[str | Table]:
-    """Return the summary."""
-    yield ": the joint of a scale by finite elements"
-    yield ""
-    words = {"K_theta": ("joint stiffness K_theta", moment), "C_f": ("inclusion factor C_f", "{:.4f}".format)}
-    rows = []
+def _summary(beam: Beam, found: JointMatrix) -> Summary:
+    """Return the summary: stiffness and inclusion factor with their errors, and how far the scaling laws are off."""
+    size, newton = torque_unit(found.stiffness.value)
+    words = {"K_theta": ("joint stiffness", size, f"{newton} per rad"), "C_f": ("inclusion factor", 1.0, "")}
+    figures, verdict = [], []
     for name, (x, law) in laws(beam, found).items():
-        share, (text, form) = x.error / x.value, words[name]
-        error = f"{100 * share:.2g} %" if math.isfinite(share) else "unknown"
-        rows.append((text, form(x.value), error, form(law), change(x.value / law - 1, "+")))
-    yield _table(("", "elements", "error", "scaling law", "elements to law"), rows)
-    yield ""
-    yield _table(("motion of the scale", "others free", "others held", "per rad/pitch"), _motions(beam, found.K))
+        share, (text, factor, unit) = x.error / x.value, words[name]
+        error = f" +- {percent(share)}" if math.isfinite(share) else ", error unknown"
+        verdict.append(f"{name} = {number(factor * x.value, unit)}{error}")
+        by_law = number(factor * law, unit)
+        figures.append((text, f"{by_law} by the scaling law; elements differ by {change(x.value / law - 1, '+')}"))
+    bend, stretch = _over_bare(beam, found.K)
+    meshes = f"{len(found.levels)}, up to {found.levels[-1].elements} elements"
+    figures += [
+        ("bent, all else free", f"the pitch is {number(bend)} times as stiff as the bare bar"),
+        ("stretched, all else free", f"{number(stretch)} times"),
+        ("bare bar, twisted", f"{percent(found.bar / found.exact - 1)} stiffer than exact on this mesh"),
+        ("meshes", f"{meshes}; extrapolated linearly from the last two" if len(found.levels) > 1 else meshes),
+    ]
+    return Summary(", ".join(verdict), figures, (), (), _all(beam, found))
+
+
+def _all(beam: Beam, found: JointMatrix) -> Iterable[str | Table]:
+    """Yield stiffness and motion of a scale, the whole matrix, and every mesh."""
+    size, newton = torque_unit(found.stiffness.value)
+    head = ("motion of the scale", "unit", "others free", "others held", f"per {TWIST:g} deg of twist per pitch")
+    yield _table(head, _motions(beam, found.K, size, newton))
     yield "K_theta is the moment about n_Y with the five other motions free; theta grows by a turn about -n_Y"
     yield "last column: how far a scale moves by itself as the beam is twisted, without contact"
     yield ""
-    bend, stretch = _over_bare(beam, found.K)
-    yield f"bent, the pitch is {bend:.4f} as stiff as the bare bar, stretched {stretch:.4f}; all else free"
-    yield ""
     yield "stiffness in E_B and pitches (shifts E d, rotations and loads E d^3, couplings E d^2)"
     names = (*dict(MOTIONS), *LOADS)
-    yield _table(("", *names), [(n, *(f"{x:.4f}" for x in r)) for n, r in zip(names, found.K, strict=True)])
+    yield _table(("", *names), [(n, *(f"{x:.3g}" for x in r)) for n, r in zip(names, found.K, strict=True)])
     yield ""
     meshes = [
-        (f"{x.edge_size:.4g}", str(x.elements), f"{x.K_theta:.6f}", f"{c:.4f}")
+        (f"{x.edge_size:.3g}", str(x.elements), f"{x.K_theta:.3g}", f"{c:.3g}")
         for x, c in zip(found.levels, found.C_f_levels, strict=True)
     ]
-    to_zero = [("to zero", "", f"{found.K_theta.value:.6f}", f"{found.C_f.value:.4f}")] if len(meshes) > 1 else []
-    yield _table(("edge size", "elements", "K_theta/(E d^3)", "C_f"), [*meshes, *to_zero])
-    order = "" if math.isnan(found.order) else f"; order seen {found.order:.2f}"
-    yield f"sizes in pitches; extrapolated linearly from the last two{order}"
-    yield f"bare bar: {found.bar / found.exact:.5f} of the exact G J with elements of {found.size:.3g} pitches"
+    to_zero = [("to zero", "", f"{found.K_theta.value:.3g}", f"{found.C_f.value:.3g}")] if len(meshes) > 1 else []
+    yield _table(("edge size, pitches", "elements", "K_theta/(E d^3)", "C_f"), [*meshes, *to_zero])
+    if not math.isnan(found.order):
+        yield f"order of convergence: {found.order:.3g}"
 
 
 def _over_bare(beam: Beam, K: Array) -> tuple[float, float]:
@@ -178,7 +193,7 @@ def _over_bare(beam: Beam, K: Array) -> tuple[float, float]:
     return float(free[factor.BEND] / bend), float(free[factor.STRETCH] / (width * thickness))
 
 
-def _motions(beam: Beam, K: Array) -> list[tuple[str, ...]]:
+def _motions(beam: Beam, K: Array, size: float, newton: str) -> list[tuple[str, ...]]:
     """Return a row per motion: stiffness with the others free and held, and motion per twist."""
     import numpy as np
 
@@ -187,9 +202,8 @@ def _motions(beam: Beam, K: Array) -> list[tuple[str, ...]]:
     rates = -np.linalg.solve(K[:6, :6], K[:6, 6])
     rows = []
     for i, (_, words) in enumerate(MOTIONS):
-        if i < 3:
-            cells = [f"{x[i] * E * d:.4g} N/m" for x in (free, held)] + [f"{rates[i] * d * 1e3:+.4g} mm"]
-        else:
-            cells = [moment(x[i] * E * d**3) for x in (free, held)] + [f"{rates[i]:+.4g} rad"]
-        rows.append((words, *cells))
+        unit = "N/mm" if i < 3 else f"{newton} per rad"
+        cells = [number(x[i] * (1e-3 * E * d if i < 3 else size * E * d**3)) for x in (free, held)]
+        moved = f"{rates[i] * d * 1e3 * math.radians(TWIST):+.3g} mm" if i < 3 else f"{rates[i] * TWIST:+.3g} deg"
+        rows.append((words, unit, *cells, moved))
     return rows

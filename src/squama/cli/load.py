@@ -31,7 +31,7 @@ _ALONG = (
     'Values that differ along the beam, at the first and last scale: scale.theta0="5 deg, 10 deg"; may be repeated. '
     "Or a CSV table with a row for each scale. Default: [along] of the file."
 )
-_KEYS = "load loads support graded joint hold K_theta rigidity joint_source band squama_version"
+_KEYS = "load loads support graded joint scales hold K_theta rigidity joint_source band squama_version"
 _PAIR = flags.pair("name=first, last", 'scale.theta0="5 deg, 10 deg"')
 
 
@@ -74,8 +74,7 @@ def load(
     if gif is not None:
         written.append(plot.part_animation(data, gif))
     parts = {"figures": output.figures(data), "curve": "point", "root": "point axis", "sections": "point section"}
-    record = output.record(part.beam, data, _KEYS, **parts, scales="point scale")
-    record["idealisation"] = data.attrs["scales"]
+    record = output.record(part.beam, data, _KEYS, **parts, each="point scale")
     replaced = [f"--{name} in place of {own[name]}" for name in given if getattr(part, name)]
     return output.report(common.json, beam, written, record, _summary(part.beam, data, replaced).shown(full=full))
 
@@ -162,14 +161,12 @@ def _all(data: xr.Dataset) -> Iterable[str]:
     most = data.isel(point=_top(data))
     for what, unit, factor in (("root_force", "N", 1.0), ("root_moment", "N mm", 1e3)):
         if np.any(most[what].values):
-            x, y, z = (factor * most[what].values + 0.0).round(12)
-            yield f"the root is held by a {what.removeprefix('root_')} of {x:.4g}, {y:.4g}, {z:.4g} {unit} (x, y, z)"
-    bends, twists = most["psi_cell"].values, most["phi_cell"].values
-    yield (
-        f"cells bend by {bends.min():.3g} to {bends.max():.3g} and twist by {twists.min():.3g} to "
-        f"{twists.max():.3g} rad/pitch"
-    )
+            held = ", ".join(number(v) for v in (factor * most[what].values + 0.0).round(9))
+            yield f"{what.removeprefix('root_')} at the root: {held} {unit} (x, y, z)"
+    bends, twists = (np.degrees(most[name].values) for name in ("psi_cell", "phi_cell"))
+    yield f"bend of the pitches: {number(bends.min())} to {number(bends.max(), 'deg')}"
+    yield f"twist of the pitches: {number(twists.min())} to {number(twists.max(), 'deg')}"
     N = most["N"].values[:-1]
     if np.nanmax(N) > 0:
         yield f"largest contact force: {number(float(np.nanmax(N)), 'N')}, of scale {int(np.nanargmax(N)) + 1}"
-    yield f"the work of the load is balanced to {float(data['energy_error']):.1e}"
+    yield f"the work of the load is balanced to {float(data['energy_error']):.0e}"

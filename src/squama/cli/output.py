@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from squama.curves.labelled import Answer, Labelled
 
 
-SCHEMA = 1
+SCHEMA = 2
 """Version of the keys of JSON; it grows where a key goes, or changes its meaning or unit."""
 
 # ---- files ------------------------------------------------------------------------------------------------
@@ -51,7 +51,10 @@ def write(
 
     dataset = data()
     written = draw(flags.plot, figure, dataset, **also)
-    if flags.csv is not None:
+    if flags.csv == files.STANDARD:
+        sys.stdout.write(datasets.csv_text(table(dataset) if table else dataset))
+        written.append(Path(files.STANDARD))
+    elif flags.csv is not None:
         written.append(datasets.save(table(dataset) if table else dataset, flags.csv))
     if flags.netcdf is not None:
         written.append(datasets.save(dataset, flags.netcdf))
@@ -100,8 +103,10 @@ def flat(dataset: xr.Dataset, over: str) -> xr.Dataset:
     """Return a dataset as a table of one shape: what belongs to a point stands in the line of each of its scales."""
     if "scale" not in dataset.dims:
         return dataset
-    along = (name for name, v in dataset.data_vars.items() if "point" in v.dims and "scale" not in v.dims)
-    return dataset.assign({name: dataset[name].broadcast_like(dataset[over]) for name in along})
+    along = [name for name, v in dataset.variables.items() if "point" in v.dims and "scale" not in v.dims]
+    coordinates = [name for name in along if name in dataset.coords]
+    spread = {name: dataset[name].reset_coords(drop=True).broadcast_like(dataset[over]) for name in along}
+    return dataset.reset_coords(coordinates).assign(spread).set_coords(coordinates)
 
 
 # ---- the result -------------------------------------------------------------------------------------------
@@ -119,9 +124,11 @@ def report(
 
     As JSON ``file`` (what was read) is the first entry, then come ``record`` and ``written``. For people
     the file is the first word of the title, the first of ``shown``; lines and tables follow, and a line for each file
-    that was written, or what is said of them instead (``wrote``).
+    that was written, or what is said of them instead (``wrote``). Nothing is printed where a table was.
     """
     paths = list(written)
+    if Path(files.STANDARD) in paths:
+        return 0
     if as_json:
         return say(True, {"file": label(file), **record, "written": [str(path) for path in paths]}, ())
     from rich.console import Console

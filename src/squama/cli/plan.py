@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.fit import JOINT, with_unit
 from squama.cli.flags import flag, settled, whole
+from squama.cli.summary import Summary
 from squama.errors import refuse
 from squama.loads import LOADS
 from squama.units import is_number
@@ -68,6 +68,7 @@ def plan(
     find: Annotated[str | None, flag(_FIND)] = None,
     test: Test = TEST,
     model: Model = MODEL,
+    full: flags.Full = False,
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Plan a test: which loops would tell friction, joint stiffness and modulus, and how exactly."""
@@ -83,19 +84,17 @@ def plan(
     with flags.laid(names):
         found = planned(described, *(() if find is None else (find,)), **given)
     written = output.write(common, found.dataset, "plan_figure", flat)
-    return output.report(common.json, beam, written, found.report(), _shown(found))
+    return output.report(common.json, beam, written, found.report(), _summary(found).shown(full=full))
 
 
-def _shown(found: Plan) -> Iterable[str | Table]:
-    """Yield the summary: the verdict, a table of the loops, what it rests on."""
+def _summary(found: Plan) -> Summary:
+    """Return the summary: which test to make and what it tells; all loops in full."""
     kind = LOADS[found.load].model(found.law, found.joint, found.scales)
     first, *others = found.verdict()
-    yield f": {first}"
-    yield from others
+    rests, *notes = found.notes()
     head, rows = found.table()
-    yield output.table(head, rows, left=1)
-    yield f"model: {kind}"
-    yield from found.notes()
+    full: list[str | Table] = [output.table(head, rows, left=1), *notes]
+    return Summary(first, [("errors", rests), ("model", kind)], others, (), full)
 
 
 def flat(dataset: xr.Dataset) -> xr.Dataset:

@@ -11,7 +11,17 @@ import numpy as np
 from squama import loads
 from squama.cli import output
 from squama.cli.output import table
-from squama.cli.summary import Summary, modelled, per_pitch, percent, turned
+from squama.cli.summary import (
+    Summary,
+    degrees,
+    figure,
+    modelled,
+    per_pitch,
+    percent,
+    rigidity,
+    rigidity_unit,
+    turned,
+)
 from squama.cli.verdict import Curve, free_until
 from squama.curves import bench
 from squama.curves.both_faces import worst
@@ -20,7 +30,7 @@ from squama.loads import ENDLESS, LOADS, THIN, Load
 from squama.model.laws import LAWS
 from squama.model.outcome import SENTENCES, End
 from squama.symbols import OTHER
-from squama.units import moment, number
+from squama.units import moment, number, torque_unit
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -29,10 +39,11 @@ if TYPE_CHECKING:
     from squama.cli.summary import Shown
     from squama.curves.bench import Bench
     from squama.curves.labelled import Answer
+    from squama.types import Array
 
 REAL, IDEAL, HINGE = "real", "thin, rigid", "hinge"
 """What the steps from the beam as it is to the paper's model are called."""
-_KEEPS = "  torque T that keeps it from twisting, N m"
+_KEEPS = "  torque T that keeps it from twisting"
 
 
 def beside(beam: Beam, laws: Mapping[str, Answer]) -> Bench | None:
@@ -78,7 +89,9 @@ def _compared(
         yield from found.lines
         yield ""
     if data.family is None:
-        yield _table(words, beam, margin, laws)
+        yield _table(words, beam, laws)
+        if any(End(end).locks for answer in laws.values() for end in answer["end"].ravel()):
+            yield f"cut-off: {margin:g} of the path before the lock"
         return
     for name, response in laws.items():
         yield column(name)
@@ -90,7 +103,7 @@ def _compared(
 
 def column(name: str) -> str:
     """Return what a response is called: by its law, or by its joint."""
-    return f"{name} law" if name in LAWS else name
+    return f"{name} law" if name in LAWS else "thick scales" if name == REAL else name
 
 
 def singles(data: Answer) -> list[Answer]:
@@ -117,7 +130,8 @@ def _family(words: Load, beam: Beam, data: Answer, *, loads: bool) -> Table:
         "theta deg": ("theta_end", math.degrees(1)),
     }
     if loads:
-        columns |= {f"{torque} N m": (f"{torque}_c", 1.0), f"{torque}/{torque}0": ("stiffening", 1.0)}
+        newton = torque_unit(_largest(data[f"{torque}_c"]))
+        columns |= {f"{torque} {newton[1]}": (f"{torque}_c", newton[0]), f"{torque}/{torque}0": ("stiffening", 1.0)}
     columns["RED"] = ("RED_c", 1.0)
     rows = ([f"{one['mu']:g}", *(_figure(one, *figure) for figure in columns.values())] for one in singles(data))
     return table(["mu", *columns], rows, gap=1)
@@ -128,7 +142,7 @@ def _notes(kind: Load, beam: Beam, law: str, laws: Mapping[str, Answer]) -> list
     lines = _real(kind, beam, laws) if HINGE in laws else _stiffnesses(kind, beam)
     ends = dict.fromkeys(str(end) for data in laws.values() for end in data["end"].ravel())
     lines += [f"{end}: {SENTENCES[End(end)]}" for end in ends]
-    lines += _others(laws)
+    lines += _others(beam, laws)
     if any(str(End.NONE) in data["end"] for data in laws.values()):
         lines.append("without engagement the curve is that of the beam without contact")
     if len(laws) > 1:
@@ -138,14 +152,20 @@ def _notes(kind: Load, beam: Beam, law: str, laws: Mapping[str, Answer]) -> list
     return lines
 
 
-def _others(laws: Mapping[str, Answer]) -> list[str]:
+def _largest(values: Array) -> float:
+    """Return the largest size among values, for the unit of a table; 0 where none is known."""
+    known = np.abs(values[np.isfinite(values)])
+    return float(known.max(initial=0.0))
+
+
+def _others(beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
     """Return a line for each other contact, with the laws and the frictions that it belongs to."""
     found: dict[str, dict[str, list[str]]] = {}
     for name, data in laws.items():
         for one in singles(data):
             if other := one["other_contact"].item():
                 phi = float(one["phi_touch"]) if "phi_touch" in one.variables else math.nan
-                at = f" at {number(phi, 'rad/pitch')}" if math.isfinite(phi) else ""
+                at = f" at {turned(phi, beam)}" if math.isfinite(phi) else ""
                 found.setdefault(f"{other}{at}", {}).setdefault(name, []).append(f"{one['mu']:g}")
     lines = []
     for text, by_law in found.items():
@@ -159,12 +179,12 @@ def _others(laws: Mapping[str, Answer]) -> list[str]:
 def _stiffnesses(kind: Load, beam: Beam) -> list[str]:
     matrix = beam.joint.matrix
     given = "given", f"from {matrix.name}" if matrix is not None else "by its scaling law"
-    K, rigidity = beam.joint_stiffness, kind.rigidity(beam)
+    K, without = beam.joint_stiffness, rigidity(kind.rigidity(beam))
     line = f"joint of a scale: K_theta = {moment(K)} per rad, {given[beam.joint.stiffness is None]}"
     if not kind.sided:
-        return [line, f"beam without contact: C_f E_B I = {rigidity:.4g} N m^2"]
-    factor = f"inclusion factor C_f = {beam.C_f:.4g}, {given[beam.joint.inclusion_factor is None]}"
-    return [line, f"beam without contact: C_f J G_B = {rigidity:.4g} N m^2, {factor}"]
+        return [line, f"beam without contact: C_f E_B I = {without}"]
+    factor = f"inclusion factor C_f = {figure(beam.C_f)}, {given[beam.joint.inclusion_factor is None]}"
+    return [line, f"beam without contact: C_f J G_B = {without}, {factor}"]
 
 
 def record(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None = None) -> dict[str, object]:
@@ -234,41 +254,40 @@ def ladder(
     return {**found, HINGE: respond(beam, load, joint="hinge", ideal=True, **hinged)}
 
 
-def _table(words: Load, beam: Beam, margin: float, laws: Mapping[str, Answer]) -> Table:
+def _table(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Table:
     """Return the table with a row per figure and a column per model, at loads of the first; empty rows are left out."""
     angle, torque, first = words.angle, words.torque, next(iter(laws.values()))
-    degrees = math.degrees(1)
+    whole, deg = degrees(beam)
+    size, newton = torque_unit(max(_largest(a[f"{torque}_c"]) for a in laws.values() if f"{torque}_c" in a.variables))
 
     def row(label: str, name: str, factor: float = 1.0) -> list[str]:
         return [label, *(_figure(data, name, factor) for data in laws.values())]
 
-    def total(at: str) -> list[str]:
-        return row(f"  in total over {beam.extent}, deg", f"{angle}_{at}", degrees * beam.pitches)
+    def at(label: str, name: str) -> list[str]:
+        return row(f"{label}, {deg}", f"{angle}_{name}", whole)
 
     cut_off = [
-        row("  theta at the end, deg", "theta_end", degrees),
-        row(f"{words.torque_words} {torque} at the cut-off, margin {margin:g}, N m", f"{torque}_c"),
+        row("  theta at the end, deg", "theta_end", math.degrees(1)),
+        row(f"{words.torque_words} {torque} at the cut-off, {newton}", f"{torque}_c", size),
         row(f"{words.torque_words} over the bare beam's", "stiffening"),
-        *([] if words.sided else [row(_KEEPS, "T_c")]),
+        *([] if words.sided else [row(f"{_KEEPS}, {newton}", "T_c", size)]),
     ]
     rows = [
         row("end", "end"),
-        row(f"  at {angle}, rad/pitch", f"{angle}_end"),
-        total("end"),
-        row(f"engagement {angle}_e", f"{angle}_e"),
-        total("e"),
-        row(f"  {angle} by the small-angle formula", f"{angle}_e_small"),
+        at("  at", "end"),
+        at("scales touch at", "e"),
+        at("  by the small-angle formula", "e_small"),
         *(_states(words, beam, laws) if "stiffness_ratio" in first.variables else cut_off),
         row("relative energy dissipation RED", "RED_c"),
         row("mu that locks at engagement", "mu_static"),
         row("neighbour in contact", "neighbour"),
-        row(f"twice as stiff as bare from {angle}", f"{angle}_twofold"),
-        row(f"five times as stiff from {angle}", f"{angle}_fivefold"),
-        row(f"{words.torque_words} has its peak at {angle}", f"{angle}_peak"),
-        row(f"stress comes to strength at {angle}", f"{angle}_strength"),
-        row(f"strain comes to its limit at {angle}", f"{angle}_strain"),
-        row(f"a second contact comes in at {angle}", f"{angle}_second"),
-        row(f"a scale is bent by a tenth of its length at {angle}", f"{angle}_bent"),
+        at("twice as stiff as bare from", "twofold"),
+        at("five times as stiff from", "fivefold"),
+        at(f"{words.torque_words} has its peak at", "peak"),
+        at("stress comes to strength at", "strength"),
+        at("strain comes to its limit at", "strain"),
+        at("a second contact comes in at", "second"),
+        at("a scale is bent by a tenth of its length at", "bent"),
     ]
     kept = [line for line in rows if line[1] == "" or {*line[1:]} != {"-"}]
     return table(["", *map(column, laws)] if len(laws) > 1 else ["", ""], kept)
@@ -277,14 +296,18 @@ def _table(words: Load, beam: Beam, margin: float, laws: Mapping[str, Answer]) -
 def _states(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Iterable[list[str]]:
     """Yield rows of what models say at twice the engagement of the first, and at its end."""
     angle, rate, torque, first = words.angle, words.rate, words.torque, next(iter(laws.values()))
+    whole, deg = degrees(beam)
+    size, newton = torque_unit(_largest(first.along(torque)))
+    rigid, unit = rigidity_unit(_largest(first.along(words.tangent)))
     if loads.holds(first.attrs["hold"], words):
-        unloaded = ("  moment M that holds it straight, N m", "M") if words.sided else (_KEEPS, "T")
+        label, name = ("  moment M that holds it straight", "M") if words.sided else (_KEEPS, "T")
+        unloaded = {f"{label}, {newton}": (name, size)}
     else:
-        unloaded = ("  bend psi, rad/pitch", "psi") if words.sided else ("  twist phi, rad/pitch", "phi")
+        unloaded = {f"  bend, {deg}": ("psi", whole)} if words.sided else {f"  twist, {deg}": ("phi", whole)}
     figures = {
-        f"  {words.torque_words} {torque}, N m": (torque, 1.0),
-        unloaded[0]: (unloaded[1], 1.0),
-        f"  d{torque}/d{rate}, N m^2": (words.tangent, 1.0),
+        f"  {words.torque_words} {torque}, {newton}": (torque, size),
+        **unloaded,
+        f"  d{torque}/d{rate}, {unit}": (words.tangent, rigid),
         f"  d{torque}/d{rate} over that without contact": ("stiffness_ratio", 1.0),
         f"  theta{', mean of the scales' if 'ends' in first.attrs else ''}, deg": ("theta", math.degrees(1)),
         "  largest stress in a scale, MPa": ("stress", 1e-6),
@@ -301,9 +324,9 @@ def _states(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Iterable[lis
             yield number(math.nan if along is None else float(np.interp(load, data[angle], along)) * factor)
 
     engaged = float(first[f"{angle}_e"])
-    places = {f"at 2 {angle}_e =": 2 * engaged} if 2 * engaged < reach[0] else {}
-    for place, load in (places | {f"at the end, {angle} =": reach[0]}).items():
-        yield [f"{place} {load:.4g} ({math.degrees(load) * beam.pitches:.4g} deg in total)", *[""] * len(laws)]
+    places = {"at twice the engagement": 2 * engaged} if 2 * engaged < reach[0] else {}
+    for place, load in (places | {"at the end": reach[0]}).items():
+        yield [f"{place}, {turned(load, beam)}", *[""] * len(laws)]
         yield from ([label, *at(name, load, factor)] for label, (name, factor) in figures.items())
 
 
@@ -314,7 +337,7 @@ def held(attrs: Mapping[str, Any]) -> str:
     sources = {"matrix": "from the beam's matrix", "law": "by the law of the joint", "elements": "by finite elements"}
     # how good the law is was looked at in twisting
     known = math.isfinite(attrs["band"]) and attrs["load"] != "bending"
-    about = f", torque to about {attrs['band']:.1%}" if known else ""
+    about = f", torque to about {100 * attrs['band']:.2g} %" if known else ""
     return f"joint of a scale: six motions, {sources[str(attrs['joint_source'])]}{about}; {attrs['scales']}"
 
 
@@ -322,11 +345,12 @@ def _real(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
     """Return the lines on the joint, and from where on simpler models are off."""
     ours = next(iter(laws.values()))
     attrs = ours.attrs
-    K, rigidity = (float(attrs[key]) for key in ("K_theta", "rigidity"))
+    K, without = (float(attrs[key]) for key in ("K_theta", "rigidity"))
+    size, newton = torque_unit(K)
     lines = [
         held(attrs),
-        f"K_theta = {moment(K)} per rad (hinge {moment(beam.joint_stiffness)}); "
-        f"without contact d{words.torque}/d{words.rate} = {rigidity:.4g} N m^2 (hinge {words.rigidity(beam):.4g})",
+        f"K_theta = {size * K:.3g} {newton} per rad (hinge {number(size * beam.joint_stiffness)}); without contact "
+        f"d{words.torque}/d{words.rate} = {rigidity(without)} (hinge {rigidity(words.rigidity(beam))})",
     ]
     if attrs["scales"] == "thick, rigid scales":
         lines.append("scale.youngs_modulus is not given: the scales are taken as rigid, and their torque is too high")
@@ -336,14 +360,14 @@ def _real(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
         if first := one["first_contact"].item():
             work = f"the {words.torque_words}'s work is balanced to {abs(float(one['energy_error'])):.1e}"
             lines.append(f"{of_mu}first contact: {first}; {work}")
-            lines += [f"{of_mu}{line}" for line in _borne(words, one)]
+            lines += [f"{of_mu}{line}" for line in _borne(words, beam, one)]
         for name, found in off.items():
             if not math.isnan(found[i].within):
                 lines.append(f"{of_mu}{name}: {apart(*found[i][1:], torque=words.torque_words)}")
     return lines
 
 
-def _borne(words: Load, data: Answer) -> list[str]:
+def _borne(words: Load, beam: Beam, data: Answer) -> list[str]:
     """Return where a scale is stressed most, and what its embedded part bears, at the last point that says it."""
     lines, loads, curves = [], data[words.angle], data.curves
 
@@ -359,15 +383,17 @@ def _borne(words: Load, data: Answer) -> list[str]:
         tail, place, where = where_most("stress", i)
         x, stress = float(data[f"stress_x{tail}"][place]), float(data[f"stress{tail}"][place])
         along = f"{x * 1e3:.3g} mm from the root" if x else "at the root"
-        lines.append(f"largest stress in a scale: {stress / 1e6:.3g} MPa {along}{where}, at {loads[i]:.4g} rad/pitch")
+        lines.append(f"largest stress in a scale: {stress / 1e6:.3g} MPa {along}{where}, at {turned(loads[i], beam)}")
     for i in np.flatnonzero(np.isfinite(data.along("tab_force")) & (loads > data[f"{words.angle}_e"]))[-1:]:
         tail, place, where = where_most("tab_force", i)
         names = "tab_force", "pull_out", "tab_bending", "tab_torsion"
         force, pull, bend, twist = (float(data[f"{name}{tail}"][place]) for name in names)
-        way = "outwards" if pull > 0 else "inwards"
+        size, newton = torque_unit(max(abs(bend), abs(twist)))
+        way = "pulling out" if pull > 0 else "pushing in"
         lines.append(
-            f"the embedded part{where or ' of a scale'} bears {force:.3g} N, {abs(pull):.3g} N of it {way}, "
-            f"bending of {moment(abs(bend))}, torsion of {moment(abs(twist))}, at {loads[i]:.4g} rad/pitch"
+            f"load on the embedded tab{where or ' of a scale'}: {force:.3g} N ({abs(pull):.3g} N {way}), "
+            f"bending moment {size * abs(bend):.3g} {newton}, twisting moment {size * abs(twist):.3g} {newton}, "
+            f"at {turned(loads[i], beam)}"
         )
     return lines
 

@@ -73,7 +73,7 @@ def ends(
     written = f"wrote {label(out)}" if solved.rows else f"{label(out)} is not written"
     summary = f"{written}: {len(solved.rows)} designs{f' ({counts})' if counts else ''}{left}"
     place = out if solved.rows else None
-    output.say(json, {"out": place, "rows": len(solved.rows), "bad": solved.bad, "ends": solved.ends}, [summary])
+    output.say(json, {"out": place, "rows": len(solved.rows), "bad": solved.bad, "counts": solved.ends}, [summary])
     return 2 if solved.bad else 0
 
 

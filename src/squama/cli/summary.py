@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from squama.cli.output import warnings
 from squama.loads import ENDLESS, NOTHING, fixed, model
-from squama.units import number, prefix
+from squama.units import number, torque_unit
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -16,9 +16,6 @@ if TYPE_CHECKING:
     from squama.beam.design import Beam
 
     Shown = Iterable[str | Table]
-
-DIGITS = 3
-"""Significant digits of a figure in a summary."""
 
 
 class Summary(NamedTuple):
@@ -49,7 +46,7 @@ class Summary(NamedTuple):
 
 def figure(value: float, unit: str = "") -> str:
     """Return a number with its unit, to three digits; "" where it is not known."""
-    return "" if math.isnan(value) else number(value, unit, DIGITS)
+    return "" if math.isnan(value) else number(value, unit)
 
 
 def percent(share: float) -> str:
@@ -82,9 +79,30 @@ def span(low: float, high: float, beam: Beam) -> str:
 
 def energy(per_length: float, beam: Beam) -> str:
     """Return the energy of the whole beam, or of a pitch, by that per length (J/m)."""
+    factor, unit, of = energy_unit(per_length, beam)
+    return f"{figure(factor * per_length, unit)} in {of}"
+
+
+def energy_unit(largest: float, beam: Beam) -> tuple[float, str, str]:
+    """Return factor and unit of an energy per length (J/m) of the whole beam or of a pitch, and of which it is.
+
+    The unit goes with that of a torque: mJ with N mm, J with N m.
+    """
     length, of = (beam.length, beam.extent) if beam.scales else (beam.pitch, "a pitch")
-    factor, sign = prefix(per_length * length)
-    return f"{figure(factor * per_length * length, f'{sign}J')} in {of}"
+    factor, unit = torque_unit(largest * length)
+    return factor * length, "mJ" if unit == "N mm" else "J", of
+
+
+def rigidity_unit(largest: float) -> tuple[float, str]:
+    """Return factor and unit of a rigidity or tangent stiffness (N m^2): N mm2, or N m2."""
+    factor, unit = torque_unit(largest)
+    return factor**2, f"{unit}2"
+
+
+def rigidity(value: float) -> str:
+    """Return a rigidity or tangent stiffness (N m^2) for people."""
+    factor, unit = rigidity_unit(value)
+    return figure(factor * value, unit)
 
 
 def modelled(beam: Beam, attrs: Mapping[str, Any], many: str = "") -> str:

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, pair, settled, whole
+from squama.cli.summary import Summary, turned
 from squama.errors import refuse
 from squama.interrupt import kept
 from squama.io.files import label
@@ -89,16 +90,20 @@ def sweep(
         done, tiles = study.run(plan, Path(out), shard=shard, dask=dask, progress=chosen)
     sides = " x ".join(f"{n} {dim}" for n, dim in zip(plan.shape, plan.dims, strict=True))
     dataset = open_sweep(out)
-    how = f"{model(dataset.attrs)}, endless beams"
-    how += f", figures at {plan.model.at.words(described.pitches)}" if plan.model.at else ""
-    how += f"; finite_torque and finite_stiffness_ratio are of {plan.model.own.words}" if plan.model.own else ""
-    line = f"{name}: {plan.cells} cells ({sides}), {how}; look at it with: squama map {name} --plot map.png"
+    at, own = plan.model.at, plan.model.own
+    verdict = f"all {plan.cells} beams are solved ({sides})"
     if done < tiles:
-        line = f"{name}: {f'shard {shard} is done; ' if shard else ''}{done} of {tiles} tiles are done"
+        verdict = f"{f'shard {shard} is done; ' if shard else ''}{done} of {tiles} tiles are done"
+    figures = [
+        ("figures at", turned(float(at.per_pitch(described.pitch)), described) if at else ""),
+        ("model", f"{model(dataset.attrs)}; endless beams"),
+        ("finite_...", f"torque and stiffness of {own.words}" if own else ""),
+        ("draw it with", f"squama map {name} --plot map.png" if done == tiles else ""),
+    ]
     facts = {"out": out, "cells": plan.cells, "tiles": tiles, "tiles_done": done, "sha256": plan.digest}
     notes = study.notes(plan, solving.joint, dataset)
     facts |= {**plan.model.attrs(described), "notes": notes}
-    return output.say(base.json, facts, [line, *output.warnings(notes)])
+    return output.report(base.json, out, [], facts, Summary(verdict, figures, (), notes).shown())
 
 
 MOST_ROWS = 5_000_000
@@ -165,7 +170,7 @@ def map(  # noqa: A001 - the command's name
         written.append(save(slices.worded(part.data.load()), csv))
     facts = {"variable": variable, **axes, "cells": size, "tiles": tiles, "tiles_missing": missing}
     facts |= {key: dataset.attrs[key] for key in ("joint", "scales", "at") if key in dataset.attrs}
-    notes = [f"squama: warning: {name}: {missing} of {tiles} tiles are not computed yet"] if missing else []
+    notes = output.warnings([f"{name}: {missing} of {tiles} tiles are not computed yet"] if missing else [])
     notes += [f"wrote {label(path)}" for path in written]
     return output.say(json, {"file": name, **facts, "written": [str(path) for path in written]}, notes)
 

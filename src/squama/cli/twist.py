@@ -12,14 +12,15 @@ from cyclopts import Parameter
 from squama.cli import flags, output
 from squama.cli.fit import TABLES, Tables
 from squama.cli.flags import flag, settled
-from squama.cli.summary import DIGITS, Summary, figure, modelled, percent, turned
+from squama.cli.summary import Summary, figure, modelled, percent, turned
 from squama.errors import refuse
 from squama.loads import ENDLESS, LOADS, fixed
 from squama.model.outcome import SENTENCES, End
-from squama.units import moment, number, shown
+from squama.units import moment, number, shown, torque_unit
 
 if TYPE_CHECKING:
     import xarray as xr
+    from rich.table import Table
 
     from squama.beam.design import Beam
 
@@ -168,10 +169,10 @@ def row(
     how: dict[str, Any] = {"to": stop, "sense": sense, "points": points, "joint": joint, "ideal": ideal or None}
     with flags.laid(flags.arguments()):
         data = finite_rows.row(described, scales=scales, ends=ends, **how)
-    written = output.write(common, lambda: data, "row_figure", lambda d: _lines(d.reset_coords("phi")))
-    keys = "load law joint sense ends squama_version"
-    parts = {"figures": output.figures(data), "curve": "point", "scales": "point scale"}
-    record = output.record(described, data, keys, **parts) | {"idealisation": data.attrs["scales"]}
+    written = output.write(common, lambda: data, "row_figure", _lines)
+    keys = "load law joint scales sense ends squama_version"
+    parts = {"figures": output.figures(data), "curve": "point", "each": "point scale"}
+    record = output.record(described, data, keys, **parts)
     return output.report(common.json, beam, written, record, _summary(described, data).shown(full=full))
 
 
@@ -191,7 +192,7 @@ def _summary(beam: Beam, data: xr.Dataset) -> Summary:
     beam = beam.replace(scales=n)
     torque, endless = float(last["T"]), float(last["T_periodic"])
     engaged, place = float(data["phi_e"]), turned(float(last["phi"]), beam)
-    verdict = f"{n} scales take {moment(torque, DIGITS)} at {place}"
+    verdict = f"{n} scales take {moment(torque)} at {place}"
     if math.isfinite(endless):
         verdict += f", {percent(torque / endless)} of an endless beam's torque"
     theta = [f"{round(math.degrees(float(last['theta'][i])), 6) + 0.0:.3g}" for i in (0, n // 2, -1)]
@@ -215,42 +216,34 @@ def _summary(beam: Beam, data: xr.Dataset) -> Summary:
     return Summary(verdict, figures, (), data.attrs["warnings"], _all(data))
 
 
-def _all(data: xr.Dataset) -> Iterable[str]:
-    """Yield what is known of the row at its last point."""
+def _all(data: xr.Dataset) -> Iterable[str | Table]:
+    """Yield what is known of the row at its last point, and every scale."""
     import numpy as np
 
     from squama.cli.report import held
 
     n, last = data.sizes["scale"], data.isel(point=-1)
-    end, other = str(data["end"].item()), data["other_contact"].item()
-    # no -0
-    theta = np.degrees(last["theta"].values) + 0.0
-    down = np.flatnonzero(last["Q"].values > 0) + 1
-    endless = float(last["T_periodic"])
-    beside = f"endless beam: {moment(endless)}" if math.isfinite(endless) else "the endless beam's curve ends before"
-    place = f" at phi = {number(float(data['phi_end']), 'rad/pitch')}" if np.isfinite(data["phi_end"]) else ""
-    which = f", scale {int(data['scale_end'])}" if data["scale_end"] else ""
-    yield f"row of {n} scales: mu = {float(data['mu']):g}, sense {data.attrs['sense']}, edge law; {fixed(data.attrs)}"
-    yield held(data.attrs)
+    down, endless = np.flatnonzero(last["Q"].values > 0) + 1, float(last["T_periodic"])
+    size, newton = torque_unit(max(abs(float(last["T"])), abs(endless) if math.isfinite(endless) else 0.0))
+    yield f"{held(data.attrs)}; {fixed(data.attrs)}"
     yield _ROW_ENDS[data.attrs["ends"]]
-    yield f"engagement at phi = {number(float(data['phi_e']), 'rad/pitch')}"
-    yield f"end: {end}{place}{which}"
-    yield SENTENCES[End(end)] + (f" ({other})" if other else "")
-    yield f"torque there: {moment(float(last['T']))}; {beside}"
-    yield (
-        f"inclinations there: first {theta[0]:.4g} deg, middle {theta[n // 2]:.4g} deg, last {theta[-1]:.4g} deg, "
-        f"endless beam {number(math.degrees(float(last['theta_periodic'])), 'deg')}"
-    )
-    if "phi_cell" in last:
-        twists = last["phi_cell"].values
-        yield f"twist of the cells there: {twists.min():.4g} to {twists.max():.4g} rad/pitch"
+    if math.isfinite(endless):
+        theta = number(math.degrees(float(last["theta_periodic"])), "deg")
+        yield f"endless beam there: torque {number(size * endless, newton)}, inclination {theta}"
+    else:
+        yield "the endless beam's curve ends before"
     if "M_cell" in last:
-        bending = np.abs(last["M_cell"].values).max()
-        yield f"largest bending moment that a cell carries there: {moment(float(bending))}"
-    yield f"what an end does decays by {number(float(data['decay']))} per scale (at engagement)"
-    yield f"relative energy dissipation RED = {float(last['RED']):.4g}"
-    if "stress" in last and np.isfinite(last["stress"].values).all():
-        stress = last["stress"].values
-        yield f"largest stress there: {stress.max() / 1e6:.4g} MPa, in scale {stress.argmax() + 1}"
+        bending = float(np.abs(last["M_cell"].values).max())
+        yield f"largest bending moment in a pitch: {number(size * bending, newton)}"
     if down.size:
-        yield f"lying on the substrate: scale {', '.join(map(str, down))}"
+        yield f"scales that lie on the substrate: {', '.join(map(str, down))}"
+    columns = {
+        "theta, deg": ("theta", math.degrees(1)),
+        "twist of its pitch, deg": ("phi_cell", math.degrees(1)),
+        "N, N": ("N", 1.0),
+        "f, N": ("f", 1.0),
+        "stress, MPa": ("stress", 1e-6),
+    }
+    known = {head: last[name].values * factor + 0.0 for head, (name, factor) in columns.items() if name in last}
+    rows = ([str(i + 1), *(number(float(v[i])) for v in known.values())] for i in range(n))
+    yield output.table(("scale", *known), rows)

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Annotated
 from squama.beam import beamfile
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, pair, settled, whole
-from squama.cli.summary import Summary, degrees, figure, modelled, turned
+from squama.cli.summary import Summary, degrees, energy_unit, figure, modelled, rigidity_unit, turned
 from squama.errors import naming, refuse
 from squama.io.files import label, read_text
 from squama.loads import LOADS, THIN
-from squama.units import number, torque_unit
+from squama.units import for_people, number, torque_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -205,10 +205,10 @@ def _record(u: xr.Dataset, nominal: Bench | None = None) -> dict[str, object]:
     return {
         **{key: u.attrs[key] for key in same if key in u.attrs},
         "tolerances": {name: u["distribution"].sel(parameter=name).item() for name in u["parameter"].values},
-        "ends": {name: p._asdict() for name, p in _ends(u).items()},
+        "chances": {name: p._asdict() for name, p in _ends(u).items()},
         **{name: _share(u, f"P_{name}")._asdict() for name in _SHARES if f"P_{name}" in u},
         "before": before or None,
-        "figures": figures,
+        "statistics": figures,
         "indices": indices,
         "notes": u.attrs["notes"].splitlines(),
         "warnings": u.attrs["warnings"].splitlines(),
@@ -267,7 +267,7 @@ def _spread(one: xr.Dataset, factor: float, unit: str) -> str:
 
 def _all(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Iterable[str | Table]:
     """Yield tolerances, the table of all figures, ends, and what has which influence."""
-    n, scales = u.attrs["samples"], beam.pitches
+    n = u.attrs["samples"]
     if nominal is not None:
         yield f"the nominal beam at {turned(nominal.at, beam)}:"
         yield from nominal.lines
@@ -276,11 +276,11 @@ def _all(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Iterable[str | Tab
     yield ""
     # the levels nearest to 5, 50 and 95 %
     picked = u.isel(level=sorted({int(abs(u["level"].values - p).argmin()) for p in (0.05, 0.5, 0.95)}))
-    yield _figures(picked, scales)
+    yield _figures(picked, beam)
     if "own" in u:
-        name = f"{u.attrs['own_scales']} scales"
         of = " but for rows finite_..." if "finite_torque" in u["figure"].values else ""
-        yield f"{name}: the nominal beam with all of them, {u.attrs['ends']} ends; all other columns are endless{of}"
+        own = f"the nominal beam with {u.attrs['own_scales']} scales, {u.attrs['ends']} ends"
+        yield f"own: {own}; all other columns are endless{of}"
     spread = picked.isel(figure=(picked["sd"] != 0).values)
     means, quantiles = (
         float((spread[key] / spread["sd"]).max()) if spread.sizes["figure"] else 0.0
@@ -288,7 +288,7 @@ def _all(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Iterable[str | Tab
     )
     yield (
         f"standard errors: of the means up to {means:.2g} sd, of the quantiles shown up to {quantiles:.2g} sd; "
-        "in: share of the beams that have the figure"
+        "in: beams that have the figure"
     )
     yield ""
     yield from (f"  {name}: {_said(p, n)}" for name, p in _ends(u).items())
@@ -299,21 +299,29 @@ def _all(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Iterable[str | Tab
         yield from _influences(u)
 
 
-def _figures(u: xr.Dataset, scales: int) -> Table:
-    """Return the table with a row per figure; twists per pitch in total, too."""
+def _figures(u: xr.Dataset, beam: Beam) -> Table:
+    """Return the table with a row per figure, in the units of the summary."""
     rows: list[list[str]] = []
-    own = {f"{u.attrs['own_scales']} scales": "own"} if "own" in u else {}
+    keys = (*(("own",) if "own" in u else ()), "nominal", "mean", "sd")
     for name in u["figure"].values:
         f = u.sel(figure=name)
-        unit = f["units"].item().replace("1", "")
-        shown = [(name, unit, 1.0)]
-        if unit == "rad":
-            shown = [(name, "rad/pitch", 1.0), ("  in total", "deg", math.degrees(scales))]
-        values = [*(float(f[key]) for key in (*own.values(), "nominal", "mean", "sd")), *f["quantile"].values]
-        for head, unit, factor in shown:
-            rows.append([head, unit, *(number(v * factor) for v in values), f"{float(f['share']):.4g}"])
-    head = ("figure", "unit", *own, "nominal", "mean", "sd", *(f"{p * 100:g} %" for p in u["level"].values), "in")
+        factor, unit = _unit(f["units"].item(), float(f["nominal"]), beam)
+        # the inclination is of a scale, other angles of the beam
+        factor, unit = (math.degrees(1), "deg") if name.startswith("theta") else (factor, unit)
+        values = [*(float(f[key]) for key in keys), *f["quantile"].values]
+        rows.append([name, unit, *(number(v * factor) for v in values), number(100 * float(f["share"]))])
+    head = ("figure", "unit", *keys, *(f"{p * 100:g} %" for p in u["level"].values), "in %")
     return output.table(head, rows, left=2, gap=1)
+
+
+def _unit(unit: str, value: float, beam: Beam) -> tuple[float, str]:
+    """Return factor and unit in which people read a figure."""
+    if unit == "rad":
+        return degrees(beam)
+    if unit == "J/m":
+        return energy_unit(value, beam)[:2]
+    by_size = {"N m": torque_unit, "N m^2": rigidity_unit}
+    return by_size[unit](value) if unit in by_size else for_people(unit)
 
 
 def _said(p: Probability, n: int) -> str:
@@ -321,14 +329,14 @@ def _said(p: Probability, n: int) -> str:
     if p.number == 0:
         return f"none of {n} beams (below {300 / n:.2g} % with 95 % confidence)"
     if p.number == n:
-        return f"all of {n} beams (above {100 - 300 / n:.6g} % with 95 % confidence)"
+        return f"all of {n} beams (at most {300 / n:.2g} % do not, with 95 % confidence)"
     digits = max(0, -math.floor(math.log10(100 * p.se)) + 1) if p.se else 2
-    return f"{100 * p.value:.{digits}f} % (standard error {100 * p.se:.2g} %)"
+    return f"{100 * p.value:.{min(digits, 2)}f} % (standard error {100 * p.se:.2g} %)"
 
 
 def _influences(u: xr.Dataset) -> Iterable[str]:
     for name in u["indexed"].values:
         on = u.sel(indexed=name)
         most = sorted(zip(-on["ST"].values, on["parameter"].values, on["ST_conf"].values, strict=True))[:INFLUENCES]
-        yield f"  {name}: {', '.join(f'{one} {-s:.3f} +- {c:.3f}' for s, one, c in most if -s > 5e-4)}"
+        yield f"  {name}: {', '.join(f'{one} {-s:.2f} +- {c:.2f}' for s, one, c in most if -s > 5e-3)}"
     yield from (f"  {name}: none, it {why}" for name, why in json.loads(u.attrs["without_indices"]).items())

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from squama.cli.summary import DIGITS, figure, modelled, percent, turned
+from squama.cli.summary import figure, modelled, percent, turned
 from squama.curves.both_faces import worst
 from squama.model.outcome import SENTENCES, End
 from squama.units import moment
@@ -89,7 +89,7 @@ class Curve(NamedTuple):
         if touch:
             place = "twice that" if self.at == 2 * self.of("e") else "the end of the curve"
             yield "figures at", f"{turned(self.at, beam)}, {place}"
-            yield load.torque_words, moment(self.there(load.torque), DIGITS)
+            yield load.torque_words, moment(self.there(load.torque))
             yield "tangent stiffness", f"{figure(self.stiffer)} times that before contact"
             yield "largest stress in a scale", self._share("stress", "strength", beam.scale.strength)
             yield "largest strain in the bar", self._share("strain", "strain", beam.substrate.strain_limit)

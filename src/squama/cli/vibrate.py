@@ -7,10 +7,10 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
-from squama.cli.flags import flag, number, settled, whole
-from squama.cli.summary import Summary, figure, modelled, turned
-from squama.loads import LOADS, ended
-from squama.units import number as shown_number
+from squama.cli.flags import flag, settled, whole
+from squama.cli.summary import Summary, degrees, figure, modelled, percent, turned
+from squama.loads import LOADS
+from squama.units import number, torque_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 _KEYS = "load law joint scales mode ends faces damping inertia K_theta rigidity squama_version"
 SHOWN = 12
 """Cycles in the table of the summary at most."""
+_damping = flags.number(0.0, 0.5, "0.01")
+_APART = 0.02
+"""Share by which amplitudes differ that are of two states."""
 _NAMES = "rotor density damping release impulse mode ends swings static torque"
 _BOTH = {"release, impulse": "--release, --impulse", "static, torque": "--static, --torque"}
 _LAID = flags.arguments(*_NAMES.split(), **_BOTH, frequencies="--lowest, --highest")
@@ -52,7 +55,7 @@ def vibrate(
         str | None, flag('Angular impulse on the rotor at rest, instead of --release: "0.01 N m s".')
     ] = None,
     swinging: Swinging = SWINGING,
-    damping: Annotated[float, flag("Damping ratio of the material. Default: 0.", read=number(0.0, 0.5, "0.01"))] = 0.0,
+    damping: Annotated[float, flag("Damping ratio of the material. Default: 0.", read=_damping)] = 0.0,
     swings: Annotated[int, flag("Number of cycles. Default: 8.", read=whole(1, 10_000, "8"))] = 8,
     mu: flags.Mu = None,
     full: flags.Full = False,
@@ -94,27 +97,32 @@ def _summary(beam: Beam, data: xr.Dataset) -> Summary:
         ("friction", f"mu = {float(data['mu']):g}"),
         ("model", f"{modelled(beam, attrs)}; {attrs['mode']}"),
     ]
-    return Summary(verdict, figures, [below] if rubs else [], attrs["warnings"], _cycles(data))
+    return Summary(verdict, figures, [below] if rubs else [], attrs["warnings"], _cycles(beam, data))
 
 
-def _cycles(data: xr.Dataset) -> Iterable[str | Table]:
+def _cycles(beam: Beam, data: xr.Dataset) -> Iterable[str | Table]:
     """Yield a row per cycle, and how the record ends."""
     angle = LOADS[data.attrs["load"]].angle
     columns = ("t_turn", f"{angle}_turn", "U_turn", "zeta_cycle", "period")
     t, y, U, zeta, period = (data[name].values for name in columns)
     n = min(zeta.size, SHOWN)
     peaks, troughs = slice(0, 2 * n, 2), slice(1, 2 * n, 2)
-    cycles = zip(t[peaks], y[peaks], y[troughs], U[peaks], zeta[:n].round(9), 1 / period[:n], strict=True)
     if n:
-        head = ("cycle", "at s", f"peak {angle} rad/pitch", "trough", "energy J", "damping", "frequency Hz")
-        yield output.table(head, ([str(i), *map(shown_number, row)] for i, row in enumerate(cycles, 1)))
+        factor, unit = degrees(beam)
+        size, newton = torque_unit(float(U.max()))
+        cells = {
+            "at, s": t[peaks],
+            f"peak, {unit}": factor * y[peaks],
+            f"trough, {unit}": factor * y[troughs],
+            f"energy, {'mJ' if newton == 'N mm' else 'J'}": size * U[peaks],
+            "damping ratio": zeta[:n].round(9),
+            "frequency, Hz": 1 / period[:n],
+        }
+        rows = enumerate(zip(*cells.values(), strict=True), 1)
+        yield output.table(("cycle", *cells), ([str(i), *map(number, row)] for i, row in rows))
     if zeta.size > SHOWN:
         yield f"the first {SHOWN} of {zeta.size} cycles"
-    f_0, engaged = float(data["f_0"]), float(data[f"{angle}_e"])
-    yield f"without contact {f_0:.4g} Hz; scales engage at {shown_number(engaged, 'rad/pitch')}"
-    if data["end"].item() == "jams":
-        yield f"it jams: let go at {y[-1]:.4g} rad/pitch it stays at {float(data[f'{angle}_rest']):.4g} rad/pitch"
-    yield "damping: ln of the elastic energies at two peaks over 4 pi; a number of its amplitude, not of the beam"
+    yield "damping ratio: ln of the elastic energies at two peaks over 4 pi; it depends on the amplitude"
 
 
 def shake(
@@ -128,11 +136,10 @@ def shake(
     ] = None,
     torque: Annotated[str | None, flag('Amplitude of the torque, instead of --static: "0.1 N m".')] = None,
     swinging: Swinging = SWINGING,
-    damping: Annotated[
-        float, flag("Damping ratio of the material. Default: 0.01.", read=number(0.0, 0.5, "0.01"))
-    ] = 0.01,
+    damping: Annotated[float, flag("Damping ratio of the material. Default: 0.01.", read=_damping)] = 0.01,
     points: Annotated[int, flag("Number of frequencies. Default: 25.", read=whole(2, 1000, "25"))] = 25,
     mu: flags.Mu = None,
+    full: flags.Full = False,
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Shake a beam by a harmonic torque: steady states over the frequency, up and down."""
@@ -151,7 +158,7 @@ def shake(
         data = shake(described, frequencies, static=static, torque=torque, damping=damping, **vars(swinging))
     written = output.write(common, lambda: data, "shaken_figure", _table)
     record = output.record(described, data, _KEYS, figures="", frequency=frequencies, states="way frequency")
-    return output.report(common.json, beam, written, record, _states(data))
+    return output.report(common.json, beam, written, record, _shaken(described, data).shown(full=full))
 
 
 def _table(data: xr.Dataset) -> xr.Dataset:
@@ -161,23 +168,49 @@ def _table(data: xr.Dataset) -> xr.Dataset:
     return data.drop_dims("way").assign(ways)
 
 
-def _states(data: xr.Dataset) -> Iterable[str | Table]:
-    """Yield the summary: a row per frequency, upwards and downwards."""
+def _shaken(beam: Beam, data: xr.Dataset) -> Summary:
+    """Return the summary: the largest amplitude and its frequency, where the states differ up and down."""
+    import numpy as np
+
     kind, attrs = LOADS[data.attrs["load"]], data.attrs
-    yield f" shaken {ended(attrs)} in {kind.name} ({attrs['mode']}): {output.about(data)}"
-    head, columns = ["Hz"], [map(shown_number, data["frequency"].values)]
+    sizes = np.abs(np.stack([data[f"{kind.angle}_{end}"].values for end in ("high", "low")])).max(axis=0)
+    way, i = np.unravel_index(int(sizes.argmax()), sizes.shape)
+    top, hertz = float(sizes[way, i]), data["frequency"].values
+    verdict = f"largest {kind.verb} {turned(top, beam)}, at {figure(hertz[i], 'Hz')}"
+    if i in (0, hertz.size - 1):
+        verdict += f", the {'lowest' if i == 0 else 'highest'} frequency asked"
+    up, down = (sizes[list(data["way"].values).index(name)] for name in ("up", "down"))
+    apart = hertz[np.abs(up - down) > _APART * np.maximum(up, down)]
+    jumps = f"from {figure(apart[0])} to {figure(apart[-1], 'Hz')}" if apart.size else "nowhere"
+    one = data.isel(way=int(way), frequency=int(i))
+    rubs = bool(one["settled"]) and float(one["W_fed"]) > 0
+    taken = f"; it takes {percent(float(one['W_rubbed'] / one['W_fed']))} of the work there" if rubs else ""
+    engaged, loose = float(data[f"{kind.angle}_e"]), int((~data["settled"].values).sum())
+    figures = [
+        ("states up and down differ", jumps),
+        ("not periodic", f"{loose} of {sizes.size} states; their last periods count" if loose else ""),
+        ("frequency before contact", figure(float(data["f_0"]), "Hz")),
+        ("scales touch", f"at {turned(engaged, beam)}" if math.isfinite(engaged) else "never"),
+        ("damping ratio, material", figure(float(attrs["damping"]))),
+        ("friction", f"mu = {float(data['mu']):g}{taken}"),
+        ("model", f"{modelled(beam, attrs)}; {attrs['mode']}"),
+    ]
+    return Summary(verdict, figures, (), attrs["warnings"], _states(beam, data))
+
+
+def _states(beam: Beam, data: xr.Dataset) -> Iterable[str | Table]:
+    """Yield a row per frequency, upwards and downwards."""
+    kind = LOADS[data.attrs["load"]]
+    factor, unit = degrees(beam)
+    head, columns = ["Hz"], [map(number, data["frequency"].values)]
     for way in ("up", "down"):
         one = data.sel(way=way)
-        high, low = (map(shown_number, one[f"{kind.angle}_{end}"].values) for end in ("high", "low"))
+        high, low = (map(number, factor * one[f"{kind.angle}_{end}"].values) for end in ("high", "low"))
         loose = ["" if settled else " *" for settled in one["settled"].values]
-        share = (one["W_rubbed"] / one["W_fed"]).where(one["settled"])
-        head += [f"{way}: {kind.angle} largest", "smallest", "friction"]
-        columns += [high, map(str.__add__, low, loose), map(shown_number, share.values)]
+        share = 100 * (one["W_rubbed"] / one["W_fed"]).where(one["settled"])
+        head += [f"{way}: largest, {unit}", "smallest", "friction, %"]
+        columns += [high, map(str.__add__, low, loose), map(number, share.values)]
     yield output.table(head, zip(*columns, strict=True))
-    yield (
-        f"{kind.angle}: largest and smallest, rad/pitch; friction: its share of the torque's work; without contact "
-        f"{float(data['f_0']):.4g} Hz"
-    )
+    yield "friction: its share of the torque's work"
     if not data["settled"].values.all():
         yield "*: not periodic with the torque; largest and smallest of its last periods"
-    yield from output.warnings(attrs["warnings"])

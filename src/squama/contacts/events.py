@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -46,7 +47,7 @@ class Event(NamedTuple):
     @property
     def placed(self) -> str:
         """The contact and its way, in words."""
-        return f"{self.contact} at {self.way:.4g} rad/pitch"
+        return f"{self.contact} at {math.degrees(self.way):.3g} deg per pitch"
 
     @property
     def word(self) -> str:

@@ -66,7 +66,7 @@ class Track(NamedTuple):
         if not new.size:
             return None
         c, phi = what[new[0]], float(ways[new[0]])
-        return Other(int(c[touch.FIRST]) + 1, f"{placed(c)} at {phi:.4g} rad/pitch", phi)
+        return Other(int(c[touch.FIRST]) + 1, f"{placed(c)} at {math.degrees(phi):.3g} deg per pitch", phi)
 
 
 def placed(c: Array) -> str:

@@ -341,7 +341,9 @@ def _curves(analysis: Analysis) -> Answer:
     title = f"{way.load.name} of a scale-covered beam"
     notes = [*more.notes, *dict.fromkeys(note for curve in curves for note in curve.notes)]
     states = States(by_dim, attrs, notes)
-    return labelled.answer(analysis, states, title, {"mu": analysis.mus.tolist()}, sense=way.sense)
+    answer = labelled.answer(analysis, states, title, {"mu": analysis.mus.tolist()}, sense=way.sense)
+    answer.along_load = True
+    return answer
 
 
 def _small(beam: Beam, sign: int) -> float:

@@ -87,7 +87,7 @@ def row(
     """
     how = How(mu=mu, joint=joint, ideal=ideal, hold=hold)
     found = rowed(beam, scales=scales, to=to, points=points, sense=sense, ends=ends, **how)
-    return found.dataset().set_coords("phi")
+    return found.dataset()
 
 
 def rowed(

@@ -13,7 +13,7 @@ from squama._version import __version__
 from squama.beam.design import Beam
 from squama.curves.chosen import MODELS, idealisation, thin
 from squama.curves.way import Analysis, States
-from squama.loads import STRAIGHT, Load
+from squama.loads import LOADS, STRAIGHT, Load
 from squama.symbols import SYMBOLS
 from squama.types import Array
 
@@ -21,9 +21,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-_BOTH = ("psi", "phi", "kappa", "Phi")
+_BOTH = ("psi", "phi", "load", "kappa", "Phi", "rate")
 """Roles of load angles where bend and twist are both loads."""
-_FIRST = (*_BOTH, "rate", "load", "torque", "scales", "tangent", "stiffness_ratio")
+_PART = ("share", "travel", "turn", "F", "moment", "F_bare", "moment_bare")
+"""Roles of the load of a part."""
+_FIRST = (*_BOTH, *_PART, "rate", "load", "torque", "scales", "tangent", "stiffness_ratio")
 _SYMBOLS = {name: i for i, name in enumerate(SYMBOLS)}
 
 
@@ -42,11 +44,12 @@ class Labelled(NamedTuple):
 class Answer:
     """Variables of a response by name, and attributes of the whole; ``answer["T"]`` are the values of one.
 
-    ``mu`` is a coordinate: one number, or the dimension of a family of curves.
+    ``mu`` is a coordinate: one number, or the dimension of a family of curves; ``along_load``: whether the load and
+    the load angle are coordinates of the points, too.
     """
 
-    def __init__(self, variables: dict[str, Labelled], attrs: dict[str, Any]) -> None:
-        self.variables, self.attrs = variables, attrs
+    def __init__(self, variables: dict[str, Labelled], attrs: dict[str, Any], *, along_load: bool = False) -> None:
+        self.variables, self.attrs, self.along_load = variables, attrs, along_load
 
     def __getitem__(self, name: str) -> Array:
         """Return the values of a variable."""
@@ -86,14 +89,16 @@ class Answer:
             name: Labelled(v.dims[1:], np.asarray(v.values[i]), v.attrs) if v.dims[:1] == ("mu",) else v
             for name, v in self.variables.items()
         }
-        return Answer(one, self.attrs)
+        return Answer(one, self.attrs, along_load=self.along_load)
 
     def dataset(self) -> xr.Dataset:
         """Return the same as an ``xarray.Dataset``."""
         import xarray as xr
 
-        data = dict(self.variables)
-        return xr.Dataset(data, coords={"mu": data.pop("mu")}, attrs=self.attrs)
+        load = LOADS[self.attrs["load"]] if self.along_load else None
+        names = [load.rate, load.angle, "mu"] if load else ["mu"]
+        data = {name: v for name, v in self.variables.items() if name not in names}
+        return xr.Dataset(data, coords={name: self.variables[name] for name in names}, attrs=self.attrs)
 
 
 def _labelled(load: Load, states: States, mus: Array, page: str) -> dict[str, Labelled]:

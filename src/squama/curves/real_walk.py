@@ -165,7 +165,7 @@ def _ending(one: real.Path, answers: path.Answers) -> dict[str, float | int | st
         if second.size and not second[0, 1] >= at:
             (first,), (other,) = path.features(*second[:, 8:11].T)
             met = path.Contact(int(first), int(other), int(second[0, 7]), at := float(second[0, 1]), 0.0, 0.0)
-            words = f"{WHOSE * (i != one.lead)}{one.as_twisted(met, i).words} at {at:.4g} rad/pitch"
+            words = f"{WHOSE * (i != one.lead)}{one.as_twisted(met, i).words} at {math.degrees(at):.3g} deg per pitch"
     return {
         "end": str(name),
         "neighbour": max(0, c.k) if c.first != -1 else 0,

@@ -188,7 +188,7 @@ def _figures(one: real.Path, track: Track, ends: Row, load: Load) -> dict[str, f
     c, second, apart = one.contact(0), track.other(), _apart(one, track)
     other = second
     if ends.left and c.first >= 0 and c[:3] != (TIP, SIDE_D, 1) and c.phi <= track.end.phi:
-        other = row.Other(1, f"{c.words} at {c.phi:.4g} rad/pitch", c.phi)
+        other = row.Other(1, f"{c.words} at {math.degrees(c.phi):.3g} deg per pitch", c.phi)
     return {
         "end": str(End.NONE if apart else track.end.word),
         "neighbour": max(0, c.k) if c.first != -1 else 0,

@@ -68,7 +68,7 @@ class Swinging(NamedTuple):
         if not (load.sided or MODELS[self.model.joint].straight):
             said["neutral"] = self.beam.given.line
         title = f"{title} of a scale-covered beam in {load.name}"
-        return labelled.answer(self.analysis, States(by_dim, attrs, notes), title, said, page="")
+        return labelled.answer(self.analysis, States(by_dim, attrs, notes), title, said)
 
 
 def vibrate(

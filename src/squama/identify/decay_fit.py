@@ -199,10 +199,11 @@ class DecayFit(Estimated):
     def __repr__(self) -> str:
         return f"DecayFit({', '.join(self.lines)}; {self.t.size} points, rms {self.rms:.3g} rad/pitch)"
 
-    def summary(self) -> str:
-        """Return estimates, errors, correlations and what is to be known about them, as text."""
-        sizes = f"residual rms {self.rms:.3g} rad/pitch, noise of a point {self.noise:.3g} rad/pitch"
-        return "\n".join([*self._described(), f"{sizes}; {self.t.size} points", *(f"note: {n}" for n in self.notes)])
+    @property
+    def sizes(self) -> list[tuple[str, str]]:
+        """Residuals and points in words, each with its name."""
+        rms, noise = (f"{math.degrees(v):.3g} deg per pitch" for v in (self.rms, self.noise))
+        return [("residual", f"rms {rms}; noise of a point {noise}"), ("points", f"{self.t.size}")]
 
     def dataset(self) -> xr.Dataset:
         """Return everything as an ``xarray.Dataset``: dimensions ``point`` and ``parameter``."""

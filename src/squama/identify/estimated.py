@@ -23,11 +23,17 @@ class Estimated(ABC):
     beam: Beam
     estimates: Array
     covariance: Array
+    notes: tuple[str, ...]
 
     @property
     @abstractmethod
     def rows(self) -> tuple[Parameter, ...]:
         """What was found."""
+
+    @property
+    def sizes(self) -> list[tuple[str, str]]:
+        """Residuals and points in words, each with its name."""
+        return []
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -100,7 +106,16 @@ class Estimated(ABC):
         attributes = {"title": f"parameters of a scale-covered beam from a {title}", **attrs, **found}
         return xr.Dataset(data, coords={"parameter": names, "other": names}, attrs=attributes)
 
-    def _described(self) -> list[str]:
+    def summary(self) -> str:
+        """Return estimates, errors, correlations and what is to be known about them, as text."""
+        return "\n".join([*self.described(), *(f"{name} {text}" for name, text in self.sizes), *self.more])
+
+    @property
+    def more(self) -> list[str]:
+        """Sentences on what else is to be known."""
+        return [f"note: {note}" for note in self.notes]
+
+    def described(self) -> list[str]:
         """Return a line for each estimate, with its error and its correlation with those before."""
         lines = []
         for i, row in enumerate(self.rows):

@@ -162,7 +162,7 @@ class Plan:
                 continue
             loops = self.loops(one)
             top = f"{math.degrees(one.top) * self.beam.pitches:.3g}"
-            cells = [one.shape, top, moment(one.torque, 3), *self._errors(one)]
+            cells = [one.shape, top, moment(one.torque), *self._errors(one)]
             if len(self.rows) > 1:
                 r, names = self._related(one)
                 cells.append(f"{r:+.2f} {names}")
@@ -182,7 +182,7 @@ class Plan:
 
     def notes(self) -> list[str]:
         """Return what the errors rest on, which parameters are hardly told apart, and which loops are left out."""
-        said = f"standard errors of one loop, by the model's derivatives; noise of a reading {moment(self.noise, 3)}"
+        said = f"standard errors of one loop, by the model's derivatives; noise of a reading {moment(self.noise)}"
         if self.twist_noise:
             said += f" and {math.degrees(self.twist_noise):.3g} deg of the twist"
         if self.compliance:
@@ -204,9 +204,10 @@ class Plan:
     def report(self) -> dict[str, Any]:
         """Return the plan as plain values, for JSON."""
         return {
-            "verdict": self.verdict(),
-            "parameters": list(self.parameters),
-            "units": [row.unit for row in self.rows],
+            "verdict": self.verdict()[0],
+            "notes": [*self.verdict()[1:], *self.notes()],
+            "find": list(self.parameters),
+            "units": {row.name: row.unit for row in self.rows},
             "noise": self.noise,
             "twist_noise": self.twist_noise,
             "compliance": self.compliance,

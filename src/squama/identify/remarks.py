@@ -68,7 +68,7 @@ def disagreement(found: Found, rival: Rival | None) -> str:
     words = {1: " and describe the points better", 0: " and describe the points as well", -1: ""}
     return (
         f"the models disagree on {' and '.join(apart)}: {rival.words} give {values}, with a residual rms of "
-        f"{moment(other.rms, 3)} against {moment(found.rms, 3)}{words[better]}"
+        f"{moment(other.rms)} against {moment(found.rms)}{words[better]}"
     )
 
 
@@ -119,7 +119,7 @@ def doubts(
         out.append(f"{rival.words} describe the points better")
     if given is not None and found.rms > _LOUD * given:
         out.append(
-            f"residuals ({moment(found.rms, 3)}) are larger than the noise that is given ({moment(given, 3)}), so the "
+            f"residuals ({moment(found.rms)}) are larger than the noise that is given ({moment(given)}), so the "
             "model misses something of the test"
         )
     return out

@@ -143,21 +143,35 @@ class Fit(Found):
 
     def _repr_html_(self) -> str:
         """Return the card of a notebook."""
-        notes = [*self._doubted, *self._checked, *self.notes]
+        notes = [*self._doubted, *self.checked, *self.notes]
         rows = zip(self.asked.rows, self.estimates, self.deviations, strict=True)
         found = [(f"{row.name}, {row.words}", row.written(value, error)) for row, value, error in rows]
-        used = f"{np.count_nonzero(self.used)} of {self.used.size} points, residual rms {moment(self.rms, 3)}"
+        used = f"{np.count_nonzero(self.used)} of {self.used.size} points, residual rms {moment(self.rms)}"
         return card(f"Fit: {used}; {self.scales}", found, notes)
 
     @property
     def _doubted(self) -> list[str]:
-        """Why the errors do not hold, and what the other model finds."""
-        machine = self.machine.sentence(self.values) if self.machine is not None and self.machine.told else ""
-        doubts = (f"the errors do not hold: {doubt}" for doubt in self.doubts)
-        return [*doubts, *filter(None, [self.disagreement, machine])]
+        """What speaks against the estimates."""
+        return [*self.doubted, *filter(None, [self.of_machine])]
 
     @property
-    def _checked(self) -> list[str]:
+    def doubted(self) -> list[str]:
+        """Sentences on why the errors do not hold, and on what the other model finds."""
+        doubts = (f"the errors do not hold: {doubt}" for doubt in self.doubts)
+        return [*doubts, *filter(None, [self.disagreement])]
+
+    @property
+    def warnings(self) -> list[str]:
+        """What speaks against the errors, and what of the beam is outside the range of the model."""
+        return [*self.doubted, *self.beam.warnings(self.load, joint=self.joint)]
+
+    @property
+    def of_machine(self) -> str:
+        """A sentence on what a testing machine that gives in would change; empty where that is known."""
+        return self.machine.sentence(self.values) if self.machine is not None and self.machine.told else ""
+
+    @property
+    def checked(self) -> list[str]:
         """Sentences on the ends of the beam's own number of scales and on the slope before engagement."""
         steep = self.slope.sentence if self.slope else "slope before engagement: too few points there to check the bar"
         if self.endless is not None:
@@ -178,7 +192,7 @@ class Fit(Found):
             return f"{head}no fit ({other.problem})"
         rows = [*zip(other.rows, other.values, other.errors, strict=True)]
         values = ", ".join(f"{r.name} = {r.written(v, e)}" for r, v, e in rows if r.name not in self.added)
-        return f"{head}{values}, residual rms {moment(other.rms, 3)}"
+        return f"{head}{values}, residual rms {moment(other.rms)}"
 
     @property
     def fitted_as(self) -> str:
@@ -189,16 +203,26 @@ class Fit(Found):
 
     def summary(self) -> str:
         """Return estimates, errors, correlations and what is to be known about them, as text."""
-        lines = [*self._described(), *self._doubted, *self._checked]
+        head = [*self.described(), *self._doubted, *self.checked]
+        return "\n".join([*head, *(f"{name} {text}" for name, text in self.sizes), *self.more])
+
+    @property
+    def sizes(self) -> list[tuple[str, str]]:
+        """Residuals and points in words, each with its name."""
         share = 100 * self.rms / float(np.abs(self.record.torque[self.used]).max())
-        rms, noise = moment(self.rms, 3), moment(self.noise, 3)
         source = "given" if self.given_noise else "from the residuals"
         counts = {words: np.count_nonzero(self.branch == b) for b, words in BRANCHES.items()}
         states = ", ".join(f"{count} {words}" for words, count in counts.items() if count)
-        lines += [
-            f"residual rms {rms}, {share:.2g} % of the largest; noise {noise} ({source})",
-            f"{np.count_nonzero(self.used)} of {self.used.size} points used: {states}",
+        noise = f"{share:.2g} % of the largest; noise {moment(self.noise)} ({source})"
+        return [
+            ("residual", f"rms {moment(self.rms)}, {noise}"),
+            ("points", f"{np.count_nonzero(self.used)} of {self.used.size} used: {states}"),
         ]
+
+    @property
+    def more(self) -> list[str]:
+        """Sentences on specimens alone, samples and what else is to be known."""
+        lines = []
         for s in self.specimens:
             text = s.problem
             if s.values is not None and s.errors is not None:
@@ -210,7 +234,7 @@ class Fit(Found):
             worth = f"worth {self.posterior.effective:.0f} independent ones"
             lines.append(f"posterior, {len(x)} samples ({worth}): {found}")
             lines += [f"note: {note}"] if note else []
-        return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
+        return [*lines, *super().more]
 
     def report(self) -> dict[str, Any]:
         """Return the whole result as plain data, for JSON."""
@@ -255,7 +279,7 @@ class Fit(Found):
             "endless": self.endless and {name: getattr(self.endless, name) for name in Alone._fields[1:]},
             "doubts": list(self.doubts),
             "machine": self.machine and self.machine.report(),
-            "loops": self.loops and self.loops.report(),
+            "differing": self.loops and self.loops.report(),
             "notes": list(self.notes),
             "posterior": drawn,
             "beam": self.beam.model_dump(),
@@ -294,7 +318,7 @@ class Fit(Found):
         attrs = {
             **{name: getattr(self, name) for name in ("load", "law", "joint", "scales", "disagreement")},
             "initial_beam": self.initial.to_toml(),
-            "checked": "\n".join(self._checked),
+            "checked": "\n".join(self.checked),
             **({} if self.ends == ENDLESS else {"ends": self.ends}),
             "doubts": "\n".join(self.doubts),
             "notes": "\n".join(self.notes),

@@ -143,6 +143,11 @@ class InverseDesign:
         """Whether other models agree that the first design meets the target: :attr:`Design.confirmed`."""
         return self.designs[0].confirmed
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings of the first design: :attr:`Design.warnings`."""
+        return self.designs[0].warnings
+
     def __len__(self) -> int:
         return len(self.designs)
 

@@ -106,14 +106,21 @@ def check_place(path: str | os.PathLike[str], allowed: Iterable[str] = ()) -> No
 
 
 def write_csv(dataset: xr.Dataset, place: Path) -> None:
-    """Write a dataset to a new file, or refuse one without rows or of types without a text form, such as dates."""
+    """Write a dataset to a new file; refused as by :func:`csv_text`."""
+    place.write_text(csv_text(dataset), encoding="utf-8", newline="")
+
+
+def csv_text(dataset: xr.Dataset) -> str:
+    """Return a dataset as CSV, or refuse one without rows or of types without a text form, such as dates."""
     sizes = {str(dim): int(size) for dim, size in dataset.sizes.items()}
     if not sizes or not all(sizes.values()):
         refuse("", "", "the dataset has no points, so a CSV file of it would have no rows", "write a .nc file")
     lines = [CSV_MARK, f"# sizes: {json.dumps(sizes)}"]
     lines += [f"# attribute {key}: {_json(value)}" for key, value in dataset.attrs.items()]
     columns: dict[str, list[str]] = {}
-    for name in (*dataset.coords, *dataset.data_vars):
+    # the load of a point before the number of a scale
+    coordinates = sorted(dataset.coords, key=lambda name: dataset[name].dims == (name,))
+    for name in (*coordinates, *dataset.data_vars):
         variable = dataset.variables[name]
         role = "coordinate" if name in dataset.coords else "variable"
         if variable.dtype.kind not in _CAST:
@@ -140,7 +147,7 @@ def write_csv(dataset: xr.Dataset, place: Path) -> None:
     tabular.write(rows, [columns, *zip(*columns.values(), strict=True)])
     comments = "\n".join(lines)
     digest = _hash(f"{comments}\n{rows.getvalue()}")
-    place.write_text(f'{comments}\n{CSV_HASH}"{digest}"\n{rows.getvalue()}', encoding="utf-8", newline="")
+    return f'{comments}\n{CSV_HASH}"{digest}"\n{rows.getvalue()}'
 
 
 def _json(value: object) -> str:

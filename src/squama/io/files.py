@@ -4,21 +4,26 @@ from __future__ import annotations
 
 import codecs
 import errno
+import functools
 import hashlib
 import os
 import re
 import secrets
 import select
 import stat
+import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
+from typing import TextIO
 
 from squama.errors import InputError, Problem
 from squama.units import shown
 
 LARGEST_TEXT = 1_000_000
+STANDARD, INPUT = "-", "/dev/stdin"
+"""Names of the standard input; the first is that of the standard output, too."""
 SEAL = b"\nsquama sha256 %s\n"
 """End of binary files, behind the data: the hash of all before it."""
 SEALED = len(SEAL % bytes(64))
@@ -59,7 +64,7 @@ _TO_WRITE: Known = {
 
 def label(path: str | os.PathLike[str]) -> str:
     """Return a path as it is printed in a message, without quotes and on one line."""
-    return shown(os.fspath(path), limit=200).strip('"')
+    return "standard input" if os.fspath(path) in (STANDARD, INPUT) else shown(os.fspath(path), limit=200).strip('"')
 
 
 def read_text(path: str | os.PathLike[str], *, limit: int = LARGEST_TEXT, missing: str = "check the name") -> str:
@@ -126,7 +131,10 @@ def read_bytes(path: str | os.PathLike[str], most: int, *, missing: str = "check
     """Return the first bytes of a file or a pipe, at most so many; errors as from :func:`read_text`.
 
     A pipe is waited for, :data:`PATIENCE` seconds for each of its parts; a device is refused, for it may have no end.
+    The name "-" is the standard input, which may be read again.
     """
+    if os.fspath(path) in (STANDARD, INPUT):
+        return _standard_input(sys.stdin)[:most]
     with _reading(path, missing), open(path, "rb", buffering=0, opener=_at_once) as file:
         mode = os.fstat(file.fileno()).st_mode
         if stat.S_ISCHR(mode) or stat.S_ISBLK(mode):
@@ -144,6 +152,14 @@ def read_bytes(path: str | os.PathLike[str], most: int, *, missing: str = "check
             # the first end of a pipe may be that nobody has begun to write
             waited = True
         return bytes(found)
+
+
+@functools.lru_cache(maxsize=1)
+def _standard_input(stream: TextIO | None) -> bytes:
+    """Return all bytes of the standard input, once for a stream."""
+    if stream is None:
+        raise _error(STANDARD, "is closed", "give the name of a file")
+    return stream.buffer.read()
 
 
 def read_ordinary(path: str | os.PathLike[str], most: int) -> bytes:

@@ -56,6 +56,14 @@ CONTACTS = {
 }
 """Tip edge on the side edges D-C and A-B (TS, TA), corners B, C of the tip on the face (BF, CF), corners D, A of the
 next scale's base under the face (DF, AF), side edges A-B, D-C on the next scale's base edge (SB, SD)."""
+WORDS = {
+    "TS": "tip edge on side edge",
+    "TA": "tip edge on the other side edge",
+    "BF": "corner B on face",
+    "CF": "corner C on face",
+    "TF": "tip edge on face",
+}
+"""Contacts in words: what of a scale touches what of the next one."""
 
 
 def dot(a: Array, b: Array) -> Array:

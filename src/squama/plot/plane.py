@@ -18,6 +18,7 @@ from squama.beam.design import Beam
 from squama.errors import refuse
 from squama.loads import HELD, covering
 from squama.model.outcome import End
+from squama.model.screw import WORDS
 from squama.plot import style
 from squama.plot.palette import ACCENT, ENDS, GREY, INK, KEPT, UNLOADED
 from squama.plot.response import BESIDE, EACH, READABLE, WITHOUT_ENDS
@@ -31,19 +32,13 @@ PAIRS = {"BF and TF": "#7f5fa8", "BF and TS": "#2f8f5b", "TF and TS": "#8c2d4f"}
 BOX: style.Look = {"loc": "best", "frameon": True, "framealpha": 0.85, "edgecolor": "none"}
 """A legend that lies over lines."""
 WAY = "Length of the path (rad per pitch)"
-WORDS = {
-    "TS": "tip edge on side edge (TS)",
-    "TA": "tip edge on the other side edge (TA)",
-    "BF": "corner B on face (BF)",
-    "CF": "corner C on face (CF)",
-    "TF": "tip edge on face (TF)",
-}
-"""Contacts in words: what of a scale touches what of the next one."""
 
 
 def said(name: str) -> str:
     """Return a contact in words; two at once by their letters."""
-    return " and ".join(sorted(name.split("+"))) if "+" in name else WORDS.get(name, name)
+    return (
+        " and ".join(sorted(name.split("+"))) if "+" in name else f"{WORDS[name]} ({name})" if name in WORDS else name
+    )
 
 
 def coloured(name: str) -> str:
