@@ -187,10 +187,15 @@ def fixed(attrs: Mapping[str, Any]) -> str:
     return f"{words}; {LINES[attrs['neutral']]}" if bent else words
 
 
+def ending(ends: str) -> str:
+    """Return the ends of a beam with a number of scales in words: "with free ends"."""
+    words = {COUPLE: "under a couple at the ends", "equal": "with equal cells"}
+    return words.get(ends, f"with {ends} ends")
+
+
 def ended(attrs: Mapping[str, Any]) -> str:
     """Say of which beam a result is, by its attributes: "as an endless beam", "with free ends"."""
-    known = {None: "as an endless beam", COUPLE: "under a couple at its ends"}
-    return known.get(attrs.get("ends"), f"with {attrs.get('ends')} ends")
+    return ending(attrs["ends"]) if "ends" in attrs else "as an endless beam"
 
 
 def holding(held: Iterable[str]) -> str:

@@ -116,7 +116,7 @@ def test_the_papers_figure_6b_takes_a_moment():
 def test_the_bench_is_what_the_summary_says(capsys):
     free, straight = "endless, free to bow", "endless, held straight by a bending moment of"
     for hold, order in (("nothing", (free, straight)), ("bend", (straight, free))):
-        own = f"25 scales, free ends{', held straight' * (hold == 'bend')}: "
+        own = f"25 scales with free ends{', held straight' * (hold == 'bend')}: "
         assert main(["twist", "examples/stiff_skin.toml", "--hold", hold, "--compare"]) == 0
         lines = capsys.readouterr().out.splitlines()
         start = next(i for i, line in enumerate(lines) if line.startswith("at "))

@@ -388,3 +388,16 @@ def test_energies_are_those_of_each_cell():
     t = row.track(way, 5, np.array([0.08]), ends=LOOSE)
     whole = sum(states.energies(way, t.rows[0]).values())
     assert whole.sum() == pytest.approx(column(t, "W")[0].sum(), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("scales", "to", "ends", "told"),
+    [(12, 0.096, "free", True), (12, 0.06, "free", False), (12, 0.096, "couple", False), (12, 0.096, "gripped", False)],
+)
+def test_free_ends_that_turn_far_say_so(scales, to, ends, told):
+    r = squama.twist(SKIN.replace(scales=scales), to=f"{to} rad/pitch", points=20, ends=ends)
+    assert ('write ends="couple"' in r.attrs["warnings"]) is told
+    if told:
+        # the bow by the dataset's own cells
+        bow = math.degrees(math.hypot(*(float(r[name][-1].sum()) for name in ("psi_cell", "chi_cell"))))
+        assert f"turn by {bow:.3g} deg" in r.attrs["warnings"]

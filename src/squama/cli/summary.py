@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from squama.cli.output import warnings
-from squama.loads import ENDLESS, NOTHING, fixed, model
+from squama.loads import ENDLESS, NOTHING, ending, fixed, model
 from squama.units import number, torque_unit
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ def rigidity(value: float) -> str:
 def modelled(beam: Beam, attrs: Mapping[str, Any], many: str = "") -> str:
     """Return which model a result is from, of how ``many`` scales, and how good its torque is, by its attributes."""
     ends = attrs.get("ends", ENDLESS)
-    many = many or ("endless beam" if ends == ENDLESS else f"{beam.extent} with {ends} ends")
+    many = many or ("endless beam" if ends == ENDLESS else f"{beam.extent} {ending(ends)}")
     held = "" if attrs.get("hold", NOTHING) == NOTHING else f"; {fixed(attrs)}"
     band = float(attrs.get("band", math.nan))
     # how good the law of the joint is was looked at in twisting

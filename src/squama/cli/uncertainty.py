@@ -13,7 +13,7 @@ from squama.cli.flags import flag, one_of, pair, settled, whole
 from squama.cli.summary import Summary, degrees, energy_unit, figure, modelled, rigidity_unit, turned
 from squama.errors import naming, refuse
 from squama.io.files import label, read_text
-from squama.loads import LOADS, THIN
+from squama.loads import LOADS, THIN, ending
 from squama.units import for_people, number, torque_unit
 
 if TYPE_CHECKING:
@@ -253,7 +253,7 @@ def _summary(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Summary:
 
 
 def _of(u: xr.Dataset, beam: Beam) -> str:
-    finite = f"; torque and stiffness of {beam.extent} with {u.attrs['ends']} ends" if "own" in u else ""
+    finite = f"; torque and stiffness of {beam.extent} {ending(u.attrs['ends'])}" if "own" in u else ""
     return f"endless beam{finite}"
 
 
@@ -279,7 +279,7 @@ def _all(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Iterable[str | Tab
     yield _figures(picked, beam)
     if "own" in u:
         of = " but for rows finite_..." if "finite_torque" in u["figure"].values else ""
-        own = f"the nominal beam with {u.attrs['own_scales']} scales, {u.attrs['ends']} ends"
+        own = f"the nominal beam with {u.attrs['own_scales']} scales {ending(u.attrs['ends'])}"
         yield f"own: {own}; all other columns are endless{of}"
     spread = picked.isel(figure=(picked["sd"] != 0).values)
     means, quantiles = (

@@ -15,7 +15,7 @@ from squama.curves.chosen import REAL
 from squama.curves.doors import How
 from squama.curves.labelled import Answer
 from squama.errors import InputError
-from squama.loads import ENDLESS, LOADS, NOTHING, STRAIGHT, Load, holds
+from squama.loads import ENDLESS, LOADS, NOTHING, STRAIGHT, Load, ending, holds
 from squama.units import torque_unit
 
 SEVEN = "joint.matrix knows no bend; squama joint --matrix writes all nine motions"
@@ -78,7 +78,7 @@ class Bench(NamedTuple):
 
         if math.isfinite(self.row.torque):
             held_so = f", held {straight}" * self.held
-            yield f"  {self.scales} scales, {self.ends} ends{held_so}: {said(self.row)}"
+            yield f"  {self.scales} scales {ending(self.ends)}{held_so}: {said(self.row)}"
             shares = (getattr(self.row, name) / getattr(self.endless, name) for name in State._fields[:2])
             torque, tangent = (f"{share:.3g}" for share in shares)
             yield f"  which is {torque} of the endless beam's {self.load.torque_words} and {tangent} of its stiffness:"

@@ -33,6 +33,8 @@ KINDS = dict(zip(ENDS, (LOOSE, COUPLE, GRIPPED, EQUAL), strict=False))
 GRIPPED_MOST = 60
 """Most scales between grips, or under a couple: each engages on its own, and time grows as the square of their number.
 """
+ANGLES, BOWED = 3, 0.25
+"""Strains of a cell that are angles, and bow from end to end, rad: from about there on a couple differs by 5 %."""
 _MANY = 20_000
 _UNKNOWN = ("slip", "contact", "mu_lock")
 """Figures of a scale that a row does not tell."""
@@ -83,7 +85,7 @@ def told(one: real.Path, load: Load, ends: Row, at: Array) -> Told:
         met=np.array([min(track.engaged, one.way.engaged)]),
         bent=float(at[thin[0]]) if thin.size else math.nan,
         ended=math.inf if _apart(one, track) else track.end.phi,
-        notes=beyond(track, float(at[-1]), load),
+        notes=(*beyond(track, float(at[-1]), load), *bowed(track, ends.kind, load)),
     )
 
 
@@ -156,6 +158,19 @@ def beyond(track: Track, far: float, *loads: Load) -> tuple[str, ...]:
                 f"{int(most.argmax()) + 1} {load.verb}s by up to {most_of_all:.3g} deg, and {real.COMPARED}"
             )
     return tuple(found)
+
+
+def bowed(track: Track, kind: int, load: Load) -> tuple[str, ...]:
+    """Say that a beam with free ends bows so far that a couple on its ends would be another load."""
+    if kind != LOOSE or not track.cells.size:
+        return ()
+    others = [e for e in range(ANGLES) if e != load.axis]
+    bow = float(np.linalg.norm(track.cells[..., others].sum(axis=1), axis=-1).max())
+    if bow < BOWED:
+        return ()
+    how = f"the ends turn by {math.degrees(bow):.3g} deg about other axes than the load's"
+    remedy = f'for a couple on the ends (up to {GRIPPED_MOST} scales) write ends="couple"'
+    return (f"{how}, and with free ends the load follows each cell; {remedy}",)
 
 
 def cells_of(one: real.Path, track: Track, kind: int, *loads: Load) -> dict[str, Array]:

@@ -26,7 +26,7 @@ from squama.identify.records import Record
 from squama.identify.selection import Found, Rival
 from squama.identify.slope import Slope
 from squama.identify.unknowns import Parameter, written
-from squama.loads import ENDLESS, LOADS
+from squama.loads import ENDLESS, LOADS, ending
 from squama.types import Array
 from squama.units import moment
 
@@ -199,7 +199,7 @@ class Fit(Found):
         """The beam in words: "25 scales with free ends", "an endless beam"."""
         if self.ends == ENDLESS:
             return "an endless beam"
-        return f"{self.beam.scales} scales with {self.ends} {'cells' if self.ends == 'equal' else 'ends'}"
+        return f"{self.beam.scales} scales {ending(self.ends)}"
 
     def summary(self) -> str:
         """Return estimates, errors, correlations and what is to be known about them, as text."""

@@ -16,7 +16,7 @@ from matplotlib.ticker import MaxNLocator
 
 from squama.beam.design import Beam
 from squama.errors import refuse
-from squama.loads import HELD, covering
+from squama.loads import HELD, covering, ending
 from squama.model.outcome import End
 from squama.model.screw import WORDS
 from squama.plot import style
@@ -205,7 +205,7 @@ def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.
     loads.tick_params(labelbottom=False)
     held = f"{dataset.attrs['scales']} on {HELD[dataset.attrs['joint']]}{covering(dataset.attrs)}"
     if "ends" in dataset.attrs:
-        held = f"{dataset.sizes['scale']} scales, {dataset.attrs['ends']} ends: {held}"
+        held = f"{dataset.sizes['scale']} scales {ending(dataset.attrs['ends'])}: {held}"
     return style.headline(figure, f"Bent and twisted: {held}, $\\mu$ = {float(dataset['mu']):g}", (left, loads, theta))
 
 

@@ -14,7 +14,7 @@ from squama.beam.design import Beam
 from squama.curves.labelled import MEAN
 from squama.errors import refuse
 from squama.io.measured import Measured
-from squama.loads import HELD, LOADS, Load, model
+from squama.loads import HELD, LOADS, Load, ending, model
 from squama.model.outcome import End
 from squama.plot import style
 from squama.plot.palette import ACCENT, GREY, INK, LOCKS
@@ -396,7 +396,7 @@ def _keys(shown: _Shown, *, load: bool = True) -> list[Line2D]:
 
 
 def _title(dataset: xr.Dataset, beam: Beam, curves: list[_Curve]) -> str:
-    what = f"{dataset.sizes['scale']} scales, {dataset.attrs['ends']} ends: " if "ends" in dataset.attrs else ""
+    what = f"{dataset.sizes['scale']} scales {ending(dataset.attrs['ends'])}: " if "ends" in dataset.attrs else ""
     kind = f"{dataset.attrs['load'].capitalize()} of {what}{model(dataset.attrs)}"
     sense = ", sense -" if dataset.attrs.get("sense") == "-" else ""
     if len(curves) > 1:

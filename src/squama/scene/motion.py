@@ -230,7 +230,7 @@ class Motion:
         whole = ", ".join(f"{verb} {math.degrees(v) * beam.pitches:.1f}°" for verb, v in turns.items())
         pitch = ", ".join(f"{math.degrees(v):.2f}°" for v in turns.values())
         load = f"{whole[0].upper()}{whole[1:]} over {beam.extent} ({pitch} per pitch)"
-        torque = f"{self.kind.torque_words} {moment(state.torque, 3)}"
+        torque = f"{self.kind.torque_words} {moment(state.torque)}"
         return f"{load}, {torque}, inclination {math.degrees(state.theta):.1f}°, µ = {self.setting.mu:g}"
 
     def samples(self, points: int) -> list[State]:

@@ -68,10 +68,10 @@ def _words(data: xr.Dataset) -> list[str]:
     if abs(ratio - 1) < 5e-3:
         stiffer = ", as without contact"
     engaged = float(data["share_e"])
-    touch = f"the scales touch from {number(engaged * newtons / float(top['share']), 'N', 3)} on"
+    touch = f"the scales touch from {number(engaged * newtons / float(top['share']), 'N')} on"
     loads = top["N"].values
-    most = f"scale {int(loads.argmax()) + 1} of {loads.size} bears most, {number(float(loads.max()), 'N', 3)}"
-    found = [f"{number(newtons, 'N', 3)} at {number(1e3 * travel, 'mm', 3)}{stiffer}"]
+    most = f"scale {int(loads.argmax()) + 1} of {loads.size} bears most, {number(float(loads.max()), 'N')}"
+    found = [f"{number(newtons, 'N')} at {number(1e3 * travel, 'mm')}{stiffer}"]
     found.append(f"{touch}; {most}" if math.isfinite(engaged) else "the scales do not touch")
     if float(top["share"]) < 1 - 1e-9:
         found.append(f"the part ends before all of the force: {data['end'].item()}")

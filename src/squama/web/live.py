@@ -249,7 +249,7 @@ def readings(state: State) -> list[tuple[str, str]]:
     return [
         (names.verb.capitalize(), f"{turned(now.load, state)} over {state.beam.extent}"),
         (torque_label(state.load), quantity(now.torque, "N m")),
-        ("θ", f"{number(math.degrees(now.theta), digits=3)}°"),
+        ("θ", f"{number(math.degrees(now.theta))}°"),
         ("normal force", quantity(now.N, "N")),
         ("friction force", quantity(now.f, "N")),
         *more,
@@ -259,7 +259,7 @@ def readings(state: State) -> list[tuple[str, str]]:
 def turned(angle: float, state: State) -> str:
     """Return a twist or bend (rad per pitch) in degrees: over the whole beam and per pitch."""
     each = math.degrees(angle)
-    return f"{number(each * state.beam.pitches, digits=3)}° ({number(each, digits=3)}° per pitch)"
+    return f"{number(each * state.beam.pitches)}° ({number(each)}° per pitch)"
 
 
 def verdict(state: State) -> str:
@@ -336,13 +336,13 @@ def compared(state: State) -> list[dict[str, str]]:
             "what": _described(one, fields, every),
             "model": m.model if alike else f"{one.load}, {m.model}",
             "end": str(m.end),
-            "engagement": number(math.degrees(figures["load_e"]), digits=3),
+            "engagement": number(math.degrees(figures["load_e"])),
         }
         if m.end is End.NONE:
             rows.append(row | {"at": "-", "torque": "-", "RED": "-"})
         else:
             torque = quantity(figures["torque_c"], "N m")
-            at = number(math.degrees(figures["load_end"]), digits=3)
+            at = number(math.degrees(figures["load_end"]))
             rows.append(row | {"at": at, "torque": torque, "RED": number(figures["RED_c"])})
     return rows
 
