@@ -161,9 +161,9 @@ def test_the_command_knows_a_decay_by_its_column_of_time(tmp_path, monkeypatch, 
     rows = [f"{1000 * s};{math.degrees(a * BEAM.pitches)}" for s, a in zip(t.tolist(), y.tolist(), strict=True)]
     (tmp_path / "decay.csv").write_text("\n".join(["time (ms);total (deg)", *rows]) + "\n", encoding="utf-8")
     flags = ["fit", "decay.csv", "beam.toml", "--find", "mu,damping", "--joint", "hinge", "--ideal"]
-    assert main([*flags, "-o", "found.toml", "--csv", "found.csv", "--plot", "found.png"]) == 0
+    assert main([*flags, "--full", "-o", "found.toml", "--csv", "found.csv", "--plot", "found.png"]) == 0
     shown = capsys.readouterr().out
-    assert "read as a decay" in shown
+    assert "a decay (time, no torque)" in shown
     assert "coefficient of friction" in shown
     found = squama.Beam.from_toml("found.toml")
     assert found.friction.mu == pytest.approx(0.3, rel=1e-5)

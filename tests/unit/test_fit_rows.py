@@ -157,7 +157,7 @@ def test_the_command_takes_ends(tmp_path, capsys):
     (tmp_path / "beam.toml").write_text(BEAM.to_toml())
     given = ["fit", str(tmp_path / "test.csv"), str(tmp_path / "beam.toml"), "--starts", "1", "--nuisances", "none"]
     assert main(given) == 0
-    assert "as 5 scales with free ends in twisting" in capsys.readouterr().out
+    assert "; 5 scales with free ends; twisting" in capsys.readouterr().out
     assert main([*given, "--ends", "endless", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["ends"] == "endless"
     assert main([*given, "--ends", "loose"]) == 2
