@@ -1,0 +1,62 @@
+"""Standard input in place of a file, a table on standard output; coordinates and columns in a fixed order."""
+
+from __future__ import annotations
+
+import csv
+import io
+import itertools
+import sys
+from pathlib import Path
+
+import pytest
+
+import squama
+from squama.cli import main
+
+SKIN = Path("examples/stiff_skin.toml")
+HOW = ["--joint", "hinge", "--points", "5"]
+
+
+def _typed(monkeypatch, data: bytes) -> None:
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(data)))
+
+
+def test_a_beam_from_standard_input_is_that_of_its_file(monkeypatch, capsys):
+    assert main(["twist", str(SKIN), *HOW]) == 0
+    expected = capsys.readouterr().out
+    _typed(monkeypatch, SKIN.read_bytes())
+    assert main(["twist", "-", *HOW]) == 0
+    assert capsys.readouterr().out == expected.replace(str(SKIN), "standard input", 1)
+    _typed(monkeypatch, b"[beam]\n")
+    assert main(["twist", "-", *HOW]) == 2
+    assert capsys.readouterr().err.startswith("squama: error: standard input: ")
+
+
+def test_a_table_alone_on_standard_output(tmp_path, monkeypatch, capsys):
+    assert main(["twist", str(SKIN), *HOW, "--csv", "-"]) == 0
+    (tmp_path / "a.csv").write_text(capsys.readouterr().out)
+    expected = squama.twist(squama.Beam.from_toml(SKIN), joint="hinge", points=5)
+    assert squama.read(tmp_path / "a.csv").identical(expected)
+    assert main(["twist", str(SKIN), *HOW, "--csv", "-", "--json"]) == 2
+    assert "--csv = -: is printed, and so is --json" in capsys.readouterr().err
+    # the sign stays the value of a flag
+    assert main(["twist", str(SKIN), *HOW, "--sense", "-"]) == 0
+    assert "sense -" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("run", "load"), [(squama.twist, ("Phi", "phi")), (squama.bend, ("kappa", "psi"))])
+def test_the_load_is_a_coordinate_and_comes_first(run, load, tmp_path):
+    beam = squama.Beam.from_toml(SKIN).replace(scales=None)
+    heads = []
+    for how in ({"joint": "hinge"}, {}, {"ideal": True}):
+        r = run(beam, points=3, **how)
+        assert {*load} <= {*r.coords}
+        lines = squama.save(r, tmp_path / "a.csv").read_text().splitlines()
+        head = next(csv.reader(line for line in lines if not line.startswith("#")))
+        assert [cell.split(" (")[0] for cell in head[:2]] == list(load)
+        heads.append([cell for cell in head if cell.split(" (")[0] in r.variables])
+    # columns that two models have stand in the same order
+    for one, other in itertools.pairwise(heads):
+        both = [cell for cell in one if cell in other]
+        assert both == [cell for cell in other if cell in both]
+        assert len(both) > 8
