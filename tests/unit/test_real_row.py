@@ -285,7 +285,7 @@ def test_what_is_said_of_the_answer():
 
 
 def test_a_row_whose_joint_is_not_known_is_on_hinges_and_says_so():
-    beam = PLA.replace(scale={"embedded": "20 mm"})
+    beam = PLA.replace(scale={"embedded": "20 mm", "thickness": "3 mm"})
     r = squama.row(beam, scales=3, points=5, to="0.06 rad/pitch")
     assert (r.attrs["joint"], r.attrs["scales"]) == ("hinge", "thin, rigid scales")
     assert r.attrs["warnings"].startswith("hinges, as the joint is not known: ")
