@@ -145,7 +145,7 @@ def test_a_lock_is_none_of_the_door():
     assert not door.agrees
     # elements refuse this one: the door answers by hinges
     target = target._replace(goals=target.goals[:0])
-    (door,) = beside(target, SKIN.replace(scale={"embedded": "25 mm"}), elements=True)
+    (door,) = beside(target, SKIN.replace(scale={"thickness": "6 mm"}), elements=True)
     assert door.note == "by hinges, too"
 
 
