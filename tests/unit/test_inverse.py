@@ -32,9 +32,8 @@ def again(design, tmp_path, load="twisting", **arguments):
     path = tmp_path / "again.toml"
     path.write_text(design.to_toml("a test"))
     beam = squama.Beam.from_toml(path)
-    if load == "twisting":
-        return beam, squama.twist(beam, joint="hinge", **arguments)
-    return beam, squama.bend(beam, **arguments)
+    door = squama.twist if load == "twisting" else squama.bend
+    return beam, door(beam, joint="hinge", **arguments)
 
 
 def test_every_design_does_what_is_said_of_it(tmp_path):
@@ -236,7 +235,7 @@ def test_a_curve_and_a_tangent(tmp_path, monkeypatch):
 
 
 def test_bending_and_the_kind_of_lock(tmp_path):
-    truth = squama.bend(BEAM.replace(pitch="15 mm", scale={"length": "70 mm"}), at="100 deg total")
+    truth = squama.bend(BEAM.replace(pitch="15 mm", scale={"length": "70 mm"}), at="100 deg total", joint="hinge")
     lock = math.degrees(float(truth.psi_end)) * 25
     point = {"twist": "100 deg total", "moment": float(truth["M"][0])}
     vary = {"scale.length": ("30 mm", "80 mm"), "beam.pitch": ("12 mm", "25 mm")}
