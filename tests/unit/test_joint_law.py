@@ -77,12 +77,12 @@ def test_inverse_design_takes_the_matrix(torque):
 
 def test_the_map_takes_the_matrix():
     twist = squama.twist(OTHER, joint="hinge")
-    key = regimes.key(State(OTHER, 0.1), "mu", "alpha")
-    plain = regimes.key(State(PLAIN, 0.1), "mu", "alpha")
+    key = regimes.key(State(OTHER, 0.1).hinged, "mu", "alpha")
+    plain = regimes.key(State(PLAIN, 0.1).hinged, "mu", "alpha")
     assert key != plain
-    red = regimes.grid(key).RED
+    red = regimes.grid(key).figure
     assert red.shape == (29, 37)
-    assert not np.array_equal(red, regimes.grid(plain).RED)
+    assert not np.array_equal(red, regimes.grid(plain).figure)
     ratio, thick = OTHER.torsional_rigidity / (OTHER.joint_stiffness * D), OTHER.scale.thickness / OTHER.pitch
     mu, alpha = (axis.values * FIELDS[axis.name].factor for axis in regimes.drawn("mu", "alpha"))
     assert red[14, 9] == pytest.approx(
