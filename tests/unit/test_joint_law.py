@@ -77,8 +77,8 @@ def test_inverse_design_takes_the_matrix(torque):
 
 def test_the_map_takes_the_matrix():
     twist = squama.twist(OTHER, joint="hinge")
-    key = regimes.key(State(OTHER, 0.1).hinged, "mu", "alpha")
-    plain = regimes.key(State(PLAIN, 0.1).hinged, "mu", "alpha")
+    key = regimes.key(State(OTHER, 0.1)._replace(joint="hinge"), "mu", "alpha")
+    plain = regimes.key(State(PLAIN, 0.1)._replace(joint="hinge"), "mu", "alpha")
     assert key != plain
     red = regimes.grid(key).figure
     assert red.shape == (29, 37)
