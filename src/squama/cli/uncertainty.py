@@ -279,7 +279,7 @@ def _all(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Iterable[str | Tab
     yield _figures(picked, beam)
     if "own" in u:
         of = " but for rows finite_..." if "finite_torque" in u["figure"].values else ""
-        own = f"the nominal beam with {u.attrs['own_scales']} scales {ending(u.attrs['ends'])}"
+        own = f"the nominal beam with {u.attrs['own_scales']} scales, {ending(u.attrs['ends'])}"
         yield f"own: {own}; all other columns are endless{of}"
     spread = picked.isel(figure=(picked["sd"] != 0).values)
     means, quantiles = (
