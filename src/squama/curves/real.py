@@ -193,6 +193,7 @@ def notes(held: Held, beam: Beam, far: float, *, ideal: bool) -> list[str]:
     matrix, factor = beam.joint.matrix, beam.joint.inclusion_factor
     stated = set() if matrix is None else set(matrix.made)
     measured = factor is not None or (matrix is not None and (stated.isdisjoint(SHAPE) or TAB[0] in stated))
+    measured |= held.joint.bends
     if beam.scale.youngs_modulus is not None and beam.zeta > 0 and not (ideal or measured):
         group = beam.modulus_ratio / beam.slenderness**3
         error = rigid_tab(group, held.rigidity / (beam.G_B * beam.J))

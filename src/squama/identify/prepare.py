@@ -153,7 +153,8 @@ def _readings(record: Record, asked: Asked) -> Readings:
 
 def _held(beam: Beam) -> Beam:
     """Return the beam with the matrix of its joint, alone."""
-    matrix = matrixfile.stored(beam, Held.of(beam).K)
+    held = Held.of(beam)
+    matrix = matrixfile.stored(beam, held.K, tab=held.joint.bends)
     return beam.replace(joint={"matrix": matrix, "stiffness": None, "inclusion_factor": None})
 
 

@@ -29,7 +29,8 @@ class Joint(NamedTuple):
     ``K`` in E = 1 and d = 1 over the nine motions of :mod:`squama.joints.factor`, the first seven where a file gives
     no more, None on a hinge; where it is from; a note for the reader, empty where there is nothing to say; ``band``,
     about how far the torque may be off for it, relative, NaN where that is not known; forms ``strain`` (4, 9, 9) of
-    :func:`squama.joints.law.strain`, None where neither the law nor elements know them.
+    :func:`squama.joints.law.strain`, None where neither the law nor elements know them; ``bends``: the embedded part
+    bends in K.
     """
 
     K: Array | None
@@ -37,6 +38,7 @@ class Joint(NamedTuple):
     note: str
     band: float
     strain: Array | None = None
+    bends: bool = False
 
 
 def shape(beam: Beam) -> law.Shape:
@@ -100,13 +102,15 @@ def _found(beam: Beam) -> Joint:
         return Joint(law.stiffness(form), "law", "", float(law.band(form)), strain)
     from squama.fe.stiffness import joint
 
+    # a rigid one may make a beam with long embedded parts several times too stiff
+    bends = geometry(beam).lean > 0 and beam.scale.youngs_modulus is not None
     try:
-        made = joint(beam)
+        made = joint(beam, tab="elastic" if bends else "rigid")
     except InputError as error:
         why = said([*problems, *error.problems])
         return Joint(None, "hinge", _HINGED.format(why), math.nan)
-    note = f"the joint is by elements: {said(problems)}"
-    return Joint(made.K, "elements", note, made.K_theta.error / made.K_theta.value, made.strain)
+    note = f"the joint is by elements{', whose embedded parts bend' * bends}: {said(problems)}"
+    return Joint(made.K, "elements", note, made.K_theta.error / made.K_theta.value, made.strain, bends)
 
 
 def said(problems: Iterable[Problem]) -> str:

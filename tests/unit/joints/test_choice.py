@@ -64,7 +64,7 @@ def test_measured_figures_go_before_all(with_matrix: bool) -> None:
 def test_elements_beyond_the_range(monkeypatch: pytest.MonkeyPatch) -> None:
     K = law.stiffness(shape(beam()))
     made = SimpleNamespace(K=K, K_theta=stiffness.Value(0.012, 0.00012), strain=np.zeros((4, 9, 9)))
-    monkeypatch.setattr(stiffness, "joint", lambda _: made)
+    monkeypatch.setattr(stiffness, "joint", lambda _, tab: made if tab == "rigid" else None)
     found = joint_of(beam(poisson_ratio=0.1))
     assert found.source == "elements"
     assert found.K is K
@@ -76,7 +76,7 @@ def test_elements_beyond_the_range(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_hinge_where_nothing_else_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
-    def lacks(_: squama.Beam) -> None:
+    def lacks(_: squama.Beam, **_how: str) -> None:
         message = "finite elements need netgen-mesher; install them with: pip install 'squama[fe]'"
         raise InputError(message)
 
@@ -100,8 +100,14 @@ def test_what_decides_is_told_once(monkeypatch: pytest.MonkeyPatch) -> None:
         pitch=0.01,
     )  # fmt: skip
     made = SimpleNamespace(K=np.eye(9), K_theta=stiffness.Value(1.0, 0.01), strain=None)
-    monkeypatch.setattr(stiffness, "joint", lambda _: made)
+    tabs: list[str] = []
+    monkeypatch.setattr(stiffness, "joint", lambda _, tab: tabs.append(tab) or made)
+    # scales that have a modulus bend in the bar, too: rigid ones make this part six times too stiff in twist
+    bends = joint_of(long.replace(scale={"youngs_modulus": "2.8 GPa"}))
+    assert bends.bends
+    assert bends.note.startswith("the joint is by elements, whose embedded parts bend: scale.embedded = 1.28 pitches")
     found = joint_of(long)
-    assert found.source == "elements"
+    assert tabs == ["elastic", "rigid"]
+    assert (found.source, found.bends) == ("elements", False)
     assert found.note.startswith("the joint is by elements: scale.embedded = 1.28 pitches: longer than the law of the ")
     assert joint_of(long.replace(scale={"embedded": 4.6e-3, "thickness": 0.3e-3})).source == "law"
