@@ -299,4 +299,6 @@ def test_shapes_of_modes():
         chi = m.shape(s)
         assert (chi[0], chi[-1]) == pytest.approx((1, 0), abs=1e-12)
         assert (np.diff(chi) < 0).all()
-        assert m.far(chi) == pytest.approx(s, abs=1e-9)
+        # tolerance: at the end of a cantilever chi rises from 0 with its square, so rounding shows by its root, 1e-8
+        assert m.far(chi) == pytest.approx(s, abs=1e-6)
+        assert m.far(chi[:-5]) == pytest.approx(s[:-5], abs=1e-11)
