@@ -397,6 +397,8 @@ def test_energies_are_those_of_each_cell():
 def test_free_ends_that_turn_far_say_so(scales, to, ends, told):
     r = squama.twist(SKIN.replace(scales=scales), to=f"{to} rad/pitch", points=20, ends=ends)
     assert ('write ends="couple"' in r.attrs["warnings"]) is told
+    cycle = squama.cycle(SKIN.replace(scales=scales), f"{to} rad/pitch", points=10, ends=ends)
+    assert ('write ends="couple"' in cycle.attrs["warnings"]) is told
     if told:
         # the bow by the dataset's own cells
         bow = math.degrees(math.hypot(*(float(r[name][-1].sum()) for name in ("psi_cell", "chi_cell"))))

@@ -58,12 +58,14 @@ def walk(analysis: Analysis) -> States:
     stations = _stations(load, goals, analysis.points, _apart(engaged))
     slid: Array = np.zeros(0, int)
     each: dict[str, Array] = {}
+    notes = real.notes(one.held, beam, max(map(abs, goals)), ideal=analysis.ideal)
     try:
         if kind is None:
             stations, slid = _with_slides(stations, follow(one, stations))
             v = _values(ones, load, stations, follow(one, stations))
         else:
-            v, each = _of_row(one, load, stations, kind)
+            v, each, more = _of_row(one, load, stations, kind)
+            notes += more
     except LeftError as left:
         leg = stations.legs[left.point]
         _refuse(analysis, left, goals[leg if left.outward else leg - 1])
@@ -85,7 +87,7 @@ def walk(analysis: Analysis) -> States:
     if kind is not None:
         by_dim["point", "scale"] = {role: values for role, values in each.items() if role not in _INNER}
         attrs |= {"ends": analysis.ends, "increment": OF_ROWS}
-    return States(by_dim, attrs, real.notes(held, beam, max(map(abs, goals)), ideal=analysis.ideal))
+    return States(by_dim, attrs, notes)
 
 
 def paths(beam: Beam, load: Load, mu: float, goals: Sequence[float], *, ideal: bool) -> dict[str, real.Path]:
@@ -143,8 +145,10 @@ def pressed(one: real.Path, load: Load, x: Array, kind: int | None) -> list[dict
     return states
 
 
-def _of_row(one: real.Path, load: Load, stations: Stations, kind: int) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Return every variable along a history of N scales, SI units, by role: of the beam, and of each scale."""
+def _of_row(
+    one: real.Path, load: Load, stations: Stations, kind: int
+) -> tuple[dict[str, Array], dict[str, Array], tuple[str, ...]]:
+    """Return every variable along a history of N scales, SI units, by role: of the beam, and of each scale; remarks."""
     x = stations.loads
     track = _row(one, load, x, kind)
     _goes_on(track.end, x)
@@ -152,7 +156,8 @@ def _of_row(one: real.Path, load: Load, stations: Stations, kind: int) -> tuple[
     along, each = rows.of_scales(one, load, stations.strains, track, turned)
     along["onset"] = along["onset"] * np.where(np.diff(x, prepend=0.0) < 0, -1.0, 1.0)
     each["f"] = each["f"] * np.where(np.diff(np.abs(x), prepend=0.0) < 0, -1.0, 1.0)[:, None]
-    return along, each | rows.cells_of(one, track, kind, load)
+    notes = rows.remarks(track, float(np.abs(x).max()), kind, load)
+    return along, each | rows.cells_of(one, track, kind, load), notes
 
 
 def _values(ones: Mapping[str, real.Path], load: Load, stations: Stations, found: path.Answers) -> dict[str, Array]:

@@ -85,7 +85,7 @@ def told(one: real.Path, load: Load, ends: Row, at: Array) -> Told:
         met=np.array([min(track.engaged, one.way.engaged)]),
         bent=float(at[thin[0]]) if thin.size else math.nan,
         ended=math.inf if _apart(one, track) else track.end.phi,
-        notes=(*beyond(track, float(at[-1]), load), *bowed(track, ends.kind, load)),
+        notes=remarks(track, float(at[-1]), ends.kind, load),
     )
 
 
@@ -160,7 +160,12 @@ def beyond(track: Track, far: float, *loads: Load) -> tuple[str, ...]:
     return tuple(found)
 
 
-def bowed(track: Track, kind: int, load: Load) -> tuple[str, ...]:
+def remarks(track: Track, far: float, kind: int, load: Load) -> tuple[str, ...]:
+    """Say what cells strained as by :func:`beyond`, and free ends that turn far, mean for a row under one load."""
+    return (*beyond(track, far, load), *_bowed(track, kind, load))
+
+
+def _bowed(track: Track, kind: int, load: Load) -> tuple[str, ...]:
     """Say that a beam with free ends bows so far that a couple on its ends would be another load."""
     if kind != LOOSE or not track.cells.size:
         return ()
@@ -168,9 +173,9 @@ def bowed(track: Track, kind: int, load: Load) -> tuple[str, ...]:
     bow = float(np.linalg.norm(track.cells[..., others].sum(axis=1), axis=-1).max())
     if bow < BOWED:
         return ()
-    how = f"the ends turn by {math.degrees(bow):.3g} deg about other axes than the load's"
+    how = f"the beam bows: its ends turn by {math.degrees(bow):.3g} deg about other axes than that of the load"
     remedy = f'for a couple on the ends (up to {GRIPPED_MOST} scales) write ends="couple"'
-    return (f"{how}, and with free ends the load follows each cell; {remedy}",)
+    return (f"{how}, and with free ends the load follows the axis of each cell; {remedy}",)
 
 
 def cells_of(one: real.Path, track: Track, kind: int, *loads: Load) -> dict[str, Array]:
