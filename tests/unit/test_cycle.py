@@ -11,7 +11,6 @@ import pytest
 import squama
 from squama.cli import main
 from squama.curves.hinge_cycles import BRANCHES, senses
-from squama.curves.labelled import flat_cycle
 from squama.errors import InputError
 from squama.plot import cycle_figure
 
@@ -167,12 +166,9 @@ def test_before_engagement_nothing_is_lost():
 def test_files_give_back_what_was_written(tmp_path, history):
     c = squama.cycle(BEAM, history, mu=0.3, joint="hinge")
     assert squama.read(squama.save(c, tmp_path / "c.nc")).identical(c)
-    table = flat_cycle(c)
-    again = squama.read(squama.save(table, tmp_path / "c.csv"))
-    assert again.identical(table)
-    assert len(again.attrs["loops"]) == c.sizes["loop"]
-    header = (tmp_path / "c.csv").read_text().split("\nbranch", 1)[0]
-    assert '"W_d"' in header or not c.sizes["loop"]
+    assert squama.read(squama.save(c, tmp_path / "c.csv")).identical(c)
+    rows = [line for line in (tmp_path / "c.csv").read_text().splitlines() if not line.startswith("#")]
+    assert len(rows) == 1 + c.sizes["point"]
 
 
 @pytest.mark.parametrize(

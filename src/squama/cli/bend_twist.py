@@ -18,7 +18,6 @@ from squama.model.outcome import SENTENCES, End
 from squama.units import moment, number, torque_unit
 
 if TYPE_CHECKING:
-    import xarray as xr
     from rich.table import Table
 
     from squama.beam.design import Beam
@@ -78,15 +77,10 @@ def bend_twist(
             beside["hinge"] = found["hinge"].dataset()
         elif common.plot:
             beside["plane"] = bend_twist_map(described, path, neutral=joints.neutral, joint="hinge", mu=0.0)
-        written = output.write(common, data.dataset, "path_figure", _lines, **beside)
+        written = output.write(common, data.dataset, "path_figure", **beside)
     figures, at_ends = output.figures(data), {name: {**ways(one), "end": one["end"]} for name, one in found.items()}
     record = output.record(described, data, _KEYS, figures=figures, events="event", ways=at_ends, **_curves(data))
     return output.report(common.json, beam, written, record, _summary(described, found).shown(full=full))
-
-
-def _lines(data: xr.Dataset) -> xr.Dataset:
-    """Return a dataset as a table of one shape, a line for each scale of a beam with a number of them."""
-    return output.flat(data.drop_dims("event"), "theta")
 
 
 def _curves(data: Answer) -> dict[str, object]:

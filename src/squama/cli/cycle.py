@@ -62,12 +62,11 @@ def cycle(
     name, text = ("--history", history) if to is None else ("--to", to)
 
     from squama.curves.histories import cycled
-    from squama.curves.labelled import flat_cycle
 
     with flags.laid(flags.arguments("ends", twist=name)):
         twists = _twists(name, text or "")
         data = cycled(described, twists, margin=margin, points=points, loops=loops, ends=ends, **vars(how))
-    written = output.write(common, data.dataset, "cycle_figure", flat_cycle)
+    written = output.write(common, data.dataset, "cycle_figure")
     balance = {key: data[key] for key in ("energy_error",) if key in data.variables}
     record = output.record(
         described, data, _KEYS, loops="loop", senses="sense", curve="point", each="point scale", **balance

@@ -141,8 +141,7 @@ def cell(
             last=states.append if vtk is not None or picture else None,
             **vars(run),
         )
-    drawn = ("elements_figure", None) if scales is None else ("finite_figure", lambda d: output.flat(d, "theta"))
-    written = output.write(common, lambda: data, *drawn)
+    written = output.write(common, lambda: data, "elements_figure" if scales is None else "finite_figure")
     for state in states:
         if vtk is not None:
             from squama.fe.deformed import write_vtu

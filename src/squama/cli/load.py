@@ -70,7 +70,7 @@ def load(
     own = {name: f"{label(beam)}: {beamfile.heading(name)}" for name in beamfile.PART}
     with flags.laid(flags.arguments("scales") | own | {name: f"--{name}" for name in given}):
         data = door.load(part, **given, **how)
-    written = output.write(common, lambda: data, "part_figure", lambda d: output.flat(d.drop_dims(_OTHERS), "theta"))
+    written = output.write(common, lambda: data, "part_figure")
     if gif is not None:
         written.append(plot.part_animation(data, gif))
     parts = {"figures": output.figures(data), "curve": "point", "root": "point axis", "sections": "point section"}
@@ -103,7 +103,6 @@ def _part(common: flags.Common, path: str, mu: float | None, load: tuple[str, ..
     return found
 
 
-_OTHERS = ["section", "axis"]
 _SUPPORTS = {
     "clamped": "clamped at its root, free at its tip",
     "gripped": "both ends in grips that stay on one axis and may come nearer",

@@ -98,16 +98,6 @@ def write_beams(folder: str, texts: Mapping[int, str]) -> list[Path]:
     return written
 
 
-def flat(dataset: xr.Dataset, over: str) -> xr.Dataset:
-    """Return a dataset as a table of one shape: what belongs to a point stands in the line of each of its scales."""
-    if "scale" not in dataset.dims:
-        return dataset
-    along = [name for name, v in dataset.variables.items() if "point" in v.dims and "scale" not in v.dims]
-    coordinates = [name for name in along if name in dataset.coords]
-    spread = {name: dataset[name].reset_coords(drop=True).broadcast_like(dataset[over]) for name in along}
-    return dataset.reset_coords(coordinates).assign(spread).set_coords(coordinates)
-
-
 # ---- the result -------------------------------------------------------------------------------------------
 
 

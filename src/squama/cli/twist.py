@@ -123,15 +123,10 @@ def respond(
                 )
             laws = report.responses(load, beam, law, sense, numbers)
     hinge = laws[report.HINGE].dataset() if common.plot and report.HINGE in laws else None
-    written = output.write(common, laws[law].dataset, "response_figure", _lines, measured=measured, hinge=hinge)
+    written = output.write(common, laws[law].dataset, "response_figure", measured=measured, hinge=hinge)
     answer = beam, law, laws, report.beside(beam, laws)
     said = report.summary(*answer, asked=stop is not None, compare=curve.compare, full=curve.full)
     return output.report(common.json, path, written, report.record(*answer), said)
-
-
-def _lines(data: xr.Dataset) -> xr.Dataset:
-    """Return a dataset as a table of one shape, a line for each scale of a beam with a number of them."""
-    return output.flat(data, "theta")
 
 
 def _without(tables: Tables) -> None:
@@ -169,7 +164,7 @@ def row(
     how: dict[str, Any] = {"to": stop, "sense": sense, "points": points, "joint": joint, "ideal": ideal or None}
     with flags.laid(flags.arguments()):
         data = finite_rows.row(described, scales=scales, ends=ends, **how)
-    written = output.write(common, lambda: data, "row_figure", _lines)
+    written = output.write(common, lambda: data, "row_figure")
     keys = "load law joint scales sense ends squama_version"
     parts = {"figures": output.figures(data), "curve": "point", "each": "point scale"}
     record = output.record(described, data, keys, **parts)

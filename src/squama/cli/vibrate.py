@@ -65,12 +65,11 @@ def vibrate(
     common.check(beam)
     described = settled(common.beam(beam, mu))
 
-    from squama.curves.labelled import flat_cycle
     from squama.dynamics.doors import vibrate
 
     with flags.laid(_LAID):
         data = vibrate(described, release=release, impulse=impulse, damping=damping, swings=swings, **vars(swinging))
-    written = output.write(common, lambda: data, "vibration_figure", flat_cycle)
+    written = output.write(common, lambda: data, "vibration_figure")
     record = output.record(described, data, _KEYS, figures="", turns="turn", cycles="cycle", record="point")
     return output.report(common.json, beam, written, record, _summary(described, data).shown(full=full))
 

@@ -342,7 +342,7 @@ def _curves(analysis: Analysis) -> Answer:
     notes = [*more.notes, *dict.fromkeys(note for curve in curves for note in curve.notes)]
     states = States(by_dim, attrs, notes)
     answer = labelled.answer(analysis, states, title, {"mu": analysis.mus.tolist()}, sense=way.sense)
-    answer.along_load = True
+    answer.over = way.load.rate, way.load.angle
     return answer
 
 

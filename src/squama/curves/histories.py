@@ -120,4 +120,6 @@ def cycled(
     history = [v / analysis.beam.pitch for v in way.values]
     states = MODELS[analysis.joint].programs().walk(analysis)
     title = f"cycles of a scale-covered beam in {kind.name}"
-    return labelled.answer(analysis, states, title, {"history": history})
+    answer = labelled.answer(analysis, states, title, {"history": history})
+    answer.over = kind.rate, kind.angle
+    return answer

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import functools
-import math
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -13,7 +12,7 @@ from squama._version import __version__
 from squama.beam.design import Beam
 from squama.curves.chosen import MODELS, idealisation, thin
 from squama.curves.way import Analysis, States
-from squama.loads import LOADS, STRAIGHT, Load
+from squama.loads import STRAIGHT, Load
 from squama.symbols import SYMBOLS
 from squama.types import Array
 
@@ -21,8 +20,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-_BOTH = ("psi", "phi", "load", "kappa", "Phi", "rate")
-"""Roles of load angles where bend and twist are both loads."""
+_BOTH = ("psi", "phi", "load", "kappa", "Phi", "rate", "M", "M_scales")
+"""Roles of load angles and moments where bend and twist are both loads."""
 _PART = ("share", "travel", "turn", "F", "moment", "F_bare", "moment_bare")
 """Roles of the load of a part."""
 _FIRST = (*_BOTH, *_PART, "rate", "load", "torque", "scales", "tangent", "stiffness_ratio")
@@ -44,12 +43,11 @@ class Labelled(NamedTuple):
 class Answer:
     """Variables of a response by name, and attributes of the whole; ``answer["T"]`` are the values of one.
 
-    ``mu`` is a coordinate: one number, or the dimension of a family of curves; ``along_load``: whether the load and
-    the load angle are coordinates of the points, too.
+    ``mu`` is a coordinate: one number, or the dimension of a family of curves; ``over``: the coordinates of the points.
     """
 
-    def __init__(self, variables: dict[str, Labelled], attrs: dict[str, Any], *, along_load: bool = False) -> None:
-        self.variables, self.attrs, self.along_load = variables, attrs, along_load
+    def __init__(self, variables: dict[str, Labelled], attrs: dict[str, Any], over: tuple[str, ...] = ()) -> None:
+        self.variables, self.attrs, self.over = variables, attrs, over
 
     def __getitem__(self, name: str) -> Array:
         """Return the values of a variable."""
@@ -89,14 +87,13 @@ class Answer:
             name: Labelled(v.dims[1:], np.asarray(v.values[i]), v.attrs) if v.dims[:1] == ("mu",) else v
             for name, v in self.variables.items()
         }
-        return Answer(one, self.attrs, along_load=self.along_load)
+        return Answer(one, self.attrs, self.over)
 
     def dataset(self) -> xr.Dataset:
         """Return the same as an ``xarray.Dataset``."""
         import xarray as xr
 
-        load = LOADS[self.attrs["load"]] if self.along_load else None
-        names = [load.rate, load.angle, "mu"] if load else ["mu"]
+        names = [*self.over, "mu"]
         data = {name: v for name, v in self.variables.items() if name not in names}
         return xr.Dataset(data, coords={name: self.variables[name] for name in names}, attrs=self.attrs)
 
@@ -160,17 +157,3 @@ def answer(
 def text(beam: Beam) -> str:
     """Return a beam as the text of its file."""
     return beam.to_toml()
-
-
-def flat_cycle(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a cycle with the dimension ``point`` only, as a table of one shape; loops and senses as attributes."""
-
-    def rows(dim: str, variables: Iterable[Hashable]) -> list[dict[str, object]]:
-        columns = {str(name): dataset[name].values.tolist() for name in variables if dataset[name].dims == (dim,)}
-        # JSON has no numbers for infinity and NaN
-        plain = [[repr(v) if isinstance(v, float) and not math.isfinite(v) else v for v in c] for c in columns.values()]
-        return [dict(zip(columns, row, strict=True)) for row in zip(*plain, strict=True)]
-
-    others = [str(dim) for dim in dataset.dims if dim != "point"]
-    told = {f"{dim}s": rows(dim, dataset.variables) for dim in others if dim != "scale"}
-    return dataset.drop_dims(others).assign_attrs(told)

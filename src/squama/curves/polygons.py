@@ -137,7 +137,9 @@ def bent_and_twisted(
     states = MODELS[analysis.joint].programs().polygon(analysis)
     corners = [(psi / beam.pitch, phi / beam.pitch) for psi, phi in analysis.way.corners]
     title, attrs = f"{_BOTH} of a scale-covered beam", {"load": _BOTH, "path": corners}
-    return labelled.answer(analysis, states, title, attrs, load=LOADS["twisting"], page="combined")
+    answer = labelled.answer(analysis, states, title, attrs, load=LOADS["twisting"], page="combined")
+    answer.over = "kappa", "Phi", "psi", "phi"
+    return answer
 
 
 def _freed(free: str, analysis: Analysis) -> Analysis:

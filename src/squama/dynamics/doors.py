@@ -273,7 +273,9 @@ def _free_vibration(one: Swinging, drive: Drive, found: Decay, start: State) -> 
         ("cycle",): {"zeta_cycle": damping(found.stored[peaks]), "period": np.diff(found.t[peaks]) * second},
         (): {"load_rest": np.asarray(found.rest), "end": np.asarray(found.end)},
     }
-    return one.answer("free vibration", by_dim, float(y.min()), float(y.max()), damping=drive.zeta)
+    answer = one.answer("free vibration", by_dim, float(y.min()), float(y.max()), damping=drive.zeta)
+    answer.over = ("t",)
+    return answer
 
 
 # ---- forced -----------------------------------------------------------------------------------------------

@@ -120,10 +120,10 @@ def _dataset(fit: Found, model: Model, best: xr.Dataset, values: Array, work: Ar
     return xr.Dataset(
         {
             load.angle: ("point", x, {"long_name": load.angle_words, "units": "rad"}),
-            "leg": ("point", best["leg"].values, {"long_name": "way between two reversals, counted from 1"}),
             T: ("point", torque, {"long_name": f"{words} of the estimates", **unit}),
             f"{T}_low": ("point", low, {"long_name": f"{words}, {between} this", **unit}),
             f"{T}_high": ("point", high, {"long_name": f"{words}, {between} and this", **unit}),
+            "leg": ("point", best["leg"].values, {"long_name": "way between two reversals, counted from 1"}),
             f"{T}_draws": (("draw", "point"), values, {"long_name": f"{words} of each draw", **unit}),
             "work": ((), _work(x, torque), {"long_name": loss, "units": "J"}),
             "work_low": ((), float(ends[0]), {"long_name": f"{loss}, {between} this", "units": "J"}),

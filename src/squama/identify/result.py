@@ -294,15 +294,15 @@ class Fit(Found):
         error = f"standard error of the fitted {load.torque_words}"
         drawn, T = self.curve(), load.torque
         table: dict[str, tuple[str, object, str, str | None]] = {
-            "specimen": ("point", labels[rec.specimen], "specimen", ""),
-            "branch": ("point", self.branch, "state in which the point was reached", ""),
-            "used": ("point", self.used, "whether the fit is made from the point", ""),
-            load.angle: ("point", rec.load, load.angle_words, "rad"),
             load.rate: ("point", rec.load / self.beam.pitch, load.rate_words, "rad/m"),
+            load.angle: ("point", rec.load, load.angle_words, "rad"),
             T: ("point", rec.torque, f"measured {load.torque_words}", "N m"),
             f"{T}_fit": ("point", self.fitted, f"fitted {load.torque_words}", "N m"),
             f"{T}_error": ("point", self.band, error, "N m"),
             "residual": ("point", self.residuals, "measured less fitted", "N m"),
+            "specimen": ("point", labels[rec.specimen], "specimen", ""),
+            "branch": ("point", self.branch, "state in which the point was reached", ""),
+            "used": ("point", self.used, "whether the fit is made from the point", ""),
             "low": ("parameter", self.asked.low, "lower bound", None),
             "high": ("parameter", self.asked.high, "upper bound", None),
             "initial": ("parameter", self.asked.start, "value in the beam as given", None),

@@ -1,9 +1,11 @@
 """Datasets to and from files; the extension chooses the format, a row of :data:`FORMATS`.
 
-A CSV file has one row per point for people, and all the rest in comments that a program reads back. It begins with
-``# squama file: 1``. Then follow, one JSON value to a line, the sizes of the dimensions, the attributes (among them the
-beam), every single figure, what belongs to each column, and the hash of all other lines; then the header with units,
-such as ``Phi (rad/m)``, and a row per point, curve after curve. Numbers have all their digits.
+A CSV file has one row per point (of N scales one per scale) for people, and all the rest in comments that a program
+reads back. It begins with ``# squama file: 1``. Then follow, one JSON value to a line, the sizes of the rows'
+dimensions, the attributes (among them the beam), every single figure and table of its own, what belongs to each column,
+and the hash of all other lines; then the header with units, such as ``Phi (rad/m)``, and the rows, curve after curve:
+first the load, then the number of the scale, then what belongs to the point, then to the scale. Numbers have all their
+digits.
 
 A netCDF file ends with the hash of all bytes before it: damage is found before the library for HDF5 sees it, which
 may hang on it. Files of before have no hash; they are read as they are.
@@ -47,7 +49,10 @@ LARGEST = 1_000_000_000
 _HANGS = 120.0
 """Seconds after which reading a file without a hash is given up."""
 NETCDF_LISTS = "squama_lists"
-"""Global attribute with the names of those that are lists; HDF5 does not tell a list of one number from a number."""
+"""Global attribute with the names of those that are lists, twice for lists of lists: HDF5 does not tell a list of one
+item from the item."""
+_POINT = "point"
+"""Dimension of a curve."""
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _LINE = re.compile(r"# (?:(sizes|sha256)|(attribute|coordinate|variable) (.+?)): (.+)")
 _JOINED = re.compile(r"([,;])([=+@-])")
@@ -112,7 +117,7 @@ def write_csv(dataset: xr.Dataset, place: Path) -> None:
 
 def csv_text(dataset: xr.Dataset) -> str:
     """Return a dataset as CSV, or refuse one without rows or of types without a text form, such as dates."""
-    sizes = {str(dim): int(size) for dim, size in dataset.sizes.items()}
+    sizes = _rows(dataset)
     if not sizes or not all(sizes.values()):
         refuse("", "", "the dataset has no points, so a CSV file of it would have no rows", "write a .nc file")
     lines = [CSV_MARK, f"# sizes: {json.dumps(sizes)}"]
@@ -130,16 +135,14 @@ def csv_text(dataset: xr.Dataset) -> str:
             "dtype": variable.dtype.str[1:] if variable.dtype.kind == "U" else str(variable.dtype),
             "attrs": variable.attrs,
         }
-        whole = set(variable.dims) == set(sizes)
-        if whole or variable.dims == (name,):
+        along = {*variable.dims}
+        if along == {*sizes} or ({_POINT, name} & along and along <= {*sizes}):
             unit = variable.attrs.get("units")
-            header = f"{name} ({unit})" if unit else str(name)
-            others = {dim: size for dim, size in sizes.items() if dim not in variable.dims}
-            flat = dataset[name].expand_dims(others).transpose(*sizes).values.ravel().tolist()
+            about["header"] = header = f"{name} ({unit})" if unit else str(name)
+            others = {dim: size for dim, size in sizes.items() if dim not in along}
+            flat = variable.set_dims({**others, **variable.sizes}).transpose(*sizes).values.ravel().tolist()
             # text that reads back to the last bit
             columns[header] = flat if variable.dtype.kind == "U" else [repr(value).lower() for value in flat]
-        if whole:
-            about["header"] = header
         else:
             about = {"value": _finite(variable.values.tolist()), **about}
         lines.append(f"# {role} {name}: {_json(about)}")
@@ -148,6 +151,14 @@ def csv_text(dataset: xr.Dataset) -> str:
     comments = "\n".join(lines)
     digest = _hash(f"{comments}\n{rows.getvalue()}")
     return f'{comments}\n{CSV_HASH}"{digest}"\n{rows.getvalue()}'
+
+
+def _rows(dataset: xr.Dataset) -> dict[str, int]:
+    """Return the dimensions of a table's rows: those of points and their scales; all of a dataset without points."""
+    every = [v.dims for v in dataset.variables.values() if _POINT in v.dims]
+    every = [dims for dims in every if "scale" in dims] or every
+    over = {dim for dims in every for dim in dims} or {*dataset.dims}
+    return {str(dim): int(size) for dim, size in dataset.sizes.items() if dim in over}
 
 
 def _json(value: object) -> str:
@@ -237,7 +248,9 @@ def _variable(
         except (KeyError, ValueError):
             reason, cell = "is not as squama wrote it", tabular.shown_cell(row.cells[place])
             raise table.error(row.line, reason, "write the file anew", about["header"], cell) from None
-    order, values = list(sizes), np.array(cells, dtype).reshape(list(sizes.values()))
+    # what belongs to a point stands in the row of each of its scales
+    values = np.array(cells, dtype).reshape(list(sizes.values()))[tuple(slice(None) if d in dims else 0 for d in sizes)]
+    order = [dim for dim in sizes if dim in dims]
     return dims, values.transpose([order.index(dim) for dim in dims]), about["attrs"]
 
 
@@ -250,7 +263,7 @@ def _finite(value: object) -> object:
 
 def write_netcdf(dataset: xr.Dataset, place: Path) -> None:
     """Write a dataset to a new file."""
-    lists = [str(key) for key, value in dataset.attrs.items() if isinstance(value, list)]
+    lists = [str(key) for key, v in dataset.attrs.items() if isinstance(v, list) for _ in range(np.ndim(v))]
     marked = dataset.assign_attrs({NETCDF_MARK: 2, **({NETCDF_LISTS: " ".join(lists)} if lists else {})})
     # what an earlier file wanted (chunks, fill values) does not belong to the data
     # on a disk that is full HDF5 would end the process
@@ -310,7 +323,8 @@ def stored(path: str | os.PathLike[str]) -> xr.Dataset:
         variable.attrs = {key: _plain(value) for key, value in variable.attrs.items()}
     lists = dataset.attrs.pop(NETCDF_LISTS, "").split()
     dataset.attrs = {
-        key: np.atleast_1d(value).tolist() if key in lists else _plain(value) for key, value in dataset.attrs.items()
+        key: np.array(value, ndmin=lists.count(key)).tolist() if key in lists else _plain(value)
+        for key, value in dataset.attrs.items()
     }
     for key in [key for key, value in dataset.variables.items() if value.dtype == object]:
         dataset[key] = dataset[key].astype(str)

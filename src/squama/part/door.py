@@ -81,9 +81,10 @@ def load(
     Returns
     -------
     xarray.Dataset
-        Dimensions ``point``, ``scale`` (1 to N), ``section`` (0 to N, between cells) and ``axis`` (x, y, z). Along the
-        points ``share`` of the load, ``F`` and ``travel`` of its place (``moment`` and ``turn`` of a torque), the same
-        without contact ``F_bare``, ``root_force`` and ``root_moment``, energies and frictional work; of sections
+        Dimensions ``point``, ``scale`` (1 to N), ``section`` (0 to N, between cells) and ``axis`` (x, y, z). The points
+        have as coordinates the ``share`` of the load and the ``travel`` of its place (``turn`` of a torque). Along them
+        are the load ``F`` (``moment``), that without contact ``F_bare`` at the same travel, ``root_force`` and
+        ``root_moment``, energies and frictional work; of sections
         ``x_axis``, ``y_axis``, ``z_axis``; of scales what :func:`squama.row` tells. ``share_e``, ``end``,
         ``other_contact`` and ``energy_error``. SI units and radians.
 
@@ -141,6 +142,7 @@ def _loaded(
     if grades:
         attrs["graded"] = ", ".join(grades)
     answer = labelled.answer(analysis, states, "a part under load", attrs, load=twisting, page="parts")
+    answer.over = tuple(name for name in ("share", "travel", "turn") if name in answer.variables)
     for name, count in (("scale", range(1, n + 1)), ("section", range(n + 1))):
         answer.variables[name] = Labelled((name,), np.array(count), {"long_name": f"{name}, counted along the beam"})
     answer.variables["axis"] = Labelled(("axis",), np.array(["x", "y", "z"]), {"long_name": "direction"})

@@ -15,7 +15,7 @@ from squama import arguments
 from squama.curves.bent_twist import Twisted
 from squama.curves.doors import respond
 from squama.curves.histories import cycled
-from squama.curves.labelled import Answer, flat_cycle
+from squama.curves.labelled import Answer
 from squama.errors import InputError, refuse
 from squama.io import datasets
 from squama.loads import ENDLESS, LOADS
@@ -381,15 +381,15 @@ def make_file(state: State, kind: str) -> tuple[str, bytes]:
 
 
 def _table(state: State) -> xr.Dataset:
-    """Return the curve up to what is shown, or the loop, as a table of one shape."""
+    """Return the curve up to what is shown, or the loop."""
     m, how = motion(state.setting), state.setting._asdict()
     if state.bent:
         del how["load"], how["law"]
-        return Twisted.of(**how).answer.dataset().drop_dims("event")
+        return Twisted.of(**how).answer.dataset()
     del how["bend"]
     if state.path != "cycle":
         return respond(**how, ends=ENDLESS, to=None if m.hinge else m.last / state.beam.pitch).dataset()
     found = loop(state)
     if isinstance(found, str):
         refuse("", "", found)
-    return flat_cycle(found.dataset())
+    return found.dataset()
