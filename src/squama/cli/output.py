@@ -126,9 +126,10 @@ def report(
     from rich.console import Console
 
     console = Console(highlight=False, markup=False, emoji=False)
-    # no digit is cut off: where the window is narrower than a table, it is the window that folds the lines
-    console.width = max(console.width, 100)
     title, *parts = shown
+    # no digit is cut off: where the window is narrower than a table, it is the window that folds the lines
+    wide, tables = console.options.update(width=1000), [part for part in parts if not isinstance(part, str)]
+    console.width = max(console.width, 100, *(console.measure(table, options=wide).maximum for table in tables))
     console.print(f"{label(file)}{_clean(str(title))}", style="bold", soft_wrap=True)
     for part in (*parts, *(wrote or (f"wrote {label(path)}" for path in paths))):
         if isinstance(part, str):
