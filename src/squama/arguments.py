@@ -5,14 +5,14 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Sequence
 from datetime import date, timedelta
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from squama import loads
 from squama.errors import naming, refuse
-from squama.loads import LOADS, Load
+from squama.loads import LOADS, LawName, Load, SenseName
 from squama.model import reach
 from squama.model.laws import LAWS
 from squama.types import Array
@@ -194,9 +194,9 @@ def words(name: str, value: str | Sequence[str], allowed: tuple[str, ...]) -> tu
     return found
 
 
-def law(value: str) -> str:
+def law(value: str) -> LawName:
     """Return the name of a force law."""
-    return one_of("law", value, tuple(LAWS))
+    return cast("LawName", one_of("law", value, tuple(LAWS)))
 
 
 def load(value: str) -> Load:
@@ -214,7 +214,7 @@ def thin(thickness: Array, law: str, load: str = "twisting") -> None:
 
 def joint(value: str) -> str:
     """Return the name of a kind of joint."""
-    return one_of("joint", value, ("hinge", "compliant"))
+    return one_of("joint", value, tuple(loads.HELD))
 
 
 def held(kind: str | None, ideal: bool | None) -> None:
@@ -227,7 +227,7 @@ def held(kind: str | None, ideal: bool | None) -> None:
 
 def sense(value: str) -> int:
     """Return +1 for "+", -1 for "-"."""
-    return 1 if one_of("sense", value, ("+", "-")) == "+" else -1
+    return 1 if one_of("sense", value, get_args(SenseName)) == "+" else -1
 
 
 def whole(name: str, value: ArrayLike, low: float, high: float) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from operator import attrgetter
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple, cast, get_args
 
 from squama import units
 from squama.errors import refuse
@@ -12,6 +12,9 @@ from squama.symbols import OTHER
 
 THIN = "thin, rigid scales"
 """How the paper takes scales."""
+LawName = Literal["edge", "plate"]
+SenseName = Literal["+", "-"]
+JointName = Literal["compliant", "hinge"]
 HELD = {"hinge": "hinges", "compliant": "compliant joints"}
 """What scales are on, by the kind of joint."""
 PAPER = {"joint": "hinge", "scales": THIN}
@@ -82,9 +85,9 @@ class Load(NamedTuple):
         """Return the variables of roles, by role, without those that this loading has not."""
         return {role: self.variable(role) for role in roles if role.removesuffix(OTHER) not in self.missing}
 
-    def law(self, name: str) -> str:
+    def law(self, name: str) -> LawName:
         """Return the force law that is followed where ``name`` is asked: in the plane the two coincide."""
-        return name if self.sided else "edge"
+        return cast("LawName", name) if self.sided else "edge"
 
     def model(self, law: str = "edge", joint: str = "hinge", scales: str = THIN) -> str:
         """Say by which model a beam is answered: "thin, rigid scales on hinges, edge law"."""
@@ -123,6 +126,7 @@ _BENDING = Load(
     rigidity=attrgetter("bending_rigidity"),
     inclusion=attrgetter("bending_C_f"),
 )
+LoadName = Literal["twisting", "bending"]
 LOADS = {load.name: load for load in (_TWISTING, _BENDING)}
 """Kinds of loading by name."""
 
@@ -141,14 +145,16 @@ def covering(attrs: Mapping[str, Any]) -> str:
 
 
 UNIFORM = "uniform"
-MODES = (UNIFORM, "simply supported", "cantilever")
+ModeName = Literal["uniform", "simply supported", "cantilever"]
+MODES: tuple[str, ...] = get_args(ModeName)
 """How a beam swings: all pitches alike, or in the first bending mode of a bar so supported."""
 FREE, COUPLE, GRIPPED, ENDLESS = "free", "couple", "gripped", "endless"
 """Words of ends: one torque or moment in all pitches, a couple at both ends, coaxial grips, none: pitches are alike."""
-ENDS = (FREE, COUPLE, GRIPPED, "equal", ENDLESS)
+EndsName = Literal["free", "couple", "gripped", "equal", "endless"]
+ENDS: tuple[str, ...] = get_args(EndsName)
+"""How the ends of a beam may be: :func:`squama.twist`."""
 MANY_SCALES = 200
 """Largest number of scales of a beam whose ends are followed unasked."""
-"""How the ends of a beam may be: :func:`squama.twist`."""
 STRAINS = ("bend", "twist", "lateral bend", "stretch")
 """What a pitch of the bar does, per pitch: psi, phi, chi, epsilon."""
 STRAIGHT, NOTHING = "straight", "nothing"
@@ -209,6 +215,7 @@ NEUTRAL = {"middle": 0.0, "face": 1.0}
 
 The first is that of a homogeneous bar without axial force, which is taken where none is given.
 """
+LineName = Literal["free", "middle", "face"]
 LINES = {"free": "no axial force"} | {name: f"the line in the {name} of the bar keeps its length" for name in NEUTRAL}
 """How a result is headed by its line; "free": of a bar that stretches as it likes."""
 

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from squama import arguments
 from squama.arrays import solution
 from squama.batch import Solved
+from squama.loads import LawName, LoadName, SenseName
 from squama.model.outcome import named
 from squama.model.sensitivity import STEP, Moved, Tracked, move, seed, tracked
 from squama.types import Array
@@ -61,10 +62,10 @@ def gradient(
     theta0: ArrayLike,
     mu: ArrayLike,
     stiffness_ratio: ArrayLike = 0.0,
-    law: str = "edge",
-    sense: str = "+",
+    law: LawName = "edge",
+    sense: SenseName = "+",
     margin: float = 0.01,
-    load: str = "twisting",
+    load: LoadName = "twisting",
     of: str | Sequence[str] | None = None,
     wrt: str | Sequence[str] | None = None,
 ) -> Gradient:

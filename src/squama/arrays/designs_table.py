@@ -9,7 +9,7 @@ import os
 from collections import Counter
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -61,7 +61,8 @@ def solve(path: str | os.PathLike[str], *, law: str = "edge", sense: str = "+", 
     good, values, problems = tabular.numbers(table, readers, "design")
     eta, beta, lam, alpha, theta0, mu = np.array(values).reshape(-1, len(INPUTS)).T
     angles = {"alpha": np.radians(alpha), "theta0": np.radians(theta0)}
-    found = edge_contacts.ends(eta=eta, beta=beta, lam=lam, mu=mu, **angles, law=law, sense=sense, contacts=contacts)
+    how: dict[str, Any] = {"law": law, "sense": sense, "contacts": contacts}
+    found = edge_contacts.ends(eta=eta, beta=beta, lam=lam, mu=mu, **angles, **how)
     columns = (found.phi_e, found.end, np.degrees(found.theta_end), found.phi_end, found.neighbour)
     results = dict(zip(RESULTS, columns, strict=True))
     if contacts == "all":

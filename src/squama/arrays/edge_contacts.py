@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from squama import arguments
 from squama.arrays import solution
+from squama.loads import LawName, SenseName
 from squama.model import mechanics, twisting
 from squama.model.paths import ARRAY, Twist
 from squama.model.plates import Touch
@@ -89,7 +90,7 @@ def contact(
     lam: ArrayLike,
     alpha: ArrayLike,
     thickness: ArrayLike = 0.0,
-    sense: str = "+",
+    sense: SenseName = "+",
     neighbour: int = 1,
 ) -> Contact:
     """Tip-side contact at the inclinations ``theta``, on the branch that starts at engagement (paper Eqs. 1-6).
@@ -146,8 +147,8 @@ def forces(
     theta0: ArrayLike,
     mu: ArrayLike,
     thickness: ArrayLike = 0.0,
-    law: str = "edge",
-    sense: str = "+",
+    law: LawName = "edge",
+    sense: SenseName = "+",
     neighbour: int = 1,
 ) -> Forces:
     """Return forces and torque while the contact slides at the inclinations ``theta`` (paper Eqs. 7-14).
@@ -201,9 +202,9 @@ def ends(
     theta0: ArrayLike,
     mu: ArrayLike,
     thickness: ArrayLike = 0.0,
-    law: str = "edge",
-    sense: str = "+",
-    contacts: str = "tip",
+    law: LawName = "edge",
+    sense: SenseName = "+",
+    contacts: Literal["tip", "all"] = "tip",
 ) -> Ends:
     """Where every design engages, and how and where its curve ends.
 

@@ -18,7 +18,7 @@ from squama.contacts.own_scales import Own, ratios
 from squama.errors import naming, refuse
 from squama.joints import law
 from squama.joints.factor import K_THETA, pivots, scaled
-from squama.loads import LOADS, MANY_SCALES, NOTHING, STRAINS
+from squama.loads import LOADS, MANY_SCALES, NOTHING, STRAINS, SenseName
 from squama.model import section
 from squama.types import Array
 
@@ -144,7 +144,7 @@ def response(
     mu: ArrayLike,
     modulus_ratio: ArrayLike = np.inf,
     scale_nu: ArrayLike = PLASTIC,
-    sense: str = "+",
+    sense: SenseName = "+",
     hold: str = NOTHING,
     scales: int | None = None,
     threads: int | None = None,

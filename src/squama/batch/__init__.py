@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from squama import arguments
 from squama.batch.answers import Answers, answers
+from squama.loads import LawName, LoadName, SenseName
 from squama.model.evaluation import FOLDED
 from squama.model.outcome import named
 from squama.types import Array
@@ -77,10 +78,10 @@ def solve(
     mu: ArrayLike,
     stiffness_ratio: ArrayLike = 0.0,
     thickness: ArrayLike = 0.0,
-    law: str = "edge",
-    sense: str = "+",
+    law: LawName = "edge",
+    sense: SenseName = "+",
     margin: float = 0.01,
-    load: str = "twisting",
+    load: LoadName = "twisting",
 ) -> Solved:
     """Solve arrays of designs: engagement, end, and force, torque, energies and RED at the cut-off.
 

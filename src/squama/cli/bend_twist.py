@@ -67,16 +67,17 @@ def bend_twist(
             found["hinge"] = bent_and_twisted(described, **given, joint="hinge")
         if plane and free:
             refuse("--map", "", "has both loads imposed", "leave out --free")
+    how: dict[str, Any] = {"neutral": joints.neutral}
     if plane:
         shown_in = [data.dataset()] if common.plot else []
-        how = {"joint": data.attrs["joint"], "neutral": joints.neutral, "ideal": joints.ideal}
+        how |= {"joint": data.attrs["joint"], "ideal": joints.ideal}
         written = output.write(common, lambda: bend_twist_map(described, path, **how), "plane_figure", paths=shown_in)
     else:
         beside: dict[str, Any] = {}
         if common.plot and "hinge" in found and found["hinge"] is not data:
             beside["hinge"] = found["hinge"].dataset()
         elif common.plot:
-            beside["plane"] = bend_twist_map(described, path, neutral=joints.neutral, joint="hinge", mu=0.0)
+            beside["plane"] = bend_twist_map(described, path, **how, joint="hinge", mu=0.0)
         written = output.write(common, data.dataset, "path_figure", **beside)
     figures, at_ends = output.figures(data), {name: {**ways(one), "end": one["end"]} for name, one in found.items()}
     record = output.record(described, data, _KEYS, figures=figures, events="event", ways=at_ends, **_curves(data))

@@ -6,7 +6,7 @@ import math
 import sys
 from collections.abc import Iterable
 from functools import partial
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -69,14 +69,8 @@ def joint(
 
     rest = "" if fresh else "; meshes that are done are kept: run it again to go on"
     with kept(label(beam), rest):
-        found = stiffness.joint(
-            described,
-            edge_size=edge_size,
-            levels=levels,
-            tab=tab,
-            fresh=fresh,
-            progress=None if quiet else print_level,
-        )
+        how: dict[str, Any] = {"edge_size": edge_size, "levels": levels, "tab": tab, "fresh": fresh}
+        found = stiffness.joint(described, **how, progress=None if quiet else print_level)
     written = []
     if toml is not None:
         own = {"stiffness": found.stiffness.value, "inclusion_factor": found.C_f.value, "matrix": None}

@@ -162,8 +162,9 @@ def row(
     from squama.curves import finite_rows
 
     how: dict[str, Any] = {"to": stop, "sense": sense, "points": points, "joint": joint, "ideal": ideal or None}
+    how |= {"scales": scales, "ends": ends}
     with flags.laid(flags.arguments()):
-        data = finite_rows.row(described, scales=scales, ends=ends, **how)
+        data = finite_rows.row(described, **how)
     written = output.write(common, lambda: data, "row_figure")
     keys = "load law joint scales sense ends squama_version"
     parts = {"figures": output.figures(data), "curve": "point", "each": "point scale"}

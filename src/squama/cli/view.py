@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -52,19 +52,19 @@ def view(
     described, rate = base.turned(beam, mu, "--twist", twist, load=how.load, still=True)
     held = 0.0 if bend is None else bend
     described = settled(described)
+    model: dict[str, Any] = {"sense": sense, **vars(how)}
     with flags.laid(flags.arguments("bend")):
         found = picture.view(
             described,
             *out,
             to=rate,
             bend=held,
-            sense=sense,
             name=Path(beam).stem,
             margin=margin,
             dark=dark,
             forces=not no_forces,
             frames=frames,
-            **vars(how),
+            **model,
         )
     return output.report(base.json, beam, found.files, _record(how.load, found), _shown(found))
 

@@ -21,7 +21,20 @@ from squama.curves.chosen import MODELS, chosen
 from squama.curves.labelled import Answer
 from squama.curves.way import Analysis, Solved, States, Way
 from squama.errors import naming, refuse
-from squama.loads import COUPLE, ENDLESS, ENDS, GRIPPED, LOADS, MANY_SCALES, Load
+from squama.loads import (
+    COUPLE,
+    ENDLESS,
+    ENDS,
+    GRIPPED,
+    LOADS,
+    MANY_SCALES,
+    EndsName,
+    JointName,
+    LawName,
+    LineName,
+    Load,
+    SenseName,
+)
 from squama.types import Array
 from squama.units import shown
 
@@ -48,17 +61,17 @@ def twist(
     beam: Beam,
     *,
     mu: ArrayLike | None = None,
-    law: str = "edge",
+    law: LawName = "edge",
     margin: float = 0.01,
     points: int = 200,
     at: Rates | None = None,
     to: float | str | None = None,
-    sense: str = "+",
-    joint: str | None = None,
+    sense: SenseName = "+",
+    joint: JointName | None = None,
     ideal: bool | None = None,
-    neutral: str | None = None,
+    neutral: LineName | None = None,
     hold: str | None = None,
-    ends: str | None = None,
+    ends: EndsName | None = None,
 ) -> xr.Dataset:
     """Twist a beam: torque, inclination, forces and energies from no load to the end of the curve.
 
@@ -151,11 +164,11 @@ def bend(
     points: int = 200,
     at: Rates | None = None,
     to: float | str | None = None,
-    joint: str | None = None,
+    joint: JointName | None = None,
     ideal: bool | None = None,
-    neutral: str | None = None,
+    neutral: LineName | None = None,
     hold: str | None = None,
-    ends: str | None = None,
+    ends: EndsName | None = None,
 ) -> xr.Dataset:
     """Bend a beam towards its scales: moment, inclination, forces and energies to the end of the curve.
 

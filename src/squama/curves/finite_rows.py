@@ -13,6 +13,7 @@ from squama.curves import doors
 from squama.curves.doors import How
 from squama.curves.labelled import Answer
 from squama.errors import InputError
+from squama.loads import EndsName, JointName, SenseName
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,11 +31,11 @@ def row(
     mu: float | None = None,
     to: float | str | None = None,
     points: int = 100,
-    sense: str = "+",
-    joint: str | None = None,
+    sense: SenseName = "+",
+    joint: JointName | None = None,
     ideal: bool | None = None,
     hold: str | None = None,
-    ends: str | None = None,
+    ends: EndsName | None = None,
 ) -> xr.Dataset:
     """Twist a row of N scales that does not repeat: its end scales lack one neighbour.
 

@@ -12,6 +12,7 @@ from squama.curves.chosen import MODELS
 from squama.curves.doors import How
 from squama.curves.labelled import Answer
 from squama.errors import refuse
+from squama.loads import EndsName, JointName, LawName, LoadName
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,15 +26,15 @@ def cycle(
     twist: float | str | Sequence[float | str],
     *,
     mu: float | None = None,
-    law: str = "edge",
-    load: str = "twisting",
+    law: LawName = "edge",
+    load: LoadName = "twisting",
     margin: float = 0.01,
     points: int = 60,
     loops: int = 1,
-    joint: str | None = None,
+    joint: JointName | None = None,
     ideal: bool | None = None,
     hold: str | None = None,
-    ends: str | None = None,
+    ends: EndsName | None = None,
 ) -> xr.Dataset:
     """Load and unload a beam through any history of twists: loops, stick intervals, dissipation, jamming.
 

@@ -15,7 +15,7 @@ from squama.curves.doors import How
 from squama.curves.labelled import Answer
 from squama.curves.way import Analysis, States
 from squama.errors import refuse
-from squama.loads import LOADS
+from squama.loads import LOADS, EndsName, JointName, LineName, LoadName
 from squama.types import Array
 
 if TYPE_CHECKING:
@@ -33,12 +33,12 @@ def bend_twist(
     mu: float | None = None,
     margin: float = 0.01,
     points: int = 200,
-    joint: str | None = None,
+    joint: JointName | None = None,
     ideal: bool | None = None,
-    neutral: str | None = None,
+    neutral: LineName | None = None,
     hold: str | None = None,
-    free: str | None = None,
-    ends: str | None = None,
+    free: LoadName | None = None,
+    ends: EndsName | None = None,
 ) -> xr.Dataset:
     """Bend and twist a beam along a path: moment, torque, inclination, forces and energies, and what happens on it.
 
@@ -158,9 +158,9 @@ def bend_twist_map(
     path: given.Path,
     *,
     mu: float | None = None,
-    joint: str | None = None,
+    joint: JointName | None = None,
     ideal: bool | None = None,
-    neutral: str | None = None,
+    neutral: LineName | None = None,
     points: int = 81,
 ) -> xr.Dataset:
     """Map the plane of bend and twist around a path: contacts, locks, inclination, moment and torque.

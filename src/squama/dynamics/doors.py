@@ -24,7 +24,7 @@ from squama.dynamics.hinge_branches import FINEST
 from squama.dynamics.motion import Drive, State
 from squama.dynamics.systems import Bar, Model
 from squama.errors import naming, refuse
-from squama.loads import ENDLESS, MODES, UNIFORM
+from squama.loads import ENDLESS, MODES, UNIFORM, EndsName, JointName, LawName, LoadName, ModeName
 from squama.progress import steps
 from squama.types import Array
 from squama.units import Bounds, Dimension, bounded, shown
@@ -81,12 +81,12 @@ def vibrate(
     damping: float = 0.0,
     swings: int = 8,
     mu: float | None = None,
-    law: str = "edge",
-    load: str = "twisting",
-    mode: str = "uniform",
-    joint: str | None = None,
+    law: LawName = "edge",
+    load: LoadName = "twisting",
+    mode: ModeName = "uniform",
+    joint: JointName | None = None,
     ideal: bool | None = None,
-    ends: str | None = None,
+    ends: EndsName | None = None,
 ) -> xr.Dataset:
     """Let a beam swing freely: its record, turning points, and the damping of every cycle.
 
@@ -291,12 +291,12 @@ def shake(
     density: Quantity | None = None,
     damping: float = 0.01,
     mu: float | None = None,
-    law: str = "edge",
-    load: str = "twisting",
-    mode: str = "uniform",
-    joint: str | None = None,
+    law: LawName = "edge",
+    load: LoadName = "twisting",
+    mode: ModeName = "uniform",
+    joint: JointName | None = None,
     ideal: bool | None = None,
-    ends: str | None = None,
+    ends: EndsName | None = None,
 ) -> xr.Dataset:
     """Shake a beam by a harmonic torque: steady states over frequencies, gone through both ways.
 

@@ -15,7 +15,7 @@ from squama.dynamics import hinge_branches
 from squama.dynamics.branches import APART, Side
 from squama.dynamics.decay import BEYOND, RINGS, Sides, damping, decay
 from squama.errors import refuse
-from squama.loads import MODES
+from squama.loads import MODES, LawName, LoadName, ModeName
 from squama.types import Array
 
 AT_ONCE = 1024
@@ -53,9 +53,9 @@ def free_vibration(
     impulse: ArrayLike | None = None,
     thickness: ArrayLike = 0.0,
     swings: int = 8,
-    load: str = "twisting",
-    mode: str = "uniform",
-    law: str = "edge",
+    load: LoadName = "twisting",
+    mode: ModeName = "uniform",
+    law: LawName = "edge",
     faces: str = "one",
 ) -> FreeVibration:
     """Let beams of hinged scales swing: peaks, times and damping of every cycle, without steps in time.

@@ -28,6 +28,7 @@ from squama.fe.mesh import pitch_mesh
 from squama.fe.walk import Doing, Ended, Walk
 from squama.interrupt import Interrupted, until_interrupted
 from squama.io import files
+from squama.loads import SenseName
 from squama.symbols import SYMBOLS
 
 if TYPE_CHECKING:
@@ -90,7 +91,7 @@ def cell(
     *,
     to: float | str,
     mu: float | None = None,
-    sense: str = "+",
+    sense: SenseName = "+",
     mesh: str | tuple[float, float] = "medium",
     increment: float = INCREMENT,
     scales: int | None = None,

@@ -33,7 +33,7 @@ from contextlib import suppress
 from functools import partial
 from math import log2
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -53,7 +53,8 @@ from squama.types import Array
 if TYPE_CHECKING:
     from squama.beam.design import Beam
 
-TABS = ("rigid", "elastic")
+TabName = Literal["rigid", "elastic"]
+TABS: tuple[str, ...] = get_args(TabName)
 """What the embedded part of a scale is taken for."""
 LEVELS = 3
 """Number of sizes, each half the one before."""
@@ -151,7 +152,7 @@ def joint(
     *,
     edge_size: float | None = None,
     levels: int = LEVELS,
-    tab: str = "rigid",
+    tab: TabName = "rigid",
     fresh: bool = False,
     progress: Listener | None = None,
 ) -> JointMatrix:

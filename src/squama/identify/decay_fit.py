@@ -35,7 +35,7 @@ from squama.identify.estimated import Estimated
 from squama.identify.records import Swings
 from squama.identify.unknowns import PARAMETERS, Parameter, ask, named
 from squama.io.columns import TIME
-from squama.loads import MODES
+from squama.loads import MODES, JointName, LawName, LoadName, ModeName
 from squama.types import Array
 from squama.units import Dimension
 
@@ -232,10 +232,10 @@ def fit_decay(
     beam: Beam,
     parameters: Sequence[str] | str = DEFAULT,
     *,
-    load: str = "twisting",
-    law: str = "edge",
-    mode: str = "uniform",
-    joint: str | None = None,
+    load: LoadName = "twisting",
+    law: LawName = "edge",
+    mode: ModeName = "uniform",
+    joint: JointName | None = None,
     ideal: bool | None = None,
 ) -> DecayFit:
     """Find friction, joint stiffness and material damping of a beam from the record of a free vibration.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from squama.identify.selection import Found, Rival
 from squama.identify.slope import slope
 from squama.identify.unknowns import DEFAULT, OF_TWIST, PARAMETERS, SHOWN, ask, named
 from squama.joints import choice
-from squama.loads import ENDLESS, LOADS
+from squama.loads import ENDLESS, LOADS, EndsName, JointName, LawName, LoadName
 from squama.needs import need
 from squama.types import Array
 
@@ -39,8 +39,8 @@ def fit(
     beam: Beam,
     parameters: Sequence[str] | str = DEFAULT,
     *,
-    load: str = "twisting",
-    law: str = "edge",
+    load: LoadName = "twisting",
+    law: LawName = "edge",
     bounds: Mapping[str, tuple[Any, Any]] | None = None,
     noise: float | str | None = None,
     to: float | str | None = None,
@@ -49,9 +49,9 @@ def fit(
     starts: int = 6,
     posterior: int = 0,
     seed: int = 1,
-    joint: str | None = None,
-    nuisances: str = "auto",
-    ends: str | None = None,
+    joint: JointName | None = None,
+    nuisances: Literal["auto", "none"] = "auto",
+    ends: EndsName | None = None,
     machine: float | str | None = None,
     tolerances: Mapping[str, Any] | None = None,
     each: Sequence[str] | str = (),

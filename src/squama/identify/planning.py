@@ -28,7 +28,7 @@ from squama.identify.hinge_points import Hinged, Physical
 from squama.identify.prepare import Prepared, Wanted
 from squama.identify.unknowns import ask
 from squama.io.measured import Measured
-from squama.loads import LOADS
+from squama.loads import LOADS, EndsName, JointName, LawName, LoadName
 from squama.progress import steps
 from squama.types import Array
 
@@ -90,10 +90,10 @@ def plan(
     tops: Sequence[float | str] | None = None,
     points: int = 100,
     accuracy: float | str = 0.05,
-    load: str = "twisting",
-    law: str = "edge",
-    joint: str | None = None,
-    ends: str | None = None,
+    load: LoadName = "twisting",
+    law: LawName = "edge",
+    joint: JointName | None = None,
+    ends: EndsName | None = None,
 ) -> Plan:
     """Say which loops would tell the parameters of a beam best: expected standard errors, before anything is measured.
 

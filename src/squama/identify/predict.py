@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -67,10 +67,9 @@ def predict(
 
     def curve(beam: Beam) -> xr.Dataset:
         hinged = model.joint == "hinge"
-        return cycle(
-            beam, to, load=model.load, law=model.law, joint=model.joint, ideal=hinged, points=points,
-            ends=None if hinged else model.ends,
-        )  # fmt: skip
+        how: dict[str, Any] = {"load": model.load, "law": model.law, "joint": model.joint}
+        how["ends"] = None if hinged else model.ends
+        return cycle(beam, to, **how, ideal=hinged, points=points)
 
     best = curve(model.beam)
     angle, leg = best[load.angle].values, best["leg"].values

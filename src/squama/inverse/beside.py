@@ -23,7 +23,7 @@ from squama.inverse.named_figures import OF_LOCKS
 from squama.inverse.target import Target
 from squama.joints import law
 from squama.joints.choice import impossible, known, said, shape
-from squama.loads import ENDLESS, LOADS, NOTHING, STRAIGHT, holds
+from squama.loads import ENDLESS, LOADS, NOTHING, STRAIGHT, SenseName, holds
 from squama.units import change, moment
 
 OF_BOW = ("torque", "tangent", "stiffness_ratio")
@@ -128,7 +128,8 @@ def by_elements(beam: Beam, sense: str, rates: Sequence[float]) -> list[str]:
     InputError
         The extra ``fe`` is not installed, or the mesh is refused.
     """
-    run = runs.cell(beam, to=max(rates), sense=sense, mesh=MESH, increment=max(rates) * beam.pitch / INCREMENTS)
+    way: SenseName = "-" if sense == "-" else "+"
+    run = runs.cell(beam, to=max(rates), sense=way, mesh=MESH, increment=max(rates) * beam.pitch / INCREMENTS)
     x, T = run["Phi"].values, run["T"].values
     how = doors.How(joint="compliant", hold=STRAIGHT)
     own = doors.respond(beam, "twisting", at=x.tolist(), sense=sense, ends=ENDLESS, **how)["T"]

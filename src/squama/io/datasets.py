@@ -140,7 +140,8 @@ def csv_text(dataset: xr.Dataset) -> str:
             unit = variable.attrs.get("units")
             about["header"] = header = f"{name} ({unit})" if unit else str(name)
             others = {dim: size for dim, size in sizes.items() if dim not in along}
-            flat = variable.set_dims({**others, **variable.sizes}).transpose(*sizes).values.ravel().tolist()
+            whole = dataset[name].reset_coords(drop=True).expand_dims(others).transpose(*sizes)
+            flat = whole.values.ravel().tolist()
             # text that reads back to the last bit
             columns[header] = flat if variable.dtype.kind == "U" else [repr(value).lower() for value in flat]
         else:

@@ -20,7 +20,7 @@ from squama.errors import Problem, Problems, TableWarning, refuse
 from squama.io import columns as quantities
 from squama.io import files, headers, laboratory, numerals, tabular
 from squama.io.columns import TIME, Ordinate, Reading, torque
-from squama.loads import LOADS
+from squama.loads import LOADS, LoadName
 from squama.types import Array
 from squama.units import Dimension, shown
 
@@ -77,7 +77,7 @@ def read_measured(
     path: str | os.PathLike[str],
     beam: Any,
     *,
-    load: str = "twisting",
+    load: LoadName = "twisting",
     decimal: str | None = None,
     columns: str | Mapping[str, str] | None = None,
 ) -> Measured:

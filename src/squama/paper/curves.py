@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 
 from squama.beam.design import Beam
 from squama.curves import doors
+from squama.loads import LawName
 from squama.model.outcome import End
 from squama.paper.elements import FePoints
 from squama.plot.palette import GREY, INK
@@ -40,7 +41,7 @@ COMPLIANT: Any = (0, (5, 1.5, 1, 1.5))
 """Line of the compliant joint."""
 
 
-def both_laws(beam: Beam, mus: Sequence[float], laws: Sequence[str]) -> xr.Dataset:
+def both_laws(beam: Beam, mus: Sequence[float], laws: Sequence[LawName]) -> xr.Dataset:
     """Twist a beam with each coefficient of friction and each force law (dimensions ``law``, ``mu``, ``point``)."""
     runs = [doors.twist(beam, mu=mus, law=law, margin=NEAR, points=POINTS, joint="hinge", ideal=True) for law in laws]
     data = xr.concat(runs, dim=xr.Variable("law", list(laws)), combine_attrs="drop_conflicts")

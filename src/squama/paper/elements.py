@@ -111,7 +111,7 @@ def compare(points: FePoints | None) -> Iterator[Claim]:
             runs = {
                 law: doors.twist(beam, mu=float(mu), law=law, at=rate, joint="hinge", ideal=True) for law in par.LAWS
             }
-            models = {law: run["T"].values / (beam.G_B * beam.I) for law, run in runs.items()}
+            models: dict[str, Array] = {law: run["T"].values / (beam.G_B * beam.I) for law, run in runs.items()}
             if points.compliant is not None:
                 models["compliant"] = points.compliant[mine]
             at = (f"eta = {eta:g}, mu = {mu:g}",)

@@ -13,6 +13,7 @@ from squama.arrays import edge_contacts, solution
 from squama.batch import Solved
 from squama.batch.answers import answers
 from squama.beam.design import Beam
+from squama.loads import LawName
 from squama.model.evaluation import FOLDED
 from squama.model.outcome import CODES, End
 from squama.model.paths import ARRAY, Twist
@@ -55,7 +56,7 @@ def touch(r: Ratios) -> tuple[Array, Array]:
     return np.where(hit, e.phi_end, np.inf), np.where(hit, e.theta_end, np.nan)
 
 
-def mu_static(r: Ratios, law: str) -> Array:
+def mu_static(r: Ratios, law: LawName) -> Array:
     """Coefficient of friction that locks at engagement, for the nearest neighbour; inf for none."""
     found = edge_contacts.forces(r["theta0"], **r, mu=0.0, law=law).mu_lock
     return np.where(found > 0, found, np.inf)
@@ -192,7 +193,7 @@ def dissipation(beam: Beam, r: Ratios, mu: Array, law: str, margin: float) -> tu
 
 
 def red_map(
-    beam: Beam, over: str, values: Array, mus: Array, laws: Sequence[str] = ("plate", "edge"), margin: float = 0.01
+    beam: Beam, over: str, values: Array, mus: Array, laws: Sequence[LawName] = ("plate", "edge"), margin: float = 0.01
 ) -> xr.Dataset:
     """Compute RED over one ratio and the coefficient of friction; the substrate and the joint stay as they are.
 

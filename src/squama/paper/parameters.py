@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama.beam.design import Beam
+from squama.loads import LawName
 
-LAWS = ("plate", "edge")
+LAWS: tuple[LawName, ...] = ("plate", "edge")
 """The paper's law first; the energy-consistent one beside it."""
 MARGIN = 0.01
 """Cut-off before a lock of every RED (docs, theory: energy); the paper does not say where it stopped."""

@@ -18,7 +18,7 @@ from squama import arguments
 from squama.beam.design import Beam
 from squama.errors import InputError, Problems, naming, refuse
 from squama.io import files
-from squama.loads import LOADS
+from squama.loads import LOADS, JointName, LawName, LoadName, SenseName
 from squama.model.outcome import End
 from squama.plot.palette import STATES, THEMES, WORDS
 from squama.progress import steps
@@ -84,12 +84,12 @@ def view(
     *paths: str | os.PathLike[str],
     to: float | str | None = None,
     bend: float | str = 0.0,
-    load: str = "twisting",
+    load: LoadName = "twisting",
     mu: float | None = None,
-    law: str = "edge",
-    sense: str = "+",
+    law: LawName = "edge",
+    sense: SenseName = "+",
     margin: float = 0.01,
-    joint: str | None = None,
+    joint: JointName | None = None,
     ideal: bool | None = None,
     name: str = "",
     dark: bool = False,

@@ -28,7 +28,7 @@ from squama.beam.faces import only_one
 from squama.errors import refuse
 from squama.interrupt import Interrupted, until_interrupted
 from squama.io import files
-from squama.loads import LOADS
+from squama.loads import LOADS, JointName, LawName, LoadName, SenseName
 from squama.needs import need
 from squama.progress import bars
 from squama.study import cluster, columns, models, parameters, real_columns, store
@@ -64,13 +64,13 @@ def sweep(
     beam: Beam,
     over: Ranges,
     *,
-    joint: str | None = None,
+    joint: JointName | None = None,
     ideal: bool | None = None,
     at: float | str | None = None,
-    law: str | Sequence[str] = "edge",
-    sense: str = "+",
+    law: LawName | Sequence[LawName] = "edge",
+    sense: SenseName = "+",
     margin: float = 0.01,
-    load: str = "twisting",
+    load: LoadName = "twisting",
     out: str | os.PathLike[str] = "map.zarr",
     tile: int | None = None,
     shard: str | None = None,

@@ -21,7 +21,7 @@ from squama.fe.geometry import geometry
 from squama.fe.mesh import pitch_mesh
 from squama.fe.pitch_stiffness import response
 from squama.io import datasets, files
-from squama.loads import ENDLESS, STRAIGHT, model
+from squama.loads import ENDLESS, STRAIGHT, SenseName, model
 from squama.study import parts
 from squama.types import Array
 
@@ -58,7 +58,7 @@ class Verified(NamedTuple):
         return str(self.table.attrs["verdict"])
 
 
-def default_reach(beam: Beam, mu: float, sense: str = "+") -> float:
+def default_reach(beam: Beam, mu: float, sense: SenseName = "+") -> float:
     """Return the twist rate (rad/m) to go to: where the hinge's curve is cut off, at most 0.3 rad per pitch."""
     last = float(doors.twist(beam, mu=mu, sense=sense, points=3, joint="hinge")["Phi"].values[-1])
     return min(last, REACH / beam.pitch) if last > 0 else REACH / beam.pitch
@@ -72,7 +72,7 @@ def verify(
     to: float | str | None = None,
     load: str | None = None,
     support: str | None = None,
-    sense: str = "+",
+    sense: SenseName = "+",
     mesh: str | tuple[float, float] = "medium",
     increment: float = runs.INCREMENT,
     hinged: bool = False,

@@ -183,7 +183,7 @@ def swing(state: State) -> Swing:
     top = reached(state)
     sign = -1 if s.sense == "-" and m.kind.sided else 1
     release = sign * top / s.beam.pitch
-    found = vibrate(s.beam, release=release, rotor=1.0, law=s.law, **_model(s))
+    found = vibrate(s.beam, release=release, rotor=1.0, law=arguments.law(s.law), **_model(s))
     turn = found["t"].values * float(found["f_0"])
     times = np.arange(0.0, turn[-1], STEP / PERIOD)
     angles = np.interp(times, turn, found[m.kind.angle].values)

@@ -8,7 +8,7 @@ on chunks or threads.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from squama.beam.design import Beam
 from squama.beam.faces import only_one
 from squama.errors import InputError, refuse
 from squama.joints.law import errors
-from squama.loads import LOADS
+from squama.loads import LOADS, JointName, LawName, LoadName, SenseName
 from squama.model import mechanics
 from squama.model.bending import Bend
 from squama.model.outcome import CODES, End
@@ -44,7 +44,8 @@ FEWEST = 3200
 CHUNK = 65_536
 """Samples that are computed at a time; what is kept of them is 8 bytes a figure."""
 MOST = 2**24
-SAMPLERS = ("sobol", "random")
+SamplerName = Literal["sobol", "random"]
+SAMPLERS: tuple[str, ...] = get_args(SamplerName)
 _BITS = 30
 
 
@@ -52,17 +53,17 @@ def uncertainty(
     beam: Beam,
     vary: Mapping[str, object],
     *,
-    joint: str | None = None,
+    joint: JointName | None = None,
     ideal: bool | None = None,
     at: float | str | None = None,
     before: float | str | None = None,
     mu: float | None = None,
-    load: str = "twisting",
-    law: str = "edge",
-    sense: str = "+",
+    load: LoadName = "twisting",
+    law: LawName = "edge",
+    sense: SenseName = "+",
     margin: float = 0.01,
     samples: int | None = None,
-    sampler: str = "sobol",
+    sampler: SamplerName = "sobol",
     seed: int = 0,
     levels: Sequence[float] = LEVELS,
     indices: int = 0,

@@ -25,7 +25,7 @@ import numpy as np
 from squama._version import __version__
 from squama.beam.design import Beam
 from squama.errors import refuse
-from squama.loads import LOADS
+from squama.loads import LOADS, LawName, SenseName
 from squama.model.outcome import CODES
 from squama.study.models import Model
 from squama.study.parameters import PARAMETERS, canonical
@@ -228,8 +228,8 @@ class Case(NamedTuple):
     beam: Beam
     tolerances: tuple[Tolerance, ...]
     load: str
-    law: str
-    sense: str
+    law: LawName
+    sense: SenseName
     margin: float
     levels: tuple[float, ...]
     limit: Limit | None
