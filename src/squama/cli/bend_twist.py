@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from squama.beam.design import Beam
     from squama.curves.labelled import Answer
 
-_PATH = 'Path: "bend 5 rad/m; twist 8 rad/m"; a semicolon parts ways, a comma joins changes on one way.'
+_PATH = 'Path: "bend 5 rad/m; twist 8 rad/m"; semicolons separate legs, commas changes on one leg.'
 _FREE = "Load that is left free, twisting or bending; on hinges, without friction (--mu 0)."
 _MAP = "Plot and write the plane around the path: contacts, locks, theta, M, T, each point straight from rest."
 _KEYS = "load free law joint scales joint_source band neutral hold ends margin path squama_version"

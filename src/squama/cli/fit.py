@@ -75,8 +75,8 @@ _COLUMNS = (
 JOINT = "Joint of a scale: compliant or hinge. Default: compliant; hinge with the plate law."
 _EACH = 'Parameters with a value for each loop, or each specimen: "mu", "mu,twist_zero".'
 _MACHINE = 'Stiffness of the testing machine in series: "2 N m/rad", "2 +- 0.5 N m/rad" (found too) or rigid.'
-_PRIOR = 'Prior of a parameter: E_B="1.5 MPa +- 5 %" (limits), mu="0.3 +- 0.03 sd"; found too; may be repeated.'
-_KNOWN = "TOML file with tolerances under [tolerance], as priors; --prior goes before it."
+_PRIOR = 'Prior of a parameter to find: E_B="1.5 MPa +- 5 %" (limits), mu="0.3 +- 0.03 sd"; may be repeated.'
+_KNOWN = "TOML file with tolerances under [tolerance], as priors; --prior takes precedence."
 _PREDICT = 'Predict the curve of the fitted beam to a twist and back, with a band of 95 %: "0.1 rad/pitch".'
 _BAND = "File of the prediction to write: .png, .svg, .pdf, .csv or .nc; may be repeated."
 _PICTURES = (".png", ".svg", ".pdf")

@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
     from squama.identify.expected import Plan
 
-_NOISE = 'Standard deviation of a measured torque, e.g. "0.2 N mm" (needed).'
-_TWIST_NOISE = 'Standard deviation of a measured twist, e.g. "0.2 deg total" (none).'
-_MACHINE = 'Stiffness of the testing machine in series, e.g. "2 N m/rad" (rigid).'
-_FIND = 'What is to be found: "mu,K_theta,E_B" (default), any of mu, K_theta, C_f, E_B, theta0 and of the nuisances.'
+_NOISE = 'Standard deviation of a measured torque, e.g. "0.2 N mm"; must be given.'
+_TWIST_NOISE = 'Standard deviation of a measured twist, e.g. "0.2 deg total". Default: 0.'
+_MACHINE = 'Stiffness of the testing machine in series, e.g. "2 N m/rad". Default: rigid.'
+_FIND = "Parameters to find, as in squama fit: mu, K_theta, C_f, E_B, theta0, torque_zero ... Default: mu,K_theta,E_B."
 _TO = f"Largest twist of the test: {flags.TWISTS}."
-_TOPS = 'Tops of the loops, e.g. "60, 90, 140 deg total" (1.2, 1.5, 2 and 3 times the engagement).'
+_TOPS = 'Tops of the loops, e.g. "60, 90, 140 deg total". Default: 1.2, 1.5, 2 and 3 times the engagement.'
 
 
 def _tops(name: str, text: str) -> tuple[str, ...]:
@@ -44,8 +44,8 @@ class Test:
     machine: Annotated[str | None, flag(_MACHINE, read=with_unit("N m/rad"))] = None
     to: Annotated[str | None, flag(_TO, read=with_unit("deg total"))] = None
     tops: Annotated[tuple[str, ...] | None, flag(_TOPS, read=flags.Reader(_tops, ()))] = None
-    points: Annotated[int, flag("Readings of a loop (100).", read=whole(10, 10_000, "100"))] = 100
-    accuracy: Annotated[str, flag('Relative standard error that is wanted (5 %), e.g. "2 %".')] = "5 %"
+    points: Annotated[int, flag("Readings of a loop. Default: 100.", read=whole(10, 10_000, "100"))] = 100
+    accuracy: Annotated[str, flag('Relative standard error to reach, e.g. "2 %". Default: 5 %.')] = "5 %"
 
 
 @flags.group

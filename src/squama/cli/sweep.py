@@ -24,7 +24,7 @@ _OVER = (
 )
 _RANGE, _AT = pair("name=low:high:count", "mu=0:2:401"), pair("name=value", "eta=3")
 _TILE = "Largest number of cells solved and written at once. Default: by the memory."
-_DRAWN = "Variable to draw, e.g. phi_e, end; of hinges also lock. Default: stiffness_ratio; of hinges RED."
+_DRAWN = "Variable to draw, e.g. phi_e, end; on hinges also lock. Default: stiffness_ratio; on hinges RED."
 _HELD = "Value of a dimension that is not drawn, e.g. eta=3; may be repeated."
 _PATHS = "Values of x whose paths are drawn too (--variable lock, y = mu), e.g. 30deg,45deg."
 
