@@ -17,7 +17,7 @@ from squama.io.files import exists, label
 EXAMPLE = Path(__file__).with_name("example.toml")
 _TABLE = (
     "CSV file with columns eta, beta, lambda, alpha_deg, theta0_deg, mu; others are kept. Columns added: phi_e_rad, "
-    "end, theta_end_deg, phi_end_rad, neighbour. Bad rows are listed and left out."
+    "end, theta_end_deg, phi_end_rad, neighbour, sense. Bad rows are listed and left out."
 )
 _FIGURES = (
     "Figures: fig4, fig5a, fig5b, fig6a, fig6b, fig7a, fig7b, bending (lock lines in twisting and bending). "

@@ -194,7 +194,7 @@ def _solve(
         refuse(where, "", "scales touch before anything is loaded", "let them differ less")
     notes = real.notes(one.held, one.beam, 0.0, ideal=not one.way.scale.h)
     if len(ones) > 1 and one.beam.joint.matrix is not None:
-        notes.append("joint.matrix is of one shape: scales that differ along the part have the same joint")
+        notes.append("joint.matrix is of one shape: all scales of the part have this joint, whatever their shape")
     if held.word == "gripped" and given[0].turns == PHI:
         bar, long = one.beam.substrate, n * one.beam.pitch
         stiffer = section.clamped_ratio(bar.width, bar.thickness, long, bar.poisson_ratio)

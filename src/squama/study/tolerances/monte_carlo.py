@@ -169,7 +169,7 @@ def uncertainty(
     notes += _notes(case, found.figure.values.tolist(), samples_of["code"])
     if own_indices is not None and own_indices.figures and own_indices.known < own_indices.groups:
         counted = f"Sobol indices are of {own_indices.known} of {own_indices.groups} groups of samples"
-        notes.append(f"{counted}: of the others the law of the joint does not know all beams")
+        notes.append(f"{counted}; the other groups have beams that the law of the joint does not cover")
     found.attrs["notes"] = "\n".join(notes)
     return found
 
