@@ -37,6 +37,7 @@ WAIT = 0.3
 """Seconds without a change after which the link is written, and the map computed anew."""
 T = TypeVar("T")
 SOLVING = Aside(live.prepare, most=2)
+LOADING = Aside(bench.followed, most=1, limit=60)
 READING = Aside(tables.opened, most=1, limit=5)
 FITTING = Aside(tables.fitted, most=1, limit=tables.SECONDS + 5)
 PRINTING = Aside(_drawn, most=1, limit=60)
@@ -360,8 +361,16 @@ class Explorer:
     def bear(self, case: str, force: str, way: str) -> None:
         """Load the beam that is shown as a part."""
         shown = self.drawn
-        made = PRINTING(lambda: bench.loaded(shown, case, force, way))
-        self.beside("The part is being loaded ...", made, lambda found: self.part.show(found, shown))
+
+        async def made() -> bench.Loaded:
+            data = await LOADING(shown, case, force, way)
+            return cast("bench.Loaded", await PRINTING(lambda: bench.told(data, shown)))
+
+        def show(found: bench.Loaded) -> None:
+            self.part.show(found, shown)
+            self.part.fade(self.drawn)
+
+        self.beside("The part is being loaded ...", made(), show)
 
     # ---- what is drawn -------------------------------------------------------------------------------------
 

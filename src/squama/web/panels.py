@@ -341,13 +341,15 @@ class PartUnderLoad:
         self.picture.set_visibility(True)
         content = base64.b64encode(found.picture.encode()).decode()
         self.picture.props["src"] = f"data:image/svg+xml;base64,{content}"
-        self.picture.classes(remove="old")
+        for one in (self.words, self.picture):
+            one.classes(remove="old")
 
     def fade(self, now: State) -> None:
-        """Grey what was found of another beam."""
-        if self.state is not None and (now.beam, now.mu) != (self.state.beam, self.state.mu):
+        """Grey what was found of another beam, or by another model."""
+        if self.state is not None and bench.follows(now) != bench.follows(self.state):
             self.state = None
-            self.picture.classes(add="old")
+            for one in (self.words, self.picture):
+                one.classes(add="old")
 
 
 def show_lines(place: ui.element, wanted: Sequence[Line]) -> None:
