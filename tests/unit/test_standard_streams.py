@@ -27,9 +27,36 @@ def test_a_beam_from_standard_input_is_that_of_its_file(monkeypatch, capsys):
     _typed(monkeypatch, SKIN.read_bytes())
     assert main(["twist", "-", *HOW]) == 0
     assert capsys.readouterr().out == expected.replace(str(SKIN), "standard input", 1)
+    _typed(monkeypatch, SKIN.read_bytes())
+    assert main(["twist", "--json", "-", *HOW]) == 0
+    assert '"file": "standard input"' in capsys.readouterr().out
     _typed(monkeypatch, b"[beam]\n")
     assert main(["twist", "-", *HOW]) == 2
     assert capsys.readouterr().err.startswith("squama: error: standard input: ")
+
+
+def test_what_a_beam_on_standard_input_names_is_in_the_current_folder(tmp_path, monkeypatch, capsys):
+    named = SKIN.read_bytes().replace(b"[joint]", b'[joint]\nmatrix = "no.csv"')
+    monkeypatch.chdir(tmp_path)
+    _typed(monkeypatch, named)
+    assert main(["twist", "-", *HOW]) == 2
+    assert "no.csv: no such file" in capsys.readouterr().err
+
+
+def test_no_more_of_standard_input_is_read_than_any_file_may_have(monkeypatch, capsys):
+    class Endless(io.RawIOBase):
+        """A device without an end."""
+
+        def readable(self):
+            return True
+
+        def readinto(self, buffer):
+            buffer[:] = b"#" * len(buffer)
+            return len(buffer)
+
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BufferedReader(Endless())))
+    assert main(["twist", "-"]) == 2
+    assert "standard input: is larger than" in capsys.readouterr().err
 
 
 def test_a_table_alone_on_standard_output(tmp_path, monkeypatch, capsys):
@@ -37,6 +64,11 @@ def test_a_table_alone_on_standard_output(tmp_path, monkeypatch, capsys):
     (tmp_path / "a.csv").write_text(capsys.readouterr().out)
     expected = squama.twist(squama.Beam.from_toml(SKIN), joint="hinge", points=5)
     assert squama.read(tmp_path / "a.csv").identical(expected)
+    # thin scales on hinges are outside the law of the joint: a warning stands beside the table
+    assert main(["twist", str(SKIN), "--joint", "hinge", "--ideal", "--points", "5", "--csv", "-"]) == 0
+    printed = capsys.readouterr()
+    assert printed.out.startswith("#")
+    assert printed.err.startswith("warning: ")
     assert main(["twist", str(SKIN), *HOW, "--csv", "-", "--json"]) == 2
     assert "--csv = -: is printed, and so is --json" in capsys.readouterr().err
     # the sign stays the value of a flag

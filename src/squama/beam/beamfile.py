@@ -115,7 +115,8 @@ _UNQUOTED = re.compile(r"\s*([\w.-]+)\s*=\s*([+-]?\d[\w.+-]*\s*[^\s\d\"'#\[\]{},
 def read(path: str | os.PathLike[str]) -> tuple[str, str]:
     """Return the name of a beam file for messages, and its text."""
     name = files.label(path)
-    return name, files.read_text(path, missing=f"write an example with: squama new {name}")
+    example = "beam.toml" if os.fspath(path) == files.INPUT else name
+    return name, files.read_text(path, missing=f"write an example with: squama new {example}")
 
 
 def loads(text: str) -> dict[str, Any]:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from pydantic import ValidationError, model_validator
@@ -105,7 +104,7 @@ class Beam(Assembly):
             The file or a value in it cannot be used: one line per mistake, each with the file's name.
         """
         name, text = beamfile.read(path)
-        found = cls.from_toml_text(text, source=name, overrides=overrides, folder=Path(path).parent)
+        found = cls.from_toml_text(text, source=name, overrides=overrides, folder=files.folder_of(path))
         if part := beamfile.beside_the_beam(text):
             LOG.warning(
                 "squama: %s: the beam alone is read, without %s; for these: squama load, squama.Part", name, part

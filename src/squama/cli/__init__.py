@@ -110,12 +110,16 @@ def _warned(
         print(warnings.formatwarning(message, category, filename, lineno, line), file=file or sys.stderr)
 
 
+_OWN = ("--sense", "--csv", "--plot", "--netcdf", "--out", "-o", "--toml", "--matrix", "--gif", "--band", "--corner")
+"""Flags whose value "-" is not the standard input."""
+
+
 def _named(arguments: Sequence[str]) -> Iterator[str]:
-    """Yield the arguments with a name for the standard input where "-" is no value of a flag."""
+    """Yield the arguments with a name for the standard input where "-" is neither a sense nor a file to write."""
     from squama.io.files import INPUT, STANDARD
 
     for before, text in zip(["", *arguments], arguments, strict=False):
-        yield INPUT if text == STANDARD and not before.startswith("-") else text
+        yield INPUT if text == STANDARD and before not in _OWN else text
 
 
 def _run(arguments: list[str]) -> int:

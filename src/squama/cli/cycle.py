@@ -93,13 +93,13 @@ def _summary(beam: Beam, data: Answer) -> Summary:
     if tops.size:
         loop, left = span(bases[-1], tops[-1], beam), float(data[f"{angle}_residual"][-1])
         verdict = f"damping ratio {figure(float(data['zeta_eq'][-1]))} in a loop from {loop}"
-        factor, unit, of = energy_unit(float(data["U_max"][-1]), beam)
+        factor, unit = energy_unit(float(data["U_max"][-1]), beam)
         taken, stored = (figure(factor * float(data[name][-1]), unit) for name in ("W_d", "U_max"))
         back = f"the beam stays at {turned(left, beam)}" if left else "the beam comes back"
         figures = [
             ("loops", f"{tops.size}; figures of the last" if tops.size > 1 else ""),
-            ("friction takes", f"{taken} in {of}"),
-            ("stored at the top", f"{stored} in {of}"),
+            ("friction takes", taken),
+            ("stored at the top", stored),
             ("let go at the top", "" if math.isnan(left) else back),
         ]
     figures.append((f"largest {kind.torque_words}", moment(float(abs(data[torque]).max()))))
@@ -119,7 +119,7 @@ def _loops(beam: Beam, data: Answer) -> Iterable[str | Table]:
         factor, unit = degrees(beam)
         size, newton = torque_unit(float(abs(data[torque]).max()))
         rigid, newtons = rigidity_unit(float(data["K_sec"].max()))
-        joule, joules, _ = energy_unit(float(data["U_max"].max()), beam)
+        joule, joules = energy_unit(float(data["U_max"].max()), beam)
         columns = {
             f"taken, {joules}": joule * data["W_d"],
             f"stored, {joules}": joule * data["U_max"],

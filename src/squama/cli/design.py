@@ -303,7 +303,7 @@ def _front_summary(front: xr.Dataset) -> Summary:
     about = [(name, _meaning(front, name)) for name in names]
     verdict = f"{n} designs; {', '.join(f'{name} {text}' for name, text in spans.items())}"
     figures = [*about, ("model", f"{model(front.attrs)}; endless beam{held}")]
-    return Summary(verdict, figures, [_designs(front, FEW, names)], front.attrs.get("warnings", ""), _whole(front))
+    return Summary(verdict, figures, [_designs(front, FEW, names)], (), _whole(front))
 
 
 def _people(front: xr.Dataset, name: str) -> tuple[float, str]:

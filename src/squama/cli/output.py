@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 from squama.errors import printable, refuse
 from squama.io import files
 from squama.io.files import label
-from squama.loads import model
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -128,6 +127,9 @@ def report(
     """
     paths = list(written)
     if Path(files.STANDARD) in paths:
+        for line in shown:
+            if isinstance(line, str) and line.startswith("warning: "):
+                print(_clean(line), file=sys.stderr)
         return 0
     if as_json:
         return say(True, {"file": label(file), **record, "written": [str(path) for path in paths]}, ())
@@ -169,11 +171,6 @@ def record(beam: Beam, data: xr.Dataset | Answer, attrs: str, **parts: object) -
         **{name: part(data, *one.split()) if isinstance(one, str) else one for name, one in parts.items()},
         "units": units(data.variables.items()),
     }
-
-
-def about(data: xr.Dataset | Answer) -> str:
-    """Return friction and model of a result, for its title."""
-    return f"mu = {float(data['mu']):g}, {model(data.attrs)}"
 
 
 def units(variables: Iterable[tuple[Hashable, xr.Variable | xr.DataArray | Labelled]]) -> dict[str, str]:

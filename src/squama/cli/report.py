@@ -391,7 +391,7 @@ def _borne(words: Load, beam: Beam, data: Answer) -> list[str]:
         size, newton = torque_unit(max(abs(bend), abs(twist)))
         way = "pulling out" if pull > 0 else "pushing in"
         lines.append(
-            f"load on the embedded tab{where or ' of a scale'}: {force:.3g} N ({abs(pull):.3g} N {way}), "
+            f"load on the embedded tab{where or ' of a scale'}: {number(force, 'N')} ({number(abs(pull), 'N')} {way}), "
             f"bending moment {size * abs(bend):.3g} {newton}, twisting moment {size * abs(twist):.3g} {newton}, "
             f"at {turned(loads[i], beam)}"
         )

@@ -51,7 +51,7 @@ def figure(value: float, unit: str = "") -> str:
 
 def percent(share: float) -> str:
     """Return a share in per cent, to three digits; below 0.01 % only that it is."""
-    return "below 0.01 %" if 0 < share < 1e-4 else f"{100 * share:.3g} %"
+    return "below 0.01 %" if 0 < share < 1e-4 else number(100 * share, "%")
 
 
 def per_pitch(angle: float) -> str:
@@ -79,18 +79,21 @@ def span(low: float, high: float, beam: Beam) -> str:
 
 def energy(per_length: float, beam: Beam) -> str:
     """Return the energy of the whole beam, or of a pitch, by that per length (J/m)."""
-    factor, unit, of = energy_unit(per_length, beam)
-    return f"{figure(factor * per_length, unit)} in {of}"
+    factor, unit = energy_unit(per_length, beam)
+    return figure(factor * per_length, unit)
 
 
-def energy_unit(largest: float, beam: Beam) -> tuple[float, str, str]:
-    """Return factor and unit of an energy per length (J/m) of the whole beam or of a pitch, and of which it is.
+def energy_unit(largest: float, beam: Beam) -> tuple[float, str]:
+    """Return factor and unit of an energy per length (J/m): of the whole beam, or of a pitch, which the unit says."""
+    length, of = (beam.length, "") if beam.scales else (beam.pitch, " per pitch")
+    factor, unit = joules(largest * length)
+    return factor * length, f"{unit}{of}"
 
-    The unit goes with that of a torque: mJ with N mm, J with N m.
-    """
-    length, of = (beam.length, beam.extent) if beam.scales else (beam.pitch, "a pitch")
-    factor, unit = torque_unit(largest * length)
-    return factor * length, "mJ" if unit == "N mm" else "J", of
+
+def joules(largest: float) -> tuple[float, str]:
+    """Return factor and unit of an energy (J), which goes with that of a torque: mJ with N mm, J with N m."""
+    factor, unit = torque_unit(largest)
+    return factor, "mJ" if unit == "N mm" else "J"
 
 
 def rigidity_unit(largest: float) -> tuple[float, str]:

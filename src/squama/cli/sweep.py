@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, pair, settled, whole
-from squama.cli.summary import Summary, turned
+from squama.cli.summary import Summary
 from squama.errors import refuse
 from squama.interrupt import kept
 from squama.io.files import label
@@ -91,19 +91,19 @@ def sweep(
     sides = " x ".join(f"{n} {dim}" for n, dim in zip(plan.shape, plan.dims, strict=True))
     dataset = open_sweep(out)
     at, own = plan.model.at, plan.model.own
-    verdict = f"all {plan.cells} beams are solved ({sides})"
+    verdict = f"all {plan.cells} beams are computed ({sides})"
     if done < tiles:
         verdict = f"{f'shard {shard} is done; ' if shard else ''}{done} of {tiles} tiles are done"
     figures = [
-        ("figures at", turned(float(at.per_pitch(described.pitch)), described) if at else ""),
+        ("figures at", at.words(described.pitches) if at else ""),
         ("model", f"{model(dataset.attrs)}; endless beams"),
         ("finite_...", f"torque and stiffness of {own.words}" if own else ""),
         ("draw it with", f"squama map {name} --plot map.png" if done == tiles else ""),
     ]
-    facts = {"out": out, "cells": plan.cells, "tiles": tiles, "tiles_done": done, "sha256": plan.digest}
+    facts = {"cells": plan.cells, "tiles": tiles, "tiles_done": done, "sha256": plan.digest}
     notes = study.notes(plan, solving.joint, dataset)
     facts |= {**plan.model.attrs(described), "notes": notes}
-    return output.report(base.json, out, [], facts, Summary(verdict, figures, (), notes).shown())
+    return output.report(base.json, beam, [out], facts, Summary(verdict, figures, (), notes).shown())
 
 
 MOST_ROWS = 5_000_000

@@ -279,8 +279,7 @@ def _all(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Iterable[str | Tab
     yield _figures(picked, beam)
     if "own" in u:
         of = " but for rows finite_..." if "finite_torque" in u["figure"].values else ""
-        own = f"the nominal beam with {u.attrs['own_scales']} scales, {ending(u.attrs['ends'])}"
-        yield f"own: {own}; all other columns are endless{of}"
+        yield f"{_own(u)}: the nominal beam {ending(u.attrs['ends'])}; all other columns are endless{of}"
     spread = picked.isel(figure=(picked["sd"] != 0).values)
     means, quantiles = (
         float((spread[key] / spread["sd"]).max()) if spread.sizes["figure"] else 0.0
@@ -309,9 +308,15 @@ def _figures(u: xr.Dataset, beam: Beam) -> Table:
         # the inclination is of a scale, other angles of the beam
         factor, unit = (math.degrees(1), "deg") if name.startswith("theta") else (factor, unit)
         values = [*(float(f[key]) for key in keys), *f["quantile"].values]
-        rows.append([name, unit, *(number(v * factor) for v in values), number(100 * float(f["share"]))])
-    head = ("figure", "unit", *keys, *(f"{p * 100:g} %" for p in u["level"].values), "in %")
+        rows.append([name, unit, *(number(v * factor) for v in values), f"{100 * float(f['share']):.5g}"])
+    names = [_own(u) if key == "own" else key for key in keys]
+    head = ("figure", "unit", *names, *(f"{p * 100:g} %" for p in u["level"].values), "in %")
     return output.table(head, rows, left=2, gap=1)
+
+
+def _own(u: xr.Dataset) -> str:
+    """Return the name of the column of the nominal beam with its own number of scales."""
+    return f"{u.attrs['own_scales']} scales"
 
 
 def _unit(unit: str, value: float, beam: Beam) -> tuple[float, str]:
@@ -319,7 +324,7 @@ def _unit(unit: str, value: float, beam: Beam) -> tuple[float, str]:
     if unit == "rad":
         return degrees(beam)
     if unit == "J/m":
-        return energy_unit(value, beam)[:2]
+        return energy_unit(value, beam)
     by_size = {"N m": torque_unit, "N m^2": rigidity_unit}
     return by_size[unit](value) if unit in by_size else for_people(unit)
 
@@ -331,7 +336,7 @@ def _said(p: Probability, n: int) -> str:
     if p.number == n:
         return f"all of {n} beams (at most {300 / n:.2g} % do not, with 95 % confidence)"
     digits = max(0, -math.floor(math.log10(100 * p.se)) + 1) if p.se else 2
-    return f"{100 * p.value:.{min(digits, 2)}f} % (standard error {100 * p.se:.2g} %)"
+    return f"{100 * p.value:.{digits}f} % (standard error {100 * p.se:.2g} %)"
 
 
 def _influences(u: xr.Dataset) -> Iterable[str]:

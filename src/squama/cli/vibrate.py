@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
-from squama.cli.summary import Summary, degrees, figure, modelled, percent, turned
+from squama.cli.summary import Summary, degrees, figure, joules, modelled, percent, turned
 from squama.loads import LOADS
-from squama.units import number, torque_unit
+from squama.units import number
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -109,12 +109,12 @@ def _cycles(beam: Beam, data: xr.Dataset) -> Iterable[str | Table]:
     peaks, troughs = slice(0, 2 * n, 2), slice(1, 2 * n, 2)
     if n:
         factor, unit = degrees(beam)
-        size, newton = torque_unit(float(U.max()))
+        size, joule = joules(float(U.max()))
         cells = {
             "at, s": t[peaks],
             f"peak, {unit}": factor * y[peaks],
             f"trough, {unit}": factor * y[troughs],
-            f"energy, {'mJ' if newton == 'N mm' else 'J'}": size * U[peaks],
+            f"energy, {joule}": size * U[peaks],
             "damping ratio": zeta[:n].round(9),
             "frequency, Hz": 1 / period[:n],
         }

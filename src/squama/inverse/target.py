@@ -109,7 +109,7 @@ def read_target(
     if isinstance(target, Mapping):
         source, data, folder, bare = "", dict(target), Path(), True
     else:
-        source, folder, bare = files.label(target), Path(target).parent, False
+        source, folder, bare = files.label(target), files.folder_of(target), False
         text = files.read_text(target)
         with naming(source=source):
             data = beamfile.loads(text)

@@ -23,7 +23,9 @@ from squama.units import shown
 
 LARGEST_TEXT = 1_000_000
 STANDARD, INPUT = "-", "/dev/stdin"
-"""Names of the standard input; the first is that of the standard output, too."""
+"""Names of the standard output, and of the standard input; on a command line the first is either."""
+_MOST_INPUT = 100_000_001
+"""Bytes of the standard input that are read at most: more than any reader takes."""
 SEAL = b"\nsquama sha256 %s\n"
 """End of binary files, behind the data: the hash of all before it."""
 SEALED = len(SEAL % bytes(64))
@@ -64,7 +66,12 @@ _TO_WRITE: Known = {
 
 def label(path: str | os.PathLike[str]) -> str:
     """Return a path as it is printed in a message, without quotes and on one line."""
-    return "standard input" if os.fspath(path) in (STANDARD, INPUT) else shown(os.fspath(path), limit=200).strip('"')
+    return "standard input" if os.fspath(path) == INPUT else shown(os.fspath(path), limit=200).strip('"')
+
+
+def folder_of(path: str | os.PathLike[str]) -> Path:
+    """Return the folder from which the names in a file count: of the standard input the current one."""
+    return Path() if os.fspath(path) == INPUT else Path(path).parent
 
 
 def read_text(path: str | os.PathLike[str], *, limit: int = LARGEST_TEXT, missing: str = "check the name") -> str:
@@ -131,9 +138,9 @@ def read_bytes(path: str | os.PathLike[str], most: int, *, missing: str = "check
     """Return the first bytes of a file or a pipe, at most so many; errors as from :func:`read_text`.
 
     A pipe is waited for, :data:`PATIENCE` seconds for each of its parts; a device is refused, for it may have no end.
-    The name "-" is the standard input, which may be read again.
+    The standard input may be read again.
     """
-    if os.fspath(path) in (STANDARD, INPUT):
+    if os.fspath(path) == INPUT:
         return _standard_input(sys.stdin)[:most]
     with _reading(path, missing), open(path, "rb", buffering=0, opener=_at_once) as file:
         mode = os.fstat(file.fileno()).st_mode
@@ -156,10 +163,10 @@ def read_bytes(path: str | os.PathLike[str], most: int, *, missing: str = "check
 
 @functools.lru_cache(maxsize=1)
 def _standard_input(stream: TextIO | None) -> bytes:
-    """Return all bytes of the standard input, once for a stream."""
-    if stream is None:
-        raise _error(STANDARD, "is closed", "give the name of a file")
-    return stream.buffer.read()
+    """Return the bytes of the standard input, once for a stream."""
+    if stream is None or not hasattr(stream, "buffer"):
+        raise _error(INPUT, "is closed", "give the name of a file")
+    return stream.buffer.read(_MOST_INPUT)
 
 
 def read_ordinary(path: str | os.PathLike[str], most: int) -> bytes:
