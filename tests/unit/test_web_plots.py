@@ -32,16 +32,16 @@ def named(
 def test_real_and_hinge_curves_stand_together() -> None:
     for now, other, joint in ((REAL, "on hinges", "hinge"), (HINGE, "on compliant joints", "compliant")):
         shown = named(now)
-        assert list(shown) == ["without contact", other, "this design"]
+        assert list(shown) == ["without contact", other, charts.OWN]
         r = squama.twist(now.beam, joint=joint, at=["0.1 rad/pitch"], ends="endless")
         assert np.interp(0.1, shown[other].x, shown[other].y) == pytest.approx(r["T"].item(), rel=0.015)
     bent = named(REAL.change("load", "bending"))
-    assert list(bent) == ["without contact", "on hinges", "this design"]
-    for name, joint in (("on hinges", "hinge"), ("this design", "compliant")):
+    assert list(bent) == ["without contact", "on hinges", charts.OWN]
+    for name, joint in (("on hinges", "hinge"), (charts.OWN, "compliant")):
         r = squama.bend(REAL.beam, joint=joint, at=["0.1 rad/pitch"], ends="endless")
         assert np.interp(0.1, bent[name].x, bent[name].y) == pytest.approx(r["M"].item(), rel=0.015)
     # it is not there beside a joint that is not known at once
-    assert list(named(state.preset("main").change("theta0", "26"))) == ["without contact", "this design"]
+    assert list(named(state.preset("main").change("theta0", "26"))) == ["without contact", charts.OWN]
 
 
 def test_the_explorer_takes_the_compliant_joint() -> None:
@@ -51,7 +51,7 @@ def test_the_explorer_takes_the_compliant_joint() -> None:
     shown = live.scene(now)
     assert np.shape(shown["state"]["pose"]) == (3, 3)
     json.dumps([shown, *(charts.line_options(now, plot, dark=False) for plot in charts.PLOTS)], allow_nan=False)
-    assert live.verdict(now).startswith("Free until ")
+    assert live.verdict(now).startswith("Endless beam: free until ")
     assert "u_X (m)" in live.make_file(now, "csv")[1].decode()
     assert "compliant" in live.compared(now)[0]["model"]
 
@@ -200,7 +200,7 @@ def test_the_map_has_the_plates_of_the_outcome(joint: str, ideal: str) -> None:
     # the beam's own: its tangent stiffness at the twist that is shown
     r = squama.twist(design.beam, at=[f"{now.twist} rad/pitch"], ideal=ideal == "yes", ends="endless")
     assert found.figure[row, 9] == pytest.approx(r.stiffness_ratio.item(), rel=1e-2)
-    low, high = (1, *map.LEVELS)[found.code[row, 9] - 1], (*map.LEVELS, math.inf)[found.code[row, 9] - 1]
+    low, high = (1, *map.LEVELS)[found.code[row, 9] - 2], (*map.LEVELS, math.inf)[found.code[row, 9] - 2]
     assert low <= found.figure[row, 9] < high
     # another twist is another map; beyond the law of the joint, and below engagement, nothing is claimed
     assert map.key(now.change("twist", "0.05"), "mu", "alpha") != key
@@ -281,18 +281,18 @@ def test_a_fit_is_the_packages_own() -> None:
     assert list(found.lines) == own.summary().splitlines()
     assert [name for name, _, _ in found.values] == list(own.parameters)
     assert list(found.doubts) == [*own.doubts, *filter(None, [own.disagreement])]
-    assert "scales" in found.model
+    assert (found.model, found.specimen) == (own.scales, own.fitted_as)
     now = HINGE._replace(beam=found.beam)
     before, after = (tables.residual(table, one) for one in (HINGE, now))
     assert np.sum(after.torque**2) < np.sum(before.torque**2) / 2
     # the loop that was fitted, as long as its beam is shown
-    loop = named(now, table=table, fit=found)["fitted loop"]
+    loop = named(now, table=table, fit=found)["fitted loop (25 scales with free ends)"]
     covered = np.isfinite(own.fitted)
     assert np.allclose(loop.y, own.fitted[covered], rtol=1e-12)
     assert np.allclose(loop.x, table.points.rate[covered] * 0.02, rtol=1e-12)
     left = tables.residual(table, now, found)
     assert np.allclose(left.torque, own.residuals[np.isfinite(own.residuals)], rtol=1e-12)
-    assert "fitted loop" not in named(HINGE, table=table, fit=found)
+    assert not any("fitted loop" in name for name in named(HINGE, table=table, fit=found))
     json.dumps([charts.line_options(now, plot, dark=False, table=table, fit=found)
                 for plot in (*charts.PLOTS, charts.RESIDUAL)], allow_nan=False)  # fmt: skip
     few = tables.opened("few.csv", b"Phi (rad/m), T (N m)\n0,0\n1,0.001\n", HINGE)

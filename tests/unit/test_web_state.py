@@ -228,21 +228,21 @@ def test_the_plots_are_the_answers_curves(name: str, law: str) -> None:
     r = squama.twist(now.beam, law=law, points=live.POINTS, joint="hinge")
     for plot, variable, unit in (("torque", r["T"], 1.0), ("theta", np.degrees(r.theta), 1.0), ("f", r.f, 1.0)):
         options = charts.line_options(now, plot, dark=False)
-        own = next(s for s in options["series"] if s["name"] == "this design")
+        own = next(s for s in options["series"] if s["name"] == charts.OWN)
         x, y = np.array(own["data"]).T
         factor = y[-1] / variable.values[-1]
         assert np.log10(factor) == pytest.approx(round(np.log10(factor)), abs=1e-4)
         assert np.allclose(x, r.phi, rtol=1e-5, atol=1e-9)
         assert np.allclose(y, unit * factor * variable.values, rtol=1e-5, atol=1e-9 * abs(y).max())
         # the current point lies on the curve
-        left, top = charts.point(now, plot)
+        left, top, _ = charts.point(now, plot)
         assert left * options["xAxis"]["max"] == pytest.approx(now.twist, rel=1e-5)
         low, high = (options["yAxis"][end] for end in ("min", "max"))
         assert low + (1 - top) * (high - low) == pytest.approx(np.interp(now.twist, x, y), rel=2e-3)
         assert 0 < top < 1
     for twist in ("0", "0.05", "0.14", "9"):
         for plot in charts.PLOTS:
-            assert all(0 <= at <= 1 for at in charts.point(now.change("twist", twist), plot))
+            assert all(0 <= at <= 1 for at in charts.point(now.change("twist", twist), plot)[:2])
 
 
 def test_bending_is_a_mode_of_its_own() -> None:

@@ -21,7 +21,9 @@ def test_a_table_is_opened_and_fitted_and_a_beam_too(visit, tmp_path) -> None:
     page.enter("twist", "0.1")
     page.until("Math.abs(squamaView.state.load - 0.1) < 1e-9")
     page.page.locator(".measured dd").first.wait_for()
-    page.until_chart(0, "options.series.some((s) => s.name === 'fitted loop' && s.data.length > 200)")
+    page.until_chart(
+        0, "options.series.some((s) => s.name === 'fitted loop (25 scales with free ends)' && s.data.length > 200)"
+    )
     assert "mu, " in page.page.locator(".measured dl").inner_text()
     own = squama.fit("examples/measured_loop.csv", squama.Beam.from_toml("examples/pla_on_vps.toml"), joint="hinge")
     page.eventually(lambda: float(page.number("mu").input_value()), pytest.approx(own.values["mu"], rel=1e-4))
