@@ -210,6 +210,65 @@ def test_the_map_has_the_plates_of_the_outcome(joint: str, ideal: str) -> None:
     assert not map.take(now, "mu", "alpha", (9, map.SIZE[1] - 1)).quick
 
 
+def test_the_map_tells_beams_that_soften_from_curves_that_end(monkeypatch) -> None:
+    monkeypatch.setattr(map, "SIZE", (2, 2))
+
+    def classes(now: state.State, **ranges: tuple[float, float]) -> tuple[map.Key, map.Grid, list[list[str]]]:
+        monkeypatch.setattr(map, "RANGES", ranges)
+        key = map.key(now, *ranges)
+        # not one that is kept of another size
+        found = map.grid.__wrapped__(key)
+        return key, found, [[map.CLASSES[code] for code in row] for row in found.code]
+
+    key, found, words = classes(REAL.change("twist", "0.185"), eta=(3.0, 17 / 3), theta0=(2.0, 2 + 38 * 12 / 28))
+    assert words[0] == ["not computed"] * 2
+    assert words[1][1] == "softer than the bar"
+    assert words[1][0] in map.CLASSES[2:-2]
+    # there the torque falls: a snap lies between this twist and the next increment
+    beam = REAL.beam.replace(scale={"length": 17 / 3 * REAL.beam.pitch, "theta0": math.radians(2 + 38 * 12 / 28)})
+    r = squama.twist(beam, at=["0.185 rad/pitch", "0.19 rad/pitch"], ends="endless")
+    assert r["T"].values[1] < r["T"].values[0]
+    assert {"softer than the bar", "not computed"} < set(map.classes(key, found, dark=False))
+    bent = REAL.change("load", "bending").change("twist", "0.2")
+    key, found, words = classes(bent, mu=(0.25, 10 / 9), alpha=(2.0, 60.0))
+    assert words[0][1] == "ends before this load"
+    r = squama.bend(REAL.beam.replace(scale={"alpha": "2 deg"}), mu=10 / 9, to="0.3 rad/pitch", ends="endless")
+    assert found.load_end[0, 1] == pytest.approx(r.psi_end.item(), rel=1e-3)
+    assert r.psi_end.item() < 0.2
+    assert np.isnan(found.load_end).sum() == 3
+    cells = map.options(key, found, dark=True)["series"][0]["data"]
+    assert cells[1][4:] == [pytest.approx(math.degrees(found.load_end[0, 1]), rel=5e-3), None]
+
+
+def test_a_torque_that_falls_is_told() -> None:
+    # at a snap
+    now = REAL.change("eta", f"{1 + 7 * 25 / 36:.6g}").change("theta0", "11.5").change("twist", "0.2")
+    assert live.motion(now.setting).value("stiffness_ratio", 0.2) < 0
+    assert ", the torque falls at 286° (11.5° per pitch)" in live.verdict(now)
+
+
+@pytest.mark.parametrize(
+    ("load", "scales", "ends", "words"),
+    [
+        ("twisting", 6, None, "your 6 scales with free ends carry about 12 % less torque there"),
+        ("twisting", 6, "gripped", "your 6 scales with gripped ends carry about 12 % less torque there"),
+        ("bending", 9, None, "your 9 scales with free ends carry about 2.8 % less moment there"),
+    ],
+)
+def test_the_headline_tells_what_the_beams_own_scales_carry(load, scales, ends, words) -> None:
+    # at twice the engagement, or near it
+    now = REAL.change("load", load)._replace(beam=REAL.beam.replace(scales=scales, ends=ends), twist=0.0656)
+    assert live.own_scales(now) == words
+    door, at = (squama.twist if load == "twisting" else squama.bend), [f"{now.twist} rad/pitch"]
+    own, endless = (door(now.beam, at=at, **more)[live.LOADS[load].torque].item() for more in ({}, {"ends": "endless"}))
+    # tolerance: one state of the row beside the row that is followed, 7e-5 measured; the ends take 3 % or more
+    assert live.share(now.setting, now.twist) == pytest.approx(own / endless, abs=3e-3)
+    # nothing is said of an endless beam, of hinges, or where nothing touches
+    for other in (now._replace(beam=now.beam.replace(scales=None)), now.hinged, now.change("twist", "0.01")):
+        assert live.own_scales(other) == ""
+        assert live.verdict(other).startswith("Endless beam: ")
+
+
 def test_marks_of_designs_at_one_place_stand_apart() -> None:
     now = REAL.keep()
     for eta in ("2", "2.5"):
@@ -242,7 +301,18 @@ def test_a_measured_table_is_laid_beside_the_curve() -> None:
         assert ends.right == pytest.approx(1.03 * load.max())
         assert torque.max() < ends.top < 1.1 * torque.max()
         assert ends.low <= torque.min()
-    assert charts.point(HINGE.change("twist", "9"), "torque", found)[0] <= 1
+    # an arrow to a point that is beyond them, on the page and in print
+    for now, arrow in ((REAL.change("twist", "0.3"), charts.RIGHT), (REAL.change("twist", "0.1"), "")):
+        assert (now.twist > charts.frame(now, "torque", found).right) == bool(arrow)
+        for plot in charts.PLOTS:
+            at = charts.point(now, plot, found)
+            assert at.arrow == arrow
+            assert (at.left == 1) == bool(arrow)
+        drawn = prints.figure(now, found)
+        points = [ax.lines[-1] for ax in list(drawn.axes)[:3]]
+        assert [one.get_marker() for one in points] == [prints.MARKS[arrow]] * 3
+    high = charts.point(HINGE.change("twist", "9"), "torque")
+    assert (high.top, high.arrow) == (0, charts.UP)
     for plot in (*charts.PLOTS, charts.RESIDUAL):
         json.dumps(charts.line_options(HINGE, plot, dark=False, table=found), allow_nan=False)
 
@@ -271,6 +341,7 @@ def test_the_residual_is_measured_less_computed_on_every_way(start: state.State,
     # tolerance: straight lines between 40 points, 0.1 % measured, on every processor
     assert np.allclose(left.torque, -added if sense == "-" else added, atol=2e-3 * np.abs(c["T"].values).max() / 4)
     assert left.words.startswith("residual rms ")
+    assert left.words.endswith(", against the endless beam's curve")
 
 
 def test_a_fit_is_the_packages_own() -> None:
@@ -286,7 +357,7 @@ def test_a_fit_is_the_packages_own() -> None:
     before, after = (tables.residual(table, one) for one in (HINGE, now))
     assert np.sum(after.torque**2) < np.sum(before.torque**2) / 2
     # the loop that was fitted, as long as its beam is shown
-    loop = named(now, table=table, fit=found)["fitted loop (25 scales with free ends)"]
+    loop = named(now, table=table, fit=found)["fitted loop (endless beam)"]
     covered = np.isfinite(own.fitted)
     assert np.allclose(loop.y, own.fitted[covered], rtol=1e-12)
     assert np.allclose(loop.x, table.points.rate[covered] * 0.02, rtol=1e-12)

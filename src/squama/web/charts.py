@@ -102,7 +102,7 @@ def lines(state: State, plot: str, *, dark: bool, table: Table | None = None, fi
         found.append(Line(table.name, *tables.shown(table, state), look["normal"], 0, points=True))
         if fit and fit.beam == state.beam and table.load == state.load:
             load, torque, _ = tables.looped(fit, state)
-            found.append(Line(f"fitted loop ({fit.specimen})", load, torque, look["mark"], 1.6))
+            found.append(Line(f"fitted loop ({fit.specimen.removeprefix('an ')})", load, torque, look["mark"], 1.6))
     drawn(OWN, own, look["curve"], 2.2)
     return found
 

@@ -25,8 +25,7 @@ from squama.model.outcome import SENTENCES, End
 from squama.plot.palette import WORDS
 from squama.scene import standalone
 from squama.scene.motion import FREE, SLIDING, Motion, Setting
-from squama.study import columns, real_columns
-from squama.study.models import own_scales
+from squama.study import columns, models, real_columns
 from squama.types import Array
 from squama.units import number, prefix
 from squama.web.fields import FIELDS
@@ -268,10 +267,7 @@ def turned(angle: float, state: State) -> str:
 
 
 def verdict(state: State) -> str:
-    """Say until where the endless beam is free, and how stiff it is at what is shown, or where it locks.
-
-    Behind it, by how much the load of the beam's own number of scales differs there.
-    """
+    """Say until where the endless beam is free, and how stiff it is at what is shown, or where it locks."""
     m, kind = motion(state.setting), LOADS[state.load]
     if not math.isfinite(engaged := float(m.figures["load_e"])):
         return f"Endless beam: the scales never touch; {kind.done}, it is as soft as its bar"
@@ -283,10 +279,9 @@ def verdict(state: State) -> str:
     ratio = m.value("stiffness_ratio", now) if now > engaged else math.nan
     if not math.isfinite(ratio):
         return f"{free}{'' if now > engaged else '; the scales do not touch yet'}"
-    own = _own(share(state.setting, now), state)
     if ratio < 0:
-        return f"{free}, the {kind.torque_words} falls at {turned(now, state)}{own}"
-    return f"{free}, {ratio:.3g} times as stiff as the bar at {turned(now, state)}{own}"
+        return f"{free}, the {kind.torque_words} falls at {turned(now, state)}"
+    return f"{free}, {ratio:.3g} times as stiff as the bar at {turned(now, state)}"
 
 
 @functools.lru_cache(maxsize=64)
@@ -296,7 +291,7 @@ def share(setting: Setting, load: float) -> float:
     NaN where it is not known: of an endless beam, on hinges, with a held bend, where elements give the joint.
     """
     s, m = setting, motion(setting)
-    own = own_scales(s.beam, s.load, bent=False)
+    own = models.own_scales(s.beam, s.load, bent=False)
     if own is None or m.hinge or s.bend:
         return math.nan
     # thin under the law and the joint of the curve, as on the map
@@ -305,14 +300,16 @@ def share(setting: Setting, load: float) -> float:
     return float(real_columns.solved(columns.columns(s.beam, {}), load, **how).finite_ratio[0])
 
 
-def _own(share: float, state: State) -> str:
-    """Say by how much the load of the beam's own number of scales differs from the endless beam's."""
-    if not math.isfinite(share):
+def own_scales(state: State) -> str:
+    """Say by how much the load of the beam's own number of scales differs at what is shown; "" where not known."""
+    m, beam = motion(state.setting), state.beam
+    now = min(state.twist, m.last)
+    if not now > m.load_e or not math.isfinite(part := share(state.setting, now)):
         return ""
-    beam, per_cent = state.beam, f"{100 * abs(share - 1):.2g} %"
-    differs = f"{per_cent} {'less' if share < 1 else 'more'}" if abs(share - 1) >= 5e-4 else "the same"
-    words = f"{differs} {LOADS[state.load].torque_words}"
-    return f"; your {beam.extent} {ending(beam.ends or LOOSE)} carry {words} there"
+    differs = (
+        f"about {100 * abs(part - 1):.2g} % {'less' if part < 1 else 'more'}" if abs(part - 1) >= 5e-4 else "the same"
+    )
+    return f"your {beam.extent} {ending(beam.ends or LOOSE)} carry {differs} {m.kind.torque_words} there"
 
 
 def outcome(state: State) -> tuple[str, str, str]:

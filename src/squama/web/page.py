@@ -255,9 +255,10 @@ class Explorer:
         if sent := received(event.args, link=str, step=int):
             # the browser is there already; where the state is not shown its address gives way to the one of what is
             self.link, self.step = sent["link"].removeprefix("?"), sent["step"]
+            if self.pending is not None:
+                self.pending.cancel()
 
             def show(found: State) -> None:
-                self.link = query(found)
                 self.attempt(lambda _: found)
                 if self.state != found:
                     self.draw()
@@ -369,8 +370,7 @@ class Explorer:
 
     def fit(self) -> None:
         """Fit the model that is shown to the measured table, and show the beam that is found."""
-        table = self.table
-        if table is None:
+        if (table := self.table) is None:
             return
 
         def show(found: Fitted) -> None:

@@ -130,7 +130,7 @@ class Outcome:
     def __init__(self) -> None:
         with ui.element("section").classes("outcome").props('aria-label="Outcome"'):
             with ui.element("div").classes("end"):
-                self.verdict, self.model = text("strong"), text("span")
+                self.verdict, self.own, self.model = text("strong"), text("span", "", "own"), text("span")
             self.readings = ui.element("dl")
             self.sentence = text("p", "", "sentence").props('aria-live="polite"')
             # within reach of the keyboard, for it scrolls where there are many
@@ -142,6 +142,7 @@ class Outcome:
         """Show a state."""
         end, where, sentence = live.outcome(now)
         write(self.verdict, live.verdict(now))
+        write(self.own, live.own_scales(now))
         write(self.model, live.motion(now.setting).model)
         write(self.sentence, f"End of the curve: {', '.join(filter(None, (end, where)))}. {sentence}")
         rows = live.readings(now)
