@@ -309,7 +309,7 @@ def own_scales(state: State) -> str:
     differs = (
         f"about {100 * abs(part - 1):.2g} % {'less' if part < 1 else 'more'}" if abs(part - 1) >= 5e-4 else "the same"
     )
-    return f"your {beam.extent} {ending(beam.ends or LOOSE)} carry {differs} {m.kind.torque_words} there"
+    return f"Your {beam.extent} {ending(beam.ends or LOOSE)} carry {differs} {m.kind.torque_words} there"
 
 
 def outcome(state: State) -> tuple[str, str, str]:
