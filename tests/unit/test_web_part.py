@@ -64,6 +64,8 @@ def test_a_part_whose_curve_stops_says_where_and_why() -> None:
     assert f"The curve stops at {reached}: the range of the curve ends here; nothing locks before" in words
     assert f"{float(short.F[-1]) / share:.3g}" == "0.3"
     assert not any("nan" in line for line in words)
+    # what comes to all of the force but for rounding does not stop
+    assert not any("stops" in line for line in bench._words(data.assign(share=data.share * (1 - 1e-8))))
 
 
 @pytest.mark.parametrize(

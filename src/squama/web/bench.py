@@ -30,6 +30,8 @@ MOST = 25
 """Scales of a part that is loaded on the page."""
 POINTS = 16
 """Of the curve."""
+WHOLE = 0.999
+"""Share of the force that is taken for all of it."""
 
 
 class Loaded(NamedTuple):
@@ -102,7 +104,7 @@ def _words(data: xr.Dataset) -> list[str]:
     most = f"scale {int(borne.argmax()) + 1} of {loads.size} bears most, {number(float(borne.max()), 'N')}"
     found = [f"{number(newtons, 'N')} at {number(1e3 * travel, 'mm')}{stiffer}"]
     found.append(f"{touch}; {most}" if math.isfinite(engaged) else "The scales do not touch")
-    if float(top["share"]) < 1 - 1e-9:
+    if float(top["share"]) < WHOLE:
         asked = number(newtons / float(top["share"]), "N")
         found.append(f"The curve stops at {number(newtons, 'N')} of {asked}: {SENTENCES[End(data['end'].item())]}")
     return found + [f"Warning: {line}" for line in str(data.attrs["warnings"]).splitlines() if line]
