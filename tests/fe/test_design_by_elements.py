@@ -26,7 +26,7 @@ def test_the_first_design_beside_elements():
     (line,) = found.notes
     off, elements, real = re.fullmatch(
         r"elements \(coarse mesh\), 0\.07 rad per pitch: torque .* N m+ \((.*)%\), "
-        r"stiffness ratio (.*) \(real beam: (.*)\)",
+        r"stiffness ratio (.*) \(model: (.*)\)",
         line,
     ).groups()
     assert abs(float(off)) < 20

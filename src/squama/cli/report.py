@@ -152,8 +152,8 @@ def _notes(kind: Load, beam: Beam, law: str, laws: Mapping[str, Answer]) -> list
     if any(str(End.NONE) in data["end"] for data in laws.values()):
         lines.append("without engagement the curve is that of the beam without contact")
     if len(laws) > 1:
-        names = {REAL: "real beam", IDEAL: "beam with thin, rigid scales", beam.extent: f"beam of {beam.extent}"}
-        whose = names.get(law, column(law))
+        thick = {REAL: "beam with thick scales", IDEAL: "beam with thin, rigid scales"}
+        whose = f"beam of {law}" if law == beam.extent else thick.get(law, column(law))
         lines.append(f"the curve, files and pictures are those of the {whose}")
     return lines
 

@@ -107,7 +107,7 @@ MODELS = {
         programs=_hinge,
     ),
     REAL: Model(
-        pages=dict.fromkeys(LOADS, "real beam"),
+        pages=dict.fromkeys(LOADS, "thick scales"),
         thick=tuple(LOADS),
         elastic=True,
         straight=False,

@@ -123,12 +123,12 @@ def twist(
     xarray.Dataset
         Dimension ``point`` (and ``mu``); variables named as in :data:`squama.SYMBOLS`, SI units and radians; single
         figures of the curve such as ``phi_e``, ``phi_end``, ``end``, ``RED_c``; beam, law, margin and version in the
-        attributes. The real beam goes on through every contact that comes in: ``N``, ``f`` are sums over all contacts,
-        ``p``, ``s``, ``slip`` of the first one, ``phi_second`` and ``other_contact`` tell the second one, ``W_snap``
-        the energy that jumps of the scales lose, ``phi_bent`` where a scale is bent beyond the plate model (docs,
-        theory: contact). ``psi``, ``chi``, ``stretch`` are the bend, lateral bend and stretch per pitch, ``M``,
-        ``M_lat``, ``P`` what holds them, 0 where they are free. With scales on both faces loads and energies are the
-        beam's, what is told of a scale is of the face that touches first; ``theta_other``, ``N_other``,
+        attributes. A curve of the compliant joint goes on through every contact that comes in: ``N``, ``f`` are sums
+        over all contacts, ``p``, ``s``, ``slip`` of the first one, ``phi_second`` and ``other_contact`` tell the second
+        one, ``W_snap`` the energy that jumps of the scales lose, ``phi_bent`` where a scale is bent beyond the plate
+        model (docs, theory: contact). ``psi``, ``chi``, ``stretch`` are the bend, lateral bend and stretch per pitch,
+        ``M``, ``M_lat``, ``P`` what holds them, 0 where they are free. With scales on both faces loads and energies are
+        the beam's, what is told of a scale is of the face that touches first; ``theta_other``, ``N_other``,
         ``stress_other`` and the like, and ``phi_e_other``, are of the other one. ``phi_strength`` and ``phi_strain``
         are of the face that comes there first.
 
@@ -172,7 +172,8 @@ def bend(
 ) -> xr.Dataset:
     """Bend a beam towards its scales: moment, inclination, forces and energies to the end of the curve.
 
-    The real beam by default, as :func:`twist`: the way along the bend alone of :func:`squama.bend_twist`.
+    Thick, elastic scales on the compliant joint by default, as :func:`twist`: the way along the bend alone of
+    :func:`squama.bend_twist`.
 
     Parameters
     ----------

@@ -42,9 +42,9 @@ def bend_twist(
 ) -> xr.Dataset:
     """Bend and twist a beam along a path: moment, torque, inclination, forces and energies, and what happens on it.
 
-    The real beam by default, as :func:`twist`, with every contact of its scales. On the hinge thin, rigid scales, both
-    plates of every pair looked at (docs, theory: bending and twisting). A beam with a number of scales has all of them,
-    on hinges it is endless.
+    Thick, elastic scales on the compliant joint by default, as :func:`twist`, with every contact of its scales. On the
+    hinge thin, rigid scales, both plates of every pair looked at (docs, theory: bending and twisting). A beam with a
+    number of scales has all of them, on hinges it is endless.
 
     Parameters
     ----------
@@ -86,11 +86,11 @@ def bend_twist(
     -------
     xarray.Dataset
         Dimension ``point``: ``kappa``, ``Phi``, ``psi``, ``phi``, ``M``, ``T``, their parts of the scales, ``theta``,
-        ``contact`` (docs, theory), ``N``, ``f``, ``U_el``, ``W_fr``, ``RED``, ``leg``; of the real beam ``stretch``,
-        motions, stress and the like of :func:`twist`; of the hinge ``mu_lock`` along the way, and each change of
-        contact and each corner twice, before and after. Dimension ``event``: what happens, where, and on the hinge by
-        how much M and T jump. Single figures: ``end``, ``psi_e``, ``phi_e``, ``psi_end``, ``phi_end``, ``theta_end``,
-        ... Attributes: ``joint``, ``scales``, ``joint_source``, ``neutral``.
+        ``contact`` (docs, theory), ``N``, ``f``, ``U_el``, ``W_fr``, ``RED``, ``leg``; on the compliant joint
+        ``stretch``, motions, stress and the like of :func:`twist`; of the hinge ``mu_lock`` along the way, and each
+        change of contact and each corner twice, before and after. Dimension ``event``: what happens, where, and on the
+        hinge by how much M and T jump. Single figures: ``end``, ``psi_e``, ``phi_e``, ``psi_end``, ``phi_end``,
+        ``theta_end``, ... Attributes: ``joint``, ``scales``, ``joint_source``, ``neutral``.
 
         A beam with a number of scales has the figures of each and the strains of the cells along ``scale``, as in
         :func:`twist`; ``M_periodic``, ``T_periodic`` and ``theta_periodic`` are of the endless beam, ``contact`` has

@@ -142,6 +142,6 @@ def by_elements(beam: Beam, sense: str, rates: Sequence[float]) -> list[str]:
             lines.append(f"{where}: the run ends before, {run.attrs['sentence']}")
             continue
         torque, real, stiffer, as_stiff = (float(np.interp(rate, x, v)) for v in (T, own, *ratios))
-        beside = f"stiffness ratio {stiffer:.3g} (real beam: {as_stiff:.3g})"
+        beside = f"stiffness ratio {stiffer:.3g} (model: {as_stiff:.3g})"
         lines.append(f"{where}: torque {moment(torque)} ({change(torque / real - 1, '+')}), {beside}")
     return lines

@@ -254,7 +254,10 @@ def _limits(
 ) -> tuple[dict[str, float], list[str]]:
     """Read the limits, SI, and the laws whose ranges hold as limits."""
     found, laws = dict(ALWAYS), list[str]()
-    words = {"joint_law": "hinges; the joint of a real beam is within its law", "printable": "real beams"}
+    words = {
+        "joint_law": "hinges; a compliant joint is always within its law",
+        "printable": "beams on compliant joints",
+    }
     for name, value in file.limits.items():
         where = f"limits.{name}"
         if name in words and (name == "joint_law") != (context.joint == "hinge"):
