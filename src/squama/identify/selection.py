@@ -112,7 +112,7 @@ class Rival(NamedTuple):
 
 def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
     """Find the parameters, from so many starts, and those candidate nuisances that the residual shows."""
-    if isinstance(test.points, Walked) and test.points.kind is not None:
+    if isinstance(test.points, Walked) and test.points.finite:
         return _find_with_ends(test, test.points, starts, candidates)
     test = fit_for(test, test.asked.names)
     rough, out = robust(test, started(test, starts))
