@@ -159,7 +159,7 @@ LOADS = {load.name: load for load in (_TWISTING, _BENDING)}
 """Kinds of loading by name."""
 
 
-def _travel(value: object, *, pitch: float, scales: int, bare: bool = True) -> float:
+def _travel(value: object, *, pitch: float, bare: bool = True, **_: int) -> float:
     """Read a travel, over the pitch; the number of scales does not matter."""
     return units.quantity(value, units.Dimension.LENGTH, bare=bare) / pitch
 

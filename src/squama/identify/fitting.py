@@ -70,7 +70,8 @@ def fit(
     data
         A CSV file with units in its header, or several; a dataset of :func:`squama.cycle` or another mapping with
         ``Phi`` (rad/m) or ``phi`` (rad) and ``T`` (N m), in bending ``kappa`` or ``psi`` and ``M``; of a part
-        :func:`squama.load` or ``travel`` (m) and ``F`` (N). Rows in the order measured: loading only, or loading and unloading. Several specimens: a column ``specimen``, or several files.
+        ``travel`` (m) and ``F`` (N). Rows in the order measured: loading only, or loading and unloading. Several
+        specimens: a column ``specimen``, or several files.
     beam, parameters
         The beam, from which all else is known, and what is to be found, of ``mu``, ``K_theta``, ``C_f``, ``E_B``
         (Young's modulus of the bar; its shear modulus follows) and ``theta0``, and of the nuisances of a test:

@@ -39,20 +39,27 @@ def tested(beam: Beam | Part, load: str | Sequence[str] | None, support: str | N
     part = beam if isinstance(beam, Part) else Part(beam)
     words = part.load if load is None else load
     if not words or (isinstance(words, str) and not any(map(str.isdigit, words))):
+        name = words if isinstance(words, str) and words else next(iter(LOADS))
         if support is not None:
             refuse("support", shown(support), "is of a part under a force", 'give its load too, e.g. "1 N up at tip"')
-        return arguments.load(words or next(iter(LOADS))).name, Part(part.beam)
+        _alike(part)
+        return arguments.load(name).name, Part(part.beam)
     only_one(part.beam.faces, "a part under load")
     n = arguments.whole("scales", part.beam.pitches, 2, MANY_SCALES)
     part = replace(part, load=texts(words), support=support or part.support or loading.SUPPORTS[0])
-    if part.along:
-        refuse("along", "", "scales that differ along a part are not fitted", "leave it out")
+    _alike(part)
     first, *others = loading.together(part.load, part.support, part.beam, n)[0]
     if others:
         refuse("load", shown(others[0].words), "is a second load: a test has one force", "give one")
     if first.measures not in (Dimension.FORCE, Dimension.LENGTH):
         refuse("load", shown(first.words), "is no force", _ENDS)
     return PUSHED, part
+
+
+def _alike(part: Part) -> None:
+    """Refuse scales that differ."""
+    if part.along:
+        refuse("along", "", "scales that differ along a part are not fitted", "leave it out")
 
 
 class Loaded(Walked):

@@ -45,8 +45,8 @@ class Wanted(NamedTuple):
 
     ``noise`` N m, if given; ``candidates`` nuisances that may be found unasked; ``ends`` of the beam on compliant
     joints: hinges are endless; ``machine`` None where nothing is known of it; ``each`` what every loop, or
-    specimen, has of its own; ``priors`` by name, those of the beam's ``dimensions`` apart; ``part`` None where the ends of
-    the beam are twisted or bent.
+    specimen, has of its own; ``priors`` by name, those of the beam's ``dimensions`` apart; ``part`` under a force, None
+    where the ends of the beam are twisted or bent.
     """
 
     beam: Beam
