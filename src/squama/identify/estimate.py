@@ -146,7 +146,7 @@ def _groups(points: Points, asked: Asked) -> list[tuple[int | None, NDArray[np.b
     return [(g, number == g) for g in range(len(asked.groups))]
 
 
-def _shifts(points: Points, asked: Asked) -> dict[int, tuple[float, Array]]:
+def shifts(points: Points, asked: Asked) -> dict[int, tuple[float, Array]]:
     """Return values of dimensions that have a tolerance, with the torque's derivatives there, by their places."""
     known = [(i, points.readings.shifts[name]) for i, name in enumerate(asked.names) if name in points.readings.shifts]
     return {i: (value, shift[points.index]) for i, (value, shift) in known}
@@ -157,7 +157,7 @@ def modelled(points: Points, asked: Asked, p: Array) -> Array:
     out = np.zeros(points.index.size)
     for group, own in _groups(points, asked):
         out[own] = points.of(group).torque(asked.physical(p, group))[own]
-    for i, (value, shift) in _shifts(points, asked).items():
+    for i, (value, shift) in shifts(points, asked).items():
         out += shift * (p[i] - value)
     return out
 
@@ -169,7 +169,7 @@ def derivatives(points: Points, asked: Asked, p: Array) -> Array:
         chain = asked.chain(p, group)
         found = points.of(group).jacobian(asked.physical(p, group), np.asarray(chain.any(axis=1))) @ chain
         out[own] = found[own]
-    for i, (_, shift) in _shifts(points, asked).items():
+    for i, (_, shift) in shifts(points, asked).items():
         out[:, i] = shift
     return out
 

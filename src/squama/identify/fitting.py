@@ -95,11 +95,12 @@ def fit(
         the twist where that turns it round; way after a reversal on which points are not used, because the joints
         still give there.
     starts, posterior, seed
-        Numbers of starts of the search, and of posterior samples to draw (extra ``fit``; 0 for none); their seed.
+        Numbers of starts of the search, and of posterior samples to draw (extra ``fit``; 0 for none); their seed. On
+        compliant joints the model is walked at up to 400 of them.
     joint
         "compliant": real plates with six motions each against the substrate, on which the record is walked with each
-        trial; ``K_theta`` and ``C_f`` change it as a beam's file does, beside its joint; ``theta0`` is not found, and
-        no samples are drawn. "hinge": thin, rigid plates on hinges. By default the first where it covers what is
+        trial; ``K_theta`` and ``C_f`` change it as a beam's file does, beside its joint; ``theta0`` is not found.
+        "hinge": thin, rigid plates on hinges. By default the first where it covers what is
         asked and follows the record. The other one is fitted too, and a disagreement is said.
     nuisances
         "auto": those that the residual shows are found too; "none": only what is asked for.
@@ -166,7 +167,7 @@ def fit(
     own = _each(each, asked.names, samples)
     given = (limits, sigma, starts, candidates, ENDLESS, means, own, dimensions, priors, part if pushed else None)
     wanted = Wanted(beam, [], asked.names, load, law, bounds, *given)
-    kind, why = prepare.kind(joint, wanted, samples)
+    kind, why = prepare.kind(joint, wanted)
     wanted = wanted._replace(specimens=records.read(data, beam, load), ends=prepare.ends(kind, wanted, ends))
     try:
         made = prepare.prepared(kind, wanted)

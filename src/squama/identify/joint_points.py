@@ -235,12 +235,13 @@ class Linear(Walked):
         return self._touches[self.index]
 
     def torque(self, v: Physical) -> Array:
-        """Torque that is read (N m)."""
+        """Torque that is read (N m); the entries of ``v`` may be columns of many trials, shape (..., 1)."""
         found = self._torque + v.drift * self.readings.order + v.torque_zero
         for name in _STEPS:
-            if step := getattr(v, name) - getattr(self.about, name):
+            step = getattr(v, name) - getattr(self.about, name)
+            if np.any(step):
                 found = found + step * self._column(name)
-        return np.asarray(found[self.index])
+        return np.asarray(found[..., self.index])
 
     def _slope(self, _: Physical, name: str) -> Array:
         return self._column(name)[self.index]

@@ -88,7 +88,7 @@ class Prepared(NamedTuple):
         return index, self.points.take(index), self.record.torque[index], self.points.readings.numbers[index]
 
 
-def kind(joint: str | None, wanted: Wanted, samples: int) -> tuple[str, str]:
+def kind(joint: str | None, wanted: Wanted) -> tuple[str, str]:
     """Return the joint of the fit, and why it is the hinge where no joint is given and the load has both."""
     load, inclined = TESTS[wanted.load], "theta0" in wanted.names
     if load.pushed:
@@ -97,8 +97,6 @@ def kind(joint: str | None, wanted: Wanted, samples: int) -> tuple[str, str]:
         joint = "compliant"
     factor = not load.sided and "C_f" in wanted.names
     if joint is not None and arguments.joint(joint) == "compliant":
-        if samples:
-            refuse("posterior", str(samples), 'no samples are drawn with joint="compliant"', "leave it out")
         if inclined:
             reason = 'theta0 is not found with joint="compliant": the elements depend on it'
             refuse("parameters", "", reason, "leave it out")
@@ -108,9 +106,9 @@ def kind(joint: str | None, wanted: Wanted, samples: int) -> tuple[str, str]:
             return joint, ""
     means = chosen(wanted.beam, load, law=wanted.law, joint=joint)
     found, why = means.joint, means.note
-    if joint is None and found != "hinge" and (inclined or factor or samples):
+    if joint is None and found != "hinge" and (inclined or factor):
         found = "hinge"
-        why = f"C_f is found on hinges only in bending: {_OF_TWIST}" if factor else "samples are drawn on hinges only"
+        why = f"C_f is found on hinges only in bending: {_OF_TWIST}"
         if inclined:
             why = "theta0 is found on hinges only: the matrix of a joint depends on it"
     if found == "hinge":

@@ -242,6 +242,7 @@ class Fit(Found):
             x, note = self.posterior.samples, self.posterior.note()
             found = ", ".join(written(self.rows, x.mean(axis=0), x.std(axis=0, ddof=1)))
             worth = f"worth {self.posterior.effective:.0f} independent ones"
+            worth += f", from {self.posterior.walked} walks of the model" if self.posterior.walked else ""
             lines.append(f"posterior, {len(x)} samples ({worth}): {found}")
             lines += [f"note: {note}"] if note else []
         return [*lines, *super().more]
@@ -256,6 +257,7 @@ class Fit(Found):
             "effective": samples.effective,
             "mean": self._by_name(samples.samples.mean(axis=0)),
             "sd": self._by_name(samples.samples.std(axis=0, ddof=1)),
+            "walked": samples.walked,
             "acceptance": samples.acceptance,
             "autocorrelation": samples.autocorrelation,
         }
