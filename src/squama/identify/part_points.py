@@ -90,6 +90,14 @@ class Loaded(Walked):
         ways = {sense: course.follow(np.array([sign * path.RANGE])) for sense, sign in (("-", -1.0), ("+", 1.0))}
         return {sense: track.engaged * course.share * self.beam.pitch for sense, track in ways.items()}
 
+    def straight(self, v: Physical) -> Array:
+        """Return the travels at which a bar of the first slope has the forces that the part as given has here.
+
+        A part bends far before its scales touch: its force is no line.
+        """
+        of_test = {name: getattr(v, name) for name in ("twist_zero", "backlash", "compliance")}
+        return self.whole(self.start._replace(**of_test)) / self.bar()
+
     def _course(self, beam: Beam, mu: float) -> tuple[loaded.Course, float]:
         """Return the course of a part, and the unit of its forces, N."""
         n = beam.pitches

@@ -54,8 +54,8 @@ class Posterior(NamedTuple):
         """Say that the chains are short, or the model is far from linear, if so."""
         if self.worth < _WORTH * self.walked:
             return (
-                f"{self.walked} samples of linear torques are worth {self.worth:.0f} of the model's own posterior, which "
-                "is far from theirs: narrow the bounds, or measure what tells the parameters apart"
+                f"{self.walked} samples of linear torques are worth {self.worth:.0f} of the model's own posterior, "
+                "which is far from theirs: narrow the bounds, or measure what tells the parameters apart"
             )
         if self.steps >= _LEAST * self.autocorrelation:
             return None

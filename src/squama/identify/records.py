@@ -180,7 +180,8 @@ def _angle(name: str, value: object, beam: Beam, load: str) -> float:
     with naming(name):
         rate = TESTS[load].read(value, pitch=beam.pitch, scales=beam.pitches)
     if rate < 0:
-        refuse(name, shown(value), "must be 0 or more", "give its magnitude")
+        said = shown(value) if TESTS[load].pushed else f"{rate:.6g} rad/m"
+        refuse(name, said, "must be 0 or more", "give its magnitude")
     return rate * beam.pitch
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from squama.identify import noise
 from squama.identify.estimate import Points
 from squama.identify.hinge_points import Physical
+from squama.identify.part_points import Loaded
 from squama.identify.records import Record
 from squama.identify.unknowns import PARAMETERS, with_error
 from squama.loads import Load
@@ -131,7 +132,8 @@ def slope(
     straight = usable & ~points.touching(at)
     if least is None:
         straight &= size <= _FIRST * float(np.max(size, where=usable, initial=0.0))
-    twist = readings.placed(at.twist_zero, at.backlash, at.compliance)[0]
+    placed = readings.placed(at.twist_zero, at.backlash, at.compliance)[0]
+    twist = points.straight(at) if isinstance(points, Loaded) else placed
     torque = record.torque - at.drift * readings.order
 
     def of(part: NDArray[np.bool_]) -> Slope | None:
