@@ -13,7 +13,7 @@ import squama
 from squama.cli import main
 from squama.errors import InputError
 from squama.identify import prepare, records
-from squama.identify.part_points import tested
+from squama.identify.part_points import of_test
 from squama.identify.prepare import Wanted
 from squama.loads import PUSHED
 
@@ -34,7 +34,7 @@ def loop(load, support):
 
 def prepared(data, load, support, names=("mu", "K_theta")):
     """Return the test of a part."""
-    kind, part = tested(BEAM, load, support)
+    kind, part = of_test(BEAM, load, support)
     specimens = records.read(data, BEAM, kind)
     wanted = Wanted(BEAM, specimens, names, kind, "edge", None, records.ALL, None, 1, (), part=part)
     return prepare.prepared("compliant", wanted)

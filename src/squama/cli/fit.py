@@ -225,7 +225,7 @@ def fit(
     beam = settled(given)
 
     from squama.identify import decay_fit, fitting
-    from squama.identify.part_points import tested
+    from squama.identify.part_points import of_test
 
     names = {name: f"--{name}" for name in vars(search)}
     names |= {"parameters": "--find", "bounds:": "--bounds", "data": ", ".join(data), "mode": "--mode"}
@@ -238,7 +238,7 @@ def fit(
         refuse("--mode, --ideal", "", "are for decays: no table has a column of time, and no torque")
     own = {name: f"{label(beams[0])}: {heading(name)}" for name in ("load", "support", "along")}
     with flags.laid(own | {name: f"--{name}" for name in own if getattr(search, name, None)}):
-        kind, part = tested(beam, search.load, search.support)
+        kind, part = of_test(beam, search.load, search.support)
     read = tables.read(data, part.beam, kind, decay=decays)
     wanted = () if find is None else (find,)
     found: Fit | DecayFit

@@ -17,7 +17,7 @@ from squama.identify import estimate, groups, known, prepare, records, remarks, 
 from squama.identify import machine as machines
 from squama.identify.hinge_points import Hinged
 from squama.identify.joint_points import Walked
-from squama.identify.part_points import tested
+from squama.identify.part_points import of_test
 from squama.identify.posterior import sample
 from squama.identify.prepare import Prepared, Wanted
 from squama.identify.result import Alone, Fit
@@ -139,7 +139,7 @@ def fit(
     >>> print(f"mu = {f.values['mu']:.6f}")
     mu = 0.300000
     """
-    load, part = tested(beam, load, support)
+    load, part = of_test(beam, load, support)
     beam, pushed = part.beam, TESTS[load].pushed
     law = TESTS[load].law(arguments.law(law))
     starts, samples = arguments.whole("starts", starts, 1, 1000), arguments.whole("posterior", posterior, 0, 1e6)

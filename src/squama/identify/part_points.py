@@ -31,7 +31,7 @@ from squama.units import Dimension, shown
 _ENDS = 'give torque and twist (bend) of its ends, with load="twisting" (--load twisting) or "bending", and ends'
 
 
-def tested(beam: Beam | Part, load: str | Sequence[str] | None, support: str | None) -> tuple[str, Part]:
+def of_test(beam: Beam | Part, load: str | Sequence[str] | None, support: str | None) -> tuple[str, Part]:
     """Return the kind of loading of a test, and its part, which has a support and a load where it is one under a force.
 
     ``load``: a kind of loading by its name, or what loads a part; that of the part if not given, else "twisting".
@@ -95,8 +95,8 @@ class Loaded(Walked):
 
         A part bends far before its scales touch: its force is no line.
         """
-        of_test = {name: getattr(v, name) for name in ("twist_zero", "backlash", "compliance")}
-        return self.whole(self.start._replace(**of_test)) / self.bar()
+        placed = {name: getattr(v, name) for name in ("twist_zero", "backlash", "compliance")}
+        return self.whole(self.start._replace(**placed)) / self.bar()
 
     def _course(self, beam: Beam, mu: float) -> tuple[loaded.Course, float]:
         """Return the course of a part, and the unit of its forces, N."""
