@@ -42,11 +42,15 @@ def prepared(data, load, support, names=("mu", "K_theta")):
 
 @pytest.mark.parametrize(
     ("load", "support"),
-    [TIP, MIDDLE, ("20 mm down at middle", "gripped"), ("3 mm tendon at 4 mm", None), ("12 mm left at 40 mm", None)],
+    [
+        TIP,
+        MIDDLE,
+        pytest.param("20 mm down at middle", "gripped", marks=pytest.mark.slow),
+        ("2 N tendon at 4 mm", None),
+        ("12 mm left at 40 mm", None),
+    ],
 )
 def test_the_force_of_a_trial_is_that_of_a_load(load, support):
-    if "tendon" in load:
-        load = "2 N tendon at 4 mm"
     r = squama.load(MADE, load, support=support, points=12, back=True)
     made = prepared({"travel": r.travel.values, "F": r.F.values}, load, support)
     v = made.asked.physical(np.array([0.31, 1.1 * K]))
@@ -56,9 +60,9 @@ def test_the_force_of_a_trial_is_that_of_a_load(load, support):
     assert np.array_equal(made.points.touching(v), N > 0)
 
 
-@pytest.mark.parametrize("case", [TIP, MIDDLE], ids=["tip", "middle"])
-@pytest.mark.parametrize("names", ["mu", "E_B", "mu,K_theta", pytest.param("K_theta,E_B", marks=pytest.mark.slow),
-                                   pytest.param("mu,E_B", marks=pytest.mark.slow)])  # fmt: skip
+@pytest.mark.parametrize("case", [TIP, pytest.param(MIDDLE, marks=pytest.mark.slow)], ids=["tip", "middle"])
+@pytest.mark.parametrize("names", ["E_B", "mu,K_theta", *(
+    pytest.param(names, marks=pytest.mark.slow) for names in ("mu", "K_theta", "K_theta,E_B", "mu,E_B"))])  # fmt: skip
 @pytest.mark.usefixtures("alone")
 def test_a_loop_without_noise_gives_its_parameters_back(case, names):
     others = {"mu": {"friction": {"mu": 0.2}}, "K_theta": {"joint": {"stiffness": K}},
@@ -117,17 +121,18 @@ def test_the_words_and_units_are_those_of_a_force():
 def test_samples_are_those_of_the_model_on_a_grid():
     pytest.importorskip("emcee")
     data = loop(*TIP)
-    size = 0.02 * data["F"].max()
+    size = 0.004 * data["F"].max()
     read = {**data, "F": data["F"] + np.random.default_rng(3).normal(0, size, data["F"].size)}
     fit = squama.fit(read, BEAM, load=TIP[0], noise=size, posterior=120, **HOW)
     x = fit.posterior.samples
     assert (x.shape, fit.posterior.walked) == ((120, 2), 120)
-    assert 30 < fit.posterior.worth <= 120
+    # (all weights alike would be worth 120)
+    assert 40 < fit.posterior.worth < 119.9
     assert fit.posterior.effective <= fit.posterior.worth
     assert "from 120 walks of the model" in fit.summary()
     # the posterior on a grid, by the model alone
     made = prepared(read, *TIP)
-    axes = [np.linspace(max(v - 4 * s, 0), v + 4 * s, 15) for v, s in zip(fit.estimates, fit.deviations, strict=True)]
+    axes = [np.linspace(max(v - 4 * s, 0), v + 4 * s, 13) for v, s in zip(fit.estimates, fit.deviations, strict=True)]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
     use = fit.used
     square = np.array([[np.sum((made.points.torque(made.asked.physical(p)) - read["F"])[use] ** 2) for p in row]
@@ -144,16 +149,16 @@ def test_samples_are_those_of_the_model_on_a_grid():
 @pytest.mark.usefixtures("alone")
 def test_the_command_reads_flags_and_the_sections_of_the_file(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    data = loop(*MIDDLE)
+    data = loop(*TIP)
     rows = "".join(f"{1e3 * x:.7g};{f:.7g}\n" for x, f in zip(data["travel"], data["F"], strict=True))
     (tmp_path / "test.csv").write_text("Weg;Kraft\nmm;N\n" + rows)
     (tmp_path / "beam.toml").write_text(BEAM.to_toml())
-    part = squama.Part(BEAM, load="1 N down at middle", support=MIDDLE[1])
+    part = squama.Part(BEAM, load="1 N up at tip", support=TIP[1])
     part.to_toml(tmp_path / "part.toml")
     how = ["--nuisances", "none", "--machine", "rigid", "--json"]
     assert main(["fit", "test.csv", "part.toml", *how]) == 0
     of_file = json.loads(capsys.readouterr().out)
-    assert main(["fit", "test.csv", "beam.toml", "--load", "2 mm down at middle", "--support", MIDDLE[1], *how]) == 0
+    assert main(["fit", "test.csv", "beam.toml", "--load", "2 mm up at tip", *how]) == 0
     of_flags = json.loads(capsys.readouterr().out)
     assert of_file["parameters"] == of_flags["parameters"]
     assert of_file["parameters"]["mu"]["estimate"] == pytest.approx(0.31, rel=1e-3)

@@ -220,8 +220,10 @@ def fit(
     given: Beam | Part | None = None
     if len(beams) == 1:
         # the beam alone says that it is without what loads it
-        alone = search.load in LOADS
-        given = common.beam(beams[0], friction=False) if alone else read_part(common, beams[0], friction=False)
+        if search.load in LOADS:
+            given = common.beam(beams[0], friction=False)
+        else:
+            given = read_part(common, beams[0], friction=False)
     beam = settled(given)
 
     from squama.identify import decay_fit, fitting
