@@ -22,19 +22,37 @@ if TYPE_CHECKING:
     from squama.beam.design import Beam
 
 EXAMPLES = {
-    "eta": "3", "beta": "1.25", "lam": "0.45", "mu": "0.25", "margin": "0.01", "stiffness_ratio": "1",
-    "alpha": "np.radians(45)", "theta0": "np.radians(10)", "theta": "np.radians(20)",
-    "nu": "0.49", "scale_nu": "0.35", "zeta": "0.3", "width": "1.5", "modulus_ratio": "2000",
-    "thickness": "0.02", "points": "200", "at": "5", "scales": "25", "neighbour": "1",
-}  # fmt: skip
+    "eta": "3",
+    "beta": "1.25",
+    "lam": "0.45",
+    "mu": "0.25",
+    "margin": "0.01",
+    "stiffness_ratio": "1",
+    "alpha": "np.radians(45)",
+    "theta0": "np.radians(10)",
+    "theta": "np.radians(20)",
+    "nu": "0.49",
+    "scale_nu": "0.35",
+    "zeta": "0.3",
+    "width": "1.5",
+    "modulus_ratio": "2000",
+    "thickness": "0.02",
+    "points": "200",
+    "at": "5",
+    "scales": "25",
+    "neighbour": "1",
+}
 """What to write, by the name of an argument."""
 LEAST = 1e-6
 """Least load angle per pitch, rad, to which a beam is brought and let go, and least difference of two: a smaller one is
 no motion of a beam, and comes near to what is lost in rounding."""
 _KINDS: dict[tuple[type, ...], str] = {
-    (bool, np.bool_): "a truth value", (complex, np.complexfloating): "a complex number", (str, bytes): "a text",
-    (date, np.datetime64): "a date", (timedelta, np.timedelta64): "a span of time",
-}  # fmt: skip
+    (bool, np.bool_): "a truth value",
+    (complex, np.complexfloating): "a complex number",
+    (str, bytes): "a text",
+    (date, np.datetime64): "a date",
+    (timedelta, np.timedelta64): "a span of time",
+}
 """What is no number though it can be turned into one."""
 
 

@@ -191,7 +191,6 @@ def test_the_curve_ends_where_one_face_does() -> None:
     squama.row,
     lambda b: squama.sweep(b, {"alpha": ("30 deg", "40 deg", 3)}, out="store.zarr"),
     lambda b: squama.uncertainty(b, {"alpha": "+- 1 deg"}),
-    lambda b: squama.fit({"Phi": [1, 2], "T": [1, 2]}, b),
     lambda b: squama.cell(b, to=1.0),
     squama.joint,
     lambda b: squama.bend_twist(b, "bend 1 rad/m", mu=0, free="twisting"),

@@ -125,7 +125,7 @@ def test_the_command_and_what_has_no_tolerance(tmp_path, capsys):
     assert (
         main(["fit", *files, *how, "--tolerances", str(tmp_path / "known.toml"), "-o", str(tmp_path / "f.toml")]) == 0
     )
-    assert "\nscale.alpha 6" in capsys.readouterr().out
+    assert ", scale.alpha = 61.0" in capsys.readouterr().out
     assert squama.Beam.from_toml(tmp_path / "f.toml").scale.alpha > ALPHA + DEGREE / 2
     with pytest.raises(InputError, match="give a tolerance of K_theta"):
         fitted(data, {"joint.factor": "+- 5 %"})

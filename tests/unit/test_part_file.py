@@ -37,7 +37,7 @@ def answered(capsys, *given):
 def same(one, other, rtol=1e-12):
     """Hold two answers of the command against each other."""
     assert (one["loads"], one["support"]) == (other["loads"], other["support"])
-    for part in ("curve", "root", "scales", "sections"):
+    for part in ("curve", "root", "each", "sections"):
         for name, values in one[part].items():
             mine, others = (np.array(v, dtype=float) for v in (values, other[part][name]))
             np.testing.assert_allclose(mine, others, rtol=rtol, atol=1e-15, err_msg=name)
@@ -68,7 +68,7 @@ def same(one, other, rtol=1e-12):
 )
 def test_the_file_says_what_flags_say(sections, flags, tmp_path, capsys):
     by_file = answered(capsys, written(tmp_path, sections))
-    assert max(by_file["scales"]["N"][-1][:-1]) > 0
+    assert max(by_file["each"]["N"][-1][:-1]) > 0
     same(by_file, answered(capsys, written(tmp_path), *flags))
 
 
@@ -76,7 +76,7 @@ def test_a_table_is_the_grading_that_it_holds(tmp_path, capsys):
     flags = ["--load", "0.1 N up at tip"]
     path = written(tmp_path, scales=TABLE)
     graded = answered(capsys, path, *flags, *(f"--along={k}={', '.join(v)}" for k, v in GRADES.items()))
-    assert np.degrees(graded["scales"]["theta"][0]) == pytest.approx([23, 21.5, 20, 18.5, 17])
+    assert np.degrees(graded["each"]["theta"][0]) == pytest.approx([23, 21.5, 20, 18.5, 17])
     # tolerance: angles between the ends are rounded, and a contact that has just closed shows it
     same(graded, answered(capsys, path, *flags, "--along", str(tmp_path / "scales.csv")), 1e-9)
     in_file = written(tmp_path, '[[load]]\ntext = "0.1 N up at tip"\n[along]\ntable = "scales.csv"', "other.toml")

@@ -263,15 +263,16 @@ def test_what_a_scale_bears_is_told(tmp_path, capsys):
     assert main(["twist", str(file), "--points", "60", "--to", "0.25 rad/pitch", "--full"]) == 0
     said = capsys.readouterr().out
     assert float(r.stress_x) == 0
-    assert f"largest stress in a scale: {float(r.stress) / 1e6:.3g} MPa at the root, at 0.25 rad/pitch" in said
-    way = "out" if r.pull_out > 0 else "in"
-    assert f"bears {float(r.tab_force):.3g} N, {abs(float(r.pull_out)):.3g} N of it {way}wards" in said
-    assert f"bending of {moment(abs(float(r.tab_bending)))}, torsion of {moment(abs(float(r.tab_torsion)))}" in said
+    assert f"largest stress in a scale: {float(r.stress) / 1e6:.3g} MPa at the root, at 14.3 deg per pitch" in said
+    way = "pulling out" if r.pull_out > 0 else "pushing in"
+    force, pull, bend, twist = (abs(float(r[name])) for name in ("tab_force", "pull_out", "tab_bending", "tab_torsion"))
+    assert f"load on the embedded tab of a scale: {force:.3g} N ({pull:.3g} N {way}), " in said
+    assert f"bending moment {moment(bend)}, twisting moment {moment(twist)}, at 14.3 deg per pitch" in said
     # rigid scales have no stress
     assert main(["twist", str(file), "--ideal", "--to", "0.25 rad/pitch", "--full"]) == 0
     said = capsys.readouterr().out
     assert "largest stress in a scale:" not in said
-    assert "the embedded part of a scale bears" in said
+    assert "load on the embedded tab of a scale: " in said
 
 
 def test_the_other_sense_bears_the_mirror_image():

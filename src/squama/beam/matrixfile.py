@@ -39,9 +39,15 @@ SIZES = (7, 9)
 _LENGTHS = (0, 1, 2, 8)
 """Numbers of the variables that are lengths."""
 SHAPE = (
-    "scale.embedded", "scale.width", "scale.thickness", "scale.alpha", "scale.theta0", "substrate.width",
-    "substrate.thickness", "substrate.poisson_ratio",
-)  # fmt: skip
+    "scale.embedded",
+    "scale.width",
+    "scale.thickness",
+    "scale.alpha",
+    "scale.theta0",
+    "substrate.width",
+    "substrate.thickness",
+    "substrate.poisson_ratio",
+)
 """Keys of the beam file that the matrix depends on, in units of the pitch and of the substrate's modulus."""
 TAB = ("scale.youngs_modulus", "scale.poisson_ratio")
 """Keys that it depends on, too, where the embedded part bends; the modulus in units of the substrate's."""

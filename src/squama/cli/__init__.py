@@ -100,9 +100,13 @@ def _about(error: OSError) -> Problem:
 
 
 def _warned(
-    message: Warning | str, category: type[Warning], filename: str, lineno: int,
-    file: TextIO | None = None, line: str | None = None,
-) -> None:  # fmt: skip
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
     """Show a warning: one of the package's own in one line, without its place in the code."""
     if issubclass(category, SquamaWarning):
         _say(0, f"warning: {message}")

@@ -54,9 +54,15 @@ def beside(beam: Beam, laws: Mapping[str, Answer]) -> Bench | None:
 
 
 def summary(
-    beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None = None, *,
-    asked: bool = False, compare: bool = False, full: bool = False,
-) -> Shown:  # fmt: skip
+    beam: Beam,
+    law: str,
+    laws: Mapping[str, Answer],
+    found: Bench | None = None,
+    *,
+    asked: bool = False,
+    compare: bool = False,
+    full: bool = False,
+) -> Shown:
     """Return the summary of the answer of ``laws`` that is saved and drawn, that of ``law``.
 
     ``asked``: whether the end of the curve was given; ``compare`` adds simpler models, ``full`` all that is known;
@@ -80,7 +86,7 @@ def summary(
 
 def _compared(
     words: Load, beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None
-) -> Iterable[str | Table]:  # fmt: skip
+) -> Iterable[str | Table]:
     """Yield what simpler models say: of the beam on the bench, or a table with a column (of families a table) each."""
     data = laws[law]
     margin = next(float(a.attrs["margin"]) for a in laws.values() if "margin" in a.attrs)
@@ -228,9 +234,16 @@ def responses(load: str, beam: Beam, law: str, sense: str, numbers: dict[str, An
 
 
 def ladder(
-    load: str, beam: Beam, law: str, sense: str, numbers: dict[str, Any], *, ideal: bool, ends: str | None,
+    load: str,
+    beam: Beam,
+    law: str,
+    sense: str,
+    numbers: dict[str, Any],
+    *,
+    ideal: bool,
+    ends: str | None,
     simpler: bool,
-) -> dict[str, Answer]:  # fmt: skip
+) -> dict[str, Answer]:
     """Return the response of the beam and, if ``simpler``, at the same loads that of simpler ones, by their names.
 
     Beside N scales stands the endless beam; beside an endless beam, the same with thin, rigid scales.

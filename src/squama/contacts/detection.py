@@ -238,9 +238,21 @@ def vertices(S: System, st: State, W: Work, i: int, k: int, cap: float, out: Arr
 
 @_jit
 def minima(
-    S: System, st: State, s: Array, own: int, other: int, upper: bool, e: int, most: float, faced: float, i: int,
-    k: int, cap: float, out: Array, n: int,
-) -> int:  # fmt: skip
+    S: System,
+    st: State,
+    s: Array,
+    own: int,
+    other: int,
+    upper: bool,
+    e: int,
+    most: float,
+    faced: float,
+    i: int,
+    k: int,
+    cap: float,
+    out: Array,
+    n: int,
+) -> int:
     """Write where the gap along an edge is least between its ends; return how many vertices there are then.
 
     The edge is bent by ``most`` at most, the other scale towards it by ``faced``.

@@ -14,9 +14,16 @@ from squama.model.elastic_plate import BASE, SIDE_A, SIDE_D, TIP
 from squama.types import Array
 
 LETTERS = {
-    (TIP, SIDE_D): "TS", (TIP, SIDE_A): "TA", (SIDE_A, BASE): "SB", (SIDE_D, BASE): "SD", (TIP, FACE): "TF",
-    (CORNERS, FACE): "CF", (CORNERS + 1, FACE): "BF", (FACE, CORNERS + 2): "DF", (FACE, CORNERS + 3): "AF",
-}  # fmt: skip
+    (TIP, SIDE_D): "TS",
+    (TIP, SIDE_A): "TA",
+    (SIDE_A, BASE): "SB",
+    (SIDE_D, BASE): "SD",
+    (TIP, FACE): "TF",
+    (CORNERS, FACE): "CF",
+    (CORNERS + 1, FACE): "BF",
+    (FACE, CORNERS + 2): "DF",
+    (FACE, CORNERS + 3): "AF",
+}
 """Letters of contacts by what meets (docs, theory: bending and twisting); others are told in words."""
 PARTS = (
     *("tip edge C{0}B{0}", "side edge D{0}C{0}", "side edge A{0}B{0}", "base edge D{0}A{0}", "the face of scale {0}"),

@@ -56,9 +56,15 @@ def lie_rates(st: State, i: int, c: int, o: int, turns: int, W: Work, J: Linear)
 
 @_jit
 def varied(
-    g: Meeting, P: Array, F: Vector, v: int, places: tuple[int, int, int, int],
-    bows: tuple[float, float, float, float, float, float], slips: tuple[Vector, Vector, Vector, Vector], rubs: bool,
-) -> tuple[Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector]:  # fmt: skip
+    g: Meeting,
+    P: Array,
+    F: Vector,
+    v: int,
+    places: tuple[int, int, int, int],
+    bows: tuple[float, float, float, float, float, float],
+    slips: tuple[Vector, Vector, Vector, Vector],
+    rubs: bool,
+) -> tuple[Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector]:
     """Return how a contact changes with its local variable number v.
 
     That is r1, p2, both arms, tangents along x and y of both plates, the force, what turns it as the second scale sees
@@ -222,9 +228,17 @@ def map_rate(w: Vector, m: Vector, d: Vector) -> Vector:
 
 @_jit
 def spread(
-    J: Linear, strained: tuple[int, int, int, int], L: Array, column: Array, rows: Array, lifts: Array, from1: int,
-    to1: int, from2: int, to2: int,
-) -> None:  # fmt: skip
+    J: Linear,
+    strained: tuple[int, int, int, int],
+    L: Array,
+    column: Array,
+    rows: Array,
+    lifts: Array,
+    from1: int,
+    to1: int,
+    from2: int,
+    to2: int,
+) -> None:
     """Add a contact's local derivatives to a Jacobian: ``column``, ``rows`` say of which unknowns and equations.
 
     -1 stands for none, -2 for a lift or slope of a plate, which depends on unknowns from ``from1`` (``from2``: of the

@@ -14,9 +14,15 @@ NOTES = 200_000
 
 
 def moved(
-    beams: entry.Beams, targets: Array, copies: int, *, most: float | Array | None = None, step: float = path.STEP,
-    corners: Array | None = None, room: int = 1,
-) -> path.Answers:  # fmt: skip
+    beams: entry.Beams,
+    targets: Array,
+    copies: int,
+    *,
+    most: float | Array | None = None,
+    step: float = path.STEP,
+    corners: Array | None = None,
+    room: int = 1,
+) -> path.Answers:
     """Follow beams as :func:`squama.contacts.path.follow_all`, with complex steps in beams, targets and corners.
 
     Each beam stands there ``copies`` times, one after the other, with other steps; their real parts are the same, and

@@ -107,9 +107,7 @@ def _longer(way: Array, strain: Array, load: Array, solved: float, met: float, n
     return np.append(found[:-1], solved) if n == scales else found
 
 
-def _shares(
-    beams: entry.Beams, rows: Array, touches: Array, own: Own, loads: tuple[int, ...], at: int
-) -> Array:  # fmt: skip
+def _shares(beams: entry.Beams, rows: Array, touches: Array, own: Own, loads: tuple[int, ...], at: int) -> Array:
     """Return the load of beams with their own scales over that of the endless ones at one of their states, (n,)."""
     told = path.named(rows)
     touching, last = told["contacts"] > 0, touches[:, at]
@@ -121,9 +119,15 @@ def _shares(
     free = freed(beams.free, *loads, ends=own.kind)
     ties = of_ends(own.scales, own.kind, *loads, apart=bool(beams.free[0, EPS] == 0))
     then, now = rows[which, touching[which].argmax(axis=1)], rows[which, at]
-    given = np.column_stack([
-        _cell(then), _cell(now), _loads(now), counts[which], last[which].reshape(which.size, -1),
-    ])  # fmt: skip
+    given = np.column_stack(
+        [
+            _cell(then),
+            _cell(now),
+            _loads(now),
+            counts[which],
+            last[which].reshape(which.size, -1),
+        ]
+    )
     assert given.shape[1] == from_endless.size(last.shape[1])
     some = entry.Beams._make(v[which] for v in beams._replace(free=free))
     solved = _solved(some, own.scales, ties, given, int(counts.max()))

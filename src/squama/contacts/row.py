@@ -88,9 +88,14 @@ def legs(at: Array, *loads: int) -> Array:
 
 
 def track(
-    way: path.Path, scales: int, at: Array, step: float = path.STEP, *, ends: int = EQUAL,
+    way: path.Path,
+    scales: int,
+    at: Array,
+    step: float = path.STEP,
+    *,
+    ends: int = EQUAL,
     load: int | tuple[int, ...] = PHI,
-) -> Track:  # fmt: skip
+) -> Track:
     """Follow a row through twists (n,) from 0 on, which may go back, to the last or to its end.
 
     ``ends``: ENDLESS, EQUAL cells, or LOOSE, COUPLE or GRIPPED ends; twists are the mean of all cells, or the turn of
@@ -106,9 +111,15 @@ def track(
 
 
 def tied(
-    way: path.Path, scales: int, strains: Array, ties: Ties | None, free: Array, *, step: float = path.STEP,
+    way: path.Path,
+    scales: int,
+    strains: Array,
+    ties: Ties | None,
+    free: Array,
+    *,
+    step: float = path.STEP,
     about: int = OWN,
-) -> Track:  # fmt: skip
+) -> Track:
     """Follow a row whose cells have strains of their own by ties, or without ties cells as ``about`` says.
 
     ``strains`` (n, 4): corners between which the path is straight, from rest; ``free`` (N, 4) which strains are

@@ -29,8 +29,21 @@ STRAIGHT = 4
 """A straight part has this many times fewer points than a part in contact."""
 BRANCHES = ("straight", "loading", "unloading", "stick")
 _ALONG = (
-    "branch", "load", "rate", "theta", "torque", "scales", "tangent", "N", "f", "p", "s", "U_el", "W_fr", "leg",
-)  # fmt: skip
+    "branch",
+    "load",
+    "rate",
+    "theta",
+    "torque",
+    "scales",
+    "tangent",
+    "N",
+    "f",
+    "p",
+    "s",
+    "U_el",
+    "W_fr",
+    "leg",
+)
 _BEYOND = {
     End.LINE: "where the plates lock (kinematic lock, line contact)",
     End.STATIC: "where friction locks the scales as soon as they touch (static lock)",
@@ -161,10 +174,15 @@ def _of_sense(senses: Senses, sign: str) -> dict[str, float | int | str]:
         # from there on a beam that is let go does not come back
         jam = float(side.row.point(x, side.law, FLOAT).load)
     return {
-        "sense": sign, "load_e": p.load_e, "most": senses.most[sign], "jam": jam,
-        "load_end": math.inf if p.row is None else p.load_end, "end": str(p.end), "other_contact": p.other,
+        "sense": sign,
+        "load_e": p.load_e,
+        "most": senses.most[sign],
+        "jam": jam,
+        "load_end": math.inf if p.row is None else p.load_end,
+        "end": str(p.end),
+        "other_contact": p.other,
         "neighbour": p.neighbour,
-    }  # fmt: skip
+    }
 
 
 class _Piece(NamedTuple):

@@ -169,11 +169,20 @@ def in_si(
     U_el = (bar["M"] * kappa + bar["T"] * Phi + joints) / 2
     return {
         "contact": contacts[0],
-        "psi": psi, "phi": phi, "kappa": kappa, "Phi": Phi, **_of_scale(analysis, states[0]),
-        "M": bar["M"] + M, "M_scales": M, "T": bar["T"] + T, "T_scales": T,
-        "U_el": U_el, "W_fr": W_fr, "RED": dissipation(U_el, W_fr),
+        "psi": psi,
+        "phi": phi,
+        "kappa": kappa,
+        "Phi": Phi,
+        **_of_scale(analysis, states[0]),
+        "M": bar["M"] + M,
+        "M_scales": M,
+        "T": bar["T"] + T,
+        "T_scales": T,
+        "U_el": U_el,
+        "W_fr": W_fr,
+        "RED": dissipation(U_el, W_fr),
         **other,
-    }  # fmt: skip
+    }
 
 
 def _of_scale(analysis: Analysis, state: Mapping[str, Array]) -> dict[str, Array]:

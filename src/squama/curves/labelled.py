@@ -125,9 +125,15 @@ def _place(first: tuple[str, ...], role: str, name: str) -> tuple[int, int]:
 
 
 def answer(
-    analysis: Analysis, states: States, title: str, attrs: Mapping[str, object] = {}, *, load: Load | None = None,
-    sense: str = "+", page: str | None = None,
-) -> Answer:  # fmt: skip
+    analysis: Analysis,
+    states: States,
+    title: str,
+    attrs: Mapping[str, object] = {},
+    *,
+    load: Load | None = None,
+    sense: str = "+",
+    page: str | None = None,
+) -> Answer:
     """Return what a model's states say under their names, with what every answer says of the beam and of its loading.
 
     ``attrs``: more attributes, before those of the states; ``load``: by which names are given, that of the way if not

@@ -117,9 +117,15 @@ class Path(NamedTuple):
 
     @classmethod
     def of(
-        cls, beam: Beam, mu: float, loaded: Sequence[str], *, ideal: bool, toward: tuple[float, float] = (0.0, 0.0),
+        cls,
+        beam: Beam,
+        mu: float,
+        loaded: Sequence[str],
+        *,
+        ideal: bool,
+        toward: tuple[float, float] = (0.0, 0.0),
         most: float = path.RANGE,
-    ) -> Path:  # fmt: skip
+    ) -> Path:
         """Return the path of a beam with strains ``loaded``.
 
         What touches first is looked for as far as ``most``, if there is a bend or a twist ``toward`` which.
@@ -168,10 +174,13 @@ def attributes(held: Held, *loaded: str) -> dict[str, float | str]:
     fixed = [name for name, free in zip(STRAINS, held.free, strict=True) if not free and name not in loaded]
     straight = len(fixed) + len(loaded) == len(STRAINS)
     return {
-        "K_theta": held.K_theta, "rigidity": held.rigidity, "joint_source": held.joint.source,
-        "band": held.joint.band, "hold": STRAIGHT if straight else holding(fixed),
+        "K_theta": held.K_theta,
+        "rigidity": held.rigidity,
+        "joint_source": held.joint.source,
+        "band": held.joint.band,
+        "hold": STRAIGHT if straight else holding(fixed),
         "neutral": "free" if held.free[-1] else "middle",
-    }  # fmt: skip
+    }
 
 
 def rigid_tab(group: float, inclusion: float) -> float:

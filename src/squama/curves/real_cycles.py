@@ -342,7 +342,11 @@ def _of_sense(one: real.Path, sense: str, goals: Sequence[float]) -> dict[str, f
     """Return what holds for a sense that the history goes to, by role."""
     contact, sign = one.contact(one.lead), -1 if sense == "-" else 1
     return {
-        "sense": sense, "load_e": contact.phi, "load_end": max(*(v * sign for v in goals), 0.0),
-        "neighbour": max(0, contact.k), "first_contact": contact.words, "other_contact": "",
+        "sense": sense,
+        "load_e": contact.phi,
+        "load_end": max(*(v * sign for v in goals), 0.0),
+        "neighbour": max(0, contact.k),
+        "first_contact": contact.words,
+        "other_contact": "",
         "end": str(End.NONE if contact.first == -1 else End.RANGE),
-    }  # fmt: skip
+    }

@@ -189,9 +189,10 @@ def _strained(walk: Walk) -> Recorded:
     strains = walk.contact.row.course.at(walk.v, walk.phi)
     forces = walk.reduced.s[part] + walk.load.total[:-1][part]
     return {
-        **_endless(walk), "way": walk.phi,
+        **_endless(walk),
+        "way": walk.phi,
         **dict(zip(("phi", "psi", "stretch", "T", "M", "force"), [*strains.tolist(), *forces.tolist()], strict=True)),
-    }  # fmt: skip
+    }
 
 
 def _endless(walk: Walk) -> Recorded:
@@ -214,10 +215,20 @@ def _finite(geometry: Geometry, mesh: Tiled, shares: Array, walk: Walk) -> Recor
     )
     theta = np.array([inclination(geometry.rest, motion) for motion in v])
     return {
-        "phi": walk.phi, "T": walk.T / scales, **walk.works(walk.dhat), "u_end": walk.v[6 * scales + 2], "theta": theta,
-        **dict(zip(MOTIONS, v.T, strict=True)), "N": N, "f": f, "p": p, "s": s, "twist": np.diff(turns),
-        "contact": words, "deflection": walk.deflection,
-    }  # fmt: skip
+        "phi": walk.phi,
+        "T": walk.T / scales,
+        **walk.works(walk.dhat),
+        "u_end": walk.v[6 * scales + 2],
+        "theta": theta,
+        **dict(zip(MOTIONS, v.T, strict=True)),
+        "N": N,
+        "f": f,
+        "p": p,
+        "s": s,
+        "twist": np.diff(turns),
+        "contact": words,
+        "deflection": walk.deflection,
+    }
 
 
 def turned_back(rest: Rest, v: Array, turn: float) -> Array:

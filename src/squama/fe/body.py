@@ -345,10 +345,13 @@ class Bent:
         S = np.zeros((v.size, v.size))
         S[:m, :m], S[m:, m:] = r.S, self._K
         return r._replace(
-            v=v, s=np.append(r.s, pushed), S=S, s_phi=np.append(r.s_phi, np.zeros(a.size)),
+            v=v,
+            s=np.append(r.s, pushed),
+            S=S,
+            s_phi=np.append(r.s_phi, np.zeros(a.size)),
             energy=r.energy + float(a @ pushed) / 2,
             update=lambda dv, dphi=0.0: r.update(dv[:m], dphi),
-        )  # fmt: skip
+        )
 
 
 def bent(body: Body | Matrix, row: Row) -> Body | Matrix | Bent:

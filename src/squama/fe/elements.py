@@ -107,9 +107,16 @@ class Elements(Blocked):
         L = 1 if loads is None else np.size(loads)
         tell(evaluate, "finite elements")
         energy, forces, values, least = evaluate(
-            np.ascontiguousarray(y), self.tets, self.gradients, self.volumes, *self.lame, _RATES, _WEIGHTS,
-            self._places, self.blocks if tangent else 0,
-        )  # fmt: skip
+            np.ascontiguousarray(y),
+            self.tets,
+            self.gradients,
+            self.volumes,
+            *self.lame,
+            _RATES,
+            _WEIGHTS,
+            self._places,
+            self.blocks if tangent else 0,
+        )
         return Result(
             float(energy), forces, values, float(least), np.zeros((*forces.shape, L)), np.zeros(L), np.zeros((L, L))
         )
@@ -293,9 +300,17 @@ slopes, deform, push, stiffen, add = map(partial(making, fastmath=_FAST), (_slop
 
 
 def _evaluate(
-    y: Array, tets: Array, gradients: Array, volumes: Array, L: float, G: float, shape: Array, shares: Array,
-    places: Array, blocks: int,
-) -> tuple[float, Array, Array, float]:  # fmt: skip
+    y: Array,
+    tets: Array,
+    gradients: Array,
+    volumes: Array,
+    L: float,
+    G: float,
+    shape: Array,
+    shares: Array,
+    places: Array,
+    blocks: int,
+) -> tuple[float, Array, Array, float]:
     energy, least = 0.0, np.inf
     forces, values = np.zeros(y.shape), np.zeros((blocks, 3, 3))
     x, g, t, f = np.empty((10, 3)), np.empty((10, 3)), np.empty((10, 3)), np.empty((10, 3))

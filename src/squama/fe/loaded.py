@@ -151,10 +151,16 @@ def _recorded(geometry: Geometry, mesh: Tiled, shares: Array, lead: Lead, scales
         n_X = frame @ rest.axes.T @ turned(walk.v[6 * i + 3 : 6 * i + 6])[:, 0]
         theta[i] = inclined(rest, _between(frames[i], frames[i + 1], -geometry.cut).T @ n_X)
     return {
-        "way": walk.phi, "load": walk.T / lead.per_way(scales + 2 * BLANK), **walk.works(walk.dhat),
-        **dict(zip(("x_end", "y_end", "z_end"), end[SHIFT], strict=True)), "theta": theta, "N": N, "f": f,
-        "contact": where(walk.touches, scales)[2], "deflection": walk.deflection,
-    }  # fmt: skip
+        "way": walk.phi,
+        "load": walk.T / lead.per_way(scales + 2 * BLANK),
+        **walk.works(walk.dhat),
+        **dict(zip(("x_end", "y_end", "z_end"), end[SHIFT], strict=True)),
+        "theta": theta,
+        "N": N,
+        "f": f,
+        "contact": where(walk.touches, scales)[2],
+        "deflection": walk.deflection,
+    }
 
 
 def attitude(rest: Array, places: Array, weights: Array) -> Array:

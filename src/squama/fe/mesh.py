@@ -83,9 +83,7 @@ class Tiled(NamedTuple):
     cuts: Index
 
 
-def pitch_mesh(
-    geometry: Geometry, size: float = SIZE, edge_size: float = EDGE_SIZE, *, tab: bool = False
-) -> Pitch:  # fmt: skip
+def pitch_mesh(geometry: Geometry, size: float = SIZE, edge_size: float = EDGE_SIZE, *, tab: bool = False) -> Pitch:
     """Mesh one pitch of the substrate with the slot of scale 0 in its true thickness.
 
     Parameters

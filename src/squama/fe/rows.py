@@ -41,9 +41,13 @@ class Row:
     """
 
     def __init__(
-        self, rest: Rest, scales: int | None = None, still: float = 0.0, exposed: Exposed | None = None,
+        self,
+        rest: Rest,
+        scales: int | None = None,
+        still: float = 0.0,
+        exposed: Exposed | None = None,
         course: Course | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.course = course or Twist()
         self.rest, self.endless, self.moving = rest, scales is None, scales or 1
         reach = int(np.ceil(np.hypot(rest.eta, 2 * rest.beta)))

@@ -188,9 +188,14 @@ def cell(
     exposed, plates = (None, "thin, rigid") if ideal else exposed_part(beam, shape)
     pitch = pitch_mesh(shape, *sizes)
     key = {
-        "geometry": list(shape), "mu": friction, "sense": sense, "mesh": list(sizes), "hinged": hinged,
-        "nodes": hashlib.sha256(pitch.nodes.tobytes()).hexdigest()[:16], "plates": plates,
-    }  # fmt: skip
+        "geometry": list(shape),
+        "mu": friction,
+        "sense": sense,
+        "mesh": list(sizes),
+        "hinged": hinged,
+        "nodes": hashlib.sha256(pitch.nodes.tobytes()).hexdigest()[:16],
+        "plates": plates,
+    }
     walk = make_walk(pitch, shape, friction, scales=scales, ends=ends, hinged=hinged, exposed=exposed)
     if scales is not None:
         key |= {"scales": scales, "ends": ends}
@@ -374,9 +379,14 @@ def _dataset(beam: Beam, walk: Walk, sign: int, scales: int | None) -> xr.Datase
     moment, force = E * d**3, E * d**2
     # energies are per length, so over n pitches
     factors = {
-        "T": sign * moment, **dict.fromkeys(("U_el", "W_fr", "W"), moment / (n * d)), "N": force, "f": force,
-        **dict.fromkeys(("gap", "u_end", "deflection", "p", "s", "u_X", "u_Y", "u_Z"), d), "twist": sign, "phi": sign,
-    }  # fmt: skip
+        "T": sign * moment,
+        **dict.fromkeys(("U_el", "W_fr", "W"), moment / (n * d)),
+        "N": force,
+        "f": force,
+        **dict.fromkeys(("gap", "u_end", "deflection", "p", "s", "u_X", "u_Y", "u_Z"), d),
+        "twist": sign,
+        "phi": sign,
+    }
     words = {name: SYMBOLS[name].attrs for name in columns if name in SYMBOLS} | _WORDS
     if scales is not None:
         words["T"] = {**words["T"], "long_name": "torque at the turned end"}

@@ -166,9 +166,16 @@ class Walk:
         """Return the state of an endless beam by name: twist, inclination, torque, forces, motions, works, contact."""
         most, (p, s) = self.load.strongest, (self.touch.p, self.touch.s) if self.touch else (np.nan, np.nan)
         return {
-            "phi": self.phi, "theta": inclination(self.contact.row.rest, self.v), "T": self.T, "N": most.N, "f": most.f,
-            **dict(zip(MOTIONS, self.v[:6].tolist(), strict=True)), **self.works(within), "p": p, "s": s,
-        }  # fmt: skip
+            "phi": self.phi,
+            "theta": inclination(self.contact.row.rest, self.v),
+            "T": self.T,
+            "N": most.N,
+            "f": most.f,
+            **dict(zip(MOTIONS, self.v[:6].tolist(), strict=True)),
+            **self.works(within),
+            "p": p,
+            "s": s,
+        }
 
     def run(
         self,
@@ -361,9 +368,7 @@ class Walk:
         if self.contact.free(self.contact.corners(self.v, self.phi), self.contact.corners(v, phi)) < 1:
             v, phi = self.v, self.phi
         self._doing = Doing(phi)
-        balance = Balance(
-            reduced.linear, self.contact, self.trail.before(phi), self.kappa, self.ways, beat=self._beat
-        )  # fmt: skip
+        balance = Balance(reduced.linear, self.contact, self.trail.before(phi), self.kappa, self.ways, beat=self._beat)
         found = balance.fall(v, phi)
         return found if np.abs(found.v - self.v).max() > JUMP else None
 
@@ -385,8 +390,10 @@ class Walk:
         states, twists, corners = zip(*self.trail.past, strict=True)
         arrays: dict[str, Any] = {
             "numbers": np.array([self.phi, self.kappa, self.T, self.W, self.W_fr, self._power, self.halvings]),
-            "past_states": np.array(states), "past_phi": np.array(twists), "past_corners": np.array(corners),
-        } | {f"{_COLUMN}{name}": np.array(values) for name, values in self.columns.items()}  # fmt: skip
+            "past_states": np.array(states),
+            "past_phi": np.array(twists),
+            "past_corners": np.array(corners),
+        } | {f"{_COLUMN}{name}": np.array(values) for name, values in self.columns.items()}
 
         made = io.BytesIO()
         np.savez(made, key=json.dumps(key, sort_keys=True), **arrays)

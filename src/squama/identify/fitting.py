@@ -184,7 +184,9 @@ def fit(
             raise
         # what the points seem not to show is a consequence
         refuse("data", "", f"no fit is found: {cause}")
-    rival = _rival("hinge" if kind == "compliant" else "compliant", wanted, shared)
+    # beside a model that leaves rounding alone no other is worth its time
+    exact = shared.square <= selection.rounding(made, made.used[2])
+    rival = None if exact else _rival("hinge" if kind == "compliant" else "compliant", wanted, shared)
     found = _apart(made, shared, wanted) if own else shared
     if dimensions:
         made, found = known.tolerated(made, found, wanted)

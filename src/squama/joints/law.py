@@ -274,9 +274,15 @@ def _measured(shape: Shape) -> list[tuple[Range, Any]]:
     c, degrees = np.cos(shape.alpha), 180 / np.pi
     gap, across = c * np.sin(shape.theta0), 2 * shape.beta * c
     values = (
-        shape.alpha * degrees, shape.theta0 * degrees, 2 * shape.beta, shape.zeta, shape.thickness / gap,
-        2 * shape.lam, shape.width / across, shape.nu,
-    )  # fmt: skip
+        shape.alpha * degrees,
+        shape.theta0 * degrees,
+        2 * shape.beta,
+        shape.zeta,
+        shape.thickness / gap,
+        2 * shape.lam,
+        shape.width / across,
+        shape.nu,
+    )
     return list(zip(RANGES, values, strict=True))
 
 

@@ -149,9 +149,7 @@ def shape(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def _from_the_side(
-    ax: Axes, beams: Sequence[Beam], theta: Array, y: Array, z: Array, colour: style.Colour
-) -> None:  # fmt: skip
+def _from_the_side(ax: Axes, beams: Sequence[Beam], theta: Array, y: Array, z: Array, colour: style.Colour) -> None:
     """Draw the outline of the bar and its scales as seen from the side."""
     along_z, along_y = np.gradient(z), np.gradient(y)
     half = 1e3 * beams[0].substrate.thickness / 2 / np.hypot(along_z, along_y)

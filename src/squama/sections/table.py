@@ -188,9 +188,11 @@ def law_table(
         return LawTable(_alone(beam, grids, friction, ideal, hold))
     if friction:
         refuse(
-            "mu", f"{friction:g}", "must be 0 over the plane: with friction the order of bending and twisting counts",
+            "mu",
+            f"{friction:g}",
+            "must be 0 over the plane: with friction the order of bending and twisting counts",
             "give kappa or Phi alone, write uncoupled=True, or use squama.law",
-        )  # fmt: skip
+        )
     if grids["kappa"].size * grids["Phi"].size > MOST:
         refuse("kappa", "", f"the grid has more than {MOST} nodes", "give fewer values")
     one = real_path(beam, 0.0, loaded=VERBS, ideal=ideal, hold=hold)

@@ -194,7 +194,7 @@ class Law:
 
 def law(
     beam: Beam, *, mu: float | None = None, cells: int = 1, ideal: bool | None = None, hold: str | None = None
-) -> Law:  # fmt: skip
+) -> Law:
     """Return the law of a beam's section for a rod program of your own: moment and torque by curvature and twist.
 
     It is the endless beam's, so it stands for a part of many scales: its ``decay`` r, which :func:`squama.row` tells,

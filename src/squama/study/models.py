@@ -95,9 +95,17 @@ class Model(NamedTuple):
 
     @classmethod
     def chosen(
-        cls, beam: Beam, load: str, laws: Sequence[str], sense: str, joint: str | None, ideal: bool | None,
-        at: float | str | None, *, bent: bool = False,
-    ) -> Model:  # fmt: skip
+        cls,
+        beam: Beam,
+        load: str,
+        laws: Sequence[str],
+        sense: str,
+        joint: str | None,
+        ideal: bool | None,
+        at: float | str | None,
+        *,
+        bent: bool = False,
+    ) -> Model:
         """Return the model for a load, laws and options as of :func:`squama.twist`; ``bent``: beams are held bent, too.
 
         Raises

@@ -129,9 +129,12 @@ def elements(
     pitch = pitch_mesh(shape, *sizes)
     walk = make_loaded(pitch, shape, mu, scales, asked.lead, exposed)
     key: dict[str, Any] = {
-        "part": [scales, asked.text, asked.support], "geometry": list(shape), "mu": mu, "mesh": list(sizes),
+        "part": [scales, asked.text, asked.support],
+        "geometry": list(shape),
+        "mu": mu,
+        "mesh": list(sizes),
         "plates": plates,
-    }  # fmt: skip
+    }
     count = (scales + 2 * BLANK) * len(pitch.tets)
     announce(f"a part of {scales} scales, {count} elements, {walk.body.start().size} unknowns")
     ended = runs.follow(walk, asked.way, run.increment, restart, key, progress)
@@ -156,13 +159,17 @@ def elements(
         coords={"scale": np.arange(1, scales + 1), "mu": ((), mu, SYMBOLS["mu"].attrs)},
         attrs={
             "title": f"a part of {scales} scales under load, finite elements",
-            "load": asked.text, "support": asked.support, "plates": plates,
+            "load": asked.text,
+            "support": asked.support,
+            "plates": plates,
             "mesh": f"{count} quadratic tetrahedra, {sizes[0]:g} and {sizes[1]:g} pitches",
-            "reached": int(ended.reached), "sentence": ended.sentence,
+            "reached": int(ended.reached),
+            "sentence": ended.sentence,
             "energy_error": float((W - U - F) / W) if W else 0.0,
-            "beam": beam.replace(scales=scales).to_toml(), "squama_version": __version__,
+            "beam": beam.replace(scales=scales).to_toml(),
+            "squama_version": __version__,
         },
-    )  # fmt: skip
+    )
 
 
 def beside(beam: Beam, data: xr.Dataset, run: Run) -> xr.Dataset:
@@ -209,9 +216,11 @@ def beside(beam: Beam, data: xr.Dataset, run: Run) -> xr.Dataset:
         coords={"model": np.array(["law", "mesh"]), by: ("point", x, kind)},
         attrs={
             "title": f"{run.scales} scales, {asked.text}, {asked.support}, mu = {run.mu:g}: model and elements",
-            "load": asked.text, "beam": data.attrs["beam"], "warnings": "",
+            "load": asked.text,
+            "beam": data.attrs["beam"],
+            "warnings": "",
         },
-    )  # fmt: skip
+    )
     table.attrs["verdict"] = verdict(table, by)
     return table
 

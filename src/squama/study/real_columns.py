@@ -70,9 +70,16 @@ class Figures(NamedTuple):
 
 
 def solved(
-    c: Cells, at: Array | float, *, load: str = "twisting", sense: str = "+", ideal: bool = False, copies: int = 0,
-    along: bool = True, own: Own | None = None,
-) -> Figures:  # fmt: skip
+    c: Cells,
+    at: Array | float,
+    *,
+    load: str = "twisting",
+    sense: str = "+",
+    ideal: bool = False,
+    copies: int = 0,
+    along: bool = True,
+    own: Own | None = None,
+) -> Figures:
     """Follow beams to the twists, or bends, ``at`` (rad per pitch); all arrays broadcast, the result is flat.
 
     Cells are those of twisting whatever the load is: the joint's matrix knows both.
@@ -117,9 +124,17 @@ def solved(
         # a curve of stresses is for the twist at which a scale reaches its strength
         stressed = slice(None if along and np.isfinite(strength).any() else STEPS, STEPS + 1)
         r = follow(
-            designs, twists, c.given, load=load, most=np.maximum(to.real, path.RANGE), ideal=ideal,
-            sense=-1 if sense == "-" else 1, copies=copies, stressed=stressed, own=own,
-        )  # fmt: skip
+            designs,
+            twists,
+            c.given,
+            load=load,
+            most=np.maximum(to.real, path.RANGE),
+            ideal=ideal,
+            sense=-1 if sense == "-" else 1,
+            copies=copies,
+            stressed=stressed,
+            own=own,
+        )
         return _figures(r, twists, strength, some["unit"], some["pitch"])
 
     parts = [part(low) for low in range(0, max(1, n), most)]

@@ -164,9 +164,16 @@ def verify(
 
 
 def _curves(
-    beam: Beam, elements: xr.Dataset, mu: float, sense: str, mesh: str | tuple[float, float], *,
-    hinged: bool, ideal: bool, say: Callable[[str], None],
-) -> dict[str, tuple[str, xr.Dataset]]:  # fmt: skip
+    beam: Beam,
+    elements: xr.Dataset,
+    mu: float,
+    sense: str,
+    mesh: str | tuple[float, float],
+    *,
+    hinged: bool,
+    ideal: bool,
+    say: Callable[[str], None],
+) -> dict[str, tuple[str, xr.Dataset]]:
     """Return the models' curves at the elements' twists by name, and what sets those of one model apart, in words."""
     rates = np.asarray(elements["Phi"].values, float)
     points: dict[str, Any] = {"mu": mu, "sense": sense, "at": rates, "ends": ENDLESS}
