@@ -102,7 +102,7 @@ def _arrays(item: Any, name: str, beam: Beam, load: Load, ordinate: Ordinate) ->
     wanted = f'"{load.rate}" ({unit}) and "{symbol}" {ordinate.cell.removeprefix(symbol).strip()}'
     if not isinstance(item, Mapping) and not hasattr(item, "data_vars"):
         refuse(name, "", "is no file and has no columns", f"give a path, a dataset, or a mapping with {wanted}")
-    over = {load.rate: 1.0, load.angle: beam.pitch, "total": beam.length}
+    over = {load.rate: 1.0, load.angle: beam.pitch} | ({} if load.pushed else {"total": beam.length})
     key = next((k for k in over if k in item), None)
     if key is None or symbol not in item:
         refuse(name, "", f"has no {wanted}", "give both")

@@ -122,7 +122,11 @@ def no_header(table: tabular.Table, how: Reading) -> InputError:
     if any(map(numerals.is_number, table.header.cells)):
         what = f"{text} are numbers where the header must stand"
     columns = f'"1=total (deg), 2={ordinate.cell}"'
-    return table.error(None, what, f"write above the rows a line like: {how.example}; or give columns, e.g. {columns}")
+    remedy = f"write above the rows a line like: {how.example}; or give columns, e.g. {columns}"
+    kinds = [headers.dimension(headers.split(cell)[1]) for cell in table.header.cells]
+    if Dimension.FORCE in kinds:
+        remedy = 'for force over travel of a part give its load to a fit, e.g. "1 N up at tip"'
+    return table.error(None, what, remedy)
 
 
 def factor(cell: str, over: str | Dimension, how: Reading) -> float:

@@ -19,7 +19,7 @@ NAMES = {
     Dimension.TORQUE: "torque, moment, torsional moment, bending moment, Mt, Md, Mz, Mb, drehmoment, torsionsmoment,"
     "biegemoment, couple, moment de torsion, moment de flexion, M, T",
     Dimension.TWIST_RATE: "twist rate, curvature, drillung, kr\u00fcmmung, kruemmung, courbure",
-    Dimension.LENGTH: "travel, displacement, deflection, extension, stroke, crosshead, way, weg, verschiebung,"
+    Dimension.LENGTH: "travel, displacement, deflection, extension, stroke, crosshead, position, weg, verschiebung,"
     "durchbiegung, traversenweg, standardweg, d\u00e9placement, fl\u00e8che",
     Dimension.FORCE: "force, load, F, kraft, standardkraft, charge",
     Dimension.TIME: "time, elapsed time, t, zeit, laufzeit, temps",
