@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from squama import units
 from squama.beam.beamfile import heading
 from squama.cli import flags, output
-from squama.cli.flags import flag, pair, settled
+from squama.cli.flags import flag, pair
 from squama.cli.load import SUPPORT
 from squama.cli.load import read as read_part
 from squama.cli.summary import Summary
@@ -224,7 +224,8 @@ def fit(
             given = common.beam(beams[0], friction=False)
         else:
             given = read_part(common, beams[0], friction=False)
-    beam = settled(given)
+    flags.problems().settle()
+    assert given is not None
 
     from squama.identify import decay_fit, fitting
     from squama.identify.part_points import of_test
@@ -240,7 +241,7 @@ def fit(
         refuse("--mode, --ideal", "", "are for decays: no table has a column of time, and no torque")
     own = {name: f"{label(beams[0])}: {heading(name)}" for name in ("load", "support", "along")}
     with flags.laid(own | {name: f"--{name}" for name in own if getattr(search, name, None)}):
-        kind, part = of_test(beam, search.load, search.support)
+        kind, part = of_test(given, search.load, search.support)
     read = tables.read(data, part.beam, kind, decay=decays)
     wanted = () if find is None else (find,)
     found: Fit | DecayFit
@@ -253,7 +254,7 @@ def fit(
             parted = ((name, text.partition(":")) for name, text in limits.items())
             how["tolerances"] = _known(prior, tolerances, part.beam)
             how["bounds"] = {name: (low.strip(), high.strip()) for name, (low, _, high) in parted}
-            found = fitting.fit(read, beam, *wanted, **how)
+            found = fitting.fit(read, given, *wanted, **how)
     written = output.write(common, found.dataset, *(("decay_figure", on_points) if decays else ("fit_figure", flat)))
     if corner:
         written += output.draw([corner], "corner_figure", found.dataset())

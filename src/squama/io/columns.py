@@ -121,7 +121,7 @@ def no_header(table: tabular.Table, how: Reading) -> InputError:
     what = f"the header {text} has none of the columns that are needed"
     if any(map(numerals.is_number, table.header.cells)):
         what = f"{text} are numbers where the header must stand"
-    columns = f'"1=total (deg), 2={ordinate.cell}"'
+    columns = f'"1={"travel (mm)" if how.load.pushed else "total (deg)"}, 2={ordinate.cell}"'
     remedy = f"write above the rows a line like: {how.example}; or give columns, e.g. {columns}"
     kinds = [headers.dimension(headers.split(cell)[1]) for cell in table.header.cells]
     if Dimension.FORCE in kinds:
