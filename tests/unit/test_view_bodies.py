@@ -9,12 +9,18 @@ import numpy as np
 import pytest
 
 import squama
+from squama.plot.palette import THEMES
 from squama.scene import geometry, look, picture
 from squama.scene.motion import SLIDING, Motion, Setting, shape, shapes
 
 HINGED = Setting(squama.Beam.from_ratios(scales=7), 0.5, joint="hinge")
 PRINTED = "pla_on_vps", "stiff_skin"
-LOADED = {"twisted": {}, "bent": {"load": "bending"}, "both faces": {"faces": "mirrored, shifted"}}
+LOADED = {
+    "twisted": {},
+    "bent": {"load": "bending"},
+    "both faces": {"faces": "mirrored, shifted"},
+    "both faces slide": {"faces": "turned, shifted"},
+}
 
 
 def clearance(d: dict, state, bent: list[float] | None) -> float:
@@ -50,13 +56,40 @@ def test_plates_touch_as_drawn_and_do_not_pass_through_each_other(name: str, cas
     assert flat < -0.003, "bent plates that are drawn flat pass through each other"
     if name == "stiff_skin" and case == "twisted":
         assert abs(clearance(d, own._replace(strains=None), own.bent)) > 0.02, "a beam that bows is drawn straight"
-    # the point of the contact lies on them
-    point = geometry.contact(d, own.at, own.attitude, 0.0, own.bent).point
-    two = geometry.scale(d, own.at, own.attitude, float(d["neighbour"]))
-    u, v, w = ((point - two.o) @ np.transpose([two.x, two.y, two.z])).T
-    place = np.array([u]), np.array([v])
-    if case == "twisted":
-        assert w == pytest.approx(d["thick"] / 2 + geometry.lift(d, own.bent, *place).item(), abs=1e-9)
+    # the point of the contact lies on the next scale's face, of each face that slides
+    sliding = [(d, one) for d, of in shapes(motion) if (one := of(state)).name == SLIDING]
+    assert len(sliding) == (2 if case == "both faces slide" else 1)
+    for d, one in sliding:
+        point = geometry.contact(d, one.at, one.attitude, 0.0, one.bent).point
+        two = geometry.scale(d, one.at, one.attitude, float(d["neighbour"]))
+        u, v, w = ((point - two.o) @ np.transpose([two.x, two.y, two.z])).T
+        lifted = geometry.lift(d, one.bent, np.array([u]), np.array([v])).item()
+        # tolerance: the curve is interpolated, 3e-8 measured in bending, on every processor
+        assert w == pytest.approx(d["thick"] / 2 + lifted, abs=1e-6)
+        assert 0 < u < d["eta"]
+        assert abs(v) < d["beta"] + 1e-9
+
+
+def test_forces_of_the_face_behind_the_bar_are_pale(monkeypatch) -> None:
+    """Seen from straight above, no force of the lower face has its full colour."""
+    beam = squama.Beam.from_toml(Path(__file__).parents[2] / "examples/stiff_skin.toml")
+    motion = Motion(Setting(beam.replace(faces="turned", scales=4), 0.25))
+    state = motion.state(0.6 * motion.last)
+    faces = [(d, of(state)) for d, of in shapes(motion)]
+    assert all(picture._arrows(*face, 0.25)[1] for face in faces)
+    monkeypatch.setattr(look, "LOOK", np.array([0.02, 1.0, 0.03]))
+    camera = look.fitted(np.concatenate([look.outline(d, one.at, one.attitude) for d, one in faces]), 2.0)
+
+    def full(seen: list, name: str) -> int:
+        pixels = picture.render(seen, 0.25, camera, (600, 300))
+        colour = np.round(255 * picture._rgb(THEMES["light"][name]))
+        return np.count_nonzero((pixels == colour).all(axis=2))
+
+    above = full(faces[:1], "normal")
+    # 40 % more with the lower one's
+    assert 100 < above == full(faces, "normal")
+    # friction is drawn over all that is there, of both
+    assert full(faces, "friction") > 1.2 * full(faces[:1], "friction") > 0
 
 
 def test_the_body_of_a_scale_is_closed() -> None:

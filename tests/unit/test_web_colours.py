@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from importlib.resources import files
 
-from squama.plot.palette import DARK_ENDS, ENDS, STATES, THEMES
+from squama.plot.palette import DARK_ENDS, ENDED, ENDS, SOFTER, STATES, STEPS, THEMES
 from squama.study import real_columns
 from squama.web import map  # noqa: A004 - the module is named after what it draws
 
@@ -21,6 +21,11 @@ def test_colours_have_contrast() -> None:
     # ends of both models and of paths in bend and twist, and tiles that are not done
     assert set(ENDS) == {*map.CODES, *real_columns.ENDS, "kinematic lock (line contact)", "not computed"}
     for theme, colour in THEMES.items():
+        # classes of a map that lie beside all others, and one that says less than these
+        for own in (SOFTER, ENDED):
+            assert contrast(own, colour["page"]) >= 2.5
+            assert contrast(own, colour["faint"]) >= 1.8
+        assert len({SOFTER, ENDED, *STEPS, colour["faint"], ENDS["not computed"]}) == len(STEPS) + 4
         for ground in ("page", "panel"):
             for name, least in (("ink", 7), ("soft", 4.5), ("bad", 4.5), ("accent", 3)):
                 assert contrast(colour[name], colour[ground]) >= least, (theme, name, ground)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 import math
 import re
@@ -15,7 +14,7 @@ from fig6b import BEAM
 import squama
 from squama.errors import InputError
 from squama.plot.palette import THEMES
-from squama.web import charts, live, map, prints, state, tables  # noqa: A004
+from squama.web import charts, live, prints, state, tables
 from squama.web.fields import MATERIALS, made_of, material
 
 REAL = state.preset("pla")
@@ -32,16 +31,16 @@ def named(
 def test_real_and_hinge_curves_stand_together() -> None:
     for now, other, joint in ((REAL, "on hinges", "hinge"), (HINGE, "on compliant joints", "compliant")):
         shown = named(now)
-        assert list(shown) == ["without contact", other, "this design"]
+        assert list(shown) == ["without contact", other, charts.OWN]
         r = squama.twist(now.beam, joint=joint, at=["0.1 rad/pitch"], ends="endless")
         assert np.interp(0.1, shown[other].x, shown[other].y) == pytest.approx(r["T"].item(), rel=0.015)
     bent = named(REAL.change("load", "bending"))
-    assert list(bent) == ["without contact", "on hinges", "this design"]
-    for name, joint in (("on hinges", "hinge"), ("this design", "compliant")):
+    assert list(bent) == ["without contact", "on hinges", charts.OWN]
+    for name, joint in (("on hinges", "hinge"), (charts.OWN, "compliant")):
         r = squama.bend(REAL.beam, joint=joint, at=["0.1 rad/pitch"], ends="endless")
         assert np.interp(0.1, bent[name].x, bent[name].y) == pytest.approx(r["M"].item(), rel=0.015)
     # it is not there beside a joint that is not known at once
-    assert list(named(state.preset("main").change("theta0", "26"))) == ["without contact", "this design"]
+    assert list(named(state.preset("main").change("theta0", "26"))) == ["without contact", charts.OWN]
 
 
 def test_the_explorer_takes_the_compliant_joint() -> None:
@@ -51,7 +50,7 @@ def test_the_explorer_takes_the_compliant_joint() -> None:
     shown = live.scene(now)
     assert np.shape(shown["state"]["pose"]) == (3, 3)
     json.dumps([shown, *(charts.line_options(now, plot, dark=False) for plot in charts.PLOTS)], allow_nan=False)
-    assert live.verdict(now).startswith("Free until ")
+    assert live.verdict(now).startswith("Endless beam: free until ")
     assert "u_X (m)" in live.make_file(now, "csv")[1].decode()
     assert "compliant" in live.compared(now)[0]["model"]
 
@@ -181,49 +180,6 @@ def test_a_material_gives_its_values(name: str) -> None:
         REAL.change("material", "cheese")
 
 
-@pytest.mark.parametrize("joint", ["hinge", "compliant"])
-@pytest.mark.parametrize("ideal", ["yes", "no"])
-def test_the_map_has_the_plates_of_the_outcome(joint: str, ideal: str) -> None:
-    now = state.preset("pla").change("joint", joint).change("ideal", ideal)
-    key = map.key(now, "mu", "alpha")
-    thick = "thick, rigid scales" if joint == "hinge" else "thick, elastic scales"
-    found, scales = map.grid(key), "thin, rigid scales" if ideal == "yes" else thick
-    assert key.scales == scales
-    assert scales in map.options(key, found, dark=False)["aria"]["label"]["description"]
-    row = 24 if joint == "hinge" else 16
-    design = map.take(now, "mu", "alpha", (9, row))
-    m = live.motion(design.setting)
-    assert found.load_e[row, 9] == pytest.approx(m.figures["load_e"], rel=3e-4)
-    if joint == "hinge":
-        assert found.figure[row, 9] == pytest.approx(m.figures["RED_c"], rel=1e-3)
-        return
-    # the beam's own: its tangent stiffness at the twist that is shown
-    r = squama.twist(design.beam, at=[f"{now.twist} rad/pitch"], ideal=ideal == "yes", ends="endless")
-    assert found.figure[row, 9] == pytest.approx(r.stiffness_ratio.item(), rel=1e-2)
-    low, high = (1, *map.LEVELS)[found.code[row, 9] - 1], (*map.LEVELS, math.inf)[found.code[row, 9] - 1]
-    assert low <= found.figure[row, 9] < high
-    # another twist is another map; beyond the law of the joint, and below engagement, nothing is claimed
-    assert map.key(now.change("twist", "0.05"), "mu", "alpha") != key
-    assert map.key(now.change("scale_modulus", "9"), "mu", "alpha") != key
-    assert map.CLASSES[found.code[-1, 9]] == "not computed"
-    assert map.CLASSES[found.code[0, 9]] == "not in contact"
-    assert not map.take(now, "mu", "alpha", (9, map.SIZE[1] - 1)).quick
-
-
-def test_marks_of_designs_at_one_place_stand_apart() -> None:
-    now = REAL.keep()
-    for eta in ("2", "2.5"):
-        now = now.change("eta", eta).keep()
-    found = map.marks(now, map.key(now, "mu", "alpha"))
-    assert [mark.letter for mark in found] == ["A", "B", "C", ""]
-    assert len({mark.left for mark in found}) == 1
-    shifts = sorted(mark.shift for mark in found)
-    assert min(b - a for a, b in itertools.pairwise(shifts)) >= 17, "wider than a mark"
-    assert found[-1].shift == 0, "the one that is shown is where it belongs"
-    apart = map.marks(now, map.key(now, "eta", "alpha"))
-    assert [mark.shift for mark in apart if mark.letter != "C"] == [0, 0, 0]
-
-
 def test_a_measured_table_is_laid_beside_the_curve() -> None:
     found = tables.opened("measured loop.csv", LOOP, HINGE)
     assert isinstance(found, tables.Table)
@@ -242,7 +198,18 @@ def test_a_measured_table_is_laid_beside_the_curve() -> None:
         assert ends.right == pytest.approx(1.03 * load.max())
         assert torque.max() < ends.top < 1.1 * torque.max()
         assert ends.low <= torque.min()
-    assert charts.point(HINGE.change("twist", "9"), "torque", found)[0] <= 1
+    # an arrow to a point that is beyond them, on the page and in print
+    for now, arrow in ((REAL.change("twist", "0.3"), charts.RIGHT), (REAL.change("twist", "0.1"), "")):
+        assert (now.twist > charts.frame(now, "torque", found).right) == bool(arrow)
+        for plot in charts.PLOTS:
+            at = charts.point(now, plot, found)
+            assert at.arrow == arrow
+            assert (at.left == 1) == bool(arrow)
+        drawn = prints.figure(now, found)
+        points = [ax.lines[-1] for ax in list(drawn.axes)[:3]]
+        assert [one.get_marker() for one in points] == [prints.MARKS[arrow]] * 3
+    high = charts.point(HINGE.change("twist", "9"), "torque")
+    assert (high.top, high.arrow) == (0, charts.UP)
     for plot in (*charts.PLOTS, charts.RESIDUAL):
         json.dumps(charts.line_options(HINGE, plot, dark=False, table=found), allow_nan=False)
 
@@ -271,6 +238,7 @@ def test_the_residual_is_measured_less_computed_on_every_way(start: state.State,
     # tolerance: straight lines between 40 points, 0.1 % measured, on every processor
     assert np.allclose(left.torque, -added if sense == "-" else added, atol=2e-3 * np.abs(c["T"].values).max() / 4)
     assert left.words.startswith("residual rms ")
+    assert left.words.endswith(", against the endless beam's curve")
 
 
 def test_a_fit_is_the_packages_own() -> None:
@@ -281,18 +249,18 @@ def test_a_fit_is_the_packages_own() -> None:
     assert list(found.lines) == own.summary().splitlines()
     assert [name for name, _, _ in found.values] == list(own.parameters)
     assert list(found.doubts) == [*own.doubts, *filter(None, [own.disagreement])]
-    assert "scales" in found.model
+    assert (found.model, found.specimen) == (own.scales, own.fitted_as)
     now = HINGE._replace(beam=found.beam)
     before, after = (tables.residual(table, one) for one in (HINGE, now))
     assert np.sum(after.torque**2) < np.sum(before.torque**2) / 2
     # the loop that was fitted, as long as its beam is shown
-    loop = named(now, table=table, fit=found)["fitted loop"]
+    loop = named(now, table=table, fit=found)["fitted loop (endless beam)"]
     covered = np.isfinite(own.fitted)
     assert np.allclose(loop.y, own.fitted[covered], rtol=1e-12)
     assert np.allclose(loop.x, table.points.rate[covered] * 0.02, rtol=1e-12)
     left = tables.residual(table, now, found)
     assert np.allclose(left.torque, own.residuals[np.isfinite(own.residuals)], rtol=1e-12)
-    assert "fitted loop" not in named(HINGE, table=table, fit=found)
+    assert not any("fitted loop" in name for name in named(HINGE, table=table, fit=found))
     json.dumps([charts.line_options(now, plot, dark=False, table=table, fit=found)
                 for plot in (*charts.PLOTS, charts.RESIDUAL)], allow_nan=False)  # fmt: skip
     few = tables.opened("few.csv", b"Phi (rad/m), T (N m)\n0,0\n1,0.001\n", HINGE)

@@ -128,7 +128,7 @@ def test_the_real_beam_is_shown_by_default_and_names_its_model() -> None:
     assert m.curve["torque"][-1] == pytest.approx(r["T"].item(), rel=1e-6)
     words = dict(live.readings(now))
     at = squama.twist(now.beam, at=[f"{now.twist} rad/pitch"], ends="endless")
-    ratio = re.search(r"Free until 46\.9° .*, ([\d.]+) times as stiff as the bar at 301°", live.verdict(now))
+    ratio = re.search(r"free until 46\.9° .*, ([\d.]+) times as stiff as the bar at 301°", live.verdict(now))
     assert float(ratio[1]) == pytest.approx(at.stiffness_ratio.item(), rel=0.02)
     assert float(words["stress"].split()[0]) == pytest.approx(at.stress.item() / 1e6, rel=1e-2)
     where = live.outcome(now.change("scale_modulus", "300"))[1]
@@ -228,21 +228,21 @@ def test_the_plots_are_the_answers_curves(name: str, law: str) -> None:
     r = squama.twist(now.beam, law=law, points=live.POINTS, joint="hinge")
     for plot, variable, unit in (("torque", r["T"], 1.0), ("theta", np.degrees(r.theta), 1.0), ("f", r.f, 1.0)):
         options = charts.line_options(now, plot, dark=False)
-        own = next(s for s in options["series"] if s["name"] == "this design")
+        own = next(s for s in options["series"] if s["name"] == charts.OWN)
         x, y = np.array(own["data"]).T
         factor = y[-1] / variable.values[-1]
         assert np.log10(factor) == pytest.approx(round(np.log10(factor)), abs=1e-4)
         assert np.allclose(x, r.phi, rtol=1e-5, atol=1e-9)
         assert np.allclose(y, unit * factor * variable.values, rtol=1e-5, atol=1e-9 * abs(y).max())
         # the current point lies on the curve
-        left, top = charts.point(now, plot)
+        left, top, _ = charts.point(now, plot)
         assert left * options["xAxis"]["max"] == pytest.approx(now.twist, rel=1e-5)
         low, high = (options["yAxis"][end] for end in ("min", "max"))
         assert low + (1 - top) * (high - low) == pytest.approx(np.interp(now.twist, x, y), rel=2e-3)
         assert 0 < top < 1
     for twist in ("0", "0.05", "0.14", "9"):
         for plot in charts.PLOTS:
-            assert all(0 <= at <= 1 for at in charts.point(now.change("twist", twist), plot))
+            assert all(0 <= at <= 1 for at in charts.point(now.change("twist", twist), plot)[:2])
 
 
 def test_bending_is_a_mode_of_its_own() -> None:
@@ -260,13 +260,17 @@ def test_bending_is_a_mode_of_its_own() -> None:
 
 def test_the_outcome_is_told_in_words() -> None:
     end, where, sentence = live.outcome(START)
-    assert (end, where) == ("frictional lock", "at 385° (15.4° per pitch)")
-    assert live.verdict(START) == "Free until 69° (2.76° per pitch), locks at 385° (15.4° per pitch)"
+    assert (end, where) == ("frictional lock", "at 15.4° per pitch")
+    assert live.verdict(START) == "Endless beam: free until 2.76° per pitch, locks at 15.4° per pitch"
+    assert live.readings(START)[0] == ("Twist", "10.7° per pitch")
+    long = START.change("scales", "25")
+    assert live.verdict(long) == "Endless beam: free until 69° (2.76° per pitch), locks at 385° (15.4° per pitch)"
+    assert live.readings(long)[0] == ("Twist", "269° (10.7° per pitch) over 25 scales")
     assert sentence.startswith("Friction holds")
-    assert "Shown at its last state, 384° (15.3° per pitch)" in live.outcome(START.change("twist", "1"))[2]
+    assert "Shown at its last state, 15.3° per pitch" in live.outcome(START.change("twist", "1"))[2]
     never = START.change("eta", "0.5").change("beta", "0.2")
     assert live.outcome(never)[0] == "no engagement"
-    assert live.verdict(never) == "The scales never touch: twisted, the beam is as soft as its bar"
+    assert live.verdict(never) == "Endless beam: the scales never touch; twisted, it is as soft as its bar"
     assert live.compared(never)[0]["engagement"] == "never"
 
 

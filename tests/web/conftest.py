@@ -17,7 +17,7 @@ READY = """window.squamaView && squamaView.state && squamaView.contacts && locat
   && [0, 1, 2].every((i) => squamaTest.chart(i)?.getOption().series.length)"""
 HELPERS = """window.squamaTest = {
   chart: (i) => getElement(Number(document.querySelectorAll('.chart')[i]?.id.slice(1)))?.chart,
-  curve: (i) => squamaTest.chart(i).getOption().series.find((s) => s.name === 'this design').data }"""
+  curve: (i) => squamaTest.chart(i).getOption().series.find((s) => s.name.startsWith('this design')).data }"""
 
 
 def chromium() -> str:

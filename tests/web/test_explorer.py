@@ -37,9 +37,10 @@ def test_the_page_opens_with_the_example_and_draws_it(visit) -> None:
     assert page.page.title() == "squama explorer"
     assert page.state()["name"] == "sliding"
     # more contacts come in: the curve goes on to the end of the asked range
-    assert (
-        page.page.locator(".outcome strong").inner_text().startswith("Free until 46.9° (1.88° per pitch), 1.27 times")
-    )
+    verdict = page.page.locator(".outcome strong").inner_text()
+    assert verdict.startswith("Endless beam: free until 46.9° (1.88° per pitch), 1.27 times")
+    # the beam's own scales are fewer
+    assert page.page.locator(".outcome .own").inner_text().startswith("Your 25 scales with free ends carry about 3.")
     assert "range end" in page.page.locator(".outcome .sentence").inner_text()
     assert "thick, elastic scales on compliant joints" in page.page.locator(".outcome").inner_text()
     colours = page.page.evaluate(
@@ -190,7 +191,7 @@ def test_up_to_three_designs_are_compared(visit) -> None:
         page.until(f"document.querySelectorAll('.compared tbody tr').length === {i + 2}")
     page.enter("mu", "0.25")
     page.until("squamaView.state.mu === 0.25")
-    names = "['A', 'B', 'C', 'this design'].every((name) => options.series.some((s) => s.name === name))"
+    names = "['A', 'B', 'C', 'this design (endless beam)'].every((name) => options.series.some((s) => s.name === name))"
     page.until_chart(0, names)
     rows = page.page.locator(".compared tbody tr")
     for width, height in ((1280, 720), (1280, 800), (1600, 900), (1920, 1080)):
@@ -218,7 +219,7 @@ def test_up_to_three_designs_are_compared(visit) -> None:
     # each has its letter on the map, and its line among those that are named
     marks = [mark.bounding_box() for mark in page.page.locator(".marks b", has_text=re.compile("[ABC]")).all()]
     assert len(marks) == 3
-    assert page.page.locator(".lines").inner_text().split("\n")[:4] == ["this design", "A", "B", "C"]
+    assert page.page.locator(".lines").inner_text().split("\n")[:4] == ["this design (endless beam)", "A", "B", "C"]
     page.page.locator(".compared button", has_text="Remove").first.click()
     page.until("document.querySelectorAll('.compared tbody tr').length === 3")
     page.page.locator(".compared button", has_text="Show").last.click()
@@ -348,7 +349,7 @@ def test_a_joint_that_needs_elements_is_solved_beside_the_page(visit) -> None:
 def test_both_models_and_a_loop_are_drawn(visit) -> None:
     page = visit()
     names = "options.series.map((s) => s.name).join()"
-    page.until_chart(0, f"{names} === 'without contact,on hinges,this design'")
+    page.until_chart(0, f"{names} === 'without contact,on hinges,this design (endless beam)'")
     page.page.get_by_label("Load path", exact=True).select_option("cycle")
     page.until_chart(2, f"{names}.includes('unloading') && options.yAxis[0].min < 0")
     page.page.locator(".outcome dl", has_text="dissipated").wait_for()

@@ -26,7 +26,7 @@ def test_bend_and_twist_by_their_sliders(visit, size):
     )
     theta = page.state()["theta"]
     np.testing.assert_allclose(scale["corners"], geometry.scale(d, load, theta, 2.5).corners, rtol=0, atol=1e-12)
-    page.page.locator(".warnings li", has_text="the map is for beams without bend").wait_for()
+    page.page.locator(".warnings li", has_text="the map does not include the held bend").wait_for()
     page.page.wait_for_function("location.search.includes('bend=0.03')")
     for scheme in ("light", "dark"):
         page.page.emulate_media(color_scheme=scheme)

@@ -25,3 +25,20 @@ def test_a_cantilever_is_loaded_and_greyed_by_a_change(visit) -> None:
     page.shot("part")
     page.enter("mu", "0.4")
     page.until("document.querySelector('.part img.old')")
+
+
+def test_back_during_a_computation_leaves_page_and_address_together(visit) -> None:
+    page = visit()
+    page.enter("scales", "8")
+    page.until("location.search.includes('beam.scales=8')")
+    page.enter("mu", "0.4")
+    page.until("location.search.includes('friction.mu=0.4')")
+    page.page.locator(".part summary").click()
+    page.page.evaluate("() => { document.querySelector('[data-do=bear]').click(); history.back(); }")
+    page.page.locator(".notice.shown", has_text="something else is being computed still").wait_for()
+    page.until("location.search.includes('friction.mu=0.4')")
+    assert page.state()["mu"] == 0.4
+    # nothing of the way back is lost
+    page.page.locator(".part li", has_text="N at").wait_for()
+    page.page.locator("[data-do=undo]").click()
+    page.until("squamaView.state.mu === 0.25 && !location.search.includes('friction.mu=0.4')")

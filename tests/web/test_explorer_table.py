@@ -21,7 +21,7 @@ def test_a_table_is_opened_and_fitted_and_a_beam_too(visit, tmp_path) -> None:
     page.enter("twist", "0.1")
     page.until("Math.abs(squamaView.state.load - 0.1) < 1e-9")
     page.page.locator(".measured dd").first.wait_for()
-    page.until_chart(0, "options.series.some((s) => s.name === 'fitted loop' && s.data.length > 200)")
+    page.until_chart(0, "options.series.some((s) => s.name === 'fitted loop (endless beam)' && s.data.length > 200)")
     assert "mu, " in page.page.locator(".measured dl").inner_text()
     own = squama.fit("examples/measured_loop.csv", squama.Beam.from_toml("examples/pla_on_vps.toml"), joint="hinge")
     page.eventually(lambda: float(page.number("mu").input_value()), pytest.approx(own.values["mu"], rel=1e-4))
@@ -61,8 +61,18 @@ def test_a_table_that_cannot_be_read_is_read_by_hand(visit, tmp_path) -> None:
     # the axes are those of the points
     page.until_chart(0, "options.xAxis[0].max < 0.03")
     page.shot("by_hand")
+    # ends are those that the beam may have
+    ends = panel.locator("select").nth(1)
+    assert ends.locator("option").all_inner_texts() == ["free", "under a couple", "gripped"]
+    ends.select_option("couple")
+    page.until("location.search.includes('beam.ends=couple')")
+    page.page.locator("header select").select_option("main")
+    page.eventually(lambda: ends.locator("option").all_inner_texts(), ["endless"])
     columns.fill("9=T (N mm)")
     columns.press("Enter")
     page.page.locator(".notice.shown", has_text="odd.csv").wait_for()
+    # what was read before is not taken for it
+    panel.get_by_text("not read: choose columns and decimals").wait_for()
+    page.until_chart(0, "!options.series.some((s) => s.name === 'odd.csv')")
     page.page.locator("[data-do=unmeasured]").click()
     panel.wait_for(state="hidden")

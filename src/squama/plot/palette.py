@@ -35,6 +35,8 @@ DARK_ENDS = ENDS | {End.KINEMATIC: "#9db2e8", End.LINE: "#9a86d0", End.STOPPED: 
 """The same on a dark ground."""
 STEPS = ("#7e4fb3", "#b0408f", "#dd5e66", "#f2914a", "#f7c64b", "#f2ef6b")
 """Classes of a figure on a map, from small to large, on either ground."""
+SOFTER, ENDED = "#1b9e9e", "#858c94"
+"""Of a stiffness below that of the bar, and of curves that end before, on either ground."""
 LOCKS = (End.FRICTIONAL, End.KINEMATIC, End.STATIC)
 """Ends towards which the load grows without bound."""
 STATES = {"free": "#4a90c2", "sliding": "#e0a030", "locked": "#c8323c", "ended": "#8a63b0"}

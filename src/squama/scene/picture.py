@@ -227,11 +227,12 @@ def render(faces: Faces, mu: float, camera: Camera, size: tuple[int, int], **loo
             canvas.triangles(parts, _lit(normals, _rgb(STATES[state.name]), camera))
             start, stop = np.moveaxis(points[plate.edges], 1, 0)
             canvas.lines(start, stop, theme["edge"], size[1] / 600)
-    for (design, state), name in itertools.product(faces, ("normal", "friction")):
+    for name, (i, (design, state)) in itertools.product(("normal", "friction"), enumerate(faces)):
         points, arrows = _arrows(design, state, mu)
-        canvas.discs(points, DOT, theme["point"], through=True)
-        if name == "friction":
-            # within the plates that rub: it is drawn over them
+        if name == "normal":
+            canvas.discs(points, DOT, theme["point"], through=True)
+        elif i == 0:
+            # within the plates that rub: it is drawn over them, when the normal forces of all faces are there
             canvas.near[:] = 0.0
         for tips in [tips for one, tips in arrows if one == name and looks.get("forces", True)]:
             long = float(np.linalg.norm(tips[0] - points[0]))

@@ -133,7 +133,7 @@ class Model(NamedTuple):
             refuse("at", "", f"the beam itself does not engage below {RANGE:g} rad/pitch", "give the twist")
         if (angle := float(twist.per_pitch(beam.pitch))) >= np.pi:
             refuse("at", f"{angle:.6g} rad/pitch", "must be below half a turn per pitch")
-        return cls(found.joint, ideal, twist, _own(beam, load, bent=bent))
+        return cls(found.joint, ideal, twist, own_scales(beam, load, bent=bent))
 
     @property
     def real(self) -> bool:
@@ -201,7 +201,7 @@ def _chosen(beam: Beam, load: str, laws: Sequence[str], joint: str | None, ideal
     return chosen(beam, None if bent else kind, law=kind.law(max(laws)), joint=joint, ideal=ideal, elements=False)
 
 
-def _own(beam: Beam, load: str, *, bent: bool) -> Own | None:
+def own_scales(beam: Beam, load: str, *, bent: bool) -> Own | None:
     """Return the number of scales and the ends of a beam that has such; grips are of one that is twisted alone."""
     if beam.scales is None or beam.scales > loads.MANY_SCALES or beam.other:
         return None

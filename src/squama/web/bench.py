@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from squama import arguments
+from squama.curves.chosen import idealisation
 from squama.errors import naming, refuse
+from squama.loads import HELD
+from squama.model.outcome import SENTENCES, End
 from squama.units import Dimension, number, quantity, shown
 from squama.web.state import State
 
@@ -23,9 +26,12 @@ CASES = {
 """How a part is held and loaded: words, support, place of the force."""
 WAYS = {"up": "up, towards the scales", "down": "down", "right": "to the side"}
 """Directions of the force."""
-MOST = 60
+MOST = 25
 """Scales of a part that is loaded on the page."""
-POINTS = 30
+POINTS = 16
+"""Of the curve."""
+WHOLE = 0.999
+"""Share of the force that is taken for all of it."""
 
 
 class Loaded(NamedTuple):
@@ -35,13 +41,13 @@ class Loaded(NamedTuple):
     picture: str
 
 
-def loaded(state: State, case: str, force: str, way: str) -> Loaded:
-    """Load the beam of a state, with its friction and number of scales (25 pitches of an endless one).
+def followed(state: State, case: str, force: str, way: str) -> xr.Dataset:
+    """Load the beam of a state, with its friction and number of scales (25 of an endless one), as :func:`squama.load`.
 
-    ``force`` has a unit, "0.2 N". Raises InputError: it cannot be so, or the part has more than 60 scales.
+    ``force`` has a unit, "0.2 N". Raises InputError: it cannot be so, the beam is on hinges, or it has more than 25
+    scales.
     """
     from squama.part.door import load
-    from squama.plot.style import styled, written
 
     arguments.one_of("case", case, tuple(CASES))
     arguments.one_of("direction", way, tuple(WAYS))
@@ -51,12 +57,35 @@ def loaded(state: State, case: str, force: str, way: str) -> Loaded:
         refuse("force", shown(force[:50]), "must be more than 0", 'write e.g. "0.2 N"')
     if state.beam.pitches > MOST:
         refuse("", "", f"the page loads at most {MOST} scales", "use squama load")
+    if state.joint == "hinge":
+        refuse("joint", shown(state.joint), "is not known of a part", "choose compliant")
     _, support, place = CASES[case]
-    data = load(
+    return load(
         state.beam, f"{newtons!r} N {way} at {place}", support=support, scales=state.beam.pitches, mu=state.mu,
-        points=POINTS,
+        points=POINTS, ideal=state.ideal == "yes" or None,
     )  # fmt: skip
-    return Loaded(tuple(_words(data)), written(styled(_figure)(data), "svg").decode())
+
+
+def told(data: xr.Dataset, state: State) -> Loaded:
+    """Return words and picture of the beam of a state under load."""
+    from squama.plot.style import styled, written
+
+    return Loaded((_model(state), *_words(data)), written(styled(_figure)(data), "svg").decode())
+
+
+def follows(state: State) -> tuple[object, ...]:
+    """Return what a part under load depends on, of a state."""
+    return state.beam, state.mu, state.joint, state.ideal, state.bent
+
+
+def _model(state: State) -> str:
+    """Say what was loaded, and how it differs from the beam that is shown."""
+    beam = state.beam
+    scales = idealisation(beam, "compliant", ideal=state.ideal == "yes")
+    more = [f"{scales} on {HELD['compliant']}"]
+    more += ["cut from the endless beam that is shown"] * (beam.scales is None)
+    more += ["without the held bend"] * state.bent
+    return f"Part of {beam.pitches} scales: {'; '.join(more)}"
 
 
 def _words(data: xr.Dataset) -> list[str]:
@@ -68,13 +97,16 @@ def _words(data: xr.Dataset) -> list[str]:
     if abs(ratio - 1) < 5e-3:
         stiffer = ", as without contact"
     engaged = float(data["share_e"])
-    touch = f"the scales touch from {number(engaged * newtons / float(top['share']), 'N')} on"
+    touch = f"The scales touch from {number(engaged * newtons / float(top['share']), 'N')} on"
     loads = top["N"].values
-    most = f"scale {int(loads.argmax()) + 1} of {loads.size} bears most, {number(float(loads.max()), 'N')}"
+    # the last scale has no neighbour to bear on
+    borne = np.nan_to_num(loads)
+    most = f"scale {int(borne.argmax()) + 1} of {loads.size} bears most, {number(float(borne.max()), 'N')}"
     found = [f"{number(newtons, 'N')} at {number(1e3 * travel, 'mm')}{stiffer}"]
-    found.append(f"{touch}; {most}" if math.isfinite(engaged) else "the scales do not touch")
-    if float(top["share"]) < 1 - 1e-9:
-        found.append(f"the part ends before all of the force: {data['end'].item()}")
+    found.append(f"{touch}; {most}" if math.isfinite(engaged) else "The scales do not touch")
+    if float(top["share"]) < WHOLE:
+        asked = number(newtons / float(top["share"]), "N")
+        found.append(f"The curve stops at {number(newtons, 'N')} of {asked}: {SENTENCES[End(data['end'].item())]}")
     return found + [f"Warning: {line}" for line in str(data.attrs["warnings"]).splitlines() if line]
 
 

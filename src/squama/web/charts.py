@@ -23,6 +23,8 @@ ROOM = {"left": 58, "right": 16, "top": 26, "bottom": 36}
 """Pixels around the curves; the mark of the current point lies over them."""
 PLOTS = ("torque", "theta", "f")
 """Variables that are drawn, of a curve and of a state."""
+OWN = "this design (endless beam)"
+"""The line of the design that is shown."""
 RESIDUAL = "residual"
 """The plot of measured less computed torque."""
 FARTHEST = 3.0
@@ -100,8 +102,8 @@ def lines(state: State, plot: str, *, dark: bool, table: Table | None = None, fi
         found.append(Line(table.name, *tables.shown(table, state), look["normal"], 0, points=True))
         if fit and fit.beam == state.beam and table.load == state.load:
             load, torque, _ = tables.looped(fit, state)
-            found.append(Line("fitted loop", load, torque, look["mark"], 1.6))
-    drawn("this design", own, look["curve"], 2.2)
+            found.append(Line(f"fitted loop ({fit.specimen.removeprefix('an ')})", load, torque, look["mark"], 1.6))
+    drawn(OWN, own, look["curve"], 2.2)
     return found
 
 
@@ -174,12 +176,25 @@ def line_options(
     }
 
 
-def point(state: State, plot: str, table: Table | None = None) -> tuple[float, float]:
-    """Return where the current point lies, from left and top (0 to 1); 0 at the top: at or above the border."""
+class Point(NamedTuple):
+    """Where the current point lies, from left and top (0 to 1); an ``arrow`` to it at a border that it is beyond."""
+
+    left: float
+    top: float
+    arrow: str = ""
+
+
+UP, RIGHT = "\N{UPWARDS ARROW}", "\N{RIGHTWARDS ARROW}"
+"""Arrows to a point above the axis, or beyond the twist of the last measured point."""
+
+
+def point(state: State, plot: str, table: Table | None = None) -> Point:
+    """Return where the current point lies in a plot."""
     ends, now = frame(state, plot, table), live.motion(state.setting).state(state.twist)
     value = float(np.degrees(now.theta)) if plot == "theta" else getattr(now, plot)
     up = (value - ends.low) / (ends.top - ends.low)
-    return min(now.load / ends.right, 1.0), 1 - min(max(up, 0.0), 1.0)
+    left, top = min(now.load / ends.right, 1.0), 1 - min(max(up, 0.0), 1.0)
+    return Point(left, top, RIGHT if now.load > ends.right else "" if top else UP)
 
 
 def _series(line: Line, factor: float) -> Options:

@@ -13,16 +13,19 @@ import numpy as np
 
 from squama import arguments
 from squama.curves.bent_twist import Twisted
+from squama.curves.chosen import thin
 from squama.curves.doors import respond
 from squama.curves.histories import cycled
 from squama.curves.labelled import Answer, flat_cycle
 from squama.errors import InputError, refuse
 from squama.io import datasets
-from squama.loads import ENDLESS, LOADS
+from squama.loads import ENDLESS, LOADS, ending
+from squama.loads import FREE as LOOSE
 from squama.model.outcome import SENTENCES, End
 from squama.plot.palette import WORDS
 from squama.scene import standalone
 from squama.scene.motion import FREE, SLIDING, Motion, Setting
+from squama.study import columns, models, real_columns
 from squama.types import Array
 from squama.units import number, prefix
 from squama.web.fields import FIELDS
@@ -247,7 +250,7 @@ def readings(state: State) -> list[tuple[str, str]]:
     if not isinstance(found, str) and found["W_d"].size:
         more += [("dissipated", quantity(float(found["W_d"][0]), "J/m")), ("ζ_eq", f"{found['zeta_eq'][0]:.3g}")]
     return [
-        (names.verb.capitalize(), f"{turned(now.load, state)} over {state.beam.extent}"),
+        (names.verb.capitalize(), turned(now.load, state) + f" over {state.beam.extent}" * bool(state.beam.scales)),
         (torque_label(state.load), quantity(now.torque, "N m")),
         ("θ", f"{number(math.degrees(now.theta))}°"),
         ("normal force", quantity(now.N, "N")),
@@ -257,24 +260,56 @@ def readings(state: State) -> list[tuple[str, str]]:
 
 
 def turned(angle: float, state: State) -> str:
-    """Return a twist or bend (rad per pitch) in degrees: over the whole beam and per pitch."""
+    """Return a twist or bend (rad per pitch) in degrees: over the whole beam and per pitch, or per pitch alone."""
     each = math.degrees(angle)
-    return f"{number(each * state.beam.pitches)}° ({number(each)}° per pitch)"
+    pitch = f"{number(each)}° per pitch"
+    return f"{number(each * state.beam.pitches)}° ({pitch})" if state.beam.scales else pitch
 
 
 def verdict(state: State) -> str:
-    """Say until where the beam is free, and how stiff it is at what is shown, or where it locks."""
-    m, done = motion(state.setting), LOADS[state.load].done
+    """Say until where the endless beam is free, and how stiff it is at what is shown, or where it locks."""
+    m, kind = motion(state.setting), LOADS[state.load]
     if not math.isfinite(engaged := float(m.figures["load_e"])):
-        return f"The scales never touch: {done}, the beam is as soft as its bar"
-    free = f"Free until {turned(engaged, state)}" if engaged else f"The scales touch before the beam is {done}"
+        return f"Endless beam: the scales never touch; {kind.done}, it is as soft as its bar"
+    free = f"free until {turned(engaged, state)}" if engaged else f"the scales touch before it is {kind.done}"
+    free = f"Endless beam: {free}"
     if m.end.locks:
         return f"{free}, locks at {turned(float(m.figures['load_end']), state)}"
     now = min(state.twist, m.last)
     ratio = m.value("stiffness_ratio", now) if now > engaged else math.nan
     if not math.isfinite(ratio):
         return f"{free}{'' if now > engaged else '; the scales do not touch yet'}"
+    if ratio < 0:
+        return f"{free}, the {kind.torque_words} falls at {turned(now, state)}"
     return f"{free}, {ratio:.3g} times as stiff as the bar at {turned(now, state)}"
+
+
+@functools.lru_cache(maxsize=64)
+def share(setting: Setting, load: float) -> float:
+    """Return the torque of the beam's own number of scales over the endless beam's, at a load angle per pitch.
+
+    NaN where it is not known: of an endless beam, on hinges, with a held bend, where elements give the joint.
+    """
+    s, m = setting, motion(setting)
+    own = models.own_scales(s.beam, s.load, bent=False)
+    if own is None or m.hinge or s.bend:
+        return math.nan
+    # thin under the law and the joint of the curve, as on the map
+    ideal = thin(m.kind, s.law, m.joint, ideal=m.ideal)
+    how: dict[str, Any] = {"load": s.load, "sense": s.sense, "ideal": ideal, "along": False, "own": own}
+    return float(real_columns.solved(columns.columns(s.beam, {}), load, **how).finite_ratio[0])
+
+
+def own_scales(state: State) -> str:
+    """Say by how much the load of the beam's own number of scales differs at what is shown; "" where not known."""
+    m, beam = motion(state.setting), state.beam
+    now = min(state.twist, m.last)
+    if not now > m.load_e or not math.isfinite(part := share(state.setting, now)):
+        return ""
+    differs = (
+        f"about {100 * abs(part - 1):.2g} % {'less' if part < 1 else 'more'}" if abs(part - 1) >= 5e-4 else "the same"
+    )
+    return f"Your {beam.extent} {ending(beam.ends or LOOSE)} carry {differs} {m.kind.torque_words} there"
 
 
 def outcome(state: State) -> tuple[str, str, str]:
@@ -287,9 +322,7 @@ def outcome(state: State) -> tuple[str, str, str]:
         if math.isfinite(p.get(role, math.nan)):
             where.append(f"{words} {turned(float(p[role]), state)}")
     if other := str(p["other_contact"]):
-        second = float(p.get("load_second", math.nan))
-        at = f" at {turned(second, state)}" if math.isfinite(second) else ""
-        where.append(f"other contact: {other.split(' at ', maxsplit=1)[0] if at else other}{at}")
+        where.append(f"other contact: {other}")
     words = SENTENCES[m.end]
     sentence = f"{words[0].upper()}{words[1:]}."
     if state.twist > m.last:
@@ -355,7 +388,7 @@ def warnings(state: State) -> list[str]:
     if state.beam.pitches > most:
         found.append(f"the view shows {most} of the {state.beam.pitches} scales")
     if state.bent:
-        found.insert(0, "the map is for beams without bend")
+        found.insert(0, "the map does not include the held bend")
     if state.path == "cycle" and isinstance(reason := loop(state), str):
         found.append(f"no unloading is shown: {reason}")
     return found

@@ -17,7 +17,7 @@ from squama.curves.chosen import idealisation, thin
 from squama.errors import refuse
 from squama.loads import LOADS
 from squama.model.outcome import CODES
-from squama.plot.palette import DARK_ENDS, ENDS, KEPT, STEPS, THEMES
+from squama.plot.palette import DARK_ENDS, ENDED, ENDS, KEPT, SOFTER, STEPS, THEMES
 from squama.study import columns, hinge_columns, real_columns
 from squama.types import Array
 from squama.web import charts, live
@@ -38,13 +38,20 @@ WIDTH = 300
 """Of a small map, pixels."""
 LEVELS = (1.25, 1.6, 2.5, 4.0, 8.0)
 """Tangent stiffness over that of the bar: ends of the classes of a map."""
+SOFT = 1 - 1e-6
+"""Below it a beam is softer than its bar: behind a peak, or where its contacts hold it less."""
 CLASSES = [
     "not in contact",
+    "softer than the bar",
     *(f"{low:g} to {high:g} times the bar's" for low, high in itertools.pairwise((1, *LEVELS))),
     f"more than {LEVELS[-1]:g} times",
+    "ends before this load",
     "not computed",
 ]
-_FIGURES = {True: "ends at {4}° per pitch, RED = {5}", False: "{5} times as stiff as the bar"}
+_FIGURES = {
+    True: ["ends at {4}° per pitch, RED = {5}"],
+    False: ["ends at {4}° per pitch", "{5} times as stiff as the bar"],
+}
 """What is said of a cell: on hinges, and of compliant joints."""
 _ELASTIC = ("scale_modulus", "scale_poisson")
 _STIFF = ("embedded", "thickness", "pitch", "bar_width", "modulus", "poisson", "stiffness", "inclusion")
@@ -121,7 +128,8 @@ class Key:
 class Grid(NamedTuple):
     """Values along the axes (shown units), and by y and x: numbers of the classes, load angles, and a ``figure``.
 
-    On hinges classes are ends and the figure is RED, else it is the tangent stiffness over the bar's.
+    On hinges classes are ends and the figure is RED. On compliant joints the figure is the tangent stiffness over the
+    bar's; ``load_end`` is NaN where a curve goes on.
     """
 
     x: Array
@@ -152,11 +160,13 @@ def grid(wanted: Key) -> Grid:
     if w.at is not None:
         cells = columns.columns(w.beam, values)
         f = real_columns.solved(cells, w.at, load=w.load, sense=w.sense, ideal=w.ideal, along=False)
-        ratio = np.where(f.load_e <= w.at, f.stiffness_ratio, 1.0)
-        code = np.searchsorted(LEVELS, ratio, side="right") + 1
-        code[f.load_e > w.at] = 0
-        code[~np.isfinite(f.stiffness_ratio)] = len(CLASSES) - 1
-        return Grid(x, y, *(v.reshape(SIZE[::-1]) for v in (code, f.load_e, f.load_end, f.stiffness_ratio)))
+        code = 1 + np.searchsorted((SOFT, *LEVELS), f.stiffness_ratio, side="right")
+        ended = (f.load_end < w.at) | ~np.isfinite(f.stiffness_ratio)
+        code[ended] = CLASSES.index("ends before this load")
+        code[f.load_e > w.at] = CLASSES.index("not in contact")
+        code[f.code == real_columns.ENDS.index(real_columns.UNKNOWN)] = CLASSES.index("not computed")
+        load_end = np.where(ended, f.load_end, np.nan)
+        return Grid(x, y, *(v.reshape(SIZE[::-1]) for v in (code, f.load_e, load_end, f.stiffness_ratio)))
     cells = columns.columns(w.beam, values, load=w.load)
     done = hinge_columns.solved(cells, law=w.law, sense=w.sense, margin=w.margin, load=w.load, ideal=w.ideal)
     names = ("code", "load_e", "load_end", "RED")
@@ -209,7 +219,7 @@ def options(wanted: Key, found: Grid, *, dark: bool) -> charts.Options:
     words = {
         "axes": [[FIELDS[a.name].symbol, FIELDS[a.name].unit, a.low, a.step] for a in sides],
         "ends": every,
-        "lines": ["engages at {3}° per pitch", _FIGURES[wanted.at is None]],
+        "lines": ["engages at {3}° per pitch", *_FIGURES[wanted.at is None]],
     }
     tip = {"trigger": "item", "confine": True, "padding": [4, 8], "textStyle": {"fontSize": 12, "lineHeight": 15}}
     heat = {"type": "heatmap", "name": "end", "id": "cells", "xAxisIndex": 0, "yAxisIndex": 0, "data": cells}
@@ -235,7 +245,7 @@ def classes(wanted: Key, found: Grid, *, dark: bool) -> dict[str, str]:
     if wanted.at is None:
         colours = [of_ends[end] for end in CODES]
     else:
-        colours = [THEMES["dark" if dark else "light"]["faint"], *STEPS, of_ends["not computed"]]
+        colours = [THEMES["dark" if dark else "light"]["faint"], SOFTER, *STEPS, ENDED, of_ends["not computed"]]
     return {_words(wanted)[int(c)]: colours[int(c)] for c in np.unique(found.code)}
 
 

@@ -37,6 +37,7 @@ WAIT = 0.3
 """Seconds without a change after which the link is written, and the map computed anew."""
 T = TypeVar("T")
 SOLVING = Aside(live.prepare, most=2)
+LOADING = Aside(bench.followed, most=1, limit=60)
 READING = Aside(tables.opened, most=1, limit=5)
 FITTING = Aside(tables.fitted, most=1, limit=tables.SECONDS + 5)
 PRINTING = Aside(_drawn, most=1, limit=60)
@@ -252,12 +253,17 @@ class Explorer:
     def go_back(self, event: Any) -> None:
         """Show the state of an address that the browser has gone back, or forth, to."""
         if sent := received(event.args, link=str, step=int):
+            # the browser is there already; where the state is not shown its address gives way to the one of what is
+            self.link, self.step = sent["link"].removeprefix("?"), sent["step"]
+            if self.pending is not None:
+                self.pending.cancel()
 
             def show(found: State) -> None:
-                self.link, self.step = query(found), sent["step"]
                 self.attempt(lambda _: found)
+                if self.state != found:
+                    self.draw()
 
-            self.beside("", LINKING(sent["link"]), show)
+            self.beside("", LINKING(sent["link"]), show, self.draw)
 
     def darken(self, dark: bool) -> None:
         """Draw the plots for a dark or a light page."""
@@ -285,21 +291,34 @@ class Explorer:
             name, content = live.make_file(self.state, kind)
             self.client.download(content, name)
 
-    def beside(self, words: str, work: Coroutine[Any, Any, T], then: Callable[[T], object]) -> None:
-        """Do something away from the event loop, one at a time, and then something with what comes of it."""
-        if self.working is not None and not self.working.done():
+    @property
+    def busy(self) -> bool:
+        """Whether something is being computed still, which is then said."""
+        if self.working is None or self.working.done():
+            return False
+        self.say("something else is being computed still: wait a moment")
+        return True
+
+    def beside(
+        self, words: str, work: Coroutine[Any, Any, T], then: Callable[[T], object],
+        failed: Callable[[], object] = lambda: None,
+    ) -> None:  # fmt: skip
+        """Do something away from the event loop, one at a time, and then something with what comes of it, or nothing.
+
+        ``failed`` is called where nothing comes of it.
+        """
+        if self.busy:
             work.close()
-            self.say("something else is being computed still: wait a moment")
+            failed()
             return
 
         async def do() -> None:
             self.say(words)
             try:
                 found = await work
-            except InputError as error:
-                self.say(str(error))
-            except TimeoutError:
-                self.say("this takes too long, and was given up")
+            except (InputError, TimeoutError) as error:
+                self.say(str(error) or "this takes too long, and was given up")
+                failed()
             else:
                 if not self.view.is_deleted:
                     self.say("")
@@ -319,10 +338,12 @@ class Explorer:
             if part and self.state.beam == found.beam:
                 self.say(f"the beam alone is shown, without {part}; for these: squama load")
 
-        if not name.lower().endswith(".toml"):
-            self.file, self.table, self.found = (name, content), None, None
+        if self.busy:
+            return
+        if not name.lower().endswith(".toml") and len(content) <= tables.LARGEST["table"]:
+            self.file = name, content
             self.measured.forget()
-            self.draw()
+            self.measure(None)
         self.beside("The file is being read ...", READING(name, content, self.state, GUESSED), show)
 
     def read(self, how: How) -> None:
@@ -332,7 +353,9 @@ class Explorer:
             if isinstance(found, Table):
                 self.measure(found)
 
-        if self.file[0]:
+        if self.file[0] and not self.busy:
+            # not to be taken for what the choices give
+            self.measure(None)
             self.beside("The table is being read ...", READING(*self.file, self.state, how), show)
 
     def measure(self, table: Table | None) -> None:
@@ -347,8 +370,7 @@ class Explorer:
 
     def fit(self) -> None:
         """Fit the model that is shown to the measured table, and show the beam that is found."""
-        table = self.table
-        if table is None:
+        if (table := self.table) is None:
             return
 
         def show(found: Fitted) -> None:
@@ -360,8 +382,16 @@ class Explorer:
     def bear(self, case: str, force: str, way: str) -> None:
         """Load the beam that is shown as a part."""
         shown = self.drawn
-        made = PRINTING(lambda: bench.loaded(shown, case, force, way))
-        self.beside("The part is being loaded ...", made, lambda found: self.part.show(found, shown))
+
+        async def made() -> bench.Loaded:
+            data = await LOADING(shown, case, force, way)
+            return cast("bench.Loaded", await PRINTING(lambda: bench.told(data, shown)))
+
+        def show(found: bench.Loaded) -> None:
+            self.part.show(found, shown)
+            self.part.fade(self.drawn)
+
+        self.beside("The part is being loaded ...", made(), show)
 
     # ---- what is drawn -------------------------------------------------------------------------------------
 
@@ -385,9 +415,8 @@ class Explorer:
         for plot, (chart, place) in self.plots.items():
             put(chart, options=charts.line_options(self.drawn, plot, dark=self.dark, table=self.table, fit=self.found))
             if plot != charts.RESIDUAL:
-                # an arrow where it lies above what can be read
-                left, top = charts.point(self.drawn, plot, self.table)
-                panels.show_marks(place, [map.Mark("" if top else "\N{UPWARDS ARROW}", colour, left, top)])
+                at = charts.point(self.drawn, plot, self.table)
+                panels.show_marks(place, [map.Mark(at.arrow, colour, at.left, at.top)])
         self.residual_plot.set_visibility(self.table is not None)
         shown = charts.lines(self.drawn, "torque", dark=self.dark, table=self.table, fit=self.found)
         panels.show_lines(self.lines, shown)

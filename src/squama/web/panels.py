@@ -10,7 +10,7 @@ from typing import Any
 
 from nicegui import ui
 
-from squama.loads import LOADS
+from squama.loads import FREE, LOADS
 from squama.plot.palette import KEPT, STATES, WORDS
 from squama.web import bench, live, map, state, tables  # noqa: A004 - the module is named after what it draws
 from squama.web.charts import Line
@@ -130,7 +130,7 @@ class Outcome:
     def __init__(self) -> None:
         with ui.element("section").classes("outcome").props('aria-label="Outcome"'):
             with ui.element("div").classes("end"):
-                self.verdict, self.model = text("strong"), text("span")
+                self.verdict, self.own, self.model = text("strong"), text("span", "", "own"), text("span")
             self.readings = ui.element("dl")
             self.sentence = text("p", "", "sentence").props('aria-live="polite"')
             # within reach of the keyboard, for it scrolls where there are many
@@ -142,7 +142,8 @@ class Outcome:
         """Show a state."""
         end, where, sentence = live.outcome(now)
         write(self.verdict, live.verdict(now))
-        write(self.model, f"{live.motion(now.setting).model}, endless beam")
+        write(self.own, live.own_scales(now))
+        write(self.model, live.motion(now.setting).model)
         write(self.sentence, f"End of the curve: {', '.join(filter(None, (end, where)))}. {sentence}")
         rows = live.readings(now)
         if anew(self.readings, [label for label, _ in rows]):
@@ -217,8 +218,8 @@ class Compared:
 
 DECIMALS = {"": "as guessed", ".": "point", ",": "comma"}
 """What sets decimals of a table off."""
-ENDS = {"": "endless", "free": "free", "gripped": "gripped"}
-"""How a specimen of a number of scales is held."""
+ENDLESS_ENDS, ENDS = {"": "endless"}, {"free": "free", "couple": "under a couple", "gripped": "gripped"}
+"""How a specimen is held, without and with a number of scales."""
 
 
 class Measured:
@@ -255,7 +256,7 @@ class Measured:
                     self.columns.props.update({"type": "text", "placeholder": hint, "maxlength": 200})
                     self.columns.props["data-do"] = "columns"
                 self.decimal = Choice("Decimals", DECIMALS, "", lambda value: choose(decimal=value))
-                self.ends = Choice("Ends", ENDS, "", hold)
+                self.ends = Choice("Ends", ENDLESS_ENDS, "", hold)
                 button("Fit μ and K_θ", fit, "Find friction and joint stiffness by the model that is shown", "fit")
                 button("Remove", remove, "Take the measured points away", "unmeasured")
             self.found = ui.element("div").classes("found")
@@ -271,7 +272,7 @@ class Measured:
         """Show a table, or only the name of one that could not be read, beside a state, and what a fit found."""
         self.place.set_visibility(bool(name))
         write(self.name, name)
-        self.ends.set(ENDS, (now.beam.ends or "free") if now.beam.scales else "")
+        self.ends.set(*(ENDS, now.beam.ends or FREE) if now.beam.scales else (ENDLESS_ENDS, ""))
         words = "not read: choose columns and decimals"
         if table is not None:
             left = tables.residual(table, now, found)
@@ -283,15 +284,15 @@ class Measured:
             return
         with self.found:
             for doubt in shown.doubts:
-                text("p", f"Doubt: {doubt}", "doubt")
+                text("p", f"Check: {doubt}", "doubt")
             with ui.element("dl"):
                 for symbol, what, value in shown.values:
                     with ui.element("div"):
                         text("dt", f"{symbol}, {what}")
                         text("dd", value)
-            text("p", f"Fitted as {shown.model}")
+            text("p", f"Fitted as {shown.specimen}, {shown.model}")
             with ui.element("details"):
-                text("summary", "All that is known of the fit")
+                text("summary", "Summary of the fit")
                 text("pre", "\n".join(shown.lines))
 
 
@@ -341,13 +342,15 @@ class PartUnderLoad:
         self.picture.set_visibility(True)
         content = base64.b64encode(found.picture.encode()).decode()
         self.picture.props["src"] = f"data:image/svg+xml;base64,{content}"
-        self.picture.classes(remove="old")
+        for one in (self.words, self.picture):
+            one.classes(remove="old")
 
     def fade(self, now: State) -> None:
-        """Grey what was found of another beam."""
-        if self.state is not None and (now.beam, now.mu) != (self.state.beam, self.state.mu):
+        """Grey what was found of another beam, or by another model."""
+        if self.state is not None and bench.follows(now) != bench.follows(self.state):
             self.state = None
-            self.picture.classes(add="old")
+            for one in (self.words, self.picture):
+                one.classes(add="old")
 
 
 def show_lines(place: ui.element, wanted: Sequence[Line]) -> None:

@@ -16,6 +16,8 @@ from squama.web.tables import Fitted, Table
 
 NOW = {"color": THEMES["light"]["mark"], "markersize": 4}
 """The current point."""
+MARKS = {"": "o", charts.UP: "^", charts.RIGHT: ">"}
+"""Its marker, by the arrow to it where it is beyond an axis."""
 
 
 def made(state: State, table: Table | None, kind: str, fit: Fitted | None = None) -> tuple[str, bytes]:
@@ -34,7 +36,7 @@ def figure(state: State, table: Table | None = None, fit: Fitted | None = None) 
     axes = drawn.subplots(*((2, 2) if table else (1, 3))).flat
     rows = live.compared(state)
     words = {row["name"]: f"{row['what']}; {row['model']}" for row in rows}
-    words = {"this design": words.pop("now")} | {name: f"{name}: {text}" for name, text in words.items()}
+    words = {charts.OWN: words.pop("now")} | {name: f"{name}: {text}" for name, text in words.items()}
     words = {name: "\n".join(wrap(text, 105)) for name, text in words.items()}
     handles: dict[str, Line2D] = {}
     for ax, plot in zip(axes, plots, strict=True):
@@ -45,13 +47,13 @@ def figure(state: State, table: Table | None = None, fit: Fitted | None = None) 
             ax.plot(line.x, factor * line.y, **look)
             handles.setdefault(line.name, key(words.get(line.name, line.name), **look))
         if plot != charts.RESIDUAL:
-            left, down = charts.point(state, plot, table)
-            ax.plot(left, 1 - down, "o", transform=ax.transAxes, clip_on=False, **NOW)
+            at = charts.point(state, plot, table)
+            ax.plot(at.left, 1 - at.top, MARKS[at.arrow], transform=ax.transAxes, clip_on=False, **NOW)
         ax.set(xlim=(0, ends.right), ylim=(factor * ends.low, factor * ends.top), xlabel=across, ylabel=up)
-    last = handles.pop("this design")
+    last = handles.pop(charts.OWN)
     ordered = [last, *handles.values(), key("the state that is shown", linestyle="", marker="o", **NOW)]
     drawn.legend(handles=ordered, loc="outside lower left", ncols=1 if state.kept else 2)
-    return headline(drawn, f"{state.load.capitalize()}: {live.motion(state.setting).model}", drawn.axes)
+    return headline(drawn, f"{state.load.capitalize()}, endless beam: {live.motion(state.setting).model}", drawn.axes)
 
 
 def _look(line: Line) -> Look:

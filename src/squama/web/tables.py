@@ -52,14 +52,16 @@ class Table(NamedTuple):
 class Fitted(NamedTuple):
     """What a fit found: the beam, its ``values`` (name, words, value with error), ``doubts`` of the errors, a summary.
 
-    ``model``: what was fitted, with the number of scales and their ends. Over the points, in the order of specimens:
-    load angles per pitch (rad), fitted torque and what is left of the measured one (N m), NaN where it is not covered.
+    ``model``: how the scales were taken, ``specimen``: their number and their ends. Over the points, in the order of
+    specimens: load angles per pitch (rad), fitted torque and what is left of the measured one (N m), NaN where it is
+    not covered.
     """
 
     beam: Beam
     values: tuple[tuple[str, str, str], ...]
     doubts: tuple[str, ...]
     model: str
+    specimen: str
     lines: tuple[str, ...]
     load: Array
     torque: Array
@@ -172,7 +174,8 @@ def residual(table: Table, state: State, found: Fitted | None = None) -> Residua
     x, y = load[covered], left[covered]
     if not x.size:
         return Residual(x, y, "no point lies on the curve")
-    return _told(x, y, load.size, float(np.abs(table.points.load[covered]).max()))
+    left_over = _told(x, y, load.size, float(np.abs(table.points.load[covered]).max()))
+    return left_over._replace(words=f"{left_over.words}, against the endless beam's curve")
 
 
 def _told(x: Array, y: Array, of: int, largest: float) -> Residual:
@@ -226,7 +229,7 @@ def fitted(table: Table, state: State) -> Fitted:
         load = torque = left = np.empty(0)
     values = tuple((name, words, value) for name, words, value in found["values"])
     doubts, lines = tuple(found["doubts"]), tuple(found["lines"])
-    return Fitted(beam, values, doubts, found["model"], lines, load, torque, left)
+    return Fitted(beam, values, doubts, found["model"], found["specimen"], lines, load, torque, left)
 
 
 def answer() -> None:
@@ -245,7 +248,8 @@ def answer() -> None:
             "beam": found.beam.to_toml(),
             "values": [(row.name, row.words, row.written(value, error)) for row, value, error in rows],
             "doubts": [*found.doubts, *filter(None, [found.disagreement])],
-            "model": f"{found.scales}; {found.fitted_as}",
+            "model": found.scales,
+            "specimen": found.fitted_as,
             "lines": found.summary().splitlines(),
             # what is not covered is no number in JSON
             "torque": [v if np.isfinite(v) else None for v in found.fitted.tolist()],
