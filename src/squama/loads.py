@@ -49,6 +49,8 @@ class Load(NamedTuple):
         Roles that have no variable.
     rigidity, inclusion : callable
         Of a beam: rigidity without contact (N m^2), inclusion factor.
+    unit, force : str
+        SI units of the load angle and of the torque; of a part that is pushed its travel, m, and its force, N.
     """
 
     name: str
@@ -70,6 +72,36 @@ class Load(NamedTuple):
     missing: tuple[str, ...]
     rigidity: Callable[[Any], float]
     inclusion: Callable[[Any], float]
+    unit: str = "rad"
+    force: str = "N m"
+
+    @property
+    def pushed(self) -> bool:
+        """Whether it is of a part that is pushed: the travel is of the whole part."""
+        return self.force == "N"
+
+    @property
+    def noun(self) -> str:
+        """A force, or a torque, as which moments count too."""
+        return self.torque_words if self.pushed else "torque"
+
+    @property
+    def way(self) -> str:
+        """A travel, or a twist, as which bends count too."""
+        return self.verb if self.pushed else "twist"
+
+    def counted(self, scales: int) -> int:
+        """Return over how many pitches a load angle is counted: one for the travel of a whole part."""
+        return 1 if self.pushed else scales
+
+    def shown(self, x: float) -> str:
+        """Return a load angle per pitch, or a travel, in words."""
+        return units.number(1e3 * x, "mm") if self.pushed else f"{x:.4g} rad/pitch"
+
+    def size(self, value: float) -> str:
+        """Return a torque or force in words."""
+        factor, sign = units.prefix(value)
+        return units.number(factor * value, f"{sign}N") if self.pushed else units.moment(value)
 
     def variable(self, role: str) -> str:
         """Return the variable of a dataset that a role becomes: "torque_c" is T_c or M_c, "theta" is theta."""
@@ -129,6 +161,29 @@ _BENDING = Load(
 LoadName = Literal["twisting", "bending"]
 LOADS = {load.name: load for load in (_TWISTING, _BENDING)}
 """Kinds of loading by name."""
+
+
+def _travel(value: object, *, pitch: float, bare: bool = True, **_: int) -> float:
+    """Read a travel, over the pitch; the number of scales does not matter."""
+    return units.quantity(value, units.Dimension.LENGTH, bare=bare) / pitch
+
+
+_PUSHED = Load(
+    *("force and travel", "travel", "pushed", "travel", "travel", "F", "stiffness", "s", "travel", "travel", "force"),
+    letter="u",
+    read=_travel,
+    sided=False,
+    axis=0,
+    matrix=False,
+    missing=(),
+    rigidity=attrgetter("bending_rigidity"),
+    inclusion=attrgetter("bending_C_f"),
+    unit="m",
+    force="N",
+)
+TESTS = LOADS | {_PUSHED.name: _PUSHED}
+"""Kinds of loading of a test, by name: also that of a part, whose force is measured over the travel of its place."""
+PUSHED = _PUSHED.name
 
 
 def model(attrs: Mapping[str, Any]) -> str:

@@ -64,7 +64,6 @@ def test_a_walked_loop_gives_its_parameters_back():
     ("arguments", "words"),
     [
         ({"parameters": "mu,theta0"}, 'parameters: theta0 is not found with joint="compliant"'),
-        ({"posterior": 100}, "posterior = 100: no samples are drawn"),
         ({"load": "bending", "parameters": "mu,C_f"}, 'parameters: C_f is not found with joint="compliant" in bending'),
         ({"law": "plate"}, 'law = "plate": is not covered by joint="compliant"'),
         ({"joint": "glue"}, 'joint = "glue": must be "hinge" or "compliant"'),

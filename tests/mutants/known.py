@@ -353,7 +353,8 @@ TESTS: dict[str, tuple[str, ...]] = {
     "identify/selection.py": ("unit/test_fit_doubts.py", "unit/test_fit.py"),
     "identify/remarks.py": ("unit/test_fit_doubts.py", "unit/test_fit_checks.py"),
     "identify/prepare.py": ("unit/test_fit.py", "unit/test_fit_input.py", "fe/test_fit_compliant.py"),
-    "identify/posterior.py": ("unit/test_fit_input.py",),
+    "identify/posterior.py": ("unit/test_fit_input.py", "unit/test_fit_parts.py", "unit/test_fit_known.py"),
+    "identify/part_points.py": ("unit/test_fit_parts.py",),
     "identify/fitting.py": ("unit/test_fit.py", "unit/test_fit_input.py", "unit/test_fit_doubts.py"),
     "identify/estimate.py": ("unit/test_fit_branches.py", "unit/test_fit.py"),
     "identify/decay_fit.py": ("unit/test_fit_decay.py",),
@@ -390,6 +391,10 @@ TESTS: dict[str, tuple[str, ...]] = {
 """Fast tests of each file, those that catch most first (relative to tests)."""
 
 BY_HAND: tuple[tuple[str, str, str], ...] = (
+    # the travel of a part in pitches; samples without priors, or all with one weight
+    ("identify/part_points.py", "x[1:] / (course.share * beam.pitch)", "x[1:] / course.share"),
+    ("identify/posterior.py", "known = -0.5 * np.sum", "known = 0 * np.sum"),
+    ("identify/posterior.py", "weights = np.exp(ratio - ratio.max())", "weights = np.exp(0 * ratio)"),
     # dropped friction
     ("model/mechanics.py", "D = -pt.M_N - mu * pt.M_f", "D = -pt.M_N"),
     ("model/mechanics.py", "f = mu * N", "f = 0 * mu * N"),

@@ -129,3 +129,12 @@ def test_the_command_and_what_has_no_tolerance(tmp_path, capsys):
     assert squama.Beam.from_toml(tmp_path / "f.toml").scale.alpha > ALPHA + DEGREE / 2
     with pytest.raises(InputError, match="give a tolerance of K_theta"):
         fitted(data, {"joint.factor": "+- 5 %"})
+
+
+def test_samples_know_priors_and_dimensions():
+    pytest.importorskip("emcee")
+    fit = fitted(loop(DEGREE), {"mu": "0.25 +- 0.0005 sd", "scale.alpha": "+- 1.5 deg sd"}, posterior=640)
+    assert fit.errors["mu"] < 5.1e-4
+    # tolerance: 640 samples that are not independent tell a deviation to some 6 %
+    np.testing.assert_allclose(fit.posterior.samples.std(axis=0), fit.deviations, rtol=0.35)
+    assert (np.abs(fit.posterior.samples.mean(axis=0) - fit.estimates) < 0.5 * fit.deviations).all()

@@ -9,12 +9,15 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from squama import units
+from squama.beam.beamfile import heading
 from squama.cli import flags, output
-from squama.cli.flags import flag, pair, settled, whole
+from squama.cli.flags import flag, pair
+from squama.cli.load import SUPPORT
+from squama.cli.load import read as read_part
 from squama.cli.summary import Summary
 from squama.errors import Problems, naming, refuse
 from squama.io.files import label
-from squama.loads import LOADS, model
+from squama.loads import LOADS, TESTS, model
 from squama.units import is_number, shown
 
 if TYPE_CHECKING:
@@ -24,6 +27,7 @@ if TYPE_CHECKING:
     from squama.identify.decay_fit import DecayFit
     from squama.identify.result import Fit
     from squama.io.measured import Measured
+    from squama.part.definition import Part
 
 _pair = pair("name=lower:upper", "mu=0.1:0.5")
 
@@ -81,6 +85,10 @@ _PREDICT = 'Predict the curve of the fitted beam to a twist and back, with a ban
 _BAND = "File of the prediction to write: .png, .svg, .pdf, .csv or .nc; may be repeated."
 _PICTURES = (".png", ".svg", ".pdf")
 _KINDS = (*_PICTURES, ".csv", ".nc")
+_LOAD = (
+    'Load: twisting, bending (of the ends), or the force on a part, of which the table has force and travel: "1 N up '
+    'at tip". Default: [[load]] of the file, or twisting.'
+)
 _STICK = 'Twist after a reversal for which points are not used, e.g. "0.002 rad/pitch".'
 
 
@@ -88,15 +96,16 @@ _STICK = 'Twist after a reversal for which points are not used, e.g. "0.002 rad/
 class Search:
     """How the parameters are looked for: arguments of :func:`squama.fit`."""
 
-    load: flags.Load = "twisting"
+    load: Annotated[str | None, flag(_LOAD)] = None
+    support: Annotated[str | None, flag(SUPPORT)] = None
     law: flags.Law = "edge"
     noise: Annotated[str | None, flag(_NOISE, read=_torque)] = None
     to: Annotated[str | None, flag(_TO, read=_twist)] = None
     reversal: Annotated[str | None, flag(_REVERSAL, read=_twist)] = None
     stick: Annotated[str | None, flag(_STICK, read=_twist)] = None
-    starts: Annotated[int, flag("Number of starts of the search. Default: 6.", read=whole(1, 1000, "6"))] = 6
-    posterior: Annotated[int, flag(_POSTERIOR, read=whole(0, 1_000_000, "4000"))] = 0
-    seed: Annotated[int, flag("Seed of the samples. Default: 1.", read=whole(0, 2**32 - 1, "1"))] = 1
+    starts: Annotated[int, flag("Number of starts of the search. Default: 6.", read=flags.whole(1, 1000, "6"))] = 6
+    posterior: Annotated[int, flag(_POSTERIOR, read=flags.whole(0, 1_000_000, "4000"))] = 0
+    seed: Annotated[int, flag("Seed of the samples. Default: 1.", read=flags.whole(0, 2**32 - 1, "1"))] = 1
     joint: Annotated[str | None, flag(JOINT, read=flags.one_of("hinge", "compliant"))] = None
     nuisances: Annotated[str, flag(_NUISANCES, read=flags.one_of("auto", "none"))] = "auto"
     ends: flags.Ends = None
@@ -208,9 +217,18 @@ def fit(
     common.check(*files, *([tolerances] if tolerances else []), plots=[corner] if corner else [])
     flags.check_places([(out, (".toml",))], files)
     prediction.check(files)
-    beam = settled(common.beam(beams[0], friction=False) if len(beams) == 1 else None)
+    given: Beam | Part | None = None
+    if len(beams) == 1:
+        # the beam alone says that it is without what loads it
+        if search.load in LOADS:
+            given = common.beam(beams[0], friction=False)
+        else:
+            given = read_part(common, beams[0], friction=False)
+    flags.problems().settle()
+    assert given is not None
 
     from squama.identify import decay_fit, fitting
+    from squama.identify.part_points import of_test
 
     names = {name: f"--{name}" for name in vars(search)}
     names |= {"parameters": "--find", "bounds:": "--bounds", "data": ", ".join(data), "mode": "--mode"}
@@ -221,19 +239,22 @@ def fit(
         )
     elif swing != SWING:
         refuse("--mode, --ideal", "", "are for decays: no table has a column of time, and no torque")
-    read = tables.read(data, beam, search.load, decay=decays)
+    own = {name: f"{label(beams[0])}: {heading(name)}" for name in ("load", "support", "along")}
+    with flags.laid(own | {name: f"--{name}" for name in own if getattr(search, name, None)}):
+        kind, part = of_test(given, search.load, search.support)
+    read = tables.read(data, part.beam, kind, decay=decays)
     wanted = () if find is None else (find,)
     found: Fit | DecayFit
     with flags.laid(names):
         if decays:
-            how = {name: getattr(search, name) for name in _OF_DECAYS} | vars(swing)
-            found = decay_fit.fit_decay(read[0], beam, *wanted, **how)
+            how = {name: getattr(search, name) for name in _OF_DECAYS} | {"load": kind} | vars(swing)
+            found = decay_fit.fit_decay(read[0], part.beam, *wanted, **how)
         else:
-            given = {name: value for name, value in vars(search).items() if value is not None}
+            how = {name: value for name, value in vars(search).items() if value is not None}
             parted = ((name, text.partition(":")) for name, text in limits.items())
-            given["tolerances"] = _known(prior, tolerances, beam)
-            given["bounds"] = {name: (low.strip(), high.strip()) for name, (low, _, high) in parted}
-            found = fitting.fit(read, beam, *wanted, **given)
+            how["tolerances"] = _known(prior, tolerances, part.beam)
+            how["bounds"] = {name: (low.strip(), high.strip()) for name, (low, _, high) in parted}
+            found = fitting.fit(read, given, *wanted, **how)
     written = output.write(common, found.dataset, *(("decay_figure", on_points) if decays else ("fit_figure", flat)))
     if corner:
         written += output.draw([corner], "corner_figure", found.dataset())
@@ -280,7 +301,7 @@ def _summary(found: Fit | DecayFit, file: str, predicted: list[str]) -> Summary:
     if isinstance(found, DecayFit):
         words = f"{model(found.attrs)}; {found.attrs['load']}, {found.mode}; a decay (time, no torque)"
         return Summary(verdict, [*found.sizes, ("beam", file), ("model", words)], predicted, (), full)
-    kind = LOADS[found.load].model(found.law, found.joint, found.scales)
+    kind = TESTS[found.load].model(found.law, found.joint, found.scales)
     figures = [*found.sizes, ("beam", file), ("model", f"{kind}; {found.fitted_as}; {found.load}")]
     table = [*predicted, *found.checked, *filter(None, [found.of_machine])]
     verdict = verdict if found.holds else f"{verdict}; the errors do not hold"

@@ -23,7 +23,7 @@ _LOAD = (
     'Load: "0.2 N up at tip", "10 mm down at middle", "0.5 N down over all", "weight down", "30 N mm twist", '
     '"90 deg bend", "3 N tendon at 4 mm"; may be repeated. Default: [[load]] of the file.'
 )
-_SUPPORT = (
+SUPPORT = (
     'Support: clamped (the root), gripped (both ends), "simple, span 180 mm" (two rollers). Default: [support] of the '
     "file, or clamped."
 )
@@ -45,7 +45,7 @@ def load(
     /,
     *,
     load: Annotated[tuple[str, ...], flag(_LOAD, read=flags.Reader(lambda _, text: text, ""), many=True)] = (),
-    support: Annotated[str | None, flag(_SUPPORT)] = None,
+    support: Annotated[str | None, flag(SUPPORT)] = None,
     scales: Annotated[int | None, flags.scales(200, "Number of scales. Default: the file's; allowed:")] = None,
     along: Annotated[tuple[flags.Pair, ...], flag(_ALONG, read=flags.Reader(_grade, _PAIR.failed), many=True)] = (),
     mu: flags.Mu = None,
@@ -89,14 +89,21 @@ def _grades(along: tuple[flags.Pair, ...]) -> dict[str, list[str]] | str | None:
     return {name: [v.strip() for v in text.split(",")] for name, text in flags.once("--along", along).items()} or None
 
 
-def _part(common: flags.Common, path: str, mu: float | None, load: tuple[str, ...]) -> Part | None:
-    """Read the part; mistakes are kept, as is that neither the file nor a flag loads it."""
+def read(common: flags.Base, path: str, mu: float | None = None, *, friction: bool = True) -> Part | None:
+    """Read a part as :meth:`squama.cli.flags.Base.beam` reads the beam alone."""
     from squama.part.definition import Part
 
-    found = None
     with flags.problems().caught(), flags.laid({s.place: s.name for s in common.settings}):
         found = Part.from_toml(path, overrides=common.overrides(mu))
-        flags.check_friction(path, found.beam)
+        if friction:
+            flags.check_friction(path, found.beam)
+        return found
+    return None
+
+
+def _part(common: flags.Common, path: str, mu: float | None, load: tuple[str, ...]) -> Part | None:
+    """Read the part; mistakes are kept, as is that neither the file nor a flag loads it."""
+    found = read(common, path, mu)
     if found is not None and not (load or found.load):
         remedy = 'give it, e.g. --load "0.2 N up at tip", or write [[load]] in the beam file'
         flags.problems().add("--load", "", "is missing", remedy)

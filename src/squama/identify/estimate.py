@@ -20,7 +20,7 @@ from squama.errors import refuse
 from squama.identify.hinge_points import Forward, Hinged, build
 from squama.identify.joint_points import Walked
 from squama.identify.unknowns import Asked, ask
-from squama.loads import LOADS
+from squama.loads import TESTS
 from squama.model.outcome import End
 from squama.model.paths import ARRAY
 from squama.progress import steps
@@ -73,6 +73,7 @@ def solve(
 
     size = float(np.abs(torque).max())
     units = {"N m": size, "rad": 0.01, "rad/(N m)": 0.01 / size}
+    units |= {"N": size, "m": 0.01 * float(np.abs(points.readings.load).max())}
     unit = [units.get(row.unit, 1.0) for row in asked.rows]
     scale = np.where(asked.start == 0, unit, np.abs(asked.start))
     low, high = asked.low / scale, asked.high / scale
@@ -145,7 +146,7 @@ def _groups(points: Points, asked: Asked) -> list[tuple[int | None, NDArray[np.b
     return [(g, number == g) for g in range(len(asked.groups))]
 
 
-def _shifts(points: Points, asked: Asked) -> dict[int, tuple[float, Array]]:
+def shifts(points: Points, asked: Asked) -> dict[int, tuple[float, Array]]:
     """Return values of dimensions that have a tolerance, with the torque's derivatives there, by their places."""
     known = [(i, points.readings.shifts[name]) for i, name in enumerate(asked.names) if name in points.readings.shifts]
     return {i: (value, shift[points.index]) for i, (value, shift) in known}
@@ -156,7 +157,7 @@ def modelled(points: Points, asked: Asked, p: Array) -> Array:
     out = np.zeros(points.index.size)
     for group, own in _groups(points, asked):
         out[own] = points.of(group).torque(asked.physical(p, group))[own]
-    for i, (value, shift) in _shifts(points, asked).items():
+    for i, (value, shift) in shifts(points, asked).items():
         out += shift * (p[i] - value)
     return out
 
@@ -168,7 +169,7 @@ def derivatives(points: Points, asked: Asked, p: Array) -> Array:
         chain = asked.chain(p, group)
         found = points.of(group).jacobian(asked.physical(p, group), np.asarray(chain.any(axis=1))) @ chain
         out[own] = found[own]
-    for i, (_, shift) in _shifts(points, asked).items():
+    for i, (_, shift) in shifts(points, asked).items():
         out[:, i] = shift
     return out
 
@@ -283,7 +284,7 @@ def _further(asked: Asked, values: Array, senses: Senses, forward: Forward) -> I
     if np.isfinite(path.load_e) and path.end is not End.NONE and end > 1.02 * far:
         beyond = build(senses, s * np.linspace(max(far, path.load_e), end, n + 1)[1:], np.ones(n))
         yield f"{n} points more of loading, up to {end:.3g} rad/pitch", beyond.jacobian(at) @ chain
-    if LOADS[asked.load].sided and touching.any():
+    if TESTS[asked.load].sided and touching.any():
         yield from _bending(asked, values, float(forward.theta.max()), forward, n)
 
 

@@ -17,6 +17,7 @@ from squama.identify import estimate, groups, known, prepare, records, remarks, 
 from squama.identify import machine as machines
 from squama.identify.hinge_points import Hinged
 from squama.identify.joint_points import Walked
+from squama.identify.part_points import of_test
 from squama.identify.posterior import sample
 from squama.identify.prepare import Prepared, Wanted
 from squama.identify.result import Alone, Fit
@@ -24,9 +25,11 @@ from squama.identify.selection import Found, Rival
 from squama.identify.slope import slope
 from squama.identify.unknowns import DEFAULT, OF_TWIST, PARAMETERS, SHOWN, ask, named
 from squama.joints import choice
-from squama.loads import ENDLESS, LOADS, EndsName, JointName, LawName, LoadName
+from squama.loads import ENDLESS, TESTS, EndsName, JointName, LawName
 from squama.needs import need
+from squama.part.definition import Part
 from squama.types import Array
+from squama.units import shown
 
 _MOST = 0.9
 """Part of the points that the other model has to cover."""
@@ -36,10 +39,11 @@ _HOPELESS = 4.0
 
 def fit(
     data: Any,
-    beam: Beam,
+    beam: Beam | Part,
     parameters: Sequence[str] | str = DEFAULT,
     *,
-    load: LoadName = "twisting",
+    load: str | Sequence[str] | None = None,
+    support: str | None = None,
     law: LawName = "edge",
     bounds: Mapping[str, tuple[Any, Any]] | None = None,
     noise: float | str | None = None,
@@ -65,19 +69,25 @@ def fit(
     ----------
     data
         A CSV file with units in its header, or several; a dataset of :func:`squama.cycle` or another mapping with
-        ``Phi`` (rad/m) or ``phi`` (rad) and ``T`` (N m), in bending ``kappa`` or ``psi`` and ``M``. Rows in the order
-        measured: loading only, or loading and unloading. Several specimens: a column ``specimen``, or several files.
+        ``Phi`` (rad/m) or ``phi`` (rad) and ``T`` (N m), in bending ``kappa`` or ``psi`` and ``M``; of a part
+        ``travel`` (m) and ``F`` (N). Rows in the order measured: loading only, or loading and unloading. Several
+        specimens: a column ``specimen``, or several files.
     beam, parameters
         The beam, from which all else is known, and what is to be found, of ``mu``, ``K_theta``, ``C_f``, ``E_B``
         (Young's modulus of the bar; its shear modulus follows) and ``theta0``, and of the nuisances of a test:
         ``torque_zero`` and ``twist_zero`` (what is read at no load and no twist), ``backlash`` (twist that is lost at a
         reversal) and ``drift`` (change of the load cell's zero over a record); twists over the whole beam.
-    load, law
+    load, support
+        "twisting" (if nothing is given) or "bending": of the beam's ends. Or the force on a part, of which the table
+        has force and travel of its place, and the support, both as in :func:`squama.load`: "1 N up at tip",
+        "simple, span 160 mm"; its size does not matter. A :class:`squama.Part` brings both.
+    law
         As in :func:`squama.solve`.
     bounds
         Lower and upper bound by parameter: SI numbers or texts such as "5 deg"; None for an open end.
     noise
-        Standard deviation of a measured torque, N m or text such as "5 N mm"; from the residuals if not given.
+        Standard deviation of a measured torque, N m or text such as "5 N mm" (of a force, N or "5 mN"); from the
+        residuals if not given.
     to
         Twist beyond which points are not used: rad/m or text such as "0.1 rad/pitch".
     reversal, stick
@@ -85,11 +95,12 @@ def fit(
         the twist where that turns it round; way after a reversal on which points are not used, because the joints
         still give there.
     starts, posterior, seed
-        Numbers of starts of the search, and of posterior samples to draw (extra ``fit``; 0 for none); their seed.
+        Numbers of starts of the search, and of posterior samples to draw (extra ``fit``; 0 for none); their seed. On
+        compliant joints the model is walked at up to 400 of them.
     joint
         "compliant": real plates with six motions each against the substrate, on which the record is walked with each
-        trial; ``K_theta`` and ``C_f`` change it as a beam's file does, beside its joint; ``theta0`` is not found, and
-        no samples are drawn. "hinge": thin, rigid plates on hinges. By default the first where it covers what is
+        trial; ``K_theta`` and ``C_f`` change it as a beam's file does, beside its joint; ``theta0`` is not found.
+        "hinge": thin, rigid plates on hinges. By default the first where it covers what is
         asked and follows the record. The other one is fitted too, and a disagreement is said.
     nuisances
         "auto": those that the residual shows are found too; "none": only what is asked for.
@@ -128,17 +139,20 @@ def fit(
     >>> print(f"mu = {f.values['mu']:.6f}")
     mu = 0.300000
     """
-    arguments.beam(beam)
-    arguments.load(load)
-    law = LOADS[load].law(arguments.law(law))
+    load, part = of_test(beam, load, support)
+    beam, pushed = part.beam, TESTS[load].pushed
+    law = TESTS[load].law(arguments.law(law))
     starts, samples = arguments.whole("starts", starts, 1, 1000), arguments.whole("posterior", posterior, 0, 1e6)
     arguments.whole("seed", seed, 0, 2**32 - 1)
     if samples:
         need("emcee")
     with naming("noise"):
-        sigma = None if noise is None else units.bounded(noise, "torque", records.TORQUES)
+        size = ("force", records.FORCES) if pushed else ("torque", records.TORQUES)
+        sigma = None if noise is None else units.bounded(noise, *size)
     automatic = arguments.one_of("nuisances", nuisances, ("auto", "none")) == "auto"
     means = machines.read(machine)
+    if pushed and means is not None and means.compliance:
+        refuse("machine", shown(machine), "is not known of a part under load", "correct the travels for it")
     parameters = [*named(parameters, PARAMETERS)]
     priors, dimensions = known.priors(tolerances, beam, means, parameters)
     parameters += [n for n in priors if n not in parameters]
@@ -151,14 +165,14 @@ def fit(
     # before the joint is looked for, which may take finite elements
     limits = records.Limits.of(beam, load, to, reversal, stick)
     own = _each(each, asked.names, samples)
-    given = (limits, sigma, starts, candidates, ENDLESS, means, own, dimensions, priors)
+    given = (limits, sigma, starts, candidates, ENDLESS, means, own, dimensions, priors, part if pushed else None)
     wanted = Wanted(beam, [], asked.names, load, law, bounds, *given)
-    kind, why = prepare.kind(joint, wanted, samples)
+    kind, why = prepare.kind(joint, wanted)
     wanted = wanted._replace(specimens=records.read(data, beam, load), ends=prepare.ends(kind, wanted, ends))
     try:
         made = prepare.prepared(kind, wanted)
     except InputError as error:
-        if joint is not None or kind == "hinge" or ends not in (None, ENDLESS) or beam.other:
+        if joint is not None or kind == "hinge" or ends not in (None, ENDLESS) or beam.other or pushed:
             raise
         wanted = wanted._replace(ends=ENDLESS)
         made, kind, why = prepare.prepared("hinge", wanted), "hinge", f"on the compliant joint: {error}"
@@ -200,8 +214,8 @@ def _apart(made: Prepared, shared: Found, wanted: Wanted) -> Found:
 
 def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
     """Fit the other model to the same points; None where it does not cover what is asked, or not nearly as well."""
-    alone = {"theta0"} if LOADS[wanted.load].sided else {"theta0", "C_f"}
-    if wanted.beam.other or wanted.law != "edge" or alone & {*wanted.names}:
+    alone = {"theta0"} if TESTS[wanted.load].sided else {"theta0", "C_f"}
+    if wanted.part or wanted.beam.other or wanted.law != "edge" or alone & {*wanted.names}:
         return None
     try:
         if joint == "compliant" and not choice.known(wanted.beam):
@@ -260,7 +274,7 @@ def _result(made: Prepared, found: Found, shared: Found, wanted: Wanted, rival: 
         rival=rival,
         disagreement=remarks.disagreement(found, rival),
         slope=steep,
-        ends=wanted.ends,
+        ends=points.ends if isinstance(points, Walked) else ENDLESS,
         row=_row(made, found, beam) if wanted.ends == ENDLESS else None,
         endless=_endless(made, shared),
         doubts=tuple(remarks.doubts(made, found, rival, steep, wanted.machine, loops)),
@@ -273,7 +287,7 @@ def _result(made: Prepared, found: Found, shared: Found, wanted: Wanted, rival: 
 def _endless(made: Prepared, found: Found) -> Alone | None:
     """Fit the endless beam to the points of a fit with ends; None where the fit itself is of the endless beam."""
     points = made.points
-    if not (isinstance(points, Walked) and points.kind is not None):
+    if not isinstance(points, Walked) or points.kind is None:
         return None
     plain = made._replace(asked=found.asked, usable=found.used, points=points.endless())
     return _alone(ENDLESS, plain, found.estimates)
@@ -300,7 +314,7 @@ def _alone(label: str, made: Prepared, start: Array) -> Alone:
 
 def _row(made: Prepared, found: Found, beam: Beam) -> Ends | None:
     """Compare the fitted beam's own number of scales with the endless beam, at the top of the data."""
-    if beam.scales is None or not LOADS[made.asked.load].sided or beam.friction.mu is None:
+    if beam.scales is None or not TESTS[made.asked.load].sided or beam.friction.mu is None:
         return None
     load = made.record.load[found.used & made.points.touching(found.asked.physical(found.estimates))]
     if not load.size:

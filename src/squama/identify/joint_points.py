@@ -65,6 +65,11 @@ class Walked:
         """The ends of a beam with a number of scales, None of the endless one."""
         return rows.KINDS.get(self.ends)
 
+    @property
+    def finite(self) -> bool:
+        """Whether the scales are a number of them, with ends."""
+        return self.kind is not None
+
     def take(self, index: Array) -> Walked:
         """Return some of the points; what is walked is shared."""
         other = copy.copy(self)
@@ -151,9 +156,8 @@ class Walked:
 
     def bar(self) -> float:
         """Return the slope of the torque before engagement, N m: grips hold the bow that twist brings."""
-        one = self._path(self.beam, self.start.mu)
-        found = real_cycles.pressed(one, self.load, np.array([0.0, _SLIGHT]), self.kind)
-        return float(real_cycles.torque(found, self.load)[-1] * self.beam.unit_moment / _SLIGHT)
+        torque, _ = self._followed(self.beam, self.start.mu, np.array([0.0, _SLIGHT]))
+        return float(torque[-1] / _SLIGHT)
 
     def drawn(self, points: int, *, once: bool) -> tuple[Walked, Array]:
         """Return readings of each way to be drawn, and the number of their way."""
@@ -176,21 +180,21 @@ class Walked:
             values["joint.inclusion_factor"] = v.rigidity / (self.beam.G_B * self.beam.J * v.modulus)
         return self.beam._with({name: float(x) for name, x in values.items()})
 
-    def _path(self, beam: Beam, mu: float) -> real.Path:
-        return real.Path.of(beam, float(mu), (self.load.verb,), ideal=False)
+    def _followed(self, beam: Beam, mu: float, x: Array) -> tuple[Array, Array]:
+        """Return the torque (N m) at load angles from 0 on, and the sum of the forces between scales there."""
+        real_cycles.check(x.tolist())
+        one = real.Path.of(beam, float(mu), (self.load.verb,), ideal=False)
+        found = real_cycles.pressed(one, self.load, x, self.kind)
+        return real_cycles.torque(found, self.load) * beam.unit_moment, np.sum([state["N"] for state in found], axis=0)
 
     def _walk(self, v: Physical) -> tuple[Array, Array]:
         """Walk the beam of a trial through the load angles (rad per pitch) of the specimen."""
         beam, x = self._trial(v), self.readings.placed(v.twist_zero, v.backlash, v.compliance)[0]
-        one = self._path(beam, v.mu)
         torque, touching = np.zeros(x.size), np.zeros(x.size, bool)
         for ways in self.readings.records:
             nodes = [_nodes(x[way], self.readings.direction[way.start]) for way in ways]
             twists, places = _joined(nodes)
-            real_cycles.check(twists.tolist())
-            found = real_cycles.pressed(one, self.load, twists, self.kind)
-            signed = real_cycles.torque(found, self.load) * beam.unit_moment
-            pressing = np.sum([state["N"] for state in found], axis=0)
+            signed, pressing = self._followed(beam, v.mu, twists)
             for way, at, place in zip(ways, nodes, places, strict=True):
                 order = np.argsort(at)
                 known, values, force = at[order], signed[place][order], pressing[place][order]
@@ -231,12 +235,13 @@ class Linear(Walked):
         return self._touches[self.index]
 
     def torque(self, v: Physical) -> Array:
-        """Torque that is read (N m)."""
+        """Torque that is read (N m); the entries of ``v`` may be columns of many trials, shape (..., 1)."""
         found = self._torque + v.drift * self.readings.order + v.torque_zero
         for name in _STEPS:
-            if step := getattr(v, name) - getattr(self.about, name):
+            step = getattr(v, name) - getattr(self.about, name)
+            if np.any(step):
                 found = found + step * self._column(name)
-        return np.asarray(found[self.index])
+        return np.asarray(found[..., self.index])
 
     def _slope(self, _: Physical, name: str) -> Array:
         return self._column(name)[self.index]

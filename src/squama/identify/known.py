@@ -27,7 +27,7 @@ from squama.identify.machine import Machine
 from squama.identify.prepare import Prepared, Wanted
 from squama.identify.selection import Found, settle
 from squama.identify.unknowns import PARAMETERS, Asked, Parameter
-from squama.loads import LOADS
+from squama.loads import TESTS
 from squama.study import parameters as study
 from squama.study.tolerances import distributions
 from squama.study.tolerances.distributions import Tolerance
@@ -113,7 +113,7 @@ def _with(made: Prepared, rows: list[Parameter], at: Array, law: str) -> Prepare
     """Return a test of the beam with other dimensions, at a joint that stays."""
     asked, points = made.asked, made.points
     beam = asked.beam._with({row.place: value for row, value in zip(rows, at.tolist(), strict=True)})
-    rigid = LOADS[asked.load].rigidity
+    rigid = TESTS[asked.load].rigidity
     rigidity = asked.base.rigidity * rigid(beam) / rigid(asked.beam)
     asked = asked._replace(base=asked.base._replace(rigidity=rigidity, theta0=beam.scale.theta0))
     if isinstance(points, Walked):

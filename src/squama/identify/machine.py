@@ -23,6 +23,7 @@ from squama.errors import naming, refuse
 from squama.identify.estimate import Points
 from squama.identify.hinge_points import Physical
 from squama.identify.unknowns import Asked
+from squama.loads import TESTS, Load
 from squama.study.tolerances.distributions import spread
 from squama.types import Array
 from squama.units import Bounds, Dimension
@@ -65,6 +66,7 @@ class Unknown(NamedTuple):
     changes: Array
     names: tuple[str, ...]
     told: bool
+    load: Load
 
     def report(self) -> dict[str, object]:
         """Return it as plain data."""
@@ -83,10 +85,13 @@ class Unknown(NamedTuple):
                 else:
                     parts.append(f"{name} by {', '.join(f'{c:+.{digits}f}' for c in all_of)}")
         shares = ", ".join(f"{100 * share:g}" for share in SHARES)
+        of = self.load.way if self.load.pushed else "rotation"
+        own = f"{self.stiffness:.2g} {self.load.force}/{self.load.unit}"
+        remedy = f"correct the travels for it (1 %: {own})" if self.load.pushed else (
+            f'give its stiffness (1 %: machine "{own}")')  # fmt: skip
         return (
-            f"machine not given: if it takes {shares} % of the rotation at the top, that changes "
-            f"{' and '.join(parts)}; "
-            f'give its stiffness (1 %: machine "{self.stiffness:.2g} N m/rad"), or "{RIGID}"'
+            f"machine not given: if it takes {shares} % of the {of} at the top, that changes "
+            f'{" and ".join(parts)}; {remedy}, or "{RIGID}"'
         )
 
 
@@ -111,4 +116,4 @@ def unknown(
     changes = -np.linalg.lstsq(jacobian / norm, target, rcond=None)[0] / norm
     far = np.abs(changes) * SHARES[-1] / 0.01 > _SEEN * deviations
     told = any(f for f, name in zip(far, asked.names, strict=True) if name in ("mu", "K_theta"))
-    return Unknown(1 / percent, changes, asked.names, told)
+    return Unknown(1 / percent, changes, asked.names, told, TESTS[asked.load])

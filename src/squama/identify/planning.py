@@ -198,7 +198,7 @@ def _test(
         compliance = 0.0 if machine is None else 1 / units.bounded(machine, "torque", records.TORQUES)
     names = ask(beam, load, parameters, joint="hinge" if joint == "hinge" else "compliant").names
     wanted = Wanted(beam, [], names, load, law, None, records.ALL, sigma, 1, ())
-    kind, _ = prepare.kind(joint, wanted, 0)
+    kind, _ = prepare.kind(joint, wanted)
     wanted = wanted._replace(ends=prepare.ends(kind, wanted, ends))
     test = _Test(wanted, kind, sigma, 0.0, compliance, arguments.whole("points", points, 10, 10_000))
     return test._replace(twist_noise=_angle("twist_noise", twist_noise, test) * beam.pitches)

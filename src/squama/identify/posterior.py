@@ -1,7 +1,12 @@
 """Samples of the parameters from their posterior distribution, by the affine-invariant ensemble of emcee.
 
-The prior is uniform within the bounds. Where the noise of a point is not known it has the prior 1/noise and is
-integrated out, which leaves the likelihood S^(-n/2) of n points with the sum of squares S.
+The prior is that of the tolerances, else uniform within the bounds. Where the noise of a point is not known it has the
+prior 1/noise and is integrated out, which leaves the likelihood S^(-n/2) of n points with the sum of squares S.
+
+Where the path of the scales is walked the ensemble draws from the posterior q of torques that are linear about the
+estimates. Then up to :data:`WALKED` of its samples are walked; each counts with the weight w = p/q of the model's own
+posterior p (importance sampling), and the samples are drawn anew by these weights. They are worth (sum w)^2/sum w^2
+independent ones (Kish), which says how far the linear torques are from the model's.
 """
 
 from __future__ import annotations
@@ -12,6 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from squama import progress
+from squama.identify import estimate, groups
+from squama.identify.joint_points import Walked
 from squama.identify.prepare import Prepared
 from squama.identify.selection import Found
 from squama.interrupt import Interrupted, until_interrupted
@@ -19,27 +26,37 @@ from squama.needs import need
 from squama.types import Array
 
 WALKERS, BURN, THIN, _LEAST = 32, 200, 15, 50
+LINEAR, WALKED, _WORTH = 4000, 400, 0.25
+"""Samples of linear torques at least, and those walked at most; worth of each below which it is said."""
 
 
 class Posterior(NamedTuple):
     """Samples, shape (samples, parameters), and how independent they are.
 
     ``acceptance`` is the part of the proposals that was taken; ``steps`` steps of the chains; ``autocorrelation`` the
-    largest of the integrated autocorrelation times, in steps.
+    largest of the integrated autocorrelation times, in steps. ``walked``: samples at which the model itself was walked,
+    0 on hinges, which are worth ``worth`` independent ones.
     """
 
     samples: Array
     acceptance: float
     steps: int
     autocorrelation: float
+    walked: int = 0
+    worth: float = math.inf
 
     @property
     def effective(self) -> float:
         """Number of independent samples that those are worth."""
-        return min(self.steps * WALKERS / max(self.autocorrelation, 1.0), float(len(self.samples)))
+        return min(self.steps * WALKERS / max(self.autocorrelation, 1.0), float(len(self.samples)), self.worth)
 
     def note(self) -> str | None:
-        """Say that the chains are short, if they are."""
+        """Say that the chains are short, or the model is far from linear, if so."""
+        if self.worth < _WORTH * self.walked:
+            return (
+                f"{self.walked} samples of linear torques are worth {self.worth:.0f} of the model's own posterior, "
+                "which is far from theirs: narrow the bounds, or measure what tells the parameters apart"
+            )
         if self.steps >= _LEAST * self.autocorrelation:
             return None
         return (
@@ -49,21 +66,25 @@ class Posterior(NamedTuple):
 
 
 def sample(made: Prepared, found: Found, number: int, seed: int) -> Posterior:
-    """Draw samples by the points that a fit on hinges uses, from the estimates on; the same seed gives the same."""
+    """Draw samples by the points that a fit uses, from the estimates on; the same seed gives the same."""
     emcee, asked, estimates, noise = need("emcee"), found.asked, found.estimates, made.noise
-    points, torque = made.points.take(np.flatnonzero(found.used)), made.record.torque[found.used]
+    used, torque = np.flatnonzero(found.used), made.record.torque[found.used]
     low, high, size = asked.low, asked.high, float(np.abs(torque).max())
+    points, (mean, spread) = groups.about(made.points, asked, estimates).take(used), asked.known
+    shifts = estimate.shifts(points, asked)
+
+    def weighed(modelled: Array, p: Array) -> Array:
+        r = modelled + sum(shift * (p[:, i, None] - value) for i, (value, shift) in shifts.items()) - torque
+        square = np.einsum("ij,ij->i", r / size, r / size)
+        known = -0.5 * np.sum(((p - mean) / spread) ** 2, axis=1)
+        if noise is None:
+            return np.asarray(known - 0.5 * torque.size * np.log(np.maximum(square, 1e-300)))
+        return np.asarray(known - 0.5 * square * (size / noise) ** 2)
 
     def log_probability(p: Array) -> Array:
         inside = np.asarray(np.all((p >= low) & (p <= high), axis=1))
         trial = np.where(inside[:, None], p, estimates)
-        r = (points.torque(asked.physical(trial[:, None, :])) - torque) / size
-        square = np.einsum("ij,ij->i", r, r)
-        if noise is None:
-            value = -0.5 * torque.size * np.log(np.maximum(square, 1e-300))
-        else:
-            value = -0.5 * square * (size / noise) ** 2
-        return np.where(inside, value, -np.inf)
+        return np.where(inside, weighed(points.torque(asked.physical(trial[:, None, :])), trial), -np.inf)
 
     random = np.random.RandomState(seed)
     p = len(asked.rows)
@@ -72,7 +93,8 @@ def sample(made: Prepared, found: Found, number: int, seed: int) -> Posterior:
     # walkers that start outside are put as far inside
     start = np.where(start < low, np.minimum(2 * low - start, 0.5 * (low + high)), start)
     start = np.where(start > high, np.maximum(2 * high - start, 0.5 * (low + high)), start)
-    steps = THIN * math.ceil(number / walkers)
+    walked = isinstance(made.points, Walked)
+    steps = THIN * math.ceil(max(number, LINEAR * walked) / walkers)
     sampler = emcee.EnsembleSampler(walkers, p, log_probability, vectorize=True)
     state = emcee.State(start, random_state=random.get_state())
     # emcee prints what it was doing when it is interrupted inside a step
@@ -87,5 +109,16 @@ def sample(made: Prepared, found: Found, number: int, seed: int) -> Posterior:
                     raise Interrupted(message)
     time = float(np.max(sampler.get_autocorr_time(tol=0))) if steps >= 100 else math.nan
     time = time if math.isfinite(time) else float(steps)
-    chain = sampler.get_chain(thin=THIN, flat=True)[:number]
-    return Posterior(np.asarray(chain), float(np.mean(sampler.acceptance_fraction)), steps, time)
+    chain = np.asarray(sampler.get_chain(thin=THIN, flat=True))
+    drawn_from = Posterior(chain[:number], float(np.mean(sampler.acceptance_fraction)), steps, time)
+    if not walked:
+        return drawn_from
+    some, own = chain[random.permutation(len(chain))[: min(number, WALKED)]], made.points.take(used)
+    walks = [own.torque(asked.physical(one)) for one in progress.steps(list(some), len(some), "samples walked")]
+    ratio = weighed(np.array(walks), some) - log_probability(some)
+    weights = np.exp(ratio - ratio.max())
+    weights /= weights.sum()
+    # evenly spaced over the sum of the weights, from a place that is drawn
+    drawn = np.searchsorted(np.cumsum(weights), (np.arange(number) + random.uniform()) / number)
+    worth = float(1 / np.sum(weights**2))
+    return drawn_from._replace(samples=some[np.minimum(drawn, len(some) - 1)], walked=len(some), worth=worth)

@@ -20,17 +20,20 @@ from squama.curves.way import Way
 from squama.errors import InputError, refuse
 from squama.identify import records
 from squama.identify.estimate import Points
-from squama.identify.hinge_points import Hinged
+from squama.identify.hinge_points import Hinged, Physical
 from squama.identify.joint_points import Walked
 from squama.identify.machine import Machine
 from squama.identify.noise import scatter
+from squama.identify.part_points import Loaded
 from squama.identify.readings import Readings
 from squama.identify.records import Limits, Record
 from squama.identify.slope import slope
 from squama.identify.unknowns import Asked, ask
 from squama.io.measured import Measured
-from squama.loads import ENDLESS, LOADS
+from squama.loads import ENDLESS, TESTS
+from squama.part.definition import Part
 from squama.types import Array
+from squama.units import shown
 
 _NEAR = 1e-9
 _OF_TWIST = "a compliant joint takes it as a factor of the twist"
@@ -42,7 +45,8 @@ class Wanted(NamedTuple):
 
     ``noise`` N m, if given; ``candidates`` nuisances that may be found unasked; ``ends`` of the beam on compliant
     joints: hinges are endless; ``machine`` None where nothing is known of it; ``each`` what every loop, or
-    specimen, has of its own; ``priors`` by name, those of the beam's ``dimensions`` apart.
+    specimen, has of its own; ``priors`` by name, those of the beam's ``dimensions`` apart; ``part`` under a force, None
+    where the ends of the beam are twisted or bent.
     """
 
     beam: Beam
@@ -60,6 +64,7 @@ class Wanted(NamedTuple):
     each: tuple[str, ...] = ()
     dimensions: Mapping[str, tuple[float, float]] = MappingProxyType({})
     priors: Mapping[str, tuple[float, float]] = MappingProxyType({})
+    part: Part | None = None
 
     @property
     def compliance(self) -> float:
@@ -83,23 +88,27 @@ class Prepared(NamedTuple):
         return index, self.points.take(index), self.record.torque[index], self.points.readings.numbers[index]
 
 
-def kind(joint: str | None, wanted: Wanted, samples: int) -> tuple[str, str]:
+def kind(joint: str | None, wanted: Wanted) -> tuple[str, str]:
     """Return the joint of the fit, and why it is the hinge where no joint is given and the load has both."""
-    load, inclined = LOADS[wanted.load], "theta0" in wanted.names
+    load, inclined = TESTS[wanted.load], "theta0" in wanted.names
+    if load.pushed:
+        if joint == "hinge":
+            refuse("joint", '"hinge"', "is not available for a part under load", "leave it out")
+        joint = "compliant"
     factor = not load.sided and "C_f" in wanted.names
     if joint is not None and arguments.joint(joint) == "compliant":
-        if samples:
-            refuse("posterior", str(samples), 'no samples are drawn with joint="compliant"', "leave it out")
         if inclined:
             reason = 'theta0 is not found with joint="compliant": the elements depend on it'
             refuse("parameters", "", reason, "leave it out")
         if factor:
             refuse("parameters", "", f'C_f is not found with joint="compliant" in bending: {_OF_TWIST}', "find E_B")
+        if load.pushed:
+            return joint, ""
     means = chosen(wanted.beam, load, law=wanted.law, joint=joint)
     found, why = means.joint, means.note
-    if joint is None and found != "hinge" and (inclined or factor or samples):
+    if joint is None and found != "hinge" and (inclined or factor):
         found = "hinge"
-        why = f"C_f is found on hinges only in bending: {_OF_TWIST}" if factor else "samples are drawn on hinges only"
+        why = f"C_f is found on hinges only in bending: {_OF_TWIST}"
         if inclined:
             why = "theta0 is found on hinges only: the matrix of a joint depends on it"
     if found == "hinge":
@@ -109,7 +118,11 @@ def kind(joint: str | None, wanted: Wanted, samples: int) -> tuple[str, str]:
 
 def ends(joint: str, wanted: Wanted, word: str | None) -> str:
     """Return the ends of the beam of a fit on a kind of joint by their word, or as they are by default."""
-    load = LOADS[wanted.load]
+    load = TESTS[wanted.load]
+    if load.pushed:
+        if word is not None:
+            refuse("ends", shown(word), "are not of a part under a force", "give its support")
+        return ENDLESS
     asked = doors.analysis(wanted.beam, Way.of(wanted.load, [1.0]), load, points=3, mu=0.0, law=wanted.law, joint=joint)
     found = doors.ends_of(asked, word, history=True)
     rows.check_ends(rows.KINDS.get(found), Held.of(wanted.beam), wanted.beam.pitches)
@@ -123,8 +136,8 @@ def prepared(joint: str, wanted: Wanted) -> Prepared:
     # a stiffness that the file gives does not go with the bar's modulus
     follows = asked.follows and wanted.beam.joint.stiffness is None
     asked = asked._replace(follows=follows, base=asked.base._replace(compliance=wanted.compliance))
-    record = records.record(wanted.specimens, beam, wanted.limits, wanted.compliance)
-    made = placed(record, asked, wanted.law) if joint == "hinge" else _walked(record, asked, wanted.ends)
+    record = records.record(wanted.specimens, beam, wanted.limits, wanted.compliance, TESTS[wanted.load])
+    made = placed(record, asked, wanted.law) if joint == "hinge" else _walked(record, asked, wanted)
     if not wanted.priors:
         return made._replace(noise=wanted.noise)
     _, _, torque, way = made.used
@@ -148,7 +161,7 @@ def placed(record: Record, asked: Asked, law: str) -> Prepared:
 
 def _readings(record: Record, asked: Asked) -> Readings:
     own = record.smooth, asked.base.compliance
-    return Readings.of(record.load, record.way, record.specimen, asked.beam.pitches, *own)
+    return Readings.of(record.load, record.way, record.specimen, asked.scales, *own)
 
 
 def _held(beam: Beam) -> Beam:
@@ -158,30 +171,37 @@ def _held(beam: Beam) -> Beam:
     return beam.replace(joint={"matrix": matrix, "stiffness": None, "inclusion_factor": None})
 
 
-def _walked(record: Record, asked: Asked, ends: str) -> Prepared:
+def _walked(record: Record, asked: Asked, wanted: Wanted) -> Prepared:
     """Put a record on the compliant joint; refuse one that the beam does not follow, nor with the least friction."""
     start = asked.physical(asked.start)
     readings = _readings(record, asked)
+
+    def at(v: Physical) -> Walked:
+        if wanted.part is not None:
+            return Loaded(wanted.part, asked.beam, readings, v)
+        return Walked(asked.beam, TESTS[asked.load], readings, v, wanted.ends)
+
     try:
-        points = Walked(asked.beam, LOADS[asked.load], readings, start, ends)
+        points = at(start)
     except InputError:
         if asked.place("mu") is None or not asked.bound("mu", 0) < start.mu:
             raise
-        points = Walked(asked.beam, LOADS[asked.load], readings, start._replace(mu=asked.bound("mu", 0)), ends)
+        points = at(start._replace(mu=asked.bound("mu", 0)))
     stuck = record.stuck & points.touching(points.start)
     return Prepared(record, asked, points, record.asked & ~stuck)
 
 
 def enough(made: Prepared) -> None:
     """Refuse too few points, and points that do not show what is to be found."""
-    (rec, asked, points, usable, noise), word = made, LOADS[made.asked.load].verb
+    (rec, asked, points, usable, noise), load = made, TESTS[made.asked.load]
+    word = load.verb
     need, have = len(asked.rows) + (noise is None), int(np.count_nonzero(usable))
     if have < need:
         count = f"{have} usable point{'s' * (have != 1)} (of {rec.load.size}) for {len(asked.rows)} parameters"
         remedy = f"give {need} or more, better ten for each parameter"
         refuse("data", "", f"{count} ({' and '.join(asked.names)})", remedy)
     if not rec.torque[usable].any():
-        refuse("data", "", "the torque is 0 at every point that is used", "check the column and the load cell")
+        refuse("data", "", f"the {load.noun} is 0 at every point that is used", "check the column and the load cell")
     hidden = [n for n in asked.names if n in _ENGAGED]
     least = asked.physical(asked.start)._replace(theta0=asked.bound("theta0", 0))
     touching = int(np.count_nonzero(usable & points.touching(least)))
@@ -196,13 +216,15 @@ def enough(made: Prepared) -> None:
     engaged = points.engaged()
     if np.isfinite(engaged[here]):
         at = float(np.copysign(engaged[here], far))
-        where = f"engagement is at {at:.4g} rad/pitch"
-        remedy = f"measure beyond {at:.4g} rad/pitch ({at / asked.beam.pitch:.4g} rad/m), or find C_f or E_B only"
+        where = f"engagement is at {load.shown(at)}"
+        other = "E_B" if load.pushed else f"({at / asked.beam.pitch:.4g} rad/m), or find C_f or E_B"
+        remedy = f"measure beyond {load.shown(at)}{', or find ' if load.pushed else ' '}{other} only"
     else:
         where = f"in this sense, {here}, the scales do not engage"
         turned = np.isfinite(engaged[there])
-        remedy = "if the sense was the other, turn the signs of twist and torque" if turned else "find C_f or E_B only"
-    reason = f"all {have} points lie before engagement (largest {word} {far:.4g} rad/pitch, {where})"
+        signs = f"if the sense was the other, turn the signs of {word} and {load.noun}"
+        remedy = signs if turned else "find C_f or E_B only"
+    reason = f"all {have} points lie before engagement (largest {word} {load.shown(far)}, {where})"
     cause = wrong_unit(made)
     remedy = f"{cause}, or {remedy}" if cause else remedy
     refuse("data", "", f"{reason}, where {' and '.join(hidden)} cannot be seen", remedy)
@@ -220,4 +242,4 @@ def wrong_unit(made: Prepared) -> str:
     """Say what unit the slope of the first part of the twist speaks of; empty where a bar may explain it."""
     asked = made.asked
     steep = slope(made.record, made.points, made.usable, asked.physical(asked.start), bar(made), None)
-    return steep.cause(asked.names, asked.beam.pitches) if steep is not None and steep.wrong_unit else ""
+    return steep.cause(asked.names, asked.scales, TESTS[asked.load]) if steep is not None and steep.wrong_unit else ""

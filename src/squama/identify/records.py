@@ -22,9 +22,9 @@ from squama.identify.noise import scatter
 from squama.io import measured
 from squama.io.columns import Ordinate, torque
 from squama.io.measured import Measured
-from squama.loads import LOADS, Load
+from squama.loads import LOADS, TESTS, Load
 from squama.types import Array
-from squama.units import Bounds
+from squama.units import Bounds, shown
 
 MOST = 1_000_000
 """Most points of all specimens."""
@@ -37,6 +37,9 @@ _SURE = 3.0
 """Noises of a torque below which a specimen may stick still."""
 TORQUES = Bounds(1e-30, 1e30, "1e-30 to 1e30 N m", closed=True, example='"5 N mm"')
 """Magnitudes of torques: squares and ratios of them are finite."""
+FORCES = Bounds(1e-30, 1e30, "1e-30 to 1e30 N", closed=True, example='"5 mN"')
+"""The same of forces."""
+_TWISTING = LOADS["twisting"]
 _OUTLIER = 1e6
 """Over the median: beyond what a load cell tells apart, so no torque that was measured."""
 
@@ -70,7 +73,7 @@ def read(given: object, beam: Beam, load: str, ordinate: Ordinate | None = None)
 
     A mapping may have ``total`` (rad over the whole beam) in place of a twist rate; the ``ordinate`` is the torque.
     """
-    beside = ordinate or torque(LOADS[load])
+    beside = ordinate or torque(TESTS[load])
     items = list(given) if isinstance(given, Sequence) and not isinstance(given, str | Measured) else [given]
     if not items:
         refuse("data", "", "is empty", "give a file, or several")
@@ -84,7 +87,7 @@ def read(given: object, beam: Beam, load: str, ordinate: Ordinate | None = None)
                 one = measured.read(item, pitch=beam.pitch, scales=beam.pitches, load=load, ordinate=beside)
                 found += one.specimens()
             else:
-                found.append(_arrays(item, f"data[{i}]" if len(items) > 1 else "data", beam, LOADS[load], beside))
+                found.append(_arrays(item, f"data[{i}]" if len(items) > 1 else "data", beam, TESTS[load], beside))
     problems.settle()
     # specimens of one name (from several files) get a number
     labels = [s.label for s in found]
@@ -95,10 +98,11 @@ def read(given: object, beam: Beam, load: str, ordinate: Ordinate | None = None)
 def _arrays(item: Any, name: str, beam: Beam, load: Load, ordinate: Ordinate) -> Measured:
     """Return a specimen from a mapping or dataset by the symbols of its variables."""
     symbol = ordinate.names[0]
-    wanted = f'"{load.rate}" (rad/m) and "{symbol}" {ordinate.cell.removeprefix(symbol).strip()}'
+    unit = "m" if load.pushed else "rad/m"
+    wanted = f'"{load.rate}" ({unit}) and "{symbol}" {ordinate.cell.removeprefix(symbol).strip()}'
     if not isinstance(item, Mapping) and not hasattr(item, "data_vars"):
         refuse(name, "", "is no file and has no columns", f"give a path, a dataset, or a mapping with {wanted}")
-    over = {load.rate: 1.0, load.angle: beam.pitch, "total": beam.length}
+    over = {load.rate: 1.0, load.angle: beam.pitch} | ({} if load.pushed else {"total": beam.length})
     key = next((k for k in over if k in item), None)
     if key is None or symbol not in item:
         refuse(name, "", f"has no {wanted}", "give both")
@@ -130,7 +134,8 @@ class Limits(NamedTuple):
         """Read the limits; see :func:`squama.fit`."""
         limit = np.inf if to is None else _angle("to", to, beam, load)
         if limit <= 0:
-            refuse("to", "", "must be above 0", 'write e.g. "0.1 rad/pitch"')
+            example = "5 mm" if TESTS[load].pushed else "0.1 rad/pitch"
+            refuse("to", "", "must be above 0", f'write e.g. "{example}"')
         back = None if reversal is None else _angle("reversal", reversal, beam, load)
         return cls(limit, back, _angle("stick", stick, beam, load))
 
@@ -139,7 +144,9 @@ ALL = Limits()
 """Limits within which all points are used."""
 
 
-def record(specimens: list[Measured], beam: Beam, limits: Limits = ALL, compliance: float = 0.0) -> Record:
+def record(
+    specimens: list[Measured], beam: Beam, limits: Limits = ALL, compliance: float = 0.0, load: Load = _TWISTING
+) -> Record:
     """Put specimens one behind the other, and tell how every point was reached; see :func:`squama.fit`.
 
     ``compliance`` of the machine, rad/(N m). A record that does not move, whose torque is constant, or that is not in
@@ -152,7 +159,7 @@ def record(specimens: list[Measured], beam: Beam, limits: Limits = ALL, complian
         reading = s.rate * beam.pitch
         place = s.label if s.lines is None else f"{s.file}: specimen {s.label}" if len(specimens) > 1 else s.file
         back = _jitter(reading) if limits.reversal is None else limits.reversal
-        per_torque = compliance / beam.pitches
+        per_torque = compliance / load.counted(beam.pitches)
         # where scales stick the specimen stays, but for the noise of the torque
         stick = max(limits.stick, _SURE * per_torque * scatter(s.load, np.zeros(s.load.size)))
         turns = turning_points(reading, back)
@@ -160,7 +167,7 @@ def record(specimens: list[Measured], beam: Beam, limits: Limits = ALL, complian
         angle = reading - per_torque * smooth
         found = ways(reading, angle, tolerance=back, stick=stick)
         with problems.caught(place):
-            _usable(s, found.turns)
+            _usable(s, found.turns, load)
         way = found.direction * np.where(angle < 0, -1, 1)
         within = np.abs(angle) <= limits.to
         parts.append((np.full(angle.size, number), angle, s.load, smooth, way, found.stuck, within))
@@ -171,9 +178,10 @@ def record(specimens: list[Measured], beam: Beam, limits: Limits = ALL, complian
 def _angle(name: str, value: object, beam: Beam, load: str) -> float:
     """Return an angle per pitch from a rate (rad/m) or a text such as "0.1 rad/pitch"."""
     with naming(name):
-        rate = LOADS[load].read(value, pitch=beam.pitch, scales=beam.pitches)
+        rate = TESTS[load].read(value, pitch=beam.pitch, scales=beam.pitches)
     if rate < 0:
-        refuse(name, f"{rate:.6g} rad/m", "must be 0 or more", "give its magnitude")
+        said = shown(value) if TESTS[load].pushed else f"{rate:.6g} rad/m"
+        refuse(name, said, "must be 0 or more", "give its magnitude")
     return rate * beam.pitch
 
 
@@ -190,35 +198,36 @@ def _jitter(values: Array) -> float:
     return back if len(turning_points(values, back)) < len(turning_points(values, 0.0)) else 0.0
 
 
-def _usable(s: Measured, turns: list[int]) -> None:
+def _usable(s: Measured, turns: list[int], load: Load) -> None:
     """Refuse a record that cannot be used."""
-    n, cell = s.rate.size, "check the column and the load cell"
+    n, cell, (way, noun, unit) = s.rate.size, "check the column and the load cell", (load.way, load.noun, load.force)
     if n > 1 and np.ptp(s.rate) == 0:
-        reason = f"the twist is {s.rate[0]:.6g} rad/m in every row"
-        refuse("", "", reason, "a fit needs points at different twists")
+        same = "the same" if load.pushed else f"{s.rate[0]:.6g} rad/m"
+        refuse("", "", f"the {way} is {same} in every row", f"a fit needs points at different {way}s")
     if not s.load.any():
-        refuse("", "", "the torque is 0 in every row", cell)
+        refuse("", "", f"the {noun} is 0 in every row", cell)
     if n > 1 and np.ptp(s.load) == 0:
-        refuse("", "", f"the torque is {s.load[0]:.6g} N m in every row", cell)
+        refuse("", "", f"the {noun} is {s.load[0]:.6g} {unit} in every row", cell)
     size = np.abs(s.load)
     size /= size.max()
     i = int(np.argmax(size))
     row = f"point {i}" if s.lines is None else f"line {s.lines[i]}"
     if not TORQUES.hold(abs(float(s.load[i]))):
-        refuse(row, "", f"the torque is {s.load[i]:.6g} N m, out of range ({TORQUES.allowed})", cell)
+        refuse(row, "", f"the {noun} is {s.load[i]:.6g} {unit}, out of range (1e-30 to 1e30 {unit})", cell)
     if (times := 1 / float(np.median(size[size > 0]))) > _OUTLIER:
-        reason = f"the torque is {s.load[i]:.6g} N m, {times:.2g} times the median of the record ({_OUTLIER:g} at most)"
+        far = f"{times:.2g} times the median of the record ({_OUTLIER:g} at most)"
+        reason = f"the {noun} is {s.load[i]:.6g} {unit}, {far}"
         refuse(row, "", reason, "correct the row or leave it out")
     if float(s.rate @ s.load) < 0:
-        refuse("", "", "torque and twist have opposite signs", "turn the sign of one of them")
+        refuse("", "", f"{noun} and {way} have opposite signs", "turn the sign of one of them")
     if order.mixed(s.rate, s.load):
-        reason = "the rows are sorted by the twist: the torque jumps between two branches from row to row"
+        reason = f"the rows are sorted by the {way}: the {noun} jumps between two branches from row to row"
         refuse("", "", reason, "sort the rows by the time: loading and unloading are mixed up")
     if len(turns) > 1 and n < _LEAST_LEG * (len(turns) + 1):
-        reason = f"the twist turns round {len(turns)} times in {n} rows, first at {s.where(turns[0])}"
+        reason = f"the {way} turns round {len(turns)} times in {n} rows, first at {s.where(turns[0])}"
         remedy = (
-            "give the rows in the order measured, a curve of loading only in growing twist; if the twist is noisy, "
-            'say by how much with reversal, e.g. "0.5 deg total"'
+            f"give the rows in the order measured, a curve of loading only in growing {way}; if the {way} is noisy, "
+            f'say by how much with reversal, e.g. "{"0.1 mm" if load.pushed else "0.5 deg total"}"'
         )
         refuse("", "", reason, remedy)
 

@@ -16,6 +16,7 @@ from squama.identify.result import Fit
 from squama.identify.selection import Found, Rival
 from squama.identify.slope import Slope
 from squama.identify.unknowns import NUISANCES
+from squama.loads import TESTS
 from squama.units import moment
 
 _WORTH, _EACH = 8.0, 10.0
@@ -96,8 +97,8 @@ def doubts(
 ) -> list[str]:
     """Say why the errors do not hold: what is wrong with the record, or with the bar; what the residual says."""
     given, used, out = test.noise, np.flatnonzero(found.used), list[str]()
-    scales = found.asked.beam.pitches
-    if steep is not None and (cause := steep.cause(found.parameters, scales, given_machine is not None)):
+    scales, load = found.asked.scales, TESTS[found.asked.load]
+    if steep is not None and (cause := steep.cause(found.parameters, scales, load, given_machine is not None)):
         out.append(cause)
     out += _contradicted(found)
     if loops is not None and loops.told:
@@ -119,7 +120,7 @@ def doubts(
         out.append(f"{rival.words} describe the points better")
     if given is not None and found.rms > _LOUD * given:
         out.append(
-            f"residuals ({moment(found.rms)}) are larger than the noise that is given ({moment(given)}), so the "
+            f"residuals ({load.size(found.rms)}) are larger than the noise that is given ({load.size(given)}), so the "
             "model misses something of the test"
         )
     return out
@@ -203,7 +204,8 @@ def notes(fit: Fit, senses: Senses | None) -> list[str]:
             f"residuals resemble their neighbours: {n} points are worth {n / fit.dependence:.0f}; errors allow for that"
         )
     if fit.uneven:
-        out.append("the noise goes with the slope of the curve, as a noise of the twist does; errors allow for that")
+        way = TESTS[fit.load].way
+        out.append(f"the noise goes with the slope of the curve, as a noise of the {way} does; errors allow for that")
     out += [f"stray, not used: {fit.record.where(int(i))}" for i in np.flatnonzero(fit.branch == "stray")]
     return out + (_locked(fit, senses) if senses else []) + _scatter(fit)
 

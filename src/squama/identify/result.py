@@ -16,6 +16,7 @@ from squama.beam.card import card
 from squama.beam.design import Beam
 from squama.curves.chosen import idealisation
 from squama.curves.finite_rows import Ends
+from squama.errors import refuse
 from squama.identify import estimate
 from squama.identify.estimate import Remedy
 from squama.identify.groups import Differing
@@ -26,9 +27,8 @@ from squama.identify.records import Record
 from squama.identify.selection import Found, Rival
 from squama.identify.slope import Slope
 from squama.identify.unknowns import Parameter, written
-from squama.loads import ENDLESS, LOADS, ending
+from squama.loads import ENDLESS, LOADS, TESTS, ending
 from squama.types import Array
-from squama.units import moment
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -139,14 +139,16 @@ class Fit(Found):
 
     def __repr__(self) -> str:
         used = f"{np.count_nonzero(self.used)} of {self.used.size} points"
-        return f"Fit({', '.join(self.lines)}; {used}, rms {self.rms:.3g} N m)"
+        return f"Fit({', '.join(self.lines)}; {used}, rms {self.rms:.3g} {TESTS[self.load].force})"
 
     def _repr_html_(self) -> str:
         """Return the card of a notebook."""
         notes = [*self._doubted, *self.checked, *self.notes]
         rows = zip(self.asked.rows, self.estimates, self.deviations, strict=True)
         found = [(f"{row.name}, {row.words}", row.written(value, error)) for row, value, error in rows]
-        used = f"{np.count_nonzero(self.used)} of {self.used.size} points, residual rms {moment(self.rms)}"
+        used = (
+            f"{np.count_nonzero(self.used)} of {self.used.size} points, residual rms {TESTS[self.load].size(self.rms)}"
+        )
         return card(f"Fit: {used}; {self.scales}", found, notes)
 
     @property
@@ -161,9 +163,14 @@ class Fit(Found):
         return [*doubts, *filter(None, [self.disagreement])]
 
     @property
+    def _outside(self) -> list[str]:
+        """Where the beam leaves the range of the model."""
+        return self.beam.warnings(self.load if self.load in LOADS else "bending", joint=self.joint)
+
+    @property
     def warnings(self) -> list[str]:
         """What speaks against the errors, and what of the beam is outside the range of the model."""
-        return [*self.doubted, *self.beam.warnings(self.load, joint=self.joint)]
+        return [*self.doubted, *self._outside]
 
     @property
     def of_machine(self) -> str:
@@ -177,7 +184,7 @@ class Fit(Found):
         if self.endless is not None:
             return [self._compared(self.endless), steep]
         if self.row is None:
-            return [steep]
+            return [f"fitted as {self.fitted_as}", steep] if TESTS[self.load].pushed else [steep]
         n, load, torque, tangent, end = self.row
         lost = [n for n in self.parameters if n in ("mu", "K_theta")]
         biased = f": {' and '.join(lost)} are those of an endless beam and biased by it" if lost else ""
@@ -192,13 +199,15 @@ class Fit(Found):
             return f"{head}no fit ({other.problem})"
         rows = [*zip(other.rows, other.values, other.errors, strict=True)]
         values = ", ".join(f"{r.name} = {r.written(v, e)}" for r, v, e in rows if r.name not in self.added)
-        return f"{head}{values}, residual rms {moment(other.rms)}"
+        return f"{head}{values}, residual rms {TESTS[self.load].size(other.rms)}"
 
     @property
     def fitted_as(self) -> str:
         """The beam in words: "25 scales with free ends", "an endless beam"."""
         if self.ends == ENDLESS:
             return "an endless beam"
+        if TESTS[self.load].pushed:
+            return f"{self.beam.pitches} scales, {self.ends}"
         return f"{self.beam.scales} scales {ending(self.ends)}"
 
     def summary(self) -> str:
@@ -213,9 +222,10 @@ class Fit(Found):
         source = "given" if self.given_noise else "from the residuals"
         counts = {words: np.count_nonzero(self.branch == b) for b, words in BRANCHES.items()}
         states = ", ".join(f"{count} {words}" for words, count in counts.items() if count)
-        noise = f"{share:.2g} % of the largest; noise {moment(self.noise)} ({source})"
+        size = TESTS[self.load].size
+        noise = f"{share:.2g} % of the largest; noise {size(self.noise)} ({source})"
         return [
-            ("residual", f"rms {moment(self.rms)}, {noise}"),
+            ("residual", f"rms {size(self.rms)}, {noise}"),
             ("points", f"{np.count_nonzero(self.used)} of {self.used.size} used: {states}"),
         ]
 
@@ -232,6 +242,7 @@ class Fit(Found):
             x, note = self.posterior.samples, self.posterior.note()
             found = ", ".join(written(self.rows, x.mean(axis=0), x.std(axis=0, ddof=1)))
             worth = f"worth {self.posterior.effective:.0f} independent ones"
+            worth += f", from {self.posterior.walked} walks of the model" if self.posterior.walked else ""
             lines.append(f"posterior, {len(x)} samples ({worth}): {found}")
             lines += [f"note: {note}"] if note else []
         return [*lines, *super().more]
@@ -246,6 +257,7 @@ class Fit(Found):
             "effective": samples.effective,
             "mean": self._by_name(samples.samples.mean(axis=0)),
             "sd": self._by_name(samples.samples.std(axis=0, ddof=1)),
+            "walked": samples.walked,
             "acceptance": samples.acceptance,
             "autocorrelation": samples.autocorrelation,
         }
@@ -284,33 +296,34 @@ class Fit(Found):
             "posterior": drawn,
             "beam": self.beam.model_dump(),
             "squama_version": __version__,
-            "warnings": self.beam.warnings(self.load, joint=self.joint),
+            "warnings": self._outside,
         }
 
     def dataset(self) -> xr.Dataset:
         """Return everything as an ``xarray.Dataset``: dimensions ``point``, ``parameter``, ``curve``, ``sample``."""
-        load, rec = LOADS[self.load], self.record
+        load, rec = TESTS[self.load], self.record
         labels = np.array([s.label for s in rec.specimens])
         error = f"standard error of the fitted {load.torque_words}"
         drawn, T = self.curve(), load.torque
         table: dict[str, tuple[str, object, str, str | None]] = {
+            # (a travel is of the whole part, and has one name)
             load.rate: ("point", rec.load / self.beam.pitch, load.rate_words, "rad/m"),
-            load.angle: ("point", rec.load, load.angle_words, "rad"),
-            T: ("point", rec.torque, f"measured {load.torque_words}", "N m"),
-            f"{T}_fit": ("point", self.fitted, f"fitted {load.torque_words}", "N m"),
-            f"{T}_error": ("point", self.band, error, "N m"),
-            "residual": ("point", self.residuals, "measured less fitted", "N m"),
+            load.angle: ("point", rec.load, load.angle_words, load.unit),
+            T: ("point", rec.torque, f"measured {load.torque_words}", load.force),
+            f"{T}_fit": ("point", self.fitted, f"fitted {load.torque_words}", load.force),
+            f"{T}_error": ("point", self.band, error, load.force),
+            "residual": ("point", self.residuals, "measured less fitted", load.force),
             "specimen": ("point", labels[rec.specimen], "specimen", ""),
             "branch": ("point", self.branch, "state in which the point was reached", ""),
             "used": ("point", self.used, "whether the fit is made from the point", ""),
             "low": ("parameter", self.asked.low, "lower bound", None),
             "high": ("parameter", self.asked.high, "upper bound", None),
             "initial": ("parameter", self.asked.start, "value in the beam as given", None),
-            "rms": ("", self.rms, "root mean square of the residuals", "N m"),
-            "noise": ("", self.noise, "standard deviation of a point", "N m"),
-            f"{load.angle}_curve": ("curve", drawn.load, f"{load.angle} of the fitted curve", "rad"),
-            f"{T}_curve": ("curve", drawn.torque, "fitted curve", "N m"),
-            f"{T}_curve_error": ("curve", drawn.error, "standard error of the fitted curve", "N m"),
+            "rms": ("", self.rms, "root mean square of the residuals", load.force),
+            "noise": ("", self.noise, "standard deviation of a point", load.force),
+            f"{load.angle}_curve": ("curve", drawn.load, f"{load.angle} of the fitted curve", load.unit),
+            f"{T}_curve": ("curve", drawn.torque, "fitted curve", load.force),
+            f"{T}_curve_error": ("curve", drawn.error, "standard error of the fitted curve", load.force),
             "leg": ("curve", drawn.leg, "way between two reversals, counted from 1", None),
         }
         if self.posterior is not None:
@@ -357,6 +370,8 @@ class Fit(Found):
         """
         from squama.identify.predict import Model, predict
 
+        if TESTS[self.load].pushed:
+            refuse("predict", "", "is not available for a part under load", "squama.load(fit.beam, ...) has its curve")
         model = Model(self.beam, self.load, self.law, self.joint, self.ends)
         return predict(self, model, None if self.posterior is None else self.posterior.samples, to, **how)
 

@@ -112,7 +112,7 @@ class Rival(NamedTuple):
 
 def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
     """Find the parameters, from so many starts, and those candidate nuisances that the residual shows."""
-    if isinstance(test.points, Walked) and test.points.kind is not None:
+    if isinstance(test.points, Walked) and test.points.finite:
         return _find_with_ends(test, test.points, starts, candidates)
     test = fit_for(test, test.asked.names)
     rough, out = robust(test, started(test, starts))
@@ -337,6 +337,8 @@ def _find_with_ends(test: Prepared, own: Walked, starts: int, candidates: tuple[
     """
     test = fit_for(test, test.asked.names)
     before = own.shared(own.start)
+    # of forces that are linear all starts find the same
+    starts = 1 if isinstance(before, Linear) else starts
     near = test._replace(points=before)
     rough, out = robust(near, started(near, starts))
     agreed, places = rough.agreed, [test.asked.start]

@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 from squama.identify import noise
 from squama.identify.estimate import Points
 from squama.identify.hinge_points import Physical
+from squama.identify.part_points import Loaded
 from squama.identify.records import Record
 from squama.identify.unknowns import PARAMETERS, with_error
+from squama.loads import Load
 from squama.types import Array
 
 _FEWEST = 6
@@ -61,7 +63,7 @@ class Slope(NamedTuple):
         """Young's modulus of the bar by the slope, with its error, where section, inclusion and machine are right."""
         return PARAMETERS["E_B"].written(self.ratio * self.E_B, self.error * self.E_B)
 
-    def cause(self, names: tuple[str, ...], scales: int, machine: bool = False) -> str:
+    def cause(self, names: tuple[str, ...], scales: int, load: Load, machine: bool = False) -> str:
         """Say why the slope is off by more than its error; empty where it is not, or where the fit follows it.
 
         ``machine``: whether the stiffness of the machine is given.
@@ -70,16 +72,17 @@ class Slope(NamedTuple):
             return ""
         off = f"the slope before engagement is {self.text} of the beam's own"
         if self.wrong_unit:
-            return f"{off}: {unit(self.ratio, scales)}; check the units of torque and twist"
+            return f"{off}: {unit(self.ratio, scales, load)}; check the units of {load.noun} and {load.way}"
         kind = "softer" if self.ratio < 1 else "stiffer"
         percent = 100 * abs(self.ratio - 1)
         much = f"{percent:.{0 if percent >= 10 else 1}f} %"
         gives = ""
         if self.gives > 0 and not machine and "compliance" not in names:
-            gives = f', or the machine gives in ("{1 / self.gives:.2g} N m/rad"; the slope alone cannot tell which)'
+            stiffness = f"{1 / self.gives:.2g} {load.force}/{load.unit}"
+            gives = f', or the machine gives in ("{stiffness}"; the slope alone cannot tell which)'
         return (
             f"{off}: the bar is {much} {kind} than its file says (modulus, section or inclusion factor){gives}, "
-            "which moves the other estimates; correct the file, or find E_B or C_f too"
+            f"which moves the other estimates; correct the file, or find E_B {'' if load.pushed else 'or C_f '}too"
         )
 
     @property
@@ -88,16 +91,20 @@ class Slope(NamedTuple):
         return not 1 / _UNIT < self.ratio < _UNIT
 
 
-def unit(ratio: float, scales: int) -> str:
+_OF_PARTS = ((1000.0, "a force in mN", "N"), (1e-3, "a travel in mm", "m"), (9.81, "a force in N", "kgf"))
+
+
+def unit(ratio: float, scales: int, load: Load) -> str:
     """Name the unit that a slope this many times too steep speaks of."""
     known = {1.0: "a sign is wrong"}
-    for factor, small, large in (
+    of_beams = (
         (1000.0, "a torque in N mm", "N m"),
         (100.0, "a torque in N cm", "N m"),
         (180 / math.pi, "a twist in rad", "deg"),
         (2 * math.pi, "a twist in revolutions", "rad"),
         (float(scales), "a twist per pitch", "the twist of the whole beam"),
-    ):
+    )
+    for factor, small, large in _OF_PARTS if load.pushed else of_beams:
         known[factor] = f"a unit is wrong, as of {small} taken as {large}"
         what, _, name = small.partition(" in ")
         other = f"{what} in {large} taken as {name}" if name else f"{large} taken as {small}"
@@ -125,7 +132,8 @@ def slope(
     straight = usable & ~points.touching(at)
     if least is None:
         straight &= size <= _FIRST * float(np.max(size, where=usable, initial=0.0))
-    twist = readings.placed(at.twist_zero, at.backlash, at.compliance)[0]
+    placed = readings.placed(at.twist_zero, at.backlash, at.compliance)[0]
+    twist = points.straight(at) if isinstance(points, Loaded) else placed
     torque = record.torque - at.drift * readings.order
 
     def of(part: NDArray[np.bool_]) -> Slope | None:

@@ -20,7 +20,7 @@ from squama.beam.design import Beam
 from squama.errors import Problem, Problems, naming, refuse
 from squama.identify.hinge_points import Physical
 from squama.io import tabular
-from squama.loads import LOADS
+from squama.loads import TESTS
 from squama.model.sensitivity import STEP
 from squama.study.parameters import of_beam
 from squama.types import Array
@@ -68,6 +68,16 @@ class Parameter(NamedTuple):
         """Return its value in a beam under a load; a friction that the beam has not is 0.25 to begin with."""
         return 0.25 if self.name == "mu" and beam.friction.mu is None else of_beam(beam, load, self.place)
 
+    def of(self, load: str) -> Parameter:
+        """Return the parameter as a test has it: of a part that is pushed zeros are of force and travel."""
+        if self.place or not TESTS[load].pushed:
+            return self
+        if self.name == "compliance":
+            refuse("parameters", "", "compliance is not found of a part under load", "correct the travels for it")
+        kind = {Dimension.TORQUE: Dimension.FORCE, Dimension.ANGLE: Dimension.LENGTH}[self.dimension]
+        words = self.words.replace("twist", "travel").removesuffix(", whole beam")
+        return self._replace(dimension=kind, words=words)
+
     def written(self, value: float, error: float) -> str:
         """Write a value and its error: "0.251 +- 0.013 N m"."""
         return with_error(float(value), float(error), self.unit)
@@ -83,7 +93,7 @@ def with_error(value: float, error: float, unit: str) -> str:
     largest = max(abs(value), error if math.isfinite(error) else 0.0)
     if unit == "N m" and largest < 1:
         factor, name = torque_unit(largest)
-    elif unit in ("Pa", "N m"):
+    elif unit in ("Pa", "N m", "N"):
         factor, sign = prefix(largest)
         name = sign + unit
     value, error = value * factor, error * factor
@@ -153,6 +163,11 @@ class Asked(NamedTuple):
     groups: tuple[str, ...] = ()
     priors: Mapping[str, tuple[float, float]] = MappingProxyType({})
     weight: float = 0.0
+
+    @property
+    def scales(self) -> int:
+        """Number of pitches over which load angles are counted."""
+        return TESTS[self.load].counted(self.beam.pitches)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -289,7 +304,7 @@ def ask(
             reason = f"{n} is not to be found (found are: {', '.join(given)})"
             problems.add("bounds", "", reason, "leave it out, or find it too")
     problems.settle()
-    stiffness, rigidity = beam.joint_stiffness, LOADS[load].rigidity(beam)
+    stiffness, rigidity = beam.joint_stiffness, TESTS[load].rigidity(beam)
     base = Physical(beam.friction.mu or 0.0, stiffness, rigidity, beam.scale.theta0)
     return Asked(beam, load, *found, base, follows, priors=priors)
 
@@ -302,7 +317,7 @@ def _columns(
     priors: Mapping[str, tuple[float, float]],
 ) -> tuple[tuple[Parameter, ...], Array, Array, Array]:
     """Return the rows of parameters, start values and bounds; bounds that are wrong are refused together."""
-    rows, problems, found = tuple(PARAMETERS[n] for n in names), Problems(), list[tuple[float, float]]()
+    rows, problems, found = tuple(PARAMETERS[n].of(load) for n in names), Problems(), list[tuple[float, float]]()
     for row in rows:
         with problems.caught():
             found.append(_bounds(row, row.value(beam, load), bounds.get(row.name)))

@@ -25,8 +25,9 @@ TIME = Ordinate("time", ("t", "time"), Dimension.TIME, "t (s)")
 
 def torque(load: Load) -> Ordinate:
     """Return the ordinate of a test: the torque or bending moment."""
-    names = (load.torque, load.torque_words, f"{load.name} {load.torque_words}")
-    return Ordinate(load.torque_words, names, Dimension.TORQUE, f"{load.torque} (N m)")
+    names = (load.torque, load.torque_words, *([] if load.pushed else [f"{load.name} {load.torque_words}"]))
+    kind = Dimension.FORCE if load.pushed else Dimension.TORQUE
+    return Ordinate(load.torque_words, names, kind, f"{load.torque} ({load.force})")
 
 
 class Reading(NamedTuple):
@@ -41,13 +42,21 @@ class Reading(NamedTuple):
     @property
     def example(self) -> str:
         """A header."""
-        return f"{self.load.rate} ({'rad/m' if self.load.sided else '1/m'}), {self.ordinate.cell}"
+        unit = "mm" if self.load.pushed else "rad/m" if self.load.sided else "1/m"
+        return f"{self.load.rate} ({unit}), {self.ordinate.cell}"
 
 
 def over(load: Load) -> dict[str, str]:
     """Return the names of an abscissa, each with the length that its angle belongs to."""
+    if load.pushed:
+        return {load.angle: ""}
     found = {load.rate: "", load.rate_words: "", load.angle: "/pitch", load.angle_words: "/pitch"}
     return found | dict.fromkeys(("total", f"total {load.verb}"), " total")
+
+
+def _kinds(load: Load) -> tuple[Dimension, ...]:
+    """Return what an abscissa may measure."""
+    return (Dimension.LENGTH,) if load.pushed else (Dimension.ANGLE, Dimension.TWIST_RATE)
 
 
 def places(table: tabular.Table, how: Reading) -> tuple[list[int], str, list[str]]:
@@ -71,7 +80,7 @@ def places(table: tabular.Table, how: Reading) -> tuple[list[int], str, list[str
     taken = {i for name in others if name not in ("M", "moment") for i in names.get(name, [])}
     found, length, guessed, problems, several = list[int](), "", list[str](), Problems(), False
     for noun, known, kinds in (
-        (load.rate_words, tuple(lengths), (Dimension.ANGLE, Dimension.TWIST_RATE)),
+        (load.rate_words, tuple(lengths), _kinds(load)),
         (ordinate.noun, ordinate.names, (ordinate.dimension,)),
     ):
         there = [name for name in known if name in names]
@@ -112,8 +121,12 @@ def no_header(table: tabular.Table, how: Reading) -> InputError:
     what = f"the header {text} has none of the columns that are needed"
     if any(map(numerals.is_number, table.header.cells)):
         what = f"{text} are numbers where the header must stand"
-    columns = f'"1=total (deg), 2={ordinate.cell}"'
-    return table.error(None, what, f"write above the rows a line like: {how.example}; or give columns, e.g. {columns}")
+    columns = f'"1={"travel (mm)" if how.load.pushed else "total (deg)"}, 2={ordinate.cell}"'
+    remedy = f"write above the rows a line like: {how.example}; or give columns, e.g. {columns}"
+    kinds = [headers.dimension(headers.split(cell)[1]) for cell in table.header.cells]
+    if Dimension.FORCE in kinds:
+        remedy = 'for force over travel of a part give its load to a fit, e.g. "1 N up at tip"'
+    return table.error(None, what, remedy)
 
 
 def factor(cell: str, over: str | Dimension, how: Reading) -> float:
@@ -126,14 +139,15 @@ def factor(cell: str, over: str | Dimension, how: Reading) -> float:
         if isinstance(over, Dimension):
             return units.quantity(f"1 {unit}", over)
         try:
-            return units.twist(f"1 {unit}", pitch=how.pitch, scales=how.scales)
+            return how.load.read(f"1 {unit}", pitch=how.pitch, scales=how.scales)
         except units.QuantityError:
             if not over:
                 raise
-            return units.twist(f"1 {unit}{over}", pitch=how.pitch, scales=how.scales)
+            return how.load.read(f"1 {unit}{over}", pitch=how.pitch, scales=how.scales)
     except units.NoLengthError:
         reason = f"{unit} does not say over which length"
         remedy = f'write "{name} ({unit}/mm)", "{name} ({unit}/pitch)" or "total ({unit})"'
     except units.QuantityError:
-        reason = f"{unit} is no unit of a {over if isinstance(over, Dimension) else 'twist or curvature'}"
+        kind = how.load.rate_words if how.load.pushed else "twist or curvature"
+        reason = f"{unit} is no unit of a {over if isinstance(over, Dimension) else kind}"
     raise InputError(Problem(where, "", reason, remedy)) from None

@@ -9,7 +9,9 @@ from functools import lru_cache
 from squama.io import numerals
 from squama.units import Dimension, look_up
 
-MEASURED = (Dimension.ANGLE, Dimension.TORQUE, Dimension.TWIST_RATE, Dimension.TIME)
+MEASURED = (
+    Dimension.ANGLE, Dimension.TORQUE, Dimension.TWIST_RATE, Dimension.TIME, Dimension.LENGTH, Dimension.FORCE
+)  # fmt: skip
 NAMES = {
     Dimension.ANGLE: "angle, twist, twist angle, angle of twist, torsion angle, rotation, rotation angle, bend angle,"
     "winkel, drehwinkel, verdrehwinkel, torsionswinkel, biegewinkel, verdrehung, rotation, position,"
@@ -17,6 +19,9 @@ NAMES = {
     Dimension.TORQUE: "torque, moment, torsional moment, bending moment, Mt, Md, Mz, Mb, drehmoment, torsionsmoment,"
     "biegemoment, couple, moment de torsion, moment de flexion, M, T",
     Dimension.TWIST_RATE: "twist rate, curvature, drillung, kr\u00fcmmung, kruemmung, courbure",
+    Dimension.LENGTH: "travel, displacement, deflection, extension, stroke, crosshead, position, weg, verschiebung,"
+    "durchbiegung, traversenweg, standardweg, d\u00e9placement, fl\u00e8che",
+    Dimension.FORCE: "force, load, F, kraft, standardkraft, charge",
     Dimension.TIME: "time, elapsed time, t, zeit, laufzeit, temps",
 }
 """Names of columns in laboratories, by what they measure."""
@@ -63,7 +68,7 @@ def symbol(text: str) -> str:
 
 @lru_cache(1000)
 def dimension(unit: str) -> Dimension | None:
-    """Return the dimension of a unit: angle, torque, twist rate or time; None for any other."""
+    """Return the dimension of a unit: one of :data:`MEASURED`; None for any other."""
     found = look_up(unit) if unit else None
     if not found or found[0] not in MEASURED or (found[0] is Dimension.TIME and unit not in _TIMES):
         return None

@@ -20,7 +20,7 @@ from squama.errors import Problem, Problems, TableWarning, refuse
 from squama.io import columns as quantities
 from squama.io import files, headers, laboratory, numerals, tabular
 from squama.io.columns import TIME, Ordinate, Reading, torque
-from squama.loads import LOADS, LoadName
+from squama.loads import TESTS, LoadName
 from squama.types import Array
 from squama.units import Dimension, shown
 
@@ -67,10 +67,10 @@ class Measured(NamedTuple):
 
 def swings(path: str | os.PathLike[str], columns: str | Mapping[str, str] | None = None) -> bool:
     """Say whether a table is the record of a decay: it has a column of time and none of a torque."""
-    names = {name for load in LOADS.values() for name in (*quantities.over(load), *torque(load).names)} | {*TIME.names}
+    names = {name for load in TESTS.values() for name in (*quantities.over(load), *torque(load).names)} | {*TIME.names}
     cells = [headers.split(cell) for cell in laboratory.read(path, names, columns)[0].table.header.cells]
     found = {headers.dimension(unit) for _, unit in cells}
-    return Dimension.TIME in found and Dimension.TORQUE not in found
+    return Dimension.TIME in found and not found & {Dimension.TORQUE, Dimension.FORCE}
 
 
 def read_measured(
@@ -159,7 +159,7 @@ def read(
     >>> [(s.label, s.load.tolist()) for s in found.specimens()]
     [('A', [0.04, 0.044]), ('B', [0.042])]
     """
-    kind = LOADS[load]
+    kind = TESTS[load]
     wanted = torque(kind) if ordinate is None else ordinate
     sheets = laboratory.read(path, {*quantities.over(kind), *wanted.names}, columns)
     found, said = [], list[str]()

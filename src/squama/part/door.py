@@ -14,7 +14,7 @@ from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
 from squama.contacts import entry, increments
-from squama.contacts.system import PHI, PSI
+from squama.contacts.system import PHI
 from squama.curves import doors, labelled, real
 from squama.curves.chosen import REAL
 from squama.curves.labelled import Answer, Labelled
@@ -27,7 +27,6 @@ from squama.part.definition import Part
 from squama.part.grading import Grades
 from squama.part.loading import Load, Support
 from squama.part.told import Told
-from squama.units import shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -129,8 +128,7 @@ def _loaded(
     )
     beam = analysis.beam
     support = "clamped" if part.support is None else part.support
-    held, given = loading.support(support, beam, n), loading.loads(part.load, beam, n)
-    _go_together(given, held)
+    given, held = loading.together(part.load, support, beam, n)
     grades = {} if part.along is None else grading.of_scales(part.along, n)
     part = replace(part, beam=beam, along=grades)
     ones = [real.Path.of(one, float(analysis.mus), (NOTHING,), ideal=analysis.ideal) for one in part.graded(n)]
@@ -147,25 +145,6 @@ def _loaded(
         answer.variables[name] = Labelled((name,), np.array(count), {"long_name": f"{name}, counted along the beam"})
     answer.variables["axis"] = Labelled(("axis",), np.array(["x", "y", "z"]), {"long_name": "direction"})
     return answer
-
-
-def _go_together(given: Sequence[Load], held: Support) -> None:
-    """Refuse loads that a support does not bear."""
-    for load in given:
-        bends, twists = load.turns == PSI, load.turns == PHI
-        across = [force for _, force in load.tie.forces]
-        for wrong, why, remedy in (
-            (
-                held.word == "gripped" and twists and len(given) > 1,
-                "turns a grip, and stands alone",
-                "leave others out",
-            ),
-            (held.word == "gripped" and bends, "bends against the grips", 'write support="clamped"'),
-            (held.word == "simple" and twists, "twists a part that lies on rollers", 'write support="clamped"'),
-            (held.word == "simple" and across and not across[0][1], "pushes along the rollers", 'write "up" or "down"'),
-        ):
-            if wrong:
-                refuse("load", shown(load.words), why, remedy)
 
 
 def _solve(

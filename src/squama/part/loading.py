@@ -47,6 +47,11 @@ class Load(NamedTuple):
     given: bool = False
     turns: int = -1
 
+    @property
+    def where(self) -> str:
+        """The load without its size: "up at tip"."""
+        return re.sub(rf".*?\b(?=({_WORDS})\b)", "", self.words, count=1).strip()
+
 
 class Support(NamedTuple):
     """How a part is supported, one of :data:`SUPPORTS`; ``ends``: where rollers are, from the root in pitches."""
@@ -74,6 +79,27 @@ def loads(given: str | Sequence[str], beam: Beam, n: int) -> list[Load]:
         why = "imposes a deformation, which stands alone"
         refuse("load", shown(imposed[0].words), why, "give forces and moments in place of it, or leave the others out")
     return found
+
+
+def together(given: str | Sequence[str], on: str | None, beam: Beam, n: int) -> tuple[list[Load], Support]:
+    """Read the loads and the support of a beam of n scales; refuse loads that the support does not bear."""
+    held, found = support(on or SUPPORTS[0], beam, n), loads(given, beam, n)
+    for load in found:
+        bends, twists = load.turns == PSI, load.turns == PHI
+        across = [force for _, force in load.tie.forces]
+        for wrong, why, remedy in (
+            (
+                held.word == "gripped" and twists and len(found) > 1,
+                "turns a grip, and stands alone",
+                "leave others out",
+            ),
+            (held.word == "gripped" and bends, "bends against the grips", 'write support="clamped"'),
+            (held.word == "simple" and twists, "twists a part that lies on rollers", 'write support="clamped"'),
+            (held.word == "simple" and across and not across[0][1], "pushes along the rollers", 'write "up" or "down"'),
+        ):
+            if wrong:
+                refuse("load", shown(load.words), why, remedy)
+    return found, held
 
 
 def _load(text: str, beam: Beam, n: int) -> Load:

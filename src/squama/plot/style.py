@@ -23,7 +23,7 @@ from matplotlib.transforms import ScaledTranslation
 
 from squama.errors import refuse
 from squama.io import files
-from squama.loads import LOADS, Load, model
+from squama.loads import LOADS, TESTS, Load, model
 from squama.plot.palette import GREY, INK
 from squama.symbols import SYMBOLS
 from squama.types import Array
@@ -116,7 +116,7 @@ def panel(ax: Axes | None, dataset: xr.Dataset, mark: str, made_by: str) -> tupl
     """
     if mark not in {*map(str, dataset.variables), *map(str, dataset.dims)}:
         refuse("", "", f"this dataset is no result of {made_by}", "its .squama.plot() draws what it is")
-    kind = LOADS.get(dataset.attrs.get("load", ""), LOADS["twisting"])
+    kind = TESTS.get(dataset.attrs.get("load", ""), LOADS["twisting"])
     return new_figure(COLUMN, 0.75 * COLUMN).subplots() if ax is None else ax, kind
 
 
@@ -247,7 +247,7 @@ def scaled_above(ax: Axes, factor: float, text: str) -> SecondaryAxis:
 
 def angle_label(load: str) -> str:
     """Return the label of the load angle's axis."""
-    return label(LOADS[load].angle)
+    return label(TESTS[load].angle)
 
 
 def finite_max(values: Array, default: float = 1.0) -> float:

@@ -17,7 +17,7 @@ from squama.beam import beamfile, parts
 from squama.beam.design import Beam
 from squama.errors import InputError, Problem, Problems, naming, refuse
 from squama.io.tabular import close
-from squama.loads import LOADS
+from squama.loads import TESTS
 from squama.symbols import SYMBOLS, Symbol
 from squama.types import Array
 from squama.units import MARGIN, Bounds, Dimension, as_text, bounded, for_people, shown, si_unit
@@ -151,7 +151,7 @@ def of_beam(beam: Beam, load: str, name: str) -> float:
     if name == "joint.stiffness":
         return beam.joint_stiffness
     if name == "joint.inclusion_factor":
-        return LOADS[load].inclusion(beam)
+        return TESTS[load].inclusion(beam)
     return (name and own(beam, name)) or 0.0
 
 

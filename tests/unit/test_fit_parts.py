@@ -1,0 +1,197 @@
+"""Fits of a part under a force: its forces are those of ``squama.load``, and of scales solved for on their own."""
+
+from __future__ import annotations
+
+import functools
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import squama
+from squama.cli import main
+from squama.errors import InputError
+from squama.identify import prepare, records
+from squama.identify.part_points import of_test
+from squama.identify.prepare import Wanted
+from squama.loads import PUSHED
+
+BEAM = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=4)
+K, E = BEAM.joint_stiffness, BEAM.substrate.youngs_modulus
+TRUE = {"mu": 0.31, "K_theta": 1.1 * K, "E_B": E}
+MADE = BEAM.replace(friction={"mu": 0.31}, joint={"stiffness": 1.1 * K})
+TIP, MIDDLE = ("14 mm up at tip", "clamped"), ("6 mm down at middle", "simple, span 60 mm")
+HOW = {"nuisances": "none", "starts": 1, "machine": "rigid"}
+
+
+@functools.cache
+def loop(load, support):
+    r = squama.load(MADE, load, support=support, points=16, back=True)
+    assert float(r.share_e) < 0.7
+    return {"travel": r.travel.values, "F": r.F.values}
+
+
+def prepared(data, load, support, names=("mu", "K_theta")):
+    """Return the test of a part."""
+    kind, part = of_test(BEAM, load, support)
+    specimens = records.read(data, BEAM, kind)
+    wanted = Wanted(BEAM, specimens, names, kind, "edge", None, records.ALL, None, 1, (), part=part)
+    return prepare.prepared("compliant", wanted)
+
+
+@pytest.mark.parametrize(
+    ("load", "support"),
+    [
+        TIP,
+        MIDDLE,
+        pytest.param("20 mm down at middle", "gripped", marks=pytest.mark.slow),
+        ("2 N tendon at 4 mm", None),
+        ("12 mm left at 40 mm", None),
+    ],
+)
+def test_the_force_of_a_trial_is_that_of_a_load(load, support):
+    r = squama.load(MADE, load, support=support, points=12, back=True)
+    made = prepared({"travel": r.travel.values, "F": r.F.values}, load, support)
+    v = made.asked.physical(np.array([0.31, 1.1 * K]))
+    # tolerance: the largest load itself is located to 2e-7
+    np.testing.assert_allclose(made.points.torque(v), r.F.values, rtol=0, atol=1e-5 * np.abs(r.F.values).max())
+    N = np.nansum(r.N.values, axis=1)
+    assert np.array_equal(made.points.touching(v), N > 0)
+
+
+@pytest.mark.parametrize("case", [TIP, pytest.param(MIDDLE, marks=pytest.mark.slow)], ids=["tip", "middle"])
+@pytest.mark.parametrize("names", ["E_B", "mu,K_theta", *(
+    pytest.param(names, marks=pytest.mark.slow) for names in ("mu", "K_theta", "K_theta,E_B", "mu,E_B"))])  # fmt: skip
+@pytest.mark.usefixtures("alone")
+def test_a_loop_without_noise_gives_its_parameters_back(case, names):
+    others = {"mu": {"friction": {"mu": 0.2}}, "K_theta": {"joint": {"stiffness": K}},
+              "E_B": {"substrate": {"youngs_modulus": 0.9 * E}}}  # fmt: skip
+    start = MADE
+    for name in names.split(","):
+        start = start.replace(**others[name])
+    fit = squama.fit(loop(*case), start, names, load=case[0], support=case[1], **HOW)
+    for name in fit.parameters:
+        assert fit.values[name] == pytest.approx(TRUE[name], rel=1e-4), name
+    assert (fit.joint, fit.load, fit.endless, fit.row, fit.rival) == ("compliant", PUSHED, None, None, None)
+    assert fit.fitted_as == f"4 scales, {case[1]}, {case[0].partition(' mm ')[2]}"
+
+
+def bare_force(travel):
+    """Return the force of a bare cantilever at its tip by beam theory, small deflections: 3 E I u/L^3."""
+    inertia = BEAM.substrate.width * BEAM.substrate.thickness**3 / 12
+    return 3 * E * inertia * travel / (4 * BEAM.pitch) ** 3
+
+
+def test_before_engagement_the_force_is_that_of_beam_theory():
+    # cells of a rod: a cantilever of n of them has 1 - 1/(4 n^2) of the deflection
+    travel = np.linspace(0, 0.4e-3, 9)
+    made = prepared({"travel": travel, "F": bare_force(travel) + 1e-12}, *TIP, ("E_B",))
+    force = made.points.torque(made.asked.physical(np.array([E])))
+    # tolerance: scales whose embedded parts stiffen the bar; a factor of 2 or 8, or a length, would show
+    assert 1.0 < force[-1] / bare_force(travel)[-1] < 2.0
+
+
+@functools.cache
+def fitted(**given):
+    data = loop(*TIP)
+    noise = np.random.default_rng(5).normal(0, 0.003 * data["F"].max(), data["F"].size)
+    return squama.fit({**data, "F": data["F"] + noise}, BEAM, load=TIP[0], **HOW, **given)
+
+
+@pytest.mark.usefixtures("alone")
+def test_the_words_and_units_are_those_of_a_force():
+    fit = fitted()
+    for name in ("mu", "K_theta"):
+        assert abs(fit.values[name] - TRUE[name]) < 3 * fit.errors[name] < 0.5 * TRUE[name]
+    text = fit.summary()
+    assert "fitted as 4 scales, clamped, up at tip" in text
+    assert "µN" in text or "mN" in text
+    assert "N m," not in text.partition("residual rms")[2]
+    data = fit.dataset()
+    assert data.travel.units == "m"
+    assert data.F.units == data.residual.units == "N"
+    np.testing.assert_allclose(data.travel.values, loop(*TIP)["travel"], rtol=1e-12)
+    assert fit.plot().axes
+    with pytest.raises(InputError, match="is not available for a part under load"):
+        fit.predict("5 mm")
+
+
+@pytest.mark.usefixtures("alone")
+def test_samples_are_those_of_the_model_on_a_grid():
+    pytest.importorskip("emcee")
+    data = loop(*TIP)
+    size = 0.004 * data["F"].max()
+    read = {**data, "F": data["F"] + np.random.default_rng(3).normal(0, size, data["F"].size)}
+    fit = squama.fit(read, BEAM, load=TIP[0], noise=size, posterior=120, **HOW)
+    x = fit.posterior.samples
+    assert (x.shape, fit.posterior.walked) == ((120, 2), 120)
+    # (all weights alike would be worth 120)
+    assert 40 < fit.posterior.worth < 119.9
+    assert fit.posterior.effective <= fit.posterior.worth
+    assert "from 120 walks of the model" in fit.summary()
+    # the posterior on a grid, by the model alone
+    made = prepared(read, *TIP)
+    axes = [np.linspace(max(v - 4 * s, 0), v + 4 * s, 13) for v, s in zip(fit.estimates, fit.deviations, strict=True)]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    use = fit.used
+    square = np.array([[np.sum((made.points.torque(made.asked.physical(p)) - read["F"])[use] ** 2) for p in row]
+                       for row in grid])  # fmt: skip
+    weight = np.exp(-0.5 * (square - square.min()) / size**2)
+    for i in range(2):
+        mean = np.sum(weight * grid[..., i]) / weight.sum()
+        sd = np.sqrt(np.sum(weight * (grid[..., i] - mean) ** 2) / weight.sum())
+        # tolerance: 120 samples tell a mean to 0.09 sd, an sd to 7 %
+        assert abs(x[:, i].mean() - mean) < 0.5 * sd
+        assert x[:, i].std() == pytest.approx(sd, rel=0.4)
+
+
+@pytest.mark.usefixtures("alone")
+def test_the_command_reads_flags_and_the_sections_of_the_file(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    data = loop(*TIP)
+    rows = "".join(f"{1e3 * x:.7g};{f:.7g}\n" for x, f in zip(data["travel"], data["F"], strict=True))
+    (tmp_path / "test.csv").write_text("Weg;Kraft\nmm;N\n" + rows)
+    (tmp_path / "beam.toml").write_text(BEAM.to_toml())
+    part = squama.Part(BEAM, load="1 N up at tip", support=TIP[1])
+    part.to_toml(tmp_path / "part.toml")
+    how = ["--nuisances", "none", "--machine", "rigid", "--json"]
+    assert main(["fit", "test.csv", "part.toml", *how]) == 0
+    of_file = json.loads(capsys.readouterr().out)
+    assert main(["fit", "test.csv", "beam.toml", "--load", "2 mm up at tip", *how]) == 0
+    of_flags = json.loads(capsys.readouterr().out)
+    assert of_file["parameters"] == of_flags["parameters"]
+    assert of_file["parameters"]["mu"]["estimate"] == pytest.approx(0.31, rel=1e-3)
+    assert main(["fit", "test.csv", "part.toml", "--load", "twisting"]) == 2
+    assert "test.csv" in capsys.readouterr().err
+    assert main(["fit", "test.csv", "part.toml", "--support", "glued"]) == 2
+    assert '--support = "glued"' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"load": "20 N mm bend"}, 'load = "20 N mm bend": is no force'),
+        ({"load": ["1 N up at tip", "1 N left at tip"]}, "is a second load: a test has one force"),
+        ({"load": "torsion"}, 'load = "torsion": must be "twisting" or "bending"'),
+        ({"support": "clamped"}, "is of a part under a force"),
+        ({"load": TIP[0], "joint": "hinge"}, "is not available for a part under load"),
+        ({"load": TIP[0], "ends": "free"}, "are not of a part under a force"),
+        ({"load": TIP[0], "machine": "2 N m/rad"}, "is not known of a part under load"),
+        ({"load": TIP[0], "parameters": "mu,compliance"}, "compliance is not found of a part under load"),
+        ({"load": TIP[0], "parameters": "mu,C_f"}, "C_f is not found"),
+        ({"load": TIP[0], "to": "0.1 rad/pitch"}, "is not a length"),
+        ({"load": TIP[0], "to": "4 mm"}, "points lie before engagement"),
+    ],
+)
+def test_what_a_fit_of_a_part_does_not_take_is_refused(given, words):
+    with pytest.raises(InputError) as caught:
+        squama.fit(loop(*TIP), BEAM, **given)
+    assert words in str(caught.value)
+
+
+def test_scales_that_differ_are_refused():
+    part = squama.Part(BEAM, load=TIP[0], along={"scale.theta0": ["5 deg", "9 deg"]})
+    for one in (part, replace(part, load=())):
+        with pytest.raises(InputError, match="scales that differ along a part are not fitted"):
+            squama.fit(loop(*TIP), one)
