@@ -17,9 +17,10 @@ from squama.identify import fitting, noise, order, selection, slope
 from squama.identify.hinge_points import Physical
 from squama.identify.readings import Readings
 from squama.identify.slope import Slope
+from squama.loads import LOADS
 
 BEAM = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None).replace(hold="bend, lateral bend")
-TOP = 0.12
+TOP, TWISTING = 0.12, LOADS["twisting"]
 
 
 @functools.cache
@@ -113,17 +114,21 @@ def test_a_softer_bar_is_named_and_found():
 
 
 def test_causes():
-    assert Slope(0.85, 0.004, 30).cause(("mu",), 25).startswith("the slope before engagement is 0.8500 +- 0.0040 of")
-    assert "15 % softer" in Slope(0.85, 0.004, 30).cause(("mu",), 25)
-    assert "5.0 % stiffer" in Slope(1.05, 0.004, 30).cause(("mu",), 25)
+    assert (
+        Slope(0.85, 0.004, 30)
+        .cause(("mu",), 25, TWISTING)
+        .startswith("the slope before engagement is 0.8500 +- 0.0040 of")
+    )
+    assert "15 % softer" in Slope(0.85, 0.004, 30).cause(("mu",), 25, TWISTING)
+    assert "5.0 % stiffer" in Slope(1.05, 0.004, 30).cause(("mu",), 25, TWISTING)
     # within its error, and within what no file knows
-    assert not Slope(0.85, 0.06, 30).cause(("mu",), 25)
-    assert not Slope(1.005, 1e-5, 30).cause(("mu",), 25)
-    assert not Slope(0.85, 0.004, 30).cause(("mu", "C_f"), 25)
-    assert slope.unit(2 * np.pi, 25).endswith("a twist in revolutions taken as rad")
-    assert slope.unit(1 / 24, 25).endswith("the twist of the whole beam taken as a twist per pitch")
-    assert slope.unit(-1.1, 25) == "a sign is wrong"
-    assert slope.unit(333, 25) == "a unit is wrong"
+    assert not Slope(0.85, 0.06, 30).cause(("mu",), 25, TWISTING)
+    assert not Slope(1.005, 1e-5, 30).cause(("mu",), 25, TWISTING)
+    assert not Slope(0.85, 0.004, 30).cause(("mu", "C_f"), 25, TWISTING)
+    assert slope.unit(2 * np.pi, 25, TWISTING).endswith("a twist in revolutions taken as rad")
+    assert slope.unit(1 / 24, 25, TWISTING).endswith("the twist of the whole beam taken as a twist per pitch")
+    assert slope.unit(-1.1, 25, TWISTING) == "a sign is wrong"
+    assert slope.unit(333, 25, TWISTING) == "a unit is wrong"
 
 
 @pytest.mark.usefixtures("alone")

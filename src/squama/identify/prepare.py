@@ -125,7 +125,9 @@ def ends(joint: str, wanted: Wanted, word: str | None) -> str:
         return ENDLESS
     asked = doors.analysis(wanted.beam, Way.of(wanted.load, [1.0]), load, points=3, mu=0.0, law=wanted.law, joint=joint)
     found = doors.ends_of(asked, word, history=True)
-    rows.check_ends(rows.KINDS.get(found), Held.of(wanted.beam), wanted.beam.pitches)
+    if (ended := rows.KINDS.get(found)) is not None:
+        # the joint may take finite elements
+        rows.check_ends(ended, Held.of(wanted.beam), wanted.beam.pitches)
     return found
 
 
