@@ -156,7 +156,7 @@ def test_the_explorer_holds_a_bend():
     design = live.scene(bent)["design"]
     assert (design["held"], design["kind"]) == (0.05, "twisting")
     assert "bent by 0.05 and twisted" in live.scene(bent)["words"]
-    assert any("the map is for beams without bend" in line for line in live.warnings(bent))
+    assert any("the map does not include the held bend" in line for line in live.warnings(bent))
     # the wider it is bent the sooner scales touch
     met = [live.motion(start.change("bend", text).setting).load_e for text in ("0.02", "0.05", "0.08")]
     assert met == sorted(met, reverse=True)

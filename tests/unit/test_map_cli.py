@@ -310,7 +310,7 @@ def test_what_a_sweep_says(place, capsys):
     assert main([*SAME, "-o", "half.zarr", "--shard", "1/2", "--progress", "bar"]) == 0
     assert "shard 1/2 is done; 2 of 4 tiles are done" in capsys.readouterr().out
     assert main([*SAME, "-o", "half.zarr"]) == 0
-    assert capsys.readouterr().out.startswith("half.zarr: all 63 beams are solved (9 mu x 7 alpha)")
+    assert capsys.readouterr().out.startswith("beam.toml: all 63 beams are computed (9 mu x 7 alpha)")
 
 
 def test_other_tiles_are_refused(place, capsys):

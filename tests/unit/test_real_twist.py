@@ -214,7 +214,7 @@ def test_the_command_says_how_far_simpler_models_hold(tmp_path, capsys):
     flags = ["--points", "60", "--csv", outputs[0], "--netcdf", outputs[1]]
     assert main(["twist", str(file), *flags, "--plot", outputs[2], "--to", "0.25 rad/pitch", "--full"]) == 0
     said = capsys.readouterr().out
-    assert " real " in said
+    assert " thick scales " in said
     assert " thin, rigid " in said
     # the thick scales touch at .0565
     assert "hinge: within 5 % in torque up to" in said
@@ -225,7 +225,7 @@ def test_the_command_says_how_far_simpler_models_hold(tmp_path, capsys):
     assert squama.read(outputs[0])["w_X"].shape == (60,)
     assert main(["twist", str(file), "--ideal", "--to", "0.25 rad/pitch", "--full"]) == 0
     said = capsys.readouterr().out
-    assert " real " not in said
+    assert "thick scales" not in said
     # a hinge with K_theta and C_f of this matrix, mu = .2
     assert re.search(r"hinge: within 5 % in torque up to 5\.[12]\d* deg per pitch", said)
 

@@ -115,7 +115,7 @@ def test_a_scheduler_at_an_address_gives_the_same_bytes(place):
         assert address.startswith("tcp://127.0.0.1:")
         status, said, errors = run("--dask", address)
         assert (status, errors) == (0, []), Path("dask_worker.log").read_text()
-        assert said.startswith("map.zarr: all 144 beams are solved (12 mu x 12 alpha)")
+        assert said.startswith("beam.toml: all 144 beams are computed (12 mu x 12 alpha)")
         assert contents("map.zarr") == contents("alone.zarr")
         # all is done: no tile is asked for, and nothing is written
         assert run("--dask", address)[0] == 0

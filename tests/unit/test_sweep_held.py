@@ -104,7 +104,7 @@ def test_the_command_and_the_map(tmp_path: Path, capsys: pytest.CaptureFixture[s
     store, picture = str(tmp_path / "held.zarr"), str(tmp_path / "held.png")
     over = ["--over", "psi=-1deg:1deg:5", "--over", "alpha=40deg:50deg:3"]
     assert main(["sweep", "examples/stiff_skin.toml", *over, "--at", "0.09 rad/pitch", "-o", store]) == 0
-    assert "all 15 beams are solved (5 psi x 3 alpha)" in capsys.readouterr().out
+    assert "all 15 beams are computed (5 psi x 3 alpha)" in capsys.readouterr().out
     assert main(["map", store, "--variable", "torque", "--plot", picture]) == 0
     assert Path(picture).stat().st_size > 10_000
     assert main(["sweep", "examples/stiff_skin.toml", "--over", "psi=2", "-o", store]) == 2

@@ -238,9 +238,9 @@ def test_the_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: p
     BEAM.to_toml("beam.toml")
     flags = ["--over", "mu=0.1:0.5:5", "--over", "theta0=2deg:20deg:6"]
     assert main(["sweep", "beam.toml", *flags, "-o", "map.zarr", "--at", "2.25 deg total"]) == 0
-    first, at, model, *_, warning = capsys.readouterr().out.splitlines()
-    assert first == "map.zarr: all 30 beams are solved (5 mu x 6 theta0)"
-    assert at.split()[:3] == ["figures", "at", "2.25"] or "deg per pitch" in at
+    first, at, model, *_, warning, _ = capsys.readouterr().out.splitlines()
+    assert first == "beam.toml: all 30 beams are computed (5 mu x 6 theta0)"
+    assert at.split() == ["figures", "at", "2.25", "deg", "total"]
     assert model.endswith("thick, elastic scales on compliant joints; endless beams")
     assert warning.endswith("the law of the joint does not know them: they have no figures")
     assert main(["sweep", "beam.toml", *flags, "-o", "map.zarr", "--at", "2.25 deg total", "--json"]) == 0
