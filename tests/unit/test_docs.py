@@ -4,7 +4,7 @@ In a page, in the order in which they stand and in one temporary folder and one 
 executed, and a ``text`` block right behind one must be what it printed; a block behind ``<!-- file: name -->`` is
 written to that file; every ``$ squama ...`` line of a ``console`` block is run, with exit status 0 or that of
 ``<!-- exit n -->``. A block behind ``<!-- needs name -->`` is left out where that package is not installed.
-``<!-- long -->`` before a console block leaves it to ``make verify``.
+``<!-- long -->`` before a console block leaves it to ``make verify``, as do pages of :data:`LONG` all of theirs.
 """
 
 from __future__ import annotations
@@ -30,6 +30,8 @@ from squama.model.outcome import SENTENCES
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(p for p in DOCS.rglob("*.md") if "_build" not in p.parts)]
+LONG = {"cli", "decide", "fit", "graded", "specimen", "tables", "uncertainty", "vibration"}
+"""Pages that take more than 20 s."""
 MODULES = sorted(
     m.name for m in pkgutil.walk_packages(squama.__path__, "squama.") if m.name.rsplit(".", 1)[-1] != "__main__"
 )
@@ -100,6 +102,11 @@ def run_page(page: Path, folder: Path, *, long: bool) -> None:
                 assert run_command(arguments) == status, f"{where}: squama {shlex.join(arguments)}"
 
 
+def long(page: Path) -> bool:
+    """Say whether a page of the docs is left to ``make verify``."""
+    return page.stem in LONG and page.parent.name in {"docs", "howto"}
+
+
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Enter a folder for a page's files; the examples are in it as in the repository."""
@@ -109,14 +116,14 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.relative_to(ROOT).as_posix())
+@pytest.mark.parametrize("page", [p for p in PAGES if not long(p)], ids=lambda p: p.relative_to(ROOT).as_posix())
 def test_blocks_of_a_page_run(page: Path, folder: Path) -> None:
     run_page(page, folder, long=False)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "page", [p for p in PAGES if "<!-- long -->" in p.read_text(encoding="utf-8")], ids=lambda p: p.name
+    "page", [p for p in PAGES if long(p) or "<!-- long -->" in p.read_text(encoding="utf-8")], ids=lambda p: p.name
 )
 def test_long_blocks_of_a_page_run(page: Path, folder: Path) -> None:
     run_page(page, folder, long=True)

@@ -167,7 +167,7 @@ def test_posterior(folder, capsys):
     assert (bounded.posterior.samples[:, 0] >= fit.values["mu"]).all()
     assert bounded.posterior.note() is not None
     arguments = ["--posterior", "320", "--seed", "4", "--netcdf", "f.nc", "--corner", "c.png", "--noise", "5 N mm"]
-    arguments += ["--nuisances", "none"]
+    arguments += ["--nuisances", "none", "--joint", "hinge"]
     assert main(["fit", "test.csv", "beam.toml", "--full", *arguments]) == 0
     assert "posterior, 320 samples" in capsys.readouterr().out
     assert squama.read("f.nc").sample_value.shape == (320, 2)
@@ -359,7 +359,8 @@ def test_an_interrupt_while_samples_are_drawn_is_one_line(folder, capfd, monkeyp
 
     monkeypatch.setattr(emcee.EnsembleSampler, "sample", sample)
     Path("fitted.toml").write_text("old")
-    assert main(["fit", "test.csv", "beam.toml", "--posterior", "100", "--csv", "f.csv", "-o", "fitted.toml"]) == 130
+    how = ["--posterior", "100", "--joint", "hinge", "--csv", "f.csv", "-o", "fitted.toml"]
+    assert main(["fit", "test.csv", "beam.toml", *how]) == 130
     out, err = capfd.readouterr()
     assert (out, err) == ("", "squama: interrupted while samples were drawn; nothing is written\n")
     assert not Path("f.csv").exists()

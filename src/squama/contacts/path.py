@@ -240,7 +240,8 @@ def on_legs(targets: Array, corners: Array | None, most: float | Array | None, s
     if corners is None:
         strains[..., PHI] = targets if m else 1.0
         steps = np.diff(targets, axis=1, prepend=0.0)
-        ways = np.cumsum(np.where(np.real(steps) < 0, -steps, steps), axis=1)
+        # of one layout: code is compiled for each
+        ways = np.ascontiguousarray(np.cumsum(np.where(np.real(steps) < 0, -steps, steps), axis=1))
         # (a path that goes back is as long as its way)
         most = 1.0 if most is None else most
     else:
