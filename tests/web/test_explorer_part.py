@@ -5,6 +5,8 @@ from __future__ import annotations
 
 def test_a_cantilever_is_loaded_and_greyed_by_a_change(visit) -> None:
     page = visit()
+    # the first part of an installation compiles its code
+    page.page.set_default_timeout(300_000)
     page.enter("scales", "6")
     page.until("squamaView.design.scales === 6")
     part = page.page.locator(".part")
@@ -29,6 +31,8 @@ def test_a_cantilever_is_loaded_and_greyed_by_a_change(visit) -> None:
 
 def test_back_during_a_computation_leaves_page_and_address_together(visit) -> None:
     page = visit()
+    # the first part of an installation compiles its code
+    page.page.set_default_timeout(300_000)
     page.enter("scales", "8")
     page.until("location.search.includes('beam.scales=8')")
     page.enter("mu", "0.4")

@@ -37,7 +37,7 @@ WAIT = 0.3
 """Seconds without a change after which the link is written, and the map computed anew."""
 T = TypeVar("T")
 SOLVING = Aside(live.prepare, most=2)
-LOADING = Aside(bench.followed, most=1, limit=60)
+LOADING = Aside(bench.followed, most=1, limit=300)
 READING = Aside(tables.opened, most=1, limit=5)
 FITTING = Aside(tables.fitted, most=1, limit=tables.SECONDS + 5)
 PRINTING = Aside(_drawn, most=1, limit=60)
