@@ -98,8 +98,8 @@ def fit(
         Numbers of starts of the search, and of posterior samples to draw (extra ``fit``; 0 for none); their seed. On
         compliant joints the model is walked at up to 400 of them.
     joint
-        "compliant": real plates with six motions each against the substrate, on which the record is walked with each
-        trial; ``K_theta`` and ``C_f`` change it as a beam's file does, beside its joint; ``theta0`` is not found.
+        "compliant": thick, elastic scales with six motions each against the substrate, which each trial walks along
+        the record; ``K_theta`` and ``C_f`` change it as a beam's file does, beside its joint; ``theta0`` is not found.
         "hinge": thin, rigid plates on hinges. By default the first where it covers what is
         asked and follows the record. The other one is fitted too, and a disagreement is said.
     nuisances

@@ -38,7 +38,7 @@ WAIT = 0.3
 T = TypeVar("T")
 SOLVING = Aside(live.prepare, most=2)
 LOADING = Aside(bench.followed, most=1, limit=300)
-READING = Aside(tables.opened, most=1, limit=5)
+READING = Aside(tables.opened, most=1, limit=20)
 FITTING = Aside(tables.fitted, most=1, limit=tables.SECONDS + 5)
 PRINTING = Aside(_drawn, most=1, limit=60)
 MAPPING = Aside(map.grid, most=1)
