@@ -115,7 +115,7 @@ def test_the_words_and_units_are_those_of_a_force():
     assert data.travel.units == "m"
     assert data.F.units == data.residual.units == "N"
     np.testing.assert_allclose(data.travel.values, loop(*TIP)["travel"], rtol=1e-12)
-    assert fit.plot().axes
+    assert fit.plot().axes[1].get_xlabel().endswith("(mm)")
     with pytest.raises(InputError, match="is not available for a part under load"):
         fit.predict("5 mm")
 

@@ -8,9 +8,21 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from squama.loads import model
+from squama.loads import TESTS, Load, model
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
-from squama.plot.style import PAGE, Look, angle_label, headline, key, new_figure, panel, prefixed, styled, unit_of
+from squama.plot.style import (
+    PAGE,
+    Look,
+    angle_label,
+    headline,
+    key,
+    label,
+    new_figure,
+    panel,
+    prefixed,
+    styled,
+    unit_of,
+)
 from squama.types import Array
 
 _POINTS: dict[str, tuple[str, Look]] = {
@@ -35,6 +47,8 @@ NAMES = {
     "f_0": "$f_0$",
 }
 """What parameters are called in pictures."""
+NO_BREAK = "\u00a0"
+"""Space at which a title is not broken: a value stays with its unit."""
 
 
 @styled
@@ -49,7 +63,9 @@ def fit_figure(dataset: xr.Dataset) -> Figure:
     fitted(dataset, upper)
     residuals(dataset, lower)
     upper.set_xlabel("")
-    return headline(figure, f"Fit in {dataset.attrs['load']}, {model(dataset.attrs)}: {found(dataset)}", (upper, lower))
+    load = TESTS[dataset.attrs["load"]]
+    of = "of force over travel" if load.pushed else f"in {load.name}"
+    return headline(figure, f"Fit {of}, {model(dataset.attrs)}: {found(dataset)}", (upper, lower))
 
 
 def fitted(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
@@ -79,7 +95,8 @@ def fitted(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
         Patch(color=ACCENT, alpha=0.35, linewidth=0, label="twice its standard error"),
         Patch(color=ACCENT, alpha=0.12, linewidth=0, label="twice the noise of a point"),
     ]
-    ax.set(xlabel=angle_label(names.name), ylabel=text)
+    _across(ax, names)
+    ax.set_ylabel(text)
     ax.legend(handles=handles, loc="upper left")
     used = dataset["used"].values
     if not used.all() and (dataset["branch"].values == "beyond").any():
@@ -118,8 +135,16 @@ def residuals(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     noise_band(ax, small * noise)
     used = dataset.isel(point=np.flatnonzero(dataset["used"].values))
     _points(ax, used, names.angle, small * used["residual"].values)
-    ax.set(ylabel=f"Residual {unit_of(words)}", xlabel=angle_label(names.name))
+    _across(ax, names)
+    ax.set_ylabel(f"Residual {unit_of(words)}")
     return ax
+
+
+def _across(ax: Axes, load: Load) -> None:
+    """Label the axis of the load angle per pitch, or of the travel, in mm."""
+    ax.set_xlabel(label("travel", "mm") if load.pushed else angle_label(load.name))
+    if load.pushed:
+        ax.xaxis.set_major_formatter(lambda x, _: f"{1e3 * x:g}")
 
 
 def noise_band(ax: Axes, noise: float) -> None:
@@ -131,7 +156,11 @@ def noise_band(ax: Axes, noise: float) -> None:
 def found(dataset: xr.Dataset, left_out: str = "") -> str:
     """Return the estimates of a fit in words, for its title; without that of one name."""
     estimates = (line.split(" = ") for line in dataset.attrs["estimates"].replace("+-", "±").split(", "))
-    return ", ".join(f"{NAMES[name]} = {value}" for name, value in estimates if name in NAMES and name != left_out)
+    return ", ".join(
+        f"{NAMES[name]} = {value.replace(' ', NO_BREAK)}"
+        for name, value in estimates
+        if name in NAMES and name != left_out
+    )
 
 
 def _points(ax: Axes, dataset: xr.Dataset, angle: str, values: Array) -> None:
