@@ -157,6 +157,7 @@ def test_the_commands(tmp_path, capsys):
     assert capsys.readouterr().err.startswith('squama: error: --ends = "free": is not available on hinges')
 
 
+@pytest.mark.slow
 def test_tolerances_have_the_nominal_beam_with_its_own_scales(capsys, tmp_path):
     vary = {"scale.alpha": "+- 1 deg"}
     few = {"samples": 3200, "at": "0.09 rad/pitch"}
