@@ -13,9 +13,10 @@ from cyclopts import Parameter
 from squama import units
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, one_of, settled, whole
-from squama.cli.summary import Summary, figure, per_pitch, percent, turned
+from squama.cli.summary import Summary, percent
 from squama.errors import refuse
 from squama.interrupt import kept
+from squama.people import figure, per_pitch, turned
 
 if TYPE_CHECKING:
     import xarray as xr

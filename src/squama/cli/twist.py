@@ -12,10 +12,11 @@ from cyclopts import Parameter
 from squama.cli import flags, output
 from squama.cli.fit import TABLES, Tables
 from squama.cli.flags import flag, settled
-from squama.cli.summary import Summary, figure, modelled, percent, turned
+from squama.cli.summary import Summary, modelled, percent
 from squama.errors import refuse
 from squama.loads import ENDLESS, LOADS, fixed
 from squama.model.outcome import SENTENCES, End
+from squama.people import figure, turned
 from squama.units import moment, number, shown, torque_unit
 
 if TYPE_CHECKING:
