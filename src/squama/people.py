@@ -25,6 +25,17 @@ def figure(value: float, unit: str = "") -> str:
     return "" if math.isnan(value) else number(value, unit)
 
 
+def apart_by(share: float) -> str:
+    """Return by how much a figure differs from another one: in per cent, as a factor where it is twice or more.
+
+    Examples
+    --------
+    >>> apart_by(-0.021), apart_by(1039.2), apart_by(12345)
+    ('-2.1 %', '1040 times', '12300 times')
+    """
+    return number(100 * share, "%", "+") if abs(share) < 1 else number(1 + share, "times")
+
+
 def degrees(*beams: Counted) -> tuple[float, str]:
     """Return factor and unit of a twist or bend (rad per pitch): degrees over the whole beam, or of a pitch.
 

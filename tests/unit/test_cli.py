@@ -40,7 +40,7 @@ def _json(capsys, *arguments):
         raise AssertionError(token)
 
     record = json.loads(_out(capsys, *arguments, "--json"), parse_constant=refuse)
-    assert record["schema"] == 2
+    assert record["schema"] == 3
     return record
 
 

@@ -94,7 +94,7 @@ def test_what_is_not_named_is_zero(tmp_path, capsys):
         given = ["view", str(place), "--joint", joint, "--bend", "60 deg total", "--json"]
         assert main([*given, "--out", str(tmp_path / "b.png")]) == 0
         told = json.loads(capsys.readouterr().out)
-        assert (told["state"]["load"], told["asked"]) == (0, 0)
+        assert (told["state"]["phi"], told["asked"]) == (0, 0)
         assert told["bend"] == pytest.approx(math.radians(60) / SKIN.scales)
         shown = squama.view(SKIN, bend="60 deg total", joint=joint)
         assert shown.state.theta == pytest.approx(

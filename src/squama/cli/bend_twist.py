@@ -231,7 +231,9 @@ def _ratios(beam: Beam, data: Answer, endless: Answer) -> Iterable[str]:
     for i in range(len(data.attrs["path"])):
         most = max(abs(other[name][i]) for name in ("M", "T"))
         both = {name: (own[name][i], other[name][i]) for name in ("M", "T")}
-        shares = [f"{name} {a / b:.3g}" for name, (a, b) in both.items() if abs(b) > _SMALL * most and math.isfinite(a)]
+        shares = [
+            f"{name} {number(a / b)}" for name, (a, b) in both.items() if abs(b) > _SMALL * most and math.isfinite(a)
+        ]
         if most > 0 and shares:
             yield f"{beam.extent} over the endless beam at the end of way {i + 1}: {', '.join(shares)} times"
 

@@ -419,13 +419,18 @@ class Common(Base):
     def check(self, *inputs: str, plots: Iterable[str] = ()) -> None:
         """Look at every output path before any work, other pictures included."""
         pictures = ((path, PLOTS) for path in (*self.plot, *plots))
-        table = self.csv if self.csv != STANDARD else None
-        if self.json and self.csv == STANDARD:
-            problems().add("--csv", STANDARD, "is printed, and so is --json", "give --csv a file, or leave out --json")
+        table = table_place("--csv", self.csv, json=self.json)
         check_places([*pictures, (table, (".csv",)), (self.netcdf, (".nc",))], inputs)
 
 
 BASE, COMMON = Base(), Common()
+
+
+def table_place(name: str, path: str | None, *, json: bool) -> str | None:
+    """Return the path of a flag's table, None where it is printed; that --json is printed too is kept as a mistake."""
+    if path == STANDARD and json:
+        problems().add(name, STANDARD, "is printed, and so is --json", f"give {name} a file, or leave out --json")
+    return None if path == STANDARD else path
 
 
 def check_places(wanted: Iterable[tuple[str | None, tuple[str, ...]]], inputs: Iterable[str] = ()) -> None:

@@ -13,11 +13,12 @@ import numpy as np
 
 from squama.beam.design import Beam
 from squama.contacts import entry, events, increments, path, states
+from squama.contacts.ties import KINDS
 from squama.curves import real, rows
 from squama.curves.both_faces import WHOSE
 from squama.curves.curve_figures import FINE, figures, first_at, tangents
 from squama.curves.real_figures import by_load, exchanged, thresholds, touching, values
-from squama.curves.rows import KINDS, Row, Told
+from squama.curves.rows import Row, Told
 from squama.curves.way import OPEN, SLIDING, VERBS, Analysis, Case, Curve, States, Stations, direction, spaced
 from squama.errors import refuse
 from squama.loads import ENDLESS, Load

@@ -13,14 +13,14 @@ import numpy as np
 
 from squama.contacts import increments, row, states
 from squama.contacts.row import Track
-from squama.contacts.system import EQUAL, STRAINS
+from squama.contacts.system import STRAINS
 from squama.contacts.ties import COUPLE, GRIPPED, LOOSE
 from squama.curves import real
 from squama.curves.curve_figures import dissipation
 from squama.curves.real_figures import by_load, values
 from squama.curves.way import Solved, Stations
 from squama.errors import refuse
-from squama.loads import ENDS, Load
+from squama.loads import Load
 from squama.model.elastic_plate import SIDE_D, TIP
 from squama.model.outcome import End
 from squama.people import per_pitch
@@ -30,8 +30,6 @@ from squama.units import number
 
 CELLS = "psi_cell", "phi_cell", "chi_cell", "stretch_cell"
 CARRIED = "M_cell", "T_cell", "M_lat_cell", "P_cell"
-KINDS = dict(zip(ENDS, (LOOSE, COUPLE, GRIPPED, EQUAL), strict=False))
-"""Ends of a row by their word."""
 GRIPPED_MOST = 60
 """Most scales between grips, or under a couple: each engages on its own, and time grows as the square of their number.
 """

@@ -187,11 +187,12 @@ class DecayFit(Estimated):
 
     def report(self) -> dict[str, Any]:
         """Return the whole result as plain data, for JSON."""
+        angle = self.model.load.angle
         return {
             **self.attrs,
             "parameters": self._parameters(at_bound=self.at_bound),
             **{name: getattr(self, name) for name in ("correlation", "noise", "rms")},
-            "points": {"t": self.t, "load": self.angle, "fitted": self.fitted},
+            "points": {"t": self.t, angle: self.angle, f"{angle}_fit": self.fitted},
             "notes": list(self.notes),
             "beam": self.beam.model_dump(),
             "squama_version": __version__,

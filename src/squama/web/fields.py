@@ -70,7 +70,12 @@ class Field(NamedTuple):
             words = f"{low} to {high} {self.unit}"
         else:
             words = MEASURES[self.place][1].allowed.split(";")[0]
-        return f"{words} (slider {self.low:g} to {self.high:g})"
+        return f"{words} ({self.slider})"
+
+    @property
+    def slider(self) -> str:
+        """Where the slider goes, in words."""
+        return f"slider {self.low:g} to {self.high:g}"
 
     def read(self, text: str) -> float | int | None:
         """Return the SI value of what was entered: a number in the field's unit, or a number with its own unit.
@@ -136,8 +141,8 @@ _T_S = "t\N{LATIN SUBSCRIPT SMALL LETTER S}"
 _NU, _SIGMA, _EPS = "\N{GREEK SMALL LETTER NU}", "\N{GREEK SMALL LETTER SIGMA}", "\N{GREEK SMALL LETTER EPSILON}"
 _given = partial(Field, group=_BAR, optional=True)
 FIELDS: dict[str, Field] = {
-    "twist": Field("Twist", "φ", "rad/pitch", 0, 1, "twist", _LOAD),
-    "bend": Field("Bend held", "ψ", "rad/pitch", -0.2, 0.2, "bend", _LOAD),
+    "twist": Field("Twist", "φ", "rad/pitch", 0, 1, "twist", _LOAD, turn=1.0),
+    "bend": Field("Bend held", "ψ", "rad/pitch", -0.2, 0.2, "bend", _LOAD, turn=1.0),
     "mu": Field("Friction coefficient", "μ", "", 0, 2, "friction.mu", _LOAD),
     "margin": Field("Cut-off margin before a lock", "m", "", 1e-4, 0.5, "margin", _LOAD, log=True),
     "length": Field("Scale length, exposed", "l", "mm", 2, 200, "scale.length", _SIZES, log=True),

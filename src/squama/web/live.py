@@ -206,9 +206,8 @@ def swing(state: State) -> Swing:
     zeta = found["zeta_cycle"].values.tolist()
     words = "friction holds it on the way back"
     if zeta:
-        words = (
-            f"damping ratio {zeta[0]:.3g} in the first cycle, {zeta[-1]:.3g} in cycle {len(zeta)}, by friction alone"
-        )
+        first, last = number(zeta[0]), number(zeta[-1])
+        words = f"damping ratio {first} in the first cycle, {last} in cycle {len(zeta)}, by friction alone"
     own = warnings(state)
     more = [f"Warning: {line}" for line in found.attrs["warnings"].splitlines() if line not in own]
     return Swing(frames, STEP, "\n".join([f"Let go at {turned(top, state.beam)}: {words}.", *more]))
@@ -250,7 +249,7 @@ def readings(state: State) -> list[tuple[str, str]]:
     more = [("stress", quantity(stress, "Pa"))] if math.isfinite(stress) else []
     found = loop(state) if state.path == "cycle" else ""
     if not isinstance(found, str) and found["W_d"].size:
-        more += [("dissipated", quantity(float(found["W_d"][0]), "J/m")), ("ζ_eq", f"{found['zeta_eq'][0]:.3g}")]
+        more += [("dissipated", quantity(float(found["W_d"][0]), "J/m")), ("ζ_eq", number(found["zeta_eq"][0]))]
     return [
         (names.verb.capitalize(), turned(now.load, state.beam) + over(state.beam)),
         (torque_label(state.load), quantity(now.torque, "N m")),
@@ -281,7 +280,7 @@ def verdict(state: State) -> str:
         return f"{free}{'' if now > engaged else '; the scales do not touch yet'}"
     if ratio < 0:
         return f"{free}, the {kind.torque_words} falls at {turned(now, state.beam)}"
-    return f"{free}, {ratio:.3g} times as stiff as the bar at {turned(now, state.beam)}"
+    return f"{free}, {number(ratio)} times as stiff as the bar at {turned(now, state.beam)}"
 
 
 @functools.lru_cache(maxsize=64)
@@ -397,7 +396,7 @@ def warnings(state: State) -> list[str]:
 def quantity(value: float, unit: str) -> str:
     """Return a number with the prefix of its unit."""
     factor, sign = prefix(value)
-    return f"{value * factor:.3g} {sign}{unit}"
+    return f"{number(value * factor)} {sign}{unit}"
 
 
 def make_file(state: State, kind: str) -> tuple[str, bytes]:

@@ -17,10 +17,11 @@ from squama.curves.chosen import idealisation, thin
 from squama.errors import refuse
 from squama.loads import LOADS
 from squama.model.outcome import CODES
-from squama.people import PITCH, degrees, turned
+from squama.people import PITCH, degrees
 from squama.plot.palette import DARK_ENDS, ENDED, ENDS, KEPT, SOFTER, STEPS, THEMES
 from squama.study import columns, hinge_columns, real_columns
 from squama.types import Array
+from squama.units import number
 from squama.web import charts, live
 from squama.web.fields import FIELDS, placed
 from squama.web.state import State, preset
@@ -123,7 +124,8 @@ class Key:
     @property
     def title(self) -> str:
         """What the map shows."""
-        return "Ends on hinges" if self.at is None else f"Stiffness at {turned(self.at, self.beam)}"
+        turn, unit = degrees(self.beam)
+        return "Ends on hinges" if self.at is None else f"Stiffness at {number(turn * self.at, unit)}"
 
 
 class Grid(NamedTuple):

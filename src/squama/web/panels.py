@@ -210,7 +210,8 @@ class Compared:
                             for word, act in (("Show", State.show), ("Remove", State.drop)):
                                 go = partial(self.attempt, partial(act, i=i))
                                 button(word, go, f"{word} design {row['name']}")
-                        name.style(f"color: {KEPT[i]}; font-weight: bold")
+                        # letters stay in ink, which can be read on every ground
+                        name.style(f"box-shadow: inset 0 -3px {KEPT[i]}; font-weight: bold")
 
 
 DECIMALS = {"": "as guessed", ".": "point", ",": "comma"}

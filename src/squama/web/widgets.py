@@ -77,7 +77,7 @@ class NumberField(ui.element, component="field.js"):
         """Show a value (SI) of a field; ``hint`` is the value while it is empty."""
         new: dict[str, Any] = {**_parts(f), "shown": f.shown(value), "error": ""}
         if f.unit == "deg" and f.turn and value is not None:
-            new["allowed"] = f"{per_pitch(value)}; {f.allowed}"
+            new["allowed"] = f"{per_pitch(value)} ({f.slider})"
         if hint is not None:
             new["hint"] = f"{hint / f.factor:.4g} by its law"
         at = value if value is not None else hint
