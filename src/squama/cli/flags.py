@@ -19,8 +19,9 @@ from typing import TYPE_CHECKING, Annotated, Generic, NamedTuple, TypeVar, datac
 from cyclopts import Parameter
 
 from squama.beam import beamfile
+from squama.cli import output
 from squama.errors import InputError, Problems, naming, refuse
-from squama.io.files import STANDARD, label
+from squama.io.files import label
 from squama.loads import ENDS, LINES, LOADS, MODES
 from squama.progress import LOG
 from squama.units import MARGIN, Bounds, Dimension, bounded, shown
@@ -419,18 +420,11 @@ class Common(Base):
     def check(self, *inputs: str, plots: Iterable[str] = ()) -> None:
         """Look at every output path before any work, other pictures included."""
         pictures = ((path, PLOTS) for path in (*self.plot, *plots))
-        table = table_place("--csv", self.csv, json=self.json)
+        table = output.table_place(problems(), "--csv", self.csv, as_json=self.json)
         check_places([*pictures, (table, (".csv",)), (self.netcdf, (".nc",))], inputs)
 
 
 BASE, COMMON = Base(), Common()
-
-
-def table_place(name: str, path: str | None, *, json: bool) -> str | None:
-    """Return the path of a flag's table, None where it is printed; that --json is printed too is kept as a mistake."""
-    if path == STANDARD and json:
-        problems().add(name, STANDARD, "is printed, and so is --json", f"give {name} a file, or leave out --json")
-    return None if path == STANDARD else path
 
 
 def check_places(wanted: Iterable[tuple[str | None, tuple[str, ...]]], inputs: Iterable[str] = ()) -> None:

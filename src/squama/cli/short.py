@@ -58,7 +58,7 @@ def ends(
     json: flags.Json = False,
 ) -> int:
     """Find engagement and end of many designs of hinged scales, from a table."""
-    place = flags.table_place("-o", out, json=json)
+    place = output.table_place(flags.problems(), "-o", out, as_json=json)
     flags.check_places([(place, (".csv",))], [designs])
     flags.problems().settle()
 
