@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from squama import units
+from squama.beam.people import apart_by, figure, per_pitch, turned
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, one_of, settled, whole
 from squama.cli.summary import Summary, percent
 from squama.errors import refuse
 from squama.interrupt import kept
-from squama.people import apart_by, figure, per_pitch, turned
 
 if TYPE_CHECKING:
     import xarray as xr

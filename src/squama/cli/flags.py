@@ -19,9 +19,8 @@ from typing import TYPE_CHECKING, Annotated, Generic, NamedTuple, TypeVar, datac
 from cyclopts import Parameter
 
 from squama.beam import beamfile
-from squama.cli import output
 from squama.errors import InputError, Problems, naming, refuse
-from squama.io.files import label
+from squama.io.files import label, table_place
 from squama.loads import ENDS, LINES, LOADS, MODES
 from squama.progress import LOG
 from squama.units import MARGIN, Bounds, Dimension, bounded, shown
@@ -420,7 +419,7 @@ class Common(Base):
     def check(self, *inputs: str, plots: Iterable[str] = ()) -> None:
         """Look at every output path before any work, other pictures included."""
         pictures = ((path, PLOTS) for path in (*self.plot, *plots))
-        table = output.table_place(problems(), "--csv", self.csv, as_json=self.json)
+        table = table_place(problems(), "--csv", self.csv, as_json=self.json)
         check_places([*pictures, (table, (".csv",)), (self.netcdf, (".nc",))], inputs)
 
 

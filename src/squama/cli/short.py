@@ -12,7 +12,7 @@ from cyclopts import Parameter
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, whole, words_of
 from squama.errors import refuse
-from squama.io.files import exists, label
+from squama.io.files import exists, label, table_place
 
 EXAMPLE = Path(__file__).with_name("example.toml")
 _TABLE = (
@@ -58,7 +58,7 @@ def ends(
     json: flags.Json = False,
 ) -> int:
     """Find engagement and end of many designs of hinged scales, from a table."""
-    place = output.table_place(flags.problems(), "-o", out, as_json=json)
+    place = table_place(flags.problems(), "-o", out, as_json=json)
     flags.check_places([(place, (".csv",))], [designs])
     flags.problems().settle()
 

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from squama import arguments
 from squama._version import __version__
 from squama.beam.design import Beam
+from squama.beam.people import per_pitch
 from squama.curves.chosen import idealisation
 from squama.dynamics import doors, motion, systems
 from squama.dynamics.motion import Drive, Part, State
@@ -36,7 +37,6 @@ from squama.identify.records import Swings
 from squama.identify.unknowns import PARAMETERS, Parameter, ask, named
 from squama.io.columns import TIME
 from squama.loads import MODES, JointName, LawName, LoadName, ModeName
-from squama.people import per_pitch
 from squama.types import Array
 from squama.units import Dimension
 

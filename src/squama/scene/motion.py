@@ -12,6 +12,7 @@ import numpy as np
 from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
+from squama.beam.people import over, turned
 from squama.curves import both_faces, doors, hinge, real_figures, real_walk
 from squama.curves.bent_twist import Twisted
 from squama.curves.chosen import idealisation, thin
@@ -23,7 +24,6 @@ from squama.loads import LOADS
 from squama.model import twisting
 from squama.model.outcome import End
 from squama.model.paths import ARRAY
-from squama.people import over, turned
 from squama.scene.geometry import Attitude, Load
 from squama.symbols import OTHER
 from squama.types import Array

@@ -13,6 +13,7 @@ import numpy as np
 from squama import arguments, units
 from squama.beam import matrixfile
 from squama.beam.faces import only_one
+from squama.beam.people import per_pitch
 from squama.curves import doors, finite_rows
 from squama.errors import naming, refuse
 from squama.fe import runs
@@ -22,7 +23,6 @@ from squama.fe.mesh import pitch_mesh
 from squama.fe.pitch_stiffness import response
 from squama.io import datasets, files
 from squama.loads import ENDLESS, STRAIGHT, SenseName, model
-from squama.people import per_pitch
 from squama.study import parts
 from squama.types import Array
 
