@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from squama.web import fields, state
 from squama.web.fields import FIELDS
 
 NAMELESS = """() => [...document.querySelectorAll('input, select, button, canvas, a, summary')].filter((e) => {
@@ -24,11 +25,14 @@ def test_everything_has_a_name_and_takes_the_keyboard(visit) -> None:
     for details in page.page.locator("details").all():
         details.evaluate("(e) => { e.open = true; }")
     assert page.page.evaluate(NAMELESS) == []
-    for name, field in FIELDS.items():
+    for name in FIELDS:
+        field = fields.of(name, state.example())
         assert page.slider(name).get_attribute("aria-label") == field.label
         assert field.unit in (page.number(name).get_attribute("aria-label") or "")
         described = page.number(name).get_attribute("aria-describedby")
-        assert field.allowed.partition("(")[0] in page.page.locator(f"#{described}").inner_text()
+        assert (" deg per pitch" if field.turn else field.allowed.partition("(")[0]) in page.page.locator(
+            f"#{described}"
+        ).inner_text()
     # by Tab alone from the top to the sliders
     page.page.locator("[data-do=open]").focus()
     seen = ["open"]

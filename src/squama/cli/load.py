@@ -7,9 +7,10 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any
 
 from squama.beam import beamfile
+from squama.beam.people import figure
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled
-from squama.cli.summary import Summary, figure, modelled, percent
+from squama.cli.summary import Summary, modelled, percent
 from squama.io.files import label
 from squama.units import number, shown
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from squama.curves.labelled import Answer, Labelled
 
 
-SCHEMA = 2
+SCHEMA = 3
 """Version of the keys of JSON; it grows where a key goes, or changes its meaning or unit."""
 
 # ---- files ------------------------------------------------------------------------------------------------

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from squama.cli.summary import figure, modelled, percent, turned
+from squama.beam.people import figure, turned
+from squama.cli.summary import modelled, percent
 from squama.curves.both_faces import worst
 from squama.model.outcome import SENTENCES, End
 from squama.units import moment

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.batch.keeping import tell
+from squama.beam.people import per_pitch
 from squama.contacts import entry, increments, path, states, touch
 from squama.contacts.increments import Legs, Written
 from squama.contacts.system import ENDLESS, EPS, EQUAL, MOTIONS, OWN, PHI, STRAINS, UNTIED, Ties
@@ -66,7 +67,7 @@ class Track(NamedTuple):
         if not new.size:
             return None
         c, phi = what[new[0]], float(ways[new[0]])
-        return Other(int(c[touch.FIRST]) + 1, f"{placed(c)} at {math.degrees(phi):.3g} deg per pitch", phi)
+        return Other(int(c[touch.FIRST]) + 1, f"{placed(c)} at {per_pitch(phi)}", phi)
 
 
 def placed(c: Array) -> str:

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from squama import arguments
 from squama._version import __version__
 from squama.beam.design import Beam
+from squama.beam.people import per_pitch
 from squama.curves.chosen import idealisation
 from squama.dynamics import doors, motion, systems
 from squama.dynamics.motion import Drive, Part, State
@@ -186,11 +187,12 @@ class DecayFit(Estimated):
 
     def report(self) -> dict[str, Any]:
         """Return the whole result as plain data, for JSON."""
+        angle = self.model.load.angle
         return {
             **self.attrs,
             "parameters": self._parameters(at_bound=self.at_bound),
             **{name: getattr(self, name) for name in ("correlation", "noise", "rms")},
-            "points": {"t": self.t, "load": self.angle, "fitted": self.fitted},
+            "points": {"t": self.t, angle: self.angle, f"{angle}_fit": self.fitted},
             "notes": list(self.notes),
             "beam": self.beam.model_dump(),
             "squama_version": __version__,
@@ -202,7 +204,7 @@ class DecayFit(Estimated):
     @property
     def sizes(self) -> list[tuple[str, str]]:
         """Residuals and points in words, each with its name."""
-        rms, noise = (f"{math.degrees(v):.3g} deg per pitch" for v in (self.rms, self.noise))
+        rms, noise = (per_pitch(v) for v in (self.rms, self.noise))
         return [("residual", f"rms {rms}; noise of a point {noise}"), ("points", f"{self.t.size}")]
 
     def dataset(self) -> xr.Dataset:

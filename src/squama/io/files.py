@@ -18,7 +18,7 @@ from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 from typing import TextIO
 
-from squama.errors import InputError, Problem
+from squama.errors import InputError, Problem, Problems
 from squama.units import shown
 
 LARGEST_TEXT = 1_000_000
@@ -373,3 +373,10 @@ def _check_place(target: Path, path: str | os.PathLike[str]) -> None:
 
 def _error(path: str | os.PathLike[str], reason: str, remedy: str) -> InputError:
     return InputError(Problem("", "", reason, remedy, label(path)))
+
+
+def table_place(problems: Problems, flag: str, path: str | None, *, as_json: bool) -> str | None:
+    """Return the path of a flag's table, None where it is printed; that JSON is printed too is kept as a mistake."""
+    if path == STANDARD and as_json:
+        problems.add(flag, path, "is printed, and so is --json", f"give {flag} a file, or leave out --json")
+    return None if path == STANDARD else path

@@ -12,6 +12,7 @@ import numpy as np
 from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
+from squama.beam.people import over, turned
 from squama.curves import both_faces, doors, hinge, real_figures, real_walk
 from squama.curves.bent_twist import Twisted
 from squama.curves.chosen import idealisation, thin
@@ -26,7 +27,7 @@ from squama.model.paths import ARRAY
 from squama.scene.geometry import Attitude, Load
 from squama.symbols import OTHER
 from squama.types import Array
-from squama.units import moment
+from squama.units import moment, number
 
 MOST_SCALES = 60
 """A longer beam is drawn with this many scales."""
@@ -227,11 +228,10 @@ class Motion:
         """Say in words what a state is: loads, inclination, torque, friction."""
         beam, bend = self.setting.beam, self.setting.bend
         turns = {"bend": bend, "twist": state.load} if bend else {self.kind.verb: state.load}
-        whole = ", ".join(f"{verb} {math.degrees(v) * beam.pitches:.1f}°" for verb, v in turns.items())
-        pitch = ", ".join(f"{math.degrees(v):.2f}°" for v in turns.values())
-        load = f"{whole[0].upper()}{whole[1:]} over {beam.extent} ({pitch} per pitch)"
+        load = ", ".join(f"{verb} {turned(v, beam)}" for verb, v in turns.items()) + over(beam)
         torque = f"{self.kind.torque_words} {moment(state.torque)}"
-        return f"{load}, {torque}, inclination {math.degrees(state.theta):.1f}°, µ = {self.setting.mu:g}"
+        theta = number(math.degrees(state.theta), "deg")
+        return f"{load[0].upper()}{load[1:]}, {torque}, inclination {theta}, µ = {self.setting.mu:g}"
 
     def samples(self, points: int) -> list[State]:
         """Return states from no load to the last one, closer together where the inclination changes fast."""

@@ -13,6 +13,7 @@ import numpy as np
 from squama import arguments, units
 from squama.beam import matrixfile
 from squama.beam.faces import only_one
+from squama.beam.people import per_pitch
 from squama.curves import doors, finite_rows
 from squama.errors import naming, refuse
 from squama.fe import runs
@@ -210,7 +211,7 @@ def verdict(touched: float, last: float, meets: float, degrees: float) -> str:
 
     ``touched``: twist from which on scales touch; ``meets``: where the first model has them touch, inf for nowhere.
     """
-    reach = f"{last * degrees:.3g} deg ({math.degrees(last):.3g} deg per pitch)"
+    reach = f"{last * degrees:.3g} deg ({per_pitch(last)})"
     if touched < math.inf:
         return f"twisted to {reach}, the scales touch from {touched * degrees:.3g} deg on"
     more = f'; they touch at {meets * degrees:.3g} deg: write --to "{1.5 * meets:.2g} rad/pitch"'
