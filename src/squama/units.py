@@ -211,7 +211,7 @@ def shown(value: object, limit: int = 60) -> str:
 
 def change(share: float, sign: str = "") -> str:
     """Return by how much a figure differs from another one: in per cent, or as a factor where it is twice or more."""
-    return f"{100 * share:{sign}.2g} %" if abs(share) < 1 else f"a factor of {1 + share:.3g}"
+    return f"{100 * share:{sign}.2g} %" if abs(share) < 1 else f"a factor of {number(1 + share)}"
 
 
 def example(dimension: Dimension | str) -> str:
@@ -441,9 +441,9 @@ def moment(value: float) -> str:
     return number(factor * value, unit)
 
 
-def number(value: float, unit: str = "") -> str:
-    """Return a number for people, to three significant digits; infinity is "never"."""
+def number(value: float, unit: str = "", sign: str = "") -> str:
+    """Return a number for people, to three digits, with its sign where that is "+"; infinity is "never"."""
     if not math.isfinite(value):
         return "never" if math.isinf(value) else "-"
-    text = f"{value:.3g}"
-    return f"{f'{float(text):.0f}' if 'e+' in text and abs(value) < 1e6 else text} {unit}".strip()
+    text = f"{value:{sign}.3g}"
+    return f"{f'{float(text):{sign}.0f}' if 'e+' in text and abs(value) < 1e6 else text} {unit}".strip()

@@ -18,7 +18,7 @@ ROOT = Path(__file__).parents[2]
 SRC = ROOT / "src" / "squama"
 LAYERS = (
     ("errors", "types", "_version", "symbols", "interrupt", "needs", "progress"),
-    ("units",),
+    ("units", "people"),
     ("model",),
     ("arguments", "batch", "loads"),
     ("io",),

@@ -16,6 +16,7 @@ pytest.importorskip("numba", reason="elements need numba (the extra fe)")
 
 from solids import stiffness
 
+from squama.cli.joint import _meshes
 from squama.fe import stiffness as joint
 from squama.fe.elements import Material
 from squama.fe.geometry import geometry
@@ -154,6 +155,10 @@ def test_extrapolation_and_its_bar():
     assert exact.K_theta.error == pytest.approx(0.1)
     three = exact._replace(levels=(level(0.4), level(0.2), level(0.1)))
     assert three.order == pytest.approx(1)
+    # the table of meshes has the change from each to the next in per cent: 2.2, 2.1, then 2
+    _, _, K, changed, C, also = (column._cells for column in _meshes(exact).columns)
+    assert [*K] == [*C] == ["2.2", "2.1", "2"]
+    assert [*changed] == [*also] == ["", "-4.55 %", "-4.76 %"]
     assert three.K_theta.error == pytest.approx(0.025)
     assert exact._replace(levels=(level(0.4),)).K_theta.error == np.inf
     # a trend that would lead below zero is not followed

@@ -40,7 +40,7 @@ def _json(capsys, *arguments):
         raise AssertionError(token)
 
     record = json.loads(_out(capsys, *arguments, "--json"), parse_constant=refuse)
-    assert record["schema"] == 2
+    assert record["schema"] == 3
     return record
 
 
@@ -381,6 +381,11 @@ def test_ends(tmp_path, capsys):
     assert {row["neighbour"] for row in rows} >= {"0", "1"}
     counts = _json(capsys, "ends", str(ROOT / "examples" / "designs.csv"), "-o", str(out))
     assert sum(counts["counts"].values()) == counts["rows"] == 12
+    # to standard output it is the table alone
+    assert _out(capsys, "ends", str(ROOT / "examples" / "designs.csv"), "-o", "-") == out.read_text()
+    assert not Path("-").exists()
+    assert main(["ends", str(ROOT / "examples" / "designs.csv"), "-o", "-", "--json"]) == 2
+    assert "-o" in capsys.readouterr().err
 
 
 def test_paper_hands_on_what_it_is_given(tmp_path, monkeypatch, capsys):

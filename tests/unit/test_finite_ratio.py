@@ -25,8 +25,8 @@ SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
 def test_a_sweep_tells_what_its_rows_bear(tmp_path: Path, ends: str, n: int, off: float) -> None:
     beam = SKIN.replace(scales=n, ends=ends)
     data = squama.sweep(beam, {"mu": (0, 0.5, 2)}, at="0.09 rad/pitch", out=tmp_path / "s.zarr")
-    words = {"couple": "a couple at the ends"}.get(ends, f"{ends} ends")
-    assert data.attrs["finite"] == f"{n} scales, {words}"
+    words = {"couple": "under a couple at the ends"}.get(ends, f"with {ends} ends")
+    assert data.attrs["finite"] == f"{n} scales {words}"
     for mu in (0, 0.5):
         row = squama.twist(beam, mu=mu, to="0.09 rad/pitch", points=120).isel(point=-1)
         cell = data.sel(mu=mu)

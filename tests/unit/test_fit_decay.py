@@ -171,7 +171,7 @@ def test_the_command_knows_a_decay_by_its_column_of_time(tmp_path, monkeypatch, 
     assert main([*flags, "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["parameters"]["damping"]["estimate"] == pytest.approx(0.01, rel=1e-5)
-    assert len(told["points"]["fitted"]) == t.size
+    assert len(told["points"]["phi_fit"]) == t.size
     for more, said in (
         (["--to", "0.1 rad/pitch"], "--to: is for torque and twist"),
         (["--mode", "cantilever"], "--mode"),

@@ -169,6 +169,11 @@ def test_the_command_reads_flags_and_the_sections_of_the_file(tmp_path, monkeypa
     assert "test.csv" in capsys.readouterr().err
     assert main(["fit", "test.csv", "part.toml", "--support", "glued"]) == 2
     assert '--support = "glued"' in capsys.readouterr().err
+    # the unit that is missing is that of the load: of a force, or of a torque
+    for more, noise, to in (([], "3 N", "3 mm"), (["--load", "twisting"], "3 N m", "3 rad/pitch")):
+        assert main(["fit", "test.csv", "part.toml", *more, "--noise", "3", "--to", "3"]) == 2
+        said = [line for line in capsys.readouterr().err.splitlines() if "error: " in line]
+        assert [line.partition("; ")[2] for line in said] == [f'write e.g. "{unit}"' for unit in (noise, to)]
 
 
 @pytest.mark.parametrize(

@@ -94,13 +94,13 @@ def test_what_is_not_named_is_zero(tmp_path, capsys):
         given = ["view", str(place), "--joint", joint, "--bend", "60 deg total", "--json"]
         assert main([*given, "--out", str(tmp_path / "b.png")]) == 0
         told = json.loads(capsys.readouterr().out)
-        assert (told["state"]["load"], told["asked"]) == (0, 0)
+        assert (told["state"]["phi"], told["asked"]) == (0, 0)
         assert told["bend"] == pytest.approx(math.radians(60) / SKIN.scales)
         shown = squama.view(SKIN, bend="60 deg total", joint=joint)
         assert shown.state.theta == pytest.approx(
             squama.bend_twist(SKIN, "bend 60 deg total, twist 0 rad/m", joint=joint, ends="endless").theta[-1]
         )
-        assert "Bend 60.0°, twist 0.0° over 25 scales (2.40°, 0.00° per pitch)" in repr(shown)
+        assert "Bend 60 deg (2.4 deg per pitch), twist 0 deg (0 deg per pitch) over 25 scales" in repr(shown)
         # both named, both are there; neither, and it is twisted most of the way
         assert squama.view(SKIN, bend="60 deg total", to="30 deg total", joint=joint).state.load > 0
         assert squama.view(SKIN, joint=joint).state.load > 0
@@ -108,7 +108,9 @@ def test_what_is_not_named_is_zero(tmp_path, capsys):
     assert "nothing moves: a bend is held and no twist is given" in capsys.readouterr().err
     # the explorer's link, too
     start = state.of(state.example())
-    link = "&".join(part for part in state.query(start.change("bend", "0.05")).split("&") if part[:6] != "twist=")
+    link = "&".join(
+        part for part in state.query(start.change("bend", "0.05 rad/pitch")).split("&") if part[:6] != "twist="
+    )
     assert (state.read(link).twist, state.read(link).bend) == (0, 0.05)
 
 
@@ -143,7 +145,7 @@ def same(shown, r, torque, wanted, rel):
 
 def test_the_explorer_holds_a_bend():
     start = state.of(state.example())
-    bent = start.change("bend", "0.05")
+    bent = start.change("bend", "0.05 rad/pitch")
     assert bent.change("bend", "2.5 rad/m").bend == pytest.approx(bent.bend)
     assert state.read(state.query(bent)) == bent
     assert "bend=" not in state.query(start)
@@ -155,7 +157,7 @@ def test_the_explorer_holds_a_bend():
     assert live.motion(bent.setting).last > 1.2 * live.motion(bent.beside.setting).last
     design = live.scene(bent)["design"]
     assert (design["held"], design["kind"]) == (0.05, "twisting")
-    assert "bent by 0.05 and twisted" in live.scene(bent)["words"]
+    assert "bent by 71.6 deg (2.86 deg per pitch) and twisted" in live.scene(bent)["words"]
     assert any("the map does not include the held bend" in line for line in live.warnings(bent))
     # the wider it is bent the sooner scales touch
     met = [live.motion(start.change("bend", text).setting).load_e for text in ("0.02", "0.05", "0.08")]
@@ -170,7 +172,7 @@ def test_the_explorer_holds_a_bend():
         with pytest.raises(InputError, match="Bend held per pitch"):
             start.change("bend", text)
     with pytest.raises(InputError, match="is beyond the beam's"):
-        live.motion(start.change("bend", "0.9").setting)
+        live.motion(start.change("bend", "0.9 rad/pitch").setting)
 
 
 @pytest.mark.parametrize("sense", ["+", "-"])

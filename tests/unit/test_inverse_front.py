@@ -11,6 +11,7 @@ import pytest
 pytest.importorskip("pymoo")
 
 import squama
+from squama.cli.design import _designs
 from squama.inverse.front import Trade, beams, read_settings, spread, undominated
 from squama.inverse.target import read_target
 from squama.inverse.targetfile import Context
@@ -177,3 +178,8 @@ def test_bending_has_fronts_too():
     beam = beams(found)[0]
     assert float(squama.bend(beam, points=3, joint="hinge").psi_end) == pytest.approx(float(found["lock"][0]), rel=1e-9)
     assert beam.bending_rigidity == pytest.approx(float(found.stiffness[0]), rel=1e-9)
+
+
+def test_the_table_of_the_summary_has_its_units_in_brackets(front):
+    heads = [column.header for column in _designs(front, 3, ["tangent", "RED", "scale.length", "scale.alpha"]).columns]
+    assert heads == ["design", "tangent (N m^2)", "RED", "scale.\nlength (mm)", "scale.\nalpha (deg)"]

@@ -10,6 +10,7 @@ import xarray as xr
 import squama
 from squama import InputError
 from squama.beam import matrixfile
+from squama.beam.matrixfile import freed
 from squama.cli import main
 from squama.inverse.front import beams
 from squama.plot import response_figure
@@ -265,3 +266,14 @@ def test_a_compliant_joint_needs_no_elements(place, capsys, monkeypatch):
     # what was measured goes before
     r = squama.twist(beam.replace(joint={"stiffness": "5 kN m"}), points=3, to="0.02 rad/pitch")
     assert r.attrs["K_theta"] == pytest.approx(5e3)
+
+
+def test_a_freed_stiffness_is_that_of_the_least_energy():
+    K = np.array([[4.0, 1.0, 0.5], [1.0, 3.0, -0.2], [0.5, -0.2, 2.0]])
+    for i, found in enumerate(freed(K)):
+        others = [j for j in range(3) if j != i]
+        # the others take the place in which nothing works on them
+        x = np.zeros(3)
+        x[i] = 1.0
+        x[others] = -np.linalg.solve(K[np.ix_(others, others)], K[others, i])
+        assert found == pytest.approx(x @ K @ x, rel=1e-12)

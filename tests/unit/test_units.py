@@ -10,7 +10,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from squama.errors import InputError
-from squama.units import Bounds, Dimension, as_text, bounded, change, curvature, is_number, moment, quantity, twist
+from squama.people import apart_by
+from squama.units import (
+    Bounds,
+    Dimension,
+    as_text,
+    bounded,
+    change,
+    curvature,
+    is_number,
+    moment,
+    number,
+    quantity,
+    twist,
+)
 
 DEG = math.pi / 180
 
@@ -201,5 +214,16 @@ def test_pint_is_imported_only_when_needed():
 
 
 def test_a_change_is_told_in_per_cent_or_as_a_factor():
-    assert [change(x) for x in (0.123, -0.05, 1783.316)] == ["12 %", "-5 %", "a factor of 1.78e+03"]
+    assert [change(x) for x in (0.123, -0.05, 1783.316)] == ["12 %", "-5 %", "a factor of 1780"]
     assert change(0.123, "+") == "+12 %"
+
+
+def test_numbers_for_people_have_three_digits_and_no_exponent_up_to_a_million():
+    told = [number(x, "N") for x in (1039.2, 99_949.0, -12_345.6, 0.00012345)]
+    assert told == ["1040 N", "99900 N", "-12300 N", "0.000123 N"]
+    assert [number(x, "%", "+") for x in (1234.5, 0.21, -3.0)] == ["+1230 %", "+0.21 %", "-3 %"]
+    assert (number(math.inf), number(math.nan)) == ("never", "-")
+
+
+def test_how_far_a_figure_is_off_is_told_in_per_cent_or_as_a_multiple():
+    assert [apart_by(x) for x in (-0.0213, 0.5, 1039.2)] == ["-2.13 %", "+50 %", "1040 times"]

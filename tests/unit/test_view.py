@@ -337,7 +337,7 @@ def test_files_of_the_command(tmp_path: Path, capsys, monkeypatch) -> None:
     asked = ["view", "beam.toml", "--twist", "3 rad/pitch", "-o", "b.png", "--json", "--dark", "--no-forces"]
     assert main([*asked, "--joint", "hinge"]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert (told["end"], told["state"]["scales"]) == ("frictional lock", "locked")
+    assert (told["end"], told["state"]["name"]) == ("frictional lock", "locked")
     assert told["model"] == "thin, rigid scales on hinges, edge law"
     assert main(asked) == 0
     real = json.loads(capsys.readouterr().out)
@@ -345,7 +345,7 @@ def test_files_of_the_command(tmp_path: Path, capsys, monkeypatch) -> None:
     assert real["last"] == pytest.approx(0.3), "it goes beyond the lock of hinges and other contacts"
     assert main([*asked, "--ideal"]) == 0
     assert json.loads(capsys.readouterr().out)["model"] == "thin, rigid scales on compliant joints"
-    assert told["state"]["load"] == pytest.approx(told["last"]) != told["asked"]
+    assert told["state"]["phi"] == pytest.approx(told["last"]) != told["asked"]
     still.close()
     moving.close()
 

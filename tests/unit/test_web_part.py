@@ -50,7 +50,7 @@ def test_a_part_has_the_models_scales_and_says_which() -> None:
     # another model is another part
     for other in (thin._replace(ideal="no"), thin.hinged, thin.change("mu", "0.4"), thin.change("bend", "0")):
         assert bench.follows(other) != bench.follows(thin)
-    assert bench.follows(thin.change("twist", "0.01")) == bench.follows(thin)
+    assert bench.follows(thin.change("twist", "0.01 rad/pitch")) == bench.follows(thin)
 
 
 def test_a_part_whose_curve_stops_says_where_and_why() -> None:

@@ -44,7 +44,7 @@ def test_real_and_hinge_curves_stand_together() -> None:
 
 
 def test_the_explorer_takes_the_compliant_joint() -> None:
-    now = state.of(BEAM).change("joint", "compliant").change("twist", "0.2")
+    now = state.of(BEAM).change("joint", "compliant").change("twist", "0.2 rad/pitch")
     assert state.read(state.query(now)) == now
     live.prepare(now)
     shown = live.scene(now)
@@ -60,7 +60,7 @@ def test_a_torque_near_a_lock_does_not_set_the_scale() -> None:
     assert own == pytest.approx(1.04 * live.along(REAL.setting).torque.max())
     # nor does a kept one on hinges, or the place of the current point
     assert charts.frame(HINGE.keep()._replace(joint="compliant", ideal="no"), "torque").top == pytest.approx(own)
-    last = HINGE.change("twist", "1")
+    last = HINGE.change("twist", "1 rad/pitch")
     assert charts.frame(last, "torque") == charts.frame(HINGE, "torque")
     assert live.motion(last.setting).state(last.twist).torque > 2 * charts.frame(last, "torque").top
     assert charts.point(last, "torque")[1] == 0
@@ -107,7 +107,7 @@ def test_a_loop_goes_up_and_back() -> None:
         assert "leg (1)" in rows[0].split(",")
         json.dumps([charts.line_options(now, plot, dark=True) for plot in charts.PLOTS], allow_nan=False)
     # as far as the curve goes
-    far = REAL.change("path", "cycle").change("twist", "1")
+    far = REAL.change("path", "cycle").change("twist", "1 rad/pitch")
     assert live.back(far).load[0] == pytest.approx(live.motion(far.setting).last)
     assert live.loop(REAL.change("path", "cycle").change("twist", "0")) == "nothing moves"
 
@@ -142,7 +142,7 @@ def test_a_decay_is_that_of_vibrate_picture_by_picture() -> None:
 def test_a_decay_is_coloured_by_contact_and_tells_what_vibrate_warns_of() -> None:
     # its way goes beyond 0.3 rad per pitch, where curves end, in the sense in which nothing touches
     skin = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None)
-    now = state.of(skin).change("path", "decay").change("twist", "0.3")
+    now = state.of(skin).change("path", "decay").change("twist", "0.3 rad/pitch")
     m, played = live.motion(now.setting), live.swing(now)
     frames = [(f["design"]["sense"] * f["state"]["load"], f["state"]["name"]) for f in played.frames]
     assert min(load for load, _ in frames) < -0.3
@@ -199,7 +199,10 @@ def test_a_measured_table_is_laid_beside_the_curve() -> None:
         assert torque.max() < ends.top < 1.1 * torque.max()
         assert ends.low <= torque.min()
     # an arrow to a point that is beyond them, on the page and in print
-    for now, arrow in ((REAL.change("twist", "0.3"), charts.RIGHT), (REAL.change("twist", "0.1"), "")):
+    for now, arrow in (
+        (REAL.change("twist", "0.3 rad/pitch"), charts.RIGHT),
+        (REAL.change("twist", "0.1 rad/pitch"), ""),
+    ):
         assert (now.twist > charts.frame(now, "torque", found).right) == bool(arrow)
         for plot in charts.PLOTS:
             at = charts.point(now, plot, found)
@@ -208,7 +211,7 @@ def test_a_measured_table_is_laid_beside_the_curve() -> None:
         drawn = prints.figure(now, found)
         points = [ax.lines[-1] for ax in list(drawn.axes)[:3]]
         assert [one.get_marker() for one in points] == [prints.MARKS[arrow]] * 3
-    high = charts.point(HINGE.change("twist", "9"), "torque")
+    high = charts.point(HINGE.change("twist", "9 rad/pitch"), "torque")
     assert (high.top, high.arrow) == (0, charts.UP)
     for plot in (*charts.PLOTS, charts.RESIDUAL):
         json.dumps(charts.line_options(HINGE, plot, dark=False, table=found), allow_nan=False)
@@ -341,17 +344,24 @@ def test_designs_are_told_by_what_differs() -> None:
     def told(now: state.State) -> list[str]:
         return [row["what"] for row in live.compared(now)]
 
-    assert told(REAL) == ["μ = 0.25, η = 3, α = 60°"]
-    assert told(REAL.keep().change("theta0", "18")) == ["θ₀ = 15°", "θ₀ = 18°"]
-    assert told(REAL.keep().change("twist", "0.1")) == ["μ = 0.25, η = 3, α = 60°"] * 2
+    assert told(REAL) == ["μ = 0.25, η = 3, α = 60 deg"]
+    assert told(REAL.keep().change("theta0", "18")) == ["θ₀ = 15 deg", "θ₀ = 18 deg"]
+    assert told(REAL.keep().change("twist", "0.1 rad/pitch")) == ["μ = 0.25, η = 3, α = 60 deg"] * 2
+    bent = REAL.change("bend", "60")
+    assert told(REAL.keep()._replace(bend=bent.bend)) == ["Nψ = 0 deg", "Nψ = 60 deg"]
+    shorter = bent.change("scales", "5")
+    assert told(REAL.keep()._replace(bend=bent.bend, beam=shorter.beam)) == [
+        "ψ = 0 deg per pitch, N = 25",
+        "ψ = 2.4 deg per pitch, N = 5",
+    ]
     assert told(REAL.keep().change("eta", "3.001").change("mu", "0.3")) == ["μ = 0.25, η = 3", "μ = 0.3, η = 3.001"]
     assert told(REAL.keep().change("length", "50 mm")) == ["η = 3", "η = 2.5"]
     assert told(REAL.keep().change("pitch", "25")) == ["d = 20 mm", "d = 25 mm"]
     assert told(REAL.keep().change("zeta", "0.35")) == ["ζ = 0.3", "ζ = 0.35"]
     assert told(REAL.keep().change("slenderness", "8")) == ["tₛ = 0.8 mm", "tₛ = 0.75 mm"]
     assert told(REAL.keep().change("sense", "-")) == [
-        "μ = 0.25, η = 3, α = 60°, sense +",
-        "μ = 0.25, η = 3, α = 60°, sense -",
+        "μ = 0.25, η = 3, α = 60 deg, sense +",
+        "μ = 0.25, η = 3, α = 60 deg, sense -",
     ]
     assert told(REAL.keep().change("stiffness", "0.02")) == ["K_θ = not given", "K_θ = 0.02 N m"]
     # in print, too, whatever it is
@@ -389,7 +399,10 @@ def test_plots_are_printed_with_what_they_show() -> None:
         assert not box.overlaps(drawn.legends[0].get_window_extent())
     assert drawn.legends[0].get_window_extent().x1 <= sheet.x1
     ends = charts.frame(now, "torque", table)
-    assert drawn.axes[0].get_xlim() == pytest.approx((0, ends.right))
+    assert drawn.axes[0].get_xlim() == pytest.approx((0, 25 * math.degrees(ends.right)))
+    assert drawn.axes[0].get_xlabel() == "Twist over 25 scales Nφ (deg)"
+    # of beams with different numbers of scales, or none, a pitch is what they have in common
+    assert charts.axes(REAL.keep().change("scales", "9"), "f", ends)[0].label == "Twist φ (deg per pitch)"
     for kind, start in (("svg", b"<?xml"), ("png", b"\x89PNG")):
         name, content = prints.made(now, None, kind)
         assert name == f"plots.{kind}"

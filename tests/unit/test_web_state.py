@@ -21,7 +21,8 @@ from squama.beam.parts import RATIOS
 from squama.cli import main
 from squama.errors import InputError
 from squama.paper import parameters
-from squama.web import charts, live, map, server, state  # noqa: A004
+from squama.people import turned
+from squama.web import charts, fields, live, map, server, state  # noqa: A004
 from squama.web.aside import Aside
 from squama.web.fields import CHOICES, FIELDS
 
@@ -63,12 +64,32 @@ def test_a_ratio_changes_its_dimension_and_nothing_else(name: str) -> None:
 def test_what_is_shown_in_a_field_is_read_back() -> None:
     for name, field in FIELDS.items():
         value = START.value(name)
-        text = field.shown(value)
+        text = fields.of(name, START.beam).shown(value)
         if not field.optional:
             assert START.change(name, text).value(name) == pytest.approx(value, rel=1e-5)
     assert START.change("length", "6 cm").value("length") == pytest.approx(0.06)
     assert START.change("twist", "90 deg total").twist == pytest.approx(math.pi / 2 / 25)
     assert START.change("twist", "20 deg/pitch").twist == pytest.approx(math.radians(20))
+
+
+@pytest.mark.parametrize(("scales", "many", "unit"), [(None, 1, "deg per pitch"), (25, 25, "deg")])
+def test_a_twist_and_a_bend_are_entered_in_degrees_of_the_whole_beam_and_linked_in_radians(scales, many, unit) -> None:
+    now = START._replace(beam=START.beam.replace(scales=scales))
+    for text in ("12", "12 deg", "12°"):
+        assert now.change("twist", text).twist == pytest.approx(math.radians(12) / many)
+    assert now.change("bend", "-6").bend == pytest.approx(-math.radians(6) / many)
+    assert now.change("twist", "0.2 rad").twist == pytest.approx(0.2 / many)
+    for name, largest in (("twist", 573), ("bend", 57.3)):
+        shown = fields.of(name, now.beam)
+        assert shown.unit == unit
+        # the bounds are those of a pitch
+        assert f" to {float(f'{largest * many:.3g}'):g} {unit}" in shown.allowed.replace("1.43e+03", "1430")
+        with pytest.raises(InputError, match=f"is out of range .* {unit}"):
+            now.change(name, f"{1.01 * largest * many:g}")
+    # links that were written before show what they did
+    link = re.sub(r"twist=[\d.]+", "twist=0.21", state.query(now)) + "&bend=-0.05"
+    assert (state.read(link).twist, state.read(link).bend) == (0.21, -0.05)
+    assert "twist=0.21&" in state.query(state.read(link))
     assert START.change("stiffness", "20 N mm").beam.joint.stiffness == pytest.approx(0.02)
     assert START.change("stiffness", "3").change("stiffness", "").beam.joint.stiffness is None
 
@@ -86,8 +107,8 @@ def test_what_is_shown_in_a_field_is_read_back() -> None:
         ("alpha", "95", "below 90 deg"),
         ("poisson", "0.5", "-1 to 0.5"),
         ("stiffness", "0", "more than 0"),
-        ("twist", "-0.1", "0 to 10 rad/pitch"),
-        ("twist", "20 deg", "over which length"),
+        ("twist", "-0.1", "0 to 573 deg per pitch"),
+        ("twist", "20 m", "is a length, but a twist rate is needed"),
         ("pitch", "0,5", 'write "0.5"'),
         ("width", "nan", "not a length"),
         ("modulus", "<b>1</b>", "not a pressure"),
@@ -128,12 +149,12 @@ def test_the_real_beam_is_shown_by_default_and_names_its_model() -> None:
     assert m.curve["torque"][-1] == pytest.approx(r["T"].item(), rel=1e-6)
     words = dict(live.readings(now))
     at = squama.twist(now.beam, at=[f"{now.twist} rad/pitch"], ends="endless")
-    ratio = re.search(r"free until 46\.9° .*, ([\d.]+) times as stiff as the bar at 301°", live.verdict(now))
+    ratio = re.search(r"free until 46\.9 deg .*, ([\d.]+) times as stiff as the bar at 301 deg", live.verdict(now))
     assert float(ratio[1]) == pytest.approx(at.stiffness_ratio.item(), rel=0.02)
     assert float(words["stress"].split()[0]) == pytest.approx(at.stress.item() / 1e6, rel=1e-2)
     where = live.outcome(now.change("scale_modulus", "300"))[1]
     twice = squama.twist(now.beam.replace(scale={"youngs_modulus": "300 GPa"}), ends="endless").phi_twofold.item()
-    assert f"twice as stiff as the bar from {live.turned(twice, now)}" in where
+    assert f"twice as stiff as the bar from {turned(twice, now.beam)}" in where
     rows = [row.split(",") for row in live.make_file(now, "csv")[1].decode().splitlines() if not row.startswith("#")]
     assert float(rows[-1][rows[0].index("phi (rad)")]) == pytest.approx(m.last)
 
@@ -209,7 +230,7 @@ def test_designs_are_kept_shown_and_dropped() -> None:
         ("keep=a%3D1&" * 4, "at most 3"),
         ("a" * 30_000, "longer than"),
         (state.query(START).replace("law=edge", "law=x"), "law"),
-        (state.query(START).replace("twist=0.1875", "twist=-1"), "0 to 10"),
+        (re.sub(r"twist=[\d.]+", "twist=-1", state.query(START)), "0 to 573 deg per pitch"),
         (state.query(START) + "&keep=x%3D1", "not known"),
         (state.query(START) + "&joint.matrix=%2Fetc%2Fpasswd", 'joint.matrix = "/etc/passwd": names a file'),
         (state.query(START) + "&joint.matrix=", 'joint.matrix = "": names a file'),
@@ -232,15 +253,16 @@ def test_the_plots_are_the_answers_curves(name: str, law: str) -> None:
         x, y = np.array(own["data"]).T
         factor = y[-1] / variable.values[-1]
         assert np.log10(factor) == pytest.approx(round(np.log10(factor)), abs=1e-4)
-        assert np.allclose(x, r.phi, rtol=1e-5, atol=1e-9)
+        degrees = np.degrees(now.beam.scales or 1)
+        assert np.allclose(x, degrees * r.phi, rtol=1e-5, atol=1e-9)
         assert np.allclose(y, unit * factor * variable.values, rtol=1e-5, atol=1e-9 * abs(y).max())
         # the current point lies on the curve
         left, top, _ = charts.point(now, plot)
-        assert left * options["xAxis"]["max"] == pytest.approx(now.twist, rel=1e-5)
+        assert left * options["xAxis"]["max"] == pytest.approx(degrees * now.twist, rel=1e-5)
         low, high = (options["yAxis"][end] for end in ("min", "max"))
-        assert low + (1 - top) * (high - low) == pytest.approx(np.interp(now.twist, x, y), rel=2e-3)
+        assert low + (1 - top) * (high - low) == pytest.approx(np.interp(degrees * now.twist, x, y), rel=2e-3)
         assert 0 < top < 1
-    for twist in ("0", "0.05", "0.14", "9"):
+    for twist in ("0", "0.05 rad/pitch", "0.14 rad/pitch", "9 rad/pitch"):
         for plot in charts.PLOTS:
             assert all(0 <= at <= 1 for at in charts.point(now.change("twist", twist), plot)[:2])
 
@@ -260,14 +282,15 @@ def test_bending_is_a_mode_of_its_own() -> None:
 
 def test_the_outcome_is_told_in_words() -> None:
     end, where, sentence = live.outcome(START)
-    assert (end, where) == ("frictional lock", "at 15.4° per pitch")
-    assert live.verdict(START) == "Endless beam: free until 2.76° per pitch, locks at 15.4° per pitch"
-    assert live.readings(START)[0] == ("Twist", "10.7° per pitch")
+    assert (end, where) == ("frictional lock", "at 15.4 deg per pitch")
+    assert live.verdict(START) == "Endless beam: free until 2.76 deg per pitch, locks at 15.4 deg per pitch"
+    assert live.readings(START)[0] == ("Twist", "10.7 deg per pitch")
     long = START.change("scales", "25")
-    assert live.verdict(long) == "Endless beam: free until 69° (2.76° per pitch), locks at 385° (15.4° per pitch)"
-    assert live.readings(long)[0] == ("Twist", "269° (10.7° per pitch) over 25 scales")
+    free, locks = "free until 69 deg (2.76 deg per pitch)", "locks at 385 deg (15.4 deg per pitch)"
+    assert live.verdict(long) == f"Endless beam: {free}, {locks}"
+    assert live.readings(long)[0] == ("Twist", "268 deg (10.7 deg per pitch) over 25 scales")
     assert sentence.startswith("Friction holds")
-    assert "Shown at its last state, 15.3° per pitch" in live.outcome(START.change("twist", "1"))[2]
+    assert "Shown at its last state, 15.3 deg per pitch" in live.outcome(START.change("twist", "1 rad/pitch"))[2]
     never = START.change("eta", "0.5").change("beta", "0.2")
     assert live.outcome(never)[0] == "no engagement"
     assert live.verdict(never) == "Endless beam: the scales never touch; twisted, it is as soft as its bar"
@@ -316,7 +339,7 @@ def test_marks_lie_over_the_cells_of_their_designs() -> None:
 
 def test_the_map_is_computed_anew_only_where_it_must() -> None:
     key = map.key(START, "mu", "alpha")
-    assert map.key(START.change("mu", "1").change("twist", "0.1"), "mu", "alpha") == key
+    assert map.key(START.change("mu", "1").change("twist", "0.1 rad/pitch"), "mu", "alpha") == key
     assert map.key(START.change("law", "plate"), "mu", "alpha") != key
     assert map.key(START.change("eta", "2"), "mu", "alpha") != key
     with pytest.raises(InputError, match="choose two of"):

@@ -15,9 +15,9 @@ BAR = "() => { const v = squamaView; return [v.design, v.state.load, squamaGeome
 def test_bend_and_twist_by_their_sliders(visit, size):
     width, height = SIZES[size]
     page = visit(viewport={"width": width, "height": height})
-    page.enter("bend", "0.03")
+    page.enter("bend", "0.03 rad/pitch")
     page.until("Math.abs(squamaView.design.held - 0.03) < 1e-9")
-    page.enter("twist", "0.1")
+    page.enter("twist", "0.1 rad/pitch")
     page.until("Math.abs(squamaView.state.load - 0.1) < 1e-9")
     d, load, bar = page.page.evaluate(BAR)
     np.testing.assert_allclose(bar, geometry.bar(d, load)[0], rtol=0, atol=1e-12)
@@ -37,7 +37,7 @@ def test_bend_and_twist_by_their_sliders(visit, size):
         # no sideways scrolling
         assert page.page.evaluate("document.documentElement.scrollWidth") <= width
     # what cannot be bent so far is explained there, and changes nothing
-    page.enter("bend", "0.9")
+    page.enter("bend", "0.9 rad/pitch")
     field = page.page.locator(".field", has=page.number("bend"))
     field.locator(".error", has_text="is beyond the beam's").wait_for()
     assert page.state()["held"] == 0.03

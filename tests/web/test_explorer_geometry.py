@@ -137,7 +137,7 @@ def test_the_page_draws_what_the_kernel_says(visit) -> None:
     page = visit("?" + state.query(state.preset("pla").hinged))
     beam = squama.Beam.from_toml("examples/pla_on_vps.toml")
     for text in ("0.08", "0.12", "0.16"):
-        page.enter("twist", text)
+        page.enter("twist", f"{text} rad/pitch")
         page.until(f"Math.abs(squamaView.state.load - {text}) < 1e-9")
         now = page.page.evaluate(
             "(() => { const {design: d, state: s} = squamaView; return {theta: s.theta, "
@@ -174,14 +174,14 @@ OUTSIDE = """() => { const {camera: c, design: d, state: s} = squamaView, V = c.
 @pytest.mark.parametrize("size", [(1280, 720), (1920, 1080), (2560, 1440)])
 def test_what_leaves_the_view_is_framed_anew(visit, size) -> None:
     page = visit(
-        "?" + state.query(state.preset("pla").change("twist", "0.21")),
+        "?" + state.query(state.preset("pla").change("twist", "0.21 rad/pitch")),
         viewport={"width": size[0], "height": size[1]},
     )
     page.until("Math.abs(squamaView.state.load - 0.21) < 1e-9")
     assert page.page.evaluate(OUTSIDE) < 1
     way = "squamaView.camera.position.clone().sub(squamaView.controls.target).normalize().toArray()"
     before = page.page.evaluate(way)
-    page.enter("twist", "0.05")
+    page.enter("twist", "0.05 rad/pitch")
     page.until("Math.abs(squamaView.state.load - 0.05) < 1e-9")
     page.page.wait_for_timeout(200)
     page.shot(f"framed_{size[0]}")
@@ -194,7 +194,7 @@ def test_what_leaves_the_view_is_framed_anew(visit, size) -> None:
     turned = page.page.evaluate(way)
     assert turned != pytest.approx(before, abs=1e-2)
     for load in ("0.21", "0.05"):
-        page.enter("twist", load)
+        page.enter("twist", f"{load} rad/pitch")
         page.until(f"Math.abs(squamaView.state.load - {load}) < 1e-9")
         assert page.page.evaluate(OUTSIDE) < 1
     assert page.page.evaluate(way) == pytest.approx(turned, abs=1e-6)
@@ -202,14 +202,14 @@ def test_what_leaves_the_view_is_framed_anew(visit, size) -> None:
     for _ in range(8):
         canvas.press("+")
     near = page.page.evaluate("squamaView.camera.position.toArray()")
-    page.enter("twist", "0.1")
+    page.enter("twist", "0.1 rad/pitch")
     page.until("Math.abs(squamaView.state.load - 0.1) < 1e-9")
     assert page.page.evaluate("squamaView.camera.position.toArray()") == near
 
 
 @pytest.mark.parametrize("size", [(1280, 720), (1920, 1080)])
 def test_a_decay_stays_in_the_view(visit, size) -> None:
-    now = state.preset("pla").change("path", "decay").change("twist", "0.22")
+    now = state.preset("pla").change("path", "decay").change("twist", "0.22 rad/pitch")
     page = visit("?" + state.query(now), viewport={"width": size[0], "height": size[1]})
     page.until("Math.abs(squamaView.state.load - 0.22) < 1e-9")
     page.page.evaluate(f"() => {{ window.far = []; squamaView.onDraw = () => far.push(({OUTSIDE})()); }}")

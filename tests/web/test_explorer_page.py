@@ -70,7 +70,7 @@ def test_one_main_part_lists_of_one_width_and_no_line_that_is_cut(visit) -> None
 def test_a_mark_that_stands_aside_has_a_leader_to_its_place(visit) -> None:
     page = visit()
     page.page.locator("[data-do=keep]").click()
-    page.enter("twist", "0.2")
+    page.enter("twist", "0.2 rad/pitch")
     page.page.locator(".marks b.aside", has_text="A").wait_for()
     lead = """() => { const b = document.querySelector('.marks b.aside'), own = b.getBoundingClientRect();
       const at = (pseudo, what) => parseFloat(getComputedStyle(b, pseudo)[what]);

@@ -9,7 +9,7 @@ import os
 from collections import Counter
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TextIO
 
 import numpy as np
 
@@ -76,12 +76,17 @@ def solve(path: str | os.PathLike[str], *, law: str = "edge", sense: str = "+", 
     return Solved([*(header[i] for i in kept), *results], rows, problems, bad, ends, table.delimiter)
 
 
+def put(solved: Solved, file: TextIO) -> None:
+    """Write a solved table to an open file."""
+    tabular.write(file, [solved.header, *solved.rows], solved.delimiter)
+
+
 def write(solved: Solved, path: str | os.PathLike[str]) -> Path:
     """Write a solved table; the file is complete or not there at all."""
 
     def fill(place: Path) -> None:
         with place.open("w", encoding="utf-8", newline="") as file:
-            tabular.write(file, [solved.header, *solved.rows], solved.delimiter)
+            put(solved, file)
 
     return files.atomic_write(path, fill)
 

@@ -175,14 +175,19 @@ def _scales(made: Mapping[str, float], n: int) -> tuple[Array, float]:
     return np.outer(lengths, lengths), E * d**3
 
 
+def freed(K: Array) -> Array:
+    """Return the stiffness (n,) against each variable of a matrix (n, n), all others free."""
+    import numpy as np
+
+    return np.asarray(1 / np.diag(np.linalg.inv(K)))
+
+
 def inclination_stiffness(K: Array, motion: int = 4) -> float:
     """Return the stiffness against a turn about n_Y at no twist, the scale's other motions free.
 
     ``motion`` is its number among the rows of K, whose last one is the twist.
     """
-    import numpy as np
-
-    return float(1 / np.linalg.inv(K[:-1, :-1])[motion, motion])
+    return float(freed(K[:-1, :-1])[motion])
 
 
 def twisting_stiffness(

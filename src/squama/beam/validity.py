@@ -9,6 +9,7 @@ from squama.beam.parts import Assembly
 from squama.errors import Problems, refuse
 from squama.loads import LOADS, NEUTRAL, Load
 from squama.model import joint, reach, thickness, twisting
+from squama.people import per_pitch
 from squama.units import Dimension, as_text, shown
 
 THIN = 0.05
@@ -108,7 +109,7 @@ def _thin(beam: Assembly, load: Load, sense: str) -> list[str]:
 
     def engagement(tau: float) -> str:
         value = thickness.engagement_twisting(**ratios, tau=tau)
-        return f"{math.degrees(value):.3g} deg per pitch" if math.isfinite(value) else "no twist"
+        return per_pitch(value) if math.isfinite(value) else "no twist"
 
     if not _meets(ratios):
         return [f"{line}in this sense of twist the model's thin plates do not meet tip on side of the next scale"]

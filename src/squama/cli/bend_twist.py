@@ -11,10 +11,11 @@ from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, settled
-from squama.cli.summary import Summary, degrees, energy, figure, modelled, percent
+from squama.cli.summary import Summary, energy, modelled, percent
 from squama.errors import refuse
 from squama.loads import ENDLESS, LOADS, THIN
 from squama.model.outcome import SENTENCES, End
+from squama.people import degrees, figure
 from squama.units import moment, number, torque_unit
 
 if TYPE_CHECKING:
@@ -230,7 +231,9 @@ def _ratios(beam: Beam, data: Answer, endless: Answer) -> Iterable[str]:
     for i in range(len(data.attrs["path"])):
         most = max(abs(other[name][i]) for name in ("M", "T"))
         both = {name: (own[name][i], other[name][i]) for name in ("M", "T")}
-        shares = [f"{name} {a / b:.3g}" for name, (a, b) in both.items() if abs(b) > _SMALL * most and math.isfinite(a)]
+        shares = [
+            f"{name} {number(a / b)}" for name, (a, b) in both.items() if abs(b) > _SMALL * most and math.isfinite(a)
+        ]
         if most > 0 and shares:
             yield f"{beam.extent} over the endless beam at the end of way {i + 1}: {', '.join(shares)} times"
 

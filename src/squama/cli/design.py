@@ -13,9 +13,10 @@ from cyclopts import Parameter
 from squama import loads
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
-from squama.cli.summary import Summary, figure
+from squama.cli.summary import Summary
 from squama.io.files import label
 from squama.loads import LOADS, model
+from squama.people import figure
 from squama.units import for_people, number
 
 if TYPE_CHECKING:
@@ -146,7 +147,7 @@ def _dimensions(found: InverseDesign, start: Beam) -> Table:
         factor, unit = people(name)
         size, first = found.tolerance.get(name), own(start, name)
         tolerance = f"+- {figure(factor * size)}" if size else ""
-        change = f"{factor * (value - first):+.3g}" if first else ""
+        change = number(factor * (value - first), sign="+") if first else ""
         rows.append((name, f"{factor * value:.4g} {unit}".strip(), tolerance, change))
     rows += [(name, chosen, "", "") for name, chosen in best.chosen.items()]
     return output.table(("dimension", "value", "tolerance", "change"), rows, left=1)
@@ -219,7 +220,7 @@ def _notes(found: InverseDesign) -> Iterable[str]:
         for name, value in sorted(goal.effects.items(), key=lambda item: -abs(item[1]))[:SHOWN]:
             factor, unit = people(name)
             if value:
-                words.append(f"{name} ({f'+- {factor * found.tolerance[name]:.3g} {unit}'.strip()}) {value:+.2g}")
+                words.append(f"{name} ({f'+- {number(factor * found.tolerance[name])} {unit}'.strip()}) {value:+.2g}")
         if words:
             yield f"tolerances, design 1, {goal.name} ({goal.unit or '1'}): {', '.join(words)}"
     if others := [str(i) for i, d in enumerate(found.designs[1:], 2) if d.refused]:
@@ -327,7 +328,8 @@ def _designs(front: xr.Dataset, most: int, names: Sequence[str]) -> Table:
     heads, columns = [], []
     for name in names:
         factor, unit = _people(front, name) if few[name].dtype.kind == "f" else (1.0, "")
-        heads.append(f"{name.removeprefix('chosen.').replace('.', '.' + chr(10))} {unit}".strip())
+        words = name.removeprefix("chosen.").replace(".", ".\n")
+        heads.append(f"{words} ({unit})" if unit else words)
         values = few[name].values.tolist()
         columns.append([number(factor * x) if isinstance(x, float) else str(x) for x in values])
     rows = zip(few.design.values.astype(str).tolist(), *columns, strict=True)

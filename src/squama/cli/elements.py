@@ -13,9 +13,10 @@ from cyclopts import Parameter
 from squama import units
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, one_of, settled, whole
-from squama.cli.summary import Summary, figure, per_pitch, percent, turned
+from squama.cli.summary import Summary, percent
 from squama.errors import refuse
 from squama.interrupt import kept
+from squama.people import apart_by, figure, per_pitch, turned
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -152,10 +153,17 @@ def cell(
 
 
 def _record(data: xr.Dataset) -> dict[str, object]:
+    from squama.beam.design import Beam
+
+    # whether the turned end may move along the beam is not how its ends are loaded
+    names = {"ends": "axial"}
     return {
-        **{str(key): value for key, value in data.attrs.items() if key not in ("beam", "warnings")},
+        **{names.get(str(key), str(key)): value for key, value in data.attrs.items()},
+        "warnings": data.attrs["warnings"].splitlines(),
+        "beam": Beam.from_toml_text(data.attrs["beam"], source="elements").model_dump(),
         "mu": float(data["mu"]),
-        "curve": {str(name): v.values for name, v in data.data_vars.items()},
+        "curve": output.part(data, "point"),
+        "each": output.part(data, "point", "scale"),
         "units": output.units(data.data_vars.items()),
     }
 
@@ -164,7 +172,7 @@ def _solved(beam: Beam, data: xr.Dataset) -> Summary:
     """Return the summary of a run: torque and inclination at its end, where scales touch, how well it is solved."""
     last, n, attrs = data.isel(point=-1), data.sizes.get("scale", 0), data.attrs
     beam = beam.replace(scales=n) if n else beam
-    theta = [f"{round(math.degrees(v), 6) + 0.0:.3g} deg" for v in last["theta"].values.ravel()]
+    theta = [f"{units.number(round(math.degrees(v), 6) + 0.0)} deg" for v in last["theta"].values.ravel()]
     verdict = f"{units.moment(float(last['T']))} at {turned(float(last['phi']), beam)}"
     met = [(phi, words) for phi, words in zip(data["phi"].values, data["contact"].values, strict=True) if words]
     N, f = (figure(float(last[name].max()), "N") for name in ("N", "f"))
@@ -298,7 +306,7 @@ def _part_summary(found: Verified) -> Summary:
     for i in np.unique(np.linspace(0, data.sizes["point"] - 1, ROWS + 1).round().astype(int))[1:]:
         at = data.isel(point=int(i))
         off = ["-" if math.isnan(v) else f"{100 * v:+.1f}" for v in at["off"].values.tolist()]
-        rows.append([f"{size * float(at[by]):.3g}", f"{load * float(at['elements']):.3g}", *off])
+        rows.append([units.number(size * float(at[by])), units.number(load * float(at["elements"])), *off])
     figures = [
         ("about", data.attrs["title"]),
         ("elements", f"{attrs['mesh']}; {attrs['sentence']}"),
@@ -322,7 +330,7 @@ def _summary(found: Verified) -> Summary:
     names = data["model"].values.tolist()
     one = data.sel(model="compliant" if "compliant" in names else names[0])
     share = percent(float(data.attrs["share"]))
-    off = f"{100 * float(one['dT_last']):+.3g} % at {per_pitch(float(one['last']))}"
+    off = f"{units.number(100 * float(one['dT_last']), sign='+')} % at {per_pitch(float(one['last']))}"
     verdict = f"{one['words'].item()} differ from finite elements in torque by {off}"
     figures = [("within", f"{share} up to {per_pitch(float(one['within']))}"), ("tested", found.verdict)]
     figures.append(("about", data.attrs["title"]))
@@ -355,8 +363,8 @@ def _table(data: xr.Dataset, name: str, factor: float, own: str, scale: float, u
     for i in np.unique(np.linspace(0, data.sizes["point"] - 1, ROWS + 1).round().astype(int))[1:]:
         at = data.isel(point=int(i))
         cells = factor * at[name].values
-        texts = ["-" if math.isnan(cell) else f"{cell:+.3g}" for cell in cells]
-        rows.append([f"{math.degrees(float(at['phi'])):.3g}", f"{scale * float(at[own]):.3g}", *texts])
+        texts = ["-" if math.isnan(cell) else units.number(cell, sign="+") for cell in cells]
+        rows.append([units.number(math.degrees(float(at["phi"]))), units.number(scale * float(at[own])), *texts])
     return output.table(("deg per pitch", f"elements, {unit}", *map(str, data["model"].values)), rows, left=0)
 
 
@@ -369,8 +377,7 @@ def ranges(data: xr.Dataset) -> list[tuple[str, ...]]:
         if name not in FINITE:
             one = data.sel(model=name)
             within, torque, theta = (float(one[key]) for key in ("within", "dT_last", "dtheta_last"))
-            off = f"{100 * torque:+.3g} %" if abs(torque) < 1 else f"{1 + torque:.3g} times"
-            cells = f"{math.degrees(within):.3g}", off, f"{math.degrees(theta):+.3g}"
+            cells = units.number(math.degrees(within)), apart_by(torque), units.number(math.degrees(theta), sign="+")
             rows.append((one["words"].item(), *(("-",) * 3 if math.isnan(within) else cells)))
     return rows
 
@@ -395,7 +402,9 @@ def finite(data: xr.Dataset) -> list[str]:
             lines.append(f"{words} there is no twist that both have")
             continue
         angle = math.degrees(float((one["theta"] - other["theta"])[both[-1]]))
-        first, last = (f"{off[i]:+.3g} % at {per_pitch(float(data['phi'][i]))}" for i in (both[0], both[-1]))
+        first, last = (
+            f"{units.number(off[i], sign='+')} % at {per_pitch(float(data['phi'][i]))}" for i in (both[0], both[-1])
+        )
         lines.append(f"{words} the torque is {first} and {last}, theta {angle:+.2f} deg there")
     return lines
 

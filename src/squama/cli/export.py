@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from squama import units
 from squama.beam.faces import described
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, settled, words_of
@@ -122,11 +123,11 @@ def _bill(made: Export) -> Iterable[Table]:
     for row in made.bill:
         volume, n = row.volume / 1000, row.number
         figures = (volume, row.mass, n * volume, n * row.mass)
-        rows.append((row.part, f"{row.material}, {row.made}", str(n), *(f"{v:.3g}" for v in figures)))
+        rows.append((row.part, f"{row.material}, {row.made}", str(n), *(units.number(v) for v in figures)))
     for printed, words in ((True, "all that is printed"), (False, "all silicone")):
         if those := [row for row in made.bill if (row.made == "printed") == printed]:
             volume, mass = (sum(getattr(row, key) * row.number for row in those) for key in ("volume", "mass"))
-            rows.append((words, "", "", "", "", f"{volume / 1000:.3g}", f"{mass:.3g}"))
+            rows.append((words, "", "", "", "", units.number(volume / 1000), units.number(mass)))
     yield output.table(("part", "made of", "number", "volume cm3", "mass g", "all cm3", "all g"), rows, left=2)
 
 

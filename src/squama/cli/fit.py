@@ -56,7 +56,6 @@ def _machine(name: str, text: str) -> str:
     return text if text == "rigid" else with_unit("N m/rad").read(name, text)
 
 
-_twist, _torque = with_unit("rad/pitch"), with_unit("N m")
 _prior = pair("name=tolerance", '--prior E_B="1.5 MPa +- 5 %"')
 _limits = flags.Reader(_bounds, flags.Pair("", ""))
 _FILES = (
@@ -68,8 +67,8 @@ _FIND = (
     "Default: mu,K_theta; of a decay mu,K_theta,damping."
 )
 _BOUNDS = 'Bounds of a parameter, e.g. mu=0.1:0.5 or theta0="5 deg:20 deg"; may be repeated.'
-_NOISE = 'Standard deviation of a measured torque, e.g. "5 N mm". Default: from the residuals.'
-_TO = 'Twist beyond which points are not used, e.g. "0.1 rad/pitch".'
+_NOISE = 'Standard deviation of a measured torque or force, e.g. "5 N mm". Default: from the residuals.'
+_TO = 'Twist or travel beyond which points are not used, e.g. "0.1 rad/pitch".'
 _REVERSAL = 'Noise of the twist: a smaller way back is no reversal, e.g. "0.5 deg total". Default: from the points.'
 _NUISANCES = "Zeros, backlash and drift of the test: auto (found where the residual shows them) or none. Default: auto."
 _POSTERIOR = "Number of posterior samples (extra fit). Default: 0."
@@ -99,10 +98,10 @@ class Search:
     load: Annotated[str | None, flag(_LOAD)] = None
     support: Annotated[str | None, flag(SUPPORT)] = None
     law: flags.Law = "edge"
-    noise: Annotated[str | None, flag(_NOISE, read=_torque)] = None
-    to: Annotated[str | None, flag(_TO, read=_twist)] = None
-    reversal: Annotated[str | None, flag(_REVERSAL, read=_twist)] = None
-    stick: Annotated[str | None, flag(_STICK, read=_twist)] = None
+    noise: Annotated[str | None, flag(_NOISE)] = None
+    to: Annotated[str | None, flag(_TO)] = None
+    reversal: Annotated[str | None, flag(_REVERSAL)] = None
+    stick: Annotated[str | None, flag(_STICK)] = None
     starts: Annotated[int, flag("Number of starts of the search. Default: 6.", read=flags.whole(1, 1000, "6"))] = 6
     posterior: Annotated[int, flag(_POSTERIOR, read=flags.whole(0, 1_000_000, "4000"))] = 0
     seed: Annotated[int, flag("Seed of the samples. Default: 1.", read=flags.whole(0, 2**32 - 1, "1"))] = 1
@@ -156,7 +155,7 @@ class Tables:
 class Prediction:
     """A curve that is predicted from a fit."""
 
-    predict: Annotated[str | None, flag(_PREDICT, read=_twist)] = None
+    predict: Annotated[str | None, flag(_PREDICT)] = None
     band: Annotated[tuple[flags.File, ...], flag(_BAND)] = ()
 
     def check(self, files: Iterable[str]) -> None:
@@ -242,6 +241,7 @@ def fit(
     own = {name: f"{label(beams[0])}: {heading(name)}" for name in ("load", "support", "along")}
     with flags.laid(own | {name: f"--{name}" for name in own if getattr(search, name, None)}):
         kind, part = of_test(given, search.load, search.support)
+    _have_units(search, prediction, kind)
     read = tables.read(data, part.beam, kind, decay=decays)
     wanted = () if find is None else (find,)
     found: Fit | DecayFit
@@ -280,6 +280,18 @@ def _known(prior: Iterable[flags.Pair], path: str | None, beam: Beam) -> dict[st
         with flags.laid({name: f"--prior {name}" for name in given}):
             found |= {t.name: (t.kind, *t.numbers) for t in known.read(given, beam, bare=False)}
     return found or None
+
+
+def _have_units(search: Search, prediction: Prediction, kind: str) -> None:
+    """Refuse numbers without a unit, which in Python are SI: of a torque or force, and of a twist or travel."""
+    load = TESTS[kind]
+    given = {"noise": search.noise, "to": search.to, "reversal": search.reversal, "stick": search.stick}
+    for name, text in (given | {"predict": prediction.predict}).items():
+        if text is not None:
+            unit = load.force if name == "noise" else "mm" if load.pushed else "rad/pitch"
+            with flags.problems().caught():
+                with_unit(unit).read(f"--{name}", text)
+    flags.problems().settle()
 
 
 def _of_tests(data: list[str], search: Search, **others: object) -> None:

@@ -19,8 +19,9 @@ from typing import TYPE_CHECKING, Annotated, Generic, NamedTuple, TypeVar, datac
 from cyclopts import Parameter
 
 from squama.beam import beamfile
+from squama.cli import output
 from squama.errors import InputError, Problems, naming, refuse
-from squama.io.files import STANDARD, label
+from squama.io.files import label
 from squama.loads import ENDS, LINES, LOADS, MODES
 from squama.progress import LOG
 from squama.units import MARGIN, Bounds, Dimension, bounded, shown
@@ -419,9 +420,7 @@ class Common(Base):
     def check(self, *inputs: str, plots: Iterable[str] = ()) -> None:
         """Look at every output path before any work, other pictures included."""
         pictures = ((path, PLOTS) for path in (*self.plot, *plots))
-        table = self.csv if self.csv != STANDARD else None
-        if self.json and self.csv == STANDARD:
-            problems().add("--csv", STANDARD, "is printed, and so is --json", "give --csv a file, or leave out --json")
+        table = output.table_place(problems(), "--csv", self.csv, as_json=self.json)
         check_places([*pictures, (table, (".csv",)), (self.netcdf, (".nc",))], inputs)
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from squama.beam.matrixfile import freed
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
 from squama.cli.summary import Summary, percent
@@ -87,8 +88,8 @@ def print_level(level: Level) -> None:
     """Say on standard error that a mesh is done."""
     took = f"{level.seconds:.1f} s" if level.seconds else "from the cache"
     print(
-        f"squama: {level.elements} elements, {level.edge_size:.3g} pitches along the scale's edges: "
-        f"K_theta = {level.K_theta:.3g} E d^3 ({took})",
+        f"squama: {level.elements} elements, {number(level.edge_size)} pitches along the scale's edges: "
+        f"K_theta = {number(level.K_theta)} E d^3 ({took})",
         file=sys.stderr,
         flush=True,
     )
@@ -162,26 +163,34 @@ def _all(beam: Beam, found: JointMatrix) -> Iterable[str | Table]:
     yield ""
     yield "stiffness in E_B and pitches (shifts E d, rotations and loads E d^3, couplings E d^2)"
     names = (*dict(MOTIONS), *LOADS)
-    yield _table(("", *names), [(n, *(f"{x:.3g}" for x in r)) for n, r in zip(names, found.K, strict=True)])
+    yield _table(("", *names), [(n, *(number(x) for x in r)) for n, r in zip(names, found.K, strict=True)])
     yield ""
-    meshes = [
-        (f"{x.edge_size:.3g}", str(x.elements), f"{x.K_theta:.3g}", f"{c:.3g}")
-        for x, c in zip(found.levels, found.C_f_levels, strict=True)
-    ]
-    to_zero = [("to zero", "", f"{found.K_theta.value:.3g}", f"{found.C_f.value:.3g}")] if len(meshes) > 1 else []
-    yield _table(("edge size, pitches", "elements", "K_theta/(E d^3)", "C_f"), [*meshes, *to_zero])
+    yield _meshes(found)
     if not math.isnan(found.order):
-        yield f"order of convergence: {found.order:.3g}"
+        yield f"order of convergence: {number(found.order)}"
+
+
+def _meshes(found: JointMatrix) -> Table:
+    """Return the table of the meshes: both figures, each with its change from the mesh before."""
+    heads = [(number(x.edge_size), str(x.elements)) for x in found.levels]
+    values = [(x.K_theta, float(c)) for x, c in zip(found.levels, found.C_f_levels, strict=True)]
+    if len(heads) > 1:
+        heads.append(("to zero", ""))
+        values.append((found.K_theta.value, found.C_f.value))
+    rows = []
+    for i, (head, pair) in enumerate(zip(heads, values, strict=True)):
+        before = zip(pair, values[i - 1], strict=True)
+        changes = [number(100 * (x / y - 1), "%", "+") if i else "" for x, y in before]
+        rows.append((*head, number(pair[0]), changes[0], number(pair[1]), changes[1]))
+    return _table(("edge size, pitches", "elements", "K_theta/(E d^3)", "change", "C_f", "change"), rows)
 
 
 def _over_bare(beam: Beam, K: Array) -> tuple[float, float]:
     """Return the stiffness against bend and stretch, all else free, over that of the bare bar."""
-    import numpy as np
-
     from squama.joints import factor
     from squama.model import section
 
-    free, d = 1 / np.diag(np.linalg.inv(K)), beam.pitch
+    free, d = freed(K), beam.pitch
     width, thickness = beam.substrate.width / d, beam.substrate.thickness / d
     bend = section.bending_moment_of_area(width, thickness)
     return float(free[factor.BEND] / bend), float(free[factor.STRETCH] / (width * thickness))
@@ -192,12 +201,16 @@ def _motions(beam: Beam, K: Array, size: float, newton: str) -> list[tuple[str, 
     import numpy as np
 
     E, d = beam.substrate.youngs_modulus, beam.pitch
-    free, held = 1 / np.diag(np.linalg.inv(K[:6, :6])), np.diag(K)[:6]
+    free, held = freed(K[:6, :6]), np.diag(K)[:6]
     rates = -np.linalg.solve(K[:6, :6], K[:6, 6])
     rows = []
     for i, (_, words) in enumerate(MOTIONS):
         unit = "N/mm" if i < 3 else f"{newton} per rad"
         cells = [number(x[i] * (1e-3 * E * d if i < 3 else size * E * d**3)) for x in (free, held)]
-        moved = f"{rates[i] * d * 1e3 * math.radians(TWIST):+.3g} mm" if i < 3 else f"{rates[i] * TWIST:+.3g} deg"
+        moved = (
+            f"{number(rates[i] * d * 1e3 * math.radians(TWIST), sign='+')} mm"
+            if i < 3
+            else f"{number(rates[i] * TWIST, sign='+')} deg"
+        )
         rows.append((words, unit, *cells, moved))
     return rows

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 from squama.beam import beamfile
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled
-from squama.cli.summary import Summary, figure, modelled, percent
+from squama.cli.summary import Summary, modelled, percent
 from squama.io.files import label
+from squama.people import figure
 from squama.units import number, shown
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from squama.errors import printable, refuse
+from squama.errors import Problems, printable, refuse
 from squama.io import files
 from squama.io.files import label
 
@@ -26,10 +26,17 @@ if TYPE_CHECKING:
     from squama.curves.labelled import Answer, Labelled
 
 
-SCHEMA = 2
+SCHEMA = 3
 """Version of the keys of JSON; it grows where a key goes, or changes its meaning or unit."""
 
 # ---- files ------------------------------------------------------------------------------------------------
+
+
+def table_place(problems: Problems, flag: str, path: str | None, *, as_json: bool) -> str | None:
+    """Return the path of a flag's table, None where it is printed; that JSON is printed too is kept as a mistake."""
+    if path == files.STANDARD and as_json:
+        problems.add(flag, path, "is printed, and so is --json", f"give {flag} a file, or leave out --json")
+    return None if path == files.STANDARD else path
 
 
 def write(

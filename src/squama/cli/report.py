@@ -11,17 +11,7 @@ import numpy as np
 from squama import loads
 from squama.cli import output
 from squama.cli.output import table
-from squama.cli.summary import (
-    Summary,
-    degrees,
-    figure,
-    modelled,
-    per_pitch,
-    percent,
-    rigidity,
-    rigidity_unit,
-    turned,
-)
+from squama.cli.summary import Summary, modelled, percent, rigidity, rigidity_unit
 from squama.cli.verdict import Curve, free_until
 from squama.curves import bench
 from squama.curves.both_faces import worst
@@ -29,6 +19,7 @@ from squama.fe.agreement import SHARE, holds
 from squama.loads import ENDLESS, LOADS, THIN, Load
 from squama.model.laws import LAWS
 from squama.model.outcome import SENTENCES, End
+from squama.people import apart_by, degrees, figure, per_pitch, turned
 from squama.symbols import OTHER
 from squama.units import moment, number, torque_unit
 
@@ -362,7 +353,7 @@ def _real(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
     size, newton = torque_unit(K)
     lines = [
         held(attrs),
-        f"K_theta = {size * K:.3g} {newton} per rad (hinge {number(size * beam.joint_stiffness)}); without contact "
+        f"K_theta = {number(size * K)} {newton} per rad (hinge {number(size * beam.joint_stiffness)}); without contact "
         f"d{words.torque}/d{words.rate} = {rigidity(without)} (hinge {rigidity(words.rigidity(beam))})",
     ]
     if attrs["scales"] == "thick, rigid scales":
@@ -395,8 +386,10 @@ def _borne(words: Load, beam: Beam, data: Answer) -> list[str]:
     for i in np.flatnonzero(np.isfinite(data.along("stress_x")))[-1:]:
         tail, place, where = where_most("stress", i)
         x, stress = float(data[f"stress_x{tail}"][place]), float(data[f"stress{tail}"][place])
-        along = f"{x * 1e3:.3g} mm from the root" if x else "at the root"
-        lines.append(f"largest stress in a scale: {stress / 1e6:.3g} MPa {along}{where}, at {turned(loads[i], beam)}")
+        along = f"{number(x * 1e3)} mm from the root" if x else "at the root"
+        lines.append(
+            f"largest stress in a scale: {number(stress / 1e6)} MPa {along}{where}, at {turned(loads[i], beam)}"
+        )
     for i in np.flatnonzero(np.isfinite(data.along("tab_force")) & (loads > data[f"{words.angle}_e"]))[-1:]:
         tail, place, where = where_most("tab_force", i)
         names = "tab_force", "pull_out", "tab_bending", "tab_torsion"
@@ -405,8 +398,8 @@ def _borne(words: Load, beam: Beam, data: Answer) -> list[str]:
         way = "pulling out" if pull > 0 else "pushing in"
         lines.append(
             f"load on the embedded tab{where or ' of a scale'}: {number(force, 'N')} ({number(abs(pull), 'N')} {way}), "
-            f"bending moment {size * abs(bend):.3g} {newton}, twisting moment {size * abs(twist):.3g} {newton}, "
-            f"at {turned(loads[i], beam)}"
+            f"bending moment {number(size * abs(bend), newton)}, "
+            f"twisting moment {number(size * abs(twist), newton)}, at {turned(loads[i], beam)}"
         )
     return lines
 
@@ -417,8 +410,7 @@ def apart(within: float, last: float, off: float, theta: float, share: float = S
         return f"within {percent(share)} in {torque} as far as both go, {per_pitch(last)}"
     holds = f"within {percent(share)} in {torque} up to {per_pitch(within)}"
     holds = holds if within else f"more than {percent(share)} off in {torque} from the start"
-    by = f"{100 * off:+.3g} %" if abs(off) < 1 else f"{1 + off:.3g} times"
-    return f"{holds}; at {per_pitch(last)} {by}, theta {math.degrees(theta):+.3g} deg"
+    return f"{holds}; at {per_pitch(last)} {apart_by(off)}, theta {number(math.degrees(theta), sign='+')} deg"
 
 
 class Difference(NamedTuple):

@@ -51,29 +51,36 @@ def ends(
     designs: Annotated[flags.File, Parameter(help=_TABLE)],
     /,
     *,
-    out: Annotated[flags.File, flag("CSV file to write.", "--out", "-o")],
+    out: Annotated[flags.File, flag("CSV file to write; - prints the table alone.", "--out", "-o")],
     law: flags.Law = "edge",
     sense: flags.Sense = "+",
     contacts: Annotated[str, flag(_CONTACTS, read=one_of("tip", "all"))] = "tip",
     json: flags.Json = False,
 ) -> int:
     """Find engagement and end of many designs of hinged scales, from a table."""
-    flags.check_places([(out, (".csv",))], [designs])
+    place = output.table_place(flags.problems(), "-o", out, as_json=json)
+    flags.check_places([(place, (".csv",))], [designs])
     flags.problems().settle()
 
     from squama.arrays import designs_table as table
 
     solved = table.solve(designs, law=law, sense=sense, contacts=contacts)
-    if solved.rows:
-        table.write(solved, out)
+    if solved.rows and place is not None:
+        table.write(solved, place)
     for line in solved.problems:
         print(f"squama: error: {line}", file=sys.stderr)
+    if place is None:
+        table.put(solved, sys.stdout)
+        return 2 if solved.bad else 0
     counts = ", ".join(f"{count} {end}" for end, count in solved.ends.items())
     left = f"; {solved.bad} bad left out" if solved.bad else ""
     written = f"wrote {label(out)}" if solved.rows else f"{label(out)} is not written"
     summary = f"{written}: {len(solved.rows)} designs{f' ({counts})' if counts else ''}{left}"
-    place = out if solved.rows else None
-    output.say(json, {"out": place, "rows": len(solved.rows), "bad": solved.bad, "counts": solved.ends}, [summary])
+    output.say(
+        json,
+        {"out": place if solved.rows else None, "rows": len(solved.rows), "bad": solved.bad, "counts": solved.ends},
+        [summary],
+    )
     return 2 if solved.bad else 0
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from squama.cli.output import warnings
 from squama.loads import ENDLESS, NOTHING, ending, fixed, model
+from squama.people import figure
 from squama.units import number, torque_unit
 
 if TYPE_CHECKING:
@@ -44,37 +45,9 @@ class Summary(NamedTuple):
             yield from self.full
 
 
-def figure(value: float, unit: str = "") -> str:
-    """Return a number with its unit, to three digits; "" where it is not known."""
-    return "" if math.isnan(value) else number(value, unit)
-
-
 def percent(share: float) -> str:
     """Return a share in per cent, to three digits; below 0.01 % only that it is."""
     return "below 0.01 %" if 0 < share < 1e-4 else number(100 * share, "%")
-
-
-def per_pitch(angle: float) -> str:
-    """Return a twist or bend (rad per pitch) in degrees per pitch."""
-    return figure(math.degrees(angle), "deg per pitch")
-
-
-def degrees(beam: Beam) -> tuple[float, str]:
-    """Return factor and unit of a twist or bend (rad per pitch): degrees over the whole beam, or of a pitch."""
-    return (math.degrees(beam.pitches), "deg") if beam.scales else (math.degrees(1), "deg per pitch")
-
-
-def turned(angle: float, beam: Beam) -> str:
-    """Return a twist or bend (rad per pitch) in degrees: over the whole beam and per pitch, or per pitch alone."""
-    factor, unit = degrees(beam)
-    own = f" ({per_pitch(angle)})" if beam.scales and math.isfinite(angle) else ""
-    return f"{figure(factor * angle, unit)}{own}"
-
-
-def span(low: float, high: float, beam: Beam) -> str:
-    """Return a range of twists or bends (rad per pitch) in degrees over the whole beam, or per pitch."""
-    factor, unit = degrees(beam)
-    return f"{figure(factor * low)} to {figure(factor * high, unit)}"
 
 
 def energy(per_length: float, beam: Beam) -> str:

@@ -12,10 +12,11 @@ from cyclopts import Parameter
 from squama.cli import flags, output
 from squama.cli.fit import TABLES, Tables
 from squama.cli.flags import flag, settled
-from squama.cli.summary import Summary, figure, modelled, percent, turned
+from squama.cli.summary import Summary, modelled, percent
 from squama.errors import refuse
 from squama.loads import ENDLESS, LOADS, fixed
 from squama.model.outcome import SENTENCES, End
+from squama.people import figure, turned
 from squama.units import moment, number, shown, torque_unit
 
 if TYPE_CHECKING:
@@ -191,7 +192,7 @@ def _summary(beam: Beam, data: xr.Dataset) -> Summary:
     verdict = f"{n} scales take {moment(torque)} at {place}"
     if math.isfinite(endless):
         verdict += f", {percent(torque / endless)} of an endless beam's torque"
-    theta = [f"{round(math.degrees(float(last['theta'][i])), 6) + 0.0:.3g}" for i in (0, n // 2, -1)]
+    theta = [number(round(math.degrees(float(last["theta"][i])), 6) + 0.0) for i in (0, n // 2, -1)]
     decay = figure(float(data["decay"]))
     stress = last["stress"].values if "stress" in last else np.full(n, np.nan)
     other, which = str(data["other_contact"].item()), int(data["scale_end"])

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from squama.cli.summary import figure, modelled, percent, turned
+from squama.cli.summary import modelled, percent
 from squama.curves.both_faces import worst
 from squama.model.outcome import SENTENCES, End
+from squama.people import figure, turned
 from squama.units import moment
 
 if TYPE_CHECKING:

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
-from squama.cli.summary import Summary, degrees, figure, joules, modelled, percent, turned
+from squama.cli.summary import Summary, joules, modelled, percent
 from squama.loads import LOADS
+from squama.people import degrees, figure, turned
 from squama.units import number
 
 if TYPE_CHECKING:

@@ -11,6 +11,8 @@ from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
+from squama.loads import LOADS
+from squama.people import turned
 
 if TYPE_CHECKING:
     from squama.scene.picture import View
@@ -70,10 +72,11 @@ def view(
 
 
 def _record(load: str, found: View) -> dict[str, object]:
-    state, other = found.state, found.state.other
-    shown = {key: getattr(state, key) for key in ("load", "theta", "N", "f", "torque")} | {"scales": state.name}
-    if other:
-        shown["other"] = {"theta": other.theta, "N": other.N, "f": other.f, "scales": other.name}
+    state, kind = found.state, LOADS[load]
+    faces = [{"theta": one.theta, "N": one.N, "f": one.f, "name": one.name} for one in (state, state.other) if one]
+    shown: dict[str, object] = {kind.angle: state.load, kind.torque: state.torque, **faces[0]}
+    if faces[1:]:
+        shown["other"] = faces[1]
     data = {"load": load, "bend": found.motion.setting.bend, "asked": found.asked, "state": shown}
     return {**data, "model": found.model, "warnings": found.notes, "end": str(found.end), "last": found.last}
 
@@ -81,9 +84,10 @@ def _record(load: str, found: View) -> dict[str, object]:
 def _shown(found: View) -> Iterable[str]:
     state, asked = found.state, found.asked
     faces = [f"inclination {math.degrees(one.theta):.4g} deg, {one.name}" for one in (state, state.other) if one]
-    held = f"bent by {bend:.4g} and twisted by " if (bend := found.motion.setting.bend) else ""
+    beam, bend = found.motion.setting.beam, found.motion.setting.bend
+    held = f"bent by {turned(bend, beam)} and twisted by " if bend else ""
     model = f"{found.model}, as in an endless beam"
-    yield f": {held}{state.load:.4g} rad per pitch, {'; on the other face '.join(faces)}; {model}"
+    yield f": {held}{turned(state.load, beam)}, {'; on the other face '.join(faces)}; {model}"
     if asked > found.last:
-        yield f"asked for {asked:.4g} rad per pitch, but the curve ends before: {found.end}; its last state is shown"
+        yield f"asked for {turned(asked, beam)}, but the curve ends before: {found.end}; its last state is shown"
     yield from output.warnings(found.notes)

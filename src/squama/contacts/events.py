@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -11,6 +10,7 @@ import numpy as np
 from squama.contacts import increments
 from squama.contacts.path import COLUMNS, CORNERS, FACE, Answers, features
 from squama.model.elastic_plate import BASE, SIDE_A, SIDE_D, TIP
+from squama.people import per_pitch
 from squama.types import Array
 
 LETTERS = {
@@ -54,7 +54,7 @@ class Event(NamedTuple):
     @property
     def placed(self) -> str:
         """The contact and its way, in words."""
-        return f"{self.contact} at {math.degrees(self.way):.3g} deg per pitch"
+        return f"{self.contact} at {per_pitch(self.way)}"
 
     @property
     def word(self) -> str:

@@ -10,14 +10,12 @@ from squama.batch.keeping import tell
 from squama.contacts import entry, from_endless, increments, path
 from squama.contacts.increments import Legs, Written
 from squama.contacts.system import EPS, MOTIONS, OWN, POWERS, STRAINS, Ties
-from squama.contacts.ties import COUPLE, GRIPPED, LOOSE, freed, of_ends
+from squama.contacts.ties import KINDS, LOOSE, freed, of_ends
+from squama.loads import ending
 from squama.types import Array
 
 MOST = 8
 """Scales that are solved for between loose ends; what the ends of more do follows from these."""
-
-
-_WORDS = {LOOSE: "free ends", GRIPPED: "gripped ends", COUPLE: "a couple at the ends"}
 
 
 class Own(NamedTuple):
@@ -30,7 +28,8 @@ class Own(NamedTuple):
     @property
     def words(self) -> str:
         """The beam in words."""
-        return f"{self.scales} scales, {_WORDS[self.kind]}"
+        (word,) = (word for word, kind in KINDS.items() if kind == self.kind)
+        return f"{self.scales} scales {ending(word)}"
 
 
 _MOTION, _STRAIN, _LOAD = (path.COLUMNS.index(name) for name in ("u_X", "psi", "M"))

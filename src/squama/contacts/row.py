@@ -16,6 +16,7 @@ from squama.contacts import entry, increments, path, states, touch
 from squama.contacts.increments import Legs, Written
 from squama.contacts.system import ENDLESS, EPS, EQUAL, MOTIONS, OWN, PHI, STRAINS, UNTIED, Ties
 from squama.contacts.ties import LOOSE, freed, of_ends
+from squama.people import per_pitch
 from squama.types import Array
 
 _CONTACTS, _EVENTS, _BEGIN = 4, 16, 2e-4
@@ -66,7 +67,7 @@ class Track(NamedTuple):
         if not new.size:
             return None
         c, phi = what[new[0]], float(ways[new[0]])
-        return Other(int(c[touch.FIRST]) + 1, f"{placed(c)} at {math.degrees(phi):.3g} deg per pitch", phi)
+        return Other(int(c[touch.FIRST]) + 1, f"{placed(c)} at {per_pitch(phi)}", phi)
 
 
 def placed(c: Array) -> str:

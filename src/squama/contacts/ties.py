@@ -11,11 +11,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.contacts.system import CHI, EPS, FREE, LOADED, PHI, PSI, STRAINS, UNTIED, Ties
+from squama import loads
+from squama.contacts.system import CHI, EPS, EQUAL, FREE, LOADED, PHI, PSI, STRAINS, UNTIED, Ties
 from squama.types import Array
 
 LOOSE, GRIPPED, COUPLE = range(1, 4)
 """Ends of a row, beside ``EQUAL``: one load in all cells, both ends on one axis, or a couple at both ends."""
+KINDS = {loads.FREE: LOOSE, loads.COUPLE: COUPLE, loads.GRIPPED: GRIPPED, "equal": EQUAL}
+"""Ends by their word."""
 X, Y, Z = np.eye(3)
 TURNS = {PSI: -X, PHI: -Z, CHI: -Y}
 """Axes about which a cell turns by its strains."""

@@ -16,7 +16,7 @@ from squama.curves.doors import How
 from squama.curves.labelled import Answer
 from squama.errors import InputError
 from squama.loads import ENDLESS, LOADS, NOTHING, STRAIGHT, Load, ending, holds
-from squama.units import torque_unit
+from squama.units import number, torque_unit
 
 SEVEN = "joint.matrix knows no bend; squama joint --matrix writes all nine motions"
 
@@ -68,19 +68,19 @@ class Bench(NamedTuple):
         what = "bending moment" if self.load.sided else "torque"
 
         def said(state: State) -> str:
-            return f"{factor * state.torque:.3g} {unit}, {state.stiffness_ratio:.3g} times as stiff as the bar"
+            return f"{number(factor * state.torque)} {unit}, {number(state.stiffness_ratio)} times as stiff as the bar"
 
         def how(state: State, *, held: bool) -> str:
             if not held:
                 return f"free to {bow} (no {what})"
-            by = f" by a {what} of {factor * state.holding:.3g} {unit}" if math.isfinite(state.holding) else ""
+            by = f" by a {what} of {number(factor * state.holding)} {unit}" if math.isfinite(state.holding) else ""
             return f"held {straight}{by}"
 
         if math.isfinite(self.row.torque):
             held_so = f", held {straight}" * self.held
             yield f"  {self.scales} scales {ending(self.ends)}{held_so}: {said(self.row)}"
             shares = (getattr(self.row, name) / getattr(self.endless, name) for name in State._fields[:2])
-            torque, tangent = (f"{share:.3g}" for share in shares)
+            torque, tangent = (number(share) for share in shares)
             yield f"  which is {torque} of the endless beam's {self.load.torque_words} and {tangent} of its stiffness:"
         for state, held in ((self.endless, self.held), (self.other, not self.held)):
             if math.isfinite(state.torque):

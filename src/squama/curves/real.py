@@ -21,6 +21,7 @@ from squama.curves.way import Case
 from squama.errors import refuse
 from squama.joints.choice import Joint, joint_of
 from squama.loads import LOADS, STRAIGHT, STRAINS, Load, holding
+from squama.people import per_pitch
 from squama.types import Array
 from squama.units import change
 
@@ -28,9 +29,7 @@ TAB_LIMIT = 0.025
 """Error of a torque by :func:`rigid_tab` from which on it is told; it may then be twice as large."""
 STRAIN_LIMIT = 0.3
 """Twist per pitch, rad, up to which the model was compared with nonlinear elements."""
-COMPARED = (
-    f"the joint's stiffness was compared with nonlinear elements up to {math.degrees(STRAIN_LIMIT):.3g} deg per pitch"
-)
+COMPARED = f"the joint's stiffness was compared with nonlinear elements up to {per_pitch(STRAIN_LIMIT)}"
 """What is said of cells that are strained farther."""
 TWIST = LOADS["twisting"].verb
 
@@ -213,7 +212,6 @@ def notes(held: Held, beam: Beam, far: float, *, ideal: bool) -> list[str]:
             )
     if far > STRAIN_LIMIT:
         lines.append(
-            f"trust the curve up to {math.degrees(STRAIN_LIMIT):.3g} deg per pitch, not to its end at "
-            f"{math.degrees(far):.3g}: {COMPARED}"
+            f"trust the curve up to {per_pitch(STRAIN_LIMIT)}, not to its end at {math.degrees(far):.3g}: {COMPARED}"
         )
     return lines

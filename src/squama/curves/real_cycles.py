@@ -16,6 +16,7 @@ import numpy as np
 from squama.beam.design import Beam
 from squama.contacts import events, increments, path, row
 from squama.contacts.row import Track
+from squama.contacts.ties import KINDS
 from squama.curves import real, rows
 from squama.curves.curve_figures import loop_figures, loop_table, table, used_senses, work_error
 from squama.curves.hinge_cycles import BRANCHES, STRAIGHT
@@ -52,7 +53,7 @@ def walk(analysis: Analysis) -> States:
     goals, beam, load = analysis.way.values, analysis.beam, analysis.way.load
     check(goals)
     ones = paths(beam, load, float(analysis.mus), goals, ideal=analysis.ideal)
-    one, kind = ones["+"], rows.KINDS.get(analysis.ends)
+    one, kind = ones["+"], KINDS.get(analysis.ends)
     rows.check_ends(kind, one.held, beam.pitches)
     engaged = [sum(o.toward) * (c.phi - _BEFORE) for o in ones.values() for c in o.way.contacts if c.first != -1]
     stations = _stations(load, goals, analysis.points, _apart(engaged))

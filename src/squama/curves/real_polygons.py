@@ -14,6 +14,7 @@ import numpy as np
 
 from squama.contacts import events, increments, path, row, touch
 from squama.contacts.row import Track
+from squama.contacts.ties import KINDS
 from squama.curves import real, rows
 from squama.curves.both_faces import WHOSE
 from squama.curves.curve_figures import PLACES, path_figures, work_error
@@ -112,7 +113,7 @@ def _endless(one: real.Path, stations: Stations) -> Followed:
 
 def _row(analysis: Analysis, one: real.Path, stations: Stations, endless: Followed) -> Followed:
     """Follow all scales of a beam, beside which stands the endless one."""
-    n, kind = analysis.beam.pitches, rows.KINDS[analysis.ends]
+    n, kind = analysis.beam.pitches, KINDS[analysis.ends]
     rows.check_ends(kind, one.held, n)
     loads = [load for load in LOADS.values() if load.verb in analysis.way.loaded]
     axes = tuple(load.axis for load in loads)

@@ -13,16 +13,18 @@ import numpy as np
 
 from squama.beam.design import Beam
 from squama.contacts import entry, events, increments, path, states
+from squama.contacts.ties import KINDS
 from squama.curves import real, rows
 from squama.curves.both_faces import WHOSE
 from squama.curves.curve_figures import FINE, figures, first_at, tangents
 from squama.curves.real_figures import by_load, exchanged, thresholds, touching, values
-from squama.curves.rows import KINDS, Row, Told
+from squama.curves.rows import Row, Told
 from squama.curves.way import OPEN, SLIDING, VERBS, Analysis, Case, Curve, States, Stations, direction, spaced
 from squama.errors import refuse
 from squama.loads import ENDLESS, Load
 from squama.model.elastic_plate import SIDE_D, TIP
 from squama.model.outcome import End
+from squama.people import per_pitch
 from squama.types import Array
 
 _NEAR, _SAME = 1e-5, 1e-6
@@ -165,7 +167,7 @@ def _ending(one: real.Path, answers: path.Answers) -> dict[str, float | int | st
         if second.size and not second[0, 1] >= at:
             (first,), (other,) = path.features(*second[:, 8:11].T)
             met = path.Contact(int(first), int(other), int(second[0, 7]), at := float(second[0, 1]), 0.0, 0.0)
-            words = f"{WHOSE * (i != one.lead)}{one.as_twisted(met, i).words} at {math.degrees(at):.3g} deg per pitch"
+            words = f"{WHOSE * (i != one.lead)}{one.as_twisted(met, i).words} at {per_pitch(at)}"
     return {
         "end": str(name),
         "neighbour": max(0, c.k) if c.first != -1 else 0,

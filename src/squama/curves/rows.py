@@ -13,23 +13,23 @@ import numpy as np
 
 from squama.contacts import increments, row, states
 from squama.contacts.row import Track
-from squama.contacts.system import EQUAL, STRAINS
+from squama.contacts.system import STRAINS
 from squama.contacts.ties import COUPLE, GRIPPED, LOOSE
 from squama.curves import real
 from squama.curves.curve_figures import dissipation
 from squama.curves.real_figures import by_load, values
 from squama.curves.way import Solved, Stations
 from squama.errors import refuse
-from squama.loads import ENDS, Load
+from squama.loads import Load
 from squama.model.elastic_plate import SIDE_D, TIP
 from squama.model.outcome import End
+from squama.people import per_pitch
 from squama.symbols import OF_A_SCALE
 from squama.types import Array
+from squama.units import number
 
 CELLS = "psi_cell", "phi_cell", "chi_cell", "stretch_cell"
 CARRIED = "M_cell", "T_cell", "M_lat_cell", "P_cell"
-KINDS = dict(zip(ENDS, (LOOSE, COUPLE, GRIPPED, EQUAL), strict=False))
-"""Ends of a row by their word."""
 GRIPPED_MOST = 60
 """Most scales between grips, or under a couple: each engages on its own, and time grows as the square of their number.
 """
@@ -152,9 +152,9 @@ def beyond(track: Track, far: float, *loads: Load) -> tuple[str, ...]:
             farthest, mean = np.abs(strains).max(axis=1), np.abs(strains.mean(axis=1))
             i = int((farthest > real.STRAIN_LIMIT).argmax())
             end = np.interp(real.STRAIN_LIMIT, farthest[max(i - 1, 0) : i + 1], mean[max(i - 1, 0) : i + 1])
-            upto, most_of_all = math.degrees(end), math.degrees(most.max())
+            many, most_of_all = most.size * math.degrees(end), math.degrees(most.max())
             found.append(
-                f"trust the curve up to {most.size * upto:.3g} deg ({upto:.3g} deg per pitch): pitch "
+                f"trust the curve up to {number(many, 'deg')} ({per_pitch(float(end))}): pitch "
                 f"{int(most.argmax()) + 1} {load.verb}s by up to {most_of_all:.3g} deg, and {real.COMPARED}"
             )
     return tuple(found)
@@ -208,7 +208,7 @@ def _figures(one: real.Path, track: Track, ends: Row, load: Load) -> dict[str, f
     c, second, apart = one.contact(0), track.other(), _apart(one, track)
     other = second
     if ends.left and c.first >= 0 and c[:3] != (TIP, SIDE_D, 1) and c.phi <= track.end.phi:
-        other = row.Other(1, f"{c.words} at {math.degrees(c.phi):.3g} deg per pitch", c.phi)
+        other = row.Other(1, f"{c.words} at {per_pitch(c.phi)}", c.phi)
     return {
         "end": str(End.NONE if apart else track.end.word),
         "neighbour": max(0, c.k) if c.first != -1 else 0,

@@ -25,8 +25,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from squama.contacts import increments, states
+from squama.contacts.ties import KINDS
 from squama.curves import real, real_cycles
-from squama.curves.rows import KINDS
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.modes import SHAPES, gauss
 from squama.loads import ENDLESS, Load

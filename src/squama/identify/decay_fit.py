@@ -36,6 +36,7 @@ from squama.identify.records import Swings
 from squama.identify.unknowns import PARAMETERS, Parameter, ask, named
 from squama.io.columns import TIME
 from squama.loads import MODES, JointName, LawName, LoadName, ModeName
+from squama.people import per_pitch
 from squama.types import Array
 from squama.units import Dimension
 
@@ -186,11 +187,12 @@ class DecayFit(Estimated):
 
     def report(self) -> dict[str, Any]:
         """Return the whole result as plain data, for JSON."""
+        angle = self.model.load.angle
         return {
             **self.attrs,
             "parameters": self._parameters(at_bound=self.at_bound),
             **{name: getattr(self, name) for name in ("correlation", "noise", "rms")},
-            "points": {"t": self.t, "load": self.angle, "fitted": self.fitted},
+            "points": {"t": self.t, angle: self.angle, f"{angle}_fit": self.fitted},
             "notes": list(self.notes),
             "beam": self.beam.model_dump(),
             "squama_version": __version__,
@@ -202,7 +204,7 @@ class DecayFit(Estimated):
     @property
     def sizes(self) -> list[tuple[str, str]]:
         """Residuals and points in words, each with its name."""
-        rms, noise = (f"{math.degrees(v):.3g} deg per pitch" for v in (self.rms, self.noise))
+        rms, noise = (per_pitch(v) for v in (self.rms, self.noise))
         return [("residual", f"rms {rms}; noise of a point {noise}"), ("points", f"{self.t.size}")]
 
     def dataset(self) -> xr.Dataset:

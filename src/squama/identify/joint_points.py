@@ -22,7 +22,8 @@ import math
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.curves import real, real_cycles, rows
+from squama.contacts.ties import KINDS
+from squama.curves import real, real_cycles
 from squama.errors import InputError
 from squama.identify.hinge_points import Physical
 from squama.identify.readings import Readings
@@ -63,7 +64,7 @@ class Walked:
     @property
     def kind(self) -> int | None:
         """The ends of a beam with a number of scales, None of the endless one."""
-        return rows.KINDS.get(self.ends)
+        return KINDS.get(self.ends)
 
     @property
     def finite(self) -> bool:

@@ -13,6 +13,7 @@ from squama import arguments
 from squama.beam import matrixfile
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
+from squama.contacts.ties import KINDS
 from squama.curves import doors, hinge_cycles, rows
 from squama.curves.chosen import chosen
 from squama.curves.real import Held
@@ -125,7 +126,7 @@ def ends(joint: str, wanted: Wanted, word: str | None) -> str:
         return ENDLESS
     asked = doors.analysis(wanted.beam, Way.of(wanted.load, [1.0]), load, points=3, mu=0.0, law=wanted.law, joint=joint)
     found = doors.ends_of(asked, word, history=True)
-    if (ended := rows.KINDS.get(found)) is not None:
+    if (ended := KINDS.get(found)) is not None:
         # the joint may take finite elements
         rows.check_ends(ended, Held.of(wanted.beam), wanted.beam.pitches)
     return found

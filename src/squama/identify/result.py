@@ -249,7 +249,7 @@ class Fit(Found):
 
     def report(self) -> dict[str, Any]:
         """Return the whole result as plain data, for JSON."""
-        rec, samples, asked = self.record, self.posterior, self.asked
+        rec, samples, asked, load = self.record, self.posterior, self.asked, TESTS[self.load]
         columns = (asked.low, asked.high, asked.start, self.at_bound)
         labels = [specimen.label for specimen in rec.specimens]
         drawn = samples and {
@@ -271,10 +271,10 @@ class Fit(Found):
             "starts": dict(zip(("agreed", "of"), self.starts, strict=True)),
             "points": {
                 "specimen": [labels[i] for i in rec.specimen.tolist()],
-                "load": rec.load,
-                "torque": rec.torque,
-                "fitted": self.fitted,
-                "error": self.band,
+                load.angle: rec.load,
+                load.torque: rec.torque,
+                f"{load.torque}_fit": self.fitted,
+                f"{load.torque}_error": self.band,
                 "residual": self.residuals,
                 **self._of("branch", "used"),
             },

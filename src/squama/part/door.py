@@ -27,6 +27,7 @@ from squama.part.definition import Part
 from squama.part.grading import Grades
 from squama.part.loading import Load, Support
 from squama.part.told import Told
+from squama.units import number
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -179,11 +180,11 @@ def _solve(
         stiffer = section.clamped_ratio(bar.width, bar.thickness, long, bar.poisson_ratio)
         notes.append(
             "the grips leave the bar's ends free to warp: clamps that hold them plane make a bar without scales "
-            f"{stiffer:.3g} times as stiff in twist"
+            f"{number(stiffer)} times as stiff in twist"
         )
     most = float(np.abs(told.track.cells[..., :3]).max())
     if most > real.STRAIN_LIMIT:
         notes.append(
-            f"give a smaller load: pitches bend or twist by up to {math.degrees(most):.3g} deg, and {real.COMPARED}"
+            f"give a smaller load: pitches bend or twist by up to {number(math.degrees(most))} deg, and {real.COMPARED}"
         )
     return States(told.by_dim(), real.attributes(one.held, NOTHING), notes)

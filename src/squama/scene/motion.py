@@ -23,10 +23,11 @@ from squama.loads import LOADS
 from squama.model import twisting
 from squama.model.outcome import End
 from squama.model.paths import ARRAY
+from squama.people import over, turned
 from squama.scene.geometry import Attitude, Load
 from squama.symbols import OTHER
 from squama.types import Array
-from squama.units import moment
+from squama.units import moment, number
 
 MOST_SCALES = 60
 """A longer beam is drawn with this many scales."""
@@ -227,11 +228,10 @@ class Motion:
         """Say in words what a state is: loads, inclination, torque, friction."""
         beam, bend = self.setting.beam, self.setting.bend
         turns = {"bend": bend, "twist": state.load} if bend else {self.kind.verb: state.load}
-        whole = ", ".join(f"{verb} {math.degrees(v) * beam.pitches:.1f}°" for verb, v in turns.items())
-        pitch = ", ".join(f"{math.degrees(v):.2f}°" for v in turns.values())
-        load = f"{whole[0].upper()}{whole[1:]} over {beam.extent} ({pitch} per pitch)"
+        load = ", ".join(f"{verb} {turned(v, beam)}" for verb, v in turns.items()) + over(beam)
         torque = f"{self.kind.torque_words} {moment(state.torque)}"
-        return f"{load}, {torque}, inclination {math.degrees(state.theta):.1f}°, µ = {self.setting.mu:g}"
+        theta = number(math.degrees(state.theta), "deg")
+        return f"{load[0].upper()}{load[1:]}, {torque}, inclination {theta}, µ = {self.setting.mu:g}"
 
     def samples(self, points: int) -> list[State]:
         """Return states from no load to the last one, closer together where the inclination changes fast."""

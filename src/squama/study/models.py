@@ -17,7 +17,7 @@ from squama.beam import joint_law
 from squama.beam.design import Beam
 from squama.contacts.own_scales import Own
 from squama.contacts.path import RANGE
-from squama.contacts.ties import COUPLE, GRIPPED, LOOSE
+from squama.contacts.ties import KINDS
 from squama.curves import real
 from squama.curves.chosen import Chosen, chosen, idealisation, thin
 from squama.errors import naming, refuse
@@ -205,8 +205,8 @@ def own_scales(beam: Beam, load: str, *, bent: bool) -> Own | None:
     """Return the number of scales and the ends of a beam that has such; grips are of one that is twisted alone."""
     if beam.scales is None or beam.scales > loads.MANY_SCALES or beam.other:
         return None
-    kinds = {} if bent else {loads.COUPLE: COUPLE, loads.GRIPPED: GRIPPED if LOADS[load].sided else LOOSE}
-    return Own(beam.scales, kinds.get(beam.ends or "", LOOSE))
+    loose = bent or beam.ends is None or (beam.ends == loads.GRIPPED and not LOADS[load].sided)
+    return Own(beam.scales, KINDS[loads.FREE if loose else str(beam.ends)])
 
 
 def _engagement(beam: Beam, load: str, sense: str, *, ideal: bool) -> float:

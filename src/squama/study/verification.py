@@ -22,6 +22,7 @@ from squama.fe.mesh import pitch_mesh
 from squama.fe.pitch_stiffness import response
 from squama.io import datasets, files
 from squama.loads import ENDLESS, STRAIGHT, SenseName, model
+from squama.people import per_pitch
 from squama.study import parts
 from squama.types import Array
 
@@ -210,7 +211,7 @@ def verdict(touched: float, last: float, meets: float, degrees: float) -> str:
 
     ``touched``: twist from which on scales touch; ``meets``: where the first model has them touch, inf for nowhere.
     """
-    reach = f"{last * degrees:.3g} deg ({math.degrees(last):.3g} deg per pitch)"
+    reach = f"{last * degrees:.3g} deg ({per_pitch(last)})"
     if touched < math.inf:
         return f"twisted to {reach}, the scales touch from {touched * degrees:.3g} deg on"
     more = f'; they touch at {meets * degrees:.3g} deg: write --to "{1.5 * meets:.2g} rad/pitch"'

@@ -93,7 +93,7 @@ def _words(data: xr.Dataset) -> list[str]:
     top = data.isel(point=int(data["share"].values.argmax()))
     newtons, travel, bare = (float(top[name]) for name in ("F", "travel", "F_bare"))
     ratio = newtons / bare if bare else math.nan
-    stiffer = f", {ratio:.3g} times the force without contact" if math.isfinite(ratio) else ""
+    stiffer = f", {number(ratio)} times the force without contact" if math.isfinite(ratio) else ""
     if abs(ratio - 1) < 5e-3:
         stiffer = ", as without contact"
     engaged = float(data["share_e"])

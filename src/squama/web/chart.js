@@ -12,6 +12,15 @@ function told({ axes, ends, lines }, { value }) {
   return [sides.join(", "), `<b>${ends[value[2]]}</b>`, ...figures].join("<br>");
 }
 
+// What is said of the points of lines under the pointer: the twist, and each line's value, with their units.
+function read([across, up], points) {
+  const figure = (value, unit) => `${Number(value.toPrecision(3))} ${unit}`;
+  const rows = points.map(({ marker, seriesName, value }) => {
+    return `${marker}${echarts.format.encodeHTML(seriesName)}: <b>${figure(value[1], up)}</b>`;
+  });
+  return [figure(points[0].value[0], across), ...rows].join("<br>");
+}
+
 export default {
   props: { options: Object, renderer: String },
   emits: ["picked"],
@@ -32,7 +41,8 @@ export default {
     draw() {
       const { words, ...options } = toRaw(this.options);
       // functions do not come from the server: this one is made here from words that do
-      if (words) options.tooltip = { ...options.tooltip, formatter: (cell) => told(words, cell) };
+      const said = (found) => (words.units ? read(words.units, found) : told(words, found));
+      if (words) options.tooltip = { ...options.tooltip, formatter: said };
       // lines that are there no more go only with all the others
       const lines = options.series.length;
       this.chart.setOption(options, { notMerge: lines !== this.lines });

@@ -11,7 +11,7 @@ from squama.loads import HELD, LOADS
 from squama.plot.palette import KEPT, THEMES
 from squama.types import Array
 from squama.units import prefix
-from squama.web import live, tables
+from squama.web import fields, live, tables
 from squama.web.state import State
 from squama.web.tables import Fitted, Table
 
@@ -142,17 +142,32 @@ def frame(state: State, plot: str, table: Table | None = None, fit: Fitted | Non
     return Frame(right, 1.04 * min(low, 0.0), 1.04 * top or 1.0)
 
 
-def labels(state: State, plot: str, ends: Frame) -> tuple[str, str, float]:
-    """Return the labels of a plot's axes, across and up, and the factor of the unit."""
-    names = LOADS[state.load]
+class Axis(NamedTuple):
+    """An axis: what it shows, its unit, and the factor from SI (or deg, of an inclination) to it."""
+
+    words: str
+    unit: str
+    factor: float
+
+    @property
+    def label(self) -> str:
+        """What it shows, with the unit."""
+        return f"{self.words} ({self.unit})"
+
+
+def axes(state: State, plot: str, ends: Frame) -> tuple[Axis, Axis]:
+    """Return the axes of a plot, across and up."""
     factor, sign = (1.0, "") if plot == "theta" else prefix(ends.top)
-    up = {
-        "torque": f"{live.torque_label(state.load)} ({sign}N m)",
-        "theta": "Inclination θ (deg)",
-        "f": f"Friction force f ({sign}N)",
-        RESIDUAL: f"{names.torque}, measured − computed ({sign}N m)",
+    words, unit = {
+        "torque": (live.torque_label(state.load), "N m"),
+        "theta": ("Inclination θ", "deg"),
+        "f": ("Friction force f", "N"),
+        RESIDUAL: (f"{LOADS[state.load].torque}, measured − computed", "N m"),
     }[plot]
-    return f"{names.angle_words.capitalize()} {names.letter} (rad)", up, factor
+    # kept designs may have other numbers of scales
+    turn = fields.of("twist", state.beam, *(one.beam for one in state.kept), load=state.load)
+    across = Axis(f"{turn.label} {turn.symbol}", turn.unit, turn.turn)
+    return across, Axis(words, sign + unit, factor)
 
 
 def line_options(
@@ -160,19 +175,22 @@ def line_options(
 ) -> Options:
     """Return the options of one plot."""
     look, ends = THEMES["dark" if dark else "light"], frame(state, plot, table, fit)
-    across, up, factor = labels(state, plot, ends)
-    up_axis = axis("", look, max=_short(ends.top * factor), min=_short(ends.low * factor))
+    across, up = axes(state, plot, ends)
+    drawn = lines(state, plot, dark=dark, table=table, fit=fit)
+    up_axis = axis("", look, max=_short(ends.top * up.factor), min=_short(ends.low * up.factor))
     # an axis that begins at no round number
     up_axis["axisLabel"]["showMinLabel"] = not ends.low
     # the axis across stays at the lower border where values are negative
     below = {"show": True, "onZero": False, "lineStyle": {"color": look["ink"]}}
     return {
-        **ground(f"{up} against {across}", ROOM),
-        "title": {"text": up, "left": 4, "top": 2, "textStyle": {"color": look["ink"], "fontSize": 12}},
+        **ground(f"{up.label} against {across.label}", ROOM),
+        "title": {"text": up.label, "left": 4, "top": 2, "textStyle": {"color": look["ink"], "fontSize": 12}},
         "tooltip": {"trigger": "axis", "confine": True, "axisPointer": {"type": "line"}},
-        "xAxis": axis(across, look, nameGap=20, min=0, max=_short(ends.right), axisLine=below),
+        # what the browser says of the points under the pointer (chart.js)
+        "words": {"units": [across.unit, up.unit]},
+        "xAxis": axis(across.label, look, nameGap=20, min=0, max=_short(ends.right * across.factor), axisLine=below),
         "yAxis": up_axis,
-        "series": [_series(line, factor) for line in lines(state, plot, dark=dark, table=table, fit=fit)],
+        "series": [_series(line, across.factor, up.factor) for line in drawn],
     }
 
 
@@ -197,8 +215,8 @@ def point(state: State, plot: str, table: Table | None = None) -> Point:
     return Point(left, top, RIGHT if now.load > ends.right else "" if top else UP)
 
 
-def _series(line: Line, factor: float) -> Options:
-    pairs = [[_short(x), _short(y)] for x, y in zip(line.x.tolist(), (factor * line.y).tolist(), strict=True)]
+def _series(line: Line, across: float, up: float) -> Options:
+    pairs = [[_short(across * x), _short(up * y)] for x, y in zip(line.x.tolist(), line.y.tolist(), strict=True)]
     look = {"itemStyle": {"color": line.colour}, "clip": True, "silent": True}
     if line.points:
         return {"name": line.name, "type": "scatter", "data": pairs, "symbolSize": 4, **look}

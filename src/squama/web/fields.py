@@ -8,25 +8,38 @@ from typing import Any, NamedTuple
 from squama.beam.beamfile import NUMBERS
 from squama.beam.design import Beam
 from squama.beam.parts import RATIOS, Scale
-from squama.units import MARGIN, UNITS, Bounds, Dimension, bounded, is_number, quantity
+from squama.errors import refuse
+from squama.loads import LOADS
+from squama.people import degrees, over
+from squama.units import (
+    MARGIN,
+    UNITS,
+    Bounds,
+    Dimension,
+    NoLengthError,
+    bounded,
+    is_number,
+    number,
+    quantity,
+    shown,
+)
 
 MEASURES: dict[str, tuple[Dimension, Bounds]] = {
     **NUMBERS,
     **{name: (Dimension.RATIO, bounds) for name, bounds in RATIOS.items()},
-    # a curve ends before
-    "twist": (Dimension.RATIO, Bounds(0.0, 10.0, "0 to 10 rad/pitch", closed=True, example="0.2")),
-    "bend": (Dimension.RATIO, Bounds(-1.0, 1.0, "-1 to 1 rad/pitch", closed=True, example="0.05")),
     "margin": (Dimension.RATIO, MARGIN),
     "beam.scales": (Dimension.RATIO, Bounds(2, 1e6, "a whole number from 2 to 1000000", closed=True, example="25")),
 }
 """What the numbers of the page measure, and their bounds, by their places."""
+TURNS = {"twist": (0.0, 10.0), "bend": (-1.0, 1.0)}
+"""Smallest and largest twist, and bend that is held, rad per pitch; a curve ends before."""
 
 
 class Field(NamedTuple):
     """A number on the page: shown in ``unit``, its slider from ``low`` to ``high`` (shown units).
 
     ``place`` is "table.key" of the beam file, the name of a ratio, or one of :data:`PLAIN`; ``group`` the part of the
-    page.
+    page. ``turn``: of a twist or bend (rad per pitch) its factor to the unit that is shown, see :func:`of`.
     """
 
     label: str
@@ -39,17 +52,30 @@ class Field(NamedTuple):
     log: bool = False
     whole: bool = False
     optional: bool = False
+    turn: float = 0.0
 
     @property
     def factor(self) -> float:
         """SI units in the unit that is shown."""
+        if self.turn:
+            return 1 / self.turn
         _, factor, divisor = UNITS.get(self.unit, UNITS[""])
         return factor / divisor
 
     @property
     def allowed(self) -> str:
         """The range in words: what is allowed, and where the slider goes."""
-        return f"{MEASURES[self.place][1].allowed.split(';')[0]} (slider {self.low:g} to {self.high:g})"
+        if self.turn:
+            low, high = (number(self.turn * limit) for limit in TURNS[self.place])
+            words = f"{low} to {high} {self.unit}"
+        else:
+            words = MEASURES[self.place][1].allowed.split(";")[0]
+        return f"{words} ({self.slider})"
+
+    @property
+    def slider(self) -> str:
+        """Where the slider goes, in words."""
+        return f"slider {self.low:g} to {self.high:g}"
 
     def read(self, text: str) -> float | int | None:
         """Return the SI value of what was entered: a number in the field's unit, or a number with its own unit.
@@ -68,13 +94,55 @@ class Field(NamedTuple):
         return "" if value is None else f"{value / self.factor:.6g}"
 
 
+def of(name: str, *beams: Beam, load: str = "twisting") -> Field:
+    """Return a field as it is shown of beams: a twist or bend in degrees, over all scales or per pitch."""
+    field = FIELDS[name]
+    if name not in TURNS:
+        return field
+    factor, unit = degrees(*beams)
+    whole = over(beams[0]) if unit == "deg" else ""
+    kind = LOADS[load if name == "twist" else "bending"]
+    words = kind.verb.capitalize() if name == "twist" else field.label
+    low, high = (float(f"{factor * limit:.2g}") for limit in (field.low, field.high))
+    symbol = f"N{kind.letter}" if whole else kind.letter
+    return field._replace(label=f"{words}{whole}", symbol=symbol, unit=unit, low=low, high=high, turn=factor)
+
+
+def turn(name: str, text: str, beam: Beam, load: str) -> float:
+    """Return the twist or bend (rad per pitch) that was entered, "300", "20 deg/pitch", "5 rad/m", "90 deg total".
+
+    A number, and an angle without a length, is what the field shows: over all scales, or per pitch of an endless beam.
+
+    Raises InputError: it is no twist or bend, or out of range.
+    """
+    kind = LOADS[load if name == "twist" else "bending"]
+    given = f"{text} deg" if is_number(text) else text
+    size = {"pitch": beam.pitch, "scales": beam.pitches}
+    try:
+        angle = beam.pitch * kind.read(given, **size, bare=False)
+    except NoLengthError:
+        angle = beam.pitch * kind.read(f"{given}{' total' if beam.scales else '/pitch'}", **size, bare=False)
+    return within(name, angle, text, beam, load)
+
+
+def within(name: str, angle: float, text: str, beam: Beam, load: str) -> float:
+    """Return a twist or bend (rad per pitch), given as this text, that is in range. Raises InputError: it is not."""
+    low, high = TURNS[name]
+    if not low <= angle <= high:
+        field = of(name, beam, load=load)
+        example = number(float(f"{0.1 * field.turn:.1g}"), field.unit)
+        allowed = field.allowed.partition(" (")[0]
+        refuse("", shown(text), f"is out of range ({allowed})", f"write e.g. {example}")
+    return angle
+
+
 _RATIOS, _SIZES, _BAR, _LOAD = "Ratios", "Dimensions and angles", "Material and joint", "Loading"
 _T_S = "t\N{LATIN SUBSCRIPT SMALL LETTER S}"
 _NU, _SIGMA, _EPS = "\N{GREEK SMALL LETTER NU}", "\N{GREEK SMALL LETTER SIGMA}", "\N{GREEK SMALL LETTER EPSILON}"
 _given = partial(Field, group=_BAR, optional=True)
 FIELDS: dict[str, Field] = {
-    "twist": Field("Twist per pitch", "φ", "rad/pitch", 0, 1, "twist", _LOAD),
-    "bend": Field("Bend held per pitch", "ψ", "rad/pitch", -0.2, 0.2, "bend", _LOAD),
+    "twist": Field("Twist", "φ", "rad/pitch", 0, 1, "twist", _LOAD, turn=1.0),
+    "bend": Field("Bend held", "ψ", "rad/pitch", -0.2, 0.2, "bend", _LOAD, turn=1.0),
     "mu": Field("Friction coefficient", "μ", "", 0, 2, "friction.mu", _LOAD),
     "margin": Field("Cut-off margin before a lock", "m", "", 1e-4, 0.5, "margin", _LOAD, log=True),
     "length": Field("Scale length, exposed", "l", "mm", 2, 200, "scale.length", _SIZES, log=True),

@@ -22,12 +22,14 @@ from squama.io import datasets
 from squama.loads import ENDLESS, LOADS, ending
 from squama.loads import FREE as LOOSE
 from squama.model.outcome import SENTENCES, End
+from squama.people import degrees, over, turned
 from squama.plot.palette import WORDS
 from squama.scene import standalone
 from squama.scene.motion import FREE, SLIDING, Motion, Setting
 from squama.study import columns, models, real_columns
 from squama.types import Array
 from squama.units import number, prefix
+from squama.web import fields
 from squama.web.fields import FIELDS
 from squama.web.state import State, read
 
@@ -204,12 +206,11 @@ def swing(state: State) -> Swing:
     zeta = found["zeta_cycle"].values.tolist()
     words = "friction holds it on the way back"
     if zeta:
-        words = (
-            f"damping ratio {zeta[0]:.3g} in the first cycle, {zeta[-1]:.3g} in cycle {len(zeta)}, by friction alone"
-        )
+        first, last = number(zeta[0]), number(zeta[-1])
+        words = f"damping ratio {first} in the first cycle, {last} in cycle {len(zeta)}, by friction alone"
     own = warnings(state)
     more = [f"Warning: {line}" for line in found.attrs["warnings"].splitlines() if line not in own]
-    return Swing(frames, STEP, "\n".join([f"Let go at {number(top)} rad per pitch: {words}.", *more]))
+    return Swing(frames, STEP, "\n".join([f"Let go at {turned(top, state.beam)}: {words}.", *more]))
 
 
 def prepare(state: State) -> None:
@@ -232,9 +233,9 @@ def scene(state: State) -> dict[str, object]:
     now, design, many = m.state(state.twist), m.shape(), state.beam.pitches
     count = f"{many} scales" if design["scales"] == many else f"{design['scales']} of {many} scales"
     # what the view shows, for those who do not see it
-    bent = f"bent by {number(state.bend)} and " if state.bent else ""
+    bent = f"bent by {turned(state.bend, state.beam)} and " if state.bent else ""
     words = (
-        f"Beam of {count}, {bent}{LOADS[state.load].done} by {number(now.load)} rad per pitch; "
+        f"Beam of {count}, {bent}{LOADS[state.load].done} by {turned(now.load, state.beam)}; "
         f"scales at {number(math.degrees(now.theta))} degrees, {WORDS[now.name]}"
     )
     return {"design": design, "state": {**now._asdict(), "mu": state.mu}, "words": words}
@@ -248,22 +249,20 @@ def readings(state: State) -> list[tuple[str, str]]:
     more = [("stress", quantity(stress, "Pa"))] if math.isfinite(stress) else []
     found = loop(state) if state.path == "cycle" else ""
     if not isinstance(found, str) and found["W_d"].size:
-        more += [("dissipated", quantity(float(found["W_d"][0]), "J/m")), ("ζ_eq", f"{found['zeta_eq'][0]:.3g}")]
+        more += [("dissipated", quantity(float(found["W_d"][0]), "J/m")), ("ζ_eq", number(found["zeta_eq"][0]))]
     return [
-        (names.verb.capitalize(), turned(now.load, state) + f" over {state.beam.extent}" * bool(state.beam.scales)),
+        (names.verb.capitalize(), turned(now.load, state.beam) + over(state.beam)),
         (torque_label(state.load), quantity(now.torque, "N m")),
-        ("θ", f"{number(math.degrees(now.theta))}°"),
+        ("θ", number(math.degrees(now.theta), "deg")),
         ("normal force", quantity(now.N, "N")),
         ("friction force", quantity(now.f, "N")),
         *more,
     ]
 
 
-def turned(angle: float, state: State) -> str:
-    """Return a twist or bend (rad per pitch) in degrees: over the whole beam and per pitch, or per pitch alone."""
-    each = math.degrees(angle)
-    pitch = f"{number(each)}° per pitch"
-    return f"{number(each * state.beam.pitches)}° ({pitch})" if state.beam.scales else pitch
+def angles(state: State) -> tuple[float, str]:
+    """Return factor and unit of twists or bends (rad per pitch) of a state and its kept designs in one place."""
+    return degrees(state.beam, *(one.beam for one in state.kept))
 
 
 def verdict(state: State) -> str:
@@ -271,17 +270,17 @@ def verdict(state: State) -> str:
     m, kind = motion(state.setting), LOADS[state.load]
     if not math.isfinite(engaged := float(m.figures["load_e"])):
         return f"Endless beam: the scales never touch; {kind.done}, it is as soft as its bar"
-    free = f"free until {turned(engaged, state)}" if engaged else f"the scales touch before it is {kind.done}"
+    free = f"free until {turned(engaged, state.beam)}" if engaged else f"the scales touch before it is {kind.done}"
     free = f"Endless beam: {free}"
     if m.end.locks:
-        return f"{free}, locks at {turned(float(m.figures['load_end']), state)}"
+        return f"{free}, locks at {turned(float(m.figures['load_end']), state.beam)}"
     now = min(state.twist, m.last)
     ratio = m.value("stiffness_ratio", now) if now > engaged else math.nan
     if not math.isfinite(ratio):
         return f"{free}{'' if now > engaged else '; the scales do not touch yet'}"
     if ratio < 0:
-        return f"{free}, the {kind.torque_words} falls at {turned(now, state)}"
-    return f"{free}, {ratio:.3g} times as stiff as the bar at {turned(now, state)}"
+        return f"{free}, the {kind.torque_words} falls at {turned(now, state.beam)}"
+    return f"{free}, {number(ratio)} times as stiff as the bar at {turned(now, state.beam)}"
 
 
 @functools.lru_cache(maxsize=64)
@@ -317,16 +316,16 @@ def outcome(state: State) -> tuple[str, str, str]:
     m = motion(state.setting)
     p, where = m.figures, []
     if m.end is not End.NONE:
-        where.append(f"at {turned(float(p['load_end']), state)}")
+        where.append(f"at {turned(float(p['load_end']), state.beam)}")
     for role, words in THRESHOLDS.items():
         if math.isfinite(p.get(role, math.nan)):
-            where.append(f"{words} {turned(float(p[role]), state)}")
+            where.append(f"{words} {turned(float(p[role]), state.beam)}")
     if other := str(p["other_contact"]):
         where.append(f"other contact: {other}")
     words = SENTENCES[m.end]
     sentence = f"{words[0].upper()}{words[1:]}."
     if state.twist > m.last:
-        sentence += f" Shown at its last state, {turned(m.last, state)}."
+        sentence += f" Shown at its last state, {turned(m.last, state.beam)}."
     return str(m.end), "; ".join(where), sentence
 
 
@@ -342,15 +341,15 @@ def _described(state: State, names: Sequence[str], states: Sequence[State]) -> s
     """Return fields of one of some designs as symbol and value, and its sense where that differs."""
     words = []
     for name in names:
-        field = FIELDS[name]
+        field = fields.of(name, *(one.beam for one in (state, *states)), load=state.load)
         values = [one.value(name) for one in (state, *states)]
         # as short as tells them apart
         for digits in (3, 4, 6):
             own, *every = ("not given" if v is None else f"{v / field.factor:.{digits}g}" for v in values)
             if len({*every}) == len({*values}):
                 break
-        unit = "" if values[0] is None else {"": "", "deg": "°"}.get(field.unit, f" {field.unit}")
-        words.append(f"{field.symbol} = {own}{unit}")
+        unit = "" if values[0] is None else field.unit
+        words.append(f"{field.symbol} = {own} {unit}".strip())
     if len({one.sense for one in states}) > 1:
         words.append(f"sense {state.sense}")
     return ", ".join(words)
@@ -360,22 +359,22 @@ def compared(state: State) -> list[dict[str, str]]:
     """Return a row of figures for each kept design and for the one that is shown."""
     rows, alike = [], all(one.load == state.load for one in state.kept)
     every = [*state.kept, state]
-    fields = _differing(every)
+    differing, turn = _differing(every), angles(state)[0]
     for name, one in zip([*NAMES[: len(state.kept)], "now"], every, strict=True):
         m = motion(one.setting)
         figures = m.figures
         row = {
             "name": name,
-            "what": _described(one, fields, every),
+            "what": _described(one, differing, every),
             "model": m.model if alike else f"{one.load}, {m.model}",
             "end": str(m.end),
-            "engagement": number(math.degrees(figures["load_e"])),
+            "engagement": number(turn * figures["load_e"]),
         }
         if m.end is End.NONE:
             rows.append(row | {"at": "-", "torque": "-", "RED": "-"})
         else:
             torque = quantity(figures["torque_c"], "N m")
-            at = number(math.degrees(figures["load_end"]))
+            at = number(turn * figures["load_end"])
             rows.append(row | {"at": at, "torque": torque, "RED": number(figures["RED_c"])})
     return rows
 
@@ -397,7 +396,7 @@ def warnings(state: State) -> list[str]:
 def quantity(value: float, unit: str) -> str:
     """Return a number with the prefix of its unit."""
     factor, sign = prefix(value)
-    return f"{value * factor:.3g} {sign}{unit}"
+    return f"{number(value * factor)} {sign}{unit}"
 
 
 def make_file(state: State, kind: str) -> tuple[str, bytes]:

@@ -17,9 +17,11 @@ from squama.curves.chosen import idealisation, thin
 from squama.errors import refuse
 from squama.loads import LOADS
 from squama.model.outcome import CODES
+from squama.people import PITCH, degrees
 from squama.plot.palette import DARK_ENDS, ENDED, ENDS, KEPT, SOFTER, STEPS, THEMES
 from squama.study import columns, hinge_columns, real_columns
 from squama.types import Array
+from squama.units import number
 from squama.web import charts, live
 from squama.web.fields import FIELDS, placed
 from squama.web.state import State, preset
@@ -49,8 +51,8 @@ CLASSES = [
     "not computed",
 ]
 _FIGURES = {
-    True: ["ends at {4}° per pitch, RED = {5}"],
-    False: ["ends at {4}° per pitch", "{5} times as stiff as the bar"],
+    True: ["ends at {end}, RED = {{5}}"],
+    False: ["ends at {end}", "{{5}} times as stiff as the bar"],
 }
 """What is said of a cell: on hinges, and of compliant joints."""
 _ELASTIC = ("scale_modulus", "scale_poisson")
@@ -122,7 +124,8 @@ class Key:
     @property
     def title(self) -> str:
         """What the map shows."""
-        return "Ends on hinges" if self.at is None else f"Stiffness at {math.degrees(self.at):.3g}°/pitch"
+        turn, unit = degrees(self.beam)
+        return "Ends on hinges" if self.at is None else f"Stiffness at {number(turn * self.at, unit)}"
 
 
 class Grid(NamedTuple):
@@ -148,7 +151,8 @@ def key(state: State, x: str, y: str) -> Key:
     ideal = thin(LOADS[state.load], state.law, m.joint, ideal=m.ideal)
     at = None if m.joint == "hinge" else min(state.twist, m.last)
     beam = state.beam
-    return Key(x, y, (*fixed, beam.joint.matrix, beam.neutral, beam.held), *state[2:6], ideal, at, beam)
+    # the number of scales: angles are said over all of them
+    return Key(x, y, (*fixed, beam.scales, beam.joint.matrix, beam.neutral, beam.held), *state[2:6], ideal, at, beam)
 
 
 @functools.lru_cache(maxsize=8)
@@ -208,18 +212,20 @@ def options(wanted: Key, found: Grid, *, dark: bool) -> charts.Options:
     names = [{"type": "category", "show": False, "data": list(range(n))} for n in SIZE]
     every, colours = _words(wanted), classes(wanted, found, dark=dark)
     pieces = [{"value": every.index(name), "color": colour} for name, colour in colours.items()]
-    # column, row, class, engagement and end (deg per pitch), figure; what is not finite is left out
-    cells = []
+    # column, row, class, engagement and end, figure, engagement and end per pitch; what is not finite is left out
+    cells, (turn, unit) = [], degrees(wanted.beam)
     for (j, i), code in np.ndenumerate(found.code):
-        loads = (math.degrees(v[j, i]) for v in (found.load_e, found.load_end))
-        figures = [float(f"{v:.3g}") for v in (*loads, found.figure[j, i])]
+        loads = [v[j, i] for v in (found.load_e, found.load_end)]
+        each = [math.degrees(v) for v in loads] if wanted.beam.scales else []
+        figures = [float(f"{v:.3g}") for v in (*(turn * v for v in loads), found.figure[j, i], *each)]
         cells.append([i, j, int(code), *(v if math.isfinite(v) else None for v in figures)])
     # what the browser says of a cell under the pointer (chart.js): symbol, unit, first value and step of the axes; a
     # number in braces is a place in the cell, and a line whose number is missing is left out
+    first, end = (f"{{{i}}} {unit}" + f" ({{{i + 3}}} {PITCH})" * bool(wanted.beam.scales) for i in (3, 4))
     words = {
         "axes": [[FIELDS[a.name].symbol, FIELDS[a.name].unit, a.low, a.step] for a in sides],
         "ends": every,
-        "lines": ["engages at {3}° per pitch", *_FIGURES[wanted.at is None]],
+        "lines": [f"engages at {first}", *(line.format(end=end) for line in _FIGURES[wanted.at is None])],
     }
     tip = {"trigger": "item", "confine": True, "padding": [4, 8], "textStyle": {"fontSize": 12, "lineHeight": 15}}
     heat = {"type": "heatmap", "name": "end", "id": "cells", "xAxisIndex": 0, "yAxisIndex": 0, "data": cells}

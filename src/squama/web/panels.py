@@ -12,7 +12,7 @@ from nicegui import ui
 
 from squama.loads import FREE, LOADS
 from squama.plot.palette import KEPT, STATES, WORDS
-from squama.web import bench, live, map, state, tables  # noqa: A004 - the module is named after what it draws
+from squama.web import bench, fields, live, map, state, tables  # noqa: A004 - the module is named after what it draws
 from squama.web.charts import Line
 from squama.web.fields import CHOICES, FIELDS, MATERIALS, OTHER, material
 from squama.web.state import PRESETS, State
@@ -112,13 +112,10 @@ class Controls:
         names, m = LOADS[now.load], live.motion(now.setting)
         laws = live.own_joint(now)
         for name, field in self.fields.items():
-            value = now.value(name)
+            look = fields.of(name, now.beam, load=now.load)
             if name == "twist":
-                field.show(
-                    value, high=float(f"{m.most:.3g}"), label=names.angle_words.capitalize(), symbol=names.letter
-                )
-            else:
-                field.show(value, hint=laws.get(name))
+                look = look._replace(high=float(f"{look.turn * m.most:.3g}"))
+            field.show(now.value(name), look, hint=laws.get(name))
         for name in ("law", "sense", "joint", "ideal"):
             self.choices[name].set_visibility(names.sided)
         self.fields["bend"].set_visibility(names.sided)
@@ -167,12 +164,12 @@ HEADS = {
     "what": "design",
     "model": "model",
     "end": "end",
-    "engagement": "engages (°/pitch)",
-    "at": "ends (°/pitch)",
+    "engagement": "engages ({})",
+    "at": "ends ({})",
     "torque": "load there",
     "RED": "RED",
 }
-"""Columns of the table of kept designs, by what a row calls them."""
+"""Columns of the table of kept designs, by what a row calls them, with the unit of their angles."""
 
 
 class Compared:
@@ -192,7 +189,7 @@ class Compared:
     def show(self, now: State) -> None:
         """Show a state; with nothing kept there is no table."""
         rows = live.compared(now) if now.kept else []
-        if not anew(self.table, rows):
+        if not anew(self.table, (rows, live.angles(now))):
             return
         # the model that is the same for all stands above, with the outcome
         columns = [name for name in HEADS if name != "model" or len({row["model"] for row in rows}) > 1]
@@ -201,7 +198,7 @@ class Compared:
             if not rows:
                 return
             with ui.element("thead"), ui.element("tr"):
-                for head in (*(HEADS[name] for name in columns), ""):
+                for head in (*(HEADS[name].format(live.angles(now)[1]) for name in columns), ""):
                     text("th", head)
             with ui.element("tbody"):
                 for i, row in enumerate(rows):
@@ -213,7 +210,8 @@ class Compared:
                             for word, act in (("Show", State.show), ("Remove", State.drop)):
                                 go = partial(self.attempt, partial(act, i=i))
                                 button(word, go, f"{word} design {row['name']}")
-                        name.style(f"color: {KEPT[i]}; font-weight: bold")
+                        # letters stay in ink, which can be read on every ground
+                        name.style(f"box-shadow: inset 0 -3px {KEPT[i]}; font-weight: bold")
 
 
 DECIMALS = {"": "as guessed", ".": "point", ",": "comma"}

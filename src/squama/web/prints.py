@@ -41,15 +41,16 @@ def figure(state: State, table: Table | None = None, fit: Fitted | None = None) 
     handles: dict[str, Line2D] = {}
     for ax, plot in zip(axes, plots, strict=True):
         ends = charts.frame(state, plot, table, fit)
-        across, up, factor = charts.labels(state, plot, ends)
+        across, up = charts.axes(state, plot, ends)
         for line in charts.lines(state, plot, dark=False, table=table, fit=fit):
             look = _look(line)
-            ax.plot(line.x, factor * line.y, **look)
+            ax.plot(across.factor * line.x, up.factor * line.y, **look)
             handles.setdefault(line.name, key(words.get(line.name, line.name), **look))
         if plot != charts.RESIDUAL:
             at = charts.point(state, plot, table)
             ax.plot(at.left, 1 - at.top, MARKS[at.arrow], transform=ax.transAxes, clip_on=False, **NOW)
-        ax.set(xlim=(0, ends.right), ylim=(factor * ends.low, factor * ends.top), xlabel=across, ylabel=up)
+        ax.set(xlim=(0, across.factor * ends.right), ylim=(up.factor * ends.low, up.factor * ends.top))
+        ax.set(xlabel=across.label, ylabel=up.label)
     last = handles.pop(charts.OWN)
     ordered = [last, *handles.values(), key("the state that is shown", linestyle="", marker="o", **NOW)]
     drawn.legend(handles=ordered, loc="outside lower left", ncols=1 if state.kept else 2)

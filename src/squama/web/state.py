@@ -20,10 +20,12 @@ from squama.errors import InputError, Problems, naming, refuse
 from squama.joints import choice
 from squama.loads import LOADS
 from squama.paper import parameters
+from squama.people import degrees
 from squama.scene.motion import Motion, Setting
 from squama.scene.picture import FIRST
-from squama.units import as_text, bounded, is_number, shown
-from squama.web.fields import CHOICES, FIELDS, LABELS, MATERIALS, MEASURES, PLAIN, made_of, placed
+from squama.units import as_text, is_number, shown
+from squama.web.fields import CHOICES, FIELDS, LABELS, MATERIALS, PLAIN, TURNS, made_of, placed, turn, within
+from squama.web.fields import of as of_field
 
 MOST_KEPT = 3
 """Designs that can be compared."""
@@ -113,14 +115,9 @@ class State(NamedTuple):
             return new.started() if name == "load" else new
         if name == "material":
             return self._replace(beam=self.beam.replace(scale=made_of(arguments.one_of(name, text, tuple(MATERIALS)))))
-        field = FIELDS[name]
+        field = of_field(name, self.beam, load=self.load)
         with naming(field.label):
-            if (angle := name in ("twist", "bend")) and not is_number(text):
-                # a plain number is in rad per pitch; else "5 rad/m", "20 deg/pitch", "90 deg total"
-                load = LOADS["bending" if name == "bend" else self.load]
-                rate = load.read(text, pitch=self.beam.pitch, scales=self.beam.pitches, bare=False)
-                text = repr(rate * self.beam.pitch)
-            number = bounded(text, *MEASURES[name]) if angle else field.read(text)
+            number = turn(name, text, self.beam, self.load) if name in TURNS else field.read(text)
         if name in PLAIN:
             return self._with(name, number)
         try:
@@ -134,7 +131,9 @@ class State(NamedTuple):
     def started(self) -> State:
         """Return the state part of the way to its end, or to that of hinges where its own is not there at once."""
         one = self if self.quick else self.hinged
-        return self._replace(twist=round(FIRST * Motion(one.setting).last, 4))
+        # a round number in the unit that is shown
+        factor, _ = degrees(self.beam)
+        return self._replace(twist=float(f"{factor * FIRST * Motion(one.setting).last:.3g}") / factor)
 
     def keep(self) -> State:
         """Return the state with the design kept to compare.
@@ -241,6 +240,11 @@ def read(text: str, *, kept: bool = True) -> State:
     state = state._replace(beam=beam.replace(friction={"mu": state.mu}))
     # the idealisation comes after the joint, which has one of its own
     for name in sorted(plain, key=[*CHOICES, *PLAIN].index):
+        # links are in rad per pitch, whatever the page shows
+        if name in TURNS and is_number(given := plain[name]):
+            with naming(name):
+                state = state._with(name, within(name, float(given), given, beam, state.load))
+            continue
         other = state.change(name, plain[name])
         # a load of a link has not the start of its own that a change on the page has
         state = state._replace(load=plain[name]) if name == "load" else other

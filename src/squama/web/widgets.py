@@ -15,9 +15,10 @@ import nicegui
 from nicegui import ui
 
 from squama import scene
+from squama.people import per_pitch
 from squama.plot.palette import SCENE
 from squama.scene.standalone import LIBRARY
-from squama.web.fields import FIELDS
+from squama.web.fields import FIELDS, Field
 
 SCRIPTS = Path(scene.__file__).parent / "js"
 THREE = Path(nicegui.__file__).parent / LIBRARY
@@ -50,15 +51,19 @@ class Chart(ui.element, component="chart.js", esm={"nicegui-echart": str(ECHARTS
         self._props.update({"options": options, "renderer": renderer})
 
 
+def _parts(field: Field) -> dict[str, object]:
+    """Return what the browser draws a field from."""
+    parts = ("label", "symbol", "unit", "allowed", "low", "high", "log", "whole", "optional")
+    return {part: getattr(field, part) for part in parts}
+
+
 class NumberField(ui.element, component="field.js"):
     """A parameter: slider, number, unit, range, and what is wrong with an entry."""
 
     def __init__(self, name: str, on_change: Callable[[str, str], None]) -> None:
         super().__init__()
-        self.name, self.field = name, FIELDS[name]
-        parts = ("label", "symbol", "unit", "allowed", "low", "high", "log", "whole", "optional")
-        self._props.update({part: getattr(self.field, part) for part in parts})
-        self._props.update({"name": name, "error": "", "answered": 0})
+        self.name = name
+        self._props.update({**_parts(FIELDS[name]), "name": name, "error": "", "answered": 0})
 
         def changed(event: Any) -> None:
             if sent := received(event.args, number=int, text=str):
@@ -68,23 +73,16 @@ class NumberField(ui.element, component="field.js"):
 
         self.on("change", changed)
 
-    def show(
-        self, value: float | None, *, high: float | None = None, hint: float | None = None, **named: object
-    ) -> None:
-        """Show a value (SI); ``high`` another end of the slider, ``hint`` the value while the field is empty.
-
-        ``named`` are another label and symbol.
-        """
-        f = self.field
-        new: dict[str, Any] = {"shown": f.shown(value), "error": "", **named}
-        if high is not None:
-            new |= {"high": high, "allowed": f._replace(high=high).allowed}
+    def show(self, value: float | None, f: Field, *, hint: float | None = None) -> None:
+        """Show a value (SI) of a field; ``hint`` is the value while it is empty."""
+        new: dict[str, Any] = {**_parts(f), "shown": f.shown(value), "error": ""}
+        if f.unit == "deg" and f.turn and value is not None:
+            new["allowed"] = f"{per_pitch(value)} ({f.slider})"
         if hint is not None:
             new["hint"] = f"{hint / f.factor:.4g} by its law"
         at = value if value is not None else hint
-        top = new.get("high", self._props["high"])
-        shown = f.low if at is None else min(max(at / f.factor, f.low), top)
-        low, place, top = (math.log(v) if f.log else v for v in (f.low, shown, top))
+        shown = f.low if at is None else min(max(at / f.factor, f.low), f.high)
+        low, place, top = (math.log(v) if f.log else v for v in (f.low, shown, f.high))
         put(self, **new, at=(place - low) / (top - low) if top > low else 0.0)
 
     def explain(self, message: str) -> None:
