@@ -130,8 +130,7 @@ class Scale(Part):
     youngs_modulus : float or str, optional
         E_s, Pa; a scale without it is rigid.
     poisson_ratio : float, optional
-        nu_s; -1 to 0.5, exclusive. It is asked for where the modulus is given, and is 0.35 (printed plastics) then if
-        it is not.
+        nu_s; -1 to 0.5, exclusive. With a modulus it is 0.35 (printed plastics) if not given.
     strength : float or str, optional
         Largest stress (von Mises), Pa.
     density : float or str, optional
