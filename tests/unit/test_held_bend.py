@@ -160,7 +160,7 @@ def test_the_explorer_holds_a_bend():
     assert "bent by 71.6 deg (2.86 deg per pitch) and twisted" in live.scene(bent)["words"]
     assert any("the map does not include the held bend" in line for line in live.warnings(bent))
     # the wider it is bent the sooner scales touch
-    met = [live.motion(start.change("bend", text).setting).load_e for text in ("0.02", "0.05", "0.08")]
+    met = [live.motion(start.change("bend", text).setting).load_e for text in ("30", "70", "115")]
     assert met == sorted(met, reverse=True)
     name, table = live.make_file(bent, "csv")
     assert name == "curve.csv"
@@ -168,8 +168,8 @@ def test_the_explorer_holds_a_bend():
     assert "only loads" in live.loop(bent.change("path", "cycle"))
     # bent alone it has no bend to be held
     assert not bent.change("load", "bending").bent
-    for text in ("2", "x", "nan", "5"):
-        with pytest.raises(InputError, match="Bend held per pitch"):
+    for text in ("1440", "x", "nan", "5 rad/pitch"):
+        with pytest.raises(InputError, match="Bend held over 25 scales"):
             start.change("bend", text)
     with pytest.raises(InputError, match="is beyond the beam's"):
         live.motion(start.change("bend", "0.9 rad/pitch").setting)

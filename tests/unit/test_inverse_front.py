@@ -183,4 +183,4 @@ def test_bending_has_fronts_too():
 
 def test_the_table_of_the_summary_has_its_units_in_brackets(front):
     heads = [column.header for column in _designs(front, 3, ["tangent", "RED", "scale.length", "scale.alpha"]).columns]
-    assert heads == ["design", "tangent (N m^2)", "RED", "scale.\nlength (mm)", "scale.\nalpha (deg)"]
+    assert heads == ["design", "tangent (N m2)", "RED", "scale.\nlength (mm)", "scale.\nalpha (deg)"]

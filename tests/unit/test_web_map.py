@@ -82,7 +82,7 @@ def test_a_torque_that_falls_is_told() -> None:
     # at a snap
     now = REAL.change("eta", f"{1 + 7 * 25 / 36:.6g}").change("theta0", "11.5").change("twist", "0.2 rad/pitch")
     assert live.motion(now.setting).value("stiffness_ratio", 0.2) < 0
-    assert ", the torque falls at 286 deg (11.5 deg per pitch)" in live.verdict(now)
+    assert ", the torque falls at 286 deg" in live.verdict(now)
 
 
 @pytest.mark.parametrize(

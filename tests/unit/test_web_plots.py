@@ -375,7 +375,7 @@ def test_designs_are_told_by_what_differs() -> None:
     drawn.draw_without_rendering()
     assert drawn.legends[0].get_window_extent().x1 <= drawn.bbox.x1
     words = " ".join(t.get_text() for t in drawn.legends[0].get_texts())
-    assert "θ₀ = 18°" in words
+    assert "θ₀ = 18 deg" in words
     assert "tₛ = " in words
 
 

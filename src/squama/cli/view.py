@@ -85,9 +85,9 @@ def _shown(found: View) -> Iterable[str]:
     state, asked = found.state, found.asked
     faces = [f"inclination {math.degrees(one.theta):.4g} deg, {one.name}" for one in (state, state.other) if one]
     beam, bend = found.motion.setting.beam, found.motion.setting.bend
-    held = f"bent by {turned(bend, beam)} and twisted by " if bend else ""
+    done = f"{f'bent by {turned(bend, beam)} and ' if bend else ''}{found.motion.kind.done}"
     model = f"{found.model}, as in an endless beam"
-    yield f": {held}{turned(state.load, beam)}, {'; on the other face '.join(faces)}; {model}"
+    yield f": {done} by {turned(state.load, beam)}, {'; on the other face '.join(faces)}; {model}"
     if asked > found.last:
         yield f"asked for {turned(asked, beam)}, but the curve ends before: {found.end}; its last state is shown"
     yield from output.warnings(found.notes)

@@ -276,11 +276,14 @@ def verdict(state: State) -> str:
         return f"{free}, locks at {turned(float(m.figures['load_end']), state.beam)}"
     now = min(state.twist, m.last)
     ratio = m.value("stiffness_ratio", now) if now > engaged else math.nan
+    # per pitch it stands in the line below
+    factor, unit = degrees(state.beam)
+    shown = number(factor * now, unit)
     if not math.isfinite(ratio):
         return f"{free}{'' if now > engaged else '; the scales do not touch yet'}"
     if ratio < 0:
-        return f"{free}, the {kind.torque_words} falls at {turned(now, state.beam)}"
-    return f"{free}, {number(ratio)} times as stiff as the bar at {turned(now, state.beam)}"
+        return f"{free}, the {kind.torque_words} falls at {shown}"
+    return f"{free}, {number(ratio)} times as stiff as the bar at {shown}"
 
 
 @functools.lru_cache(maxsize=64)
