@@ -131,9 +131,11 @@ def thumbnails(app: Sphinx, doctree: nodes.document, docname: str) -> None:
     env = app.env
     for place in [node for node in doctree.findall(nodes.container) if "gallery" in node["classes"]]:
         for page in place["pages"] or env.toctree_includes["gallery/index"]:
-            title, picture = env.titles[page].astext(), list(env.get_doctree(page).findall(nodes.image))[-1]["uri"]
             link = nodes.reference(refuri=app.builder.get_relative_uri(docname, page), internal=True)
-            link += [nodes.image(uri=picture, candidates={"*": picture}, alt=""), nodes.inline(text=title)]
+            # a build that does not execute the pages has no pictures
+            for picture in [image["uri"] for image in env.get_doctree(page).findall(nodes.image)][-1:]:
+                link += nodes.image(uri=picture, candidates={"*": picture}, alt="")
+            link += nodes.inline(text=env.titles[page].astext())
             place.append(nodes.paragraph("", "", link))
 
 

@@ -1,4 +1,4 @@
-"""Arrays of real beams: thick, elastic scales on the joint by its law, followed along the twist."""
+"""Arrays of beams: thick, elastic scales on the joint by its law, followed along the twist."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ COLUMNS = {"torque": "T", "N": "N", "f": "f", "W_fr": "W_fr", "W_snap": "W_snap"
 
 
 class Designs(NamedTuple):
-    """Many real beams, E = d = 1: arrays (n,), arguments of :func:`response` by name, and what a beam may say besides.
+    """Many beams with thick scales, E = d = 1: arrays (n,), arguments of :func:`response` by name, and the rest.
 
     ``K_theta`` and ``rigidity`` of the joint in place of the law's, ``factor`` on K_theta; ``psi``: bends per pitch in
     which beams are held while they are twisted.
@@ -94,7 +94,7 @@ class Designs(NamedTuple):
 
 
 class Response(NamedTuple):
-    """Curves of many real beams, E = d = 1; shapes: that of the designs, or that and the twists' (...).
+    """Curves of many beams with thick scales, E = d = 1; shapes: that of the designs, or that and the twists' (...).
 
     ``phi_e`` twist per pitch at engagement (inf where nothing touches), ``phi_end`` where the curve ends and ``end``
     why, in the words of :class:`squama.End`: range end, no engagement, no equilibrium, side entry, touching at rest.

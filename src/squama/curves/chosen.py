@@ -1,4 +1,4 @@
-"""The table of models, and which one answers: the paper's hinges, or the real beam where nothing else is meant."""
+"""The table of models, and the rule which one is used: thick, elastic scales unless hinges are meant."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from squama.types import Array
 
 REAL = "compliant"
-"""The joint of the real beam, which answers by default."""
+"""The joint of thick, elastic scales: the default."""
 HINGED = 'write joint="hinge" (--joint hinge)'
 
 
@@ -132,7 +132,7 @@ class Chosen(NamedTuple):
 
     @property
     def real(self) -> bool:
-        """Whether the real beam answers, which nothing holds straight unasked."""
+        """Whether the model is that of thick, elastic scales, which nothing holds straight unless asked for."""
         return not MODELS[self.joint].straight
 
 

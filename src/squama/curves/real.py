@@ -1,4 +1,4 @@
-"""The real beam: what holds its scales, thick and elastic ones on a joint that gives, and what is told of that.
+"""Thick, elastic scales on a compliant joint: what holds them, and what a result says of that.
 
 A scale has six motions against the substrate (:mod:`squama.joints`) and bends where its modulus is known; ``ideal``
 makes it thin and rigid.
@@ -104,7 +104,7 @@ def scale(beam: Beam, *, ideal: bool) -> path.Scale:
 
 
 class Path(NamedTuple):
-    """A real beam for the contact solver: what holds it, and its ``way``, on which is known what touches first.
+    """Thick scales for the contact solver: what holds them, and their ``way``, of which the first contact is known.
 
     ``toward``: the bend and twist towards which that was looked for, zeros where it was not.
     """

@@ -1,4 +1,4 @@
-"""Loading, unloading and reversal of the real beam: it is followed through a history of twists, or of bends.
+"""Loading, unloading and reversal of thick, elastic scales, followed through a history of twists, or of bends.
 
 Nothing is a function of the load alone: the scales' motions depend on the way. After a reversal the contact sticks
 while the friction turns round (docs, theory: cycles).

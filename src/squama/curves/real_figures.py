@@ -1,4 +1,4 @@
-"""Figures of states of the real beam, in SI units: loads, forces, stresses, energies, tangents."""
+"""Figures of states of the beam with thick scales, in SI units: loads, forces, stresses, energies, tangents."""
 
 from __future__ import annotations
 

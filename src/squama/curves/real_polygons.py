@@ -1,4 +1,4 @@
-"""The real beam along bends and twists one after the other: endless, or with all of its scales between free ends.
+"""Thick, elastic scales along bends and twists one after the other: an endless beam, or all scales between free ends.
 
 A row has the mean bend and twist of its cells imposed, by a moment and a torque that are the same in all of them, or
 all cells have the same bend and twist (:mod:`squama.contacts.ties`).

@@ -1,4 +1,4 @@
-"""The real beam along a way: its states, told as a curve of one load, as a path of bends and twists, or as a plane.
+"""Thick, elastic scales along a way: states as a curve of one load, as a path of bends and twists, or as a plane.
 
 Every contact that comes in is followed (:mod:`squama.contacts`): contacts hand over, several bear at once, scales jump.
 At a corner of a way contacts stick while friction turns, so forces do not jump.

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 MOST_SWINGS, MOST_FREQUENCIES = 10_000, 1_000
 FAR = 0.6
-"""Twist per pitch, rad, to which the real beam is followed that is struck or shaken."""
+"""Twist per pitch, rad, to which the beam with thick scales is followed that is struck or shaken."""
 DAMPING = Bounds(0.0, 0.5, "0 to 0.5", closed=True, example="0.01")
 FREQUENCY = Bounds(1e-6, 1e9, "more than 0; 1e-6 to 1e9 Hz", closed=True, example='"3 Hz"')
 IMPULSE = Bounds(1e-18, 1e15, "more than 0; 1e-18 to 1e15 N m s", closed=True, example='"0.01 N m s"')

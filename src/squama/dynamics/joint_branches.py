@@ -1,4 +1,4 @@
-r"""Branches of a real beam: thick, elastic scales on joints, walked along the load and back.
+r"""Branches of thick, elastic scales on joints, walked along the load and back.
 
 Of an endless beam, or of all of N scales between their ends, whose loads and energies are those of a cell in the mean.
 By the same model as ``squama.twist``, ``bend`` and ``cycle`` (:mod:`squama.curves.real_walk`); each way back from a
@@ -49,7 +49,7 @@ NOTHING = 1e-12
 
 
 class LoadedBeam(NamedTuple):
-    """A real beam under one load in one sense, ``sign``; ``ends``: of its own scales, or it is endless."""
+    """A beam with thick scales under one load in one sense, ``sign``; ``ends``: of its own scales, or it is endless."""
 
     one: real.Path
     load: Load

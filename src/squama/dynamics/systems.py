@@ -22,9 +22,9 @@ from squama.errors import refuse
 from squama.loads import ENDLESS, Load
 
 ROUGH = 1e-7
-"""Relative error of a step in time on branches of the real beam: they are no better than its increments."""
+"""Relative error of a step in time on branches of thick scales, which are no better than their increments."""
 MOST = 1.0
-"""Largest twist per pitch, rad, to which the real beam is followed."""
+"""Largest twist per pitch, rad, to which the beam with thick scales is followed."""
 FARTHER = 1.001
 """By how much it is followed beyond the twist from which it is let go."""
 TOO_HIGH = 0.11
@@ -160,7 +160,7 @@ def _hinged(beam: Beam, model: Model, mode: str) -> Sides:
 
 
 def _real(beam: Beam, model: Model, mode: str, sign: int, far: float) -> Side:
-    """Return the branches of the real beam in one sense."""
+    """Return the branches of the beam with thick scales in one sense."""
     load, toward = model.load, direction(model.load, sign)
     # first touches are looked for up to there, or farther
     most = max(far, path.RANGE)

@@ -63,7 +63,7 @@ _READ = ("f_0", "start", "twist_zero")
 _TURNS = (4, 16)
 """Turning points over which the search goes first."""
 _STEP = {"hinge": 1e-5, "compliant": 3e-3}
-"""Steps of the differences, over the sizes of the parameters: motions of the real beam are known to some 1e-6."""
+"""Steps of the differences, over the sizes of the parameters: motions of thick scales are known to some 1e-6."""
 _STILL = {"hinge": 1e-8, "compliant": 1e-6}
 """Relative change of the sum of squares, and of the parameters, at which the search has come to its end."""
 _STARTS = (0.4, 2.5)

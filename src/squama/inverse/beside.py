@@ -119,7 +119,7 @@ def _at_twists(key: str, words: str, target: Target, beam: Beam, goals: Sequence
 
 
 def by_elements(beam: Beam, sense: str, rates: Sequence[float]) -> list[str]:
-    """Return lines that compare finite elements with the real beam's curve at twist rates (rad/m).
+    """Return lines that compare finite elements with the curve of thick scales at twist rates (rad/m).
 
     Both are of one pitch that is held straight.
 

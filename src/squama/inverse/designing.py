@@ -54,7 +54,7 @@ class Design:
 
     ``values`` of what was varied (SI), ``chosen`` from lists in words, ``active`` bounds and limits that it lies on,
     ``end`` and ``rate_end`` (rad/m) of its curve as :func:`squama.twist` (:func:`squama.bend`) has them,
-    ``other_contact`` in words, ``refused``: why it cannot be built as it is, or its joint is not known; real beams of
+    ``other_contact`` in words, ``refused``: why it cannot be built as it is, or its joint is not known; thick scales of
     which something is refused have not met the target. ``met`` and ``goals`` are of the beam ``found_by`` in words
     ("(10 scales, free to bow)"); ``beside`` what other models say of this design, of whom ``confirmed`` tells whether
     all agree.

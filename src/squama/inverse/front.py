@@ -49,7 +49,7 @@ OBJECTIVES = {
 }
 """Figures that may be traded off, by the joint."""
 AGREES = 0.02
-"""Figures of a real beam on a front are those of its curve with all contacts, up to this share."""
+"""Figures of a beam with thick scales on a front are those of its curve with all contacts, up to this share."""
 SCREENED = 256
 """Points of the bounds among which the first population is chosen; twice the population where that is more."""
 NAMED = 3

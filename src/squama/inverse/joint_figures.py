@@ -1,4 +1,4 @@
-"""Figures of many real beams that a target may name: thick, elastic scales on the joint by its law.
+"""Figures of many beams that a target may name: thick, elastic scales on the joint by its law.
 
 No differences are taken: a complex step goes through the law of the joint and the plates, and through the contact by
 the implicit function theorem (:mod:`squama.contacts.derivatives`).
@@ -34,7 +34,7 @@ NEAR_REST = 1e-3
 
 
 def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: Options, *, plates: bool) -> Found:
-    """Evaluate figures of many real beams; arguments and result as of :func:`squama.inverse.hinge_figures.evaluate`.
+    """Evaluate figures of many beams; arguments and result as of :func:`squama.inverse.hinge_figures.evaluate`.
 
     Contacts of all plates are always followed. Beyond a snap derivatives are not known: they are 0 there.
     """

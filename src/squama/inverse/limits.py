@@ -165,7 +165,7 @@ def rooms(s: Sizes, limits: Mapping[str, float], laws: Sequence[str]) -> dict[st
 
 
 def known_rooms(c: Cells) -> dict[str, Array]:
-    """Room to the ends of the range in which the law knows the joint of the real beam."""
+    """Room to the ends of the range in which the law knows the joint of the beam with thick scales."""
     scale, bar = c.sizes["scale"], c.sizes["substrate"]
     over = bar["width"] / c.d, c.lam, scale["embedded"] / c.d, c.beta, scale["thickness"] / c.d
     return law.rooms(law.Shape(*over, c.alpha, c.theta0, bar["poisson_ratio"]))

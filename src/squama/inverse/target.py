@@ -45,7 +45,7 @@ class Target(NamedTuple):
     """A target that was read and checked.
 
     ``limits`` by name, SI; ``laws`` whose ranges hold as limits; ``tolerance`` by key, SI or (below 0) as minus the
-    share of the value; ``front`` as it stands in the file; ``printer``: sizes in m and rad with which real beams have
+    share of the value; ``front`` as it stands in the file; ``printer``: sizes in m and rad with which thick scales have
     to be printable, or None.
     """
 
@@ -63,7 +63,7 @@ class Target(NamedTuple):
 
     @property
     def real(self) -> bool:
-        """Whether the figures are those of the real beam (thick, elastic scales)."""
+        """Whether the figures are those of thick, elastic scales."""
         return self.options.joint == "compliant"
 
     @property

@@ -23,12 +23,12 @@ _SENSE = re.compile(r"\s*(at least|at most|>=|<=)\s+(.*)", re.DOTALL | re.IGNORE
 
 
 AT_POINTS = ("stiffness_ratio", "stress", "RED", "W_fr")
-"""Figures of the real beam that may be asked at a point, beside the torque."""
+"""Figures of the beam with thick scales that may be asked at a point, beside the torque."""
 MATERIAL = ("youngs_modulus", "poisson_ratio", "strength")
 GROUPS = {str(kind): kind for kind in (Dimension.LENGTH, Dimension.ANGLE, Dimension.PRESSURE, Dimension.RATIO)}
 FINEST = 1e-9
 ROUNDED = {"length": Grid(0.1, "mm"), "angle": Grid(0.5, "deg")}
-"""To what real beams are rounded unless the file says else."""
+"""To what beams with thick scales are rounded unless the file says else."""
 
 
 class _Table(BaseModel):
@@ -311,7 +311,7 @@ def _variable(where: str, name: str, bounds: object, context: Context) -> Variab
 
 
 def _values(where: str, key: str, given: Sequence[object], context: Context) -> list[float]:
-    """Read values of a dimension, SI; numbers of scales are whole, and those of real beams."""
+    """Read values of a dimension, SI; numbers of scales are whole, and those of beams with thick scales."""
     if key == SCALES and context.joint == "hinge":
         refuse(where, "", "cannot be varied on hinges", "put it into the beam")
     kind = PARAMETERS[key]

@@ -145,7 +145,7 @@ def shape(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
         handles.append(style.key(f"{float(dataset['share'][i]):.2f}", color=colour))
     ax.set_aspect("equal", adjustable="datalim")
     ax.set(xlabel="Along the bar at rest (mm)", ylabel="Across (mm)" if above else "Up (mm)")
-    style.legend_under(ax, handles, "part of the load")
+    style.legend_under(ax, handles, "share of the load")
     return ax
 
 

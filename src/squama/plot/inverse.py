@@ -89,7 +89,7 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
     lines, handles, which = [], [], ""
     ats = [at for goal in target.goals for at in (goal.want.at, goal.twist) if at is not None]
     for i, (d, colour) in enumerate(zip(found.designs[:MOST], shades(min(len(found), MOST)), strict=False)):
-        # a hinge's curves are drawn to their ends, a real beam's a little beyond what is asked
+        # a hinge's curves are drawn to their ends, those of thick scales a little beyond the target
         most = 1.1 * max((float(at.per_pitch(d.beam.pitch, d.beam.pitches)) for at in ats), default=0.0)
         to = f"{most!r} rad/pitch" if target.real and most else None
         curve = doors.respond(d.beam, kind.name, to=to, **how)

@@ -85,7 +85,7 @@ class Twist(NamedTuple):
 class Model(NamedTuple):
     """A kind of joint, whether scales are thin and rigid, and where figures are taken (None: at the cut-off).
 
-    ``own``: number of scales and ends with which real beams are compared, where the beam has such.
+    ``own``: number of scales and ends with which endless beams are compared, where the beam has such.
     """
 
     joint: str = "hinge"
@@ -141,7 +141,7 @@ class Model(NamedTuple):
         return self.joint == "compliant"
 
     def cells(self, beam: Beam, load: str, values: Mapping[str, Any], each: joint_law.Each = joint_law.whole) -> Cells:
-        """Return the columns of a beam with some values replaced; real beams need those of twisting under any load."""
+        """Return the columns of a beam with some values replaced; thick scales need those of twisting, too."""
         return columns(beam, values, load="twisting" if self.real else load, each=each)
 
     def solved(
@@ -220,7 +220,7 @@ def _engagement(beam: Beam, load: str, sense: str, *, ideal: bool) -> float:
 
 
 def shares(counts: Array) -> list[str]:
-    """Return notes on the share of real beams that lack figures, from the counts of each end's code."""
+    """Return notes on the share of beams with thick scales that lack figures, from the counts of each end's code."""
     lines = []
     of = {
         real_columns.UNKNOWN: "the law of the joint does not know them: they have no figures",

@@ -1,4 +1,4 @@
-"""Columns of real beams: thick, elastic scales on a joint that gives, followed to a twist, with figures in SI units.
+"""Columns of thick, elastic scales on a joint that gives, followed to a twist, with figures in SI units.
 
 The counterpart of :mod:`squama.study.hinge_columns` for the real model.
 """
@@ -37,7 +37,7 @@ LEVELS = {"twofold": 2.0, "fivefold": 5.0}
 
 
 class Figures(NamedTuple):
-    """What is known of n real beams, arrays (n,); NaN where a beam has no such figure.
+    """What is known of n beams with thick scales, arrays (n,); NaN where a beam has no such figure.
 
     ``load_e`` (inf: no engagement), ``load_end`` and the ``load_*`` at which the tangent stiffness is twice and
     five times that without contact, and at which a scale reaches its strength, in rad per pitch, no further than

@@ -87,7 +87,7 @@ class State(NamedTuple):
 
     @property
     def beside(self) -> State | None:
-        """The same by the other model, where that is there at once: hinges beside the real beam, and the reverse."""
+        """The same by the other model, where that is there at once: hinges beside thick scales, and the reverse."""
         other = self.hinged if self.joint == "compliant" else self._replace(joint="compliant", ideal="no", law="edge")
         return other if other.quick else None
 
