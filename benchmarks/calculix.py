@@ -32,8 +32,8 @@ BEGIN, END = "<!-- written by benchmarks/calculix.py -->", "<!-- end -->"
 BEAM = Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness=45, mu=0.2)
 """The paper's Fig. 6b."""
 HEAD = (
-    "scales", "elements", "before contact", "at the end", "largest", "largest (deg)", "overlap in CalculiX (pitches)",
-    "least gap here (pitches)", "CPU s, CalculiX", "CPU s, squama", "ratio",
+    "scales", "elements", "torque before contact (%)", "at the end (%)", "largest (%)", "inclination (deg)",
+    "overlap, gap (0.001 pitches)", "CPU (s)",
 )  # fmt: skip
 
 
@@ -54,10 +54,10 @@ class Row(NamedTuple):
     @property
     def cells(self) -> list[str]:
         """Texts of the table."""
-        torques = [f"{100 * x:+.3f} %" for x in (self.before, self.last, self.largest)]
-        gaps = [f"{self.overlap:.1e}", f"{self.gap:.1e}"]
-        times = [f"{self.theirs:.0f}", f"{self.ours:.1f}", f"{self.theirs / self.ours:.1f}"]
-        return [str(self.scales), str(self.elements), *torques, f"{np.degrees(self.theta):.3f}", *gaps, *times]
+        torques = [f"{100 * x:+.2f}" for x in (self.before, self.last, self.largest)]
+        edges = f"{1e3 * self.overlap:.1f}, {1e3 * self.gap:.2f}"
+        times = f"{self.theirs:.0f}, {self.ours:.0f}"
+        return [str(self.scales), str(self.elements), *torques, f"{np.degrees(self.theta):.2f}", edges, times]
 
 
 def measure(scales: int, mesh: tuple[float, float], twist: float, increments: int) -> Row:

@@ -35,6 +35,7 @@ nb_execution_timeout = 600
 nb_output_stderr = "remove"
 myst_enable_extensions = ["amsmath", "dollarmath", "deflist"]
 myst_heading_anchors = 3
+smartquotes_action = "qe"  # quotes and ellipses: two hyphens begin a flag
 
 autodoc_typehints = "none"
 autodoc_member_order = "bysource"
@@ -61,12 +62,12 @@ def symbols() -> list[str]:
 
 def keys() -> list[str]:
     """Rows of the table of keys of a beam file."""
-    rows = ["| table | key | meaning | measures | example |", "|---|---|---|---|---|"]
-    kinds = {'"': "text", "[": "list"}
+    rows = ["| key | meaning | example |", "|---|---|---|"]
     for table, content in (*TABLES.items(), *PART.items()):
         for name, key in content.items():
-            measures = key.dimension or kinds.get(key.example[0], "whole number")
-            rows.append(f"| `{heading(table)}` | `{name}` | {key.meaning} | {measures} | `{key.example}` |")
+            whole = f"{heading(table)} {name}" if table in PART else f"{table}.{name}"
+            allowed = f"; {key.bounds.allowed.removeprefix('more than 0; ')}" if key.bounds else ""
+            rows.append(f"| `{whole}` | {key.meaning}{allowed} | `{key.example}` |")
     return rows
 
 

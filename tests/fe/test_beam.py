@@ -66,6 +66,7 @@ def test_the_condensed_tangent_is_that_of_whole_solutions(fig6b, pitch):
     body.solver.close()
 
 
+@pytest.mark.slow
 def test_work_is_energy_and_friction(three):
     t = table(three)
     assert t["W_fr"][-1] > 0.004 * t["W"][-1]

@@ -160,6 +160,7 @@ def test_halved_increments_change_the_torque_by_less_than_a_thousandth(whole, me
     assert fine["T"][-1] == pytest.approx(T, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "tolerance"),
     [({"dhat": DHAT / 2}, 1e-3), ({"slip": 5 * SLIP}, 1e-4), ({"slip": SLIP / 5}, 1e-4)],
@@ -172,6 +173,7 @@ def test_the_distance_of_contact_and_frictions_onset_hardly_matter(whole, mesh, 
     assert other["T"][-1] == pytest.approx(T, rel=tolerance)
 
 
+@pytest.mark.slow
 def test_predictions_that_invert_elements_are_shortened(mesh, shape):
     usual, _ = walked(mesh, shape, 0.12)
     walk = make_walk(mesh, shape, 0.2)

@@ -165,6 +165,7 @@ def beam():
     return par.fig6b(3.0)
 
 
+@pytest.mark.slow
 def test_a_hinge_with_the_elements_own_spring_is_what_elements_are(beam):
     shape = geometry(beam)
     mesh = pitch_mesh(shape, 0.4, 0.2)

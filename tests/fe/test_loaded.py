@@ -97,6 +97,7 @@ def softness(walk, way):
     return columns
 
 
+@pytest.mark.slow
 def test_the_bar_of_a_part_is_that_of_its_sections(fig6b, coarse):
     """Before contact: a cantilever with shear, an arc, torsion; its compliances are those of the endless pitch."""
     scales = 3
@@ -143,6 +144,7 @@ def test_plane_clamps_stiffen_a_bar_as_said():
     assert said - 1 == pytest.approx(ratio - 1, rel=0.15)
 
 
+@pytest.mark.slow
 def test_work_of_a_part_is_energy_and_friction(fig6b, coarse):
     walk = make_loaded(coarse, fig6b, 0.5, 2, Lead(turn="twist", coaxial=True))
     ended = walk.run(0.12, 0.02)

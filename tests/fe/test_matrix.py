@@ -76,6 +76,7 @@ def test_the_torques_work_is_stored_or_rubbed_away(mu, blocked):
     assert np.all(np.diff(c["W_fr"]) >= 0)
 
 
+@pytest.mark.slow
 def test_the_model_does_not_depend_on_its_numerical_parameters():
     def end(**options):
         c, _ = curve(shape(**FIG_6B), matrix(), 0.5, [0.1, 0.2, 0.25], **options)

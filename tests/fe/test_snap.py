@@ -54,6 +54,7 @@ def test_other_ends_keep_their_words(ended):
     assert Walk.explained(SimpleNamespace(), ended, 0.5, 0.01) is ended
 
 
+@pytest.mark.slow
 def test_a_cell_says_that_its_scales_snap():
     data = runs.cell(NARROW, to="0.2 rad/pitch", mesh=MESH, increment=0.02, ideal=True)
     assert data.attrs["reached"] == 0

@@ -44,6 +44,7 @@ def test_coverage_of_300_sets(case: str) -> None:
     assert ((found >= 0.91) & (found <= 0.99)).all(), found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", list(CASES)[1:])
 def test_coverage_of_fewer_sets(case: str) -> None:
     """With so few sets a right interval misses these bounds once in a thousand."""

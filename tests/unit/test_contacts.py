@@ -123,7 +123,10 @@ BRUTE = {
 }
 
 
-@pytest.mark.parametrize("name", BRUTE)
+QUICK = ("SB", "behind a snap")
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in BRUTE])
 def test_brute_force(name):
     """Rigid boxes without friction: whatever touches, by the distances of all corners and edges."""
     shape, corner, at, last = BRUTE[name]
@@ -185,6 +188,7 @@ def test_lengths_times_ten(tmp_path):
     np.testing.assert_allclose(told[1], told[0], rtol=0.0, atol=1e-10 * np.abs(told[0]).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mu", [0.0, 0.25])
 def test_three_scales_in_a_ring_are_one(mu):
     """A scale with its images, and three of them that are free to do otherwise."""

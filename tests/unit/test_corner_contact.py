@@ -196,7 +196,7 @@ def test_a_tip_edge_that_sticks_beside_its_corner_rubs_nothing_away(n: int) -> N
     assert np.ptp(found.column("W")[part]) == pytest.approx(np.ptp(U), rel=1e-3)
 
 
-@pytest.mark.parametrize("ideal", [False, True])
+@pytest.mark.parametrize("ideal", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_friction_may_hold_a_contact_from_the_first_on(ideal: bool) -> None:
     beam, far = SKIN.replace(scale={"alpha": "60 deg", "embedded": "3 mm"}), (0.03, 0.1)
     one, found = followed(beam, ray(far), 1.0, ideal=ideal)

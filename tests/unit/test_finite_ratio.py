@@ -89,6 +89,7 @@ def test_without_contact_all_beams_are_alike_and_one_scale_is_none() -> None:
         squama.response([0.05], **_ratios(), scales=1)
 
 
+@pytest.mark.slow
 def test_a_study_of_tolerances_has_the_scatter_of_the_finite_beam() -> None:
     beam = SKIN.replace(scales=8)
     u = squama.uncertainty(beam, {"mu": "0.25 +- 0.1"}, at="0.09 rad/pitch", samples=3200)

@@ -342,6 +342,7 @@ def test_specimens():
     assert "specimen data[1] alone: data: all" in part.summary()
 
 
+@pytest.mark.slow
 def test_bending_from_force_vectors():
     """Against the oracle's plane statics, with none of the package's algebra."""
     beam = BEAM.replace(scale={"alpha": 0}, substrate={"neutral": "face"})

@@ -31,8 +31,8 @@ def loop(scales=None, faces="one", load="bending"):
 @pytest.mark.parametrize(
     ("scales", "faces", "load"),
     [
-        (None, "one", "bending"),
-        (5, "one", "bending"),
+        pytest.param(None, "one", "bending", marks=pytest.mark.slow),
+        pytest.param(5, "one", "bending", marks=pytest.mark.slow),
         (None, "mirrored", "bending"),
         (None, "turned, shifted", "twisting"),
     ],

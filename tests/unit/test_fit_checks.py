@@ -100,6 +100,7 @@ def test_a_wrong_unit_of_the_twist_is_named(twists, words):
         fitted(twists * x, T)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("alone")
 def test_a_softer_bar_is_named_and_found():
     x, T = loop(modulus=0.7)
@@ -183,6 +184,7 @@ def test_too_few_points_are_doubted():
     assert "hardly tell whether the model holds" in given.doubts[0]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("alone")
 def test_the_ends_of_the_beam_are_told():
     assert fitted(*loop()).row is None
@@ -237,6 +239,7 @@ def test_the_first_half_is_told_where_scales_touch_before_the_model_does():
         assert abs(found.ratio - 1) < 4 * found.error < 0.01
 
 
+@pytest.mark.slow
 def test_a_rival_that_does_not_describe_the_points_is_not_told(tmp_path, capsys):
     x, T = loop()
     fit = fitted(x, T)

@@ -89,6 +89,7 @@ def test_modes_of_bending_give_the_density():
     assert f.beam.density == pytest.approx(1100, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_the_real_beam():
     t, y, _ = sampled(release="0.15 rad/pitch", damping=0.01, swings=2)
     read = y + np.random.default_rng(3).normal(0, 3e-4, t.size)

@@ -35,6 +35,7 @@ def fitted(kind: str, seed: int = 100):
     return fits.fitted((RIGID, kind), seed, STARTS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", fits.KINDS)
 def test_intervals_hold(kind):
     """A short version of the campaign: of six right intervals two miss once in a hundred times."""
@@ -62,6 +63,7 @@ def test_a_loop_of_the_real_beam_on_hinges_is_not_believed():
         assert abs(real.values[name] - value) < 3 * real.errors[name]
 
 
+@pytest.mark.slow
 def test_a_loop_on_hinges_by_default_is_doubted():
     start, data, _ = loop("white noise", beam="hinges")
     fit = few_starts(data, start)

@@ -42,6 +42,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("alone")
 @pytest.mark.parametrize("name", ["measured_loop.csv", "stiff_skin_loop.csv"])
 def test_the_examples_are_what_their_script_makes(name):
@@ -145,6 +146,7 @@ def test_specimens_in_one_file_and_in_several(folder, capsys):
     assert "note: K_theta differs between the 2 specimens" in said
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("alone")
 def test_posterior(folder, capsys):
     pytest.importorskip("emcee")
@@ -347,6 +349,7 @@ def test_noise_of_no_measure(noise, folder):
         hinged("test.csv", BEAM, noise=noise)
 
 
+@pytest.mark.slow
 def test_an_interrupt_while_samples_are_drawn_is_one_line(folder, capfd, monkeypatch):
     emcee = pytest.importorskip("emcee")
     steps = emcee.EnsembleSampler.sample

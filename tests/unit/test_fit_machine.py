@@ -70,7 +70,7 @@ def test_a_torque_without_its_noise():
     assert noise.smooth(x[:5], loud[:5], []).tolist() == loud[:5].tolist()
 
 
-@pytest.mark.parametrize("load", ["twisting", "bending"])
+@pytest.mark.parametrize("load", ["twisting", pytest.param("bending", marks=pytest.mark.slow)])
 def test_a_machine_that_is_given_is_corrected_for_and_one_that_is_not_is_told(load):
     share = 5e-3
     data, k = table(load, share)
@@ -109,6 +109,7 @@ def test_a_machine_with_a_tolerance_is_found_from_it_and_from_the_points():
     assert any("the points alone would have compliance above what is given" in doubt for doubt in wrong.doubts)
 
 
+@pytest.mark.slow
 def test_a_modulus_and_its_tolerance_are_both_used():
     data, _ = table(share=0.0, softer=0.9, sigma=NOISE)
     E, find, given = BEAM.substrate.youngs_modulus, ("mu", "K_theta", "E_B"), {"machine": "rigid", "noise": NOISE}

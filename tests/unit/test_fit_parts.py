@@ -120,6 +120,7 @@ def test_the_words_and_units_are_those_of_a_force():
         fit.predict("5 mm")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("alone")
 def test_samples_are_those_of_the_model_on_a_grid():
     pytest.importorskip("emcee")

@@ -25,6 +25,7 @@ def fitted():
     return squama.fit(data, BEAM, joint="hinge", nuisances="none", starts=1, machine="rigid"), c
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("alone")
 def test_the_band_is_that_of_the_covariance():
     fit, true = fitted()

@@ -80,6 +80,7 @@ def test_a_known_beam_is_recovered():
     assert best.friction.mu == pytest.approx(truth.friction.mu, rel=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["edge", "plate"])
 def test_brute_force_finds_no_better_beam(law):
     vary = {"scale.length": ("40 mm", "70 mm"), "scale.alpha": ("50 deg", "68 deg")}
@@ -271,6 +272,7 @@ def test_what_has_no_effect_stays_and_is_named():
     assert {d.beam.substrate.youngs_modulus for d in found.designs} == {1.5e6}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "law"), [(0, "edge"), (1, "plate"), (5, "edge")])
 def test_four_figures_of_a_random_beam_are_met_together(seed, law):
     rng = np.random.default_rng(seed)

@@ -14,6 +14,7 @@ from squama.inverse.target import read_target
 TARGET = "examples/finger_target.toml"
 
 
+@pytest.mark.slow
 def test_a_finger_is_what_squama_bend_says_of_it():
     found = squama.inverse_design(TARGET, starts=256, designs=1)
     (best,) = found.designs

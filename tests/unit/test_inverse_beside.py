@@ -80,6 +80,7 @@ def test_a_design_is_judged_with_its_own_scales():
         assert words in text
 
 
+@pytest.mark.slow
 def test_a_torque_is_met_with_its_own_scales():
     """The endless beam of the design is far above what is asked: a search that asked that alone would not meet it."""
     asked = {"points": [{"twist": "90 deg total", "torque": 0.02}]}

@@ -65,6 +65,7 @@ def differences(values, key, rate, h):
     return (up - down) / (2 * h)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("friction", [0.0, 1.0])
 def test_derivatives_against_differences(friction):
     """Of 200 beams by 9 dimensions.

@@ -92,6 +92,7 @@ def test_no_point_dominates_another_and_each_is_what_it_says(front):
             assert low <= float(one[name]) <= high
 
 
+@pytest.mark.slow
 def test_no_worse_than_as_many_random_beams():
     found = squama.pareto("examples/front.toml")
     assert found.population * found.generations == 20_000

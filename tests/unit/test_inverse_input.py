@@ -219,6 +219,7 @@ def test_what_is_not_reached_is_no_error(folder, capsys):
     assert "scale.length at its upper bound 80 mm" in said.out
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("unasked")
 def test_a_target_with_its_own_beam_and_values_in_place(folder, capsys):
     whole = "\n".join(line for line in BEAM.splitlines() if not line.startswith("#"))

@@ -61,6 +61,7 @@ def test_the_number_of_scales_comes_out_whole_and_on_target():
     assert "beam.scales" not in found.tolerance
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("unasked")
 def test_the_number_of_scales_is_one_of_a_list():
     listed = {
@@ -188,6 +189,7 @@ def test_materials_and_sheets_are_chosen():
     assert alone[0].chosen == {"scale.thickness": max(ratios, key=ratios.get)}
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("unasked")
 def test_what_is_in_the_way_is_named():
     asked = {"points": [PIECE | {"stiffness_ratio": "at least 60"}]}

@@ -50,6 +50,7 @@ def test_masses_and_moments_of_inertia(alpha):
     assert mass.of(beam, 1150.0, 0.0).mass == bar
 
 
+@pytest.mark.slow
 def test_bar_and_scales_swing_with_the_rotor():
     v = squama.vibrate(SKIN, rotor=ROTOR, **STILL)
     m, L = mass.of(SKIN, SKIN.density, SKIN.scale.density), SKIN.length

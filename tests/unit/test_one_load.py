@@ -120,8 +120,12 @@ def test_the_bench_is_what_the_summary_says(capsys):
         assert main(["twist", "examples/stiff_skin.toml", "--hold", hold, "--compare"]) == 0
         lines = capsys.readouterr().out.splitlines()
         start = next(i for i, line in enumerate(lines) if line.startswith("at "))
-        said = (own, "of the endless beam's torque", *order)
-        assert [part in line for part, line in zip(said, lines[start + 1 : start + 5], strict=True)] == [True] * 4
+        said = (own, "of the endless beam's torque", "25 scales under a couple", "25 scales with gripped ends", *order)
+        if hold == "bend":
+            # grips bend the cells beside them
+            said = (*said[:3], *said[4:])
+        below = lines[start + 1 : start + 1 + len(said)]
+        assert [part in line for part, line in zip(said, below, strict=True)] == [True] * len(said)
     assert main(["twist", "examples/stiff_skin.toml", "--json"]) == 0
     record = json.loads(capsys.readouterr().out)["bench"]
     own = SKIN.replace(scales=25)
@@ -134,6 +138,29 @@ def test_the_bench_is_what_the_summary_says(capsys):
     assert found.other.holding == pytest.approx(float(squama.twist(SKIN, at=at, hold="straight").M[0]), rel=1e-3)
     row = squama.row(SKIN, to=found.at / SKIN.pitch, points=60)
     assert found.row.torque == pytest.approx(float(row["T"][-1]), rel=1e-3)
+
+
+def test_other_ends_are_in_the_summary(capsys):
+    """With the torque that each of them has through the public door, at the twist of the figures."""
+    five, at, unit = SKIN.replace(scales=5), "27.4 deg total", 1e3
+    flags = ["examples/stiff_skin.toml", "--set", "beam.scales=5", "--to", at, "--points", "9"]
+    torque = {e: unit * float(squama.twist(five, at=at, ends=e)["T"][0]) for e in ("free", "couple", "gripped")}
+    endless = unit * float(squama.twist(SKIN, at=f"{27.4 / 5} deg/pitch")["T"][0])
+    # three digits are printed
+    assert torque["gripped"] > 1.05 * torque["free"]
+    for ends, T in torque.items():
+        assert main(["twist", *flags, "--ends", ends]) == 0
+        figures = dict(line.strip().split("  ", 1) for line in capsys.readouterr().out.splitlines() if "  " in line)
+        ratio = f"(ratio {T / endless:.3g})"
+        assert figures["torque"].strip() == f"{T:.3g} N mm; endless beam {endless:.3g} N mm {ratio}"
+        words = {"free": "free", "couple": "under a couple", "gripped": "gripped"}
+        others = ", ".join(f"{words[e]} {torque[e]:.3g} N mm" for e in torque if e != ends)
+        assert figures["with other ends"].strip() == others
+    assert main(["twist", *flags, "--json"]) == 0
+    record = json.loads(capsys.readouterr().out)["bench"]
+    for ends, state in record["other_ends"].items():
+        assert unit * state["torque"] == pytest.approx(torque[ends], rel=1e-5)
+    assert list(record["other_ends"]) == ["couple", "gripped"]
 
 
 def test_what_is_held_is_given_once(capsys):

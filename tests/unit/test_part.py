@@ -116,6 +116,7 @@ def test_a_bar_that_bows_as_it_twists_is_a_rod_under_one_couple():
     assert missed[0] / missed[1] == pytest.approx(4, rel=0.2)
 
 
+@pytest.mark.slow
 def test_small_loads_are_those_of_beam_theory():
     """Cantilever, two rollers, both ends clamped; without shear, whose cells bend at their middle alone."""
     n, push = 20, "0.01 mm up at tip"
@@ -173,7 +174,10 @@ def part(name, n=6, mu=0.25, **given):
     return squama.load(SKIN, word, support=support, scales=n, mu=mu, **given)
 
 
-@pytest.mark.parametrize("name", CASES)
+ALL = [pytest.param(name, marks=pytest.mark.slow if name == "rollers" else ()) for name in CASES]
+
+
+@pytest.mark.parametrize("name", ALL)
 def test_it_is_in_balance(name):
     """What cells carry is what the loads beyond do on a virtual strain of theirs, by matrices of four rows."""
     r = part(name, points=8)
@@ -241,7 +245,7 @@ def test_it_is_in_balance(name):
     np.testing.assert_allclose(r.root_force[-1], 0, atol=0)
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", ALL)
 def test_work_is_balanced_there_and_back(name):
     r = part(name, points=25, back=True)
     assert float(r.energy_error) < 3e-4

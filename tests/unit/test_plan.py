@@ -98,6 +98,7 @@ def test_a_machine_that_gives():
     assert (known > 1.05 * rigid.shares).all()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("alone")
 @pytest.mark.parametrize(
     ("beam", "joint", "noise", "names", "seeds"),

@@ -173,6 +173,7 @@ def test_twists_that_are_all_but_equal_end_no_curve(apart: float) -> None:
     np.testing.assert_allclose(near.torque[:, 1::2], near.torque[:, ::2], rtol=1e-4)
 
 
+@pytest.mark.slow
 def test_the_work_is_stored_rubbed_away_or_lost_in_snaps() -> None:
     designs = some(60, seed=11)
     shape = law.Shape(*(designs[name] for name in law.Shape._fields))

@@ -51,6 +51,7 @@ def test_moment_and_torque_are_the_slopes_of_the_energy(D):
         assert (works[0] - works[1]) / (2 * h) == pytest.approx(value, rel=1e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mu", [0.0, 0.3])
 @pytest.mark.parametrize("free", [path.STRETCHING, path.HELD])
 def test_general_contact_finds_the_same(mu, free):

@@ -332,6 +332,7 @@ def test_stress_and_deflection_are_those_of_the_endless_beam_in_the_middle():
     assert float(r.deflection[0]) > float(r.deflection[20]) > 0 > float(r.deflection[-1])
 
 
+@pytest.mark.slow
 def test_where_a_row_ends():
     r = squama.row(PLA, scales=5, to="0.2 rad/pitch")
     # another contact comes in, and the row goes on

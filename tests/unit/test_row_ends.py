@@ -255,6 +255,7 @@ def test_grips_that_keep_their_distance_pull():
     assert column(held, "torque")[0, 0] > column(free, "torque")[0, 0]
 
 
+@pytest.mark.slow
 def test_derivatives_are_those_of_complex_steps():
     """Of all that is written down, with friction and without; second rates of a cell's own strains roughly."""
     told = said("own_strains.py")

@@ -108,6 +108,7 @@ def run(*more):
     return done.returncode, done.stdout, done.stderr.splitlines()
 
 
+@pytest.mark.slow
 def test_a_scheduler_at_an_address_gives_the_same_bytes(place):
     assert main([*ARGUMENTS, "-o", "alone.zarr"]) == 0
     # the worker may come before the tiles or after them

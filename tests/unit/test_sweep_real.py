@@ -351,6 +351,7 @@ def test_samples_are_beams() -> None:
     assert u.attrs["notes"] == "" or "joint.factor" not in u.attrs["notes"]
 
 
+@pytest.mark.slow
 def test_the_error_of_the_joints_law_scatters_too(monkeypatch: pytest.MonkeyPatch) -> None:
     vary = {"mu": "+- 0.05"}
     u = squama.uncertainty(BEAM, vary, at=AT, samples=3200, indices=256)
@@ -372,6 +373,7 @@ def test_the_error_of_the_joints_law_scatters_too(monkeypatch: pytest.MonkeyPatc
         assert "joint.factor" not in squama.uncertainty(known, given, at=AT, samples=320, levels=[0.5]).parameter.values
 
 
+@pytest.mark.slow
 def test_what_is_not_known_is_a_share() -> None:
     # the law goes to scales of .45 of the gap
     least = np.degrees(np.arcsin(BEAM.scale.thickness / BEAM.pitch / (0.45 * np.cos(BEAM.scale.alpha))))

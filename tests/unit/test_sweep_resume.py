@@ -366,6 +366,7 @@ if __name__ == "__main__":
 """
 
 
+@pytest.mark.slow
 def test_a_worker_that_is_killed_costs_its_tile_only(place, undisturbed):
     Path("job.py").write_text(_WORKER_DIES)
     done = subprocess.run([sys.executable, "job.py"], capture_output=True, text=True, check=False, timeout=120)

@@ -92,6 +92,7 @@ def test_a_change_comes_in_one_message_and_the_address_at_rest(visit) -> None:
     assert page.page.evaluate("came") == ["update", "run_javascript"]
 
 
+@pytest.mark.slow
 def test_dragging_ends_at_the_last_value(visit) -> None:
     page = visit(HINGED)
     most = float(f"{np.degrees(25 * live.motion(state.read(HINGED).setting).most):.3g}")
@@ -334,6 +335,7 @@ def test_model_and_scales_are_chosen_and_named(visit) -> None:
     page.page.wait_for_function("location.search.includes('joint=compliant&ideal=no')")
 
 
+@pytest.mark.slow
 def test_a_joint_that_needs_elements_is_solved_beside_the_page(visit) -> None:
     pytest.importorskip("netgen", reason="needs the extra fe")
     page = visit("?" + state.query(state.preset("main").change("theta0", "26")))
@@ -347,6 +349,7 @@ def test_a_joint_that_needs_elements_is_solved_beside_the_page(visit) -> None:
     page.shot("compliant")
 
 
+@pytest.mark.slow
 def test_both_models_and_a_loop_are_drawn(visit) -> None:
     page = visit()
     names = "options.series.map((s) => s.name).join()"
@@ -365,6 +368,7 @@ def test_both_models_and_a_loop_are_drawn(visit) -> None:
     page.page.locator(".plot").first.locator(".marks b", has_text="\N{UPWARDS ARROW}").wait_for()
 
 
+@pytest.mark.slow
 def test_a_beam_is_let_go_also_from_a_link(visit) -> None:
     page = visit()
     let_go = page.page.locator("[data-do=release]")
@@ -396,6 +400,7 @@ def test_a_beam_is_let_go_also_from_a_link(visit) -> None:
     other.until("squamaView.state.name === 'free' && squamaView.design.sense === -1")
 
 
+@pytest.mark.slow
 def test_warnings_are_seen_and_push_nothing_away(visit) -> None:
     page = visit()
     top = "document.querySelector('.stage').getBoundingClientRect().bottom"

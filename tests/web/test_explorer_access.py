@@ -44,6 +44,7 @@ def test_everything_has_a_name_and_takes_the_keyboard(visit) -> None:
     assert {"open", "SUMMARY", "link", "CANVAS", "reset", "SELECT", "keep", "twist"} <= set(seen)
 
 
+@pytest.mark.slow
 def test_the_view_turns_and_zooms_by_keys(visit) -> None:
     page = visit()
     canvas = page.page.locator("canvas[tabindex='0']")

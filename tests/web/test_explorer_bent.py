@@ -43,6 +43,7 @@ def test_bend_and_twist_by_their_sliders(visit, size):
     assert page.state()["held"] == 0.03
 
 
+@pytest.mark.slow
 def test_the_slider_bends_and_a_link_holds_it(visit):
     page = visit()
     slider = page.slider("bend")

@@ -149,6 +149,7 @@ def test_the_page_draws_what_the_kernel_says(visit) -> None:
         assert now["drawn"] == 24
 
 
+@pytest.mark.slow
 def test_the_still_picture_is_taken_from_where_the_page_looks(visit) -> None:
     page = visit()
     js = page.page.evaluate(CAMERA)
@@ -207,6 +208,7 @@ def test_what_leaves_the_view_is_framed_anew(visit, size) -> None:
     assert page.page.evaluate("squamaView.camera.position.toArray()") == near
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(1280, 720), (1920, 1080)])
 def test_a_decay_stays_in_the_view(visit, size) -> None:
     now = state.preset("pla").change("path", "decay").change("twist", "0.22 rad/pitch")

@@ -6,10 +6,12 @@ import math
 import re
 
 import numpy as np
+import pytest
 
 from squama.web import map, state  # noqa: A004 - the module is named after what it draws
 
 
+@pytest.mark.slow
 def test_a_field_holds_its_value_ready_to_be_typed_over(visit) -> None:
     page = visit()
     field, keys = page.number("twist"), page.page.keyboard

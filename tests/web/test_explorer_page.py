@@ -33,6 +33,7 @@ def test_the_way_back_undoes_and_does_not_leave_the_page(visit) -> None:
     assert page.state()["mu"] == 0.25
 
 
+@pytest.mark.slow
 def test_the_menu_shuts_by_escape_and_by_a_click_elsewhere(visit) -> None:
     page = visit()
     menu, shut = page.page.locator(".menu > summary"), "!document.querySelector('.menu').open"
@@ -67,6 +68,7 @@ def test_one_main_part_lists_of_one_width_and_no_line_that_is_cut(visit) -> None
         assert lines == round(lines), name
 
 
+@pytest.mark.slow
 def test_a_mark_that_stands_aside_has_a_leader_to_its_place(visit) -> None:
     page = visit()
     page.page.locator("[data-do=keep]").click()

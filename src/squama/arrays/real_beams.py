@@ -108,7 +108,7 @@ class Response(NamedTuple):
     the largest (von Mises) in an elastic scale over E; NaN beyond the end.
 
     At the last twist ``finite_ratio`` and ``finite_tangent``: torque, and its slope from the twist before, of a beam
-    with the number of scales asked for over those of the endless one; NaN without a number, or where not found.
+    with the given number of scales over those of the endless beam; NaN without a number, or where not found.
     """
 
     phi_e: Array
@@ -149,7 +149,7 @@ def response(
     scales: int | None = None,
     threads: int | None = None,
 ) -> Response:
-    """Twist arrays of real beams: thick, elastic scales on a joint of six motions (docs, theory: the real beam).
+    """Twist arrays of beams with thick, elastic scales on a joint of six motions (docs, theory: thick scales).
 
     Parameters
     ----------

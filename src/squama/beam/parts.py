@@ -130,8 +130,7 @@ class Scale(Part):
     youngs_modulus : float or str, optional
         E_s, Pa; a scale without it is rigid.
     poisson_ratio : float, optional
-        nu_s; -1 to 0.5, exclusive. It is asked for where the modulus is given, and is 0.35 (printed plastics) then if
-        it is not.
+        nu_s; -1 to 0.5, exclusive. With a modulus it is 0.35 (printed plastics) if not given.
     strength : float or str, optional
         Largest stress (von Mises), Pa.
     density : float or str, optional
@@ -350,7 +349,7 @@ class Assembly(Part):
 
     @property
     def ratios(self) -> dict[str, float]:
-        """What the contact depends on: eta, beta, lam, and alpha, theta0 in rad."""
+        """Return the ratios of the contact, which are eta, beta, lam, and alpha, theta0 in rad."""
         angles = {"alpha": self.scale.alpha, "theta0": self.scale.theta0}
         return {"eta": self.eta, "beta": self.beta, "lam": self.lam, **angles}
 
@@ -373,7 +372,7 @@ class Assembly(Part):
 
     @property
     def pitches(self) -> int:
-        """Number of pitches that lengths, totals and pictures are of: N, :data:`SHOWN` of an endless beam."""
+        """Number of pitches of lengths, totals and pictures, N, or 25 of an endless beam."""
         return self.scales or SHOWN
 
     @property
@@ -408,7 +407,7 @@ class Assembly(Part):
 
     @property
     def C_f(self) -> float:
-        """Inclusion factor in twisting: as given, from the joint's matrix, or 1 + 1.33 zeta beta / lambda.
+        """Inclusion factor in twisting, as given, from the joint's matrix, or 1 + 1.33 zeta beta / lambda.
 
         Tabs in both faces add twice what those of one do, unless the factor is given.
         """
@@ -436,15 +435,15 @@ class Assembly(Part):
 
     @property
     def torsional_rigidity(self) -> float:
-        """C_f J G_B, N m^2: the torque of the beam without contact per twist rate (Eq. 14)."""
+        """Torque of the beam without contact per twist rate, C_f J G_B, N m^2 (Eq. 14)."""
         return self.C_f * self.J * self.G_B
 
     @property
     def bending_rigidity(self) -> float:
-        """E_B width (2t)^3 / 12, N m^2, times the inclusion factor if that is given (docs, theory: bending)."""
+        """Moment per curvature without contact, E_B width (2t)^3 / 12 times the inclusion factor if given, N m^2."""
         return float(joint_law.rigidity("bending", self.sizes, self.given))
 
     @property
     def joint_stiffness(self) -> float:
-        """K_theta of a scale, N m per rad, under any load: given, of the matrix, or 3.62 E_B t_s^2 b (L/t_s)^1.55."""
+        """K_theta of a scale, N m per rad, given, of the matrix, or 3.62 E_B t_s^2 b (L/t_s)^1.55."""
         return float(joint_law.stiffness(self.sizes, self.given))

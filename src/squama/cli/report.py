@@ -37,11 +37,16 @@ REAL, IDEAL, HINGE = "real", "thin, rigid", "hinge"
 _KEEPS = "  torque T that keeps it from twisting"
 
 
-def beside(beam: Beam, laws: Mapping[str, Answer]) -> Bench | None:
-    """Return what stands beside the compliant joint's curve on the bench; None of hinges and of families."""
+def beside(beam: Beam, laws: Mapping[str, Answer], *, asked: bool = False) -> Bench | None:
+    """Return what stands beside the compliant joint's curve on the bench; None of hinges and of families.
+
+    At the load that figures are for, which depends on whether the end of the curve was ``asked`` for.
+    """
     data = next(iter(laws.values()))
-    real = HINGE in laws and data.family is None
-    return bench.bench(beam, data, ideal=data.attrs["scales"] == THIN) if real else None
+    if data.family is not None or data.attrs.get("joint") != "compliant":
+        return None
+    at = Curve(LOADS[data.attrs["load"]], beam, data, asked).at
+    return bench.bench(beam, data, ideal=data.attrs["scales"] == THIN, at=at)
 
 
 def summary(
@@ -64,7 +69,7 @@ def summary(
     table: Shown = ()
     figures: Iterable[tuple[str, str]]
     if data.family is None:
-        one = Curve(words, beam, data, asked)
+        one = Curve(words, beam, data, asked, found)
         verdict, figures = one.verdict, one.figures
     else:
         verdict = free_until(words, beam, float(np.min(data[f"{words.angle}_e"])))

@@ -125,7 +125,7 @@ def respond(
             laws = report.responses(load, beam, law, sense, numbers)
     hinge = laws[report.HINGE].dataset() if common.plot and report.HINGE in laws else None
     written = output.write(common, laws[law].dataset, "response_figure", measured=measured, hinge=hinge)
-    answer = beam, law, laws, report.beside(beam, laws)
+    answer = beam, law, laws, report.beside(beam, laws, asked=stop is not None)
     said = report.summary(*answer, asked=stop is not None, compare=curve.compare, full=curve.full)
     return output.report(common.json, path, written, report.record(*answer), said)
 

@@ -11,11 +11,13 @@ import numpy as np
 from squama.beam.people import figure, turned
 from squama.cli.summary import modelled, percent
 from squama.curves.both_faces import worst
+from squama.loads import COUPLE, FREE, GRIPPED
 from squama.model.outcome import SENTENCES, End
-from squama.units import moment
+from squama.units import torque_unit
 
 if TYPE_CHECKING:
     from squama.beam.design import Beam
+    from squama.curves.bench import Bench
     from squama.curves.labelled import Answer
     from squama.loads import Load
 
@@ -32,12 +34,13 @@ def free_until(load: Load, beam: Beam, engaged: float) -> str:
 
 
 class Curve(NamedTuple):
-    """A curve of a beam, whose end was ``asked`` for or not."""
+    """A curve of a beam, whose end was ``asked`` for or not, and what stands ``beside`` it on the bench, if known."""
 
     load: Load
     beam: Beam
     data: Answer
     asked: bool
+    beside: Bench | None = None
 
     @property
     def end(self) -> End:
@@ -90,7 +93,8 @@ class Curve(NamedTuple):
         if touch:
             place = "twice that" if self.at == 2 * self.of("e") else "the end of the curve"
             yield "figures at", f"{turned(self.at, beam)}, {place}"
-            yield load.torque_words, moment(self.there(load.torque))
+            yield load.torque_words, f"{self._moment(self.there(load.torque))}{self._endless}"
+            yield "with other ends", self._by_ends
             yield "tangent stiffness", f"{figure(self.stiffer)} times that before contact"
             yield "largest stress in a scale", self._share("stress", "strength", beam.scale.strength)
             yield "largest strain in the bar", self._share("strain", "strain", beam.substrate.strain_limit)
@@ -103,6 +107,25 @@ class Curve(NamedTuple):
         sense = "; sense -" if data.attrs.get("sense") == "-" else ""
         yield "friction", f"mu = {float(data['mu']):g}{lost}{sense}"
         yield "model", modelled(beam, data.attrs)
+
+    @property
+    def _endless(self) -> str:
+        """The endless beam's torque or moment and the ratio of N scales to it, to stand behind that of N scales."""
+        there = self.beside.endless.torque if self.beside and self.beside.ends else math.nan
+        ratio = self.there(self.load.torque) / there
+        return f"; endless beam {self._moment(there)} (ratio {figure(ratio)})" if math.isfinite(there) else ""
+
+    @property
+    def _by_ends(self) -> str:
+        """The torque or moment of the same scales with other ends; "" where it is not known."""
+        others = self.beside.by_ends if self.beside else {}
+        words = {FREE: "free", COUPLE: "under a couple", GRIPPED: "gripped"}
+        return ", ".join(f"{words[e]} {self._moment(s.torque)}" for e, s in others.items() if math.isfinite(s.torque))
+
+    def _moment(self, value: float) -> str:
+        """Return a torque or moment (N m) in the unit of the curve's own."""
+        factor, unit = torque_unit(self.there(self.load.torque))
+        return figure(factor * value, unit)
 
     def _share(self, name: str, ending: str, limit: float | None) -> str:
         """Return a stress or strain, how much of its limit that is, and where along the curve it comes to the limit."""

@@ -1,9 +1,10 @@
-"""A beam's torque or moment at one load: with its own number of scales, endless, and endless but held, or free."""
+"""A beam's torque or moment at one load: its own scales by their ends, endless, and endless but held, or free."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from typing import NamedTuple, Unpack
 
 import numpy as np
@@ -15,7 +16,7 @@ from squama.curves.chosen import REAL
 from squama.curves.doors import How
 from squama.curves.labelled import Answer
 from squama.errors import InputError
-from squama.loads import ENDLESS, LOADS, NOTHING, STRAIGHT, Load, ending, holds
+from squama.loads import COUPLE, ENDLESS, FREE, GRIPPED, LOADS, NOTHING, STRAIGHT, Load, ending, holds
 from squama.units import number, torque_unit
 
 SEVEN = "joint.matrix knows no bend; squama joint --matrix writes all nine motions"
@@ -39,7 +40,8 @@ class Bench(NamedTuple):
 
     ``row``: of its own number of ``scales``, NaN of an endless beam, whose ``ends`` are as the word says; ``endless``
     without ends; ``other``: endless, held straight (from twisting) where that is free, else free to bow (to twist);
-    ``held``: whether the beam is. ``notes`` say what is missing.
+    ``held``: whether the beam is; ``by_ends``: the row with other ends, NaN where its curve ends before the load.
+    ``notes`` say what is missing.
     """
 
     load: Load
@@ -51,13 +53,15 @@ class Bench(NamedTuple):
     ends: str
     notes: tuple[str, ...]
     held: bool
+    by_ends: Mapping[str, State]
 
     @property
     def record(self) -> dict[str, object]:
         """The figures as plain data, SI units."""
         states = {"endless": self.endless, ("free" if self.held else STRAIGHT): self.other, "row": self.row}
         found = {name: state._asdict() for name, state in states.items()}
-        own = {"scales": self.scales, "ends": self.ends}
+        own: dict[str, object] = {"scales": self.scales, "ends": self.ends}
+        own["other_ends"] = {ends: state._asdict() for ends, state in self.by_ends.items()}
         return {"at": self.at, "held": self.held, **own, **found, "notes": list(self.notes)}
 
     @property
@@ -82,6 +86,9 @@ class Bench(NamedTuple):
             shares = (getattr(self.row, name) / getattr(self.endless, name) for name in State._fields[:2])
             torque, tangent = (number(share) for share in shares)
             yield f"  which is {torque} of the endless beam's {self.load.torque_words} and {tangent} of its stiffness:"
+        for ends, state in self.by_ends.items():
+            there = said(state) if math.isfinite(state.torque) else "the curve ends before"
+            yield f"  {self.scales} scales {ending(ends)}: {there}"
         for state, held in ((self.endless, self.held), (self.other, not self.held)):
             if math.isfinite(state.torque):
                 yield f"  endless, {how(state, held=held)}: {said(state)}"
@@ -108,12 +115,23 @@ def bench(beam: Beam, answer: Answer, *, ideal: bool, at: float | None = None) -
     if own:
         row = _state(answer, load, at)
     other, notes = _other(beam, load, at, sense, held=held, **how)
-    return Bench(load, at, endless, other, row, beam.pitches, own, notes, held)
+    by_ends = _by_ends(one, load, at, sense, own, **how) if own else {}
+    return Bench(load, at, endless, other, row, beam.pitches, own, notes, held, by_ends)
 
 
-def _at(beam: Beam, load: Load, at: float, sense: str, **how: Unpack[How]) -> State:
-    """Return the state of an endless beam at a load angle per pitch."""
-    return _state(doors.respond(beam, load.name, at=[at / beam.pitch], sense=sense, ends=ENDLESS, **how), load, at)
+def _by_ends(beam: Beam, load: Load, at: float, sense: str, own: str, **how: Unpack[How]) -> dict[str, State]:
+    """Return the states of a beam's scales with other ends than its ``own``, without those that it cannot have."""
+    found = {}
+    for ends in (FREE, COUPLE, GRIPPED):
+        with suppress(InputError):
+            if ends != own:
+                found[ends] = _at(beam, load, at, sense, ends, **how)
+    return found
+
+
+def _at(beam: Beam, load: Load, at: float, sense: str, ends: str = ENDLESS, **how: Unpack[How]) -> State:
+    """Return the state at a load angle per pitch of a beam with such ends."""
+    return _state(doors.respond(beam, load.name, at=[at / beam.pitch], sense=sense, ends=ends, **how), load, at)
 
 
 def _state(answer: Answer, load: Load, at: float) -> State:
@@ -123,7 +141,9 @@ def _state(answer: Answer, load: Load, at: float) -> State:
     names = load.torque, "stiffness_ratio", strain, holding
 
     def there(name: str) -> float:
-        return float(np.interp(at, x[known], answer[name][known])) if name in answer.variables else math.nan
+        if name not in answer.variables or not known.any():
+            return math.nan
+        return float(np.interp(at, x[known], answer[name][known]))
 
     return State(*map(there, names))
 

@@ -107,16 +107,16 @@ def twist(
         "free" (there is no axial force: the default) or "middle" (the bar keeps its length), in place of the beam's own
         ``substrate.neutral``; of the compliant joint.
     hold
-        What is held, in place of the beam's own ``hold``: some of "bend", "lateral bend", "stretch" ("bend, stretch"),
-        or "straight" for all; "nothing", the default, lets a beam under a torque bow. Of the compliant joint: hinges
-        are held straight.
+        Strains that a guide holds, in place of the beam's own ``hold``: some of "bend", "lateral bend", "stretch"
+        ("bend, stretch"), or "straight" for all; "nothing", the default, lets a beam under a torque bow. Of the
+        compliant joint: hinges are held straight.
     ends
         Of a beam with a number of scales, whose end scales lack a neighbour, in place of its own ``ends``: "free" (the
         default), one torque about the axis of each cell, which has its own twist, bend and stretch; "couple": a couple
         at both ends, which may shift and tilt, of up to 60 scales; "gripped": the ends stay on one axis, half a pitch
         beyond the first and last scale, and may come nearer, of up to 60 scales; "equal": all cells have the same
-        strains; "endless": the beam without ends, which answers for more than 200 scales, on
-        hinges, with scales on both faces, and where a beam has no number of scales.
+        strains; "endless": the beam without ends, the default for more than 200 scales, on
+        hinges, with scales on both faces, and of a beam without a number of scales.
 
     Returns
     -------
@@ -124,20 +124,20 @@ def twist(
         Dimension ``point`` (and ``mu``); variables named as in :data:`squama.SYMBOLS`, SI units and radians; single
         figures of the curve such as ``phi_e``, ``phi_end``, ``end``, ``RED_c``; beam, law, margin and version in the
         attributes. A curve of the compliant joint goes on through every contact that comes in: ``N``, ``f`` are sums
-        over all contacts, ``p``, ``s``, ``slip`` of the first one, ``phi_second`` and ``other_contact`` tell the second
-        one, ``W_snap`` the energy that jumps of the scales lose, ``phi_bent`` where a scale is bent beyond the plate
-        model (docs, theory: contact). ``psi``, ``chi``, ``stretch`` are the bend, lateral bend and stretch per pitch,
-        ``M``, ``M_lat``, ``P`` what holds them, 0 where they are free. With scales on both faces loads and energies are
-        the beam's, what is told of a scale is of the face that touches first; ``theta_other``, ``N_other``,
-        ``stress_other`` and the like, and ``phi_e_other``, are of the other one. ``phi_strength`` and ``phi_strain``
-        are of the face that comes there first.
+        over all contacts, ``p``, ``s``, ``slip`` of the first one, ``phi_second`` and ``other_contact`` describe the
+        second, ``W_snap`` is the energy that jumps of the scales lose, ``phi_bent`` where a scale is bent beyond the
+        plate model (docs, theory: contact). ``psi``, ``chi``, ``stretch`` are the bend, lateral bend and stretch per
+        pitch, ``M``, ``M_lat``, ``P`` the loads that hold them, 0 where they are free. With scales on both faces loads
+        and energies are the beam's, figures of a scale those of the face that touches first; ``theta_other``,
+        ``N_other``, ``stress_other`` and the like, and ``phi_e_other``, are of the other one. ``phi_strength`` and
+        ``phi_strain`` are of the face that comes there first.
 
-        A beam with a number of scales has its twist and torque at its ends; what is told of a scale (``theta``, ``N``,
-        ``stress`` and the like) has the dimension ``scale``, 1 to N, and so have the cells' strains ``phi_cell``,
-        ``psi_cell``, ``chi_cell``, ``stretch_cell``, what they carry (``T_cell`` and the like, where it is not zero),
+        A beam with a number of scales has its twist and torque at its ends; figures of a scale (``theta``, ``N``,
+        ``stress`` and the like) have the dimension ``scale``, 1 to N, and so have the cells' strains ``phi_cell``,
+        ``psi_cell``, ``chi_cell``, ``stretch_cell``, their loads (``T_cell`` and the like, where they are not zero),
         and the moment ``Q`` by which the substrate lifts a scale that lies on it; ``psi`` and the like are means.
-        ``T_periodic`` and ``theta_periodic`` are of the endless beam; ``decay`` is what is left of an end's effect one
-        scale further on, ``scale_end`` where another contact comes in first.
+        ``T_periodic`` and ``theta_periodic`` are of the endless beam; ``decay`` is the share of an end's effect that is
+        left one scale further on, ``scale_end`` where another contact comes in first.
 
     Raises
     ------

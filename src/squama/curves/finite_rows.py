@@ -59,8 +59,8 @@ def row(
     sense
         "+" or "-": which way the beam is twisted. Twists are magnitudes.
     joint, ideal, hold
-        "compliant" or "hinge", thin, rigid scales or those of the beam, and what is held, as in :func:`squama.twist`;
-        of each cell. With grips nothing but the stretch may be held: their distance.
+        "compliant" or "hinge", thin, rigid scales or those of the beam, and held strains of each cell, as in
+        :func:`squama.twist`. With grips only the stretch may be held: their distance.
     ends
         "free" (default): a torque, the same in all cells; "couple": a couple at both ends, which may shift and tilt
         (then twists are those of the far end over the pitches); "gripped": the ends stay on one axis, held

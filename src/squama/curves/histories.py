@@ -57,13 +57,13 @@ def cycle(
     points
         Number of points in contact of each way between two twists; a straight part has a quarter of it.
     loops
-        How many times the history is gone through.
+        How many times the history is followed.
     joint
         "compliant" or "hinge", as in :func:`squama.twist`, in bending as in :func:`bend`.
     ideal, hold
-        Thin, rigid scales, and what is held, as in :func:`squama.twist`.
+        Thin, rigid scales, and strains that a guide holds, as in :func:`squama.twist`.
     ends
-        Of a beam with a number of scales, as in :func:`squama.twist`; what is told of a scale has then the dimension
+        Of a beam with a number of scales, as in :func:`squama.twist`; figures of a scale then have the dimension
         ``scale``.
 
     Returns

@@ -26,7 +26,7 @@ class FreeVibration(NamedTuple):
     """A decay; arrays of the designs' broadcast shape, with a last dimension for cycles. NaN beyond its end.
 
     ``peaks`` and ``troughs`` (rad per pitch, signed), ``peak_times`` and ``trough_times`` (1/omega0), ``zeta`` of each
-    cycle by the elastic energy at its peaks; ``end``: "rings" (as many cycles as asked), "jams" (it stays at ``rest``),
+    cycle by the elastic energy at its peaks; ``end``: "rings" (all cycles), "jams" (it stays at ``rest``),
     "beyond" (a swing has more energy than the model can take up; it had ``energy``, over K_theta per pitch).
     """
 

@@ -138,9 +138,9 @@ class Trials(NamedTuple):
 class DecayFit(Estimated):
     """Parameters of a beam found from the record of a decay.
 
-    ``beam`` has the estimates put in, with the rotor (in a mode the density) of the frequency that was found. Names of
-    what was found are ``parameters``: what was asked for, then ``f_0`` (Hz), ``release`` (first turning point, rad per
-    pitch), ``start`` (its time, s) and ``twist_zero`` (reading at rest, rad over the whole beam). In this order
+    ``beam`` has the estimates put in, with the rotor (in a mode the density) of the frequency that was found.
+    ``parameters`` are the names of the estimates: the given ones, then ``f_0`` (Hz), ``release`` (first turning point,
+    rad per pitch), ``start`` (its time, s) and ``twist_zero`` (reading at rest, rad over the whole beam). In this order
     ``estimates``, ``covariance`` and ``correlation``, by name ``values`` and standard ``errors``, SI units.
 
     Arrays of one length, the points: ``t`` (s), ``angle`` measured, ``fitted`` (rad per pitch). ``noise`` of a point

@@ -112,7 +112,7 @@ class Plan:
         return "\n".join([*self.verdict(), *self._table(), *self.notes()])
 
     def verdict(self) -> list[str]:
-        """Return which test to make, and what it is expected to tell."""
+        """Return which test to make, and the errors that it is expected to leave."""
         best, loops = self.best, self.loops(self.best)
         specimen = f"{self.beam.pitches} scales" if self.ends != ENDLESS else self.beam.extent
         what = f"{LOADS[self.load].verb.capitalize()} {specimen} {self._way(best, loops or ENOUGH)}"

@@ -100,10 +100,10 @@ def fit(
     joint
         "compliant": thick, elastic scales with six motions each against the substrate, which each trial walks along
         the record; ``K_theta`` and ``C_f`` change it as a beam's file does, beside its joint; ``theta0`` is not found.
-        "hinge": thin, rigid plates on hinges. By default the first where it covers what is
-        asked and follows the record. The other one is fitted too, and a disagreement is said.
+        "hinge": thin, rigid plates on hinges. By default "compliant", if it covers the
+        parameters and follows the record. The other model is fitted too, and a disagreement is reported.
     nuisances
-        "auto": those that the residual shows are found too; "none": only what is asked for.
+        "auto": nuisances that the residual shows are found too; "none": only the given parameters.
     ends
         Of a beam with a number of scales, in place of its own ``ends``: "free", "gripped", "equal" or "endless", as in
         :func:`squama.cycle`. Fits on hinges are endless.

@@ -64,7 +64,7 @@ class Alone(NamedTuple):
 class Fit(Found):
     """Parameters of a beam found from a test.
 
-    ``beam`` has the estimates put in. Names of what was found are ``parameters``; in this order ``covariance`` and
+    ``beam`` has the estimates put in. ``parameters`` are the names of the estimates; in this order ``covariance`` and
     ``correlation`` (parameters, parameters), by name ``values`` and their standard ``errors``, SI units; ``condition``
     number of the derivatives to the parameters, columns scaled to one length. ``noise`` standard deviation of a torque,
     N m: from the residuals, or as given; ``rms`` root mean square of the residuals of the points that were used, N m.
@@ -74,8 +74,8 @@ class Fit(Found):
     engagement), "loading", "unloading", "stick" (at a reversal) or "stray"; ``used`` which the fit is made from, none
     of a reversal and none that is stray.
 
-    ``ends`` of the beam that is fitted, a word of :func:`squama.cycle`; ``endless`` what the endless beam makes of the
-    same points, None where it is the one that is fitted: then ``row`` has torque and tangent of the beam's own number
+    ``ends`` of the beam that is fitted, a word of :func:`squama.cycle`; ``endless`` the fit of the endless beam to
+    the same points, None where the endless beam is fitted: then ``row`` has torque and tangent of the beam's own number
     of scales over those of the endless beam, at the farthest point, if that is known. ``slope`` slope of the torque
     before engagement over the beam's own, None where fewer points show none.
 
@@ -88,8 +88,8 @@ class Fit(Found):
     friction differ so, None of a single loop.
 
     ``specimens`` estimates from each specimen alone, empty for a single one; ``remedies`` further measurements, with
-    the standard errors they would bring; ``notes`` what is to be known: parameters that are not separable, bounds that
-    are reached; ``posterior`` samples, if asked for.
+    the standard errors they would bring; ``notes``: parameters that cannot be told apart, bounds that are
+    reached; ``posterior`` samples, if drawn.
     """
 
     beam: Beam

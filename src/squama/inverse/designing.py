@@ -169,24 +169,25 @@ def inverse_design(
     seed: int = 1,
     elements: bool = False,
 ) -> InverseDesign:
-    """Find beams that do what is asked: stiffen at a twist, keep within a torque and a stress, follow a curve, lock.
+    """Find beams that reach a target: stiffen at a twist, keep within a torque and a stress, follow a curve, lock.
 
-    The real beam answers (thick, elastic scales on the joint by its law), rounded to what can be made, followed again
-    with all contacts and held against what the printer files refuse; the hinge, where a lock is asked for.
-    Designs with a number of scales are judged with these and their ends, others as endless beams.
+    Designs have thick, elastic scales on the joint by its law; targets with a lock are for hinges. Each design is
+    rounded to dimensions that can be made, computed again with all contacts, and checked for what printer files refuse.
+    Designs with a number of scales are judged with all of them and their ends, others as endless beams.
 
     Parameters
     ----------
     target : path or mapping
-        A TOML file, or the same as nested mappings: ``target`` (what is asked), ``vary`` (bounds by dimension),
+        A TOML file, or the same as nested mappings: ``target`` (the goals), ``vary`` (bounds by dimension),
         ``choose`` (lists of values or materials), ``limits``, ``rounding``, ``tolerance``; and ``start`` or the tables
-        of a beam. See docs, how-to: design a beam. Or one that was read.
+        of a beam. See docs, how-to: design a beam. Also a target that was read.
     beam, designs : Beam, int, optional
-        In place of the target's: beam to start from, which keeps what is not varied; distinct designs at most (5).
+        In place of the target's: the beam to start from, which gives all values that do not vary; distinct designs at
+        most (5).
     starts, seed : int
         Points of the bounds that are screened; seed of their Sobol sequence.
     elements : bool
-        Hold the first design against finite elements (extra ``fe``, minutes): lines among the notes.
+        Compare the first design with finite elements (extra ``fe``, minutes): lines among the notes.
 
     Returns
     -------

@@ -77,8 +77,8 @@ def pareto(
         As in :func:`squama.inverse_design`; a table ``front`` names the objectives in its lists ``maximise`` and
         ``minimise``. On the compliant joint ``tangent``, ``torque``, ``stiffness_ratio``, ``stress``,
         ``strength_share``, ``W_fr``, ``RED`` (at the twist ``at``), ``stiffness``, ``engagement``, ``length``. With one
-        of ``range``, ``lock``, ``critical_mu`` (or ``W_fr``, ``RED`` without ``at``: up to the lock) the hinge answers,
-        which has ``tangent`` and ``torque`` at ``at``, too. A table ``target`` is not looked at.
+        of ``range``, ``lock``, ``critical_mu`` (or ``W_fr``, ``RED`` without ``at``: up to the lock) the model is
+        hinges, which also have ``tangent`` and ``torque`` at ``at``. A table ``target`` is ignored.
     population, generations, seed
         Of NSGA-II, in place of the target's (200, 100, 1): population times generations beams are evaluated, after a
         screen of the bounds from which the first population is taken.
@@ -88,8 +88,8 @@ def pareto(
     xarray.Dataset
         Dimension ``design``, sorted by the first objective: the objectives, the varied dimensions (SI, named
         ``scale.length`` ...), ``end`` and the twist ``rate_end`` there. Every design is a beam that keeps all limits,
-        has all figures, and whose plates meet nowhere else before; beams on compliant joints are rounded to what can be
-        made and pass what the printer files ask. Attributes hold the starting beam.
+        has all figures, and whose plates meet nowhere else before; beams on compliant joints are rounded to dimensions
+        that can be made, and printer files can be written of them. Attributes hold the starting beam.
 
     Raises
     ------

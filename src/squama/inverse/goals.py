@@ -89,7 +89,7 @@ class Goal(NamedTuple):
 
 @dataclass(frozen=True)
 class Reached:
-    """One goal of a design, in the unit in which it was asked.
+    """One goal of a design, in the unit of the target.
 
     ``difference`` is reached minus asked; ``spread`` the root of the sum of squares of ``effects``, which are
     derivative times tolerance by dimension. A measured curve is one goal: ``reached`` is then the rms difference of its

@@ -69,8 +69,8 @@ _DASHES: tuple[Dash, ...] = (DASHED, (0, (1, 1.2)), (0, (5, 1.5, 1, 1.5)), (0, (
 def inverse_figure(found: InverseDesign, target: Target) -> Figure:
     """Draw what :func:`squama.inverse_design` has found for a target.
 
-    Left: torque (moment) against the twist over the whole beam, a curve for each design, with what was asked. Right: by
-    how much the tolerance of each dimension changes what the first design reaches.
+    Left: torque (moment) against the twist over the whole beam, a curve for each design, with the goals. Right: by
+    how much the tolerance of each dimension changes the figures of the first design.
     """
     figure = new_figure(PAGE, 3.8)
     left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))

@@ -80,8 +80,7 @@ class _Shown(NamedTuple):
 def response_figure(dataset: xr.Dataset, measured: Measured | None = None, hinge: xr.Dataset | None = None) -> Figure:
     """Draw what a beam does when it is twisted or bent: one curve, or a family over ``mu``, with ``measured`` points.
 
-    ``hinge`` is the answer of hinges for the same beam and frictions, drawn thin beside it as far as the axes go, which
-    are those of ``dataset``.
+    ``hinge`` is the curve of the same beam on hinges, drawn as a thin line within the axes of ``dataset``.
 
     With measured points the axes follow them: a curve that goes far beyond, or climbs to a lock, leaves the picture.
     Four panels: torque or moment with the beam without contact dashed, engagement and end marked; friction force;

@@ -49,10 +49,10 @@ Faces = Sequence[tuple[geometry.Design, State]]
 class View(NamedTuple):
     """What :func:`view` shows.
 
-    ``files`` that were written; the ``state`` that is shown; load angle per pitch that was ``asked`` and that of the
-    ``last`` state before the ``end`` of the curve, rad; the ``model`` in words, and ``notes`` on where it is not the
-    one that is meant, or leaves its range. In a notebook it shows the beam as it turns under the mouse, or a still
-    picture where NiceGUI is not installed.
+    ``files`` that were written; the ``state`` that is shown; the given load angle per pitch (``asked``) and that of
+    the ``last`` state before the ``end`` of the curve, rad; the ``model`` in words, and ``notes`` on where it is
+    another model than the given one, or leaves its range. In a notebook it shows the beam as it turns under the mouse,
+    or a still picture where NiceGUI is not installed.
     """
 
     files: tuple[Path, ...]

@@ -167,7 +167,7 @@ def law_table(
     Raises
     ------
     InputError
-        An argument is out of range, or friction is asked for over the plane.
+        An argument is out of range, or a table over the plane has friction.
 
     Examples
     --------

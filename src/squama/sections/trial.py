@@ -54,7 +54,7 @@ class Law:
     """Moment and torque of an array of cells by bend and twist, with friction's memory; made by :func:`law`.
 
     ``pitch`` (m) and ``mu``: of the beam; ``cells``: how many; ``end`` (n,): why a cell of the last trial has no
-    state, "" for one that has. Arrays that are returned are copies.
+    state, "" if it has. Arrays that are returned are copies.
     """
 
     def __init__(self, one: real.Path, cells: int) -> None:

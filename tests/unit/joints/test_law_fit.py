@@ -105,6 +105,7 @@ def test_a_line_cut_short_and_a_packed_design_are_done_once(tmp_path: Path, caps
     assert np.isfinite(packed.limit[packed.both]).all()
 
 
+@pytest.mark.slow
 def test_the_band_is_that_of_the_place() -> None:
     """Wide in the corners of the range, by elements there; it holds nineteen in twenty designs that were not fitted."""
     import joint_law
