@@ -25,6 +25,11 @@ def figure(value: float, unit: str = "") -> str:
     return "" if math.isnan(value) else number(value, unit)
 
 
+def tidy(value: float) -> float:
+    """Return a value without what is only rounding, and without -0."""
+    return round(value, 6) + 0.0
+
+
 def apart_by(share: float) -> str:
     """Return by how much a figure differs from another one: in per cent, as a factor where it is twice or more.
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from squama.beam.people import degrees, figure
+from squama.beam.people import degrees, figure, tidy
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, settled
 from squama.cli.summary import Summary, energy, modelled, percent
@@ -137,15 +137,10 @@ def _summary(beam: Beam, found: Mapping[str, Answer]) -> Summary:
     return Summary(verdict, figures, (), attrs["warnings"], _all(beam, found))
 
 
-def _round(value: float) -> float:
-    """Return a value without what is only rounding, and without -0."""
-    return round(value, 6) + 0.0
-
-
 def _place(beam: Beam, psi: float, phi: float) -> str:
     """Return bend and twist (rad per pitch) in degrees."""
     factor, unit = degrees(beam)
-    bend, twist = (figure(_round(factor * float(angle)), unit) for angle in (psi, phi))
+    bend, twist = (figure(tidy(factor * float(angle)), unit) for angle in (psi, phi))
     return f"bend {bend}, twist {twist}" if math.isfinite(psi + phi) else "never"
 
 
@@ -195,7 +190,7 @@ def _events(beam: Beam, data: Answer) -> Iterable[str | Table]:
             same[i][0],
             *([_ranges([scales[i] for i in run])] if scales else []),
             str(same[i][1]),
-            *(number(_round(factor * float(data[name][i]))) for name in ("psi_event", "phi_event")),
+            *(number(tidy(factor * float(data[name][i]))) for name in ("psi_event", "phi_event")),
             number(math.degrees(data["theta_event"][i])),
             *(moment(float(data[jump][i])) if data[jump][i] else "" for jump in jumps),
         )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from squama import units
-from squama.beam.people import apart_by, figure, per_pitch, turned
+from squama.beam.people import apart_by, figure, per_pitch, tidy, turned
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, one_of, settled, whole
 from squama.cli.summary import Summary, percent
@@ -172,7 +172,7 @@ def _solved(beam: Beam, data: xr.Dataset) -> Summary:
     """Return the summary of a run: torque and inclination at its end, where scales touch, how well it is solved."""
     last, n, attrs = data.isel(point=-1), data.sizes.get("scale", 0), data.attrs
     beam = beam.replace(scales=n) if n else beam
-    theta = [f"{units.number(round(math.degrees(v), 6) + 0.0)} deg" for v in last["theta"].values.ravel()]
+    theta = [f"{units.number(tidy(math.degrees(v)))} deg" for v in last["theta"].values.ravel()]
     verdict = f"{units.moment(float(last['T']))} at {turned(float(last['phi']), beam)}"
     met = [(phi, words) for phi, words in zip(data["phi"].values, data["contact"].values, strict=True) if words]
     N, f = (figure(float(last[name].max()), "N") for name in ("N", "f"))

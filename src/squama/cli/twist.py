@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from squama.beam.people import figure, turned
+from squama.beam.people import figure, tidy, turned
 from squama.cli import flags, output
 from squama.cli.fit import TABLES, Tables
 from squama.cli.flags import flag, settled
@@ -192,7 +192,7 @@ def _summary(beam: Beam, data: xr.Dataset) -> Summary:
     verdict = f"{n} scales take {moment(torque)} at {place}"
     if math.isfinite(endless):
         verdict += f", {percent(torque / endless)} of an endless beam's torque"
-    theta = [number(round(math.degrees(float(last["theta"][i])), 6) + 0.0) for i in (0, n // 2, -1)]
+    theta = [number(tidy(math.degrees(float(last["theta"][i])))) for i in (0, n // 2, -1)]
     decay = figure(float(data["decay"]))
     stress = last["stress"].values if "stress" in last else np.full(n, np.nan)
     other, which = str(data["other_contact"].item()), int(data["scale_end"])
