@@ -181,6 +181,22 @@ def test_tolerances_have_the_nominal_beam_with_its_own_scales(capsys, tmp_path):
     assert "6 scales: the nominal beam with free ends; all other columns are endless" in said
 
 
+@pytest.mark.parametrize("load", ["twist", "bend"])
+def test_of_itself_a_curve_goes_as_far_as_the_model_holds_of_every_cell(load):
+    r, cell = getattr(squama, load)(SKIN, points=30), {"twist": "phi_cell", "bend": "psi_cell"}[load]
+    angle = cell.removesuffix("_cell")
+    # the first and last cell, which touch on one side only, are the softest: the mean is less
+    assert 0.29 < float(r[cell].max()) <= 0.3 * (1 + 1e-9)
+    assert float(r[f"{angle}_end"]) == pytest.approx(float(r[angle][-1]), rel=1e-3)
+    assert float(r[angle][-1]) < 0.28
+    assert r.end == "range end"
+    assert "trust the curve" not in r.attrs["warnings"]
+    assert np.isfinite(r[{"twist": "T", "bend": "M"}[load]]).all()
+    farther = getattr(squama, load)(SKIN, points=30, to="0.29 rad/pitch")
+    assert float(farther[cell].max()) > 0.31
+    assert "trust the curve up to" in farther.attrs["warnings"]
+
+
 def test_scales_that_slide_off_take_others_with_them():
     """At .2772 rad per pitch one scale near the end runs off its edge; as it falls the one before it does, too."""
     r = squama.twist(SKIN.replace(scales=25), to="0.285 rad/pitch", points=40)

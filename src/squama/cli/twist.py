@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 _DATA = 'CSV file of measured points to draw too; header "Phi (deg/mm), T (N mm)", bent "kappa (1/m), M (N mm)".'
 _COMPARE = "Compare with simpler models: the endless beam, thin rigid scales, hinges."
-_TO = f"Twist at the end: {flags.TWISTS}. Default: 0.3 rad/pitch; on hinges the end of the endless beam's curve."
+_TO = f"Twist at the end: {flags.TWISTS}. Default: where a pitch twists by 0.3 rad; on hinges the end of the curve."
 
 
 @flags.group
@@ -38,9 +38,9 @@ class Curve:
     mu: flags.Family = ()
     margin: flags.Margin = 0.01
     points: Annotated[int, flags.points(200)] = 200
-    to: Annotated[str | None, flag(f"End of the curve: {flags.TWISTS}. Default: 0.3 rad/pitch; on hinges a lock.")] = (
-        None
-    )
+    to: Annotated[
+        str | None, flag(f"End of the curve: {flags.TWISTS}. Default: 0.3 rad in a pitch; hinges: a lock.")
+    ] = None
     ends: flags.Ends = None
     data: Annotated[flags.File | None, flag(_DATA)] = None
     compare: Annotated[bool, Parameter(help=_COMPARE)] = False

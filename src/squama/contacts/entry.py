@@ -73,7 +73,7 @@ def _again(w: Walk, legs: Legs, written: Written) -> None:
 @making
 def _at(legs: Legs, i: int) -> Legs:
     """Return the legs of one of many paths."""
-    return Legs(legs.ways[i], legs.corners[i], legs.most[i], legs.step)
+    return Legs(legs.ways[i], legs.corners[i], legs.most[i], legs.step, legs.within)
 
 
 @making

@@ -321,6 +321,16 @@ def set_out(w: Walk, corners: Array, ways: Array, i: int, step: float) -> None:
 
 
 @_jit
+def strained(w: Walk, within: Array) -> bool:
+    """Say whether a cell is strained beyond limits (4,)."""
+    found = False
+    for i in range(len(w.now.strains)):
+        for e in range(STRAINS):
+            found = found or abs(w.now.strains[i, e].real) > within[e]
+    return found
+
+
+@_jit
 def follow(w: Walk, legs: Legs, written: Written) -> None:
     """Follow a beam along legs, and write the states at their ways, events and the end.
 
@@ -333,7 +343,7 @@ def follow(w: Walk, legs: Legs, written: Written) -> None:
     events, end = written.events, written.ends
     t = w.tally
     code = increments.RANGE
-    done = 0
+    done, last = 0, math.inf
     prepared(w.S, w.now, w.con, w.counts[0], True, w.W)
     if t[tally.COUNT] == 0:
         t[tally.H], t[tally.SIZE], t[tally.BEFORE] = step, step, step
@@ -355,11 +365,14 @@ def follow(w: Walk, legs: Legs, written: Written) -> None:
             guard += 1
             if guard > 100000:
                 code = increments.NO_EQUILIBRIUM
+        if code == increments.RANGE and strained(w, legs.within):
+            last = begin
+            break
         if code == increments.RANGE:
             # what is told of contacts is that of the state solved for last
             write(w, written, i)
             done += 1
-    end[0], end[1] = code, t[tally.WAY]
+    end[0], end[1] = code, min(last, t[tally.WAY].real)
     while code == increments.RANGE and t[tally.EVENTS] == 0 and t[tally.WAY] < most - 1e-13:
         if len(ways) == 0 and t[tally.WAY] == 0.0:
             for e in range(STRAINS):

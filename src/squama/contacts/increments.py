@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from squama.batch.keeping import part as _jit
 from squama.contacts import tally, touch
 from squama.contacts.jacobian import jacobian
@@ -63,16 +65,22 @@ class Walk(NamedTuple):
     notes: Array
 
 
+ANY = np.full(STRAINS, np.inf)
+"""No limit to the strains of a cell."""
+
+
 class Legs(NamedTuple):
     """Rising ways (m,) of a path, and the strains there (m, 4), between which it is straight; of n paths (n, m, ...).
 
-    ``most``: the way to which a first contact is looked for, for each path; ``step``: the largest increment.
+    ``most``: the way to which a first contact is looked for, for each path; ``step``: the largest increment; ``within``
+    (4,): strains of a cell, at the first corner beyond which a path ends at the one before.
     """
 
     ways: Array
     corners: Array
     most: Array
     step: float
+    within: Array = ANY
 
 
 class Written(NamedTuple):

@@ -96,19 +96,22 @@ def track(
     *,
     ends: int = EQUAL,
     load: int | tuple[int, ...] = PHI,
+    within: float = math.inf,
 ) -> Track:
     """Follow a row through twists (n,) from 0 on, which may go back, to the last or to its end.
 
     ``ends``: ENDLESS, EQUAL cells, or LOOSE, COUPLE or GRIPPED ends; twists are the mean of all cells, or the turn of
     the far end over their number. ``load``: another strain in place of the twist, or several of loose ends, whose
-    values are (n, K). Gripped ends keep their distance where the stretch is held.
+    values are (n, K). Gripped ends keep their distance where the stretch is held. The path ends before a cell's strain
+    of the load is beyond ``within``.
     """
     free, loads = way.beams.free, load if isinstance(load, tuple) else (load,)
     strains = legs(at, *loads)
     if ends in (ENDLESS, EQUAL):
         return tied(way, scales, strains, None, free, step=step, about=ends)
-    held = of_ends(scales, ends, *loads, apart=free[0, EPS] == 0)
-    return tied(way, scales, strains, held, freed(free, *loads, ends=ends), step=step)
+    held, most = of_ends(scales, ends, *loads, apart=free[0, EPS] == 0), increments.ANY.copy()
+    most[list(loads)] = within
+    return tied(way, scales, strains, held, freed(free, *loads, ends=ends), step=step, within=most)
 
 
 def tied(
@@ -120,11 +123,12 @@ def tied(
     *,
     step: float = path.STEP,
     about: int = OWN,
+    within: Array = increments.ANY,
 ) -> Track:
     """Follow a row whose cells have strains of their own by ties, or without ties cells as ``about`` says.
 
     ``strains`` (n, 4): corners between which the path is straight, from rest; ``free`` (N, 4) which strains are
-    imposed, free or loaded.
+    imposed, free or loaded; ``within`` (4,) those of a cell, before which the path ends.
     """
     n, room, own, held = len(strains), _CONTACTS * scales, about == OWN, ties or UNTIED
     ways = np.cumsum(np.linalg.norm(np.diff(strains, axis=0, prepend=0.0), axis=1))
@@ -134,7 +138,7 @@ def tied(
     rest = (n, room, increments.CONTACT), (_EVENTS * (scales + 4), increments.EVENT), (4,)
     found = Written._make([*states, *(np.zeros((1, *size)) for size in rest)])
     tell(entry.many, "scales in contact")
-    legs, none = Legs(ways[None], strains[None], np.zeros(1), step), np.zeros((1, 0))
+    legs, none = Legs(ways[None], strains[None], np.zeros(1), step, within), np.zeros((1, 0))
     entry.many(way.beams._replace(free=free), scales, about, held, room, legs, found, none, none)
     (raw,), (motions,), (bends,), (contacts,), (events,), (ended,) = found
     code, phi, told, solved = ended.tolist()

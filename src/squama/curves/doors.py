@@ -96,9 +96,9 @@ def twist(
     sense
         "+" or "-": which way the beam is twisted. Twists are magnitudes.
     joint
-        "compliant" (six motions of a scale against the substrate's stiffness; goes to ``to``, 0.3 rad per pitch if not
-        given, or to an earlier end) or "hinge" (the paper's closed form: a scale turns about its width against
-        K_theta). Compliant if not given, where the law is "edge". See docs, which model.
+        "compliant" (six motions of a scale against the substrate's stiffness; goes to ``to``, or if not given until a
+        pitch twists by 0.3 rad, or to an earlier end) or "hinge" (the paper's closed form: a scale turns about its
+        width against K_theta). Compliant if not given, where the law is "edge". See docs, which model.
     ideal
         Take the scales as thin and rigid, as in the paper (True), or as thick as the beam says and, on the compliant
         joint where their modulus is known, elastic (False). By default only the hinge's are ideal:
@@ -184,9 +184,9 @@ def bend(
     to
         Curvature at which to stop: rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total".
     joint
-        "compliant" (the joint's nine motions; goes to ``to``, 0.3 rad per pitch if not given) or "hinge" (closed form);
-        "hinge" if not given where ``neutral="face"`` means it, or where the joint is not known in bend (a warning says
-        so).
+        "compliant" (the joint's nine motions; goes to ``to``, or if not given until a pitch bends by 0.3 rad)
+        or "hinge" (closed form); "hinge" if not given where ``neutral="face"`` means it, or where the joint is
+        not known in bend (a warning says so).
     ideal
         Thin, rigid scales, as in :func:`twist`; the hinge has no others here.
     neutral

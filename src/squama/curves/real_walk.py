@@ -196,7 +196,9 @@ def solve(analysis: Analysis) -> tuple[list[Loaded], States]:
         return endless, more
     n, kind = beam.pitches, KINDS[analysis.ends]
     rows.check_ends(kind, held, n)
-    return [whole._replace(ends=Row(kind, whole)) for whole in endless], more
+    # of itself a curve goes as far as the model holds of every cell
+    within = real.STRAIN_LIMIT * (1 + 1e-9) if analysis.at is None and math.isinf(to) else math.inf
+    return [whole._replace(ends=Row(kind, whole, within=within)) for whole in endless], more
 
 
 def case(beam: Beam, load: Load) -> Case:

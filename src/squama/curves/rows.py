@@ -44,11 +44,13 @@ class Row(NamedTuple):
     """Ends of a kind of a beam with a number of scales, and the same beam without ends.
 
     ``left``: roles that are not told, of scales on hinges: those are known to touch by tip edges on side edges.
+    ``within``: twist or bend of a cell, rad per pitch, before which the curve ends.
     """
 
     kind: int
     endless: Solved
     left: tuple[str, ...] = ()
+    within: float = math.inf
 
 
 class Told(NamedTuple):
@@ -70,7 +72,7 @@ class Told(NamedTuple):
 def told(one: real.Path, load: Load, ends: Row, at: Array) -> Told:
     """Follow a beam of N scales to load angles (n,) from 0 on, NaN beyond its end."""
     n, sign = one.beam.pitches, sum(one.toward)
-    track = row.track(one.way, n, sign * at, ends=ends.kind, load=load.axis)
+    track = row.track(one.way, n, sign * at, ends=ends.kind, load=load.axis, within=ends.within)
     points = len(track.rows)
     along, each = of_scales(one, load, Stations.along(load, sign * at[:points]).strains, track)
     most = {role: np.fmax.reduce(v, axis=1) for role, v in each.items() if role != "theta"}
