@@ -34,7 +34,7 @@ def moved(
     many = stepped(beams, real, copies)
     whole = None if corners is None else corners.astype(complex)
     legs, faces = path.on_legs(targets.astype(complex), whole, most, step), path.faces(real)
-    at = Legs._make([*(np.ascontiguousarray(np.real(v[::copies])) for v in legs[:3]), step])
+    at = Legs._make([*(np.ascontiguousarray(np.real(v[::copies])) for v in legs[:3]), *legs[3:]])
     found, changed = path.unwritten(at.ways, room, faces), path.unwritten(legs.ways, room, faces)
     for i in range(len(at.ways)):
         one, all_ = slice(i, i + 1), slice(i * copies, (i + 1) * copies)
@@ -74,7 +74,7 @@ def follow_steps(beams: entry.Beams, legs: Legs, found: Written, notes: Array, s
 
 def _part(legs: Legs, which: slice) -> Legs:
     """Return the legs of some paths."""
-    return Legs._make([*(v[which] for v in legs[:3]), legs.step])
+    return Legs._make([*(v[which] for v in legs[:3]), *legs[3:]])
 
 
 def _joined(real: Array, imag: Array) -> Array:
