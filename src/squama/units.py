@@ -209,9 +209,9 @@ def shown(value: object, limit: int = 60) -> str:
     return printable(text)
 
 
-def change(share: float, sign: str = "") -> str:
+def change(share: float, sign: str = "", *, digits: int = 2, factor: str = "a factor of {}") -> str:
     """Return by how much a figure differs from another one: in per cent, or as a factor where it is twice or more."""
-    return f"{100 * share:{sign}.2g} %" if abs(share) < 1 else f"a factor of {number(1 + share)}"
+    return f"{100 * share:{sign}.{digits}g} %" if abs(share) < 1 else factor.format(number(1 + share))
 
 
 def example(dimension: Dimension | str) -> str:

@@ -153,9 +153,9 @@ def test_other_ends_are_in_the_summary(capsys):
         figures = dict(line.strip().split("  ", 1) for line in capsys.readouterr().out.splitlines() if "  " in line)
         ratio = f"(ratio {T / endless:.3g})"
         assert figures["torque"].strip() == f"{T:.3g} N mm; endless beam {endless:.3g} N mm {ratio}"
-        words = {"free": "free", "couple": "under a couple", "gripped": "gripped"}
-        others = ", ".join(f"{words[e]} {torque[e]:.3g} N mm" for e in torque if e != ends)
-        assert figures["with other ends"].strip() == others
+        words = {"free": "with free ends", "couple": "under a couple at the ends", "gripped": "with gripped ends"}
+        others = ", ".join(f"{torque[e]:.3g} N mm {words[e]}" for e in torque if e != ends)
+        assert figures["other ends"].strip() == others
     assert main(["twist", *flags, "--json"]) == 0
     record = json.loads(capsys.readouterr().out)["bench"]
     for ends, state in record["other_ends"].items():

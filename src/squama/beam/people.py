@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Protocol
 
-from squama.units import number
+from squama.units import change, number
 
 PITCH = "deg per pitch"
 """Unit of the twist or bend of an endless beam."""
@@ -31,14 +31,14 @@ def tidy(value: float) -> float:
 
 
 def apart_by(share: float) -> str:
-    """Return by how much a figure differs from another one: in per cent, as a factor where it is twice or more.
+    """Return :func:`squama.units.change` for a table: with its sign, to three digits.
 
     Examples
     --------
     >>> apart_by(-0.021), apart_by(1039.2), apart_by(12345)
     ('-2.1 %', '1040 times', '12300 times')
     """
-    return number(100 * share, "%", "+") if abs(share) < 1 else number(1 + share, "times")
+    return change(share, "+", digits=3, factor="{} times")
 
 
 def degrees(*beams: Counted) -> tuple[float, str]:

@@ -11,7 +11,7 @@ import numpy as np
 from squama.beam.people import figure, turned
 from squama.cli.summary import modelled, percent
 from squama.curves.both_faces import worst
-from squama.loads import COUPLE, FREE, GRIPPED
+from squama.loads import ending
 from squama.model.outcome import SENTENCES, End
 from squama.units import torque_unit
 
@@ -94,7 +94,7 @@ class Curve(NamedTuple):
             place = "twice that" if self.at == 2 * self.of("e") else "the end of the curve"
             yield "figures at", f"{turned(self.at, beam)}, {place}"
             yield load.torque_words, f"{self._moment(self.there(load.torque))}{self._endless}"
-            yield "with other ends", self._by_ends
+            yield "other ends", self._by_ends
             yield "tangent stiffness", f"{figure(self.stiffer)} times that before contact"
             yield "largest stress in a scale", self._share("stress", "strength", beam.scale.strength)
             yield "largest strain in the bar", self._share("strain", "strain", beam.substrate.strain_limit)
@@ -119,8 +119,8 @@ class Curve(NamedTuple):
     def _by_ends(self) -> str:
         """The torque or moment of the same scales with other ends; "" where it is not known."""
         others = self.beside.by_ends if self.beside else {}
-        words = {FREE: "free", COUPLE: "under a couple", GRIPPED: "gripped"}
-        return ", ".join(f"{words[e]} {self._moment(s.torque)}" for e, s in others.items() if math.isfinite(s.torque))
+        there = {ends: self._moment(state.torque) or "the curve ends before" for ends, state in others.items()}
+        return ", ".join(f"{torque} {ending(ends)}" for ends, torque in there.items())
 
     def _moment(self, value: float) -> str:
         """Return a torque or moment (N m) in the unit of the curve's own."""

@@ -52,8 +52,8 @@ def row(
         Coefficient of friction; the beam's own if not given.
     to
         Twist at which to stop: a rate in rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total" (over
-        ``scales`` pitches). If not given, 0.3 rad per pitch; on the hinge the cut-off of the endless beam's curve
-        (margin 0.01).
+        ``scales`` pitches). If not given, where a pitch twists by 0.3 rad; on the hinge the cut-off of the endless
+        beam's curve (margin 0.01).
     points
         Number of points along the twist.
     sense
