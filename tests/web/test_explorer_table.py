@@ -68,6 +68,11 @@ def test_a_table_that_cannot_be_read_is_read_by_hand(visit, tmp_path) -> None:
     page.until("location.search.includes('beam.ends=couple')")
     page.page.locator("header select").select_option("main")
     page.eventually(lambda: ends.locator("option").all_inner_texts(), ["endless"])
+    # what is typed and not entered yet is not written over as the page is drawn anew
+    columns.evaluate("field => field.value = 'half'")
+    page.enter("mu", "0.35")
+    page.until("location.search.includes('friction.mu=0.35')")
+    assert columns.input_value() == "half"
     columns.fill("9=T (N mm)")
     columns.press("Enter")
     page.page.locator(".notice.shown", has_text="odd.csv").wait_for()

@@ -6,7 +6,6 @@ import base64
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any
 
 from nicegui import ui
 
@@ -17,7 +16,7 @@ from squama.web.charts import Line
 from squama.web.fields import CHOICES, FIELDS, MATERIALS, OTHER, material
 from squama.web.state import PRESETS, State
 from squama.web.tables import Table
-from squama.web.widgets import Choice, NumberField, anew, button, text, write
+from squama.web.widgets import Choice, Entry, NumberField, anew, button, text, write
 
 Attempt = Callable[[Callable[[State], State]], None]
 """Goes from the state that is shown to another one, or says why that cannot be."""
@@ -229,10 +228,8 @@ class Measured:
     ) -> None:  # fmt: skip
         self.how = tables.GUESSED
 
-        def choose(**more: str) -> None:
-            self.how = self.how._replace(**more)
-            # what stands there stays as the page is drawn anew
-            self.columns.props["value"] = self.how.columns
+        def choose(name: str, value: str) -> None:
+            self.how = self.how._replace(**{name: value})
             read(self.how)
 
         def hold(ends: str) -> None:
@@ -242,18 +239,10 @@ class Measured:
             with ui.element("p"):
                 self.name, self.residual = text("strong"), text("span")
             with ui.element("p"):
-                columns = ui.element("label").classes("choice")
-                with columns:
-                    text("span", "Columns")
-                    self.columns = ui.element("input").on(
-                        "change",
-                        lambda event: choose(columns=str(event.args)[:200]),
-                        js_handler="(e) => emit(e.target.value)",
-                    )
-                    hint = "as guessed; e.g. 1=total (deg), 2=T (N mm)"
-                    self.columns.props.update({"type": "text", "placeholder": hint, "maxlength": 200})
-                    self.columns.props["data-do"] = "columns"
-                self.decimal = Choice("Decimals", DECIMALS, "", lambda value: choose(decimal=value))
+                hint = "as guessed; e.g. 1=total (deg), 2=T (N mm)"
+                take = partial(choose, "columns")
+                self.columns = Entry("Columns", "", take, most=200, mark="columns", hint=hint)
+                self.decimal = Choice("Decimals", DECIMALS, "", partial(choose, "decimal"))
                 self.ends = Choice("Ends", ENDLESS_ENDS, "", hold)
                 button("Fit μ and K_θ", fit, "Find friction and joint stiffness by the model that is shown", "fit")
                 button("Remove", remove, "Take the measured points away", "unmeasured")
@@ -263,7 +252,7 @@ class Measured:
     def forget(self) -> None:
         """Read the next table as is guessed."""
         self.how = tables.GUESSED
-        self.columns.props["value"] = ""
+        self.columns.empty()
         self.decimal.set(DECIMALS, "")
 
     def show(self, name: str, table: Table | None, now: State, found: tables.Fitted | None) -> None:
@@ -309,15 +298,7 @@ class PartUnderLoad:
             with ui.element("p"):
                 Choice("Case", {name: one[0] for name, one in bench.CASES.items()}, "cantilever", put_in("case"))
                 Choice("Direction", bench.WAYS, "up", put_in("way"))
-                with ui.element("label").classes("choice"):
-                    text("span", "Force")
-                    field = ui.element("input")
-
-                    def enter(event: Any) -> None:
-                        self.given["force"] = field.props["value"] = str(event.args)[:50]
-
-                    field.on("change", enter, js_handler="(e) => emit(e.target.value)")
-                    field.props.update({"type": "text", "value": "0.2 N", "maxlength": 50, "data-do": "force"})
+                Entry("Force", self.given["force"], put_in("force"), most=50, mark="force")
                 button(
                     "Load it",
                     lambda: bear(self.given["case"], self.given["force"], self.given["way"]),

@@ -138,6 +138,30 @@ class Choice(ui.element):
         self.list.update()
 
 
+class Entry(ui.element):
+    """A native field for a line of text, which keeps what is typed while the page is drawn anew around it."""
+
+    def __init__(
+        self, label: str, value: str, on_change: Callable[[str], None], *, most: int, mark: str, hint: str = "",
+    ) -> None:  # fmt: skip
+        super().__init__("label")
+        self.classes("choice")
+
+        def changed(event: Any) -> None:
+            on_change(str(event.args)[:most])
+
+        with self:
+            text("span", label)
+            self.field = ui.element("input").on("change", changed, js_handler="(e) => emit(e.target.value)")
+        # an attribute, not a property: the latter would be written again at each drawing, over what is typed
+        self.field.props.update({"type": "text", "^value": value, "maxlength": most, "placeholder": hint})
+        self.field.props["data-do"] = mark
+
+    def empty(self) -> None:
+        """Take away what was typed."""
+        self.field.client.run_javascript(f"getHtmlElement({self.field.id}).value = ''")
+
+
 def button(label: str, act: Callable[[], object], title: str = "", mark: str = "") -> ui.element:
     """Return a native button."""
     element = ui.element("button").on("click", act)
