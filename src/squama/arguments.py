@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Sequence
 from datetime import date, timedelta
-from typing import TYPE_CHECKING, cast, get_args
+from typing import TYPE_CHECKING, TypeVar, cast, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,6 +21,7 @@ from squama.units import MARGIN, shown
 if TYPE_CHECKING:
     from squama.beam.design import Beam
 
+_Word = TypeVar("_Word", bound=str)
 EXAMPLES = {
     "eta": "3",
     "beta": "1.25",
@@ -189,20 +190,20 @@ def designs(load: str = "twisting", /, **columns: ArrayLike | None) -> tuple[lis
     return [np.ascontiguousarray(c, float).ravel() for c in cols], cols[0].shape
 
 
-def one_of(name: str, value: str, allowed: Sequence[str]) -> str:
+def one_of(name: str, value: str, allowed: Sequence[_Word]) -> _Word:
     """Return the value if it is one of the allowed words."""
     if not isinstance(value, str) or value not in allowed:
         refuse(name, shown(value), f"must be {' or '.join(map(shown, allowed))}")
-    return value
+    return allowed[allowed.index(value)]
 
 
-def several(name: str, value: str | Sequence[str], allowed: tuple[str, ...]) -> tuple[str, ...]:
+def several(name: str, value: str | Sequence[str], allowed: tuple[_Word, ...]) -> tuple[_Word, ...]:
     """Return some of the allowed words in their order, each once."""
     found = words(name, value, allowed)
     return tuple(word for word in allowed if word in found)
 
 
-def words(name: str, value: str | Sequence[str], allowed: tuple[str, ...]) -> tuple[str, ...]:
+def words(name: str, value: str | Sequence[str], allowed: tuple[_Word, ...]) -> tuple[_Word, ...]:
     """Return some of the allowed words as they are given."""
     if not isinstance(value, str | Iterable):
         refuse(name, shown(value), "is no word and no list of words", f"write e.g. {allowed[0]}")

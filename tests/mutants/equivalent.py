@@ -168,7 +168,9 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ): {
         "1 -> 2": _NOTHING,
     },
-    ("fe/runs.py", 'MESHES = {"coarse": (0.2, 0.06), "medium": (0.15, 0.013), "fine": (0.12, 0.0075)}'): {"*": _TUNING},
+    ("fe/sizes.py", '"coarse": (0.2, 0.06),'): {"*": _TUNING},
+    ("fe/sizes.py", '"medium": (0.15, 0.013),'): {"*": _TUNING},
+    ("fe/sizes.py", '"fine": (0.12, 0.0075),'): {"*": _TUNING},
     ("fe/walk.py", "_FIRST, _HALVINGS = 1e-3, 7"): {"*": _TUNING},
     ("fe/walk.py", "_STARTS, _STEPS = (1.0, 0.5, 0.25, 0.0), tuple(0.5**i for i in range(8))"): {"*": _TUNING},
     ("fe/contact.py", "friction = -self._friction.force(*args).reshape(-1, 3)"): {"1 -> 2": _UNKNOWN},

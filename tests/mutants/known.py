@@ -324,6 +324,7 @@ TESTS: dict[str, tuple[str, ...]] = {
     "fe/plate.py": ("fe/test_plate.py", "fe/test_row_contact.py", "fe/test_matrix.py"),
     "fe/rows.py": ("fe/test_plate.py", "fe/test_row_contact.py", "fe/test_matrix.py"),
     "fe/runs.py": ("fe/test_snap.py", "fe/test_cell_input.py", *CELL, *BEAM),
+    "fe/sizes.py": ("fe/test_cell_input.py", *CELL),
     "fe/stiffness.py": ("fe/test_joint.py", "fe/test_joint_file.py"),
     "fe/agreement.py": ("unit/test_compare.py", "fe/test_verify.py"),
     "fe/balance.py": ("fe/test_balance.py", "fe/test_matrix.py", "fe/test_hinged.py"),

@@ -13,7 +13,7 @@ import squama
 from squama.cli import main
 from squama.fabrication import refuse
 from squama.fabrication.plan import plan
-from squama.fabrication.solids import PARTS
+from squama.fabrication.kinds import PARTS
 from squama.inverse.limits import known_rooms, printed_rooms, refused
 from squama.inverse.named_figures import flat
 from squama.inverse.residuals import Residuals

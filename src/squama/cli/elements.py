@@ -16,6 +16,7 @@ from squama.cli import flags, output
 from squama.cli.flags import flag, number, one_of, settled, whole
 from squama.cli.summary import Summary, percent
 from squama.errors import refuse
+from squama.fe.sizes import MESHES, MeshSize
 from squama.interrupt import kept
 
 if TYPE_CHECKING:
@@ -30,17 +31,15 @@ UNTESTED = 1
 """Exit status of a verification in which no scale touches."""
 ROWS = 12
 """Twists in the printed table of differences."""
-MeshSize = str | tuple[float, float]
 _size = number(1e-4, 10.0, "0.2,0.02")
 _MESH = "Mesh: coarse, medium, fine, or sizes in pitches of the bulk and along the scale's edges, e.g. 0.2,0.02"
 
 
 def _mesh(name: str, text: str) -> MeshSize:
     """Read the name of a mesh, or its two sizes."""
-    from squama.fe.runs import MESHES
-
-    if text in MESHES:
-        return text
+    for mesh in MESHES:
+        if text == mesh:
+            return mesh
     sizes = text.split(",")
     if len(sizes) != 2:
         refuse(name, f'"{text}"', f"must be {', '.join(MESHES)}, or two sizes in pitches such as 0.2,0.02")

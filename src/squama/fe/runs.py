@@ -25,6 +25,7 @@ from squama.fe.elements import Elements, Material
 from squama.fe.exposed import Exposed, box
 from squama.fe.geometry import Geometry, geometry
 from squama.fe.mesh import pitch_mesh
+from squama.fe.sizes import MESHES, MeshSize
 from squama.fe.walk import Doing, Ended, Walk
 from squama.interrupt import Interrupted, until_interrupted
 from squama.io import files
@@ -36,8 +37,6 @@ if TYPE_CHECKING:
 
     from squama.beam.design import Beam
 
-MESHES = {"coarse": (0.2, 0.06), "medium": (0.15, 0.013), "fine": (0.12, 0.0075)}
-"""Sizes of the elements in the bulk and along the embedded scale's edges, pitches."""
 INCREMENT = 0.01
 """Largest increment of the twist, rad per pitch."""
 SILENCE = 10.0
@@ -92,7 +91,7 @@ def cell(
     to: float | str,
     mu: float | None = None,
     sense: SenseName = "+",
-    mesh: str | tuple[float, float] = "medium",
+    mesh: MeshSize = "medium",
     increment: float = INCREMENT,
     scales: int | None = None,
     ends: str = "free",
@@ -262,11 +261,10 @@ def _bent_far(walk: Walk) -> list[str]:
     ]
 
 
-def mesh_sizes(mesh: str | tuple[float, float]) -> tuple[float, float]:
+def mesh_sizes(mesh: MeshSize) -> tuple[float, float]:
     """Return the two sizes of a mesh, in pitches, from its name or from themselves."""
     if isinstance(mesh, str):
-        arguments.one_of("mesh", mesh, tuple(MESHES))
-        return MESHES[mesh]
+        return MESHES[arguments.one_of("mesh", mesh, tuple(MESHES))]
     if len(mesh) != 2:
         refuse("mesh", "", "give two sizes, in the bulk and along the scale's edges, in pitches")
     return float(mesh[0]), float(mesh[1])

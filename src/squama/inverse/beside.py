@@ -17,6 +17,7 @@ from squama.beam.design import Beam
 from squama.curves import doors
 from squama.errors import InputError
 from squama.fe import runs
+from squama.fe.sizes import MeshName
 from squama.inverse import joint_figures
 from squama.inverse.goals import Goal, Pitches, Reached, reached
 from squama.inverse.named_figures import OF_LOCKS
@@ -28,7 +29,8 @@ from squama.units import change, moment
 
 OF_BOW = ("torque", "tangent", "stiffness_ratio")
 """Figures at a twist that are known of a beam that is free to bow."""
-MESH, INCREMENTS = "coarse", 20
+MESH: MeshName = "coarse"
+INCREMENTS = 20
 """Mesh of the elements that a design is held against, and increments of their twist."""
 
 

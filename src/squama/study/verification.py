@@ -21,6 +21,7 @@ from squama.fe.agreement import compare
 from squama.fe.geometry import geometry
 from squama.fe.mesh import pitch_mesh
 from squama.fe.pitch_stiffness import response
+from squama.fe.sizes import MeshSize
 from squama.io import datasets, files
 from squama.loads import ENDLESS, STRAIGHT, SenseName, model
 from squama.study import parts
@@ -74,12 +75,12 @@ def verify(
     load: str | None = None,
     support: str | None = None,
     sense: SenseName = "+",
-    mesh: str | tuple[float, float] = "medium",
+    mesh: MeshSize = "medium",
     increment: float = runs.INCREMENT,
     hinged: bool = False,
     ideal: bool = False,
     scales: int | None = None,
-    beam_mesh: str | tuple[float, float] = "coarse",
+    beam_mesh: MeshSize = "coarse",
     progress: runs.Listener | None = None,
     announce: Callable[[str], None] | None = None,
 ) -> Verified:
@@ -169,7 +170,7 @@ def _curves(
     elements: xr.Dataset,
     mu: float,
     sense: str,
-    mesh: str | tuple[float, float],
+    mesh: MeshSize,
     *,
     hinged: bool,
     ideal: bool,
@@ -226,7 +227,7 @@ def flat(table: xr.Dataset) -> xr.Dataset:
     return loose.drop_vars(along).assign(first)[[*along, *(name for name in loose.data_vars if name not in along)]]
 
 
-def own_matrix(beam: Beam, mesh: str | tuple[float, float]) -> Array:
+def own_matrix(beam: Beam, mesh: MeshSize) -> Array:
     """Return the stiffness (7, 7) that one mesh (as for :func:`squama.cell`) gives, E = 1 and d = 1."""
     shape = geometry(beam)
     return response(pitch_mesh(shape, *runs.mesh_sizes(mesh)), shape).K[:7, :7]
