@@ -15,6 +15,7 @@ from squama.errors import naming, refuse
 from squama.loads import LOADS, LawName, Load, SenseName
 from squama.model import reach
 from squama.model.laws import LAWS
+from squama.people import per_pitch
 from squama.types import Array
 from squama.units import MARGIN, shown
 
@@ -289,6 +290,6 @@ def friction(own: float | None, given: ArrayLike | None, how: str = "pass mu=0.3
 def moves(name: str, angle: float) -> float:
     """Return a load angle per pitch (rad) to which a beam is brought; refuse one that is no motion."""
     if abs(angle) < LEAST:
-        value, why = (f"{angle:.6g} rad/pitch", f"is below {LEAST:g} rad/pitch: ") if angle else ("0", "")
-        refuse(name, value, f"{why}nothing moves", 'write e.g. "0.1 rad/pitch"')
+        value, why = (per_pitch(angle), f"is below {per_pitch(LEAST)}: ") if angle else ("0", "")
+        refuse(name, value, f"{why}nothing moves", 'write e.g. "5 deg/pitch"')
     return angle

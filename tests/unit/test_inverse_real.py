@@ -12,8 +12,8 @@ import pytest
 import squama
 from squama.cli import main
 from squama.fabrication import refuse
-from squama.fabrication.plan import plan
 from squama.fabrication.kinds import PARTS
+from squama.fabrication.plan import plan
 from squama.inverse.limits import known_rooms, printed_rooms, refused
 from squama.inverse.named_figures import flat
 from squama.inverse.residuals import Residuals

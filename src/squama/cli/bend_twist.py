@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from squama.beam.people import degrees, figure, tidy
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, settled
 from squama.cli.summary import Summary, energy, modelled, percent
 from squama.errors import refuse
 from squama.loads import ENDLESS, LOADS, THIN
 from squama.model.outcome import SENTENCES, End
+from squama.people import degrees, figure, tidy
 from squama.units import moment, number, torque_unit
 
 if TYPE_CHECKING:

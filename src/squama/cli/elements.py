@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from squama import units
-from squama.beam.people import apart_by, figure, per_pitch, tidy, turned
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, one_of, settled, whole
 from squama.cli.summary import Summary, percent
 from squama.errors import refuse
 from squama.fe.sizes import MESHES, MeshSize
 from squama.interrupt import kept
+from squama.people import apart_by, figure, per_pitch, tidy, turned
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -434,7 +434,7 @@ def deck(
     place, name = output.write_text(out, decks.write(model, program)), files.label(out)
     facts = {"scales": model.scales, "nodes": len(model.nodes), "elements": len(model.tets)}
     record = {"out": str(place), "program": program, **facts, "twist_per_pitch": twist}
-    wrote = f"wrote {name}: {model.scales} scales, {len(model.tets)} quadratic tetrahedra, {twist:.4g} rad per pitch"
+    wrote = f"wrote {name}: {model.scales} scales, {len(model.tets)} quadratic tetrahedra, {per_pitch(twist)}"
     stem = name.removesuffix(".inp")
     more = f"run it with: ccx -i {stem}  (CalculiX; on Debian and Ubuntu: apt-get install calculix-ccx)"
     if program == "abaqus":

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from squama import loads
-from squama.beam.people import apart_by, degrees, figure, per_pitch, turned
 from squama.cli import output
 from squama.cli.output import table
 from squama.cli.summary import Summary, modelled, percent, rigidity, rigidity_unit
@@ -20,6 +19,7 @@ from squama.fe.agreement import SHARE, holds
 from squama.loads import ENDLESS, LOADS, THIN, Load
 from squama.model.laws import LAWS
 from squama.model.outcome import SENTENCES, End
+from squama.people import apart_by, degrees, figure, per_pitch, turned
 from squama.symbols import OTHER
 from squama.units import moment, number, torque_unit
 

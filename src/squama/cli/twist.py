@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from squama.beam.people import figure, tidy, turned
 from squama.cli import flags, output
 from squama.cli.fit import TABLES, Tables
 from squama.cli.flags import flag, settled
@@ -17,6 +16,7 @@ from squama.cli.summary import Summary, modelled, percent
 from squama.errors import refuse
 from squama.loads import ENDLESS, LOADS, fixed
 from squama.model.outcome import SENTENCES, End
+from squama.people import figure, tidy, turned
 from squama.units import moment, number, shown, torque_unit
 
 if TYPE_CHECKING:

@@ -19,6 +19,7 @@ from squama.curves.way import Case, Curve
 from squama.errors import refuse
 from squama.loads import ENDLESS
 from squama.model.outcome import End
+from squama.people import per_pitch
 from squama.symbols import OTHER
 from squama.types import Array
 
@@ -41,8 +42,8 @@ class Twisted(NamedTuple):
         found = cls.tried(beam, bend, sense=sense, **how)
         if not found.bent:
             answer = found.answer
-            where = f"{float(answer['psi_end']):.4g} rad per pitch"
-            refuse("bend", f"{bend:.4g} rad/pitch", f"is beyond the beam's {answer['end']} at {where}", "bend it less")
+            where = per_pitch(float(answer["psi_end"]), 4)
+            refuse("bend", per_pitch(bend, 4), f"is beyond the beam's {answer['end']} at {where}", "bend it less")
         return found
 
     @classmethod

@@ -26,6 +26,7 @@ from squama.errors import InputError, Problem, refuse
 from squama.loads import Load
 from squama.model import history
 from squama.model.outcome import SENTENCES, End
+from squama.people import at_most, per_pitch
 from squama.symbols import OTHER
 from squama.types import Array
 
@@ -178,11 +179,11 @@ def check(values: Sequence[float]) -> None:
     """Refuse a history that is too far or too long to be walked."""
     far = max(values, key=abs)
     if abs(far) >= math.pi:
-        refuse("twist", f"{far:.6g} rad/pitch", "must be below half a turn per pitch")
+        refuse("twist", per_pitch(far, 6), "must be below half a turn per pitch")
     way = sum(abs(b - a) for a, b in itertools.pairwise(values))
     if way > MOST * INCREMENT:
-        reason = f"the beam would have to be walked over {way:.4g} rad per pitch in increments of {INCREMENT:g}"
-        refuse("twist", "", reason, f"give at most {MOST * INCREMENT:.4g}, by fewer twists or loops")
+        reason = f"the beam would have to be walked over {per_pitch(way)} in increments of {per_pitch(INCREMENT)}"
+        refuse("twist", "", reason, f"give at most {at_most(MOST * INCREMENT)}, by fewer twists or loops")
 
 
 def _apart(places: list[float]) -> list[float]:
@@ -241,7 +242,7 @@ class LeftError(InputError):
     """
 
     def __init__(self, point: int, far: float, why: str, *, outward: bool) -> None:
-        where = f"the contact is followed {'' if outward else 'back '}to {far:.5g} rad/pitch"
+        where = f"the contact is followed {'' if outward else 'back '}to {per_pitch(far, 5)}"
         super().__init__(Problem("twist", "", f"{where}: {why}"))
         self.point, self.far, self.outward = point, far, outward
 
@@ -250,11 +251,8 @@ def _refuse(analysis: Analysis, left: LeftError, goal: float) -> NoReturn:
     """Refuse a history on which the contact ends on the way to a value, or back from it, and say how far it may go."""
     remedy = "turn round before that"
     if left.outward and left.far:
-        digits = 10.0 ** (math.floor(math.log10(abs(left.far))) - 3)
         # after a reversal the contact goes on a little before it comes back
-        most = math.copysign(math.floor(0.999 * abs(left.far) / digits) * digits, left.far)
-        total = math.degrees(most) * analysis.beam.pitches
-        remedy = f'give at most "{most:.4g} rad/pitch" ({total:.4g} deg total)'
+        remedy = f'give at most "{at_most(0.999 * left.far)}"'
     refuse("twist", analysis.way.said(goal), left.problems[0].reason, remedy)
 
 

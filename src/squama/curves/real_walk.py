@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.beam.people import per_pitch
 from squama.contacts import entry, events, increments, path, states
 from squama.contacts.ties import KINDS
 from squama.curves import real, rows
@@ -25,6 +24,7 @@ from squama.errors import refuse
 from squama.loads import ENDLESS, Load
 from squama.model.elastic_plate import SIDE_D, TIP
 from squama.model.outcome import End
+from squama.people import per_pitch
 from squama.types import Array
 
 _NEAR, _SAME = 1e-5, 1e-6

@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.beam.people import per_pitch
 from squama.contacts import increments, row, states
 from squama.contacts.row import Track
 from squama.contacts.system import STRAINS
@@ -24,6 +23,7 @@ from squama.errors import refuse
 from squama.loads import Load
 from squama.model.elastic_plate import SIDE_D, TIP
 from squama.model.outcome import End
+from squama.people import per_pitch
 from squama.symbols import OF_A_SCALE
 from squama.types import Array
 from squama.units import number

@@ -20,6 +20,7 @@ from squama.dynamics.hinge_branches import FINEST
 from squama.dynamics.modes import SHAPES
 from squama.errors import refuse
 from squama.loads import ENDLESS, Load
+from squama.people import per_pitch
 
 ROUGH = 1e-7
 """Relative error of a step in time on branches of thick scales, which are no better than their increments."""
@@ -154,7 +155,7 @@ def _hinged(beam: Beam, model: Model, mode: str) -> Sides:
     found = {sign: hinge_branches.of_path(both.paths[sign], both.bar, mode) for sign in ("+", "-")}
     other = both.paths["-"]
     if found["-"].up is None and math.isfinite(other.load_end) and (kind.sided or other.other):
-        text = f"in the other sense another contact comes in at {other.load_end:.4g} rad per pitch ({other.other})"
+        text = f"in the other sense another contact comes in at {per_pitch(other.load_end)} ({other.other})"
         return Sides(found["+"], APART, (other.load_end, f"{text}; on hinges the bar goes on without it"))
     return Sides(found["+"], found["-"])
 

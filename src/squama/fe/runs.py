@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 import sys
 import time
@@ -30,6 +31,7 @@ from squama.fe.walk import Doing, Ended, Walk
 from squama.interrupt import Interrupted, until_interrupted
 from squama.io import files
 from squama.loads import SenseName
+from squama.people import per_pitch
 from squama.symbols import SYMBOLS
 
 if TYPE_CHECKING:
@@ -285,7 +287,7 @@ def follow(
     if restart is not None and files.exists(restart):
         walk.resume(restart, key)
         if abs(walk.phi) > abs(goal):
-            reason = f"has gone to {abs(walk.phi):.4g} rad per pitch already"
+            reason = f"has gone to {per_pitch(abs(walk.phi), 4)} already"
             refuse("", "", reason, "ask for more, or name another output", str(restart))
     begun, start = time.monotonic(), abs(walk.phi)
     said = entered = begun
@@ -324,7 +326,7 @@ def follow(
 def print_progress(at: Progress) -> None:
     """Write a line on standard error."""
     left = "" if at.left_s is None else f", about {at.left_s:.0f} s left"
-    place = f"phi = {at.phi:.4f} of {at.goal:.4g} rad/pitch"
+    place = f"{math.degrees(at.phi):.4g} of {per_pitch(at.goal, 4)}"
     if at.toward is None:
         words = f"{place}: {at.iterations} iterations, largest force left {at.unbalanced:.1e}{left}"
     else:

@@ -25,6 +25,7 @@ from squama.inverse.target import Target
 from squama.joints import law
 from squama.joints.choice import impossible, known, said, shape
 from squama.loads import ENDLESS, LOADS, NOTHING, STRAIGHT, SenseName, holds
+from squama.people import per_pitch
 from squama.units import change, moment
 
 OF_BOW = ("torque", "tangent", "stiffness_ratio")
@@ -139,7 +140,7 @@ def by_elements(beam: Beam, sense: str, rates: Sequence[float]) -> list[str]:
     ratios = [np.gradient(torque, x) / (torque[1] / x[1]) for torque in (T, own)]
     lines = []
     for rate in rates:
-        where = f"elements ({MESH} mesh), held straight, {rate * beam.pitch:.4g} rad per pitch"
+        where = f"elements ({MESH} mesh), held straight, {per_pitch(rate * beam.pitch)}"
         if rate > x[-1] * (1 + 1e-9):
             lines.append(f"{where}: the run ends before, {run.attrs['sentence']}")
             continue

@@ -12,7 +12,6 @@ import numpy as np
 from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
-from squama.beam.people import over, turned
 from squama.curves import both_faces, doors, hinge, real_figures, real_walk
 from squama.curves.bent_twist import Twisted
 from squama.curves.chosen import idealisation, thin
@@ -24,6 +23,7 @@ from squama.loads import LOADS
 from squama.model import twisting
 from squama.model.outcome import End
 from squama.model.paths import ARRAY
+from squama.people import over, per_pitch, turned
 from squama.scene.geometry import Attitude, Load
 from squama.symbols import OTHER
 from squama.types import Array
@@ -126,7 +126,7 @@ class Motion:
         scales = idealisation(setting.beam, joint, ideal=thin(self.kind, law, joint, ideal=ideal))
         self.model = self.kind.model(self.kind.law(law), joint, scales)
         if bend and (load, law) != ("twisting", "edge"):
-            refuse("bend", f"{bend:.4g} rad/pitch", "is held in twisting, by the edge law", "leave it out")
+            refuse("bend", per_pitch(bend), "is held in twisting, by the edge law", "leave it out")
         path: Solved
         notes: Sequence[str]
         if bend:

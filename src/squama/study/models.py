@@ -24,6 +24,7 @@ from squama.errors import naming, refuse
 from squama.joints import choice
 from squama.loads import LOADS
 from squama.model.outcome import End
+from squama.people import per_pitch
 from squama.study import hinge_columns, real_columns
 from squama.study.columns import Cells, columns
 from squama.types import Array
@@ -130,9 +131,9 @@ class Model(NamedTuple):
         elif 0 < (engaged := _engagement(beam, load, sense, ideal=ideal)) < RANGE:
             twist = Twist(AHEAD * engaged, "rad/pitch")
         else:
-            refuse("at", "", f"the beam itself does not engage below {RANGE:g} rad/pitch", "give the twist")
+            refuse("at", "", f"the beam itself does not engage below {per_pitch(RANGE)}", "give the twist")
         if (angle := float(twist.per_pitch(beam.pitch))) >= np.pi:
-            refuse("at", f"{angle:.6g} rad/pitch", "must be below half a turn per pitch")
+            refuse("at", per_pitch(angle, 6), "must be below half a turn per pitch")
         return cls(found.joint, ideal, twist, own_scales(beam, load, bent=bent))
 
     @property

@@ -13,7 +13,6 @@ import numpy as np
 from squama import arguments, units
 from squama.beam import matrixfile
 from squama.beam.faces import only_one
-from squama.beam.people import per_pitch
 from squama.curves import doors, finite_rows
 from squama.errors import naming, refuse
 from squama.fe import runs
@@ -24,6 +23,7 @@ from squama.fe.pitch_stiffness import response
 from squama.fe.sizes import MeshSize
 from squama.io import datasets, files
 from squama.loads import ENDLESS, STRAIGHT, SenseName, model
+from squama.people import at_most, per_pitch
 from squama.study import parts
 from squama.types import Array
 
@@ -215,7 +215,7 @@ def verdict(touched: float, last: float, meets: float, degrees: float) -> str:
     reach = f"{last * degrees:.3g} deg ({per_pitch(last)})"
     if touched < math.inf:
         return f"twisted to {reach}, the scales touch from {touched * degrees:.3g} deg on"
-    more = f'; they touch at {meets * degrees:.3g} deg: write --to "{1.5 * meets:.2g} rad/pitch"'
+    more = f'; they touch at {meets * degrees:.3g} deg: write --to "{at_most(1.5 * meets, 3)}"'
     return f"twisted to {reach}, no contact up to here: nothing was tested{more if meets < math.inf else ''}"
 
 

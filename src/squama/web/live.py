@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from squama import arguments
-from squama.beam.people import degrees, over, turned
 from squama.curves.bent_twist import Twisted
 from squama.curves.chosen import thin
 from squama.curves.doors import respond
@@ -23,6 +22,7 @@ from squama.io import datasets
 from squama.loads import ENDLESS, LOADS, ending
 from squama.loads import FREE as LOOSE
 from squama.model.outcome import SENTENCES, End
+from squama.people import degrees, over, turned
 from squama.plot.palette import WORDS
 from squama.scene import standalone
 from squama.scene.motion import FREE, SLIDING, Motion, Setting

@@ -13,11 +13,11 @@ import numpy as np
 
 from squama.batch import solved
 from squama.beam.design import Beam
-from squama.beam.people import PITCH, degrees
 from squama.curves.chosen import idealisation, thin
 from squama.errors import refuse
 from squama.loads import LOADS
 from squama.model.outcome import CODES
+from squama.people import PITCH, degrees
 from squama.plot.palette import DARK_ENDS, ENDED, ENDS, KEPT, SOFTER, STEPS, THEMES
 from squama.study import columns, hinge_columns, real_columns
 from squama.types import Array

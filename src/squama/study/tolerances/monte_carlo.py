@@ -24,6 +24,7 @@ from squama.model.bending import Bend
 from squama.model.outcome import CODES, End
 from squama.model.paths import ARRAY
 from squama.model.paths import Twist as Tip
+from squama.people import per_pitch
 from squama.progress import work
 from squama.study import columns
 from squama.study.models import Model, Twist, note, shares
@@ -243,7 +244,7 @@ def _notes(case: Case, summarised: Sequence[str], code: Array) -> list[str]:
         e = edge_contacts.ends(**case.beam.ratios, mu=mu, law=case.law, sense=case.sense, contacts="all")
         if e.other.item():
             notes.append(
-                f"in the nominal beam another contact comes in at {float(e.phi_touch):.4g} rad/pitch "
+                f"in the nominal beam another contact comes in at {per_pitch(float(e.phi_touch))} "
                 f"({e.other.item()}); samples follow the tip-side contact alone"
             )
     return notes
