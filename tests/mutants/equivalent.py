@@ -246,8 +246,8 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("batch/answers.py", "thin = np.zeros_like(columns[0]) if thickness is None else thickness"): {"0 -> 1": _ZERO},
     ("fe/stiffness.py", "_SCHEME = 3"): {"*": "names what is kept: any number does that was not in use before"},
     ("fe/contact.py", "reach = min(4 * reach, within, _FAR)"): {"4 -> (4 * 2 + 1)": _TUNING},
-    ("curves/real_walk.py", "_NEAR, _SAME = 1e-5, 1e-6"): {"*": _ROUNDING},
-    ("curves/real_cycles.py", "return (v - start) * way > least and (stop - v) * way > least"): {
+    ("curves/compliant_walk.py", "_NEAR, _SAME = 1e-5, 1e-6"): {"*": _ROUNDING},
+    ("curves/compliant_cycles.py", "return (v - start) * way > least and (stop - v) * way > least"): {
         "* -> /": "the way is 1 or -1",
         "* -> / #2": "the way is 1 or -1",
     },

@@ -8,7 +8,7 @@ import pytest
 import squama
 from oracle.barrier import needs_barrier, surface
 from squama.cli import main
-from squama.curves import real
+from squama.curves import compliant
 from squama.errors import InputError
 from squama.fe.assembly import make_bent
 from squama.fe.geometry import geometry
@@ -127,7 +127,7 @@ def test_general_contact_goes_the_same_way_back():
     down = c.isel(point=slice(int(np.argmax(c.psi.values)), None))
     E, d, K = SKIN.substrate.youngs_modulus, SKIN.pitch, joint_of(SKIN).K
     assert K is not None
-    led = make_bent(K, geometry(SKIN), 0.25, exposed=surface(real.scale(SKIN, ideal=False)))
+    led = make_bent(K, geometry(SKIN), 0.25, exposed=surface(compliant.scale(SKIN, ideal=False)))
     for psi, tolerance in ((0.12, 4e-3), (0.115, 4e-3), (0.09, 4e-3), (0.05, 4e-3), (0.0, 1.0)):
         assert led.run(led.aim(psi, 0.0), 1e-3).reached
         own = np.interp(psi, down.psi[::-1], down.M[::-1])

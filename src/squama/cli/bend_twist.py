@@ -235,7 +235,7 @@ def _ratios(beam: Beam, data: Answer, endless: Answer) -> Iterable[str]:
 
 def _ends(beam: Beam, found: Mapping[str, Answer]) -> Table:
     """Return the table of the ends of ways, a column for each kind of joint."""
-    from squama.cli.report import HINGE, IDEAL, REAL, column
+    from squama.cli.report import HINGE, IDEAL, THICK, column
 
     data, at_ends = next(iter(found.values())), [ways(one) for one in found.values()]
     whole, unit = degrees(beam)
@@ -256,6 +256,6 @@ def _ends(beam: Beam, found: Mapping[str, Answer]) -> Table:
             cells = [factor * one[name][i] if name in one else math.nan for one in at_ends]
             if not all(map(math.isnan, cells)):
                 rows.append([f"  {words}", *map(number, cells)])
-    own = REAL if data.attrs["scales"] != THIN else IDEAL
+    own = THICK if data.attrs["scales"] != THIN else IDEAL
     named = {"compliant": beam.extent if "ends" in data.attrs else own, ENDLESS: ENDLESS, "hinge": HINGE}
     return output.table(["", *(column(named[joint]) for joint in found)], rows)

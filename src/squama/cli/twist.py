@@ -112,7 +112,7 @@ def respond(
         means = chosen(beam, LOADS[load], law=law, joint=joints.joint, neutral=joints.neutral)
         if means.note:
             print(f"squama: warning: {means.note}", file=sys.stderr)
-        if means.real:
+        if means.compliant:
             beside = common.json or curve.compare or curve.full or bool(common.plot)
             given: dict[str, Any] = {"ideal": bool(joints.ideal), "ends": curve.ends, "simpler": beside}
             laws = report.ladder(load, beam, law, sense, numbers, **given)

@@ -10,7 +10,7 @@ import numpy as np
 from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
-from squama.curves.chosen import MODELS, REAL
+from squama.curves.chosen import COMPLIANT, MODELS
 from squama.curves.curve_figures import figures
 from squama.curves.doors import How
 from squama.curves.labelled import Answer
@@ -50,7 +50,7 @@ class Twisted(NamedTuple):
     def tried(cls, beam: Beam, bend: float, *, sense: str = "+", **how: Unpack[How]) -> Twisted:
         """Do as :meth:`of`, and take the path as far as it goes: see :attr:`bent`."""
         sign, d, legs = arguments.sense(sense), beam.pitch, 2 if bend else 1
-        far = MODELS[how.get("joint") or REAL].programs().far
+        far = MODELS[how.get("joint") or COMPLIANT].programs().far
         answer = bent_and_twisted(beam, [(bend / d, 0.0), (bend / d, sign * far / d)][-legs:], ends=ENDLESS, **how)
         rigidity = float(answer.attrs.get("rigidity", beam.torsional_rigidity))
         case = Case(d, rigidity, float(answer["K_theta"]), beam.eta, beam.scale.theta0, sign < 0)

@@ -123,8 +123,9 @@ def audit(data: xr.Dataset) -> xr.Dataset:
     """
     gap = data["gap"].values
     for j, i in np.argwhere(gap < -DEEPEST)[:1].tolist():
+        place = f"increment {j} at {per_pitch(float(data['phi'][j]))}"
         message = (
-            f"the contact of scales {i + 1} and {i + 2} was lost in increment {j} at {per_pitch(float(data['phi'][j]))}: "
+            f"the contact of scales {i + 1} and {i + 2} was lost in {place}: "
             f"their edges overlap by {-gap[j, i]:.3g} pitches, though CalculiX accepted it; write the deck with "
             "more increments"
         )

@@ -178,7 +178,7 @@ def uncertainty(
 def _of_law(beam: Beam, known: Sequence[Tolerance], model: Model) -> tuple[Tolerance, ...]:
     """Return the scatter of K_theta where it is the law's; none where it is stated, measured or given a tolerance."""
     better = beam.joint.matrix is not None or beam.joint.stiffness is not None
-    if not model.real or better or {t.name for t in known} & {FACTOR, "joint.stiffness"}:
+    if not model.compliant or better or {t.name for t in known} & {FACTOR, "joint.stiffness"}:
         return ()
     return tuple(tolerances({FACTOR: ("normal", 1.0, errors().K_theta.rms)}, beam, joint=model.joint))
 
@@ -195,7 +195,7 @@ def _levels(levels: Sequence[float], each: int) -> tuple[float, ...]:
 
 
 def _limit(given: float | str, load: str, beam: Beam, model: Model) -> Limit:
-    if model.real:
+    if model.compliant:
         refuse("before", shown(given), "asks for a lock, and compliant joints have none", "give at, or take hinges")
     twist = Twist.read("before", given, load, beam)
     text = given if isinstance(given, str) else twist.words(beam.pitches)
@@ -235,8 +235,8 @@ def _notes(case: Case, summarised: Sequence[str], code: Array) -> list[str]:
     if rare:
         notes.append(f"no statistics of {', '.join(rare)}: too few samples have {'it' if len(rare) == 1 else 'them'}")
     limits = {t.name: tuple(t.at(np.array([2**-_BITS, 1 - 2**-_BITS])).tolist()) for t in case.tolerances}
-    notes += columns.matrix_warnings(case.beam, "twisting" if case.model.real else case.load, limits)
-    if case.model.real:
+    notes += columns.matrix_warnings(case.beam, "twisting" if case.model.compliant else case.load, limits)
+    if case.model.compliant:
         notes += shares(np.bincount(code, minlength=len(case.ends)))
     elif LOADS[case.load].sided:
         mu = next((nominal(t, case.beam) for t in case.tolerances if t.name == "friction.mu"), case.beam.friction.mu)
@@ -292,7 +292,7 @@ def solved(case: Case, dimensions: dict[str, Array]) -> dict[str, Array]:
 
 
 def _before(found: dict[str, Array], to: Array) -> dict[str, Array]:
-    """Return fields of :class:`squama.study.real_columns.Figures`, NaN where an engagement or end is not before ``to``.
+    """Return fields of :class:`squama.study.compliant_columns.Figures`: NaN for an engagement or end not before ``to``.
 
     An end there is but the twist at which figures are taken.
     """
