@@ -207,7 +207,7 @@ MODES: tuple[str, ...] = get_args(ModeName)
 FREE, COUPLE, GRIPPED, ENDLESS = "free", "couple", "gripped", "endless"
 """Words of ends: one torque or moment in all pitches, a couple at both ends, coaxial grips, none: pitches are alike."""
 EndsName = Literal["free", "couple", "gripped", "equal", "endless"]
-ENDS: tuple[str, ...] = get_args(EndsName)
+ENDS: tuple[EndsName, ...] = get_args(EndsName)
 """How the ends of a beam may be: :func:`squama.twist`."""
 MANY_SCALES = 200
 """Largest number of scales of a beam whose ends are followed unasked."""

@@ -21,7 +21,7 @@ from cyclopts import Parameter
 from squama.beam import beamfile
 from squama.errors import InputError, Problems, naming, refuse
 from squama.io.files import label, table_place
-from squama.loads import ENDS, LINES, LOADS, MODES
+from squama.loads import ENDS, LINES, LOADS, MODES, EndsName
 from squama.progress import LOG
 from squama.units import MARGIN, Bounds, Dimension, bounded, shown
 
@@ -296,7 +296,7 @@ Json = Annotated[bool, Parameter(help="Print all results as JSON instead of the 
 Full = Annotated[bool, Parameter(help="Print all figures after the summary.")]
 Quiet = Annotated[bool, Parameter(help="Print no progress.")]
 _ENDS = "Ends: free, couple, gripped, equal (pitches alike), endless. Default: the file's, or free."
-Ends = Annotated[str | None, flag(_ENDS, read=one_of(*ENDS))]
+Ends = Annotated[EndsName | None, flag(_ENDS, read=one_of(*ENDS))]
 Plot = Annotated[tuple[File, ...], flag("Picture to write (.png, .svg, .pdf); may be repeated.")]
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from squama.beam.design import Beam
 from squama.contacts import entry, events, increments, path, states
+from squama.contacts.system import STRAINS
 from squama.contacts.ties import KINDS
 from squama.curves import compliant, rows
 from squama.curves.both_faces import WHOSE
@@ -118,11 +119,15 @@ class Loaded(NamedTuple):
         return stations, self.one.way.along(stations.strains)
 
     def shapes(self, loads: Array) -> list[tuple[Array, Array]]:
-        """Return the shape of an endless beam at load angles (n,) per pitch, as each face with scales sees it.
+        """Return the shape of a beam at load angles (n,) per pitch, as each face with scales sees it.
 
         Strains (n, 4) bend, twist, lateral bend and stretch per pitch, and 24 powers (n, 24) of the deflection of a
-        scale in pitches, see :func:`squama.contacts.path.deflections`.
+        scale in pitches, see :func:`squama.contacts.path.deflections`; with ends of each of N cells and scales
+        (n, N, 4), (n, N, 24).
         """
+        if self.ends:
+            track = self.ends.track(self.one, self.load, loads)
+            return [(track.cells[..., :STRAINS], path.deflections(track.rows))]
         rows = [face.rows[0] for face in self._states(loads)[1].faces]
         strains = np.column_stack([path.named(rows[0])[name] for name in ("psi", "twist", "aside", "stretch")])
         return [(strains * [*seen, 1], path.deflections(row)) for seen, row in zip(self.one.seen, rows, strict=True)]

@@ -52,6 +52,11 @@ class Row(NamedTuple):
     left: tuple[str, ...] = ()
     within: float = math.inf
 
+    def track(self, one: compliant.Path, load: Load, at: Array) -> Track:
+        """Follow the beam to load angles (n,) per pitch from 0 on."""
+        loads = sum(one.toward) * at
+        return row.track(one.way, one.beam.pitches, loads, ends=self.kind, load=load.axis, within=self.within)
+
 
 class Told(NamedTuple):
     """States of a beam at load angles (n,), by role: of the beam, and of each scale (n, scales).
@@ -72,7 +77,7 @@ class Told(NamedTuple):
 def told(one: compliant.Path, load: Load, ends: Row, at: Array) -> Told:
     """Follow a beam of N scales to load angles (n,) from 0 on, NaN beyond its end."""
     n, sign = one.beam.pitches, sum(one.toward)
-    track = row.track(one.way, n, sign * at, ends=ends.kind, load=load.axis, within=ends.within)
+    track = ends.track(one, load, at)
     points = len(track.rows)
     along, each = of_scales(one, load, Stations.along(load, sign * at[:points]).strains, track)
     most = {role: np.fmax.reduce(v, axis=1) for role, v in each.items() if role != "theta"}
