@@ -1,7 +1,7 @@
-"""The doors of one load: from a beam and arguments in words and units to a dataset; twist and bend.
+"""Public functions of a single load, from arguments in words and units to a dataset: twist and bend.
 
-``respond`` gives the answer before it is a dataset, ``solved`` the path that is drawn; ``analysis`` reads the arguments
-that all doors have in common.
+``respond`` returns the result before it is a dataset, ``solved`` the path for drawings; ``analysis`` reads the
+arguments common to all public functions.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Rates = ArrayLike | Sequence[float | str] | str
-"""Rates in rad/m, or texts with their units."""
+"""Rates in rad/m, or text with units."""
 
 
 class How(TypedDict, total=False):
-    """Arguments that all doors have, as of :func:`twist`."""
+    """Arguments common to all public functions, as in :func:`twist`."""
 
     mu: ArrayLike | None
     law: str
@@ -234,7 +234,7 @@ def respond(
     row: bool = False,
     **how: Unpack[How],
 ) -> Answer:
-    """Return what :func:`twist` or :func:`bend` returns, before it is a dataset; ``row``: with ends, on hinges too."""
+    """Return the result of :func:`twist` or :func:`bend` before it is a dataset; ``row``: with ends also on hinges."""
     arguments.beam(beam)
     kind = arguments.load(load)
     sign = arguments.sense(sense) if kind.sided else 1
@@ -245,11 +245,10 @@ def respond(
 
 
 def ends_of(asked: Analysis, word: str | None, *, history: bool = False, row: bool = False, grips: bool = True) -> str:
-    """Return the ends of a beam by their word, or as they are by default; refuse what a model does not know.
+    """Return the ends of a beam from their word, or the default; refuse ends that the model does not cover.
 
-    ``history``: of one that is loaded and unloaded, or along several loads; ``row``: it has ends even where it is
-    endless by default; ``grips``: whether there may be a couple, of one load alone, or grips, of a beam that is
-    twisted alone.
+    ``history``: for loading and unloading, or several loads; ``row``: with ends even where the default is endless;
+    ``grips``: whether a couple (under a single load) and grips (in twisting alone) are allowed.
     """
     beam, model = asked.beam, MODELS[asked.joint]
     couple = grips and len(asked.way.loaded) == 1
@@ -286,10 +285,10 @@ def analysis(
     free: str | None = None,
     **how: Unpack[How],
 ) -> Analysis:
-    """Return the analysis of a beam on a way: its arguments checked, and the model that answers.
+    """Return the analysis of a beam along a way: its checked arguments, and the chosen model.
 
-    ``load`` and ``free`` as of :func:`squama.curves.chosen.chosen`; ``most`` points are allowed; ``family``: there may
-    be several coefficients of friction.
+    ``load`` and ``free`` as in :func:`squama.curves.chosen.chosen`; ``most``: largest number of points; ``family``:
+    whether several coefficients of friction are allowed.
     """
     asked, mu, own = how.get("law", "edge"), how.get("mu"), beam.friction.mu
     arguments.law(asked)
@@ -303,7 +302,7 @@ def analysis(
 
 
 def far(to: float | str, load: Load, pitch: float, scales: int) -> float:
-    """Return the load angle per pitch, above 0, at which to stop."""
+    """Return the load angle per pitch (rad), above 0, at which the curve stops."""
     with naming("to"):
         stop = load.read(to, pitch=pitch, scales=scales) * pitch
     if stop <= 0:
@@ -312,7 +311,7 @@ def far(to: float | str, load: Load, pitch: float, scales: int) -> float:
 
 
 def _angles(at: Rates, load: Load, beam: Beam) -> Array:
-    """Return load angles per pitch of rates in rad/m, or of texts such as "0.2 rad/pitch" among them."""
+    """Return load angles per pitch (rad) from rates in rad/m, or from text such as "0.2 rad/pitch" among them."""
     given = [at] if isinstance(at, str) else at
     if isinstance(given, list | tuple) and any(isinstance(value, str) for value in given):
         with naming("at"):
@@ -324,16 +323,16 @@ def _angles(at: Rates, load: Load, beam: Beam) -> Array:
 
 
 def solved(analysis: Analysis) -> tuple[Solved, Sequence[str]]:
-    """Return the path of a beam in one sense, which `squama.view` and the explorer go along, and its warnings.
+    """Return the solved path of a beam in one sense, for `squama.view` and the explorer, and its warnings.
 
-    Of hinges on both faces that of the scaled one alone.
+    For hinges on both faces it is the path of the scaled face alone.
     """
     found, more = MODELS[analysis.joint].programs().solve(analysis)
     return found[0], more.notes
 
 
 def _curves(analysis: Analysis) -> Answer:
-    """Follow a way in one sense: a curve for each coefficient of friction."""
+    """Return a curve along a way in one sense for each coefficient of friction."""
     way, programs = analysis.way, MODELS[analysis.joint].programs()
     one_face, more = programs.solve(analysis)
     found = programs.gather(analysis, one_face)
@@ -361,7 +360,7 @@ def _curves(analysis: Analysis) -> Answer:
 
 
 def _small(beam: Beam, sign: int) -> float:
-    """Twist per pitch at engagement by the paper's formula for small angles."""
+    """Return the twist per pitch at engagement by the paper's formula for small angles."""
     alpha = beam.scale.alpha
     # with scales on both faces that of the one whose scales touch first
     signs = {sign, sign * (both_faces.sense(beam, "twisting") or 1)}

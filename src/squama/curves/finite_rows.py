@@ -1,4 +1,4 @@
-"""The door of rows: a beam of N scales that is twisted, and what its ends take away beside the endless beam."""
+"""Public function ``row``: a twisted beam of N scales; and the effect of its ends, compared with the endless beam."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 MOST = 2000
 """Largest number of scales of a row."""
 ENOUGH, COMPARED = 100, 30
-"""Scales from which on more of them only share the ends' part among more; points of a row that is compared."""
+"""Number of scales from which on the effect of the ends is only divided among more scales; points of the compared row.
+"""
 
 
 def row(
@@ -101,7 +102,7 @@ def rowed(
     ends: str | None = None,
     **how: Unpack[How],
 ) -> Answer:
-    """Return what :func:`row` returns, before it is a dataset."""
+    """Return the result of :func:`row` before it is a dataset."""
     arguments.beam(beam)
     n = arguments.whole("scales", beam.pitches if scales is None else scales, 2, MOST)
     whole = beam.replace(scales=n)
@@ -109,9 +110,9 @@ def rowed(
 
 
 class Ends(NamedTuple):
-    """What a beam's own ends take away: ``torque`` and ``tangent`` of its N ``scales`` over those of an endless beam.
+    """Effect of a beam's ends: ``torque`` and ``tangent`` of its N ``scales`` over those of an endless beam.
 
-    At the twist ``load``, rad per pitch; ``end`` says why the row goes no farther, empty where it goes as far as asked.
+    At the twist ``load``, rad per pitch; ``end`` is why the row ends early, or "".
     """
 
     scales: int
@@ -122,7 +123,7 @@ class Ends(NamedTuple):
 
 
 def ends(beam: Beam, to: float, *, sense: str = "+", **how: Unpack[How]) -> Ends | None:
-    """Compare a beam's row with the endless one at a twist (rad/m) or where it ends before; None without contact."""
+    """Compare a beam's row with the endless beam at a twist (rad/m), or where the row ends; None without contact."""
     n = min(beam.pitches, ENOUGH)
     try:
         found = rowed(beam, scales=n, to=to, points=COMPARED, sense=sense, **how)

@@ -1,4 +1,4 @@
-"""The door of histories: from a beam and the twists that it goes through to its loops, as a dataset."""
+"""Public function ``cycle``: loading and unloading of a beam along a history of twists, as a dataset."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST = 1_000_000
-"""Most points of a history."""
+"""Largest number of points of a history."""
 
 
 def cycle(
@@ -109,7 +109,7 @@ def cycled(
     ends: str | None = None,
     **how: Unpack[How],
 ) -> Answer:
-    """Return what :func:`cycle` returns, before it is a dataset."""
+    """Return the result of :func:`cycle` before it is a dataset."""
     arguments.beam(beam)
     kind = arguments.load(load)
     way = given.history(twist, beam, kind, arguments.whole("loops", loops, 1, 1e4))

@@ -1,4 +1,4 @@
-"""The doors to bending and twisting at once: from a beam and a path in words and units to a dataset."""
+"""Public functions of bending and twisting at once: ``bend_twist`` along a path, ``bend_twist_map`` in the plane."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 ROOM = 0.15
-"""Room around a path on a map of its plane, as a part of the path's size."""
+"""Margin around a path on the map of its plane, as a share of the path's size."""
 _BOTH = "bending and twisting"
 
 
@@ -128,7 +128,7 @@ def bent_and_twisted(
     ends: str | None = None,
     **how: Unpack[How],
 ) -> Answer:
-    """Return what :func:`bend_twist` returns, before it is a dataset."""
+    """Return the result of :func:`bend_twist` before it is a dataset."""
     arguments.beam(beam)
     analysis = doors.analysis(beam, given.path(path, beam), None, points=points, free=free, **how)
     if free is not None:
@@ -143,7 +143,7 @@ def bent_and_twisted(
 
 
 def _freed(free: str, analysis: Analysis) -> Analysis:
-    """Return the analysis with a load left free, checked against the rest."""
+    """Return the analysis with a load left free; refuse arguments that exclude it."""
     axis, mu = LOADS[arguments.one_of("free", free, tuple(LOADS))].axis, float(analysis.mus)
     only_one(analysis.beam.faces, "a load that is left free")
     if mu:
