@@ -45,7 +45,7 @@ from squama.types import Array
 
 @_jit
 def elastic(S: System, st: State, at: Array, W: Work, r: Array, loads: Array) -> None:
-    """Write what joints and bar oppose to a state: residual of the scales, M, T, B, P of cells, and in the mean."""
+    """Write the elastic part of a state: residual of the scales, loads M, T, B, P of the cells, and their means."""
     N, many = len(S.shapes), cells(S)
     for e in range(STRAINS):
         loads[e] = 0.0
@@ -69,7 +69,7 @@ def elastic(S: System, st: State, at: Array, W: Work, r: Array, loads: Array) ->
 def residual(
     S: System, st: State, past: Past, con: Array, m: int, at: Array, n: int, W: Work, r: Array, loads: Array
 ) -> None:
-    """Write the residual (n,) of a state, M, T, B, P, and what is known of its contacts; W is brought to the state."""
+    """Write the residual (n,) of a state, the loads M, T, B, P, and the contacts' values; update W to the state."""
     N, many = len(S.shapes), cells(S)
     elastic(S, st, at, W, r, loads)
     for c in range(m):
@@ -112,7 +112,7 @@ def residual(
         elif kind == touch.FE:
             r[o + 5] = dot(t2, g.n)
         if row[touch.STUCK] == touch.LET_GO:
-            # its force and its places are given
+            # its force and its places are fixed
             told[N_] = 0.0
             for a in range(3 + places_of(kind)):
                 r[o + a] *= 0.0
@@ -144,7 +144,7 @@ def residual(
 
 @_jit
 def lie(S: System, st: State, i: int, c: int, o: int, turns: int, W: Work, r: Array) -> None:
-    """Write the equation of a scale that lies on the substrate, and what its moment brings to its balance."""
+    """Write the equation of a scale that lies on the substrate, and its moment in the scale's balance."""
     Q, told = st.F[c, 0], W.told[c]
     clear(told)
     told[N_] = Q

@@ -182,7 +182,7 @@ class Piece(NamedTuple):
 
     @property
     def both(self) -> tuple[Piece, ...]:
-        """This piece; if the tip edge lies flush in the next face, also the piece of the contact at its other end."""
+        """The piece itself; if the tip edge lies flush in the next face, also that of the contact at its other end."""
         if not (self.contact and self.leg.flush and CONTACTS[self.contact].tip):
             return (self,)
         others = [self._replace(contact=name) for name in ("BF", "TA")]
