@@ -90,7 +90,7 @@ class InputError(SquamaError, ValueError):
     Parameters
     ----------
     problems : Problem or str
-        The mistakes; each line of a text becomes the reason of a problem without a place.
+        The mistakes; the text of the error has one line for each: place, value, reason and remedy.
 
     Attributes
     ----------

@@ -190,7 +190,7 @@ PUSHED = _PUSHED.name
 def model(attrs: Mapping[str, Any]) -> str:
     """Return the model of a result in words, from its attributes; without a joint among them, the paper's hinges."""
     about = {**PAPER, **attrs}
-    # of rows, and of both loads together, as of twisting
+    # rows, and bending with twisting, are described as twisting
     said = LOADS.get(about["load"], _TWISTING).model(about["law"], about["joint"], about["scales"])
     return said + covering(attrs)
 

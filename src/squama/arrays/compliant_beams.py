@@ -89,7 +89,7 @@ class Designs(NamedTuple):
         if self.psi is None:
             return at, np.stack([at, 0 * at], axis=-1) if load == "bending" else None
         ways = np.column_stack([0 * self.psi, at]) + np.abs(self.psi)[:, None]
-        # as far as the way goes, to the last digit
+        # exactly the length of the way, to the last digit
         return ways, np.stack(np.broadcast_arrays(self.psi[:, None], ways - ways[:, :1]), axis=-1)
 
 

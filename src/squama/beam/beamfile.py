@@ -194,7 +194,7 @@ def explain(error: ValidationError, root: str | None, problems: Iterable[Problem
         elif one["type"] == "extra_forbidden":
             found.append(unknown_key(table, key or table, whole_beam=len(path) == 1 and root is None))
         elif isinstance(cause, InputError):
-            # what a check of several keys together finds has its place already
+            # problems from a check of several keys already have their place
             found += (cause.at(where) if key else cause).problems
         elif not key:
             found.append(no_table(table, one["input"]))

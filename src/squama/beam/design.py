@@ -276,7 +276,7 @@ class Beam(Assembly):
             The file cannot be written.
         """
         tables = self.model_dump(include={"scale", "substrate", "joint", "friction"})
-        # the matrix itself, so that the text says all wherever it goes
+        # the matrix itself, so that the text is complete without other files
         matrix = self.joint.matrix
         tables["joint"]["matrix"] = None if matrix is None else matrix.text
         own = {name: getattr(self, name) for name in beamfile.TABLES["beam"]}

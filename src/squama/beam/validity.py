@@ -55,7 +55,7 @@ def parts_fit(beam: Assembly) -> None:
         reason = f"the tab goes {words}, L sin(theta0) = {_mm(depth)} in a thickness of {_mm(room)}"
         problems.add("scale.embedded", _mm(beam.scale.embedded), reason, f"write less than {_mm(room / sine)}")
     E, width = beam.scale.youngs_modulus, beam.scale.width
-    # a length or width that is out of range says nothing of stiffness
+    # stiffness is meaningless for a length or width out of range
     if (
         not problems
         and E is not None

@@ -7,12 +7,12 @@ by
     dz = -J^-1 (change of r with the beam, the strains and the states before)
 
 (implicit function theorem). All changes are imaginary parts of one evaluation, z -= i J^-1 Im r: no differences are
-taken. J need not be exact: what its error leaves is in the next Im r, and is corrected.
+taken. J need not be exact: the effect of its error is in the next Im r, and is corrected.
 
-An increment that an event ends has the size at which the event's condition holds: a gap, N, a place at the end of its
-edge, abs(y) - mu N or the slope of a gap is zero, whatever the beam. The imaginary part of the size makes that of the
+The size of an increment that ends with an event is such that the event's condition holds: a gap, N, a place at its
+edge's end, abs(y) - mu N or the slope of a gap is zero for any beam. The imaginary part of the size makes that of the
 condition vanish, so that the followed curve itself is differentiated, beyond events as well: where contacts come, open,
-stick, slip and hand over, states are continuous. At a snap they are not. Nothing is known there and beyond: imaginary
+stick, slip and replace each other, states are continuous. At a snap they are not: there and beyond it imaginary
 parts are NaN.
 """
 

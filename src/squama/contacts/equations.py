@@ -1,18 +1,19 @@
-r"""The equations of N scales in contact, and their derivatives; compiled.
+r"""The equations of N scales in contact: their residual; compiled.
 
-Contact c presses scale i from its neighbour j at places r1 and p2, both seen from scale i, by the force F::
+Contact c presses scale i away from its neighbour j by the force F at the places r1 and p2, both in the axes of scale
+i::
 
     scale      K_q . (q, e) = sum F - R'^T F,  and the moments of both about the scales' base midpoints
     plate      b = C sum [Phi(x1, y1) F.n_1 - Phi(x2, y2) F.n_2]                 (explicit: no unknowns of its own)
     contact    r1 - p2 = 0,  along a bent edge that lies on a face t . n = 0 as well
     friction   y = f - k v:  abs(y) <= mu N: v1 + grip (f - f_last) = 0 (sticks);  else f - mu N y/abs(y) = 0 (slips)
-    strain     K_e . (q, e) + sum F . dp2/de = 0  for each that is free, or its moment or force where it is imposed;
-               of each cell the load at the ends where cells have strains of their own (:mod:`squama.contacts.supports`)
+    strain     K_e . (q, e) + sum F . dp2/de = 0  for each free strain, or the load of an imposed one;
+               the load at the ends for each cell with strains of its own (:mod:`squama.contacts.supports`)
     substrate  theta_i = 0 of a scale that lies on it, by a moment Q_i that brings Q_i theta_q to its balance
 
 with f = F - N n the part along the plate, N = F . n, n the common normal from the image to scale i. The slip v over the
-increment is that of the material places where the contact is now: r1 - p2 of these same places at the two states
-before, by the backward difference of second order. It is the same law for each kind of contact (docs: contacts).
+increment is that of the contact's present material places: r1 - p2 of these places at the two earlier states,
+by the backward difference of second order. The law is the same for each kind of contact (docs: contacts).
 """
 
 from __future__ import annotations

@@ -254,7 +254,7 @@ def spread(
             continue
         sign, o = -1.0 if 6 <= z < 12 else 1.0, base + to * stride
         for u in range(len(column)):
-            # motions, strains, then what lies between
+            # motions and strains first, then the other local variables
             v = u if u < _S else (u + _E - _S if u < _S + strains else u - strains)
             x, b = sign * L[z, v], column[v]
             if x == 0.0 or b == -1:

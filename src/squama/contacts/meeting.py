@@ -21,17 +21,17 @@ N_, F_, MARGIN = range(3)
 
 
 class Work(NamedTuple):
-    """Room that a path computes in.
+    """Working arrays of a path.
 
-    Attitudes (N, 12), neighbours (N, reach, 36), loads of the plates (N, 24), powers of the places and what they do to
-    their plates (2 C, 3, 24), loads of the sides (2 C,), derivatives of lifts (6, n), local derivatives (22, 28) or
-    more, what is known of contacts (C, 3); views of a pair (2, 12), its corners (4, 3), a vertex (7,), the end of an
-    edge (9,), the unknowns of a contact's variables and rows (2, 28) or more; of each plate the last place at which it
-    is pressed (N,), and before each place another one of the same plate (2 C,), -1 for none. Where cells have strains
-    of their own, what each carries (N, 4), M, T, B, P; where sections are followed their frames (N + 1, 12), motions
-    beyond cells per strain (N, 4, 6), wrenches on sections and beyond (N + 1, 6), one cell as
-    :func:`squama.contacts.geometry.chain` has it (36,), and the axes of a section (3, 3);
-    ``window`` (1,): the part of a plate within which a vertex beside an edge along a face is that contact.
+    Attitudes (N, 12), neighbours (N, reach, 36), loads of the plates (N, 24), powers at the places and the plates'
+    deflections under unit loads there (2 C, 3, 24), loads of the sides (2 C,), derivatives of lifts (6, n), local
+    derivatives (22, 28) or more, values of contacts (C, 3); views of a pair (2, 12), its corners (4, 3), a vertex (7,),
+    the end of an edge (9,), the unknowns of a contact's variables and rows (2, 28) or more; of each plate the last
+    place at which it is pressed (N,), and for each place the previous one on the same plate (2 C,), -1 for none. If
+    cells have their own strains, the loads M, T, B, P of each (N, 4); if sections are followed, their frames (N + 1,
+    12), motions beyond cells per strain (N, 4, 6), wrenches on sections and beyond (N + 1, 6), one cell as written by
+    :func:`squama.contacts.geometry.chain` (36,), and the axes of a section (3, 3); ``window`` (1,): the share of a
+    plate within which a vertex beside an edge along a face counts as that contact.
     """
 
     E: Array

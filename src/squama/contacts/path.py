@@ -243,7 +243,7 @@ def on_legs(targets: Array, corners: Array | None, most: float | Array | None, s
         steps = np.diff(targets, axis=1, prepend=0.0)
         # contiguous, because code is compiled for each layout
         ways = np.ascontiguousarray(np.cumsum(np.where(np.real(steps) < 0, -steps, steps), axis=1))
-        # (a path that goes back is as long as its way)
+        # (a path that goes back is longer than its last twist)
         most = 1.0 if most is None else most
     else:
         strains[..., [PSI, PHI]], ways = corners, np.ascontiguousarray(targets)
@@ -281,7 +281,7 @@ def read(found: Written, targets: Array | None = None) -> Answers:
 
 
 def _answers(raw: Array, touches: Array, motions: Array, bends: Array, events: Array, ends: Array) -> Answers:
-    """Return the answers for one face."""
+    """Return the results for one face."""
     return Answers(_first(events, ends), _rows(raw, motions, bends, touches), events, ends, touches)
 
 

@@ -163,7 +163,7 @@ def _states(
     rows[:, :, first : first + 6], rows[:, :, len(path.COLUMNS) :] = motions, bends
     shared = ("phi", "psi", "twist", "aside", "stretch", "M", "torque", "B", "P", "W", "W_fr", "W_snap")
     for at, name in [*enumerate(shared), (13, "mode"), (17, "T_slip"), (20, "T")]:
-        # the solver tells frictional work and what snaps lose of all scales
+        # the solver's frictional work and snap losses are sums over all scales
         column[name][...] = raw[:, at, None] / (n if at in (10, 11) else 1)
     for name, own in zip(("psi", "twist", "aside", "stretch"), np.moveaxis(cells, -1, 0), strict=False):
         column[name][...] = own

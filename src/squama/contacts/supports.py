@@ -1,15 +1,14 @@
 r"""Supports and loads of a bar whose cells have strains of their own: balance of the cells, and ties; compiled.
 
-With the strains e_i of cell i, the part of the energy and of the contacts' forces in its own axes balances what the
-loads beyond it are there::
+For the strains e_i of cell i, the elastic and contact forces of the cell balance the loads beyond it::
 
     K_e . (q_i, e_i) + sum F . dp2/de_i = W_i . X_i + sum L_k c_k
 
-with X_i the motion of all that is beyond per strain of cell i, and W_i the wrench of all loads there, both as the frame
-sees them in which the near end is clamped: turn (o, v) and wrench (m, f) about its origin. Loads are those L_k of ties
+with X_i the motion of all beyond cell i per strain of it, and W_i the wrench of all loads there, both in the frame
+of the clamped near end: motion (o, v) and wrench (m, f) about its origin. The loads are the loads L_k of ties
 (:class:`squama.contacts.system.Ties`): each is the multiplier of a coordinate that is imposed, as the twist of an end
-is by a torque, or the way of a tip along the force on it. A tie brings L_k c_k to all cells alike, L_k f to sections,
-where it holds a turn the moment that does its work, and a couple on the far end.
+is by a torque, or the travel of a tip along the force on it. A tie adds L_k c_k to all cells alike, forces L_k f to
+sections, the moment conjugate to a rotation that it holds, and a couple on the far end.
 
 As cells before cell i are strained, its section moves by s_i, X_i changes by the bracket (s x o, s x v + t x o) of
 both, and W_i with the places of the loads beyond. All s_i and changes of W_i, linear in those of the unknowns, are

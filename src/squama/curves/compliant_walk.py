@@ -198,7 +198,7 @@ def solve(analysis: Analysis) -> tuple[list[Loaded], States]:
         return endless, more
     n, kind = beam.pitches, KINDS[analysis.ends]
     rows.check_ends(kind, held, n)
-    # of itself a curve goes as far as the model holds of every cell
+    # by default a curve ends where a cell reaches the model's limit
     within = compliant.STRAIN_LIMIT * (1 + 1e-9) if analysis.at is None and math.isinf(to) else math.inf
     return [whole._replace(ends=Row(kind, whole, within=within)) for whole in endless], more
 

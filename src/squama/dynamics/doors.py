@@ -325,7 +325,7 @@ def shake(
         Dimensions ``way`` ("up", "down") and ``frequency``: ``phi_high``, ``phi_low`` largest and smallest twist,
         ``W_fed``, ``W_rubbed``, ``W_damped`` works over a period (J), ``periods`` until it was steady, ``settled``
         (False for a motion that does not repeat with the torque; its extremes are those of the last 50 periods).
-        Each frequency starts from the state of the one before, so states that exist side by side show as a
+        Each frequency starts from the state of the previous one, so coexisting states show as a
         difference between both ways.
 
     Raises
