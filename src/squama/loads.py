@@ -277,5 +277,5 @@ LINES = {"free": "no axial force"} | {name: f"the line in the {name} of the bar 
 
 
 def neutral_height(neutral: str, lam: Any) -> Any:
-    """Return the height over the bar's middle, in pitches, of the line that keeps its length."""
+    """Return the height of the line that keeps its length over the bar's middle, in pitches; ``lam`` is t/d."""
     return NEUTRAL[neutral] * lam

@@ -31,7 +31,7 @@ def tidy(value: float) -> float:
 
 
 def apart_by(share: float) -> str:
-    """Return :func:`squama.units.change` for a table: with its sign, to three digits.
+    """Return a relative difference for a table, as :func:`squama.units.change` with its sign and three digits.
 
     Examples
     --------

@@ -91,7 +91,7 @@ class _Parts(Compiler):
 
 
 class _Flags(Flags):
-    """Numba's flags with a quick comparison: they are compared often."""
+    """Numba's flags with a fast comparison, because they are compared often."""
 
     def __hash__(self) -> int:
         return hash(_Flags)

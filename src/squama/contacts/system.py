@@ -56,16 +56,16 @@ UNTIED = Ties(np.zeros((0, 0, 3)), np.zeros((0, 4)), np.zeros((0, 7)), np.zeros(
 class System(NamedTuple):
     """N scales and their bar.
 
-    ``shapes`` (N, 6): eta, beta, h, mu, elastic (1 where plates bend: all or none), and the stiffness by which slip
-    enters the law of friction, of the order of the scale's own (solutions do not depend on it); ``axes`` (N, 3, 3):
-    rows n_X, n_Y, n_Z at rest in the section; ``bases`` (N, 3): base midpoints there; ``K`` (N, 10, 10) over (u, w,
-    psi, phi, chi, eps); ``plates`` (N, 24, 24), compliances of the powers; ``free`` (4,): which strains are imposed,
-    free or loaded; ``grip``: compliance by which a contact that sticks gives way along the plate, d/E; ``reach``:
-    farthest neighbour; ``periodic``: the N scales repeat for ever; ``sees`` (N, 3): signs with which a scale sees bend,
-    twist and lateral bend (:mod:`squama.beam.faces`); ``stride``: scales of a cell, one of each face; ``rests`` (N,):
-    inclination at rest over the substrate, on which a scale may come to lie, or (0,) where that is not looked at;
-    ``masked`` (6,): 1 for motions that stay 0, or (0,) for none; ``own``: whether each cell has strains of its own
-    (``stride`` 1, not ``periodic``), by ``ties`` then.
+    ``shapes`` (N, 6): eta, beta, h, mu, elastic (1 if plates bend: all or none), and the stiffness that multiplies slip
+    in the friction law, of the order of the scale's own (solutions do not depend on it); ``axes`` (N, 3, 3): rows n_X,
+    n_Y, n_Z at rest in the section; ``bases`` (N, 3): base midpoints there; ``K`` (N, 10, 10) over (u, w, psi, phi,
+    chi, eps); ``plates`` (N, 24, 24), compliances over the powers; ``free`` (4,): whether strains are imposed, free or
+    loaded; ``grip``: tangential compliance of a sticking contact, d/E; ``reach``: farthest neighbour; ``periodic``: the
+    N scales repeat for ever; ``sees`` (N, 3): signs with which a scale sees bend, twist and lateral bend
+    (:mod:`squama.beam.faces`); ``stride``: number of scales of a cell, one of each face; ``rests`` (N,): inclination at
+    rest over the substrate, for scales that may come to lie on it, or (0,) without that check; ``masked`` (6,): 1 for
+    blocked motions, or (0,) for none; ``own``: whether each cell has its own strains (``stride`` 1, not ``periodic``),
+    governed by ``ties``.
     """
 
     shapes: Array

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 WAY, H, SIZE, BEFORE, FRESH, COUNT = range(6)
-"""The way; the next, the last and the last but one increment; increments since the last event, and in all."""
+"""The way; the next, the last and the last but one increment; number of increments since the last event, and of all."""
 WORK, RUBBED, LOST, SLID, SLID_OTHER = range(6, 11)
 """Work of the loads, frictional work, energy lost in snaps, length of slip of the first contact of each face."""
 POWER, POWER2, LOAD, LOAD2, ONSET = range(11, 16)

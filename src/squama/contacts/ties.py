@@ -21,7 +21,7 @@ KINDS = {loads.FREE: LOOSE, loads.COUPLE: COUPLE, loads.GRIPPED: GRIPPED, "equal
 """Kinds of ends by their word."""
 X, Y, Z = np.eye(3)
 TURNS = {PSI: -X, PHI: -Z, CHI: -Y}
-"""Axes about which a cell turns by its strains."""
+"""Rotation vector of a cell per strain, by strain."""
 _STAYS = -1.0
 
 

@@ -194,7 +194,7 @@ class _Piece(NamedTuple):
 
 
 def _pieces(senses: Senses, start: float, stop: float) -> list[_Piece]:
-    """Split the way from one load angle to another where contacts engage or open."""
+    """Return the parts of the way from one load angle to another, divided where contacts engage or open."""
     cuts = [s * p.load_e for s, p in ((1, senses.paths["+"]), (-1, senses.paths["-"]))]
     inside = sorted((c for c in cuts if min(start, stop) < c < max(start, stop)), reverse=stop < start)
     ends = [start, *inside, stop]

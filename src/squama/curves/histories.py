@@ -77,8 +77,8 @@ def cycle(
         ``phi_residual``. Dimension ``sense``: ``phi_e``,
         ``phi_most``, ``phi_jam``, ``phi_end``, ``end``, ``other_contact``, ``neighbour``. In bending ``psi``,
         ``kappa``, ``M``, ``K_b``, ``r``. With the compliant joint every turning point appears once, "stick" marks the
-        points until the contact slides back, ``phi_most`` and ``phi_jam`` are not there, ``W_snap`` is;
-        ``energy_error``: work that is neither stored, dissipated by friction nor lost in snaps, relative to W_fr.
+        points until the contact slides back, ``phi_most`` and ``phi_jam`` are left out, ``W_snap`` is added;
+        ``energy_error``: work neither stored, dissipated by friction nor lost in snaps, over the larger energy.
         See docs, theory: cycles.
 
     Raises

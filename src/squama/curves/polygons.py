@@ -90,11 +90,11 @@ def bend_twist(
         hinge the jumps of M and T. Single figures: ``end``, ``psi_e``, ``phi_e``, ``psi_end``, ``phi_end``,
         ``theta_end``, ... Attributes: ``joint``, ``scales``, ``joint_source``, ``neutral``.
 
-        A beam with a number of scales has the figures of each and the strains of the cells along ``scale``, as in
+        A beam with a number of scales has variables of each scale and the strains of the cells along ``scale``, as in
         :func:`twist`; ``M_periodic``, ``T_periodic`` and ``theta_periodic`` are of the endless beam, ``contact`` has
-        every pair that touches once, ``event_scale`` is the scale whose contact it is (0: the whole beam). With scales
-        on both faces ``contact_other``, ``theta_other``, ``N_other``, ``stress_other`` and the like are of the other
-        face: a stress that is held against a strength is the larger of the two.
+        every pair in contact once, ``event_scale`` is the scale of the event (0: the whole beam). With scales
+        on both faces ``contact_other``, ``theta_other``, ``N_other``, ``stress_other`` and the like are of the second
+        face; compare the larger of the two stresses with a strength.
 
     Raises
     ------

@@ -62,7 +62,7 @@ class Pieces:
         return cls(np.einsum("kj,pjn->kpn", _rule()[1], parted, optimize=True))
 
     def __call__(self, s: Array) -> Array:
-        """Return the values at s."""
+        """Return the values at s, shape (..., n)."""
         at = s * self.parts
         i = np.minimum(at.astype(int), self.parts - 1)
         r = 2 * (at - i) - 1
@@ -73,7 +73,7 @@ class Pieces:
         return np.asarray(last)
 
     def derivative(self) -> Pieces:
-        """Return the derivatives."""
+        """Return the derivatives with respect to s."""
         return Pieces(2 * self.parts * polynomial.polyder(self.c))
 
     def integral(self, start: Array) -> Pieces:
@@ -140,7 +140,7 @@ class Paths(NamedTuple):
 
     @classmethod
     def solved(cls, t: Track, law: str, mu: Array, kappa: Array) -> Paths:
-        """Return the paths of a track."""
+        """Return the paths of a track, cut off before locks."""
         locks = np.isin(t.code, [CODES.index(end) for end in hinge.LOCKS])
         x1 = energy.cutoff(t.row, t.x0, t.x_end, locks, FINEST)
         pole = np.where(t.x_end > t.x0, energy.pole(t.row, t.x_end, mu, law, t.x0), t.x0 + 1)

@@ -43,7 +43,7 @@ class Drive(NamedTuple):
     tolerance: float = TOLERANCE
 
     def at(self, t: float) -> float:
-        """Return the force at a time."""
+        """Return the force at the time t."""
         return self.force * math.sin(self.frequency * t) if self.force else 0.0
 
     def steady(self) -> tuple[float, float, float]:
@@ -145,7 +145,7 @@ class _Event:
         self.index, self.value, self.direction, self.why = index, value, direction, why
 
     def __call__(self, _: float, s: Array) -> float:
-        """Return the distance from the value."""
+        """Return the signed distance from the event's value."""
         return float(s[self.index]) - self.value
 
 

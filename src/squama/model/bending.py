@@ -116,9 +116,9 @@ class Bend(NamedTuple):
         return SEARCH - pt.load, (along + across - abs(along - across)) / 2
 
     def theta(self, x: Number) -> Number:
-        """Inclination at the path parameter."""
+        """Return the inclination (rad) at the path parameter."""
         return x
 
     def parameter(self, theta: Number, ops: Ops) -> Number:  # noqa: ARG002
-        """Path parameter of an inclination."""
+        """Return the path parameter of an inclination (rad)."""
         return theta

@@ -21,7 +21,7 @@ Column = np.ndarray[tuple[int], np.dtype[np.float64]]
 OPEN, FOLDED, BENT = range(3)
 """Kinds of paths: twisting without a fold, twisting through a fold, bending."""
 NAMES = tuple(LAWS)
-"""Force laws in the order of their numbers."""
+"""Names of the force laws, by index."""
 SIZE = 536
 """Number of places of a room: as many as the largest rule has nodes, and not a multiple of 512, which makes caches
 collide.

@@ -44,7 +44,7 @@ SAFETY = 0.25
 UNSTEADY = 2.0
 """Factor by which a margin must exceed its deviation from a parabola half way to the second sample."""
 COINCIDE = 1e-11
-"""Margins below this have vanished."""
+"""Value of a margin below which it counts as vanished."""
 TURNED, UPRIGHT = math.radians(179), math.pi / 2
 """Largest sampled inclinations: the scale lies on its back (twisting), stands upright (bending)."""
 FRICTIONAL, KINEMATIC, STATIC = map(CODES.index, (End.FRICTIONAL, End.KINEMATIC, End.STATIC))

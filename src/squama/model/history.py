@@ -55,7 +55,7 @@ class Side(NamedTuple):
         return way * self.mu
 
     def forces(self, pt: Point, way: int) -> mechanics.Forces:
-        """Balance one scale on the loading (+1) or the unloading (-1) branch; f is negative on the latter."""
+        """Return a scale's forces on the loading (+1) or the unloading (-1) branch; f is negative on the latter."""
         return mechanics.forces(pt, self.row.theta0, self.friction(way))
 
 

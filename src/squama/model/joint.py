@@ -35,17 +35,17 @@ class Law(NamedTuple):
 
 
 def stiffness(youngs_modulus: float, scale_thickness: float, half_width: float, embedded: float) -> float:
-    """Stiffness of a scale's joint, K_theta = 3.62 E_B t_s^2 b (L/t_s)^1.55, N m (per rad), twisted or bent.
+    """Return the stiffness of a scale's joint, K_theta = 3.62 E_B t_s^2 b (L/t_s)^1.55, N m per rad, under any load.
 
-    From E_B of the substrate (Pa), t_s, b (half the scale's width) and L (m). Source: paper, text after Eq. 7. Range:
-    0 < L << 2t and t_s << l + L; see `LAWS`. The papers on bending have another law for it (docs, theory: bending).
+    From E_B of the substrate (Pa), t_s, b (half the scale's width) and L (m). Source: paper, text after Eq. 7. Range: 0
+    < L << 2t and t_s << l + L; see `LAWS`. The papers on bending use another law (docs, theory: bending).
     """
     power: float = (embedded / scale_thickness) ** 1.55
     return 3.62 * youngs_modulus * scale_thickness**2 * half_width * power
 
 
 def inclusion_twisting(zeta: float, beta: float, lam: float) -> float:
-    """Stiffening of the twisted bar by the embedded plates, C_f = 1 + 1.33 zeta beta / lambda, at least 1.
+    """Return the stiffening of the twisted bar by the embedded plates, C_f = 1 + 1.33 zeta beta / lambda, at least 1.
 
     From L/d, b/d and t/d. Source: paper, text before Eq. 13. Range: see `LAWS`.
     """
@@ -53,7 +53,7 @@ def inclusion_twisting(zeta: float, beta: float, lam: float) -> float:
 
 
 def inclusion_bending(zeta: float, beta: float, lam: float) -> float:  # noqa: ARG001 - one call for both loads
-    """Stiffening of the bent bar: 1, the bending theory has no such factor (docs, theory: bending)."""
+    """Return the stiffening of the bent bar: 1, as the bending theory has no factor (docs, theory: bending)."""
     return 1.0
 
 

@@ -145,10 +145,10 @@ class Twist(NamedTuple):
 
 
 class FoldedTwist(NamedTuple):
-    """The same contact followed through a fold at ``theta_f``: theta = theta_f - x^2, x from - to +.
+    """Tip edge on side edge, followed through a fold at ``theta_f``: theta = theta_f - x^2, x from below to above 0.
 
-    q^2 = x^2 E with E the divided difference of q^2 between theta and theta_f, so q = -x sqrt(E) keeps its digits
-    and its sign at the fold.
+    q^2 = x^2 E with E the divided difference of q^2 between theta and theta_f, so q = -x sqrt(E) keeps its digits and
+    its sign at the fold.
     """
 
     eta: Number

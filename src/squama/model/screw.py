@@ -253,7 +253,7 @@ class Place(NamedTuple):
 
 
 def place(kind: Kind, d: Pair, theta: Array) -> Place:
-    """Return the place of a contact at an inclination."""
+    """Return the place of a contact at an inclination (rad)."""
     nX, nZ, RX, RZ = d.axes(theta)
     side, tip = kind.side * d.beta, d.base + d.eta * nX
     if kind.face:
