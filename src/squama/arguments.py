@@ -264,7 +264,7 @@ def whole(name: str, value: ArrayLike, low: float, high: float) -> int:
 
 
 def scalar(name: str, value: ArrayLike, low: float, high: float, allowed: str) -> float:
-    """Return a number with low <= value < high (with low < value if low is 0)."""
+    """Return a single number with low <= value < high."""
     array = numbers(name, value)
     if array.ndim:
         refuse(name, "", f"must be one number, not an array of shape {array.shape}")

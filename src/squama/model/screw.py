@@ -180,7 +180,7 @@ class Posed(NamedTuple):
 def gap(kind: Kind, d: Pair) -> Array:
     """Return F (1 + u^2)^2 of a contact as a polynomial (5, n) in u = tan(theta / 2), lowest power first."""
     edge = kind.side * d.beta
-    # a corner or a side edge of scale 1 is off its axis by the half width, as one of scale 2 is
+    # the half width is that of scale 1 if its corner or side edge touches, else that of scale 2
     q = d.base - d.there + (edge * d.y if kind.tip == kind.face else -edge * d.Ry)
     if kind.face:
         P, Q = (d.Rb, -d.Ra) if kind.tip else (d.b, -d.a)
