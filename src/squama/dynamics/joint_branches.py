@@ -2,15 +2,16 @@ r"""Loading and unloading branches of thick, elastic scales on compliant joints,
 
 For an endless beam, or for N scales between their ends, whose loads and energies are the means over the cells. The
 model is that of ``squama.twist``, ``bend`` and ``cycle`` (:mod:`squama.curves.compliant_walk`); the unloading branch is
-computed anew from each turning point. In a bending mode, which always uses the endless beam, the largest curvature a is
-the coordinate, and each place x has its own bend a chi(x):
+computed anew from each turning point. The scales' torque or moment, and their energy, are over the beam's rigidity.
 
-Along a mode of bending, always by the endless beam, the largest curvature a is the coordinate, and each place x follows
+In a bending mode, which always uses the endless beam, the largest curvature a is the coordinate, and each place x has
 its own bend a chi(x):
 
-where the unloading of a place begins at its own largest bend.
+.. math::
+    q_+(a) = \frac{\langle\chi\,q_+(a\chi)\rangle}{\langle\chi^2\rangle}, \qquad
+    q_-(a; A) = \frac{\langle\chi\,q_-(a\chi; A\chi)\rangle}{\langle\chi^2\rangle}
 
-where the way back of a place begins at its own largest bend.
+where the unloading of a place begins at its own largest bend.
 """
 
 from __future__ import annotations
