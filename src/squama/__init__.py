@@ -96,9 +96,11 @@ _NAMES = {
     "symbols": "SYMBOLS",
 }
 _DATASETS = {"curves", "dynamics", "fe", "identify", "inverse", "io", "part", "study"}
-"""Rooms whose results are datasets; these know ``.squama``."""
+"""Rooms whose functions return datasets with the accessor ``.squama``."""
 _TELLING = (_DATASETS - {"io"}) | {"sections"}
-"""Rooms whose functions warn of what their results say in ``warnings``; what is read from a file said it before."""
+"""Rooms whose functions warn of each line of their result's ``warnings``. ``io`` is left out: a file that is read was
+warned of when it was computed.
+"""
 _HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
 
 __all__ = [

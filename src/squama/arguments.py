@@ -1,4 +1,4 @@
-"""Checks of array arguments: one clear line, or the array as floats."""
+"""Checks of the arguments of array functions: each returns the checked value, or raises an error of one clear line."""
 
 from __future__ import annotations
 
@@ -44,10 +44,11 @@ EXAMPLES = {
     "scales": "25",
     "neighbour": "1",
 }
-"""What to write, by the name of an argument."""
+"""Example values for the remedy of a message, by the name of the argument."""
 LEAST = 1e-6
-"""Least load angle per pitch, rad, to which a beam is brought and let go, and least difference of two: a smaller one is
-no motion of a beam, and comes near to what is lost in rounding."""
+"""Smallest load angle per pitch (rad) that counts as a motion, and smallest difference between two load angles; less
+comes near to rounding errors.
+"""
 _KINDS: dict[tuple[type, ...], str] = {
     (bool, np.bool_): "a truth value",
     (complex, np.complexfloating): "a complex number",
@@ -55,11 +56,14 @@ _KINDS: dict[tuple[type, ...], str] = {
     (date, np.datetime64): "a date",
     (timedelta, np.timedelta64): "a span of time",
 }
-"""What is no number though it can be turned into one."""
+"""Types that NumPy converts to numbers but that are refused here, with their names in messages."""
 
 
 def beam(value: object) -> None:
-    """Refuse what is no beam, such as the path of its file; a beam is known by its parts, its class stands above."""
+    """Refuse an object that is not a beam, such as the path of a beam file.
+
+    A beam is recognised by its attributes, because this module cannot import its class.
+    """
     if all(hasattr(value, part) for part in ("substrate", "pitch", "scales")):
         return
     if isinstance(value, str | os.PathLike):
@@ -70,7 +74,7 @@ def beam(value: object) -> None:
 
 
 def held_by(beam: Beam, hold: str | None) -> Beam:
-    """Return a beam with what is held of it in place of its own ``hold``, if it is given."""
+    """Return the beam with ``hold`` in place of its own held strains, or the beam itself where ``hold`` is None."""
     if hold is None:
         return beam
     with naming("hold"):
@@ -79,13 +83,13 @@ def held_by(beam: Beam, hold: str | None) -> Beam:
 
 
 def place(value: object, example: str, name: str = "path") -> None:
-    """Refuse what is no path."""
+    """Refuse a value that is neither a path nor text."""
     if not isinstance(value, str | os.PathLike) or isinstance(os.fspath(value), bytes):
         refuse(name, "", f"is of type {type(value).__name__}, not a path", f'write e.g. "{example}"')
 
 
 def _kind(value: object) -> str:
-    """Return what a value, or one inside, is that NumPy would turn into a number though it is none; else nothing."""
+    """Return the name in :data:`_KINDS` of a value, or an element of it, that is no number; "" if all are numbers."""
     inside: list[object] = []
     if isinstance(value, list | tuple):
         types, inside = set(map(type, value)), [v for v in value if isinstance(v, list | tuple | np.ndarray)]
@@ -97,7 +101,7 @@ def _kind(value: object) -> str:
 
 
 def numbers(name: str, value: ArrayLike, *, endless: bool = False) -> Array:
-    """Return finite numbers as an array of floats; ``endless``: inf is one of them."""
+    """Return a value as an array of finite floats; with ``endless`` infinity is allowed too."""
     try:
         kind = _kind(value)
         array = np.asarray([] if kind else value, dtype=float)
@@ -119,21 +123,21 @@ def _refuse(name: str, array: Array, bad: Array, allowed: str, remedy: str = "")
 
 
 def positive(name: str, value: ArrayLike, *, endless: bool = False) -> Array:
-    """Return numbers above zero; ``endless``: inf is one of them."""
+    """Return a value as an array of floats above 0; with ``endless`` infinity is allowed too."""
     array = numbers(name, value, endless=endless)
     _refuse(name, array, array <= 0, "above 0")
     return array
 
 
 def not_negative(name: str, value: ArrayLike) -> Array:
-    """Return numbers of zero or more."""
+    """Return a value as an array of floats of 0 or more."""
     array = numbers(name, value)
     _refuse(name, array, array < 0, "0 or more")
     return array
 
 
 def between(name: str, value: ArrayLike, low: float, high: float, *, closed: bool = False) -> Array:
-    """Return angles in radians between the bounds, exclusive; ``closed``: the lower one belongs to them."""
+    """Return angles (rad) between the bounds, exclusive; with ``closed`` the lower bound is allowed too."""
     array = numbers(name, value)
     top = np.degrees(high)
     allowed = f"an angle in radians between {low:g} and {high:.6g} ({top:g} deg), exclusive"
@@ -146,7 +150,7 @@ def between(name: str, value: ArrayLike, low: float, high: float, *, closed: boo
 
 
 def together(columns: dict[str, Array]) -> tuple[Array, ...]:
-    """Return the columns broadcast against each other."""
+    """Return the arrays, broadcast to one shape."""
     try:
         return np.broadcast_arrays(*columns.values())
     except ValueError:
@@ -155,13 +159,14 @@ def together(columns: dict[str, Array]) -> tuple[Array, ...]:
 
 
 PLANE = {"beta": 1.0, "lam": 0.0, "alpha": 0.0}
-"""What bending takes where it is not told: edges across the beam, on a face that keeps its length."""
+"""Values in bending of arguments that are left out: scales across the beam, on the line that keeps its length."""
 
 
 def designs(load: str = "twisting", /, **columns: ArrayLike | None) -> tuple[list[Array], tuple[int, ...]]:
-    """Check the columns of many designs; return them flat, of one length, and their broadcast shape.
+    """Check the columns of many designs; return them flattened to one length, and their broadcast shape.
 
-    In bending lam is a height, which may be 0 (:meth:`squama.loads.Load.height`).
+    In bending ``lam`` is the height of the face over the line that keeps its length, in pitches, and may be 0
+    (:meth:`squama.loads.Load.height`).
     """
     given = []
     for name, told in columns.items():
@@ -192,20 +197,20 @@ def designs(load: str = "twisting", /, **columns: ArrayLike | None) -> tuple[lis
 
 
 def one_of(name: str, value: str, allowed: Sequence[_Word]) -> _Word:
-    """Return the value if it is one of the allowed words."""
+    """Return the value if it is an allowed word; refuse others."""
     if not isinstance(value, str) or value not in allowed:
         refuse(name, shown(value), f"must be {' or '.join(map(shown, allowed))}")
     return allowed[allowed.index(value)]
 
 
 def several(name: str, value: str | Sequence[str], allowed: tuple[_Word, ...]) -> tuple[_Word, ...]:
-    """Return some of the allowed words in their order, each once."""
+    """Return the given words without repeats, in the order of the allowed ones."""
     found = words(name, value, allowed)
     return tuple(word for word in allowed if word in found)
 
 
 def words(name: str, value: str | Sequence[str], allowed: tuple[_Word, ...]) -> tuple[_Word, ...]:
-    """Return some of the allowed words as they are given."""
+    """Return the given words in their given order; refuse words that are not allowed."""
     if not isinstance(value, str | Iterable):
         refuse(name, shown(value), "is no word and no list of words", f"write e.g. {allowed[0]}")
     found = tuple(one_of(name, word, allowed) for word in ([value] if isinstance(value, str) else value))
@@ -215,17 +220,17 @@ def words(name: str, value: str | Sequence[str], allowed: tuple[_Word, ...]) -> 
 
 
 def law(value: str) -> LawName:
-    """Return the name of a force law."""
+    """Return the name of a force law, "edge" or "plate"; refuse others."""
     return cast("LawName", one_of("law", value, tuple(LAWS)))
 
 
 def load(value: str) -> Load:
-    """Return a kind of loading by its name."""
+    """Return the :class:`Load` of a name, "twisting" or "bending"; refuse others."""
     return LOADS[one_of("load", value, tuple(LOADS))]
 
 
 def thin(thickness: Array, law: str, load: str = "twisting") -> None:
-    """Refuse a thickness where plates are thin: in the paper's force law, and in bending."""
+    """Refuse a thickness above 0 where the model has thin scales: with the paper's force law, and in bending."""
     where = "in bending" if not LOADS[load].sided else 'with law="plate"' if law == "plate" else ""
     if where:
         remedy = "leave thickness out" if "bending" in where else 'leave thickness out, or take law="edge"'
@@ -233,12 +238,12 @@ def thin(thickness: Array, law: str, load: str = "twisting") -> None:
 
 
 def joint(value: str) -> str:
-    """Return the name of a kind of joint."""
+    """Return the name of a kind of joint, "hinge" or "compliant"; refuse others."""
     return one_of("joint", value, tuple(loads.HELD))
 
 
 def held(kind: str | None, ideal: bool | None) -> None:
-    """Refuse a kind of joint, or what says whether scales are ideal, that is given and is none."""
+    """Refuse an unknown kind of joint, and an ``ideal`` that is not a truth value; None stands for the default."""
     if kind is not None:
         joint(kind)
     if ideal is not None and not isinstance(ideal, bool | np.bool_):
@@ -251,7 +256,7 @@ def sense(value: str) -> int:
 
 
 def whole(name: str, value: ArrayLike, low: float, high: float) -> int:
-    """Return one whole number with low <= value <= high."""
+    """Return a whole number between ``low`` and ``high``, inclusive."""
     allowed = f"a whole number from {low:g} to {high:g}"
     number = np.asarray(scalar(name, value, low, high + 1, allowed))
     _refuse(name, number, number != np.floor(number), allowed)
@@ -259,7 +264,7 @@ def whole(name: str, value: ArrayLike, low: float, high: float) -> int:
 
 
 def scalar(name: str, value: ArrayLike, low: float, high: float, allowed: str) -> float:
-    """Return one number with low <= value < high (low exclusive if it is 0)."""
+    """Return a single number with low <= value < high."""
     array = numbers(name, value)
     if array.ndim:
         refuse(name, "", f"must be one number, not an array of shape {array.shape}")
@@ -268,12 +273,12 @@ def scalar(name: str, value: ArrayLike, low: float, high: float, allowed: str) -
 
 
 def margin(value: ArrayLike) -> float:
-    """Return the fraction of its path left before a lock."""
+    """Return the cut-off before a lock, as a fraction of the path."""
     return scalar("margin", value, MARGIN.low, 1.0, MARGIN.allowed)
 
 
 def frictions(own: float | None, given: ArrayLike | None, how: str = "pass mu=0.3") -> Array:
-    """Return coefficients of friction: those given, else the beam's own; ``how`` says how else to give one."""
+    """Return coefficients of friction (n,) or (): those given, else the beam's; ``how`` is the message's remedy."""
     if given is None and own is None:
         refuse("mu", "", "is not given", f"{how}, or write mu under [friction] in the beam's file")
     mus = not_negative("mu", own if given is None else given)  # type: ignore[arg-type]
@@ -283,12 +288,12 @@ def frictions(own: float | None, given: ArrayLike | None, how: str = "pass mu=0.
 
 
 def friction(own: float | None, given: ArrayLike | None, how: str = "pass mu=0.3") -> float:
-    """Return one coefficient of friction, as :func:`frictions` does."""
+    """Return one coefficient of friction: the given one, else the beam's; see :func:`frictions`."""
     return scalar("mu", frictions(own, given, how), 0.0, np.inf, "0 or more")
 
 
 def moves(name: str, angle: float) -> float:
-    """Return a load angle per pitch (rad) to which a beam is brought; refuse one that is no motion."""
+    """Return a load angle per pitch (rad); refuse one below :data:`LEAST`, which is no motion."""
     if abs(angle) < LEAST:
         value, why = (per_pitch(angle), f"is below {per_pitch(LEAST)}: ") if angle else ("0", "")
         refuse(name, value, f"{why}nothing moves", 'write e.g. "5 deg/pitch"')

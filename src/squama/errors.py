@@ -1,7 +1,7 @@
-"""What can go wrong, as values: where, which value, what is wrong with it, what to write instead.
+"""Errors and warnings of squama, kept as values: the place of a mistake, the wrong value, the reason and the remedy.
 
-The text of an error is made from its problems and never read again: who knows better where a value came from (a flag,
-a file, a field) changes ``where`` or ``source``.
+The text of an error is made from its problems and never parsed: a caller that knows the origin of a value better (a
+flag, a file, a field) changes ``where`` or ``source``.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import NamedTuple, NoReturn, ParamSpec, TypeVar
 P = ParamSpec("P")
 T = TypeVar("T")
 LONGEST = 1000
-"""Characters of a part of a message that are shown."""
+"""Largest number of characters of a part of a message that is printed."""
 _DIGITS = re.compile(r"(\d{20})\d{21,}")
 
 
@@ -25,10 +25,10 @@ class SquamaError(Exception):
 
 
 class Problem(NamedTuple):
-    """One mistake.
+    """A mistake in the user's input.
 
-    ``where`` names the argument, key or cell, ``value`` is what stands there as it is shown, ``reason`` what is wrong,
-    ``remedy`` what to write instead, ``source`` the file (and line) it stands in; what does not apply is empty.
+    ``where`` names the argument, key or cell, ``value`` is the wrong value as printed, ``reason`` says why it is wrong,
+    ``remedy`` says what to write instead, ``source`` names the file (and line). Parts that do not apply are empty.
     """
 
     where: str = ""
@@ -38,7 +38,7 @@ class Problem(NamedTuple):
     source: str = ""
 
     def __str__(self) -> str:
-        """Return the line: ``source: where = value: reason; remedy``; control characters are escaped, all is short."""
+        """Return the line ``source: where = value: reason; remedy``, shortened, with control characters escaped."""
         where, value, reason, remedy, source = map(_brief, self)
         said = "; ".join(filter(None, (reason, remedy)))
         if value and not where:
@@ -47,17 +47,20 @@ class Problem(NamedTuple):
         return ": ".join(filter(None, (source, named, said)))
 
     def at(self, where: str = "", source: str = "") -> Problem:
-        """Return the problem at a place that stands before its own; a file named at that place becomes part of it."""
+        """Return the problem with ``where`` put before its own place; its source becomes part of that place.
+
+        ``source`` is put before the source that is left.
+        """
         found = self
         if where:
             found = self._replace(where=": ".join(filter(None, (where, self.source, self.where))), source="")
         return found._replace(source=": ".join(filter(None, (source, found.source))))
 
     def renamed(self, names: Mapping[str, str]) -> Problem:
-        """Return the problem with another name for its place, without the source: the value came from there.
+        """Return the problem with another name for its place, and without its source: the value came from there.
 
-        A name changes places that are equal to it or begin with it (``scale.alpha``, ``at[3]``, ``bounds: mu``), or
-        do so after the last colon (``design 17: mu``); the longest name counts.
+        A name changes places that are equal to it or begin with it (``scale.alpha``, ``at[3]``, ``bounds: mu``), or do
+        so after the last colon (``design 17: mu``); the longest matching name counts.
         """
         before, colon, last = self.where.rpartition(": ")
         for start, place in (("", self.where), (before + colon, last)):
@@ -69,25 +72,25 @@ class Problem(NamedTuple):
 
 
 def printable(text: str) -> str:
-    """Return text whose control characters, and others that steer a terminal, are escaped."""
+    """Return text in which control characters, and others that steer a terminal, are escaped."""
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def _brief(text: str) -> str:
-    """Return a part of a message as it is shown."""
+    """Return a part of a message as it is printed: shortened and escaped."""
     short = _DIGITS.sub(r"\1...", text)
     return printable(short if len(short) <= LONGEST else f"{short[:LONGEST]} ...")
 
 
 class InputError(SquamaError, ValueError):
-    """Something the user gave is not usable.
+    """Error for input that squama cannot use.
 
     Parameters
     ----------
     problems : Problem or str
-        The mistakes; text is the reason of one that has no place, each line one.
+        The mistakes; the text of the error has one line for each: place, value, reason and remedy.
 
     Attributes
     ----------
@@ -106,26 +109,26 @@ class InputError(SquamaError, ValueError):
         super().__init__(*found)
 
     def __str__(self) -> str:
-        """Return one line for each problem."""
+        """Return the text of the error: one line for each problem."""
         return "\n".join(map(str, self.problems))
 
     def at(self, where: str = "", source: str = "") -> InputError:
-        """Return the error with a place, a source or both put before those of its problems."""
+        """Return the error with a place, a source or both put before those of its problems; see :meth:`Problem.at`."""
         return InputError(*(problem.at(where, source) for problem in self.problems))
 
     def renamed(self, names: Mapping[str, str]) -> InputError:
-        """Return the error with other names for places, such as ``{"mu": "--mu"}``; see :meth:`Problem.renamed`."""
+        """Return the error with other names for its places, such as ``{"mu": "--mu"}``; see :meth:`Problem.renamed`."""
         return InputError(*(problem.renamed(names) for problem in self.problems))
 
 
 def refuse(where: str, value: str, reason: str, remedy: str = "", source: str = "") -> NoReturn:
-    """Raise an error of one problem."""
+    """Raise an :class:`InputError` of one problem."""
     raise InputError(Problem(where, value, reason, remedy, source)) from None
 
 
 @contextmanager
 def naming(where: str = "", source: str = "") -> Iterator[None]:
-    """Put a place, a source or both before those of an error that is raised inside."""
+    """Put a place, a source or both before those of an :class:`InputError` raised in the block."""
     try:
         yield
     except InputError as error:
@@ -133,43 +136,42 @@ def naming(where: str = "", source: str = "") -> Iterator[None]:
 
 
 class Problems(list[Problem]):
-    """Collects mistakes, so that all are named at once."""
+    """List of mistakes, collected so that one error names them all."""
 
     def add(self, where: str, value: str = "", reason: str = "", remedy: str = "", source: str = "") -> None:
-        """Add one."""
+        """Append a problem of these parts."""
         self.append(Problem(where, value, reason, remedy, source))
 
     @contextmanager
     def caught(self, where: str = "", source: str = "") -> Iterator[None]:
-        """Keep the mistakes that are found inside, and go on; place and source are put before theirs."""
+        """Collect the problems of an :class:`InputError` in the block, with place and source put before theirs."""
         try:
             yield
         except InputError as error:
             self.extend(error.at(where, source).problems)
 
     def settle(self, source: str = "") -> None:
-        """Raise what has been found, if anything, each mistake once."""
+        """Raise the collected problems as one error, each once; do nothing if there are none."""
         if self:
             raise InputError(*dict.fromkeys(self)).at(source=source) from None
 
 
 class SquamaWarning(UserWarning):
-    """What squama warns of, for filters: ``warnings.filterwarnings("ignore", category=squama.SquamaWarning)``."""
+    """Base of squama's warnings, for filters: ``warnings.filterwarnings("ignore", category=SquamaWarning)``."""
 
 
 class TableWarning(SquamaWarning):
-    """A table of measured points does not say how it is to be read; what was guessed."""
+    """Warning that a table of measured points leaves its units or columns open, with the reading that was guessed."""
 
 
 class ResultWarning(SquamaWarning):
-    """What a result says in its ``warnings``: how far it can be trusted, and what is outside the model's range."""
+    """Warning from the ``warnings`` of a result: how far to trust it, and where it leaves the model's range."""
 
 
 def telling(function: Callable[P, T]) -> Callable[P, T]:
-    """Return a function that also warns of what its result says in its ``warnings``, each line once for a call.
+    """Return the function wrapped so that each line of its result's ``warnings`` is issued as a warning, once a call.
 
-    The package's public functions are made so where they get their public names; the command line and other functions
-    of the package call those inside, which are silent.
+    Only the package's public names are wrapped; the command line and the package's own calls use the silent functions.
     """
 
     @functools.wraps(function)
@@ -180,10 +182,10 @@ def telling(function: Callable[P, T]) -> Callable[P, T]:
             warnings.warn(line, ResultWarning, stacklevel=2)
         return result
 
-    # by this name it is found again in another process
+    # so that another process can unpickle it by this name
     told.__module__ = "squama"
     return told
 
 
 class ValidityWarning(SquamaWarning):
-    """A law or an idealisation is used outside the range it was made for."""
+    """Warning that a law or an idealisation is used outside its range of validity."""

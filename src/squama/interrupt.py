@@ -1,4 +1,4 @@
-"""Ctrl-C as a wish: long work ends at the next safe place and keeps what is done."""
+"""Ctrl-C as a request to stop: long work ends at the next safe place and keeps its finished part."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from contextlib import contextmanager
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C: what was under way was finished; the message says how to go on."""
+    """Ctrl-C, after the unit of work in progress was finished; the message says how to continue."""
 
 
 @contextmanager
 def kept(name: str, rest: str = "") -> Iterator[None]:
-    """Say of what is done inside, when it is interrupted, whose it is and what is kept."""
+    """Put the name of the work before the message of an interrupt in the block, ``rest`` (the kept part) behind."""
     try:
         yield
     except KeyboardInterrupt as stop:
@@ -24,7 +24,10 @@ def kept(name: str, rest: str = "") -> Iterator[None]:
 
 @contextmanager
 def until_interrupted() -> Iterator[Callable[[], bool]]:
-    """Turn the first Ctrl-C into a wish to stop; what is yielded says whether. The second one interrupts at once."""
+    """Turn the first Ctrl-C into a request to stop; the yielded function returns whether it came.
+
+    The second Ctrl-C interrupts at once.
+    """
     wished = threading.Event()
     before = signal.getsignal(signal.SIGINT)
     # a handler that is not Python's could not be put back
@@ -45,9 +48,9 @@ def until_interrupted() -> Iterator[Callable[[], bool]]:
 
 @contextmanager
 def undivided() -> Iterator[None]:
-    """Hold Ctrl-C back until the work inside has ended, and let it count then, whatever error the work ended in.
+    """Delay a Ctrl-C until the block has ended, and let it take effect then, whatever error ended the block.
 
-    Imports need it: compiled packages turn a KeyboardInterrupt into an ImportError and others.
+    Imports need this: compiled packages turn a KeyboardInterrupt into an ImportError or another error.
     """
     failed = False
     with until_interrupted() as stopped:

@@ -1,4 +1,4 @@
-"""All that depends on how a beam is loaded, in one table: twisting and bending."""
+"""All differences between twisting and bending in one table; words for models, joints, ends and held strains."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from squama.people import per_pitch
 from squama.symbols import OTHER
 
 THIN = "thin, rigid scales"
-"""How the paper takes scales."""
+"""The paper's model of the scales, in words."""
 LawName = Literal["edge", "plate"]
 SenseName = Literal["+", "-"]
 JointName = Literal["compliant", "hinge"]
 HELD = {"hinge": "hinges", "compliant": "compliant joints"}
-"""What scales are on, by the kind of joint."""
+"""Joints of the scales in words, by the kind of joint."""
 PAPER = {"joint": "hinge", "scales": THIN}
-"""Attributes of what is answered by the paper's model alone."""
+"""Attributes of results of the paper's model alone."""
 
 
 class Load(NamedTuple):
-    """A kind of loading; everything that asks which one it is asks this table.
+    """A kind of loading with its symbols, words and units; code that differs between loads reads this table.
 
     Parameters
     ----------
@@ -35,23 +35,23 @@ class Load(NamedTuple):
         Names of variables: load angle per pitch, the same per length, torque or moment, tangent stiffness, place of
         the contact along the other scale.
     angle_words, rate_words, torque_words : str
-        What those measure, for labels and sentences.
+        Names of those quantities in labels and sentences.
     letter : str
-        The load angle as plain text.
+        Symbol of the load angle as plain text.
     read : callable
-        Reads a rate with its unit, rad/m (:mod:`squama.units`).
+        Function that reads a load angle per length (rad/m) from text with a unit (:mod:`squama.units`).
     sided : bool
-        Whether there are two senses and two force laws.
+        Whether the load has two senses and two force laws.
     axis : int
-        Its place in the points of a load path, (psi, phi).
+        Index of the load angle in the points (psi, phi) of a load path.
     matrix : bool
-        Whether the inclusion factor comes from the joint's matrix, where the beam has one.
+        Whether the inclusion factor is taken from the joint's stiffness matrix, where the beam has one.
     missing : tuple of str
-        Roles that have no variable.
+        Roles without a variable in datasets of this load.
     rigidity, inclusion : callable
-        Of a beam: rigidity without contact (N m^2), inclusion factor.
+        Functions of a beam: rigidity without contact (N m^2), inclusion factor.
     unit, force : str
-        SI units of the load angle and of the torque; of a part that is pushed its travel, m, and its force, N.
+        SI units of the load angle and of the torque; for a pushed part of its travel (m) and its force (N).
     """
 
     name: str
@@ -78,34 +78,34 @@ class Load(NamedTuple):
 
     @property
     def pushed(self) -> bool:
-        """Whether it is of a part that is pushed: the travel is of the whole part."""
+        """Whether the load is a force on a part; its travel is then that of the whole part, not of a pitch."""
         return self.force == "N"
 
     @property
     def noun(self) -> str:
-        """A force, or a torque, as which moments count too."""
+        """General word for the load: "force", or "torque", which includes moments."""
         return self.torque_words if self.pushed else "torque"
 
     @property
     def way(self) -> str:
-        """A travel, or a twist, as which bends count too."""
+        """General word for the load angle: "travel", or "twist", which includes bends."""
         return self.verb if self.pushed else "twist"
 
     def counted(self, scales: int) -> int:
-        """Return over how many pitches a load angle is counted: one for the travel of a whole part."""
+        """Return the number of pitches over which the load angle is counted; 1 for the travel of a whole part."""
         return 1 if self.pushed else scales
 
     def shown(self, x: float) -> str:
-        """Return a load angle per pitch, or a travel, in words."""
+        """Return a load angle (rad per pitch) in degrees per pitch, or a travel (m) in mm, as text."""
         return units.number(1e3 * x, "mm") if self.pushed else per_pitch(x, 4)
 
     def size(self, value: float) -> str:
-        """Return a torque or force in words."""
+        """Return a torque (N m) or a force (N) as text for people."""
         factor, sign = units.prefix(value)
         return units.number(factor * value, f"{sign}N") if self.pushed else units.moment(value)
 
     def variable(self, role: str) -> str:
-        """Return the variable of a dataset that a role becomes: "torque_c" is T_c or M_c, "theta" is theta."""
+        """Return the dataset variable of a role: "torque_c" gives T_c or M_c, "theta" gives theta."""
         if role.endswith(OTHER):
             return self.variable(role.removesuffix(OTHER)) + OTHER
         whole = {"s": self.place, "drop": f"{self.torque}_drop", "scales": f"{self.torque}_scales"}
@@ -115,27 +115,27 @@ class Load(NamedTuple):
         return whole.get(role) or stems.get(head, head) + line + tail
 
     def variables(self, roles: tuple[str, ...]) -> dict[str, str]:
-        """Return the variables of roles, by role, without those that this loading has not."""
+        """Return the dataset variables by role, without roles that this load does not have."""
         return {role: self.variable(role) for role in roles if role.removesuffix(OTHER) not in self.missing}
 
     def law(self, name: str) -> LawName:
-        """Return the force law that is followed where ``name`` is asked: in the plane the two coincide."""
+        """Return the force law used for the requested one: bending has only "edge", because both laws agree there."""
         return cast("LawName", name) if self.sided else "edge"
 
     def model(self, law: str = "edge", joint: str = "hinge", scales: str = THIN) -> str:
-        """Say by which model a beam is answered: "thin, rigid scales on hinges, edge law"."""
+        """Return the model in words, such as "thin, rigid scales on hinges, edge law"."""
         words = f"{scales} on {HELD[joint]}"
         return f"{words}, {' and '.join(law.split())} law" if self.sided and joint == "hinge" else words
 
     def height(self, lam: Any, neutral: str) -> Any:
-        """Return the height of the scales' face over the line that a load leaves where it is, in pitches.
+        """Return the height (pitches) of the scaled face over the axis of the load.
 
-        That is the bar's middle in twisting, and in bending the line that keeps its length.
+        The axis is the bar's middle in twisting, and in bending the line that keeps its length.
         """
         return lam if self.sided else lam - neutral_height(neutral, lam)
 
     def other_way(self, remedy: str) -> str:
-        """Return advice for a negative load; none where there is no other way."""
+        """Return the advice for a negative load, to be appended to a message; "" in bending, which has one sense."""
         return f"; for the other way round write {remedy}" if self.sided else ""
 
 
@@ -161,11 +161,11 @@ _BENDING = Load(
 )
 LoadName = Literal["twisting", "bending"]
 LOADS = {load.name: load for load in (_TWISTING, _BENDING)}
-"""Kinds of loading by name."""
+"""Kinds of loading of a beam, by name."""
 
 
 def _travel(value: object, *, pitch: float, bare: bool = True, **_: int) -> float:
-    """Read a travel, over the pitch; the number of scales does not matter."""
+    """Return a travel (text or m) over the pitch; the number of scales does not matter."""
     return units.quantity(value, units.Dimension.LENGTH, bare=bare) / pitch
 
 
@@ -183,42 +183,42 @@ _PUSHED = Load(
     force="N",
 )
 TESTS = LOADS | {_PUSHED.name: _PUSHED}
-"""Kinds of loading of a test, by name: also that of a part, whose force is measured over the travel of its place."""
+"""Kinds of loading of a test, by name: those of a beam, and a force on a part, measured over its travel."""
 PUSHED = _PUSHED.name
 
 
 def model(attrs: Mapping[str, Any]) -> str:
-    """Say by which model a result was found, by its attributes; where they tell no joint it is the paper's hinge."""
+    """Return the model of a result in words, from its attributes; without a joint among them, the paper's hinges."""
     about = {**PAPER, **attrs}
-    # of rows, and of both loads together, as of twisting
+    # rows, and bending with twisting, are described as twisting
     said = LOADS.get(about["load"], _TWISTING).model(about["law"], about["joint"], about["scales"])
     return said + covering(attrs)
 
 
 def covering(attrs: Mapping[str, Any]) -> str:
-    """Say how scales lie on both faces, by a result's attributes, to be put behind other words; else nothing."""
+    """Return the words for scales on both faces, from a result's attributes, to be appended; "" for one face."""
     return f", on both faces ({attrs['faces']})" if "faces" in attrs else ""
 
 
 UNIFORM = "uniform"
 ModeName = Literal["uniform", "simply supported", "cantilever"]
 MODES: tuple[str, ...] = get_args(ModeName)
-"""How a beam swings: all pitches alike, or in the first bending mode of a bar so supported."""
+"""Shapes of vibration: all pitches alike, or the first bending mode of a simply supported bar or a cantilever."""
 FREE, COUPLE, GRIPPED, ENDLESS = "free", "couple", "gripped", "endless"
-"""Words of ends: one torque or moment in all pitches, a couple at both ends, coaxial grips, none: pitches are alike."""
+"""Words for the ends of a beam: one torque or moment in all pitches, a couple at both ends, coaxial grips, no ends."""
 EndsName = Literal["free", "couple", "gripped", "equal", "endless"]
 ENDS: tuple[EndsName, ...] = get_args(EndsName)
-"""How the ends of a beam may be: :func:`squama.twist`."""
+"""Allowed ends of a beam, see :func:`squama.twist`."""
 MANY_SCALES = 200
-"""Largest number of scales of a beam whose ends are followed unasked."""
+"""Largest number of scales for which the finite row is computed without being requested."""
 STRAINS = ("bend", "twist", "lateral bend", "stretch")
-"""What a pitch of the bar does, per pitch: psi, phi, chi, epsilon."""
+"""Strains of the bar per pitch: psi, phi, chi, epsilon."""
 STRAIGHT, NOTHING = "straight", "nothing"
-"""Words for what is held: all strains that are not loaded, and none, which is so where a beam says nothing."""
+"""Words for held strains: all strains that are not loaded; none, the default of a beam."""
 
 
 def hold(text: str) -> tuple[str, ...]:
-    """Return which strains are held, of a text such as "bend, stretch", "straight" or "nothing".
+    """Return the names of the held strains in a text such as "bend, stretch", "straight" or "nothing".
 
     Raises
     ------
@@ -237,12 +237,12 @@ def hold(text: str) -> tuple[str, ...]:
 
 
 def holds(text: str, load: Load) -> bool:
-    """Whether what is held includes the bend of a beam that is twisted, or the twist of one that is bent."""
+    """Return whether a text of held strains includes the bend of a twisted beam, or the twist of a bent one."""
     return any(other.verb in hold(text) for other in LOADS.values() if other is not load)
 
 
 def fixed(attrs: Mapping[str, Any]) -> str:
-    """Say what is held, by a result's attributes, and which line of a hinge's bar keeps its length."""
+    """Return a result's held strains in words, from its attributes, and the line of a hinged bar that keeps length."""
     whole = "held straight" if attrs["load"] == "twisting" else "all else held"
     words = whole if attrs["hold"] == STRAIGHT else f"{attrs['hold']} held"
     bent = attrs["joint"] == "hinge" and "neutral" in attrs
@@ -250,32 +250,32 @@ def fixed(attrs: Mapping[str, Any]) -> str:
 
 
 def ending(ends: str) -> str:
-    """Return the ends of a beam with a number of scales in words: "with free ends"."""
+    """Return the ends of a finite beam in words, such as "with free ends"."""
     words = {COUPLE: "under a couple at the ends", "equal": "with equal cells"}
     return words.get(ends, f"with {ends} ends")
 
 
 def ended(attrs: Mapping[str, Any]) -> str:
-    """Say of which beam a result is, by its attributes: "as an endless beam", "with free ends"."""
+    """Return the beam's extent in words, from a result's attributes: "as an endless beam", "with free ends"."""
     return ending(attrs["ends"]) if "ends" in attrs else "as an endless beam"
 
 
 def holding(held: Iterable[str]) -> str:
-    """Return what is held in words: the text of :func:`hold`."""
+    """Return the text of held strains, which :func:`hold` reads back."""
     names = tuple(held)
     return STRAIGHT if names == STRAINS else ", ".join(names) or NOTHING
 
 
 NEUTRAL = {"middle": 0.0, "face": 1.0}
-"""Lines of the bar that keep their length in bending: their height over its middle, in half thicknesses.
+"""Height of the line that keeps its length in bending over the bar's middle, in half thicknesses, by its name.
 
-The first is that of a homogeneous bar without axial force, which is taken where none is given.
+The first is that of a homogeneous bar without axial force, and the default.
 """
 LineName = Literal["free", "middle", "face"]
 LINES = {"free": "no axial force"} | {name: f"the line in the {name} of the bar keeps its length" for name in NEUTRAL}
-"""How a result is headed by its line; "free": of a bar that stretches as it likes."""
+"""Words for the line that keeps its length in the head of a result; "free" is a bar without axial force."""
 
 
 def neutral_height(neutral: str, lam: Any) -> Any:
-    """Return the height over the bar's middle, in pitches, of the line that keeps its length."""
+    """Return the height of the line that keeps its length over the bar's middle, in pitches; ``lam`` is t/d."""
     return NEUTRAL[neutral] * lam

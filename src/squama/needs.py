@@ -1,4 +1,4 @@
-"""Packages of the extras, imported where they are needed and asked for where they are missing."""
+"""Imports of optional packages, with a message that names the extra to install."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _WORDS = {
 
 
 def need(module: str) -> Any:
-    """Import a module that comes with an extra of the package, or say how to install it."""
+    """Import and return a module of an optional extra; raise an InputError with the pip command if it is missing."""
     try:
         with undivided():
             return import_module(module)

@@ -1,4 +1,4 @@
-"""Figures as people read them: twists and bends in degrees of the whole beam, or of a pitch where it has no end."""
+"""Numbers as text for people: twists and bends in degrees over the whole beam, or per pitch of an endless one."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ PITCH = "deg per pitch"
 
 
 class Counted(Protocol):
-    """A beam: its number of ``scales``, None of an endless one, and the number of ``pitches`` that totals are of."""
+    """Object with a number of scales (None if endless) and the number of pitches to which totals refer."""
 
     @property
     def scales(self) -> int | None: ...  # noqa: D102
@@ -21,17 +21,17 @@ class Counted(Protocol):
 
 
 def figure(value: float, unit: str = "") -> str:
-    """Return a number with its unit, to three digits; "" where it is not known."""
+    """Return a number with its unit, to three digits; "" for NaN."""
     return "" if math.isnan(value) else number(value, unit)
 
 
 def tidy(value: float) -> float:
-    """Return a value without what is only rounding, and without -0."""
+    """Return a value rounded to six decimals, without -0."""
     return round(value, 6) + 0.0
 
 
 def apart_by(share: float) -> str:
-    """Return :func:`squama.units.change` for a table: with its sign, to three digits.
+    """Return a relative difference for a table, as :func:`squama.units.change` with its sign and three digits.
 
     Examples
     --------
@@ -42,9 +42,9 @@ def apart_by(share: float) -> str:
 
 
 def degrees(*beams: Counted) -> tuple[float, str]:
-    """Return factor and unit of a twist or bend (rad per pitch): degrees over the whole beam, or of a pitch.
+    """Return factor and unit to show a twist or bend (rad per pitch): degrees over the whole beam, or per pitch.
 
-    Of several beams with different numbers of scales it is that of a pitch.
+    Beams with different numbers of scales are shown per pitch.
 
     Examples
     --------
@@ -58,12 +58,12 @@ def degrees(*beams: Counted) -> tuple[float, str]:
 
 
 def over(beam: Counted) -> str:
-    """Return what a twist or bend of the whole beam is of, to be put behind other words; "" of an endless beam."""
+    """Return " over N scales", to be appended to a twist or bend of the whole beam; "" for an endless beam."""
     return f" over {beam.scales} scales" if beam.scales else ""
 
 
 def per_pitch(angle: float, digits: int = 3) -> str:
-    """Return a twist or bend (rad per pitch) in degrees per pitch.
+    """Return a twist or bend (rad per pitch) in degrees per pitch; "" for NaN.
 
     Examples
     --------
@@ -74,7 +74,7 @@ def per_pitch(angle: float, digits: int = 3) -> str:
 
 
 def at_most(angle: float, digits: int = 4) -> str:
-    """Return the largest twist or bend (rad per pitch) that is not beyond an angle, as one may type it.
+    """Return a twist or bend (rad per pitch) in deg/pitch, rounded towards 0, in a form that can be typed as input.
 
     Examples
     --------
@@ -101,6 +101,6 @@ def turned(angle: float, beam: Counted) -> str:
 
 
 def span(low: float, high: float, beam: Counted) -> str:
-    """Return a range of twists or bends (rad per pitch) in degrees over the whole beam, or per pitch."""
+    """Return a range of twists or bends (rad per pitch) in degrees, over the whole beam or per pitch."""
     factor, unit = degrees(beam)
     return f"{figure(factor * low)} to {figure(factor * high, unit)}"

@@ -1,4 +1,4 @@
-"""How far long work is: lines of the log "squama", and a bar for whoever shows one."""
+"""Progress of long work: lines in the log "squama", and a bar on a terminal."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from squama.errors import InputError
 
 T = TypeVar("T")
 Listener = Callable[[str, int, int], None]
-"""Told what is done, how many steps of it, and of how many."""
+"""Function called with the name of the work, the number of finished steps and their total."""
 
 LOG = logging.getLogger("squama")
 _lost: set[tuple[str, str]] = set()
-"""Caches that could not be written, and what was to be kept there."""
+"""Caches that could not be written: content and place, so that each is reported once."""
 _told: ContextVar[Listener | None] = ContextVar("told", default=None)
 PATIENCE = 2.0
 """Seconds after which work is shown as a bar."""
 
 
 def not_kept(what: str, place: object, error: Exception) -> None:
-    """Say in one line, once for each place, that results go on without a cache that cannot be written."""
+    """Log once for each place that the cache there cannot be written; the calculation goes on without it."""
     if (what, str(place)) not in _lost:
         _lost.add((what, str(place)))
         why = getattr(error, "strerror", None) or str(error)
@@ -37,7 +37,7 @@ def not_kept(what: str, place: object, error: Exception) -> None:
 
 @contextmanager
 def told(listener: Listener | None) -> Iterator[None]:
-    """Tell a listener of all work inside."""
+    """Report the progress of all work in the block to a listener."""
     before = _told.set(listener)
     try:
         yield
@@ -47,7 +47,7 @@ def told(listener: Listener | None) -> Iterator[None]:
 
 @contextmanager
 def work(what: str, total: int) -> Iterator[Callable[[int], None]]:
-    """Say how far work of ``total`` steps is; what is yielded is called with the number of those done."""
+    """Report the start and end of work of ``total`` steps; the yielded function takes the number of finished steps."""
     begun, last, listener = time.monotonic(), 0, _told.get()
     LOG.info("squama: %s: begun, %d steps", what, total)
 
@@ -67,7 +67,7 @@ def work(what: str, total: int) -> Iterator[Callable[[int], None]]:
 
 
 def steps(items: Iterable[T], total: int, what: str) -> Iterator[T]:
-    """Yield items, of which there are ``total`` at most, and say after each how far the work is."""
+    """Yield the items, at most ``total``, and report the progress after each."""
     with work(what, total) as tell:
         for done, item in enumerate(items, start=1):
             yield item
@@ -76,7 +76,7 @@ def steps(items: Iterable[T], total: int, what: str) -> Iterator[T]:
 
 @contextmanager
 def bars(patience: float = PATIENCE) -> Iterator[Listener]:
-    """Yield a listener that shows what takes longer as a bar on standard error, with the time left."""
+    """Yield a listener that shows work of over ``patience`` seconds as a bar on standard error, with the time left."""
     begun: dict[str, float] = {}
     tasks: dict[str, Any] = {}
     shown: Any = None
@@ -112,7 +112,7 @@ def bars(patience: float = PATIENCE) -> Iterator[Listener]:
 
 @contextmanager
 def spoken() -> Iterator[None]:
-    """Write the log on standard error, and on a terminal show bars: what a command does around its work."""
+    """Write the log to standard error during a command, and show progress bars if that is a terminal."""
     handler, before = logging.StreamHandler(sys.stderr), LOG.level
     LOG.addHandler(handler)
     try:

@@ -1,4 +1,4 @@
-"""The one table of symbols: names, units, words and equations for attributes, axes, headers and docs."""
+"""Table of symbols: name, unit, words, TeX and equation of each quantity, for attributes, axes, headers and docs."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 class Symbol(NamedTuple):
-    """A quantity: ``name`` in code, ``unit`` (SI; 1 for a ratio), ``long_name``, ``tex``, ``equation``."""
+    """A quantity: ``name`` in code, SI ``unit`` (1 for a ratio), ``long_name``, ``tex``, ``equation`` (its source)."""
 
     name: str
     unit: str
@@ -22,7 +22,7 @@ class Symbol(NamedTuple):
 
     @property
     def axis(self) -> str:
-        """Label of an axis."""
+        """Label of an axis: long name, symbol and unit."""
         unit = "" if self.unit == "1" else f" ({self.unit})"
         return f"{self.long_name[0].upper()}{self.long_name[1:]} ${self.tex}${unit}"
 
@@ -248,17 +248,17 @@ _TABLE: tuple[tuple[str, ...], ...] = (
 )
 
 OTHER = "_other"
-"""What the name of a scale's figure ends in where it is of the other face."""
+"""Ending of the names of quantities of a scale on the other face."""
 OF_A_SCALE = (
     *("theta", "contact", "N", "f", "f0", "p", "s", "mu_lock", "u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z", "slip"),
     *("deflection", "scale_twist", "stress", "stress_x", "stress_y", "strain"),
     *("pull_out", "tab_force", "tab_bending", "tab_torsion"),
 )
-"""Figures of a scale, by their roles: a beam with scales on both faces has them for each face."""
+"""Quantities of a single scale, by role; a beam with scales on both faces has them for each face."""
 
 
 def _of_other_face(symbol: Symbol) -> Symbol:
-    """Return a scale's figure of the other face."""
+    """Return the symbol of a scale's quantity for the other face."""
     tex = f"{symbol.tex}'" if symbol.tex else ""
     words = f"{symbol.long_name}, of the other face"
     return Symbol(symbol.name + OTHER, symbol.unit, words, tex, "theory: both faces")

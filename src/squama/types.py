@@ -1,4 +1,4 @@
-"""Types that many rooms share."""
+"""Types shared by many rooms."""
 
 from __future__ import annotations
 
@@ -7,4 +7,4 @@ from typing import Any
 import numpy as np
 
 Array = np.ndarray[Any, np.dtype[Any]]
-"""An array of numbers: floats, complex numbers, whole numbers or truths."""
+"""NumPy array of floats, complex numbers, integers or truth values."""

@@ -1,4 +1,4 @@
-"""Quantities with units: text and numbers in, SI floats out."""
+"""Quantities with units: read text and numbers as floats in SI units, and write floats as text."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from squama.errors import InputError, Problem, printable
 
 
 class Dimension(StrEnum):
-    """What a quantity measures; the value is its name in messages."""
+    """Physical dimension of a quantity; its value is its name in messages."""
 
     LENGTH = "length"
     ANGLE = "angle"
@@ -63,8 +63,8 @@ _ALIASES = {"degree": "deg", "degrees": "deg", "radian": "rad", "radians": "rad"
 _ALIASES |= dict.fromkeys(("revs", "revolution", "revolutions", "turn", "turns"), "rev")
 _LONGEST_UNIT = 40
 LONGEST, _TOO_LONG = 100, "is longer than 100 characters"
-"""Characters of a quantity in text: patterns and messages of longer ones would take their time."""
-# names with powers of one digit, one level of brackets: pint computes what stands in a unit, 9**9**9 too
+"""Largest number of characters of a quantity as text: longer ones would slow down patterns and messages."""
+# names with powers of one digit, one level of brackets: pint evaluates powers in a unit, even 9**9**9
 _SUPERSCRIPT = r"\u2070\xb9²³\u2074-\u2079"
 _POWER = rf"(?: ?(?:\*\*|\^) ?[+-]?[0-9]|\u207b?[{_SUPERSCRIPT}])?"
 _FACTOR = rf"(?:1|%|°|[^\W\d{_SUPERSCRIPT}][^\W{_SUPERSCRIPT}]*{_POWER})"
@@ -91,7 +91,7 @@ def look_up(unit: str) -> tuple[Dimension, float, float] | None:
 
 
 def _ask_pint(unit: str) -> tuple[Dimension, float, float] | None:
-    """Let pint read a unit that the table does not know: to import it takes longer than a whole calculation."""
+    """Look up a unit that is not in the table with pint, imported late because that takes longer than a calculation."""
     import pint
 
     registry = pint.get_application_registry()  # type: ignore[no-untyped-call]
@@ -107,7 +107,7 @@ def _ask_pint(unit: str) -> tuple[Dimension, float, float] | None:
 
 
 def is_number(text: str) -> bool:
-    """Say whether a text is a number without a unit."""
+    """Return whether a text is a number without a unit."""
     try:
         float(text)
     except ValueError:
@@ -116,15 +116,15 @@ def is_number(text: str) -> bool:
 
 
 class QuantityError(InputError):
-    """A value that is not usable; its one problem has no place yet: `squama.errors.naming` gives it one."""
+    """Error for an unusable value; its one problem has no place until `squama.errors.naming` adds it."""
 
 
 class NoLengthError(QuantityError):
-    """A twist that does not say over which length."""
+    """Error for a twist without the length over which it is counted."""
 
 
 class Bounds(NamedTuple):
-    """The numbers that a quantity may have, in SI units, and the words for them."""
+    """Allowed range of a quantity in SI units, with the words and the example for messages."""
 
     low: float
     high: float
@@ -133,19 +133,20 @@ class Bounds(NamedTuple):
     example: str = ""
 
     def hold(self, value: float) -> bool:
-        """Say whether the value lies within."""
+        """Return whether the value lies within the bounds."""
         return self.low <= value <= self.high if self.closed else self.low < value < self.high
 
 
 MARGIN = Bounds(1e-9, 1 - 1e-12, "at least 1e-9 and below 1", closed=True, example="0.01")
-"""Fraction of the path left before a lock where a curve is cut off: a lock is known to some 1e-15 of the inclination,
-and nearer to it no digit of the force would be right."""
+"""Fraction of the path before a lock at which a curve is cut off. A lock is known to about 1e-15 of the inclination;
+closer to it the force has no correct digit.
+"""
 
 
 class _Kind(NamedTuple):
-    """A dimension in text: its noun, the unit and number of its example, its SI unit, the units in which it is written.
+    """A dimension in text: noun, unit and number of its example, SI unit, and the units in which files are written.
 
-    ``other`` is an example in place of its own.
+    ``other`` is an example that replaces the default one.
     """
 
     dimension: Dimension
@@ -157,14 +158,14 @@ class _Kind(NamedTuple):
     other: str = ""
 
     def example(self, number: str = "") -> str:
-        """Return what to write, with the user's own number if it is given."""
+        """Return an example to write, with the user's own number if it is given."""
         if not number and self.other:
             return self.other
         text = f"{number or self.number} {self.unit}".strip()
         return f'"{text}"' if self.unit else text
 
     def error(self, value: object, reason: str, remedy: str | None = None) -> QuantityError:
-        """Return the error for a value; where no remedy is given the example is one."""
+        """Return the error for a value; the default remedy is the example."""
         remedy = f"write e.g. {self.example()}" if remedy is None else remedy
         return QuantityError(Problem("", shown(value), reason, remedy))
 
@@ -192,7 +193,7 @@ NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*"
 
 
 def shown(value: object, limit: int = 60) -> str:
-    """Return a value as it is printed in a message: one line, text in double quotes, cut at `limit`."""
+    """Return a value as printed in a message: one line, text in double quotes, cut at `limit` characters."""
     if isinstance(value, bool):
         text = str(value).lower()
     elif isinstance(value, str):
@@ -210,17 +211,17 @@ def shown(value: object, limit: int = 60) -> str:
 
 
 def change(share: float, sign: str = "", *, digits: int = 2, factor: str = "a factor of {}") -> str:
-    """Return by how much a figure differs from another one: in per cent, or as a factor where it is twice or more."""
+    """Return a relative difference as text: in per cent, or as a factor from twice on."""
     return f"{100 * share:{sign}.{digits}g} %" if abs(share) < 1 else factor.format(number(1 + share))
 
 
 def example(dimension: Dimension | str) -> str:
-    """Return what to write: the example of a dimension."""
+    """Return the example to write for a dimension."""
     return _KINDS[Dimension(dimension)].example()
 
 
 def si_unit(dimension: Dimension | str) -> str:
-    """Return the unit in which a dimension is kept, "1" for a ratio."""
+    """Return the SI unit of a dimension, "1" for a ratio."""
     return _KINDS[Dimension(dimension)].si or "1"
 
 
@@ -232,7 +233,7 @@ def quantity(value: object, dimension: Dimension | str, *, bare: bool = True) ->
     value : str or number
         Text such as ``"45 deg"``, ``"45deg"``, ``"0.2 rad/m"``, ``"1e-3 m"``, or a number in SI units.
     dimension : Dimension or str
-        What it must measure: length, angle, pressure, torque, twist rate, ratio.
+        Required dimension: length, angle, pressure, torque, twist rate, ratio ...
     bare : bool
         Whether a number without a unit is taken as SI (Python); if not, it is refused (files, command line).
         A ratio never needs a unit.
@@ -260,9 +261,9 @@ def quantity(value: object, dimension: Dimension | str, *, bare: bool = True) ->
 
 
 def bounded(value: object, dimension: Dimension | str, bounds: Bounds, *, bare: bool = True) -> float:
-    """Read a quantity as `quantity` does, with the bounds' own example, and hold it to the bounds.
+    """Read a quantity as `quantity` does and check its bounds; messages use the example of the bounds.
 
-    A bare angle that is out of bounds and would fit in degrees gets that hint.
+    For a bare angle that is out of bounds but would fit in degrees, the remedy is the same number in degrees.
     """
     kind = _KINDS[Dimension(dimension)]._replace(other=bounds.example)
     si = _read(value, kind, bare)
@@ -291,7 +292,7 @@ def twist(value: object, *, pitch: float, scales: int, bare: bool = True, what: 
     bare : bool
         Whether a number without a unit is taken as rad/m.
     what : str
-        What it is called.
+        Name of the quantity in messages.
 
     Returns
     -------
@@ -326,7 +327,7 @@ def twist(value: object, *, pitch: float, scales: int, bare: bool = True, what: 
 
 
 def curvature(value: object, *, pitch: float, scales: int, bare: bool = True) -> float:
-    """Read a bending curvature and return it in 1/m; what may be written is as in `twist`, and "2 1/m"."""
+    """Read a bending curvature and return it in 1/m; the same forms as in `twist`, and "2 1/m"."""
     return twist(value, pitch=pitch, scales=scales, bare=bare, what="a curvature")
 
 
@@ -372,7 +373,7 @@ def _read(value: object, kind: _Kind, bare: bool) -> float:
 
 
 def _split(value: str, kind: _Kind) -> tuple[str, str, tuple[Dimension, float, float]]:
-    """Split text into number and unit, and look that up."""
+    """Split text into number and unit, and look the unit up."""
     if len(value) > LONGEST:
         raise kind.error(value, _TOO_LONG)
     match = NUMBER.fullmatch(value)
@@ -389,7 +390,7 @@ def _split(value: str, kind: _Kind) -> tuple[str, str, tuple[Dimension, float, f
 
 
 def _advice(si: float, kind: _Kind, number: str) -> str:
-    """Say what to write in place of a bare number; offer the SI unit too where it may have been meant."""
+    """Return the remedy for a number without a unit; it also offers the SI unit where that is plausible."""
     text = f"write {kind.example(number)}"
     small = kind.dimension in {Dimension.LENGTH, Dimension.ANGLE} and 0 < abs(si) < 1
     large = kind.dimension is Dimension.PRESSURE and abs(si) >= 1e4
@@ -403,12 +404,12 @@ def _finite(si: float, value: object, kind: _Kind) -> float:
 
 
 PEOPLE = {"rad": (180 / math.pi, "deg"), "m": (1e3, "mm"), "Pa": (1e-6, "MPa")}
-"""Units for people, by the SI unit: factor and name; others are shown as they are."""
+"""Factor and unit for people, by the SI unit; other units are shown as they are."""
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (0.0, "\N{MICRO SIGN}"))
 
 
 def for_people(unit: str) -> tuple[float, str]:
-    """Return the factor and the unit in which people read a quantity that is kept in an SI unit ("" for a ratio).
+    """Return factor and unit for people of a quantity in an SI unit ("" for a ratio).
 
     Examples
     --------
@@ -419,7 +420,7 @@ def for_people(unit: str) -> tuple[float, str]:
 
 
 def prefix(largest: float) -> tuple[float, str]:
-    """Return the factor and the SI prefix that bring a size to a readable number; 0 has none.
+    """Return the factor and the SI prefix that make a number readable; 0 gets no prefix.
 
     Examples
     --------
@@ -431,18 +432,18 @@ def prefix(largest: float) -> tuple[float, str]:
 
 
 def torque_unit(largest: float) -> tuple[float, str]:
-    """Return factor and unit of a torque in a line of text: N mm, in which joints and load cells are given, or N m."""
+    """Return factor and unit of a torque (N m) in text: N mm below 0.1 N m, as for joints and load cells, else N m."""
     return (1e3, "N mm") if 0 < abs(largest) < 0.1 else (1.0, "N m")
 
 
 def moment(value: float) -> str:
-    """Return a torque for people, in N m or N mm."""
+    """Return a torque (N m) as text for people, in N m or N mm."""
     factor, unit = torque_unit(value)
     return number(factor * value, unit)
 
 
 def number(value: float, unit: str = "", sign: str = "", digits: int = 3) -> str:
-    """Return a number for people, to so many digits, with its sign where that is "+"; infinity is "never"."""
+    """Return a number as text, to so many digits, with a plus sign if ``sign`` is "+"; inf is "never", NaN "-"."""
     if not math.isfinite(value):
         return "never" if math.isinf(value) else "-"
     text = f"{value:{sign}.{digits}g}"

@@ -1,1 +1,1 @@
-"""Functions over arrays of ratios: contact, forces, paths, ends, derivatives; tables of designs."""
+"""Functions over arrays of ratios: contacts, forces, paths, ends, derivatives; tables of designs."""

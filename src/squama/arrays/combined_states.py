@@ -1,4 +1,4 @@
-"""Arrays of states of beams that are bent and twisted at once: thin, rigid scales on hinges."""
+"""States of beams that are bent and twisted at once, for arrays: thin, rigid scales on hinges."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from squama.model import screw
 from squama.types import Array
 
 PART = 8192
-"""States at a time: what is made of them fits a processor's cache."""
+"""Number of states computed at a time, so that intermediate arrays fit a processor's cache."""
 
 
 class Combined(NamedTuple):
-    """States of beams that are bent and twisted; arrays of one shape, lengths in pitches, moments in K_theta.
+    """States of bent and twisted beams; arrays of one shape, lengths in pitches, moments in K_theta.
 
-    ``theta`` inclination, rad; ``contact``: which pair touches (:data:`squama.model.screw.CONTACTS`), "" for none,
-    "locked" where no inclination leads to this bend and twist; ``normal`` force N d/K_theta; ``bending_moment`` and
-    ``torque``, the scales' parts; ``mu_lock`` coefficient of friction that locks the contact in this direction (a
-    negative one never does). NaN where a contact is locked. ``closing`` and ``rolling``: turn about the scale's width
-    and about its length per pitch, rad.
+    ``theta`` inclination, rad; ``contact``: the pair in contact (:data:`squama.model.screw.CONTACTS`), "" for none,
+    "locked" where no inclination is compatible with this bend and twist; ``normal`` force N d/K_theta;
+    ``bending_moment`` and ``torque``, the scales' parts; ``mu_lock`` coefficient of friction at which the contact locks
+    in this direction (never if negative). NaN where a contact is locked. ``closing`` and ``rolling``: rotation per
+    pitch about the scale's width and about its length, rad.
     """
 
     theta: Array
@@ -38,11 +38,11 @@ class Combined(NamedTuple):
 
 
 class Held(NamedTuple):
-    """What friction holds in states of beams at rest; moments in K_theta.
+    """Range of moments that friction holds in states at rest; moments in K_theta.
 
-    ``bending_moment`` and ``torque`` (..., n): border of the scales' parts at which nothing moves, a closed curve; NaN
-    where friction alone holds, however large they are. ``cone`` (..., 2, 2): the two directions (dpsi, dphi), of length
-    1, between which every motion is locked; NaN where none is.
+    ``bending_moment`` and ``torque`` (..., n): points of the closed curve, in the scales' parts, inside which nothing
+    moves; NaN where friction alone holds moments of any size. ``cone`` (..., 2, 2): the two unit directions (dpsi,
+    dphi) between which every motion is locked; NaN where no motion is.
     """
 
     bending_moment: Array
@@ -65,8 +65,8 @@ def combined(
 ) -> Combined:
     """Return states of beams that are bent and twisted at once (docs, theory: bending and twisting).
 
-    Thin, rigid scales on hinges; the neighbour k = 1 alone. Inclination and contact depend on bend and twist, forces on
-    the last direction of motion, too.
+    Thin, rigid scales on hinges; only the neighbour k = 1. Inclination and contact depend on bend and twist; the forces
+    also depend on the last direction of motion.
 
     Parameters
     ----------
@@ -127,17 +127,17 @@ def held(
     neutral_height: ArrayLike = 0.0,
     points: int = 64,
 ) -> Held:
-    """Return the moments under which bent and twisted beams stay at rest, and the directions that are locked.
+    """Return the moments under which bent and twisted beams stay at rest, and the locked directions of motion.
 
-    The contact force is N (n + m) with m in the tangent plane, at most mu: the moments M, T of all m fill a region,
-    within which nothing moves; at its border the contact slides (docs, theory: bending and twisting).
+    The contact force is N (n + m) with m in the tangent plane, at most mu: the moments M, T of all m fill a region
+    within which nothing moves; on its border the contact slides (docs, theory: bending and twisting).
 
     Parameters
     ----------
     psi, phi, eta, beta, lam, alpha, theta0, mu, neutral_height
         As in :func:`squama.combined`.
     points
-        Points of the border.
+        Number of points on the border.
 
     Returns
     -------
@@ -176,6 +176,6 @@ def held(
 
 
 def _by_parts(f: Callable[[list[Array]], Iterable[Array]], columns: Sequence[Array]) -> Iterator[tuple[Array, ...]]:
-    """Yield each field of what a function returns of columns (n,), as its parts of :data:`PART` rows."""
+    """Yield each field of the results of a function of columns (n,), as a tuple of parts of :data:`PART` rows."""
     parts = (f([v[i : i + PART] for v in columns]) for i in range(0, max(1, columns[0].size), PART))
     return zip(*parts, strict=True)

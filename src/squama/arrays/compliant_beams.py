@@ -1,4 +1,4 @@
-"""Arrays of beams: thick, elastic scales on the joint by its law, followed along the twist."""
+"""Curves of thick, elastic scales on compliant joints for arrays of designs, in twisting or bending."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ from squama.model import section
 from squama.types import Array
 
 PART = 256
-"""Designs a thread takes at a time: always as many, for products of matrices of other sizes end in other digits."""
+"""Designs that a thread follows at a time; fixed, because matrix products of other sizes differ in the last digits."""
 COLUMNS = {"torque": "T", "N": "N", "f": "f", "W_fr": "W_fr", "W_snap": "W_snap", "W": "W"}
-"""Fields that are columns of the model's states."""
+"""Columns of the model's states by the fields of :class:`Response`."""
 
 
 class Designs(NamedTuple):
-    """Many beams with thick scales, E = d = 1: arrays (n,), arguments of :func:`response` by name, and the rest.
+    """Many beams with thick scales, E = d = 1: arguments of :func:`response` as arrays (n,), and optional ones.
 
-    ``K_theta`` and ``rigidity`` of the joint in place of the law's, ``factor`` on K_theta; ``psi``: bends per pitch in
-    which beams are held while they are twisted.
+    ``K_theta`` and ``rigidity`` replace those of the joint's law, ``factor`` multiplies K_theta; ``psi``: bend per
+    pitch (rad) at which a beam is held while it is twisted.
     """
 
     eta: Array
@@ -54,22 +54,22 @@ class Designs(NamedTuple):
 
     @property
     def shape(self) -> law.Shape:
-        """The ratios on which the law of the joint depends."""
+        """Arguments of the law of the joint."""
         return law.Shape(*(getattr(self, name) for name in law.Shape._fields))
 
     def at(self, i: Array) -> Designs:
-        """Return the designs with the numbers ``i``."""
+        """Return the designs with the indices ``i``."""
         return Designs(**{name: v[i] for name, v in self._asdict().items() if v is not None})
 
     def scales(self, *, ideal: bool) -> path.Scale:
-        """Return the scales of the designs: as they are or, ``ideal``, thin and rigid."""
+        """Return the scales of the designs; thin and rigid with ``ideal``."""
         one = path.Scale(self.eta, self.beta, self.lam, self.alpha, self.theta0, self.thickness, nu=self.scale_nu)
         if ideal:
             return one._replace(h=0.0 * self.thickness, D=np.full(self.eta.size, np.inf))
         return one._replace(D=section.plate_rigidity(self.modulus_ratio, self.thickness, self.scale_nu))
 
     def joints(self, given: Given) -> Array:
-        """Return the joints (n, 9, 9) or (n, 7, 7): the beam's matrix or the law's, scaled to stated figures."""
+        """Return the joints (n, 9, 9) or (n, 7, 7): the beam's matrix or the law's, scaled to given stiffnesses."""
         if given.matrix is None:
             K = law.stiffness(self.shape)
         else:
@@ -82,33 +82,33 @@ class Designs(NamedTuple):
         return scaled(K, K_theta=K_theta, rigidity=self.rigidity, free=given.free("twist"))
 
     def legs(self, at: Array, load: str) -> tuple[Array, Array | None]:
-        """Return ways (n, m) from rest to twists or bends ``at`` (n, m), bend and twist there (None: twist alone).
+        """Return ways (n, m) to twists or bends ``at`` (n, m), and the (psi, phi) there; None for twist alone.
 
-        Where a beam is held bent it is bent first, and its ways begin with one more place, where it is.
+        A beam that is held bent is bent first; its way then has one more place, the end of the bending.
         """
         if self.psi is None:
             return at, np.stack([at, 0 * at], axis=-1) if load == "bending" else None
         ways = np.column_stack([0 * self.psi, at]) + np.abs(self.psi)[:, None]
-        # as far as the way goes, to the last digit
+        # exactly the length of the way, to the last digit
         return ways, np.stack(np.broadcast_arrays(self.psi[:, None], ways - ways[:, :1]), axis=-1)
 
 
 class Response(NamedTuple):
-    """Curves of many beams with thick scales, E = d = 1; shapes: that of the designs, or that and the twists' (...).
+    """Curves of many beams with thick scales, E = d = 1; arrays of the designs' shape, or (..., m) over the twists.
 
-    ``phi_e`` twist per pitch at engagement (inf where nothing touches), ``phi_end`` where the curve ends and ``end``
-    why, in the words of :class:`squama.End`: range end, no engagement, no equilibrium, side entry, touching at rest.
-    A second contact, another pair of edges or a snap ends no curve. ``in_range``: whether the law of the joint knows
-    the design; figures of the others are NaN. ``K_theta`` and ``rigidity`` (torque per twist of the beam without
+    ``phi_e`` twist per pitch at engagement (inf without contact), ``phi_end`` and ``end`` the end of the curve, in the
+    words of :class:`squama.End`: range end, no engagement, no equilibrium, side entry, touching at rest. A second
+    contact, another pair of edges or a snap does not end a curve. ``in_range``: whether the law of the joint covers the
+    design; the results of other designs are NaN. ``K_theta`` and ``rigidity`` (torque per twist of the beam without
     contact) over E d^3.
 
-    At the twists (...): ``torque`` over E d^3, the bar's included; ``stiffness_ratio`` its slope between the twists
-    over the rigidity; ``N``, ``f`` forces of a cell's contacts over E d^2; ``W_fr``, ``W_snap``, ``W`` frictional work,
-    energy lost in snaps, and the torque's work, per pitch over E d^3 (elastic energy is W - W_fr - W_snap); ``stress``
-    the largest (von Mises) in an elastic scale over E; NaN beyond the end.
+    At the twists (..., m): ``torque`` over E d^3, bar included; ``stiffness_ratio`` its slope between the twists over
+    the rigidity; ``N``, ``f`` forces of a cell's contacts over E d^2; ``W_fr``, ``W_snap``, ``W`` frictional work,
+    energy lost in snaps, and work of the torque, per pitch over E d^3 (the elastic energy is W - W_fr - W_snap);
+    ``stress`` the largest (von Mises) in an elastic scale over E; NaN beyond the end.
 
-    At the last twist ``finite_ratio`` and ``finite_tangent``: torque, and its slope from the twist before, of a beam
-    with the given number of scales over those of the endless beam; NaN without a number, or where not found.
+    At the last twist ``finite_ratio`` and ``finite_tangent``: torque of a beam with the given number of scales, and its
+    slope from the previous twist, over those of the endless beam; NaN without a number, or if not found.
     """
 
     phi_e: Array
@@ -167,11 +167,11 @@ def response(
     sense
         "+" or "-"; twists are magnitudes.
     hold
-        What is held, as in :func:`squama.twist`: by default nothing, the beams bow.
+        Held strains, as in :func:`squama.twist`; by default none, so that the beams bow.
     scales
         Number of scales of beams with free ends, for ``finite_ratio``.
     threads
-        By default as many as there are cores, or as NUMBA_NUM_THREADS says.
+        Number of threads; by default the number of cores, or NUMBA_NUM_THREADS.
 
     Returns
     -------
@@ -224,17 +224,16 @@ def follow(
     own: Own | None = None,
     threads: int | None = None,
 ) -> Response:
-    """Follow n beams along rising twists ``at`` (n, m); what :func:`response` returns, nothing checked.
+    """Follow n beams along rising twists ``at`` (n, m) and return their :class:`Response`; arguments are not checked.
 
-    ``given``: what the beams say of their joint, and which strains are held. With ``load`` "bending" beams are bent
-    alone: ``at`` are bends then, torques moments, the rigidity that of bending. Of beams that are held bent twists are
-    above 0, ``W_fr`` and ``W`` from rest, ``phi_e`` and ``phi_end`` 0 where they come while a beam is bent.
+    ``given``: data of the joint and held strains. With ``load`` "bending" the beams are bent alone: ``at`` are bends,
+    torques are moments, and the rigidity is that of bending. For beams that are held bent the twists are above 0,
+    ``W_fr`` and ``W`` count from rest, and ``phi_e`` and ``phi_end`` are 0 if they come during the bending.
 
-    With complex steps in designs and twists, each beam ``copies`` times, one after the other, all that depends on them
-    is complex: derivatives of what is followed, to all digits (:mod:`squama.contacts.derivatives`). Stresses are taken
-    at some of the twists, ``stressed``. First contacts are looked for below the twists ``most`` (n,), by default the
-    last ones. ``ideal``: scales are thin and rigid, whatever holds them. ``own``: number of scales and ends with which
-    the endless beams are compared.
+    With complex steps in designs and twists, each beam ``copies`` times in a row, all dependent results are complex:
+    exact derivatives (:mod:`squama.contacts.derivatives`). Stresses are computed only at the twists ``stressed``. First
+    contacts are searched up to the twists ``most`` (n,), by default the last ones. ``ideal``: thin, rigid scales on the
+    same joints. ``own``: number of scales and ends of the finite beams to compare with.
     """
     (n, m), kind = at.shape, designs.eta.dtype
     known = np.ones(n, bool) if given.matrix else law.within(designs.shape)
@@ -274,7 +273,7 @@ def follow(
 
     from threadpoolctl import threadpool_limits
 
-    # threads of BLAS beside the others only wait for each other
+    # BLAS threads beside these would only wait for each other
     with threadpool_limits(1, user_api="blas"):
         part = max(1, PART // max(1, copies))
         in_parts(begin, len(which), most=part, least=part, threads=threads)
@@ -285,7 +284,7 @@ def follow(
 
 
 def _slopes(x: Array, y: Array, start: Array) -> Array:
-    """Return the slopes of y (n, m) over x (n, m), without differences across ``start`` (n,)."""
+    """Return the slopes of y (n, m) over x (n, m), leaving out the interval that contains ``start`` (n,)."""
     steps = np.diff(x)
     each, weights = np.diff(y) / steps, 1 / steps
     touching = np.real(x) >= np.real(start)[:, None]

@@ -1,7 +1,7 @@
 """Derivatives of every output of :func:`squama.solve` with respect to every parameter, for arrays of designs.
 
-No differences are taken: a complex step through the kernel and the implicit function theorem at the end give all
-digits (:mod:`squama.model.sensitivity`).
+The derivatives are exact, not by differences: a complex step through the kernel, and the implicit function theorem at
+the end (:mod:`squama.model.sensitivity`).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from squama.model.sensitivity import STEP, Moved, Tracked, move, seed, tracked
 from squama.types import Array
 
 OUTPUTS = ("load_e", "theta_end", "load_end", "theta_c", "load_c", "f0", "torque", "U_el", "W_fr", "RED")
-"""Outputs that have derivatives; names as in :class:`squama.Solved`."""
+"""Outputs that can be differentiated; names as in :class:`squama.Solved`."""
 PARAMETERS = ("eta", "beta", "lam", "alpha", "theta0", "mu", "stiffness_ratio", "margin")
 """Parameters of :func:`squama.solve`."""
 
@@ -30,8 +30,8 @@ PARAMETERS = ("eta", "beta", "lam", "alpha", "theta0", "mu", "stiffness_ratio", 
 class Gradient:
     """Derivatives by name: ``g["W_fr", "mu"]`` is an array with the broadcast shape of the designs.
 
-    ``array`` holds all of them, outputs ``of`` along its first axis, parameters ``wrt`` along its second. ``code``
-    names the end of each design (see ``end``).
+    ``array`` holds all of them, outputs ``of`` along its first axis, parameters ``wrt`` along its second. ``code`` is
+    the number of each design's end (see ``end``).
     """
 
     of: tuple[str, ...]
@@ -123,14 +123,14 @@ def gradient(
 def _derivatives(
     found: Solved, theta0: Array, ratio: Array, tracks: list[tuple[Array, Tracked]], name: str, sign: int, work: bool
 ) -> dict[str, Array]:
-    """Differentiate the outputs with respect to one parameter.
+    """Return the derivatives (n,) of all outputs with respect to the parameter ``name``.
 
-    From the moved results of the tracks; with ``work`` that of friction, which costs most, too.
+    ``work``: whether to include the frictional work, which is the most expensive output.
     """
     ih = STEP * 1j
     theta0, ratio = theta0 + ih * (name == "theta0"), ratio + ih * (name == "stiffness_ratio")
     out: dict[str, Array] = {key: np.zeros(theta0.size, complex) for key in Moved._fields}
-    # what does not engage stays where it is
+    # designs that do not engage stay at theta0
     engaged = np.isfinite(found.load_e)
     out["theta_end"], out["theta_c"] = theta0.copy(), theta0.copy()
     out["load_e"][~engaged] = out["load_end"][~engaged] = complex(0, np.nan)

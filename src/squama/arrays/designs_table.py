@@ -1,6 +1,6 @@
-"""A table of designs from a spreadsheet, and the same table with engagement and end added.
+"""Tables of designs: read a spreadsheet, and add engagement and end of each design as columns.
 
-Bad rows are named with their line, column and value; the good ones are computed all the same, together.
+Bad rows are reported with line, column and value; the good rows are still computed, all together.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ INPUTS: dict[str, Bounds] = {
     "theta0_deg": Bounds(0.0, 90.0, beamfile.QUARTER.allowed, example="10"),
     "mu": beamfile.NUMBERS["friction.mu"][1],
 }
-"""Bounds of the columns, each in its own unit."""
+"""Bounds of the input columns, each in its own unit."""
 RESULTS = ("phi_e_rad", "end", "theta_end_deg", "phi_end_rad", "neighbour")
 OTHER, SENSE = "other_contact", "sense"
 _ADDED = (*RESULTS, OTHER, SENSE)
@@ -36,8 +36,8 @@ _ADDED = (*RESULTS, OTHER, SENSE)
 class Solved(NamedTuple):
     """A table of designs with its results.
 
-    ``header`` and ``rows`` are cells as they are written, ``problems`` are the mistakes in the rows that were
-    left out, ``bad`` counts those rows, ``ends`` counts the good rows by their end.
+    ``header`` and ``rows`` are cells as written to the file; ``problems`` are the mistakes in the rows left out;
+    ``bad`` is the number of those rows; ``ends`` counts the good rows by their end.
     """
 
     header: list[str]
@@ -49,11 +49,11 @@ class Solved(NamedTuple):
 
 
 def solve(path: str | os.PathLike[str], *, law: str = "edge", sense: str = "+", contacts: str = "tip") -> Solved:
-    """Read a table of designs and find where each engages, and how and where its curve ends.
+    """Read a table of designs and add where each engages, and how and where its curve ends.
 
-    Columns other than those of :data:`INPUTS` are carried along. Where all columns of results are there already they
-    are those of an earlier run and are replaced; some of them are refused. ``law``, ``sense``, ``contacts`` are as in
-    :func:`squama.ends`; with "all" the column other_contact is added.
+    Columns other than :data:`INPUTS` are kept. If all result columns are present they come from an earlier run and are
+    replaced; if only some are, the table is refused. ``law``, ``sense``, ``contacts`` are as in :func:`squama.ends`;
+    "all" adds the column other_contact.
     """
     table = tabular.read(path)
     header = _checked(table)
@@ -77,12 +77,12 @@ def solve(path: str | os.PathLike[str], *, law: str = "edge", sense: str = "+", 
 
 
 def put(solved: Solved, file: TextIO) -> None:
-    """Write a solved table to an open file."""
+    """Write a table with results to an open file."""
     tabular.write(file, [solved.header, *solved.rows], solved.delimiter)
 
 
 def write(solved: Solved, path: str | os.PathLike[str]) -> Path:
-    """Write a solved table; the file is complete or not there at all."""
+    """Write a table with results to a file, which is complete or not there at all."""
 
     def fill(place: Path) -> None:
         with place.open("w", encoding="utf-8", newline="") as file:
@@ -92,7 +92,7 @@ def write(solved: Solved, path: str | os.PathLike[str]) -> Path:
 
 
 def _checked(table: tabular.Table) -> list[str]:
-    """Return the header; refuse one whose input columns are missing, repeated or named like results."""
+    """Return the header; refuse missing or repeated input columns, and columns with the names of results."""
     header = table.header.cells
     unused = [name for name in header if name not in INPUTS]
     if len(unused) == len(header) and not any(tabular.close(name, unused) for name in INPUTS):
@@ -101,7 +101,7 @@ def _checked(table: tabular.Table) -> list[str]:
     for name in dict.fromkeys(header):
         if name and header.count(name) > 1:
             wrong.append((name, "is given twice", "keep one"))
-        # a table that has been here before has all of them
+        # a table from an earlier run has all of them
         if name in _ADDED and not set(RESULTS) <= set(header):
             wrong.append((name, "has the name of a result", "rename it"))
     for name in INPUTS:

@@ -1,4 +1,4 @@
-"""Array functions over ratios: contact, forces and ends. Lengths in pitches, angles in radians."""
+"""Array functions over ratios, on hinges: contact, forces and ends. Lengths in pitches, angles in radians."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ class Contact(NamedTuple):
     """Tip-side contact at given inclinations; every field has the broadcast shape of the inputs.
 
     ``phi`` twist per pitch (rad), ``p`` and ``s`` places on tip and side edge (pitches), ``dphi_dtheta``,
-    ``ds_dtheta``, ``dp_dtheta`` rates, ``on_edges`` whether the place lies on both edges. NaN where no twist gives
-    contact.
+    ``ds_dtheta``, ``dp_dtheta`` derivatives, ``on_edges`` whether the place lies on both edges. NaN where no twist
+    leads to contact.
     """
 
     phi: Array
@@ -37,8 +37,8 @@ class Forces(NamedTuple):
     """Forces of one contact while it slides; every field has the broadcast shape of the inputs.
 
     ``normal`` = N l/K_theta, ``friction`` = f l/K_theta (paper Eq. 12), ``torque`` the scales' part of the torque over
-    K_theta (paper Eq. 14), ``mu_lock`` coefficient of friction that locks there, ``dr_dtheta`` slip per inclination
-    (pitches, paper Eq. 10).
+    K_theta (paper Eq. 14), ``mu_lock`` coefficient of friction at which the contact locks there, ``dr_dtheta`` slip per
+    inclination (pitches, paper Eq. 10).
     """
 
     normal: Array
@@ -49,12 +49,12 @@ class Forces(NamedTuple):
 
 
 class Ends(NamedTuple):
-    """Engagement and end of many designs, a view of :class:`squama.Solved`; fields have the inputs' broadcast shape.
+    """Engagement and end of many designs; fields have the inputs' broadcast shape.
 
-    ``phi_e`` twist per pitch at engagement (inf where it never engages), ``theta_end``, ``phi_end``, ``end`` (the words
-    of :class:`squama.End`), ``neighbour`` whose contact is followed (0 for none), ``other`` pair that ends the path or
-    touches instead ("" for none), ``sense`` as asked, ``phi_touch`` and ``theta_touch`` twist and inclination at which
-    the other pair comes in (NaN for none). Without engagement phi_end = inf and theta_end = theta0.
+    ``phi_e`` twist per pitch at engagement (inf without engagement), ``theta_end``, ``phi_end``, ``end`` (the words of
+    :class:`squama.End`), ``neighbour`` whose contact is followed (0 for none), ``other`` pair that ends the path or
+    touches instead ("" for none), ``sense`` of the argument, ``phi_touch`` and ``theta_touch`` twist and inclination at
+    which that other pair touches (NaN for none). Without engagement phi_end = inf and theta_end = theta0.
     """
 
     phi_e: Array
@@ -102,7 +102,7 @@ def contact(
     eta, beta, lam, alpha
         Overlap ratio, half width and half thickness over the pitch; alpha in rad, in (0, pi/2).
     thickness
-        t_s/d of the scales; with one, the lower tip edge touches the upper side edge.
+        t_s/d of the scales; for thick scales the lower tip edge touches the upper side edge.
     sense
         "+" or "-", the mirror image; the twist is given as a magnitude.
     neighbour
@@ -206,7 +206,7 @@ def ends(
     sense: SenseName = "+",
     contacts: Literal["tip", "all"] = "tip",
 ) -> Ends:
-    """Where every design engages, and how and where its curve ends.
+    """Find where every design engages, and how and where its curve ends.
 
     Parameters
     ----------

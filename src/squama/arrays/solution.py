@@ -1,4 +1,4 @@
-"""Arrays of ratios on hinges: engagement, path and end of the first contact, in twisting and bending."""
+"""Solutions for arrays of ratios on hinges: engagement, path and end of the first contact, in twisting and bending."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ from squama.model.tracks import Track, scalar, take
 from squama.types import Array
 
 COLUMNS = ("eta", "beta", "lam", "alpha", "theta0", "mu")
-"""What a contact depends on, in the order of the solver's arguments."""
+"""Arguments of the contact in the order of the solver."""
 TOUCH_SAMPLES = 121
-"""Samples at which the plates are tested against each other, of a path that nothing ends before it has turned."""
+"""Samples for the search of other contacts on a path up to its fold, if nothing ends it before."""
 REST_SAMPLES = 24
-"""The same before engagement."""
+"""Samples for the same search before engagement."""
 TOUCHING = CODES.index(End.TOUCHING)
 SHORT = 1 - 1e-9
-"""Part of a path on which other contacts are looked for."""
+"""Share of a path that is searched for other contacts."""
 
 
 class Solution(NamedTuple):
-    """Ends of n designs, and the tracks that lead there, grouped by row.
+    """Ends of n designs, and the tracks that lead there, grouped by the kind of row.
 
-    ``found`` without the rigidity of the beam itself, its figures at the cut-off NaN where no margin was asked;
-    ``crossing`` neighbour whose tip-side contact came in (0 for none).
+    ``found`` is without the beam's own rigidity, and NaN at the cut-off without a margin; ``crossing`` (n,) is the
+    neighbour whose tip-side contact came in (0 for none).
     """
 
     found: Solved
@@ -65,10 +65,10 @@ class Solution(NamedTuple):
 def solve(
     columns: Mapping[str, Array], *, load: str = "twisting", law: str, sense: str, margin: float | None = None
 ) -> Solution:
-    """Follow the contact that is met first in each design.
+    """Follow the first contact of each design to its end.
 
-    ``columns`` (n,): eta, beta, lam, alpha, theta0 and mu, radians, of thick scales "thickness"; ``margin``: fraction
-    of the path left before a lock, without one the figures at the cut-off are left out.
+    ``columns`` (n,): eta, beta, lam, alpha, theta0 and mu, in radians, and "thickness" for thick scales; ``margin``:
+    fraction of the path left before a lock; None leaves the values at the cut-off out.
     """
     kind = LOADS[load]
     eta, beta, lam, alpha, theta0, mu = (columns[name] for name in COLUMNS)
@@ -99,11 +99,11 @@ def touch(
     bent: bool = False,
     ends: Array | tuple[float, ...] = (),
 ) -> Touch | None:
-    """First contact of the plates other than the followed one: at rest up to the twist ``limit``, then on the path.
+    """Return the first contact of the plates other than the followed one: up to the twist ``limit``, then on the path.
 
-    ``t``, ``i``: track and the design's place in it, None for a design that does not engage; ``bent``: loads are bends,
-    away from the scales where ``mirrored``, not twists; ``ends``: path parameters at which paths end that are parts of
-    this one.
+    ``t``, ``i``: track and the design's index in it, None for a design that does not engage; ``bent``: the load is a
+    bend instead of a twist, away from the scales if ``mirrored``; ``ends``: path parameters at which shorter paths end
+    that are parts of this one.
     """
     row: Any = None if t is None else scalar(t.row, i)
     x0, x_end = (0.0, 0.0) if t is None else (float(t.x0[i]), float(t.x_end[i]))
@@ -119,7 +119,7 @@ def touch(
 
     on_path = np.empty(0)
     if x_end > x0:
-        # places that follow from the geometry, so that friction only decides how many of them are looked at
+        # places set by the geometry alone; friction only decides how many of them are searched
         last_of_all = -x0 if isinstance(row, FoldedTwist) else UPRIGHT if bent else TURNED
         every = np.linspace(x0, last_of_all, TOUCH_SAMPLES)
         # at the end of an edge the corner itself touches: that is the end, not another contact
@@ -134,13 +134,11 @@ def touch(
 def with_touches(
     sol: Solution, shapes: Sequence[Array], *, sense: str, load: str = "twisting", alike: bool = False
 ) -> tuple[Solution, list[Touch | None]]:
-    """Cut every path at the first contact of any pair of plates; return the contacts too (None for none).
+    """Cut every path at the first contact of any pair of plates; also return these contacts (None for none).
 
-    ``shapes`` are the columns eta, beta, lam, alpha, theta0 and, of thick scales, thickness.
-
-    Edges across a bent beam lie flush in each other, and their plates are not looked at.
-    What touches when is geometry: if the designs are ``alike`` but for friction, which only decides how far a path
-    goes, contacts are found once.
+    ``shapes`` are the columns (n,) eta, beta, lam, alpha, theta0 and, for thick scales, thickness. Edges across a bent
+    beam lie flush in each other, so their plates are skipped. Touching is a matter of geometry: if the designs are
+    ``alike`` except for friction, which only sets the length of the paths, contacts are found once.
     """
     mirrored, bent = sense == "-", not LOADS[load].sided
     eta, beta, lam, alpha, theta0, *thick = shapes
@@ -163,7 +161,7 @@ def with_touches(
             for i in group:
                 touches[i] = hit
             continue
-        # the longest path has all others as parts; it is looked at wherever one of them would be
+        # the longest path contains all others; it is sampled wherever they would be
         longest, n = max(known, key=lambda place: float(place[0].load_end[place[1]]))
         row, x0 = take(longest.row, n), longest.x0[n]
         whole = longest.x_end[n] - x0
@@ -184,14 +182,14 @@ def with_touches(
 
 
 def _along(row: Any, t: Track, m: int) -> float:
-    """Return where, on the path of ``row``, the path of design ``m`` of a track ends; they differ in friction only."""
+    """Return the parameter on the path of ``row`` at which design ``m`` of a track ends; only friction differs."""
     if type(t.row) is type(row):
         return float(t.x_end[m])
     return float(np.asarray(row.parameter(take(t.row, m).theta(t.x_end[m]), ARRAY)))
 
 
 def other_words(hit: Touch | None, crossing: int, *, mirrored: bool) -> str:
-    """Return in words which other pair ends a path: another contact of plates, or a neighbour's; "" for none."""
+    """Return the other pair that ends a path in words: a contact of plates, or a neighbour's; "" for none."""
     if hit is not None:
         return f"{hit.pair} (k = {hit.k})"
     return f"{name(TIP_SIDE, crossing, mirrored)} (k = {crossing})" if crossing else ""

@@ -1,7 +1,7 @@
-"""Arrays of designs on hinges, solved together.
+"""Arrays of designs with hinges, solved together.
 
-``solve`` checks and broadcasts its arguments, has the designs answered one by one (:mod:`squama.batch.answers`) and
-gives the results their shape back.
+``solve`` checks and broadcasts its arguments, solves the flattened designs (:mod:`squama.batch.answers`) and returns
+the results in the broadcast shape.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from squama.types import Array
 
 
 class Solved(NamedTuple):
-    """Engagement, end, and figures at the cut-off; every field has the broadcast shape of the inputs.
+    """Engagement, end, and values at the cut-off; every field has the broadcast shape of the inputs.
 
     ``load_e``, ``theta_end``, ``load_end`` (rad; load = twist phi or bend psi per pitch), ``code`` of the end (see
     ``end``), ``neighbour``; at the cut-off ``theta_c``, ``load_c``, ``f0`` = f l/K_theta, ``torque`` over K_theta,
-    ``U_el`` d/K_theta, ``W_fr`` d/K_theta, ``RED``. Where nothing engages: load_e = load_end = inf, and the figures at
-    the cut-off are those of the unloaded beam. :class:`squama.Ends` is a view of it.
+    ``U_el`` d/K_theta, ``W_fr`` d/K_theta, ``RED``. Without engagement load_e = load_end = inf, and the values at the
+    cut-off are those of the unloaded beam.
     """
 
     load_e: Array
@@ -48,7 +48,7 @@ class Solved(NamedTuple):
 
     @classmethod
     def of(cls, a: Answers, theta0: Array, ratio: Array | float = 0.0) -> Solved:
-        """Return results from flat answers; ``theta0`` at rest, ``ratio`` of stiffness as of :func:`solve`."""
+        """Return the results (n,) of flat answers; ``theta0`` at rest (rad), stiffness ``ratio`` of :func:`solve`."""
         theta_end = np.where(a.kind == FOLDED, a.theta_f - a.x_end**2, a.x_end)
         elastic = (ratio * a.load_c**2 + (a.theta_c - theta0) ** 2) / 2
         total = elastic + a.work
@@ -89,13 +89,13 @@ def solve(
     ----------
     eta, beta, lam, alpha, theta0, mu
         Ratios, angles (rad), coefficient of friction; broadcast against each other. ``lam`` is the height of the
-        scales' face over the line that a load leaves where it is: t/d in twisting and, where a bent bar keeps its
-        middle, in bending; 0 where it keeps its face. In bending beta, lam
-        and alpha may be left out: edges across the beam, on a face that keeps its length.
+        scales' face over the axis of the load: t/d in twisting and, for a bent bar whose middle keeps its length, in
+        bending; 0 if the face keeps its length. In bending beta, lam and alpha may be left out: edges across the beam,
+        on a face that keeps its length.
     stiffness_ratio
-        C_f C_w G_B I / (K_theta d) of the beam without contact (E_B I / (K d) in bending); 0 leaves the scales alone.
+        C_f C_w G_B I / (K_theta d) of the beam without contact (E_B I/(K d) in bending); 0 for the scales alone.
     thickness
-        t_s/d of the scales; 0 is the paper's thin plate, and the only one with law "plate" and in bending.
+        t_s/d of the scales; 0 is the paper's thin plate, required with law "plate" and in bending.
     law, sense
         Force law "edge" or "plate", sense "+" or "-" (both without effect in bending).
     margin
@@ -139,7 +139,10 @@ def solved(
     threads: int | None = None,
     few: int | None = None,
 ) -> Solved:
-    """Solve flat columns as of :func:`solve`, thickness may be missing; ``threads``, ``few`` as for answers."""
+    """Solve flat columns, in the order of :func:`solve` (thickness may be missing), without checks.
+
+    ``threads``, ``few`` as in :func:`squama.batch.answers.answers`.
+    """
     contact, ratio, thick = columns[:6], columns[6], columns[7:]
     a = answers(contact, *thick, law=law, sense=sense, load=load, margin=margin, threads=threads, few=few)
     return Solved.of(a, columns[4], ratio)

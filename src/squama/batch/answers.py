@@ -1,4 +1,4 @@
-"""Answers of many designs: few by Python, many by its compiled copy, on as many threads as there are."""
+"""Solution of many designs on hinges: a few in Python, many in compiled code on several threads."""
 
 from __future__ import annotations
 
@@ -13,17 +13,18 @@ from squama.model.figures import Common, Rules, fill, legendre_rules, pole_rules
 from squama.types import Array
 
 FEW = 128
-"""Designs up to which Python answers: about as soon as compiled code would be loaded."""
+"""Largest number of designs solved in Python: about as fast as loading the compiled code."""
 PART, LEAST = 4096, 256
-"""Designs a thread takes at a time, at most and at least."""
+"""Largest and smallest number of designs that a thread takes at a time."""
 FLOATS = 10
 NO_RULE = Rules(np.zeros(1, np.int64), np.zeros((4, 1)), 0.0)
 
 
 class Answers(NamedTuple):
-    """Arrays of one length: path (from ``x0`` to ``x_end``, through a fold at ``theta_f``), its end, its cut-off.
+    """Arrays (n,): path (from ``x0`` to ``x_end``, through a fold at ``theta_f``), its end, values at the cut-off.
 
-    ``kind`` of path and path parameters as in :mod:`squama.model.evaluation`; ``load_e`` and ``load_end`` per pitch.
+    ``kind`` of path and path parameters as in :mod:`squama.model.evaluation`; ``load_e`` and ``load_end`` in rad per
+    pitch.
     """
 
     load_e: Array
@@ -53,18 +54,18 @@ def answers(
     threads: int | None = None,
     few: int | None = None,
 ) -> Answers:
-    """Answer designs given by columns eta, beta, lam, alpha, theta0, mu of one length.
+    """Solve designs given by columns (n,) eta, beta, lam, alpha, theta0, mu.
 
     Parameters
     ----------
     thickness
-        Of the scales, over the pitch; 0 where it is not given.
+        Thickness of the scales over the pitch, (n,); 0 by default.
     margin
-        Fraction of the path left before a lock; None leaves the figures at the cut-off out (NaN).
+        Fraction of the path left before a lock; with None the values at the cut-off are NaN.
     threads
-        Threads to work with: by default as many as there are cores, or as NUMBA_NUM_THREADS says.
+        Number of threads; by default the number of cores, or NUMBA_NUM_THREADS.
     few
-        Designs up to which Python answers; :data:`FEW` if not given.
+        Largest number of designs solved in Python; by default :data:`FEW`.
     """
     thin = np.zeros_like(columns[0]) if thickness is None else thickness
     designs = np.ascontiguousarray(np.stack((*columns, thin)), float)
@@ -79,7 +80,7 @@ def answers(
         try:
             with np.errstate(all="ignore"):
                 fill(designs, 0, n, common, Room(), out, whole)
-        except ZeroDivisionError:  # of numbers of Python alone; where something vanishes compiled code has 1/0 = inf
+        except ZeroDivisionError:  # Python's floats only; compiled code has 1/0 = inf
             compiled = True
     if compiled:
         from squama.batch import entry, keeping

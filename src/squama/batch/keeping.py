@@ -1,4 +1,4 @@
-"""How functions are compiled: inner ones together with their caller, outer ones with a copy on the disk."""
+"""Compilation with Numba: inner functions together with their caller, outer ones cached on the disk."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from squama.progress import LOG, not_kept
 
 
 class _Part(JITCodeLibrary):
-    """Code that only compiled code calls: optimised, and made machine code, in its outermost caller, not before."""
+    """Code called only by compiled code: optimised and turned into machine code in its outermost caller."""
 
     def add_llvm_module(self, module: Any) -> None:
-        """Add code after a few quick passes that remove most of Numba's redundancy; later passes run faster."""
+        """Add code after a few quick passes that remove most of Numba's redundancy, so that later passes run faster."""
         module.data_layout = self._codegen._data_layout
         passes = llvm.create_new_module_pass_manager()
         passes.add_sroa_pass()
@@ -42,7 +42,7 @@ class _Part(JITCodeLibrary):
         self._finalized = True
 
     def _get_module_for_linking(self) -> Any:
-        """Return this code and all that it calls, each part once, after a caller of it."""
+        """Return a module with this code and all code that it calls, each part once, callers first."""
         parts: dict[Any, None] = {}
         self._gather(parts)
         own: Any = JITCodeLibrary._get_module_for_linking
@@ -53,7 +53,7 @@ class _Part(JITCodeLibrary):
         return whole
 
     def _gather(self, parts: dict[Any, None]) -> None:
-        """Add this code, and then what it calls, to the keys of a dictionary."""
+        """Add this code, and then all code that it calls, to the keys of a dictionary."""
         parts[self] = None
         for called in self._linking_libraries:
             if called not in parts:
@@ -61,7 +61,7 @@ class _Part(JITCodeLibrary):
 
     @property
     def codegen(self) -> Any:
-        """Stand in for a code generator: there is no machine code yet whose environment could be set."""
+        """Stand-in for a code generator: there is no machine code yet whose environment could be set."""
         return self
 
     def set_env(self, *_: Any) -> None:
@@ -69,15 +69,15 @@ class _Part(JITCodeLibrary):
 
 
 class _Parts(Compiler):
-    """Compiles functions into parts."""
+    """Compiler that turns functions into a :class:`_Part`."""
 
     place: Any = _Part
 
     def define_pipelines(self) -> Any:
-        """Return Numba's passes, with such a library, without those that would have nothing to do."""
+        """Return Numba's passes with a :class:`_Part` as library, without passes that have nothing to do."""
         state = self.state
         state.library = self.place(state.targetctx.codegen(), state.func_id.func_qualname)
-        # the first one says where references end
+        # this pass marks the ends of references
         idle: set[Any] = set() if state.flags.nrt else {IRLegalization}
         if not any(isinstance(c, CodeType) for c in state.func_id.code.co_consts):
             idle.add(InlineClosureLikes)
@@ -91,7 +91,7 @@ class _Parts(Compiler):
 
 
 class _Flags(Flags):
-    """Numba's flags with a quick comparison: they are compared often."""
+    """Numba's flags with a fast comparison, because they are compared often."""
 
     def __hash__(self) -> int:
         return hash(_Flags)
@@ -106,7 +106,7 @@ class _Flags(Flags):
 
 
 def _by_types(fold: Callable[..., Any]) -> Callable[..., Any]:
-    """Wrap the search for argument types: by type alone, else each constant would have a version of its own."""
+    """Wrap the resolution of argument types so that constants count by type only, not as versions of their own."""
     plain: Any = types.unliteral
 
     def folded(args: Any, kws: Any) -> Any:
@@ -117,7 +117,7 @@ def _by_types(fold: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _at_once(compile_: Callable[..., Any]) -> Callable[..., Any]:
-    """Wrap a compiler: no garbage collection while it works, there is little garbage."""
+    """Wrap a compiler to switch garbage collection off while it works: there is little garbage."""
 
     def compiled(*args: Any) -> Any:
         collects = gc.isenabled()
@@ -138,12 +138,12 @@ INNER: dict[str, Any] = {
     "no_cpython_wrapper": True,
     "no_cfunc_wrapper": True,
 }
-"""Options of a function that only compiled code calls; 1/0 = inf, without a test."""
+"""Numba options of functions called only by compiled code; 1/0 = inf, without a test."""
 _F = TypeVar("_F", bound=Callable[..., Any])
 
 
 def making(f: _F, **options: Any) -> _F:
-    """Return a function compiled, to be called by compiled code only."""
+    """Return a compiled function that only compiled code may call."""
     made: Any = numba.njit(**{**INNER, "_nrt": True, **options})(f)
     if isinstance(made, Dispatcher):
         compiler: Any = vars(made)["_compiler"]
@@ -153,27 +153,27 @@ def making(f: _F, **options: Any) -> _F:
 
 
 def part(f: _F, **options: Any) -> _F:
-    """Return such a function, one that makes no array: nothing is counted that refers to those it is given.
+    """Return a compiled function as :func:`making`, for one that makes no array, without reference counts.
 
-    Counting takes longer than the work itself where it is done on parts of arrays.
+    Counting references to parts of arrays takes longer than the work itself.
     """
     return making(f, _nrt=False, **options)
 
 
 def inlined(f: _F) -> _F:
-    """Return such a function, whose code stands where it is called."""
+    """Return a compiled function as :func:`part`, inlined into its callers."""
     return part(f, forceinline=True)
 
 
 class _Copy(FunctionCache):
-    """The copy of compiled code on the disk; where it cannot be read or written, code is compiled in memory."""
+    """Cache of compiled code on the disk; if it cannot be read or written, code is compiled in memory."""
 
     def __init__(self, f: FunctionType) -> None:
         parent: Any = super()
         parent.__init__(f)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return the copy; None where there is none, or a damaged one, which is discarded."""
+        """Return the cached code; None if there is none, or if it is damaged, which deletes it."""
         parent: Any = super()
         try:
             return parent.load_overload(sig, target_context)
@@ -183,7 +183,7 @@ class _Copy(FunctionCache):
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Write the copy; say in one line where and why it cannot be written."""
+        """Write the code to the cache; log in one line if that fails."""
         parent: Any = super()
         try:
             parent.save_overload(sig, data)
@@ -192,9 +192,9 @@ class _Copy(FunctionCache):
 
 
 def kept(f: Callable[..., Any], sources: Sequence[Path], **options: Any) -> Any:
-    """Return a function compiled; its copy on the disk is used as long as none of the sources changes.
+    """Return a compiled function with a cache on the disk, valid as long as none of the ``sources`` changes.
 
-    Numba itself looks at the file of this function only. Where no folder takes a copy, each process compiles anew.
+    Numba itself checks only the file of this function. If no folder is writable, each process compiles anew.
     """
     assert isinstance(f, FunctionType)
     stamp = hashlib.sha256(b"".join(file.read_bytes() for file in sources)).hexdigest()
@@ -210,7 +210,7 @@ def kept(f: Callable[..., Any], sources: Sequence[Path], **options: Any) -> Any:
 
 
 def is_ready(f: Any) -> bool:
-    """Whether a compiled function is loaded, or likely to be found on the disk."""
+    """Return whether a compiled function is loaded, or likely to be in the cache."""
     place = f.stats.cache_path
     return bool(f.signatures) or (place is not None and any(Path(place).glob(f"*{f.py_func.__qualname__}-*.nbc")))
 
@@ -219,7 +219,7 @@ _told: set[str] = set()
 
 
 def tell(f: Any, what: str) -> None:
-    """Log once that code will be compiled, if it will, and whether that recurs in each process."""
+    """Log once that the code for ``what`` will be compiled, if it will, and whether each process has to repeat that."""
     if what in _told or is_ready(f):
         return
     _told.add(what)

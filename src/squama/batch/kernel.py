@@ -1,9 +1,9 @@
-"""The package's own functions, compiled: nothing is written a second time but the loops over the places of a path.
+"""The package's own functions, compiled by Numba from their only source; only the loops over places are written here.
 
 Numba is told that ``twisting.root``, ``laws.edge``, ``Twist.solve`` and so on are implemented by themselves, so that
-compiled code calls them by their names and methods and executes their very source. The steps from a design to its
-answer (:mod:`squama.model.follow`, :mod:`squama.model.figures`) are copied with compiled functions in place of those
-that they name.
+compiled code calls them by name and executes the same source. The functions from a design to its solution
+(:mod:`squama.model.follow`, :mod:`squama.model.figures`) are copied with compiled functions in place of the names they
+use.
 """
 
 from __future__ import annotations
@@ -40,23 +40,24 @@ EDGE, PLATE = (NAMES.index(law) for law in ("edge", "plate"))
 
 
 _SINE, _VERSINE = (tuple((-1) ** n / math.factorial(2 * n + m) for n in range(8)) for m in (1, 2))
-"""Series of sin(z)/z and of (1 - cos z)/z^2 in z^2."""
+"""Coefficients of sin(z)/z and (1 - cos z)/z^2 as series in z^2."""
 WIDTH = 8
-"""Places that are looked at together."""
+"""Number of places evaluated together."""
 SPARE = SIZE
-"""Where single places are looked at."""
+"""Index in the room at which single places are evaluated."""
 OPTIONS: dict[str, Any] = {
     **INNER,
     "_nrt": False,
 }
-"""1/0 = inf, without a test; called by compiled code only. No rounding is left out, so nothing depends on company."""
+"""Numba options: 1/0 = inf, without a test. Every rounding is kept, so a result does not depend on other designs."""
 _INLINED: dict[str, Any] = {"forceinline": True, **OPTIONS}
 ROOM = np.dtype([(name, "f8", (SIZE + 2 * WIDTH,)) for name in FIELDS])
-"""A :class:`squama.model.evaluation.Room` for compiled code: rows at constant distances, as vectors need."""
+"""A :class:`squama.model.evaluation.Room` for compiled code: rows at constant distances, as vector instructions need.
+"""
 
 
 class _Single(NamedTuple):
-    """Stands for NumPy where single numbers go through a formula for arrays."""
+    """Stands for NumPy where a formula for arrays is evaluated with single numbers."""
 
     all: Any
 
@@ -76,19 +77,19 @@ def _teach(
     choose: Callable[..., Any],
     options: dict[str, Any] = _INLINED,
 ) -> None:
-    """Register ``choose``, with the parameters of what it chooses (Numba compares the two)."""
+    """Register ``choose`` with Numba, with the signature of the functions it returns (Numba compares the two)."""
     choose.__dict__["__signature__"] = inspect.signature(like)
     register(*what, jit_options=options)(choose)
 
 
 def _compiled(f: Any) -> Any:
-    """Have a function compiled where it is called, for types but not for the values of constants."""
+    """Register a function to be compiled at its calls, by argument types, not for values of constants."""
     _teach(overload, (f,), f, lambda *_: f, OPTIONS)
     return f
 
 
 def _itself(f: Callable[..., Any], **names: Any) -> FunctionType:
-    """Return a copy of a function of the package that sees other globals under the given names."""
+    """Return a copy of a function of the package with other globals under the given names."""
     assert isinstance(f, FunctionType)
     return FunctionType(f.__code__, {**f.__globals__, **names}, f.__name__, f.__defaults__, f.__closure__)
 
@@ -98,7 +99,7 @@ def _seen_from(row: Twist, k: float) -> Twist:
 
 
 def _teach_rows(name: str, *rows: Any) -> None:
-    """Teach a method or property of the rows."""
+    """Register a method or property of the rows with Numba."""
     own = {row: row.__dict__[name] for row in rows if name in row.__dict__}
     plain: dict[Any, Any] = {row: f.fget if isinstance(f, property) else f for row, f in own.items()}
     plain = {row: _itself(f, np=_Single(_inlined(_same))) for row, f in plain.items()}
@@ -123,7 +124,7 @@ def _series(c: Any, w: float) -> Any:
 
 
 def _sincos(x: float) -> tuple[float, float]:
-    """Sine and cosine up to half a turn, by their series at a quarter of it; the C library's do not come in vectors."""
+    """Return sine and cosine up to half a turn, by series at a quarter of it; the C library's cannot be vectorised."""
     z = x / 4
     w = z * z
     s, v = z * _series(_SINE, w), w * _series(_VERSINE, w)
@@ -149,7 +150,7 @@ OPS = Ops(
     _inlined(lambda a, b: a if a < b else b),
 )
 _BARE = OPS._replace(atan=_inlined(_same))
-"""Without the arc tangent, which would keep LLVM from taking several places in one instruction."""
+"""Operations without the arc tangent, which would keep LLVM from vectorising over places."""
 
 for _f in (
     twisting.root, twisting.contact, laws.edge, laws.plate, mechanics.forces, energy.beyond,
@@ -194,7 +195,7 @@ def _all(f: Any, solve: Any, d: Design, room: Any, start: int, stop: int, law: i
 
 @_compiled
 def roots(d: Design, room: Any, start: int, stop: int) -> None:
-    """Terms of the contact condition, and its root, as :func:`squama.model.evaluation.roots`."""
+    """Evaluate the contact condition and its root at places of a path, as :func:`squama.model.evaluation.roots`."""
     if d.kind == FOLDED:
         _all(_keep, _folded, d, room, start, stop, EDGE)
     else:
@@ -232,8 +233,11 @@ def _look(d: Design, room: Any, j: int, solved: Any, law: int) -> None:
 
 @_compiled
 def looks(d: Design, room: Any, start: int, stop: int) -> None:
-    """Look at places of a path, as :func:`squama.model.evaluation.looks`; ``load`` is a tangent yet (see spot)."""
-    # a loop for each case: choices inside would keep LLVM from taking several places in one instruction
+    """Evaluate the places start..stop of a path, as :func:`squama.model.evaluation.looks`.
+
+    ``room.load`` is still a tangent then, except in bending (see :func:`spot`).
+    """
+    # a loop for each case: branches inside would keep LLVM from vectorising over places
     if d.kind == BENT:
         row = Bend(d.eta, d.beta, d.lam, d.sa, d.ca, d.theta0)
         for j in range(start, stop):
@@ -253,7 +257,7 @@ def looks(d: Design, room: Any, start: int, stop: int) -> None:
 
 @_compiled
 def spot(x: float, d: Design, room: Any) -> Spot:
-    """Look at one place, as :func:`squama.model.evaluation.spot`."""
+    """Evaluate one place, as :func:`squama.model.evaluation.spot`."""
     room.x[SPARE] = x
     looks(d, room, SPARE, SPARE + 1)
     load = room.load[SPARE] if d.kind == BENT else 2 * math.atan(room.load[SPARE] / 2) / d.k
@@ -265,7 +269,7 @@ def spot(x: float, d: Design, room: Any) -> Spot:
 
 @_compiled
 def meet(x: float, d: Design, room: Any) -> tuple[float, float]:
-    """Inclination and twist at a place of a twisting path, as :func:`squama.model.evaluation.meet`."""
+    """Return inclination and twist at a place of a twisting path, as :func:`squama.model.evaluation.meet`."""
     room.x[SPARE] = x
     roots(d, room, SPARE, SPARE + 1)
     return room.theta[SPARE], 2 * math.atan(room.S[SPARE] / (room.H[SPARE] + room.q[SPARE])) / d.k

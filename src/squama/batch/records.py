@@ -1,9 +1,9 @@
-"""Records of arrays for compiled code: it passes the address of a named tuple, not the some hundred numbers in it.
+"""Named tuples passed to compiled code by address, instead of their hundred numbers one by one.
 
-Numba makes one argument of each number in a tuple, five and more of each array, so that functions of large tuples take
-long to compile. ``held(t)`` is the same tuple in the memory of the function that calls ``held``. Nothing changes it
-there: other functions read the fields that they need. Tuples in the tuple are records, too. Without Numba's compiler
-``held(t)`` is the tuple itself, and so it is for type checkers.
+Numba turns each number in a tuple into an argument, each array into five or more, so that functions of large tuples
+take long to compile. ``held(t)`` is the same tuple in the memory of the function that calls ``held``. It is read-only
+there: other functions read the fields that they need. Tuples in the tuple become records too. Without Numba's compiler,
+and for type checkers, ``held(t)`` is the tuple itself.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ _ADDRESS = cgutils.voidptr_t
 
 
 def held(record: _T) -> _T:
-    """Return a named tuple as a record, which is there until the function returns that calls this.
+    """Return a named tuple as a record, which exists until the function that calls ``held`` returns.
 
-    The tuple must be there as long: it is to be an argument of that function.
+    The tuple must live as long: it has to be an argument of that function.
     """
     return record
 
 
 class Held(types.Type):
-    """The type of a record; ``of``: that of its named tuple."""
+    """Numba type of a record; ``of`` is the type of its named tuple."""
 
     def __init__(self, of: Any) -> None:
         self.of = of
@@ -47,7 +47,7 @@ def _typed(_: Any) -> Any:
 
 
 def _hold(_: Any, builder: Any, __: Any, args: Any) -> Any:
-    """Write the tuple into memory; return an address of which LLVM does not know that it has just been written to."""
+    """Write the tuple into memory; return its address, hidden from LLVM's knowledge of the values just written."""
     place = builder.bitcast(cgutils.alloca_once_value(builder, args[0]), _ADDRESS)
     same = ir.FunctionType(_ADDRESS, [_ADDRESS])
     return builder.asm(same, "", "=r,0,~{memory}", [place], True)
@@ -55,7 +55,7 @@ def _hold(_: Any, builder: Any, __: Any, args: Any) -> Any:
 
 @extending.infer_getattr
 class _Fields(AttributeTemplate):
-    """Types of a record's fields."""
+    """Types of a record's fields, for Numba's type inference."""
 
     key = Held
 
@@ -70,7 +70,7 @@ class _Fields(AttributeTemplate):
 
 
 def _read(context: Any, builder: Any, record: Held, value: Any, name: str) -> Any:
-    """Return a field, or the address of one that is a tuple."""
+    """Return the value of a field, or the address of a field that is a tuple."""
     at = record.of.fields.index(name)
     whole = builder.bitcast(value, context.get_value_type(record.of).as_pointer())
     place, found = cgutils.gep_inbounds(builder, whole, 0, at), record.of.types[at]
@@ -82,7 +82,7 @@ def _read(context: Any, builder: Any, record: Held, value: Any, name: str) -> An
 
 
 def _constant(module: Any) -> Any:
-    """Return what tells LLVM that nothing changes what is read, so that it need not be read again."""
+    """Return metadata that tells LLVM the values never change, so that they are read once."""
     none, yes = ir.IntType(64)(0), ir.IntType(64)(1)
     kind = module.add_metadata(["record", module.add_metadata(["squama"]), none])
     return module.add_metadata([kind, kind, none, yes])

@@ -1,4 +1,4 @@
-"""Work on many designs, shared between threads."""
+"""Distribution of work on many designs over threads."""
 
 from __future__ import annotations
 
@@ -9,16 +9,17 @@ from concurrent.futures import ThreadPoolExecutor
 def in_parts(
     begin: Callable[[], Callable[[int, int], None]], n: int, *, most: int, least: int, threads: int | None = None
 ) -> None:
-    """Work on the designs 0..n in parts.
+    """Process the designs 0..n in parts, on several threads.
 
     Parameters
     ----------
     begin
-        Called once by each thread; returns what works on the designs from a first one to before a last one.
+        Called once by each thread; returns a function that processes the designs from a first index to before a last
+        one.
     most, least
-        Designs of a part.
+        Largest and smallest number of designs of a part.
     threads
-        By default as many as there are cores, or as NUMBA_NUM_THREADS says.
+        Number of threads; by default the number of cores, or NUMBA_NUM_THREADS.
     """
     from numba import config
 

@@ -1,1 +1,1 @@
-"""What is given: the beam and its parts, its file, the joint's matrix, laws or given values, ranges of validity."""
+"""Input data: the beam and its parts, the beam file, the joint's matrix or laws, and the model's range of validity."""

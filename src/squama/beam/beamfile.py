@@ -1,4 +1,4 @@
-"""The beam file (TOML): its tables and keys, reading, writing, and the words for every mistake in it."""
+"""The beam file (TOML): its tables and keys, reading and writing, and the messages for mistakes in it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Key(NamedTuple):
-    """One key of the file: what it measures (None: a whole number, a word or a file), what it means, how it may look.
+    """A key of the file: dimension (None for a whole number, word or file name), meaning, example, bounds in SI units.
 
     ``bounds`` are those of a number, in SI units, with the example.
     """
@@ -99,28 +99,28 @@ PART: Mapping[str, Mapping[str, Key]] = {
         "table": Key(None, "in place of these a table (CSV) with a row for each scale", '"scales.csv"'),
     },
 }
-"""Sections of a part under load (:class:`squama.Part`), which stand beside the tables of its beam."""
+"""Tables of a part under load (:class:`squama.Part`), which a file may have besides those of its beam."""
 NUMBERS: dict[str, tuple[Dimension, Bounds]] = {
     f"{table}.{name}": (key.dimension, key.bounds)
     for table, keys in TABLES.items()
     for name, key in keys.items()
     if key.dimension is not None and key.bounds is not None
 }
-"""What the numbers of the file measure, and their bounds, by "table.key"."""
-# a value with a unit, but without the quotes that TOML wants
+"""Dimension and bounds of the file's numbers, by "table.key"."""
+# a value with a unit, but without the quotes that TOML needs
 _LONGEST_LINE = 200
 _UNQUOTED = re.compile(r"\s*([\w.-]+)\s*=\s*([+-]?\d[\w.+-]*\s*[^\s\d\"'#\[\]{},][^\"'#\[\]{},]*?)\s*(?:#.*)?")
 
 
 def read(path: str | os.PathLike[str]) -> tuple[str, str]:
-    """Return the name of a beam file for messages, and its text."""
+    """Return a beam file's name for messages, and its text."""
     name = files.label(path)
     example = "beam.toml" if os.fspath(path) == files.INPUT else name
     return name, files.read_text(path, missing=f"write an example with: squama new {example}")
 
 
 def loads(text: str) -> dict[str, Any]:
-    """Read TOML; text that is none is refused with the line number, without the file's name."""
+    """Return the tables of TOML text; text that is not TOML is refused with the line number, not the file's name."""
     try:
         return tomllib.loads(text)
     except ValueError as error:
@@ -130,9 +130,9 @@ def loads(text: str) -> dict[str, Any]:
 
 
 def parse(text: str) -> tuple[dict[str, Any], Problems]:
-    """Turn the text of a beam file into the arguments of `Beam`, and name every key and table that does not belong.
+    """Return the arguments of `Beam` in the text of a beam file, and a problem for every unknown key and table.
 
-    Sections of a part under load belong, and are left out: see :func:`sections`.
+    The tables of a part under load are allowed and left out: see :func:`sections`.
     """
     arguments: dict[str, Any] = {}
     problems = Problems()
@@ -152,22 +152,22 @@ def parse(text: str) -> tuple[dict[str, Any], Problems]:
 
 
 def sections(text: str) -> dict[str, Any]:
-    """Return the sections of a part under load, of :data:`PART`, that stand in the text of a beam file."""
+    """Return the tables of a part under load (:data:`PART`) in the text of a beam file."""
     return {name: content for name, content in loads(text).items() if name in PART}
 
 
 def beside_the_beam(text: str) -> str:
-    """Return the headings of the sections of a part under load in the text of a beam file, which no beam has."""
+    """Return the headings of the tables of a part under load in a beam file's text, which a `Beam` ignores."""
     return ", ".join(map(heading, sections(text)))
 
 
 def heading(section: str) -> str:
-    """Return how a section of a part begins in the file."""
+    """Return the heading in the file of a table of a part."""
     return "[[load]]" if section == "load" else f"[{section}]"
 
 
 def merge(arguments: Mapping[str, Any], overrides: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """Return the arguments with values of other origin put over them, by table and key as in the file."""
+    """Return the arguments with the values of ``overrides`` in place of theirs, by table and key as in the file."""
     merged = dict(arguments)
     for table, content in overrides.items():
         if table == "beam":
@@ -178,9 +178,9 @@ def merge(arguments: Mapping[str, Any], overrides: Mapping[str, Mapping[str, Any
 
 
 def explain(error: ValidationError, root: str | None, problems: Iterable[Problem] = ()) -> InputError:
-    """Turn pydantic's findings in a table (None: a whole beam) into problems, after those that were found before.
+    """Turn pydantic's errors in a table (None: a whole beam) into problems, after the given ones.
 
-    A key or table that is meant by a misspelt one is not called missing.
+    A key or table that a misspelt one stands for is not also reported as missing.
     """
     found = Problems(problems)
     missing: list[tuple[str, str]] = []
@@ -194,7 +194,7 @@ def explain(error: ValidationError, root: str | None, problems: Iterable[Problem
         elif one["type"] == "extra_forbidden":
             found.append(unknown_key(table, key or table, whole_beam=len(path) == 1 and root is None))
         elif isinstance(cause, InputError):
-            # what a check of several keys together finds has its place already
+            # problems from a check of several keys already have their place
             found += (cause.at(where) if key else cause).problems
         elif not key:
             found.append(no_table(table, one["input"]))
@@ -206,13 +206,13 @@ def explain(error: ValidationError, root: str | None, problems: Iterable[Problem
 
 
 def no_table(table: str, value: object) -> Problem:
-    """Say that a table was given as something else."""
+    """Return the problem of a table given as another type."""
     keys = ", ".join({**TABLES, **PART}.get(table, ()))
     return Problem(table, shown(value), "is not a table", f"write [{table}] and under it {keys}")
 
 
 def unknown_table(table: str, content: object, known: Sequence[str] = tuple(TABLES)) -> Problem:
-    """Say that a table (or a key outside any table) is not known, and guess which of those known was meant."""
+    """Return the problem of an unknown table (or of a key outside all tables), with a guess among the known ones."""
     tables = ", ".join(known)
     if isinstance(content, dict):
         meant = guess(table, known, "[{}]")
@@ -223,7 +223,7 @@ def unknown_table(table: str, content: object, known: Sequence[str] = tuple(TABL
 
 
 def unknown_key(table: str, key: str, *, whole_beam: bool = False) -> Problem:
-    """Say that a key of a table is not known, and guess which was meant."""
+    """Return the problem of an unknown key of a table, with a guess among the known ones."""
     keys = [*{**TABLES, **PART}[table], *(name for name in TABLES if whole_beam and name != "beam")]
     homes = _homes(key)
     meant = f"it belongs in {' or '.join(f'[{home}]' for home in homes)}; " if homes else guess(key, keys)
@@ -231,10 +231,10 @@ def unknown_key(table: str, key: str, *, whole_beam: bool = False) -> Problem:
 
 
 def write(tables: Mapping[str, Mapping[str, float | str | None]]) -> str:
-    """Return the text of a beam file, each value with its meaning; `parse` and `Beam` read back the very same floats.
+    """Return the text of a beam file, with a comment on each value; `parse` and `Beam` read back the same floats.
 
-    ``tables`` holds SI values by table and key; None for a key that is not given, the text of a file for one that
-    names a file.
+    ``tables`` are SI values by table and key; None for a key that is not given. A matrix is written out as its file's
+    text.
     """
     parts = []
     for table, keys in TABLES.items():
@@ -246,7 +246,7 @@ def write(tables: Mapping[str, Mapping[str, float | str | None]]) -> str:
 
 
 def _written(value: float | str, dimension: Dimension | None) -> str:
-    """Return a value as TOML."""
+    """Return a value in TOML."""
     if isinstance(value, str):
         return f"'''\n{value}'''" if "\n" in value else f'"{value}"'
     if dimension is None:
@@ -256,7 +256,7 @@ def _written(value: float | str, dimension: Dimension | None) -> str:
 
 
 def _place(path: Sequence[str], root: str | None) -> tuple[str, str]:
-    """Return table and key of a place in the model; the key is empty for a whole table."""
+    """Return table and key of pydantic's location in the model; the key is "" for a whole table."""
     if root:
         return root, path[0] if path else ""
     if not path:
@@ -274,7 +274,7 @@ def _missing(table: str, key: str) -> Problem:
 
 
 def _meant(problem: Problem, table: str, key: str) -> bool:
-    """Say whether a problem is about the table or key that is missing, given otherwise or misspelt."""
+    """Return whether a problem is already about the missing table or key, misspelt or given as another type."""
     home, _, name = problem.where.partition(".")
     if key:
         return home == table and not _homes(name) and close(name, TABLES[table]) == key
@@ -291,7 +291,7 @@ def _name(key: str) -> str:
 
 
 def _not_toml(message: str, text: str) -> Problem:
-    """Say in plain words what tomllib found, with the line it stands in."""
+    """Return tomllib's error in plain words, with its line."""
     match = re.search(r"\(at line (\d+), column \d+\)", message)
     if "integer string" in message:
         return Problem(reason="is not valid TOML: a number has more than 4300 digits")

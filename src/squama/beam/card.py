@@ -1,4 +1,4 @@
-"""What a notebook shows of a beam, and of results: a short table in HTML, with the beam seen from its side."""
+"""HTML cards of beams and results for notebooks: a short table, and a side view of the beam."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from squama.beam.parts import RATIOS, Assembly
 from squama.units import as_text, number
 
 DRAWN = 6
-"""Scales in the drawing, at most."""
+"""Largest number of scales in the drawing."""
 _ACROSS = 360.0
-"""Width of the drawing, pixels."""
+"""Width of the drawing in pixels."""
 
 
 def card(title: str, rows: Iterable[tuple[str, str]], notes: Iterable[str] = (), drawing: str = "") -> str:
-    """Return a title, a drawing, rows of names and values, and notes as HTML; all text is escaped."""
+    """Return HTML with a title, a drawing, rows of names and values, and notes; all text is escaped."""
     table = "".join(
         f'<tr><td style="text-align:left">{escape(name)}</td><td style="text-align:left">{escape(value)}</td></tr>'
         for name, value in rows
@@ -28,7 +28,7 @@ def card(title: str, rows: Iterable[tuple[str, str]], notes: Iterable[str] = (),
 
 
 def of_beam(beam: Assembly, warnings: Iterable[str]) -> str:
-    """Return the card of a beam: what it is made of, its ratios, warnings."""
+    """Return the HTML card of a beam: sizes, materials, ratios, warnings, side view."""
     scale, substrate, mm = beam.scale, beam.substrate, 1e3
     size = f"{scale.length * mm:.4g} x {scale.width * mm:.4g} x {scale.thickness * mm:.4g} mm"
     sunk, bar = f"{scale.embedded * mm:.4g} mm", f"{substrate.width * mm:.4g} x {substrate.thickness * mm:.4g} mm"
@@ -51,7 +51,7 @@ def of_beam(beam: Assembly, warnings: Iterable[str]) -> str:
 
 
 def side(beam: Assembly) -> str:
-    """Return the first scales and the bar seen from the side, as SVG; to scale."""
+    """Return a side view of the bar and its first scales as SVG, to scale."""
     scale, d, t = beam.scale, beam.pitch, beam.substrate.thickness / 2
     count = min(beam.pitches, DRAWN)
     # along the bar and up: half a width, an exposed and an embedded length

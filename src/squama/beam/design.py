@@ -1,4 +1,4 @@
-"""A scale-covered beam, and what follows from its data.
+"""The beam: its data in SI units, reading and writing of its file, and warnings outside the model's range.
 
 Inputs are checked at the door and stored in SI units (m, rad, Pa, N m). Everything else is a property.
 """
@@ -23,33 +23,34 @@ __all__ = ["Beam", "Friction", "Joint", "Scale", "Substrate"]
 
 
 class Beam(Assembly):
-    """A beam with equal scales at equal distances: N of them, or without end.
+    """A scale-covered beam with N equal scales at equal distances, or endless.
 
     Parameters
     ----------
     scale, substrate : Scale, Substrate
-        What it is made of.
+        The scales and the bar under them.
     pitch : float or str
         Distance d between two scales, m.
     scales : int or str, optional
-        Number N of scales (of a face), at least 2; the beam is N d long. Without it, or "endless", the beam is that of
-        the paper, all of whose pitches are alike; its lengths, totals and pictures are of 25 pitches.
+        Number N of scales (of a face), at least 2; the beam is N d long. Without it, or with "endless", the beam is the
+        paper's, in which all pitches are alike; its lengths, totals and pictures are for 25 pitches.
     ends : str, optional
-        Of a beam with a number of scales: "free" (one torque or moment in all cells, if it is not given), "couple" (a
+        Ends of a beam with a number of scales: "free" (default; the same torque or moment in all cells), "couple" (a
         couple at both ends, which may shift and tilt) or "gripped" (both ends stay on one axis, as in a torsion
         tester).
     faces : str
-        "one": scales on one face; "mirrored" (in the bar's middle plane, as armour) or "turned" (by half a turn about
-        the beam's axis): on both; "mirrored, shifted" and "turned, shifted" by half a pitch. See `squama.beam.faces`.
+        "one": scales on one face. On both faces: "mirrored" (in the bar's middle plane, as in armour) or "turned" (by
+        half a turn about the beam's axis); "mirrored, shifted" and "turned, shifted" by half a pitch. See
+        `squama.beam.faces`.
     hold : str, optional
-        Which strains of the bar a guide or a grip holds, of "bend", "twist", "lateral bend", "stretch": one or several
-        ("bend, stretch"), "straight" for all that are not loaded, "nothing". What is neither loaded nor held is free,
-        with no moment or force: a twisted beam bows, a bent one twists. By default nothing is held. Of compliant
-        joints; hinges are held straight.
+        Strains of the bar held by a guide or grip: some of "bend", "twist", "lateral bend", "stretch" ("bend,
+        stretch"), "straight" for all that are not loaded, or "nothing" (default). A strain that is neither loaded nor
+        held is free, with no moment or force: a twisted beam bows, a bent beam twists. For compliant joints; a beam on
+        hinges is always held straight.
     joint, friction : Joint, Friction
-        Optional.
+        Optional; see there for the defaults.
     density, rotor : float or str, optional
-        Density of the bar, kg/m^3, and moment of inertia of a rotor at its end, kg m^2: what vibrates.
+        Density of the bar, kg/m^3, and moment of inertia of a rotor at its end, kg m^2; for vibration.
 
     Raises
     ------
@@ -85,15 +86,15 @@ class Beam(Assembly):
     def from_toml(
         cls, path: str | os.PathLike[str], *, overrides: Mapping[str, Mapping[str, Any]] | None = None
     ) -> Self:
-        """Read a beam from a TOML file; every dimensional value in it needs its unit.
+        """Read a beam from a TOML file, in which every dimensional value has a unit.
 
         Parameters
         ----------
         path : path
             The file, at most 1 MB of UTF-8.
         overrides : mapping, optional
-            Values that replace those of the file, by table and key, e.g. ``{"scale": {"alpha": "30 deg"}}``.
-            They too need their units.
+            Values that replace those of the file, by table and key, e.g. ``{"scale": {"alpha": "30 deg"}}``; with units
+            too.
 
         Returns
         -------
@@ -122,9 +123,10 @@ class Beam(Assembly):
         overrides: Mapping[str, Mapping[str, Any]] | None = None,
         folder: str | os.PathLike[str] | None = None,
     ) -> Self:
-        """Read a beam from the text of a file: its name in messages is `source`, other files are in `folder`.
+        """Read a beam from the text of a file, with `source` as its name in messages.
 
-        Without a folder the text names no file: so it is with that of links, results and stores.
+        Names of other files in the text are relative to `folder`. Without a folder the text must name no file; links,
+        results and stores are read that way.
         """
         with naming(source=source):
             arguments, problems = beamfile.parse(text)
@@ -205,7 +207,7 @@ class Beam(Assembly):
         )
 
     def replace(self, **changes: Any) -> Self:
-        """Return a changed copy, validated again.
+        """Return a changed copy of the beam, validated again.
 
         Parameters
         ----------
@@ -228,7 +230,7 @@ class Beam(Assembly):
         return self._build(data, folder="")
 
     def _with(self, values: Mapping[str, float | None]) -> Self:
-        """Return a copy with some values replaced, by their names in the beam file such as "scale.length"."""
+        """Return a copy with some values replaced, by "table.key" as in the beam file, such as "scale.length"."""
         tables: dict[str, dict[str, float | None]] = {}
         for name, value in values.items():
             table, _, key = name.partition(".")
@@ -245,7 +247,7 @@ class Beam(Assembly):
         bare: bool = True,
         folder: str | os.PathLike[str] | None = None,
     ) -> Self:
-        """Validate nested data; put the source before what is wrong. Without a ``folder`` it names no file."""
+        """Validate nested data; errors get the source in front. With ``folder`` None the data must name no file."""
         found = Problems(problems)
         with naming(source=source):
             try:
@@ -274,7 +276,7 @@ class Beam(Assembly):
             The file cannot be written.
         """
         tables = self.model_dump(include={"scale", "substrate", "joint", "friction"})
-        # the matrix itself, so that the text says all wherever it goes
+        # the matrix itself, so that the text is complete without other files
         matrix = self.joint.matrix
         tables["joint"]["matrix"] = None if matrix is None else matrix.text
         own = {name: getattr(self, name) for name in beamfile.TABLES["beam"]}
@@ -285,7 +287,7 @@ class Beam(Assembly):
         return text
 
     def warnings(self, load: str = "twisting", sense: str = "+", joint: str = "hinge") -> list[str]:
-        """Say where the beam leaves the range of a joint's model under a load ("twisting" or "bending") in a sense.
+        """Return where the beam leaves the range of a joint's model, under a load ("twisting" or "bending") and sense.
 
         Returns
         -------
@@ -295,5 +297,5 @@ class Beam(Assembly):
         return validity.messages(self, load, sense, joint)
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows."""
+        """Return the beam's HTML card for notebooks."""
         return card.of_beam(self, self.warnings(joint="compliant"))

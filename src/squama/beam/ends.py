@@ -1,4 +1,4 @@
-"""How many scales a beam has, if it is not endless, and how its ends are held."""
+"""Checks of the number of scales of a beam and of the word for its ends."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from squama.loads import COUPLE, ENDLESS, FREE, GRIPPED
 from squama.units import shown
 
 SHOWN = 25
-"""Pitches of an endless beam that lengths, totals and pictures are of."""
+"""Number of pitches used for lengths, totals and pictures of an endless beam."""
 
 
 def number_of_scales(value: object) -> int | None:
-    """Return a number of scales, None of an endless beam; refuse what is not a whole number of 2 or more."""
+    """Return the number of scales, None for an endless beam; refuse all but whole numbers of 2 or more."""
     if value is None or value == ENDLESS:
         return None
     if not (isinstance(value, Integral) and 2 <= int(value) <= 1_000_000):
@@ -23,7 +23,7 @@ def number_of_scales(value: object) -> int | None:
 
 
 def held_ends(value: object) -> str:
-    """Return how the ends of a beam are, by their word."""
+    """Return the word for a beam's ends if it is known; refuse others."""
     known = FREE, COUPLE, GRIPPED
     if value not in known:
         refuse("", shown(value), f"must be one of {', '.join(map(shown, known))}", 'write e.g. "gripped"')

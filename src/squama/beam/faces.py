@@ -1,19 +1,19 @@
-"""Scales on the bar's other face: how they lie to those of the scaled face, and which bend and twist they see.
+"""Scales on the bar's other face: their symmetry to those of the first, scaled face, and the bend and twist they see.
 
-The other face's scales are the scaled face's, mapped by a symmetry S of the bar, S S = 1, and shifted along z. A motion
-with rotation vector w, mapped by S, has rotation vector det(S) S w. With w = -(psi, 0, phi) the other face sees, by the
-scaled face's own laws,
+The scales of the other face are those of the scaled face, mapped by a symmetry S of the bar, S S = 1, and shifted along
+z. A motion with rotation vector w, mapped by S, has rotation vector det(S) S w. With w = -(psi, 0, phi) the laws of the
+scaled face hold for the other face with
 
     (psi, phi) -> det(S) (S_x psi, S_z phi),
 
-likewise the lateral bend as det(S) S_y times, and the stretch as it is. So with E(psi, phi) the energy of one face that
-of both is E(psi, phi) + E(det S S_x psi, det S S_z phi), and moments and torques of both are its derivatives. A shift
-changes nothing of an endless beam: its strains are the same all along.
+and with the lateral bend times det(S) S_y; the stretch is unchanged. With E(psi, phi) the energy of one face, the
+energy of both is E(psi, phi) + E(det S S_x psi, det S S_z phi), and moments and torques of both are its derivatives. A
+shift changes nothing in an endless beam, because its strains are the same everywhere.
 
-"mirrored" in the plane y = 0, as the flanks of a fish or the two sides of a coat of mail: the other face sees
-(-psi, -phi), so each sense of twist closes the scales of one face. "turned" by half a turn about the beam's axis, both
-faces alike as seen from outside: it sees (-psi, phi), and twist closes both. Scales across the beam (alpha = 0) are
-alike either way.
+"mirrored" in the plane y = 0, as the flanks of a fish or the two sides of a coat of mail: the other face sees (-psi,
+-phi), so each sense of twist closes the scales of one face. "turned" by half a turn about the beam's axis, so that both
+faces look alike from outside: it sees (-psi, phi), and twist closes both. For scales across the beam (alpha = 0) the
+two coincide.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from squama.units import shown
 
 
 class Other(NamedTuple):
-    """The other face: diagonal of the map ``S`` of the scaled face to it, ``shift`` along the beam in pitches."""
+    """Symmetry of the other face: diagonal of the map ``S`` from the scaled face, and ``shift`` along z in pitches."""
 
     S: tuple[int, int, int]
     shift: float = 0.0
@@ -39,7 +39,7 @@ class Other(NamedTuple):
 
     @property
     def seen(self) -> tuple[int, int, int]:
-        """Signs of bend, twist and lateral bend that it sees, by the scaled face's laws."""
+        """Signs (+1, -1) of bend, twist and lateral bend in the scaled face's laws, applied to the other face."""
         x, y, z = self.S
         return self.det * x, self.det * z, self.det * y
 
@@ -53,7 +53,7 @@ FACES: Mapping[str, Other | None] = {
     "turned": Other(_TURN),
     "turned, shifted": Other(_TURN, 0.5),
 }
-"""Where a beam has scales, by the words of its file."""
+"""Symmetry of the other face by the words of the beam file; None for scales on one face."""
 
 
 def read(value: object) -> str:
@@ -65,12 +65,12 @@ def read(value: object) -> str:
 
 
 def described(faces: str) -> str:
-    """Say on which faces there are scales."""
+    """Return in words on which faces the scales are."""
     return f"both faces, {faces}" if FACES[faces] else "one face"
 
 
 def sense(faces: str, axis: int, alpha: float) -> int:
-    """Return the sense in which the other face sees the bend (axis 0) or the twist (1) alone; 0 without scales there.
+    """Return the sign with which the other face sees a bend (axis 0) or a twist (axis 1) alone; 0 without scales there.
 
     Scales across the beam, alpha = 0, are their own mirror image in x.
     """
@@ -81,7 +81,7 @@ def sense(faces: str, axis: int, alpha: float) -> int:
 
 
 def only_one(faces: str, what: str) -> None:
-    """Refuse scales on both faces where ``what`` covers one."""
+    """Refuse scales on both faces; ``what`` names the method that covers only one."""
     if FACES[faces]:
         reason = f"is not covered by {what}: it takes scales on one face"
         refuse("beam.faces", shown(faces), reason, 'write faces = "one"')

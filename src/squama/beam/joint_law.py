@@ -1,10 +1,10 @@
-"""K_theta, C_f and the rigidity of a beam: as given, from the joint's matrix, or by the scaling laws.
+"""K_theta, inclusion factor C_f and rigidity of beams: as given, from the joint's matrix, or by the scaling laws.
 
-One rule for one beam and for columns of beams: a value that is given comes first, then the joint's matrix, scaled to
-the beam's pitch and modulus, then the laws of :data:`squama.model.joint.LAWS`. A matrix stands for the shape for which
-it was made whatever the other sizes are; `squama.beam.validity` says where they differ. K_theta does not depend on the
-load: it is the stiffness of a scale against a turn about its width at a given twist and bend. The inclusion factor in
-bending does not come from the matrix.
+One rule for a single beam and for columns of beams: a given value comes first, then the joint's matrix, scaled to the
+beam's pitch and modulus, then the laws of :data:`squama.model.joint.LAWS`. A matrix is used as it is even if the beam's
+shape differs from the one it was made for; `squama.beam.validity` warns of that. K_theta is the stiffness of a scale
+against a turn about its width at fixed twist and bend, so it does not depend on the load. The inclusion factor in
+bending is never taken from the matrix.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ if TYPE_CHECKING:
     from squama.beam.matrixfile import StoredMatrix
 
 Free = tuple[int, int, int, int]
-"""Which of the strains bend, twist, lateral bend and stretch are free: 1, else 0."""
+"""Flags of the free strains in the order bend, twist, lateral bend, stretch: 1 if free, else 0."""
 Each = Callable[..., Number]
-"""How a law is evaluated: :func:`one`, :func:`one_by_one` or :func:`whole`."""
+"""Type of the functions that evaluate a law: :func:`one`, :func:`one_by_one` or :func:`whole`."""
 
 
 class Given(NamedTuple):
-    """What a beam says of its joint: stiffness (N m), inclusion factor, matrix; None for what it does not.
+    """Data of a beam's joint: stiffness (N m), inclusion factor, matrix; None for a value that is not given.
 
-    ``seen``: signs with which the other face sees bend, twist and lateral bend, empty where it has no scales; stiffness
-    and matrix are of one face, a factor that is given is the beam's.
-    ``held``: which strains of the bar are, of :data:`squama.loads.STRAINS`.
+    ``seen``: signs with which the other face sees bend, twist and lateral bend, empty for scales on one face; stiffness
+    and matrix are those of one face, a given inclusion factor is that of the whole beam. ``held``: names of the held
+    strains of the bar, of :data:`squama.loads.STRAINS`.
     """
 
     stiffness: Number | None
@@ -41,31 +41,31 @@ class Given(NamedTuple):
 
     @property
     def may(self) -> tuple[str, ...]:
-        """Strains that are not held, of :data:`squama.loads.STRAINS`.
+        """Names of the strains that are not held, of :data:`squama.loads.STRAINS`.
 
-        None where a joint's matrix has seven motions and knows no bend.
+        Empty for a joint's matrix of seven rows, which has no bend and stretch.
         """
         if self.matrix is not None and len(self.matrix.rows) < 9:
             return ()
         return tuple(name for name in STRAINS if name not in self.held)
 
     def free(self, *loaded: str) -> Free:
-        """Return which strains are free, 1 or 0, with others ``loaded``: what is neither loaded nor held."""
+        """Return flags (1 or 0) of the free strains: neither held nor ``loaded``."""
         psi, phi, chi, eps = (int(name in self.may and name not in loaded) for name in STRAINS)
         return psi, phi, chi, eps
 
     @property
     def line(self) -> str:
-        """The line of the bar that keeps its length: "free" for none, without axial force, or "middle"."""
+        """Line of the bar that keeps its length: "middle", or "free" where the stretch is free (no axial force)."""
         return "free" if "stretch" in self.may else "middle"
 
     def gathered(self, factor: Number) -> Number:
-        """Return the inclusion factor of the beam by that of scales on one face: each face's tabs add as much."""
+        """Return the beam's inclusion factor from that of scales on one face: the tabs of each face add as much."""
         return 1 + 2 * (factor - 1) if self.seen else factor
 
 
 class Sizes(NamedTuple):
-    """What the laws depend on, SI: floats, or arrays that broadcast; ``half`` is half the scale's width."""
+    """Arguments of the laws in SI units: floats, or arrays that broadcast; ``half`` is half the scale's width."""
 
     modulus: Number
     poisson: Number
@@ -86,14 +86,14 @@ def one(law: Each, *arguments: Number) -> Number:
 
 
 def one_by_one(law: Each, *arguments: Number) -> Number:
-    """Evaluate a law for arrays, one element after the other: to the last bit as for one beam."""
+    """Evaluate a law for arrays element by element, with the same digits as for one beam."""
     import numpy as np
 
     return np.asarray(np.frompyfunc(law, len(arguments), 1)(*arguments), float)
 
 
 def whole(law: Each, *arguments: Number) -> Number:
-    """Evaluate a law for whole arrays; a complex step goes through it."""
+    """Evaluate a law for whole arrays, real or with complex steps."""
     import numpy as np
 
     return np.asarray(law(*arguments))
@@ -109,7 +109,7 @@ def stiffness(s: Sizes, given: Given, each: Each = one) -> Number:
 
 
 def inclusion(load: str, s: Sizes, given: Given, each: Each = one) -> Number:
-    """Return the inclusion factor C_f under "twisting" or "bending"; other arguments as of :func:`stiffness`."""
+    """Return the inclusion factor C_f under "twisting" or "bending"; other arguments as in :func:`stiffness`."""
     if given.inclusion_factor is not None:
         return given.inclusion_factor
     if given.matrix is not None and LOADS[load].matrix:
@@ -119,7 +119,7 @@ def inclusion(load: str, s: Sizes, given: Given, each: Each = one) -> Number:
 
 
 def rigidity(load: str, s: Sizes, given: Given, each: Each = one) -> Number:
-    """Return the rigidity of the beam without contact, N m^2; arguments as of :func:`inclusion`."""
+    """Return the rigidity of the beam without contact, N m^2; arguments as in :func:`inclusion`."""
     return inclusion(load, s, given, each) * bare(load, s, each)
 
 
@@ -129,13 +129,16 @@ def bare(load: str, s: Sizes, each: Each = one) -> Number:
 
 
 def own(s: Sizes) -> tuple[float, float, float, float]:
-    """Return the stiffness of one bar without scales against its strains, E d^3 (of the stretch: per stretch)."""
+    """Return the stiffness of a pitch of the bar without scales against bend, twist, lateral bend (E d^3) and stretch.
+
+    The last is the axial force per stretch over E d^2.
+    """
     bend, twist = (bare(load, s) / (s.modulus * s.pitch**4) for load in ("bending", "twisting"))
     return float(bend), float(twist), float(bend * (s.width / s.depth) ** 2), float(s.width * s.depth / s.pitch**2)
 
 
 def _scaled(figure: Number, modulus: Number, pitch: Number, power: int) -> Number:
-    """Return a matrix' figure for a beam's modulus and pitch."""
+    """Return a value of a matrix in units of E and d, times modulus and pitch to a power."""
     return figure * modulus * pitch**power
 
 

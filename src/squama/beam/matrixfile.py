@@ -1,10 +1,10 @@
-"""The stiffness of a scale's joint as a file: nine rows and columns with units, and the beam that it was made for.
+"""The stiffness matrix of a scale's joint as a file: nine rows and columns with units, and the beam it was made for.
 
-A table of text (CSV) with a row for each force on the scale (F along n_X, n_Y, n_Z, moments M about them), the torque
-T, the moment M and the tension, and a column for each motion (u_X .. w_Z), the twist phi, the bend psi and the
-elongation of a pitch; an entry is the force that the motion takes while all others are held. Files of seven, without
-bend and elongation, are of bars that are neither bent nor stretched. Comments name what it was made for, as in a beam
-file:
+The file is CSV, with a row for each force on the scale (F along n_X, n_Y, n_Z, moments M about them), the torque T, the
+moment M and the tension, and a column for each motion (u_X .. w_Z), the twist phi, the bend psi and the elongation of a
+pitch. An entry is the force of its row for the motion of its column while all other motions are held. Files with seven
+rows lack bend and elongation and are for bars that are neither bent nor stretched. Comments name the beam for which the
+matrix was made, with the keys of the beam file:
 
     # scale.embedded = "4.5 mm"
 """
@@ -29,15 +29,15 @@ if TYPE_CHECKING:
     from squama.types import Array
 
 MOTIONS = ("u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z")
-"""The motions of a scale in their order: lengths along its axes and angles about them."""
+"""Motions of a scale in the order of the rows: displacements along its axes, rotations about them."""
 VARIABLES = (*MOTIONS, "phi", "psi", "elongation")
-"""Columns in their order, the last two where the bar may be bent."""
+"""Columns in their order; matrices of seven columns lack the last two."""
 FORCES = ("F_X", "F_Y", "F_Z", "M_X", "M_Y", "M_Z", "T", "M", "tension")
-"""Rows in their order, forces on lengths and moments on angles."""
+"""Rows in their order: the forces and moments that belong to the :data:`VARIABLES`."""
 SIZES = (7, 9)
-"""Rows of a matrix that knows no bend, and of one that does."""
+"""Allowed numbers of rows: without bend and elongation, and with them."""
 _LENGTHS = (0, 1, 2, 8)
-"""Numbers of the variables that are lengths."""
+"""Indices of the variables that are lengths."""
 SHAPE = (
     "scale.embedded",
     "scale.width",
@@ -48,13 +48,13 @@ SHAPE = (
     "substrate.thickness",
     "substrate.poisson_ratio",
 )
-"""Keys of the beam file that the matrix depends on, in units of the pitch and of the substrate's modulus."""
+"""Keys of the beam file on which the matrix depends, in units of the pitch and of the substrate's modulus."""
 TAB = ("scale.youngs_modulus", "scale.poisson_ratio")
-"""Keys that it depends on, too, where the embedded part bends; the modulus in units of the substrate's."""
+"""Further keys on which it depends if the embedded part bends; the modulus in units of the substrate's."""
 SCALING = ("beam.pitch", "substrate.youngs_modulus")
-"""Keys by which it is scaled to a beam of the same shape."""
+"""Keys by which the matrix is scaled to another beam of the same shape."""
 NEAR = 1e-6
-"""Relative difference at which two values count as equal."""
+"""Largest relative difference of two values that count as equal."""
 _NEWTON = {"N": 1.0, "kN": 1e3, "mN": 1e-3}
 _CELL = re.compile(r"\s*([A-Za-z]+(?:_[XYZ])?)\s*\(([^()]+)\)\s*")
 _MADE = re.compile(r"#\s*([a-z]+\.[a-z0-9_]+)\s*=\s*(.+)")
@@ -63,11 +63,11 @@ _ROWS = [f"{name} ({'N' if i in _LENGTHS else 'N m'})" for i, name in enumerate(
 
 
 class StoredMatrix:
-    """A stiffness matrix as it stands in a file; frozen, equal where the numbers are.
+    """Stiffness matrix of a joint as stored in a file; frozen, and equal to another one with the same numbers.
 
-    ``rows`` (7 by 7, or 9 by 9) are over :data:`VARIABLES`: N, m and rad. ``made`` says what it was made for, SI values
-    by "table.key", those of :data:`SCALING` at least; ``name`` is the file, for messages. Refused: not symmetric, not
-    positive definite.
+    ``rows`` (7, 7) or (9, 9) are over :data:`VARIABLES`, in N, m and rad. ``made`` describes the beam it was made for,
+    SI values by "table.key", at least those of :data:`SCALING`; ``name`` is the file's name in messages. A matrix that
+    is not symmetric or not positive definite is refused.
     """
 
     __slots__ = ("__dict__", "made", "name", "rows")
@@ -97,12 +97,12 @@ class StoredMatrix:
         return self
 
     def tolist(self) -> list[list[float]]:
-        """Return the rows in SI, as JSON takes them."""
+        """Return the rows in SI units as lists, for JSON."""
         return [list(row) for row in self.rows]
 
     @functools.cached_property
     def K(self) -> Array:
-        """The matrix (7, 7) or (9, 9) in units of the pitch and of the substrate's modulus that it was made for."""
+        """Matrix (7, 7) or (9, 9) in units of pitch and substrate modulus of the beam it was made for."""
         import numpy as np
 
         lengths, unit = _scales(self.made, len(self.rows))
@@ -111,16 +111,16 @@ class StoredMatrix:
 
     @functools.cached_property
     def K_theta(self) -> float:
-        """Stiffness against inclination, E d^3."""
+        """Stiffness against inclination, over E d^3."""
         return inclination_stiffness(self.K[:7, :7])
 
     def rigidity(self, free: Sequence[int], seen: Sequence[int] = (), own: Sequence[float] = ()) -> float:
-        """Return the torque over the twist per pitch without contact, E d^3, see :func:`twisting_stiffness`."""
+        """Return the torque over the twist per pitch without contact, over E d^3; see :func:`twisting_stiffness`."""
         return twisting_stiffness(self.K, free, seen, own)
 
     @property
     def text(self) -> str:
-        """The file's text; :func:`parse` reads back the same numbers, to the last bit."""
+        """Text of the file; :func:`parse` reads back the same numbers, to the last bit."""
         lines = ["# stiffness of a scale's joint: force of a row for the motion of a column, the others held; made for"]
         for name, value in self.made.items():
             written = as_text(value, NUMBERS[name][0])
@@ -131,9 +131,10 @@ class StoredMatrix:
         return "\n".join(lines) + "\n"
 
     def differences(self, values: Mapping[str, float]) -> list[tuple[str, float, float]]:
-        """Return where the shape for which it was made is not that of the values: key, value made for, other, SI.
+        """Return the shape parameters that differ from those the matrix was made for: key, value made for, value given.
 
-        Lengths are compared in units of the pitch, moduli in the substrate's; ``values`` are SI, by "table.key".
+        Lengths are compared in units of the pitch, moduli in the substrate's; ``values`` and the result are SI, by
+        "table.key".
         """
         found, units = [], dict(zip((Dimension.LENGTH, Dimension.PRESSURE), SCALING, strict=True))
         for key in (*SHAPE, *TAB):
@@ -146,9 +147,9 @@ class StoredMatrix:
 
 
 def made_for(beam: object, *, tab: bool = True) -> dict[str, float]:
-    """Return what the matrix of a beam depends on, SI values by "table.key"; ``tab``: embedded parts may bend.
+    """Return the values (SI, by "table.key") on which a beam's matrix depends; with ``tab`` also the scale's moduli.
 
-    A modulus that the beam does not give is infinite: its scales are rigid.
+    A scale without a modulus is rigid: its modulus is infinite.
     """
     keys = (*SCALING, *SHAPE, *TAB * tab)
     values = {name: attrgetter(name.removeprefix("beam."))(beam) for name in keys}
@@ -157,9 +158,9 @@ def made_for(beam: object, *, tab: bool = True) -> dict[str, float]:
 
 
 def stored(beam: object, K: Array, name: str = "matrix", *, tab: bool = False) -> StoredMatrix:
-    """Return a matrix (7, 7) or (9, 9) in units of the pitch and the substrate's modulus as a file holds it, SI.
+    """Return a matrix (7, 7) or (9, 9), in units of pitch and substrate modulus, as :class:`StoredMatrix` in SI units.
 
-    ``tab``: its embedded part bends, with the modulus of the beam's scales.
+    ``tab``: the embedded part bends, with the modulus of the beam's scales.
     """
     made = made_for(beam, tab=tab)
     lengths, unit = _scales(made, len(K))
@@ -167,7 +168,7 @@ def stored(beam: object, K: Array, name: str = "matrix", *, tab: bool = False) -
 
 
 def _scales(made: Mapping[str, float], n: int) -> tuple[Array, float]:
-    """Return the lengths (n, n) by which entries are scaled, and E d^3."""
+    """Return the products of lengths (n, n) that scale the entries, and E d^3."""
     import numpy as np
 
     d, E = (made[key] for key in SCALING)
@@ -176,16 +177,16 @@ def _scales(made: Mapping[str, float], n: int) -> tuple[Array, float]:
 
 
 def freed(K: Array) -> Array:
-    """Return the stiffness (n,) against each variable of a matrix (n, n), all others free."""
+    """Return the stiffness (n,) against each variable of a matrix (n, n) with all other variables free."""
     import numpy as np
 
     return np.asarray(1 / np.diag(np.linalg.inv(K)))
 
 
 def inclination_stiffness(K: Array, motion: int = 4) -> float:
-    """Return the stiffness against a turn about n_Y at no twist, the scale's other motions free.
+    """Return the stiffness against a turn about n_Y at fixed twist, the scale's other motions free.
 
-    ``motion`` is its number among the rows of K, whose last one is the twist.
+    ``motion`` is the row of that turn; the last row of K is the twist.
     """
     return float(freed(K[:-1, :-1])[motion])
 
@@ -193,10 +194,10 @@ def inclination_stiffness(K: Array, motion: int = 4) -> float:
 def twisting_stiffness(
     K: Array, free: Sequence[int] = (), seen: Sequence[int] = (), own: Sequence[float] = ()
 ) -> float:
-    """Return the torque per twist per pitch, the scale's motions free.
+    """Return the torque over the twist per pitch, with the scale's motions free.
 
-    The twist is the last row of K, or the seventh of nine; ``free``: which of the strains bend, twist, lateral bend and
-    stretch are, K (9, 9). None is if not given. With scales on both faces ``seen`` and ``own`` as of
+    The twist is the last row of K, or the seventh of nine. ``free``: flags of the free strains bend, twist, lateral
+    bend and stretch, for K (9, 9); none by default. For scales on both faces ``seen`` and ``own`` are those of
     :func:`of_strains`.
     """
     import numpy as np
@@ -212,10 +213,11 @@ def twisting_stiffness(
 
 
 def of_strains(K: Array, seen: Array | Sequence[int], own: Array | Sequence[float]) -> Array:
-    """Return the stiffness (..., s, s) against twist, bend and stretch with scales on both faces, these free to move.
+    """Return the stiffness (..., s, s) against twist, bend and stretch with scales on both faces, free to move.
 
-    ``K`` (..., 6 + s, 6 + s) is of one face. The other one sees bend, twist and lateral bend ``seen`` (..., 3) times;
-    both hold the bar's ``own`` (..., 4) stiffness against bend, twist, lateral bend and stretch.
+    ``K`` (..., 6 + s, 6 + s) is that of one face. ``seen`` (..., 3) are the signs of bend, twist and lateral bend on
+    the other face; ``own`` (..., 4) is the bar's own stiffness against bend, twist, lateral bend and stretch, which
+    each K includes once.
     """
     import numpy as np
 
@@ -230,12 +232,12 @@ def of_strains(K: Array, seen: Array | Sequence[int], own: Array | Sequence[floa
 
 
 def loose_rows(free: Sequence[int]) -> list[int]:
-    """Return the rows of K (9, 9) of free strains, but for the twist; the lateral bend has none, being the bar's."""
+    """Return the rows in K (9, 9) of the free strains bend and stretch; the lateral bend, being the bar's, has none."""
     return [row for row, loose in zip((7, None, None, 8), free, strict=False) if loose and row]
 
 
 def read(path: str | os.PathLike[str]) -> StoredMatrix:
-    """Read a matrix from a file, or refuse one that cannot be read or is no such matrix."""
+    """Read a matrix from its CSV file; refuse a file that cannot be read or is not such a matrix."""
     return _parsed(tabular.read(path, missing="write it with: squama joint beam.toml --matrix joint.csv"))
 
 
@@ -245,7 +247,7 @@ def parse(text: str) -> StoredMatrix:
 
 
 def write(matrix: StoredMatrix, path: str | os.PathLike[str]) -> Path:
-    """Write a matrix; the file is complete or not there at all."""
+    """Write a matrix to a file, which is complete or not there at all."""
     return files.atomic_write(path, lambda place: place.write_text(matrix.text, encoding="utf-8"))
 
 
@@ -266,7 +268,7 @@ def _parsed(table: tabular.Table) -> StoredMatrix:
 
 
 def _unit(table: tabular.Table, line: int, cell: str, i: int, names: list[str]) -> float:
-    """Return the unit of the row or column i in SI, or refuse its name or unit; ``names`` are all, with SI units."""
+    """Return the SI factor of the unit of row or column i; refuse a wrong one. ``names``: all, with SI units."""
     match = _CELL.fullmatch(cell)
     name, si = names[i].rstrip(")").split(" (")
     if match is None or match[1] != name:
@@ -282,7 +284,7 @@ def _unit(table: tabular.Table, line: int, cell: str, i: int, names: list[str]) 
 
 
 def _made(table: tabular.Table) -> dict[str, float]:
-    """Return what the comments say that a matrix was made for."""
+    """Return the values (SI, by "table.key") in a file's comments for which the matrix was made."""
     made = {}
     for line in table.comments:
         match = _MADE.fullmatch(line)
@@ -297,7 +299,7 @@ def _made(table: tabular.Table) -> dict[str, float]:
 
 
 def _check(table: Array, name: str) -> None:
-    """Refuse a matrix that no elastic body has."""
+    """Refuse a matrix that is not symmetric or not positive definite."""
     import numpy as np
 
     diagonal = np.diag(table)

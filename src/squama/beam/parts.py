@@ -34,10 +34,10 @@ RATIOS = {
     "zeta": RATIO._replace(example="0.35"),
     "slenderness": RATIO._replace(example="35"),
 }
-"""Bounds of the ratios that the contact and the laws of the joint depend on."""
+"""Bounds of the ratios on which the contact and the laws of the joint depend."""
 _ALL_RATIOS = {**RATIOS, "modulus_ratio": RATIO._replace(example="2000")}
 PLASTIC = 0.35
-"""Poisson's ratio of scales whose modulus alone is given: typical of printed plastics."""
+"""Poisson's ratio of scales for which only a modulus is given: typical of printed plastics."""
 
 
 def _read(name: str) -> BeforeValidator:
@@ -50,7 +50,7 @@ def _read(name: str) -> BeforeValidator:
 
 
 def read_ratios(given: Mapping[str, object]) -> dict[str, float]:
-    """Return positive plain numbers by name, or refuse them with one line per mistake."""
+    """Return positive numbers without unit by name; refuse others with one line per mistake."""
     ratios: dict[str, float] = {}
     problems = Problems()
     for name, value in given.items():
@@ -61,14 +61,14 @@ def read_ratios(given: Mapping[str, object]) -> dict[str, float]:
 
 
 def read_matrix(value: object, info: ValidationInfo) -> matrixfile.StoredMatrix:
-    """Return the matrix of a joint from its file's name (beside the beam's file), from the file's text, or itself."""
+    """Return a joint's matrix from the name of its file (relative to the beam's file), its text, or a StoredMatrix."""
     if isinstance(value, matrixfile.StoredMatrix):
         return value
     if isinstance(value, str) and "\n" in value:
         return matrixfile.parse(value)
     folder = (info.context or {}).get("folder", "")
     if folder is None:
-        # links, results and stores may come from a stranger, who does not learn what files there are
+        # links, results and stores may come from a stranger, who must not learn which files exist
         reason = "names a file, which only a beam's own file can"
         raise InputError(Problem("", shown(value), reason, "read that file itself, or write the matrix out"))
     if isinstance(value, str | os.PathLike) and os.fspath(value):
@@ -77,7 +77,7 @@ def read_matrix(value: object, info: ValidationInfo) -> matrixfile.StoredMatrix:
 
 
 def _line(value: object) -> str:
-    """Return the name of a line that keeps its length."""
+    """Return the word for the line that keeps its length; refuse others."""
     if value in NEUTRAL:
         return str(value)
     raise InputError(Problem("", shown(value), f"must be {' or '.join(map(shown, NEUTRAL))}"))
@@ -91,7 +91,7 @@ Rotor = Annotated[float, _read("beam.rotor")]
 
 
 class Part(BaseModel):
-    """Frozen data whose every mistake is an InputError with one line per mistake."""
+    """Base of the parts: frozen data whose mistakes raise an InputError with one line each."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
     _root: ClassVar[str | None] = None
@@ -102,7 +102,7 @@ class Part(BaseModel):
         except ValidationError as error:
             raise beamfile.explain(error, self._root) from None
 
-    # this mark lets pydantic fill nested models itself, so that a mistake keeps its full path
+    # this mark lets pydantic fill nested models itself, so that an error keeps its full path
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
@@ -111,7 +111,7 @@ class Part(BaseModel):
 
 
 class Scale(Part):
-    """One scale: a rectangular plate, partly embedded; the hinge takes it as rigid and thin.
+    """A scale: a rectangular plate, partly embedded. The model with hinges takes it as rigid and thin.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ class Scale(Part):
     strength : float or str, optional
         Largest stress (von Mises), Pa.
     density : float or str, optional
-        Density, kg/m^3; what vibrates.
+        Density, kg/m^3; for vibration.
 
     Raises
     ------
@@ -193,10 +193,10 @@ class Substrate(Part):
     strength : float or str, optional
         Largest stress (von Mises), Pa.
     strain_limit : float, optional
-        Largest strain; 2 is three times the length.
+        Largest strain; 2 means three times the length.
     neutral : str, optional
-        Line that keeps its length: "middle", of compliant joints in twisting too, which have no axial force if it is
-        not given; or "face" (that of the scales), of hinges in bending, which take the middle if it is not given.
+        Line that keeps its length: "middle", for compliant joints in twisting too (without it they have no axial
+        force); or "face" (that of the scales), for hinges in bending (without it they take the middle).
 
     Raises
     ------
@@ -229,7 +229,7 @@ class Substrate(Part):
 
 
 class Joint(Part):
-    """The elastic joint of a scale; what is not given comes from the laws of `squama.model.joint`.
+    """The elastic joint of a scale; values that are not given come from the laws of `squama.model.joint`.
 
     Parameters
     ----------
@@ -238,9 +238,9 @@ class Joint(Part):
     inclusion_factor : float, optional
         C_f; used in twisting and in bending.
     matrix : path or str, optional
-        File of the stiffness in all motions and in twist, as ``squama joint beam.toml --matrix joint.csv`` writes it; a
-        name without a folder is looked for beside the beam's file. The compliant joint uses it, and in twisting K_theta
-        and C_f come from it where they are not given. The text of such a file does too.
+        File with the stiffness matrix, as ``squama joint beam.toml --matrix joint.csv`` writes it, or the text of such
+        a file; a name without a folder is relative to the beam's file. The model with compliant joints uses the matrix;
+        in twisting it also supplies K_theta and C_f unless they are given.
 
     Raises
     ------
@@ -282,7 +282,7 @@ class Friction(Part):
 
 
 class Assembly(Part):
-    """Parts put together, and what follows from their sizes: the data of a :class:`squama.Beam`."""
+    """The parts put together, with the derived ratios and stiffnesses: the data of a :class:`squama.Beam`."""
 
     scale: Scale
     substrate: Substrate
@@ -298,7 +298,7 @@ class Assembly(Part):
 
     @property
     def other(self) -> Other | None:
-        """Scales of the other face, if there are any."""
+        """Symmetry of the scales on the other face; None for scales on one face."""
         return FACES[self.faces]
 
     @property
@@ -338,30 +338,30 @@ class Assembly(Part):
 
     @property
     def unit_moment(self) -> float:
-        """E d^3, N m: unit of moments of the model of thick scales, in which E = 1 and d = 1."""
+        """E d^3, N m: unit of moments in the model of thick scales, where E = 1 and d = 1."""
         return self.substrate.youngs_modulus * self.pitch**3
 
     @property
     def plate_rigidity(self) -> float:
-        """Bending rigidity of a scale per width, D = E_s t_s^3/(12 (1 - nu_s^2)), N m; inf for a rigid one."""
+        """Bending rigidity of a scale per width, D = E_s t_s^3/(12 (1 - nu_s^2)), N m; inf for a rigid scale."""
         s = self.scale
         return float(section.plate_rigidity(s.youngs_modulus or math.inf, s.thickness, s.nu))
 
     @property
     def ratios(self) -> dict[str, float]:
-        """Return the ratios of the contact, which are eta, beta, lam, and alpha, theta0 in rad."""
+        """Ratios on which the contact depends: eta, beta, lam, and the angles alpha, theta0 in rad."""
         angles = {"alpha": self.scale.alpha, "theta0": self.scale.theta0}
         return {"eta": self.eta, "beta": self.beta, "lam": self.lam, **angles}
 
     @property
     def holding(self) -> str:
-        """What is held, in words: as the beam says, or nothing."""
+        """Held strains as the text of the beam file, "nothing" by default."""
         return self.hold or NOTHING
 
     @property
     def held(self) -> tuple[str, ...]:
-        """Strains of the bar that are held if they are not loaded, of :data:`squama.loads.STRAINS`."""
-        # a line in the bar's middle that keeps its length holds the stretch
+        """Names of the strains that are held unless they are loaded, of :data:`squama.loads.STRAINS`."""
+        # if the bar's middle line keeps its length, the stretch is held
         also = ("stretch",) if self.substrate.neutral == "middle" else ()
         return tuple(name for name in STRAINS if name in (*hold(self.holding), *also))
 
@@ -372,12 +372,12 @@ class Assembly(Part):
 
     @property
     def pitches(self) -> int:
-        """Number of pitches of lengths, totals and pictures, N, or 25 of an endless beam."""
+        """Number of pitches for lengths, totals and pictures: N, or 25 for an endless beam."""
         return self.scales or SHOWN
 
     @property
     def extent(self) -> str:
-        """What lengths, totals and pictures are of, in words: "25 scales", of an endless beam "25 pitches"."""
+        """The pitches for lengths, totals and pictures in words: "25 scales", for an endless beam "25 pitches"."""
         return f"{self.pitches} {'pitches' if self.scales is None else 'scales'}"
 
     @property
@@ -407,20 +407,20 @@ class Assembly(Part):
 
     @property
     def C_f(self) -> float:
-        """Inclusion factor in twisting, as given, from the joint's matrix, or 1 + 1.33 zeta beta / lambda.
+        """Inclusion factor in twisting: given, from the joint's matrix, or 1 + 1.33 zeta beta / lambda.
 
-        Tabs in both faces add twice what those of one do, unless the factor is given.
+        Tabs in both faces add twice as much as those of one face, unless the factor is given.
         """
         return float(joint_law.inclusion("twisting", self.sizes, self.given))
 
     @property
     def bending_C_f(self) -> float:
-        """Inclusion factor in bending: as given, or 1."""
+        """Inclusion factor in bending: given, or 1."""
         return float(joint_law.inclusion("bending", self.sizes, self.given))
 
     @property
     def sizes(self) -> joint_law.Sizes:
-        """What the laws of joint and section depend on."""
+        """Arguments of the laws of joint and section, SI."""
         bar, scale = self.substrate, self.scale
         core = (bar.youngs_modulus, bar.poisson_ratio, bar.width, bar.thickness)
         plate = (scale.width / 2, scale.thickness, scale.embedded)
@@ -428,22 +428,22 @@ class Assembly(Part):
 
     @property
     def given(self) -> joint_law.Given:
-        """What is known of the joint."""
+        """Given data of the joint, with the held strains and the signs of the other face."""
         j = self.joint
         seen = self.other.seen if self.other else ()
         return joint_law.Given(j.stiffness, j.inclusion_factor, j.matrix, seen, self.held)
 
     @property
     def torsional_rigidity(self) -> float:
-        """Torque of the beam without contact per twist rate, C_f J G_B, N m^2 (Eq. 14)."""
+        """Torque over twist rate of the beam without contact, C_f J G_B, N m^2 (Eq. 14)."""
         return self.C_f * self.J * self.G_B
 
     @property
     def bending_rigidity(self) -> float:
-        """Moment per curvature without contact, E_B width (2t)^3 / 12 times the inclusion factor if given, N m^2."""
+        """Moment over curvature without contact, N m^2: E_B width (2t)^3 / 12 times the inclusion factor in bending."""
         return float(joint_law.rigidity("bending", self.sizes, self.given))
 
     @property
     def joint_stiffness(self) -> float:
-        """K_theta of a scale, N m per rad, given, of the matrix, or 3.62 E_B t_s^2 b (L/t_s)^1.55."""
+        """K_theta of a scale, N m per rad: given, from the matrix, or 3.62 E_B t_s^2 b (L/t_s)^1.55."""
         return float(joint_law.stiffness(self.sizes, self.given))

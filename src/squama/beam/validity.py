@@ -1,4 +1,4 @@
-"""Where a beam leaves the range of the model: every message in one place."""
+"""Checks of a beam against the range of the models, with all their messages."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from squama.people import per_pitch
 from squama.units import Dimension, as_text, shown
 
 THIN = 0.05
-"""Largest share of the gap between neighbours that a plate may fill and still be called thin."""
+"""Largest thickness of a plate that still counts as thin, as a share of the gap between neighbours."""
 
 SOFTEST = 1e-6
-"""Least stiffness of a scale over that of its joint."""
+"""Smallest allowed stiffness of a scale over that of its joint."""
 
 
 def messages(beam: Assembly, load: str = "twisting", sense: str = "+", joint: str = "hinge") -> list[str]:
-    """Say where a beam leaves the range of a model under a load, a line per finding, with the numbers."""
+    """Return where a beam leaves the range of a joint's model under a load, one line per finding, with the numbers."""
     if load not in LOADS:
         refuse("load", shown(load), "is not known", f"write one of {', '.join(LOADS)}")
     kind = LOADS[load]
@@ -33,8 +33,8 @@ def messages(beam: Assembly, load: str = "twisting", sense: str = "+", joint: st
 def parts_fit(beam: Assembly) -> None:
     """Refuse a beam whose parts do not fit each other.
 
-    Its scales reach over too many neighbours, each of which would be asked for its contact, the embedded tab, inclined
-    by theta0, would come out of the substrate's other face, or the scales are far softer than their joint.
+    Refused are scales that reach over too many neighbours, each of which would be searched for a contact; a tab,
+    inclined by theta0, that comes out of the substrate's other face; and scales that are far softer than their joint.
     """
     problems = Problems()
     d, most = beam.pitch, beam.pitch * reach.LARGEST
@@ -55,7 +55,7 @@ def parts_fit(beam: Assembly) -> None:
         reason = f"the tab goes {words}, L sin(theta0) = {_mm(depth)} in a thickness of {_mm(room)}"
         problems.add("scale.embedded", _mm(beam.scale.embedded), reason, f"write less than {_mm(room / sine)}")
     E, width = beam.scale.youngs_modulus, beam.scale.width
-    # a length or width that is out of range says nothing of stiffness
+    # stiffness is meaningless for a length or width out of range
     if (
         not problems
         and E is not None
@@ -71,7 +71,7 @@ def parts_fit(beam: Assembly) -> None:
 
 
 def _both(beam: Assembly) -> list[str]:
-    """Say what is not exact where tabs of both faces stiffen the bar; in elements as of docs, theory: both faces."""
+    """Return the warning that the stiffening by tabs in both faces is approximate (see docs, theory: both faces)."""
     if beam.other is None or beam.joint.inclusion_factor is not None or not beam.scale.embedded:
         return []
     taken = "tabs in both faces are taken to stiffen the bar by twice what those of one do"
@@ -117,7 +117,7 @@ def _thin(beam: Assembly, load: Load, sense: str) -> list[str]:
 
 
 def _meets(ratios: dict[str, float]) -> bool:
-    """Whether the tip of a thin plate comes to rest on the side edge of the next one; alpha below 0: sense "-"."""
+    """Return whether a thin plate's tip meets the side edge of the next scale at theta0; alpha < 0 for sense "-"."""
     eta, beta, lam, alpha, theta0 = ratios.values()
     shape = math.sin(alpha), math.cos(alpha), eta, beta, lam
     r = twisting.root(math.sin(theta0), math.cos(theta0), *shape)
@@ -149,7 +149,7 @@ def _laws(beam: Assembly, load: Load) -> list[str]:
 
 
 def _matrix(beam: Assembly) -> list[str]:
-    """Say where the joint's matrix was made for another shape."""
+    """Return the warning that the joint's matrix was made for a beam of another shape."""
     matrix = beam.joint.matrix
     if matrix is None or not (found := matrix.differences(matrixfile.made_for(beam))):
         return []

@@ -1,4 +1,4 @@
-"""How contacts come, change and go, and how an equilibrium is looked for among them; compiled."""
+"""Changes of the set of contacts, and the search for an equilibrium with the right set; compiled."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from squama.contacts.system import MU, State, copied, copy
 from squama.types import Array
 
 _CHANGES = 24
-"""Changes at once that a scale may have; three for each one more."""
+"""Largest number of changes of contacts in a search for one scale; three more for each further scale."""
 
 
 @_jit
 def unfold(w: Walk, st: State) -> bool:
-    """Let the end of an edge with the least gap take over from the edge, which is tangent nowhere; False for none.
+    """Replace an edge contact that is tangent nowhere by the edge's end with the least gap; False if there is none.
 
-    Of several edges that lie on faces it is the one that is tangent nearest to such an end.
+    Of several edges that lie on faces it is the one tangent nearest to such an end.
     """
     prepared(w.S, st, w.con, w.counts[0], True, w.W)
     nearest, which, v = math.inf, -1, w.W.end
@@ -53,7 +53,7 @@ def unfold(w: Walk, st: State) -> bool:
 
 @_jit
 def tried(w: Walk, h: float, fresh: bool) -> bool:
-    """Solve for the state after an increment; where Newton's method fails all stick at first, or edges end."""
+    """Solve for the state after an increment; if Newton's method fails, let all contacts stick first, or end edges."""
     guess(w, h)
     if solved(w, h, fresh):
         return True
@@ -69,14 +69,14 @@ def tried(w: Walk, h: float, fresh: bool) -> bool:
         if not unfold(w, w.new):
             return False
         if solved(w, h, True):
-            # where the edge dips beside its end it is still tangent somewhere: a shorter increment finds where
+            # an edge that dips beside its end is still tangent somewhere: a shorter increment finds the place
             return not dipping(w, w.new)
     return False
 
 
 @_jit
 def dipping(w: Walk, st: State) -> bool:
-    """Say whether an edge lies deeper beside an end of it that took over from it."""
+    """Return whether an edge lies deeper beside an end of it that replaced it as contact."""
     found = False
     for c in range(w.counts[0]):
         if w.con[c, touch.ENDED] == 1:
@@ -88,21 +88,21 @@ def dipping(w: Walk, st: State) -> bool:
 
 @_jit
 def keep_stuck(w: Walk, a: Array, b: Array) -> None:
-    """Write which contacts of a list stick into another one."""
+    """Copy from contacts ``a`` to ``b`` whether each sticks."""
     for c in range(w.counts[0]):
         b[c, touch.STUCK] = a[c, touch.STUCK]
 
 
 @_jit
 def solved(w: Walk, h: float, fresh: bool) -> bool:
-    """Solve for the state after an increment, by its guess; contacts that are new say themselves whether they stick."""
+    """Solve for the state after an increment from its guess; ``fresh``: contacts may change between stick and slide."""
     weigh(w, h)
     m, mu = w.counts[0], w.S.shapes[0, MU]
     if not solve(w.S, w.new, w.past, w.con, m, w.W, w.J, w.loads):
         return False
     if not fresh or mu == 0.0:
         return True
-    # what would be if they stuck is near what is if they slip
+    # the state with sticking contacts is near that with sliding ones
     for _ in range(2 * m + 2):
         changed = False
         for c in range(m):
@@ -123,7 +123,7 @@ def solved(w: Walk, h: float, fresh: bool) -> bool:
 
 @_jit
 def sliding(w: Walk, h: float) -> bool:
-    """Solve for the state after an increment in which all contacts slide, from that without friction."""
+    """Solve for the state after an increment with all contacts sliding, started from the state without friction."""
     m = w.counts[0]
     guess(w, h)
     every(w, touch.SMOOTH)
@@ -136,7 +136,7 @@ def sliding(w: Walk, h: float) -> bool:
 
 @_jit
 def give(w: Walk, st: State, what: int, c: int) -> None:
-    """Take out a contact that violates a condition, or let another one take its place."""
+    """Remove a contact that violates a condition, or replace it by another one."""
     if what == PULL:
         drop(w, st, c)
     elif what == SLOPE:
@@ -146,7 +146,7 @@ def give(w: Walk, st: State, what: int, c: int) -> None:
         w.J.kept[0] = 0
     elif not leave(w, st, c, beyond(w.S, st, w.con[c], c)[1]):
         if any_let_go(w):
-            # it slides off as another one did
+            # slide off as another contact did
             w.con[c, touch.STUCK], w.J.kept[0] = touch.LET_GO, 0
         else:
             succeed(w, st, c)
@@ -154,7 +154,7 @@ def give(w: Walk, st: State, what: int, c: int) -> None:
 
 @_jit
 def missed(w: Walk, st: State, what: int, c: int) -> bool:
-    """Say whether a contact violates a condition at a state that was just solved for."""
+    """Return whether a contact violates condition ``what`` at the state just solved for."""
     if what == PULL:
         return bool(w.W.told[c, N_].real < -conditions.MISSED_PULL / 2)
     if what == FLIP:
@@ -167,7 +167,7 @@ def missed(w: Walk, st: State, what: int, c: int) -> bool:
 
 @_jit
 def touched(w: Walk) -> int:
-    """Return a number of the present contacts, and of which stick, whatever their order."""
+    """Return a number for the set of contacts and their sticking, independent of their order."""
     n: int = 0
     for c in range(w.counts[0]):
         n += (3 * number(w.con[c]) + w.con[c, touch.STUCK] + 1) * 2654435761 % 4294967291
@@ -176,9 +176,10 @@ def touched(w: Walk) -> int:
 
 @_jit
 def regroup(w: Walk, h: float, deep: bool) -> int:
-    """Look for any equilibrium after an increment: contacts come and go until all conditions hold; 0 if they do.
+    """Search for any equilibrium after an increment by changing contacts until all conditions hold; 0 if they do.
 
-    ``deep``: scales may be deeper in each other on the way than where one comes in from the side.
+    ``deep``: allow scales to interpenetrate deeper than where one comes in from the side. Else the code of the failure
+    is returned.
     """
     ends, slide, before, again = 0, True, -1, 1
     for count in range(_CHANGES + 3 * (len(w.S.shapes) - 1)):
@@ -219,9 +220,9 @@ def regroup(w: Walk, h: float, deep: bool) -> int:
 
 @_jit
 def change(w: Walk, what: int, c: int, events: Array) -> bool:
-    """Change the contacts at an event, at the last state; False where the path does not go on continuously.
+    """Change the contacts at an event, at the last state; False if the path does not continue smoothly.
 
-    ``w.best`` is the contact that comes in, or takes the place of one that leaves its edge.
+    ``w.best`` is the contact that comes in, or replaces one that leaves its edge.
     """
     t = w.tally
     remark(w, what, c)

@@ -1,4 +1,4 @@
-"""What a state of given contacts must hold, and what it violates; compiled."""
+"""Conditions of an equilibrium with given contacts, and the condition violated most; compiled."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from squama.contacts.vectors import cross, dot
 from squama.types import Array
 
 PULL, OFF, SLOPE, FLIP, MEET = range(5)
-"""What an increment violates."""
+"""Conditions: no pulling force, place within its features, no dip of the gap, stick or slide, no further contact."""
 MISSED_GAP, MISSED_PULL, MISSED_PLACE, MISSED_CONE, MISSED_SLOPE = 1e-10, 1e-12, 1e-9, 1e-11, 1e-9
-"""Gap, force, place, force beyond the cone of friction, and slope by which a condition may be missed."""
+"""Tolerances of the conditions: gap, force, place, force beyond the cone of friction, slope of the gap."""
 FLAT, _SHALLOW, _BESIDE = 1e-8, 1e-6, (0.01, 0.03, 0.1, 0.3)
-"""Gap, in pitches, below which an edge lies flush, depth from which on it has a tangent again, and where is looked."""
+"""Gap, in pitches, below which an edge lies flush; depth from which it is tangent again; sampled shares of the edge."""
 
 
 @_jit
 def beyond(S: System, st: State, c: Array, k: int) -> tuple[float, int]:
-    """Return how far inside its edges or face a contact is (below 0: outside), and where it would leave: 0 to 5.
+    """Return how far inside its features a contact's place is (negative outside), and the nearest limit, 0 to 5.
 
-    By twos the ends of its first place, of its second one, and of an edge that lies along a face.
+    Limits come in pairs: ends of its first place, of its second place, and of an edge that lies along a face.
     """
     kind, i, j, s = c[touch.KIND], c[touch.FIRST], partner(S, c), st.s[k]
     least, which = 1e9 + 0.0 * s[0], 0
@@ -52,9 +52,9 @@ def beyond(S: System, st: State, c: Array, k: int) -> tuple[float, int]:
 
 @_jit
 def slope(w: Walk, st: State, k: int) -> tuple[float, int]:
-    """Return the least slope of the gap inwards along the edges of a contact, and the edge (+ 4: of the other scale).
+    """Return the least slope of the gap inwards along a contact's edges, and that edge (+ 4: of the other scale).
 
-    Only of bent plates.
+    For bent plates only.
     """
     S, c = w.S, w.con[k]
     i, j, kind = c[touch.FIRST], partner(S, c), c[touch.KIND]
@@ -85,9 +85,9 @@ def slope(w: Walk, st: State, k: int) -> tuple[float, int]:
 
 @_jit
 def dips(w: Walk, st: State, k: int) -> tuple[float, int]:
-    """Return as :func:`slope`: below 0 the edge lies deeper beside the contact than there.
+    """Return the slope and edge of :func:`slope`: negative where the edge lies deeper beside the contact.
 
-    An edge that lies flush dips only where it is deeper by what its tangent can be found by.
+    An edge that lies flush dips only if it is deep enough for its tangent place to be found.
     """
     least, edge = slope(w, st, k)
     if least.real < 0.0 and w.con[k, touch.ENDED] == touch.FLUSH:
@@ -97,9 +97,9 @@ def dips(w: Walk, st: State, k: int) -> tuple[float, int]:
 
 @_jit
 def beside_it(w: Walk, st: State, k: int, edge: int) -> tuple[float, float]:
-    """Return the least and the largest gap along an edge beside a contact, at some places over the face.
+    """Return the least and the largest gap along an edge beside a contact, at a few places over the face.
 
-    0 and infinite where no such place is over it.
+    0 and infinite if no such place is over the face.
     """
     S, c = w.S, w.con[k]
     i, j, upper, e = c[touch.FIRST], partner(S, c), edge >= 4, edge % 4
@@ -121,7 +121,7 @@ def beside_it(w: Walk, st: State, k: int, edge: int) -> tuple[float, float]:
 
 @_jit
 def condition(w: Walk, st: State, what: int, c: int) -> float:
-    """Return the value of a contact's condition at a state that was just solved for; below 0 it is violated."""
+    """Return the value of a contact's condition at the state just solved for; negative if violated."""
     if what == PULL:
         pressed: float = w.W.told[c, N_]
         return pressed
@@ -135,7 +135,7 @@ def condition(w: Walk, st: State, what: int, c: int) -> float:
 
 @_jit
 def value(w: Walk, st: State, what: int, c: int) -> float:
-    """Return the value of any condition at a state that was just solved for; below 0 it is violated."""
+    """Return the value of a condition, or the gap of ``w.best``, at the state just solved for; below 0 if violated."""
     if what != MEET:
         return condition(w, st, what, c)
     if w.best[touch.KIND] == touch.LIES:
@@ -155,9 +155,9 @@ def value(w: Walk, st: State, what: int, c: int) -> float:
 
 @_jit
 def violated(w: Walk, st: State, every: bool) -> tuple[int, int, float]:
-    """Return what the state just solved for violates most, of which contact, and by how much; -1 where nothing is.
+    """Return the condition violated most at the state just solved for, its contact and value; -1 if none is.
 
-    New contacts are looked for between all scales, or, not ``every``, where that found them before.
+    New contacts are searched between all scales with ``every``, else only between pairs marked before.
     """
     m, mu = w.counts[0], w.S.shapes[0, MU]
     what, which, worst = -1, -1, 0.0
@@ -190,7 +190,7 @@ def violated(w: Walk, st: State, every: bool) -> tuple[int, int, float]:
 
 @_jit
 def lain(w: Walk) -> tuple[int, int, float]:
-    """Return as :func:`violated` a scale that would be turned into the substrate, the farthest of them."""
+    """Return, as :func:`violated`, the scale turned farthest into the substrate."""
     worst, which = -MISSED_GAP, -1
     for i in range(len(w.S.rests)):
         theta = inclination(w.S, i, w.W)
@@ -206,7 +206,7 @@ def lain(w: Walk) -> tuple[int, int, float]:
 
 @_jit
 def lying(w: Walk, i: int) -> bool:
-    """Say whether a scale lies on the substrate."""
+    """Return whether a scale lies on the substrate."""
     for c in range(w.counts[0]):  # noqa: SIM110 - compiled
         if w.con[c, touch.KIND] == touch.LIES and w.con[c, touch.FIRST] == i:
             return True
@@ -215,5 +215,5 @@ def lying(w: Walk, i: int) -> bool:
 
 @_jit
 def sideways(w: Walk, gap: float) -> bool:
-    """Say whether a vertex that was just found is as deep as only one that came in from the side."""
+    """Return whether the vertex in ``w.best`` is so deep that it came in from the side of a plate."""
     return bool(w.best[touch.KIND] != touch.LIES and gap < -0.3 * w.S.shapes[0, H] - 5e-3)

@@ -1,17 +1,18 @@
-"""A noted load path once more with a complex step in its beam and its targets: derivatives of designs; compiled.
+"""Derivatives of load paths with respect to designs: a recorded path followed again with complex steps; compiled.
 
-The real path is followed once, and its increments are noted (:func:`squama.contacts.increments.note`). With the
-equations r(z, states before, beam, strains) = 0 of an increment and J = dr/dz a change of the beam changes the state by
+The real path is followed once and its increments are recorded (:func:`squama.contacts.increments.note`). With the
+equations r(z, states before, beam, strains) = 0 of an increment and J = dr/dz, a change of the beam changes the state
+by
 
     dz = -J^-1 (change of r with the beam, the strains and the states before)
 
 (implicit function theorem). All changes are imaginary parts of one evaluation, z -= i J^-1 Im r: no differences are
-taken. J need not be exact: what its error leaves is in the next Im r, and is corrected.
+taken. J need not be exact: the effect of its error is in the next Im r, and is corrected.
 
-An increment that an event ends has the size at which the event's condition holds: a gap, N, a place at the end of its
-edge, abs(y) - mu N or the slope of a gap is zero, whatever the beam. The imaginary part of the size makes that of the
+The size of an increment that ends with an event is such that the event's condition holds: a gap, N, a place at its
+edge's end, abs(y) - mu N or the slope of a gap is zero for any beam. The imaginary part of the size makes that of the
 condition vanish, so that the followed curve itself is differentiated, beyond events as well: where contacts come, open,
-stick, slip and hand over, states are continuous. At a snap they are not. Nothing is known there and beyond: imaginary
+stick, slip and replace each other, states are continuous. At a snap they are not: there and beyond it imaginary
 parts are NaN.
 """
 
@@ -39,13 +40,14 @@ from squama.contacts.written import write
 from squama.types import Array
 
 _ROUNDS, _TIGHT, _LOOSE, _AT_ONCE = 12, 1e-13, 1e-6, 1e-9
-"""Corrections of a change at most; the part of it by which the last one may miss, and beyond which it is not known;
-size of an increment below which two events are at once."""
+"""Largest number of corrections of a change; relative error of the last correction that is accepted, and beyond which
+the change is unknown; size of an increment below which two events coincide.
+"""
 
 
 @_jit
 def read(w: Walk, at: int) -> tuple[int, int, int]:
-    """Take over contacts and real parts of the state of a noted increment; return contacts, unknowns, where J is."""
+    """Take contacts and real parts of the state from a record; return numbers of contacts and unknowns, index of J."""
     notes, st, width = w.notes, w.new, w.con.shape[1]
     m, n = int(notes[at + increments.NOTED_M]), int(notes[at + increments.NOTED_N])
     a = at + increments.NOTED
@@ -62,7 +64,7 @@ def read(w: Walk, at: int) -> tuple[int, int, int]:
 
 @_jit
 def taken(notes: Array, at: int, a: Array, m: int) -> int:
-    """Write the noted real parts into the first m rows of an array; return where they end."""
+    """Copy recorded real parts into the first m rows of an array; return the index behind them."""
     for i in range(m):
         for b in range(a.shape[1]):
             a[i, b] = notes[at] + 1j * a[i, b].imag
@@ -72,7 +74,7 @@ def taken(notes: Array, at: int, a: Array, m: int) -> int:
 
 @making
 def changed(w: Walk, at: int, h: float) -> bool:
-    """Write the state after an increment of complex size whose real part is noted; False where it is not known."""
+    """Compute the state after an increment of complex size with recorded real part; False if its change is unknown."""
     S, J, st = w.S, w.J, w.new
     weigh(w, h)
     guess(w, h)
@@ -103,7 +105,7 @@ def changed(w: Walk, at: int, h: float) -> bool:
 
 @_jit
 def largest(x: Array) -> float:
-    """Return the largest magnitude of numbers."""
+    """Return the largest magnitude in an array."""
     size = 0.0
     for v in x:
         size = max(size, abs(v))
@@ -112,7 +114,7 @@ def largest(x: Array) -> float:
 
 @_jit
 def extent(w: Walk, m: int) -> float:
-    """Return the largest imaginary part of the new state's unknowns, and of the last one's, where none may be left."""
+    """Return the largest imaginary part of the unknowns in the new and in the last state."""
     return max(extent_of(w.new, m), extent_of(w.now, m))
 
 
@@ -133,7 +135,7 @@ def extent_of(st: State, m: int) -> float:
 
 @_jit
 def missed(w: Walk, what: int, c: int) -> float:
-    """Return the value of an event's condition at the new state, its change included."""
+    """Return the imaginary part of an event's condition at the new state."""
     if what != MEET:
         return condition(w, w.new, what, c).imag
     if w.best[touch.KIND] == touch.LIES:
@@ -143,7 +145,7 @@ def missed(w: Walk, what: int, c: int) -> float:
 
 @_jit
 def increment(w: Walk, at: int, goal: complex, events: Array) -> bool:
-    """Go on by the increment that is noted; False where nothing is known of changes beyond it."""
+    """Follow the recorded increment at index ``at``; return False if changes are unknown beyond it."""
     t, notes = w.tally, w.notes
     h, what = notes[at + increments.NOTED_H], int(notes[at + increments.NOTED_WHAT])
     c = int(notes[at + increments.NOTED_WHICH])
@@ -151,7 +153,7 @@ def increment(w: Walk, at: int, goal: complex, events: Array) -> bool:
         return False
     left, by, first = goal - t[tally.WAY], 0.0, 0.0
     if what == increments.NOTHING:
-        # the same share of what is left
+        # the same share of the remaining way
         by = left.imag * (h / left.real)
     else:
         copy(notes[at + increments.NOTED_VERTEX : at + increments.NOTED], w.best)
@@ -176,14 +178,14 @@ def increment(w: Walk, at: int, goal: complex, events: Array) -> bool:
 
 @_jit
 def length(w: Walk, at: int) -> int:
-    """Return how many numbers are noted of an increment."""
+    """Return the number of recorded values of an increment."""
     m, n = int(w.notes[at + increments.NOTED_M]), int(w.notes[at + increments.NOTED_N])
     return int(increments.NOTED + m * (w.con.shape[1] + 6) + w.new.q.size + STRAINS + stored(w.J, n))
 
 
 @_jit
 def unknown(a: Array) -> None:
-    """Say that changes are not known."""
+    """Fill an array with NaN, for unknown changes."""
     x = a.flat
     for i in range(a.size):
         x[i] = complex(math.nan, math.nan)
@@ -191,10 +193,10 @@ def unknown(a: Array) -> None:
 
 @_jit
 def again(w: Walk, legs: Legs, written: Written) -> None:
-    """Follow a noted path with the complex steps of a beam, its ways and its corners, from where it began.
+    """Follow a recorded path with the complex steps of beam, ways and corners, from where it began.
 
-    Its ends are those of the real path. Written is what :func:`squama.contacts.follow.follow` writes, NaN where changes
-    are not known: at ways behind a snap, at one where an event stands, and beyond the room for notes.
+    The ends are those of the real path. The output is that of :func:`squama.contacts.follow.follow`, NaN where changes
+    are unknown: behind a snap, at a way with an event, and beyond the room for the record.
     """
     ways, events = legs.ways, written.events
     t, at, known = w.tally, 1, True

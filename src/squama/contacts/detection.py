@@ -1,4 +1,4 @@
-"""Where plates that overlap would touch: vertices of the overlap and their gaps; compiled.
+"""Places where overlapping plates would touch: vertices of the overlap and their gaps; compiled.
 
 The lower sheet of a scale lies over the upper sheet of its neighbour. Seen along the neighbour's normal they overlap in
 a polygon. Between rigid plates the gap is linear over it, so the least one is at a vertex: a corner of the one over the
@@ -35,19 +35,19 @@ from squama.contacts.vectors import Vector, add
 from squama.types import Array
 
 _DIP = 1e-3
-"""Depth, in pitches, by which the gap along a bent edge may be less between two places that are looked at."""
+"""Depth, in pitches, by which the gap along a bent edge may be lower between two samples."""
 ALONG, ACROSS = 16, 8
-"""Places that are looked at along a bent edge of the length, and of the width."""
+"""Number of samples along a bent edge in the direction of the length, and of the width."""
 WINDOW = 0.03
-"""Part of a plate within which a vertex beside an edge along a face is that contact, at first."""
+"""Share of a plate within which a vertex beside an edge along a face counts as that contact, at first."""
 _PARALLEL, _SAME, _REFINED = 1e-9, 1e-5, 6
 _BERNSTEIN = np.array([[math.comb(r, m) / math.comb(7, m) for m in range(2, 8)] for r in range(8)])
-"""Coefficients of Bernstein's polynomials of degree 7, of the powers X^2 .. X^7."""
+"""Coefficients of the powers X^2 .. X^7 in Bernstein's polynomials of degree 7."""
 
 
 @_jit
 def view(W: Work, i: int, j: int, k: int, other: bool, out: Array) -> None:
-    """Write scale i in the axes of j or, ``other``, j in those of i: origin, x, y, z (12,)."""
+    """Write the origin and axes (12,) of scale i in the axes of j, or with ``other`` of j in those of i."""
     P, E1, E2 = W.pairs[i, k - 1], W.E[i], W.E[j]
     x, y, z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
     if other:
@@ -64,14 +64,14 @@ def view(W: Work, i: int, j: int, k: int, other: bool, out: Array) -> None:
 
 @_jit
 def seen(v: Array, x: float, y: float, z: float) -> Vector:
-    """Return a place of a scale in the other one's axes."""
+    """Return a place (x, y, z) of a scale in the other scale's axes."""
     X, Y = v[0] + v[3] * x + v[6] * y + v[9] * z, v[1] + v[4] * x + v[7] * y + v[10] * z
     return X, Y, v[2] + v[5] * x + v[8] * y + v[11] * z
 
 
 @_jit
 def height(S: System, i: int, b: Array, x: float, y: float) -> float:
-    """Return the deflection of scale i at a place, 0 of a rigid one."""
+    """Return the deflection of scale i at a place, 0 for a rigid scale."""
     return lifted_by(S, i, b, x, y) if S.shapes[i, ELASTIC].real > 0 else 0.0 * x
 
 
@@ -79,7 +79,7 @@ def height(S: System, i: int, b: Array, x: float, y: float) -> float:
 def over(S: System, st: State, v: Array, own: int, other: int, upper: bool, x: float, y: float) -> tuple[Vector, float]:
     """Return a place of a sheet in the other scale's axes, and its gap there.
 
-    ``upper``: of the upper sheet below the other's lower one; else of the lower sheet over the other's upper one.
+    ``upper``: the upper sheet, below the other scale's lower sheet; else the lower sheet, over its upper one.
     """
     half = S.shapes[own, H] / 2 if upper else -S.shapes[own, H] / 2
     p = seen(v, x, y, height(S, own, st.b[own], x, y) + half)
@@ -89,7 +89,7 @@ def over(S: System, st: State, v: Array, own: int, other: int, upper: bool, x: f
 
 @_jit
 def covers(S: System, i: int, x: float, y: float) -> bool:
-    """Say whether a place lies on scale i."""
+    """Return whether a place lies on scale i."""
     return bool(0.0 <= x.real <= S.shapes[i, ETA].real and abs(y.real) <= S.shapes[i, BETA].real)
 
 
@@ -97,7 +97,7 @@ def covers(S: System, i: int, x: float, y: float) -> bool:
 def noted(
     out: Array, n: int, pair: tuple[int, int], kind: int, one: int, other: int, gap: float, a: float, b: float, c: float
 ) -> int:
-    """Write a vertex of a scale and how many further the other is: what it is, its gap and places; return n + 1."""
+    """Write a vertex of a pair (scale, cells to the other) as a row: kind, features, gap, places; return n + 1."""
     v = out[n]
     v[touch.FIRST], v[touch.APART], v[touch.KIND], v[touch.ONE], v[touch.OTHER] = pair[0], pair[1], kind, one, other
     v[touch.GAP], v[touch.AT], v[touch.AT + 1], v[touch.AT + 2] = gap, a, b, c
@@ -106,13 +106,13 @@ def noted(
 
 @_jit
 def across(edge: int) -> int:
-    """Return the coordinate that does not change along an edge."""
+    """Return the index of the coordinate that is constant along an edge: 0 for x, 1 for y."""
     return 1 if lengthwise(edge) else 0
 
 
 @_jit
 def bound(S: System, i: int, edge: int) -> float:
-    """Return the coordinate that does not change along an edge of scale i."""
+    """Return the coordinate that is constant along an edge of scale i."""
     x, y = on_edge(S, i, edge, 0.0 * S.shapes[i, ETA])
     return y if lengthwise(edge) else x
 
@@ -121,7 +121,7 @@ def bound(S: System, i: int, edge: int) -> float:
 def crossing(
     S: System, st: State, v: Array, i: int, j: int, e: int, f: int, start: float
 ) -> tuple[float, float, float]:
-    """Return the places where edge e of scale i crosses edge f of scale j, and its gap, from a first place on."""
+    """Return the places where edge e of scale i crosses edge f of scale j, and the gap, by iteration from ``start``."""
     a, axis, goal = start, across(f), bound(S, j, f)
     rate = v[3 + axis] if lengthwise(e) else v[6 + axis]
     p, gap = (0.0 * a, 0.0 * a, 0.0 * a), 0.0 * a
@@ -138,7 +138,7 @@ def crossing(
 def dip(
     S: System, st: State, v: Array, own: int, other: int, upper: bool, e: int, a: float
 ) -> tuple[float, float, float, float, bool]:
-    """Return the slope of the gap along an edge at a place, the place on the face, the gap, whether it is over it."""
+    """Return the gap's slope along an edge at a place, the place (x, y) on the face, the gap, whether it is over it."""
     x, y = on_edge(S, own, e, a)
     half, faced = S.shapes[own, H] / 2, S.shapes[other, H] / 2
     lifted, wx, wy = lift(S, own, st.b[own], x, y)
@@ -152,7 +152,7 @@ def dip(
 
 @_jit
 def span(S: System, i: int, b: Array) -> tuple[float, float]:
-    """Return bounds of the deflection of scale i, tight ones: the extreme coefficients of Bernstein's polynomials."""
+    """Return tight bounds of the deflection of scale i: the extreme coefficients of Bernstein's polynomials."""
     least, most = 0.0, 0.0
     if not S.shapes[i, ELASTIC] > 0:
         return least, most
@@ -170,12 +170,12 @@ def span(S: System, i: int, b: Array) -> tuple[float, float]:
 
 @_jit
 def clear(S: System, v: Array, i: int, j: int, bent1: float, bent2: float) -> float:
-    """Return a gap that scale i keeps over all of j's face at least, bent by no more than this."""
+    """Return a lower bound of scale i's gap over the whole face of j, for deflections up to ``bent1``, ``bent2``."""
     half, det = S.shapes[i, H] / 2, v[3] * v[7] - v[4] * v[6]
     if abs(det) < 0.05:
         return -1.0
     o, h = (v[0] - half * v[9], v[1] - half * v[10], v[2] - half * v[11]), S.shapes[j, H] / 2
-    # the height of its plane over that of j, along x and y of j
+    # height of the plane of i over that of j, along x and y of j
     by_x, by_y = (v[5] * v[7] - v[8] * v[4]) / det, (v[8] * v[3] - v[5] * v[6]) / det
     base = o[2] - by_x * o[0] - by_y * o[1] - h
     least: float = base + min(0.0, by_x * S.shapes[j, ETA]) - abs(by_y) * S.shapes[j, BETA]
@@ -185,7 +185,7 @@ def clear(S: System, v: Array, i: int, j: int, bent1: float, bent2: float) -> fl
 
 @_jit
 def vertices(S: System, st: State, W: Work, i: int, k: int, cap: float, out: Array, n: int) -> int:
-    """Write all vertices of a scale and neighbour k whose gap is below ``cap``; return how many there are."""
+    """Write all vertices of scale i and its neighbour k with a gap below ``cap``; return their number."""
     j, room = further(S, i, k), len(out)
     bent = S.shapes[i, ELASTIC] > 0
     v, u, corners = W.views[0], W.views[1], W.corners
@@ -253,7 +253,7 @@ def minima(
     out: Array,
     n: int,
 ) -> int:
-    """Write where the gap along an edge is least between its ends; return how many vertices there are then.
+    """Write the local minima of the gap along an edge between its ends; return the number of vertices then.
 
     The edge is bent by ``most`` at most, the other scale towards it by ``faced``.
     """
@@ -268,7 +268,7 @@ def minima(
     for g in range(here + 1, there + 1):
         a = a0 + (a1 - a0) * g / many
         x, y = on_edge(S, own, e, a)
-        # farther than the other one may be bent
+        # farther away than both scales can bend
         if side * (s[2] + s[5] * x + s[8] * y - side * half * s[11]) - most * abs(s[11]) > bound:
             continue
         if side * (s[2] + s[5] * x + s[8] * y + s[11] * (height(S, own, st.b[own], x, y) - side * half)) > bound:
@@ -300,7 +300,7 @@ def minima(
 
 @_jit
 def gap_at(S: System, st: State, W: Work, row: Array) -> float:
-    """Return the gap of a vertex that is there, real or with a complex step."""
+    """Return the gap of a known vertex, real or with a complex step."""
     i, kind, one, other = int(row[touch.FIRST]), int(row[touch.KIND]), int(row[touch.ONE]), int(row[touch.OTHER])
     k, a, none = int(row[touch.APART]), row[touch.AT], 0.0 * S.shapes[int(row[touch.FIRST]), ETA]
     j, upper = further(S, i, k), kind in (touch.FV, touch.FE)
@@ -317,7 +317,7 @@ def gap_at(S: System, st: State, W: Work, row: Array) -> float:
 
 @_jit
 def overhang(S: System, s: Array, own: int, other: int, e: int, half: float, most: float) -> tuple[float, float]:
-    """Return between which shares of an edge it may lie over the other scale's face, if it is bent by ``most``."""
+    """Return the range of shares of an edge that may lie over the other scale's face, for bending up to ``most``."""
     x, y = on_edge(S, own, e, low(S, own, e))
     p = seen(s, x, y, half)
     x, y = on_edge(S, own, e, high(S, own, e))
@@ -329,7 +329,7 @@ def overhang(S: System, s: Array, own: int, other: int, e: int, half: float, mos
 
 @_jit
 def narrowed(least: float, most: float, start: float, end: float, first: float, last: float) -> tuple[float, float]:
-    """Narrow a range of shares to where what runs from start to end is between two bounds."""
+    """Return the range of shares narrowed to where a quantity, linear from start to end, is between two bounds."""
     if abs(end - start) > _PARALLEL:
         one, two = (least - start) / (end - start), (most - start) / (end - start)
         return max(first, min(one, two)), min(last, max(one, two))
@@ -338,7 +338,7 @@ def narrowed(least: float, most: float, start: float, end: float, first: float, 
 
 @_jit
 def edges_of(kind: int, one: int, other: int, side: int) -> tuple[int, int]:
-    """Return the edges of a scale (0: the first one) on which a contact lies; -1 for none."""
+    """Return the edges of a scale (``side`` 0: the first scale) on which a contact lies; -1 for none."""
     feature = one if side == 0 else other
     if kind == touch.EE or (kind == touch.EF and side == 0) or (kind == touch.FE and side == 1):
         return feature, -1
@@ -349,7 +349,7 @@ def edges_of(kind: int, one: int, other: int, side: int) -> tuple[int, int]:
 
 @_jit
 def known(S: System, st: State, con: Array, m: int, row: Array, W: Work) -> bool:
-    """Say whether a vertex is a contact already, or one at the place of a contact; ``W.vertex`` becomes its kind."""
+    """Return whether a vertex is already a contact, or at the place of one; its row is written to ``W.vertex``."""
     c = W.vertex
     kind, one, other = int(row[touch.KIND]), int(row[touch.ONE]), int(row[touch.OTHER])
     for a in range(5):
@@ -375,7 +375,7 @@ def known(S: System, st: State, con: Array, m: int, row: Array, W: Work) -> bool
 def deepest_of(
     S: System, st: State, con: Array, m: int, W: Work, i: int, k: int, cap: float, out: Array, n: int
 ) -> tuple[int, int]:
-    """Return as :func:`deepest` a vertex of scale i and its neighbour k; rows are written from n on, to the second."""
+    """Return the deepest new vertex of scale i and its neighbour k, and the row behind the written ones."""
     first, n, best = n, vertices(S, st, W, i, k, cap, out, n), -1
     for a in range(first, n):
         if not known(S, st, con, m, out[a], W) and (best < 0 or out[a, touch.GAP] < out[best, touch.GAP]):
@@ -385,9 +385,10 @@ def deepest_of(
 
 @_jit
 def deepest(S: System, st: State, con: Array, m: int, W: Work, cap: float, near: Array, every: bool, out: Array) -> int:
-    """Return the vertex with the least gap below ``cap`` that is not known, a row of ``out``; -1 where there is none.
+    """Return the row of ``out`` with the least gap below ``cap`` that is no contact yet; -1 if there is none.
 
-    ``near`` (N, reach) marks the pairs that have one: all pairs are looked at where ``every``, else those only.
+    ``near`` (N, reach) marks pairs that have such a vertex; all pairs are searched with ``every``, else only the marked
+    ones.
     """
     n, N, best = 0, len(S.shapes), -1
     for i in range(N):

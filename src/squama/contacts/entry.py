@@ -1,4 +1,4 @@
-"""The compiled solver as it is called from outside."""
+"""Entry points of the compiled contact solver, for Python."""
 
 from __future__ import annotations
 
@@ -49,43 +49,44 @@ from squama.types import Array
 
 SOURCES = [*sorted(Path(__file__).parent.glob("*.py")), Path(records.__file__)]
 GRIP = 1e-6
-"""Compliance, d/E, by which a contact that sticks gives way along the plate: what rigid plates leave undetermined where
-several stick, as the plate's own local compliance does in truth."""
+"""Tangential compliance, d/E, of a sticking contact. It determines the forces that rigid plates leave undetermined
+where several contacts stick, as the local compliance of real plates does.
+"""
 SLIDING = 0.2
-"""Stiffness, E d, by which slip enters the law of friction."""
+"""Stiffness, E d, that multiplies slip in the friction law."""
 
 _CROWD = 8
-"""Contacts, in the mean, of as many scales of a row as may meet, for which there is room."""
+"""Room for contacts per scale among the scales of a row that may meet, on average."""
 
 
 @_jit
 def _follow(w: Walk, legs: Legs, written: Written) -> None:
-    """Follow a path, which stays in memory meanwhile: compiled functions are given its address."""
+    """Follow a path kept in memory: compiled functions get its address."""
     follow(records.held(w), legs, written)
 
 
 @_jit
 def _again(w: Walk, legs: Legs, written: Written) -> None:
-    """Follow a noted path once more, see :func:`_follow`."""
+    """Follow a recorded path again, see :func:`_follow`."""
     again(records.held(w), legs, written)
 
 
 @making
 def _at(legs: Legs, i: int) -> Legs:
-    """Return the legs of one of many paths."""
+    """Return the legs of path i of many."""
     return Legs(legs.ways[i], legs.corners[i], legs.most[i], legs.step, legs.within)
 
 
 @making
 def _of(found: Written, i: int) -> Written:
-    """Return what is written of one of many paths."""
+    """Return the output arrays of path i of many."""
     rows, motions, bends, contacts, events, ends = found
     return Written(rows[i], motions[i], bends[i], contacts[i], events[i], ends[i])
 
 
 @_jit
 def _begun(w: Walk, given: Array, written: Written) -> None:
-    """Solve for a row's state from an endless beam's, and write it, see :func:`_follow`."""
+    """Solve for a row's state from that of an endless beam and write it, see :func:`_follow`."""
     row = records.held(w)
     written.ends[0] = RANGE if from_endless(row, given) else NO_EQUILIBRIUM
     write(row, written, 0)
@@ -93,7 +94,7 @@ def _begun(w: Walk, given: Array, written: Written) -> None:
 
 @making
 def state(S: System, C: int) -> State:
-    """Return a state at rest."""
+    """Return a state at rest with room for C contacts."""
     N, kind = len(S.shapes), S.K.dtype
     return State(
         np.zeros((N, 6), kind),
@@ -107,7 +108,7 @@ def state(S: System, C: int) -> State:
 
 @making
 def walk(S: System, C: int, notes: Array) -> Walk:
-    """Return a path at rest with room for C contacts, and for notes (or none)."""
+    """Return a path at rest with room for C contacts, and an array for its record (or an empty one)."""
     N, k, kind = len(S.shapes), S.reach, S.K.dtype
     wide = borders(S)
     n, own, sections = (MOTIONS + ahead(S)) * N + 6 * C + wide, N if S.own else 0, S.ties.forces.shape[1]
@@ -142,12 +143,13 @@ def walk(S: System, C: int, notes: Array) -> Walk:
 class Beams(NamedTuple):
     """Many endless beams, E = d = 1.
 
-    ``shapes`` (n, 9): eta, beta, lam, sine and cosine of alpha and of theta0, h, mu; ``K`` (n, 7, 7) over (u, w,
-    phi), or (n, 9, 9) over bend and stretch, too; ``elastic`` (n,); ``plates`` (n, 24, 24), see
-    :func:`squama.model.elastic_plate.compliances`; ``free`` (n, 4): which strains are; ``aside`` (n,): the bar's
-    stiffness against lateral bend over that against bend; ``masked`` (n, 6): 1 for motions that stay 0, or (n, 0).
-    With scales on both faces ``seen`` (n, 3) are the signs with which the other face sees bend, twist and lateral bend,
-    and ``own`` (n, 4) the stiffness against the strains that both matrices hold, the bar's own; else both are (n, 0).
+    ``shapes`` (n, 9): eta, beta, lam, sine and cosine of alpha and of theta0, h, mu; ``K`` (n, 7, 7) over (u, w, phi),
+    or (n, 9, 9) with bend and stretch; ``elastic`` (n,); ``plates`` (n, 24, 24), see
+    :func:`squama.model.elastic_plate.compliances`; ``free`` (n, 4): flags of free strains; ``aside`` (n,): the bar's
+    stiffness against lateral bend over that against bend; ``masked`` (n, 6): 1 for blocked motions, or (n, 0). With
+    scales on both faces ``seen`` (n, 3) are the signs with which the other face sees bend, twist and lateral bend, and
+    ``own`` (n, 4) is the bar's own stiffness against the strains, included in the matrices of both; else both are (n,
+    0).
     """
 
     shapes: Array
@@ -163,16 +165,15 @@ class Beams(NamedTuple):
 
 @_jit
 def faces(b: Beams) -> int:
-    """Return on how many faces there are scales."""
+    """Return the number of faces with scales."""
     return 2 if b.seen.shape[1] > 0 else 1
 
 
 @making
 def system(b: Beams, i: int, n: int, about: int, ties: Ties) -> System:
-    """Return one beam: n scales that repeat for ever, or a row of them, which may come to lie on the substrate.
+    """Return one beam as n scales that repeat for ever, or as a row, which may come to lie on the substrate.
 
-    With scales on both faces every other one is of the other face. Below 0 ``i`` stands for scales of which each is
-    that of another beam.
+    With scales on both faces every second scale is on the other face. For ``i`` < 0 each scale is that of another beam.
     """
     kind, periodic, reach = b.shapes.dtype, about == ENDLESS, 1
     shapes, axes = np.zeros((n, 6), kind), np.zeros((n, 3, 3), kind)
@@ -209,7 +210,7 @@ def system(b: Beams, i: int, n: int, about: int, ties: Ties) -> System:
 
 @_jit
 def turned_over(b: Beams, i: int, K: Array, sees: Array) -> None:
-    """Make a joint (10, 10) that of a scale of the other face, without the bar, which is counted once."""
+    """Transform a joint (10, 10) into that of a scale on the other face, without the bar, which is counted once."""
     copy(b.seen[i], sees)
     for e in range(STRAINS):
         if e != EPS:
@@ -223,26 +224,26 @@ def turned_over(b: Beams, i: int, K: Array, sees: Array) -> None:
 
 @_jit
 def _place(a: int) -> int:
-    """Return the row of a joint's matrix among motions and strains: there the bend comes before the twist."""
+    """Return the row of a joint's matrix in the order of motions and strains, where bend comes before twist."""
     if a < MOTIONS:
         return a
     return MOTIONS + (PHI if a == 6 else (PSI if a == 7 else EPS))
 
 
 def _path(S: System, C: int, legs: Legs, written: Written, notes: Array) -> None:
-    """Follow one system, see :func:`squama.contacts.follow.follow`; room for C contacts, and for notes (or none)."""
+    """Follow one system, see :func:`squama.contacts.follow.follow`; with room for C contacts and a record (or none)."""
     _follow(walk(S, C, notes), legs, written)
 
 
 def _many(
     b: Beams, scales: int, about: int, ties: Ties, C: int, legs: Legs, found: Written, notes: Array, snapshots: Array
 ) -> None:
-    """Follow beams of a number of scales, endless or rows, on paths of their own.
+    """Follow beams with a number of scales, endless or rows, each on its own path.
 
-    ``about``: what their cells are, :data:`squama.contacts.system.ENDLESS` and so on. Where there are more beams than
-    paths, they are the scales of one; one beam may have many paths. ``snapshots`` (n, size): states from which paths
-    go on, and in their place those to which they went; or (n, 0), from rest. Rows whose cells have strains of their own
-    have states of the endless beam there (:mod:`squama.contacts.from_endless`) beside which one is solved for.
+    ``about``: kind of their cells, :data:`squama.contacts.system.ENDLESS` and so on. If there are more beams than
+    paths, each beam is a scale of one row; one beam may have many paths. ``snapshots`` (n, size): states from which
+    paths start, replaced by those they reach; (n, 0) starts from rest. For rows whose cells have their own strains they
+    are states of the endless beam, from which one state of the row is solved for (:mod:`squama.contacts.from_endless`).
     """
     each, one = len(b.shapes) > len(legs.ways), len(b.shapes) == 1
     for i in range(len(legs.ways)):
@@ -258,9 +259,9 @@ def _many(
 
 
 def _move(b: Beams, C: int, legs: Legs, found: Written, notes: Array, snapshots: Array) -> None:
-    """Follow endless beams (n k) with complex steps, each k times, that were followed, noted (n,) and ended as found.
+    """Follow endless beams (n k) with complex steps, k copies of each of n recorded paths, with the ends found there.
 
-    ``snapshots`` (n, size) of where they began, or (n, 0) for rest.
+    ``snapshots`` (n, size) of their starting states, or (n, 0) for rest.
     """
     k, one = len(legs.ways) // len(notes), len(b.shapes) == 1
     for i in range(len(legs.ways)):

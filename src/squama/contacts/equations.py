@@ -1,18 +1,19 @@
-r"""The equations of N scales in contact, and their derivatives; compiled.
+r"""The equations of N scales in contact: their residual; compiled.
 
-Contact c presses scale i from its neighbour j at places r1 and p2, both seen from scale i, by the force F::
+Contact c presses scale i away from its neighbour j by the force F at the places r1 and p2, both in the axes of scale
+i::
 
     scale      K_q . (q, e) = sum F - R'^T F,  and the moments of both about the scales' base midpoints
     plate      b = C sum [Phi(x1, y1) F.n_1 - Phi(x2, y2) F.n_2]                 (explicit: no unknowns of its own)
     contact    r1 - p2 = 0,  along a bent edge that lies on a face t . n = 0 as well
     friction   y = f - k v:  abs(y) <= mu N: v1 + grip (f - f_last) = 0 (sticks);  else f - mu N y/abs(y) = 0 (slips)
-    strain     K_e . (q, e) + sum F . dp2/de = 0  for each that is free, or its moment or force where it is imposed;
-               of each cell the load at the ends where cells have strains of their own (:mod:`squama.contacts.supports`)
+    strain     K_e . (q, e) + sum F . dp2/de = 0  for each free strain, or the load of an imposed one;
+               the load at the ends for each cell with strains of its own (:mod:`squama.contacts.supports`)
     substrate  theta_i = 0 of a scale that lies on it, by a moment Q_i that brings Q_i theta_q to its balance
 
 with f = F - N n the part along the plate, N = F . n, n the common normal from the image to scale i. The slip v over the
-increment is that of the material places where the contact is now: r1 - p2 of these same places at the two states
-before, by the backward difference of second order. It is the same law for each kind of contact (docs: contacts).
+increment is that of the contact's present material places: r1 - p2 of these places at the two earlier states,
+by the backward difference of second order. The law is the same for each kind of contact (docs: contacts).
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ from squama.types import Array
 
 @_jit
 def elastic(S: System, st: State, at: Array, W: Work, r: Array, loads: Array) -> None:
-    """Write what joints and bar oppose to a state: residual of the scales, M, T, B, P of cells, and in the mean."""
+    """Write the elastic part of a state: residual of the scales, loads M, T, B, P of the cells, and their means."""
     N, many = len(S.shapes), cells(S)
     for e in range(STRAINS):
         loads[e] = 0.0
@@ -69,7 +70,7 @@ def elastic(S: System, st: State, at: Array, W: Work, r: Array, loads: Array) ->
 def residual(
     S: System, st: State, past: Past, con: Array, m: int, at: Array, n: int, W: Work, r: Array, loads: Array
 ) -> None:
-    """Write the residual (n,) of a state, M, T, B, P, and what is known of its contacts; W is brought to the state."""
+    """Write the residual (n,) of a state, the loads M, T, B, P, and the contacts' values; update W to the state."""
     N, many = len(S.shapes), cells(S)
     elastic(S, st, at, W, r, loads)
     for c in range(m):
@@ -112,7 +113,7 @@ def residual(
         elif kind == touch.FE:
             r[o + 5] = dot(t2, g.n)
         if row[touch.STUCK] == touch.LET_GO:
-            # its force and its places are given
+            # its force and its places are fixed
             told[N_] = 0.0
             for a in range(3 + places_of(kind)):
                 r[o + a] *= 0.0
@@ -144,7 +145,7 @@ def residual(
 
 @_jit
 def lie(S: System, st: State, i: int, c: int, o: int, turns: int, W: Work, r: Array) -> None:
-    """Write the equation of a scale that lies on the substrate, and what its moment brings to its balance."""
+    """Write the equation of a scale that lies on the substrate, and its moment in the scale's balance."""
     Q, told = st.F[c, 0], W.told[c]
     clear(told)
     told[N_] = Q

@@ -1,4 +1,4 @@
-"""What happens on a path, in words: contacts that come, hand over, stick, slide and go, and jumps of the scales."""
+"""Events on a path in words: contacts that engage, change, stick, slide and open, and jumps of the scales."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ LETTERS = {
     (FACE, CORNERS + 2): "DF",
     (FACE, CORNERS + 3): "AF",
 }
-"""Letters of contacts by what meets (docs, theory: bending and twisting); others are told in words."""
+"""Letters of contacts by their features (docs, theory: bending and twisting); other contacts have words only."""
 PARTS = (
     *("tip edge C{0}B{0}", "side edge D{0}C{0}", "side edge A{0}B{0}", "base edge D{0}A{0}", "the face of scale {0}"),
     *(f"corner {letter}{{0}}" for letter in "CBDA"),
 )
-"""What may meet, by number; scale 2 is neighbour k of scale 1."""
+"""Features of a contact in words, by number; scale 2 is neighbour k of scale 1."""
 AT_ONCE = 1e-7
-"""Way, rad per pitch, within which an event and one that takes it back are none."""
+"""Distance, rad per pitch, within which an event and its reversal cancel."""
 TOGETHER = "+"
-"""Between the names of contacts at once."""
+"""Separator of the names of simultaneous contacts."""
 
 
 class Event(NamedTuple):
-    """What happens at a way: ``kind`` of :mod:`squama.contacts.follow`, bend and twist per pitch, name of the contact.
+    """An event at a way: ``kind`` of :mod:`squama.contacts.increments`, bend and twist per pitch, name of the contact.
 
-    ``before`` and ``after``: names of the contacts there are; ``lost``: energy lost, E d^2 per pitch.
+    ``before`` and ``after``: names of all contacts; ``lost``: energy lost, E d^2 per pitch.
     """
 
     kind: int
@@ -53,12 +53,12 @@ class Event(NamedTuple):
 
     @property
     def placed(self) -> str:
-        """The contact and its way, in words."""
+        """Contact and way, in words."""
         return f"{self.contact} at {per_pitch(self.way)}"
 
     @property
     def word(self) -> str:
-        """What happens, in words."""
+        """The event in words."""
         if self.kind == increments.ENGAGE:
             return f"engagement ({self.contact})" if not self.before else f"another contact ({self.contact})"
         if self.kind == increments.OPEN:
@@ -70,14 +70,14 @@ class Event(NamedTuple):
             if old and new:
                 return f"{old} to {new}"
             if not old and not new:
-                # neither hand-over nor energy that is lost: another equilibrium of the same contacts
+                # no contact changed and no energy was lost: another equilibrium of the same contacts
                 return "jump of the scales"
             return f"another contact ({new})" if new else f"release ({old})"
         return f"{self.contact} {'sticks' if self.kind == increments.STICK else 'slides'}"
 
 
 def changed(before: tuple[str, ...], after: tuple[str, ...]) -> tuple[str, str]:
-    """Return the names of contacts that are there before alone, and behind alone."""
+    """Return the names of contacts that exist only before, and only after, an event."""
     old, new = list(before), list(after)
     for name in before:
         if name in new:
@@ -87,19 +87,19 @@ def changed(before: tuple[str, ...], after: tuple[str, ...]) -> tuple[str, str]:
 
 
 def named(first: int, second: int, k: int) -> str:
-    """Return the letters of a contact by what meets; its words where it has none."""
+    """Return the letters of a contact from its features; words if it has none."""
     words = f"{PARTS[first].format(1)} on {PARTS[second].format(2)}"
     return LETTERS.get((first, second), words) + f" (k = {k})" * (k > 1)
 
 
 def _of(kind: float, one: float, other: float, k: float) -> str:
-    """Return the name of a contact by its kind, features and neighbour."""
+    """Return the name of a contact from its kind, features and neighbour."""
     first, second = features(*np.array([[kind], [one], [other]]).astype(int))
     return named(int(first[0]), int(second[0]), int(k))
 
 
 def _numbered(code: float) -> str:
-    """Return the name of a contact by its number, see :func:`squama.contacts.increments.number`."""
+    """Return the name of a contact from its number, see :func:`squama.contacts.increments.number`."""
     whole, other = divmod(int(code), 4)
     whole, one = divmod(whole, 4)
     whole, kind = divmod(whole, 5)
@@ -107,7 +107,7 @@ def _numbered(code: float) -> str:
 
 
 def events(found: Answers, i: int = 0) -> list[Event]:
-    """Return what happens on the path of one beam, in its order."""
+    """Return the events on the path of beam i, in their order."""
     told: list[Event] = []
     before: tuple[str, ...] = ()
     for row in found.events[i, : min(int(found.ends[i, 2]), len(found.events[i]))]:
@@ -122,14 +122,14 @@ def events(found: Answers, i: int = 0) -> list[Event]:
 
 
 def undone(one: Event, next_one: Event) -> bool:
-    """Say whether an event takes back the one before it at once: one of two contacts goes as the other comes."""
+    """Return whether an event reverses the one before it at once: one of two contacts opens as the other engages."""
     pairs = {increments.ENGAGE, increments.OPEN}, {increments.STICK, increments.SLIDE}
     same = one.contact == next_one.contact and {one.kind, next_one.kind} in pairs
     return same and next_one.way - one.way < AT_ONCE
 
 
 def touching(found: Answers, i: int = 0) -> Array:
-    """Return the names of the contacts (m,) in the states of one beam, joined; empty where nothing touches."""
+    """Return the names of the contacts (m,) in the states of beam i, joined; "" without contact."""
     return _joined(found.touches[i], found.rows[i])
 
 
@@ -139,7 +139,7 @@ def last(found: Answers) -> Array:
 
 
 def _joined(touches: Array, rows: Array) -> Array:
-    """Return the names of the contacts (n,) of states, by these (n, C, 16) and the rows (n, 60)."""
+    """Return the names of the contacts (n,) of states, from contacts (n, C, 16) and rows (n, 60)."""
     counts = np.nan_to_num(rows[:, COLUMNS.index("contacts")]).astype(int)
     names = [
         TOGETHER.join(_of(c[2], c[3], c[4], c[1]) for c in contacts[:count])
@@ -149,5 +149,5 @@ def _joined(touches: Array, rows: Array) -> Array:
 
 
 def second(told: Sequence[Event]) -> Event | None:
-    """Return which contact comes in first beside another one; None where none does."""
+    """Return the first event in which a contact comes in beside another one; None if there is none."""
     return next((event for event in told if event.kind == increments.ENGAGE and event.before), None)

@@ -1,7 +1,7 @@
-"""The state of a row from that of the endless beam at the same load: Newton's method, no path; compiled.
+"""State of a row from that of the endless beam at the same load, by Newton's method without a path; compiled.
 
-All cells begin with the endless beam's state; the contacts that the ends lack are left out, and the state of the others
-is solved for. A slip is that since the endless beam's scales engaged.
+All cells start with the endless beam's state; contacts beyond the ends are left out, and the equilibrium of the others
+is solved for. Slips are counted from the engagement of the endless beam.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from squama.types import Array
 
 _CELL = MOTIONS + STRAINS + POWERS
 _TRIES = 4
-"""Times that contacts which pull are let go of."""
+"""Number of times that pulling contacts are removed."""
 
 
 def size(contacts: int) -> int:
-    """Return how many numbers there are of an endless beam's states when it engages and now, and of its contacts now.
+    """Return the length of an endless beam's data: its states at engagement and now, and its contacts now.
 
-    Motions, strains and powers of both; M, T, B, P; how many contacts there are, and each (16,).
+    Motions, strains and plate coefficients of both; M, T, B, P; number of contacts, and each contact (16,).
     """
     return 2 * _CELL + STRAINS + 1 + CONTACT * contacts
 
 
 @_jit
 def _laid(w: Walk, given: Array, at: int) -> None:
-    """Lay a state of one scale on all cells."""
+    """Copy the state of one scale to all cells."""
     st = w.now
     for i in range(len(st.q)):
         for a in range(MOTIONS):
@@ -45,7 +45,7 @@ def _laid(w: Walk, given: Array, at: int) -> None:
 
 @_jit
 def _touched(w: Walk, given: Array, at: int) -> None:
-    """Give all cells the contacts of one, but for those that would reach beyond the ends."""
+    """Copy the contacts of one scale to all cells, except those that would reach beyond the ends."""
     N, n = len(w.S.shapes), 0
     for i in range(N):
         for c in range(int(given[at])):
@@ -66,7 +66,7 @@ def _touched(w: Walk, given: Array, at: int) -> None:
 
 @_jit
 def _let_go(w: Walk) -> bool:
-    """Take away contacts that pull; say whether there were any."""
+    """Remove contacts that pull; return whether there were any."""
     kept = 0
     m: int = w.counts[0]
     for c in range(m):
@@ -83,14 +83,14 @@ def _let_go(w: Walk) -> bool:
 
 @_jit
 def from_endless(w: Walk, given: Array) -> bool:
-    """Solve for the state of a row whose cells have strains of their own; say whether one was found.
+    """Solve for the state of a row whose cells have their own strains; return whether one was found.
 
-    ``given``: of the endless beam, see :func:`size`; loads go as far as there.
+    ``given``: data of the endless beam, see :func:`size`; the loads reach as far as its.
     """
     S = w.S
     _laid(w, given, 0)
     prepared(S, w.now, w.con, 0, True, w.W)
-    # deflections of plates without contacts are none
+    # without contacts the plates have no deflection
     _laid(w, given, 0)
     remember(w)
     w.past.weights[0], w.past.weights[1], w.past.weights[2] = 1.0, -1.0, 0.0

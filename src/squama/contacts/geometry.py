@@ -1,4 +1,4 @@
-"""Where scales and neighbours are: screws between cells and their rates, attitudes, deflected plates; compiled."""
+"""Geometry of scales and their neighbours: screws between cells and their rates, attitudes, deflections; compiled."""
 
 from __future__ import annotations
 
@@ -9,45 +9,46 @@ from squama.contacts.vectors import Turned, Vector, add, cross, dot, mixed, rota
 from squama.types import Array
 
 PLACED, RATES = 12, 24
-"""Columns of a neighbour: its turn, row by row, and shift; then, of each cell between and each of its strains, the turn
-and the shift per strain."""
+"""Columns of a neighbour: its rotation, row by row, and translation; then rotation and translation per strain, for each
+strain of each cell between.
+"""
 
 
 @_in
 def vector(a: Array, at: int) -> Vector:
-    """Return three numbers of an array."""
+    """Return three consecutive numbers of an array as a vector."""
     return a[at], a[at + 1], a[at + 2]
 
 
 @_in
 def put(v: Vector, a: Array, at: int) -> None:
-    """Write a vector into an array."""
+    """Write a vector into an array at an index."""
     a[at], a[at + 1], a[at + 2] = v
 
 
 @_in
 def turn(R: Array, v: Vector) -> Vector:
-    """Return R v, R in the first nine entries of an array."""
+    """Return R v, with R (9,) row by row at the beginning of an array."""
     x, y, z = v
     return R[0] * x + R[1] * y + R[2] * z, R[3] * x + R[4] * y + R[5] * z, R[6] * x + R[7] * y + R[8] * z
 
 
 @_in
 def back(R: Array, v: Vector) -> Vector:
-    """Return R^T v."""
+    """Return R^T v, with R as in :func:`turn`."""
     x, y, z = v
     return R[0] * x + R[3] * y + R[6] * z, R[1] * x + R[4] * y + R[7] * z, R[2] * x + R[5] * y + R[8] * z
 
 
 @_in
 def rowwise(A: Array, v: Vector) -> Vector:
-    """Return A v for a matrix."""
+    """Return A v for a matrix (3, 3)."""
     return dot(vector(A[0], 0), v), dot(vector(A[1], 0), v), dot(vector(A[2], 0), v)
 
 
 @_in
 def slopes(e: Turned) -> tuple[float, float]:
-    """Return the rates of (1 - cos t)/t^2 and (t - sin t)/t^3 with w.w."""
+    """Return the derivatives of (1 - cos t)/t^2 and (t - sin t)/t^3 with respect to w.w = t^2."""
     g = dot(e.w, e.w)
     if g.real < 0.05:
         b = -1 / 24 * (1 - g / 15 * (1 - 3 * g / 112 * (1 - 2 * g / 135)))
@@ -57,17 +58,17 @@ def slopes(e: Turned) -> tuple[float, float]:
 
 @_in
 def mapped(x: Vector, y: Vector, z: Vector, v: Vector) -> Vector:
-    """Return a vector whose components along x, y, z are given."""
+    """Return the vector with components v along x, y, z."""
     return mixed(v[0], x, v[1], y, v[2], z)
 
 
 @_jit
 def chain(S: System, strains: Array, i: int, many: int, outer: float, axes: Array, base: Vector, out: Array) -> None:
-    """Write how axes (3, 3) and a point of the section move over parts of cells i, i + 1, .., and the rates of that.
+    """Write how axes (3, 3) and a point move over the screws of cells i, i + 1, .., and the rates of that motion.
 
-    Written are the axes in columns, row by row, and the point; then of each strain the turn and the shift per strain.
-    The screws (combined.md, section 1) of ``many`` cells' strains follow each other, the first and the last of them
-    over ``outer`` pitches, others over one.
+    Written are the axes in columns, row by row, and the point; then rotation and translation per strain, for each
+    strain. The screws of ``many`` cells' strains follow each other, the first and the last over ``outer`` pitches,
+    others over one.
     """
     psi, phi, chi = S.sees[i, PSI], S.sees[i, PHI], S.sees[i, CHI]
     none = 0.0 * strains[0, 0]
@@ -120,7 +121,7 @@ def chain(S: System, strains: Array, i: int, many: int, outer: float, axes: Arra
 
 @_jit
 def neighbour(S: System, strains: Array, i: int, j: int, k: int, out: Array) -> None:
-    """Write scale j as scale i, k scales before it, sees it: turn, shift, and their rates.
+    """Write scale j, k cells further than scale i, in the axes of i: rotation, translation, and their rates.
 
     Each scale is in the middle of its cell.
     """
@@ -138,7 +139,7 @@ def neighbour(S: System, strains: Array, i: int, j: int, k: int, out: Array) -> 
 
 @_jit
 def neighbours(S: System, strains: Array, pairs: Array) -> None:
-    """Write all neighbours (N, reach, 12 + 24 cells between) that scales may meet."""
+    """Write the neighbours (N, reach, 12 + 24 cells between) that each scale may touch."""
     N = len(S.shapes)
     for i in range(N):
         for k in range(1, S.reach + 1):
@@ -148,7 +149,7 @@ def neighbours(S: System, strains: Array, pairs: Array) -> None:
 
 @_jit
 def attitudes(q: Array, E: Array) -> None:
-    """Write attitudes, row by row, and places (N, 12) of scales by their motions."""
+    """Write rotation matrices, row by row, and displacements (N, 12) of scales from their motions (N, 6)."""
     for i in range(len(q)):
         e = turned(vector(q[i], 3))
         one = (1.0 + 0.0 * q[i, 0], 0.0 * q[i, 0], 0.0 * q[i, 0])
@@ -160,13 +161,13 @@ def attitudes(q: Array, E: Array) -> None:
 
 @_in
 def normal(R: Array) -> Vector:
-    """Return the third column of a turn."""
+    """Return the third column of a rotation matrix: the normal of a scale."""
     return R[2], R[5], R[8]
 
 
 @_jit
 def lift(S: System, i: int, b: Array, x: float, y: float) -> tuple[float, float, float]:
-    """Return the deflection (24 powers) at a place of scale i, and its slopes."""
+    """Return the deflection (24 coefficients) at a place of scale i, and its slopes along x and y."""
     X, Y = x / S.shapes[i, ETA], y / S.shapes[i, BETA]
     w, wx, wy = 0.0 * X, 0.0 * X, 0.0 * X
     for m in range(5, -1, -1):
@@ -180,7 +181,7 @@ def lift(S: System, i: int, b: Array, x: float, y: float) -> tuple[float, float,
 
 @_jit
 def lifted_by(S: System, i: int, b: Array, x: float, y: float) -> float:
-    """Return the deflection alone."""
+    """Return the deflection of :func:`lift` alone."""
     X, Y = x / S.shapes[i, ETA], y / S.shapes[i, BETA]
     w: float = 0.0 * x
     for m in range(5, -1, -1):
@@ -207,7 +208,7 @@ def bow(S: System, i: int, b: Array, x: float, y: float) -> tuple[float, float, 
 
 @_jit
 def powers(S: System, i: int, x: float, y: float, out: Array) -> None:
-    """Write the powers (3, 24) of a place of scale i: their values, and slopes along x and y."""
+    """Write the powers X^m Y^n (3, 24) at a place of scale i: values, and slopes along x and y."""
     eta, beta = S.shapes[i, ETA], S.shapes[i, BETA]
     X, Y = x / eta, y / beta
     p = X
@@ -225,7 +226,7 @@ def powers(S: System, i: int, x: float, y: float, out: Array) -> None:
 
 @_jit
 def press(S: System, i: int, x: float, y: float, force: float, load: Array) -> None:
-    """Add what a force along the normal at a place of scale i does to each power (24,)."""
+    """Add the load (24,) on each power by a force along the normal at a place of scale i."""
     X, Y = x / S.shapes[i, ETA], y / S.shapes[i, BETA]
     a = force * X * X
     for m in range(6):
@@ -239,6 +240,6 @@ def press(S: System, i: int, x: float, y: float, force: float, load: Array) -> N
 
 @_in
 def beside(E: Array, x: float, y: float, z: float) -> Vector:
-    """Return a place of a scale, from its base midpoint at rest, by its attitude (12,)."""
+    """Return a place of a displaced scale from its attitude (12,), relative to its base midpoint at rest."""
     r = turn(E, (x, y, z))
     return r[0] + E[9], r[1] + E[10], r[2] + E[11]

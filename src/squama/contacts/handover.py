@@ -1,4 +1,4 @@
-"""How a contact is handed over to other features, taken in, and taken out; compiled."""
+"""Changes of single contacts: adding, removing, and replacing by a contact of other features; compiled."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from squama.contacts.vectors import dot
 from squama.types import Array
 
 _CLOSE = 1e-6
-"""Distance, in plates, and difference of normals of two vertices that are one place."""
+"""Distance, as a share of the plates, and difference of normals, of two vertices at one place."""
 _WIDER, _WIDEST = 2.0, 0.2
-"""By how much the window of an edge along a face is widened where two contacts in it have no balance, and to what."""
+"""Factor that widens the window of an edge along a face if two contacts in it have no equilibrium, and its limit."""
 
 
 @_jit
 def apart(w: Walk, st: State, c: int, v: Array) -> float:
-    """Return how far a vertex is from a contact, on both scales."""
+    """Return the distance of a vertex from a contact, summed over both scales."""
     k = w.W.vertex
     for a in range(5):
         k[a] = int(v[a])
@@ -33,7 +33,7 @@ def apart(w: Walk, st: State, c: int, v: Array) -> float:
 
 @_jit
 def drop(w: Walk, st: State, c: int) -> None:
-    """Take a contact out."""
+    """Remove a contact."""
     m = w.counts[0] - 1
     for a in range(c, m):
         copy(w.con[a + 1], w.con[a])
@@ -46,7 +46,7 @@ def drop(w: Walk, st: State, c: int) -> None:
 
 @_jit
 def every(w: Walk, how: int) -> None:
-    """Let all contacts stick (1), slide (0) or be smooth, but those that are let go of."""
+    """Let all contacts stick (1), slide (0) or be smooth (SMOOTH), except those that are let go of."""
     for c in range(w.counts[0]):
         if w.con[c, touch.STUCK] != touch.LET_GO:
             w.con[c, touch.STUCK] = how
@@ -54,7 +54,7 @@ def every(w: Walk, how: int) -> None:
 
 @_jit
 def any_let_go(w: Walk) -> bool:
-    """Say whether contacts are let go of."""
+    """Return whether some contacts are let go of."""
     found = False
     for c in range(w.counts[0]):
         found = found or w.con[c, touch.STUCK] == touch.LET_GO
@@ -63,7 +63,7 @@ def any_let_go(w: Walk) -> bool:
 
 @_jit
 def add_contact(w: Walk, st: State, row: Array) -> bool:
-    """Take a vertex in as a contact without a force; False where there is no room."""
+    """Add a vertex as a contact without force; False if there is no room."""
     m = w.counts[0]
     if m == len(w.con):
         return False
@@ -71,7 +71,7 @@ def add_contact(w: Walk, st: State, row: Array) -> bool:
         w.con[m, a] = int(row[a])
     w.con[m, touch.STUCK], w.con[m, touch.ENDED] = 1 if w.S.shapes[0, MU].real > 0.0 else 0, 0
     if any_let_go(w):
-        # what it slides along meanwhile is not known
+        # its slip in the meantime is unknown
         w.con[m, touch.STUCK] = touch.SMOOTH
     for a in range(3):
         st.F[m, a] = w.past.F[m, a] = 0.0
@@ -82,7 +82,7 @@ def add_contact(w: Walk, st: State, row: Array) -> bool:
 
 @_jit
 def exchange(w: Walk, st: State, c: int, kind: int, one: int, other: int, a: float, b: float, d: float) -> None:
-    """Make a contact one of other features at the same place; its force stays."""
+    """Give a contact other features at the same place; its force is kept."""
     w.con[c, touch.KIND], w.con[c, touch.ONE], w.con[c, touch.OTHER] = kind, one, other
     st.s[c, 0], st.s[c, 1], st.s[c, 2] = a, b, d
     w.J.kept[0] = 0
@@ -90,16 +90,16 @@ def exchange(w: Walk, st: State, c: int, kind: int, one: int, other: int, a: flo
 
 @_jit
 def become(w: Walk, st: State, c: int, v: Array) -> None:
-    """Make a contact that of a vertex; its force stays."""
+    """Give a contact the features and places of a vertex; its force is kept."""
     a = touch.AT
     exchange(w, st, c, int(v[touch.KIND]), int(v[touch.ONE]), int(v[touch.OTHER]), v[a], v[a + 1], v[a + 2])
 
 
 @_jit
 def roll(w: Walk, st: State, c: int, edge: int) -> None:
-    """Let the edge that dips beside a contact lie along the face there (+ 4: an edge of the other scale).
+    """Replace a contact by the edge that dips beside it and lies along the face (+ 4: an edge of the other scale).
 
-    One that lies flush has no place at which it is tangent: the contact bears on.
+    An edge that lies flush has no tangent place: the contact is kept.
     """
     S, row = w.S, w.con[c]
     least, most = beside_it(w, st, c, edge)
@@ -116,7 +116,7 @@ def roll(w: Walk, st: State, c: int, edge: int) -> None:
 
 @_jit
 def leave(w: Walk, st: State, c: int, which: int) -> bool:
-    """Hand an edge along a face over to its corner, or to the face's edge; False where that is not continuous."""
+    """Replace an edge along a face by its corner, or by the face's edge; False if that is not continuous."""
     row, s = w.con[c], st.s[c]
     kind = row[touch.KIND]
     if kind < touch.EF:
@@ -140,7 +140,7 @@ def leave(w: Walk, st: State, c: int, which: int) -> bool:
 
 @_jit
 def succeed(w: Walk, st: State, c: int) -> bool:
-    """Let a vertex at the same place take the force of a contact that left its edge; False where there is none."""
+    """Replace a contact that left its edge by a vertex at the same place, with its force; False if there is none."""
     S, row = w.S, w.con[c]
     i, apart, kind, one, other = row[touch.FIRST], row[touch.APART], row[touch.KIND], row[touch.ONE], row[touch.OTHER]
     x1, y1, x2, y2 = spots(S, row, st.s[c])
@@ -149,7 +149,7 @@ def succeed(w: Walk, st: State, c: int) -> bool:
     n = vertices(S, st, w.W, i, apart, 1e-3, w.found, 0)
     best, least, k = -1, 0.1, w.W.vertex
     for a in range(n):
-        # what it is gets into k
+        # known() writes the vertex's row to k
         if known(S, st, w.con, w.counts[0], w.found[a], w.W):
             continue
         if k[touch.KIND] == kind and k[touch.ONE] == one and k[touch.OTHER] == other:
@@ -166,10 +166,10 @@ def succeed(w: Walk, st: State, c: int) -> bool:
 
 @_jit
 def merged(w: Walk, ends: bool) -> bool:
-    """Take the last contact that came in as one with another of that pair, near it on an edge that lies along a face.
+    """Merge the last added contact with another of its pair, near it on an edge that lies along a face.
 
-    Such an edge may be pressed at two places or, ``ends``, beside its end: where no balance is found for both they bear
-    as one.
+    Such an edge may be pressed at two places or, with ``ends``, beside its end: if both have no equilibrium they act as
+    one.
     """
     c = w.counts[0] - 1
     F = vector(w.now.F[c], 0)
@@ -190,7 +190,7 @@ def merged(w: Walk, ends: bool) -> bool:
 
 @_jit
 def beside(w: Walk, o: int, c: int) -> float:
-    """Return how far two contacts of a pair are from each other, as a part of the plates."""
+    """Return the distance of two contacts of a pair, as a share of the plates' sizes."""
     S, far = w.S, 0.0
     i, j = w.con[c, touch.FIRST], partner(S, w.con[c])
     sizes = (S.shapes[i, ETA], 2 * S.shapes[i, BETA], S.shapes[j, ETA], 2 * S.shapes[j, BETA])
@@ -201,9 +201,9 @@ def beside(w: Walk, o: int, c: int) -> float:
 
 @_jit
 def successor(w: Walk, st: State, c: int) -> None:
-    """Write into ``w.best`` the vertex at a contact's place whose normal is its own; the kind is -1 where none is.
+    """Write to ``w.best`` the vertex at a contact's place with the same normal; its kind is -1 if there is none.
 
-    A corner of a plate that lies along another one leaves the face as two edges begin to cross.
+    When a corner of a plate that lies along another one leaves the face, two edges begin to cross there.
     """
     S, m, v = w.S, w.counts[0], w.best
     v[touch.KIND] = -1.0

@@ -1,4 +1,4 @@
-"""The equations' derivatives by the unknowns, written down; compiled."""
+"""Derivatives of the equations with respect to the unknowns, in closed form; compiled."""
 
 from __future__ import annotations
 
@@ -30,15 +30,16 @@ from squama.contacts.vectors import Vector, add, by_vector, cross, dot, scaled, 
 from squama.types import Array
 
 _J, _S, _W, _F, _E = 6, 12, 15, 21, 24
-"""Local variables of a contact: motions of both scales, places, lifts and slopes of both plates, force, strains of the
-cells from the one to the other."""
+"""Offsets of a contact's local variables: motions of both scales, places, lifts and slopes of both plates, force,
+strains of the cells between.
+"""
 LOCAL = 18
-"""What a contact brings to the equations, beside what it brings to those of strains."""
+"""Number of local equations of a contact, without those of strains."""
 
 
 @_jit
 def lie_rates(st: State, i: int, c: int, o: int, turns: int, W: Work, J: Linear) -> None:
-    """Write the derivatives of :func:`lie`."""
+    """Write the derivatives of :func:`squama.contacts.equations.lie`."""
     Q, w = st.F[c, 0], vector(st.q[i], 3)
     e, (rate, up, square) = turned(w), lever(i, W)
     by_w = by_vector(e, rate)
@@ -65,11 +66,11 @@ def varied(
     slips: tuple[Vector, Vector, Vector, Vector],
     rubs: bool,
 ) -> tuple[Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector]:
-    """Return how a contact changes with its local variable number v.
+    """Return the derivatives of a contact's vectors with respect to its local variable number v.
 
-    That is r1, p2, both arms, tangents along x and y of both plates, the force, what turns it as the second scale sees
-    it, and the slip. ``places``: unknown places of the contact; ``bows``: second derivatives of both deflections;
-    ``slips``: how the slip changes with the places.
+    The vectors are r1, p2, both arms, tangents along x and y of both plates, the force, the rotation of the force in
+    the second scale's axes, and the slip. ``places``: unknown places of the contact; ``bows``: second derivatives of
+    both deflections; ``slips``: derivatives of the slip with respect to the places.
     """
     k1, k2, k3, k4 = places
     xx1, xy1, yy1, xx2, xy2, yy2 = bows
@@ -127,7 +128,7 @@ def varied(
 def rubbing(
     S: System, row: Array, s: Array, past: Past, g: Meeting, f: Vector, most: float, rubs: bool
 ) -> tuple[tuple[Vector, Vector, Vector, Vector], float, float, Vector]:
-    """Return how the slip changes with both places of a contact, the largest friction, and the trial's size and way."""
+    """Return slip rates with a contact's places, the largest friction, and size and direction of the trial force."""
     none = (0.0, 0.0, 0.0)
     if not rubs:
         return (none, none, none, none), 0.0, 1.0, f
@@ -148,10 +149,11 @@ def rubbing(
 
 @_jit
 def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> None:
-    """Write the derivatives (18 + s, 24 + s) of what a contact brings to the equations, by its local variables.
+    """Write the derivatives (18 + s, 24 + s) of a contact's terms with respect to its local variables.
 
     Rows: D, friction (2), tangency, force and moment on both scales, F . dp2/de; the moments without the rate of the
-    rotation vector's own map. Terms of the order of an increment are left out: they cost Newton's method nothing.
+    rotation vector's own map. Terms of the order of an increment are left out, which does not slow Newton's method
+    down.
     """
     L, s, g = W.local, st.s[c], meet(S, st, row, st.s[c], W)
     i, j, kind = row[touch.FIRST], partner(S, row), row[touch.KIND]
@@ -207,7 +209,7 @@ def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> No
             rate = add(cross(o, g.p2), 1.0, vector(P, 15 + 6 * e))
             change, first = dot(F, cross(o, dp2)), e // STRAINS - (v_ - _E) // STRAINS
             if v_ >= _E and first >= 0:
-                # what comes later along the bar is turned; of one cell as if turns about two axes could be exchanged
+                # later cells along the bar are turned; within a cell rotations about two axes are taken to commute
                 other = dot(F, cross(vector(P, 12 + 6 * (v_ - _E)), rate))
                 change = other if first > 0 else (change + other) / 2
             L[LOCAL + e, v_] = dot(dF, rate) + change
@@ -215,7 +217,7 @@ def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> No
 
 @_jit
 def map_rate(w: Vector, m: Vector, d: Vector) -> Vector:
-    """Return how the gradient by a rotation vector, of the work of a moment m, changes as the vector does by d."""
+    """Return the change, for a change d of a rotation vector, of the gradient by it of the work of a moment m."""
     e = turned(w)
     g, s = dot(w, w), 2 * dot(w, d)
     series = -1 / 6 * (1 - g / 10 * (1 - g / 28 * (1 - g / 54)))
@@ -239,7 +241,7 @@ def spread(
     from2: int,
     to2: int,
 ) -> None:
-    """Add a contact's local derivatives to a Jacobian: ``column``, ``rows`` say of which unknowns and equations.
+    """Add a contact's local derivatives to a Jacobian; ``column`` and ``rows`` are the unknowns and equations.
 
     -1 stands for none, -2 for a lift or slope of a plate, which depends on unknowns from ``from1`` (``from2``: of the
     second plate) to before ``to1``, and on free strains.
@@ -252,7 +254,7 @@ def spread(
             continue
         sign, o = -1.0 if 6 <= z < 12 else 1.0, base + to * stride
         for u in range(len(column)):
-            # motions, strains, then what lies between
+            # motions and strains first, then the other local variables
             v = u if u < _S else (u + _E - _S if u < _S + strains else u - strains)
             x, b = sign * L[z, v], column[v]
             if x == 0.0 or b == -1:
@@ -280,7 +282,7 @@ def spread(
 def jacobian(  # noqa: C901 - one loop over contacts
     S: System, st: State, past: Past, con: Array, m: int, n: int, W: Work, J: Linear
 ) -> None:
-    """Write the derivatives of the residual by the unknowns at a state to which W was brought."""
+    """Write the derivatives of the residual with respect to the unknowns, at the state in W."""
     N, L, at, inner = len(S.shapes), W.local, J.at, J.kept[INNER]
     emptied(J, n)
     for i in range(N):

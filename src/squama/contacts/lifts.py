@@ -1,4 +1,4 @@
-"""How deflected plates change where contacts press them: derivatives of lifts by the forces on a plate; compiled."""
+"""Derivatives of the plates' deflections at contacts with respect to the forces on them; compiled."""
 
 from __future__ import annotations
 
@@ -25,7 +25,10 @@ from squama.types import Array
 
 @_jit
 def lifts(S: System, st: State, con: Array, m: int, W: Work) -> bool:
-    """Prepare what derivatives of deflections need: powers of all places and what unit loads there do."""
+    """Write the data for derivatives of deflections: powers at all places, and deflections under unit loads there.
+
+    Returns whether any plate is elastic.
+    """
     any_ = False
     for i in range(len(S.shapes)):
         W.first[i] = -1
@@ -61,7 +64,7 @@ def lifted(
 ) -> None:
     """Write the derivatives (3, n) of lift and slopes at a place, by the forces on its plate alone, into W.lifts.
 
-    They are by unknowns from ``begin`` to before ``end``, and by free strains that all cells share.
+    They are with respect to unknowns from ``begin`` to before ``end``, and to free strains that all cells share.
     """
     N, own, o = len(S.shapes), W.lifts[3 * side : 3 * side + 3], 2 * c + side
     columns = shared(S, at, n)
@@ -111,9 +114,9 @@ def lifted(
 
 @_jit
 def around(S: System, at: Array, all_: int, far: int, a: int) -> tuple[int, int]:
-    """Return from which unknown to before which one those are of which a plate's deflection may depend.
+    """Return the range of unknowns, first and behind the last, on which a plate's deflection may depend.
 
-    ``far``: how many scales further the farthest one is that a scale touches.
+    ``far``: largest number of scales between two in contact.
     """
     N, first = len(S.shapes), ahead(S)
     if S.periodic:
@@ -123,5 +126,5 @@ def around(S: System, at: Array, all_: int, far: int, a: int) -> tuple[int, int]
 
 @_jit
 def shared(S: System, at: Array, n: int) -> tuple[int, int, int, int]:
-    """Return the unknowns that shared strains are; -1 for those that are imposed, or that each cell has of its own."""
+    """Return the unknowns of strains that all cells share; -1 for imposed strains, and for strains of single cells."""
     return (-1, -1, -1, -1) if S.own else strain_columns(S, at, n, 0)

@@ -1,4 +1,4 @@
-"""Linear equations of a row: a band, as scales meet near ones only, bordered by unknowns of all scales; compiled."""
+"""Linear equations of a row: a band, because only near scales touch, bordered by unknowns of all scales; compiled."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from squama.contacts.system import System, ahead, borders, layout, transfer
 from squama.types import Array
 
 SOLVED, RESIDUALS, INNER, HALF, STRIDE, BASE, FAR = range(7)
-"""What :class:`Linear` keeps: of how many unknowns its factors are, 0 for none; residuals that were evaluated; unknowns
-without the border's; half the band's width; where entry (a, b) of it stands: at BASE + a STRIDE + b; how
-many scales further the farthest one is that a scale touches, 1 at least."""
+"""Entries of ``kept``: number of factored unknowns, 0 for none; number of residual evaluations; unknowns without the
+border's; half the band's width; position of entry (a, b) in the band, BASE + a STRIDE + b; largest number of scales
+between two in contact, at least 1.
+"""
 
 
 class Linear(NamedTuple):
@@ -36,7 +37,7 @@ class Linear(NamedTuple):
 
 @_jit
 def laid_out(S: System, con: Array, m: int, J: Linear) -> int:
-    """Lay the unknowns out; return how many there are, -1 where there is no room for them."""
+    """Arrange the unknowns; return their number, -1 if there is no room for them."""
     N, kept, first, far = len(S.shapes), J.kept, ahead(S), S.stride
     for c in range(m):
         if con[c, touch.KIND] != touch.LIES:
@@ -58,7 +59,7 @@ def laid_out(S: System, con: Array, m: int, J: Linear) -> int:
 
 @_in
 def filled(J: Linear) -> int:
-    """Return how many entries the band has."""
+    """Return the number of entries in the band."""
     kept = J.kept
     n: int = kept[BASE] + (kept[INNER] - 1) * (kept[STRIDE] + 1) + 1
     return n
@@ -66,7 +67,7 @@ def filled(J: Linear) -> int:
 
 @_jit
 def emptied(J: Linear, n: int) -> None:
-    """Write zeros into a Jacobian."""
+    """Set a Jacobian to zero."""
     for a in range(filled(J)):
         J.band[a] = 0.0
     for e in range(n - J.kept[INNER]):
@@ -78,7 +79,7 @@ def emptied(J: Linear, n: int) -> None:
 
 @_in
 def enter(J: Linear, a: int, b: int, x: float) -> None:
-    """Add to an entry."""
+    """Add x to entry (a, b)."""
     inner = J.kept[INNER]
     if a < inner:
         if b < inner:
@@ -93,7 +94,7 @@ def enter(J: Linear, a: int, b: int, x: float) -> None:
 
 @_jit
 def alone(J: Linear, a: int) -> None:
-    """Make a row that of an unknown which is zero."""
+    """Replace row a by the equation that unknown a is zero."""
     half, inner, o = J.kept[HALF], J.kept[INNER], J.kept[BASE] + a * J.kept[STRIDE]
     for b in range(max(0, a - half), min(inner, a + half + 1)):
         J.band[o + b] = 0.0
@@ -104,7 +105,7 @@ def alone(J: Linear, a: int) -> None:
 
 @_jit
 def factor(J: Linear, n: int) -> bool:
-    """Factor a Jacobian in place with row exchanges, its zeros left out; False where it is singular."""
+    """Factor a Jacobian in place with row exchanges, skipping zeros; False if it is singular."""
     A, inner, half, s, base = J.band, J.kept[INNER], J.kept[HALF], J.kept[STRIDE], J.kept[BASE]
     for k in range(inner):
         o = base + k * s
@@ -136,7 +137,7 @@ def factor(J: Linear, n: int) -> bool:
 
 @_jit
 def cornered(J: Linear, n: int) -> bool:
-    """Factor what is left of the border beside a factored band; False where it is singular."""
+    """Factor the rest of the border beside a factored band; False if it is singular."""
     inner = J.kept[INNER]
     free = n - inner
     for e in range(free):
@@ -165,7 +166,7 @@ def cornered(J: Linear, n: int) -> bool:
 
 @_jit
 def across(J: Linear, x: Array) -> None:
-    """Solve with the band alone, in place."""
+    """Solve with the factored band alone, in place."""
     A, inner, half, s, base = J.band, J.kept[INNER], J.kept[HALF], J.kept[STRIDE], J.kept[BASE]
     for k in range(inner):
         p = J.order[k]
@@ -208,14 +209,14 @@ def substitute(J: Linear, n: int, x: Array) -> None:
 
 @_jit
 def stored(J: Linear, n: int) -> int:
-    """Return how many numbers the factors of n unknowns are."""
+    """Return the number of values in the factors of n unknowns."""
     wide = len(J.corner)
     return filled(J) + 2 * n + 2 * wide * n + wide * wide
 
 
 @_jit
 def exchanged(J: Linear, n: int, a: Array, at: int, out: bool) -> None:
-    """Write the factors into numbers from a place on or, not ``out``, take them from there."""
+    """Copy the factors to an array from index ``at`` on, or from there if not ``out``."""
     wide = len(J.corner)
     at = transfer(J.band[: filled(J)], a, at, out)
     at = transfer(J.right[:n], a, at, out)

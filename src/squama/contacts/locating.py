@@ -1,4 +1,4 @@
-"""Where on an increment a condition is violated first; compiled."""
+"""Location of the first violated condition within an increment; compiled."""
 
 from __future__ import annotations
 
@@ -14,31 +14,31 @@ from squama.contacts.increments import Walk
 LOCATED = 1e-10
 """Width, rad per pitch, to which an event is located."""
 _DEEPER = 100
-"""Gap, over that which may be missed, up to which a contact comes in where its gap is zero."""
+"""Largest gap, in units of its tolerance, for which the zero of the gap is located by interpolation."""
 
 
 @_jit
 def closed(w: Walk, low_: float, up: float, fresh: bool) -> float:
-    """Return the increment after which the gap that closes is zero, by those after two around it."""
+    """Return the increment after which a closing gap is zero, by interpolation between two increments."""
     if low_ == 0.0 or not tried(w, low_, fresh):
         return up
     a = value(w, w.new, MEET, -1)
     if not tried(w, up, fresh):
         return up
     b = value(w, w.new, MEET, -1)
-    # one that was near another contact may come in deeper: its gap is not closed here
+    # a vertex near another contact may come in deeper: its gap is not zero here
     return max(low_ + (up - low_) * a / (a - b), low_ / 2) if a > b > -_DEEPER * MISSED_GAP else up
 
 
 @_jit
 def locate(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: float) -> tuple[float, int, int]:
-    """Find the least increment up to h after which a condition is violated; return it, what, and of which contact.
+    """Return the smallest increment up to h after which a condition is violated, the condition, and its contact.
 
-    The state after it is the new one.
+    The state after it is in ``w.new``.
     """
     up, vu = h, high_value
     while True:
-        # only near pairs are looked at on the way, all of them at the end
+        # only marked pairs are searched on the way, all pairs at the end
         up, what, c = bisected(w, up, fresh, what, c, vu)
         marks = marked(w)
         if up < 0.0 or deepest(w.S, w.new, w.con, w.counts[0], w.W, -MISSED_GAP, w.near, True, w.found) < 0:
@@ -50,7 +50,7 @@ def locate(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: float)
 
 @_jit
 def marked(w: Walk) -> int:
-    """Return how many pairs are marked."""
+    """Return the number of marked pairs."""
     n = 0
     for i in range(len(w.near)):
         for k in range(w.S.reach):
@@ -60,13 +60,13 @@ def marked(w: Walk) -> int:
 
 @_in
 def slack(what: int) -> float:
-    """Return by how much a gap that closes may be missed; 0 of other conditions, which change at rounding's pace."""
+    """Return the tolerance of a closing gap; 0 for other conditions, which are located to rounding."""
     return MISSED_GAP if what == MEET else 0.0
 
 
 @_jit
 def bisected(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: float) -> tuple[float, int, int]:
-    """Find as :func:`locate`, where new contacts are looked for between pairs that are marked."""
+    """Return as :func:`locate`, searching new contacts between marked pairs only."""
     low_, up, vl, vu, last = 0.0, h, math.nan, high_value + slack(what), 0
     for count in range(80):
         if up - low_ < LOCATED:
@@ -93,12 +93,12 @@ def bisected(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: floa
                 vl /= 2
             last = 2
     if what == MEET:
-        # to the last digits: where a beam engages is told
+        # to the last digits: the engagement is reported
         up = closed(w, low_, up, fresh)
         return (up if tried(w, up, fresh) else -1.0), what, c
     ok = tried(w, up, fresh)
     if ok:
         w2, c2, _ = violated(w, w.new, False)
-        # -1: what was violated was another solution than the one that the last states lead to
+        # -1: the violated state was on another branch than the last states
         return up, w2, c2
     return -1.0, what, c

@@ -1,4 +1,4 @@
-"""Where contacts are and how they move, with what bends the plates there; compiled."""
+"""Positions of contacts on both scales, their slip, and the deflections of the plates; compiled."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from squama.contacts.vectors import Vector, add, cross, dot, scaled
 from squama.types import Array
 
 N_, F_, MARGIN = range(3)
-"""What is known of a contact (C, 3): N, friction, |y| - mu N."""
+"""Columns of the values of a contact (C, 3): N, friction, |y| - mu N."""
 
 
 class Work(NamedTuple):
-    """Room that a path computes in.
+    """Working arrays of a path.
 
-    Attitudes (N, 12), neighbours (N, reach, 36), loads of the plates (N, 24), powers of the places and what they do to
-    their plates (2 C, 3, 24), loads of the sides (2 C,), derivatives of lifts (6, n), local derivatives (22, 28) or
-    more, what is known of contacts (C, 3); views of a pair (2, 12), its corners (4, 3), a vertex (7,), the end of an
-    edge (9,), the unknowns of a contact's variables and rows (2, 28) or more; of each plate the last place at which it
-    is pressed (N,), and before each place another one of the same plate (2 C,), -1 for none. Where cells have strains
-    of their own, what each carries (N, 4), M, T, B, P; where sections are followed their frames (N + 1, 12), motions
-    beyond cells per strain (N, 4, 6), wrenches on sections and beyond (N + 1, 6), one cell as
-    :func:`squama.contacts.geometry.chain` has it (36,), and the axes of a section (3, 3);
-    ``window`` (1,): the part of a plate within which a vertex beside an edge along a face is that contact.
+    Attitudes (N, 12), neighbours (N, reach, 36), loads of the plates (N, 24), powers at the places and the plates'
+    deflections under unit loads there (2 C, 3, 24), loads of the sides (2 C,), derivatives of lifts (6, n), local
+    derivatives (22, 28) or more, values of contacts (C, 3); views of a pair (2, 12), its corners (4, 3), a vertex (7,),
+    the end of an edge (9,), the unknowns of a contact's variables and rows (2, 28) or more; of each plate the last
+    place at which it is pressed (N,), and for each place the previous one on the same plate (2 C,), -1 for none. If
+    cells have their own strains, the loads M, T, B, P of each (N, 4); if sections are followed, their frames (N + 1,
+    12), motions beyond cells per strain (N, 4, 6), wrenches on sections and beyond (N + 1, 6), one cell as written by
+    :func:`squama.contacts.geometry.chain` (36,), and the axes of a section (3, 3); ``window`` (1,): the share of a
+    plate within which a vertex beside an edge along a face counts as that contact.
     """
 
     E: Array
@@ -60,11 +60,11 @@ class Work(NamedTuple):
 
 
 class Meeting(NamedTuple):
-    """Where two plates meet.
+    """Geometry of a contact of two plates.
 
-    Both places from the base midpoint (turned, the second one as the first scale sees it), the second place itself, D,
-    tangents along x and y of both plates, their normals, the common normal and its length before it was made a unit
-    vector.
+    Both places relative to the base midpoints (the second one in the axes of the first scale), the second place itself,
+    the difference D, tangents along x and y of both plates, their normals, the unit common normal, and its length
+    before it was scaled.
     """
 
     arm1: Vector
@@ -83,7 +83,7 @@ class Meeting(NamedTuple):
 
 @_jit
 def clear(a: Array) -> None:
-    """Write zeros into an array."""
+    """Set an array to zero."""
     x = a.flat
     for i in range(a.size):
         x[i] = 0.0
@@ -91,7 +91,7 @@ def clear(a: Array) -> None:
 
 @_jit
 def deflect(S: System, st: State, con: Array, m: int, W: Work) -> None:
-    """Write the deflections of all plates by the forces on them."""
+    """Write the deflections of all plates from the forces on them."""
     if m == 0:
         clear(st.b)
         return
@@ -118,7 +118,7 @@ def deflect(S: System, st: State, con: Array, m: int, W: Work) -> None:
 
 @_jit
 def meet(S: System, st: State, c: Array, s: Array, W: Work) -> Meeting:
-    """Return where a contact's places are, and their common normal."""
+    """Return the geometry of a contact: its places, tangents and common normal."""
     i, j = c[touch.FIRST], partner(S, c)
     P, E1, E2 = W.pairs[i, c[touch.APART] - 1], W.E[i], W.E[j]
     x1, y1, x2, y2 = spots(S, c, s)
@@ -152,13 +152,13 @@ def meet(S: System, st: State, c: Array, s: Array, W: Work) -> Meeting:
 
 @_in
 def along_edges(c: Array, g: Meeting) -> tuple[Vector, Vector]:
-    """Return the tangents of the edges that a contact's features name, on both scales."""
+    """Return the tangents of a contact's edges on both scales."""
     return g.tx1 if lengthwise(c[touch.ONE]) else g.ty1, g.tx2 if lengthwise(c[touch.OTHER]) else g.ty2
 
 
 @_jit
 def frame(c: Array, g: Meeting) -> tuple[Vector, Vector]:
-    """Return two directions along the plates at a contact, across each other; of no given length."""
+    """Return two orthogonal directions tangent to the plates at a contact; not of unit length."""
     t1, t2 = along_edges(c, g)
     kind = c[touch.KIND]
     a = t2 if kind == touch.FE else (g.tx2 if kind == touch.VF else (g.tx1 if kind == touch.FV else t1))
@@ -168,7 +168,7 @@ def frame(c: Array, g: Meeting) -> tuple[Vector, Vector]:
 
 @_jit
 def before(S: System, c: Array, s: Array, past: Past, which: int) -> tuple[Vector, Vector, Vector, Vector, Vector]:
-    """Return D of a contact's material places at a state before, and its rates with x1, y1, x2 and y2."""
+    """Return D of a contact's material places at an earlier state, and its derivatives with x1, y1, x2 and y2."""
     i, j = c[touch.FIRST], partner(S, c)
     P, E1, E2 = past.pairs[which, i, c[touch.APART] - 1], past.E[which, i], past.E[which, j]
     x1, y1, x2, y2 = spots(S, c, s)
@@ -186,7 +186,7 @@ def before(S: System, c: Array, s: Array, past: Past, which: int) -> tuple[Vecto
 
 @_jit
 def prepared(S: System, st: State, con: Array, m: int, moved: bool, W: Work) -> None:
-    """Bring attitudes, neighbours and deflections to a state; ``moved``: strains are not those of the last call."""
+    """Update attitudes, neighbours and deflections to a state; ``moved``: strains differ from the last call's."""
     if moved:
         neighbours(S, st.strains, W.pairs)
     attitudes(st.q, W.E)
@@ -195,18 +195,18 @@ def prepared(S: System, st: State, con: Array, m: int, moved: bool, W: Work) -> 
 
 @_jit
 def inclination(S: System, i: int, W: Work) -> float:
-    """Return the angle of a scale's length over the bar's face."""
+    """Return the angle (rad) of a scale's length over the bar's face."""
     x, z = W.E[i, 0], W.E[i, 6]
     angle = math.atan2(z.real, x.real)
     c, s = math.cos(angle), math.sin(angle)
-    # 0 but for a complex step
+    # the last part is 0 except for a complex step
     whole: float = S.rests[i] + angle + (z * c - x * s) / (x * c + z * s)
     return whole
 
 
 @_jit
 def lever(i: int, W: Work) -> tuple[Vector, Vector, float]:
-    """Return the rate of the inclination with a turn of the scale, and along n_X, which turns, what it is made of."""
+    """Return the gradient of the inclination by a rotation of the scale, the projection of n_X, and its square."""
     up = (W.E[i, 0], W.E[i, 3], W.E[i, 6])
     square = up[0] * up[0] + up[2] * up[2]
     return scaled(1 / square, cross(up, (-up[2], 0.0, up[0]))), up, square

@@ -1,4 +1,4 @@
-"""Many beams followed with complex steps: derivatives of what they do; E = d = 1."""
+"""Derivatives of load paths of many beams: paths followed with complex steps; E = d = 1."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from squama.contacts.increments import Legs, Written
 from squama.types import Array
 
 NOTES = 200_000
-"""Numbers that are noted of a path at first; four times as many where they do not suffice."""
+"""Initial room for the record of a path, in numbers; quadrupled if it does not suffice."""
 
 
 def moved(
@@ -25,10 +25,10 @@ def moved(
 ) -> path.Answers:
     """Follow beams as :func:`squama.contacts.path.follow_all`, with complex steps in beams, targets and corners.
 
-    Each beam stands there ``copies`` times, one after the other, with other steps; their real parts are the same, and
-    the path is followed once. All that is returned but the ends is complex, its real parts those of the beams without
-    steps but for rounding. Imaginary parts are NaN where there are no derivatives, see
-    :mod:`squama.contacts.derivatives`: behind a snap, first of all.
+    Each beam appears ``copies`` times in a row, with different steps and the same real parts, so that the real path is
+    followed once. All results except the ends are complex; their real parts are those of the beams without steps, up to
+    rounding. Imaginary parts are NaN where there are no derivatives, see :mod:`squama.contacts.derivatives`, mainly
+    behind a snap.
     """
     real = entry.Beams._make(np.ascontiguousarray(np.real(v[::copies])) for v in beams)
     many = stepped(beams, real, copies)
@@ -48,14 +48,14 @@ def moved(
 
 
 def stepped(beams: entry.Beams, real: entry.Beams, copies: int) -> entry.Beams:
-    """Return beams as complex ones, each ``copies`` times: what does not change, as of the ``real`` ones, is real."""
+    """Return real beams as complex ones, each ``copies`` times; fields without derivatives stay real."""
     kind = [v if v.dtype == bool else v.astype(complex) for v in beams]
     alike = {name: getattr(real, name).repeat(copies, axis=0) for name in ("free", "masked", "seen")}
     return entry.Beams._make(kind)._replace(**alike)
 
 
 def noted(beams: entry.Beams, legs: Legs, found: Written, snapshot: Array | None = None) -> Array:
-    """Follow one beam as :func:`squama.contacts.path.follow`; return the notes (1, size) of its increments."""
+    """Follow one beam as :func:`squama.contacts.path.follow`; return the record (1, size) of its increments."""
     size = NOTES
     while True:
         notes = np.zeros((1, size))
@@ -66,19 +66,19 @@ def noted(beams: entry.Beams, legs: Legs, found: Written, snapshot: Array | None
 
 
 def follow_steps(beams: entry.Beams, legs: Legs, found: Written, notes: Array, snapshot: Array | None = None) -> None:
-    """Follow the copies of a noted beam with their complex steps; the ends found are those of the beam."""
+    """Follow the copies of a recorded beam with their complex steps; their ends are those of the beam."""
     begin = np.zeros((1, 0)) if snapshot is None else snapshot
     tell(entry.move, "derivatives of scales in contact")
     entry.move(beams, path.faces(beams) * path.ROOM, legs, found, notes, begin)
 
 
 def _part(legs: Legs, which: slice) -> Legs:
-    """Return the legs of some paths."""
+    """Return the legs of the paths ``which``."""
     return Legs._make([*(v[which] for v in legs[:3]), *legs[3:]])
 
 
 def _joined(real: Array, imag: Array) -> Array:
-    """Return complex numbers of both parts, NaN in one of them or not."""
+    """Return complex numbers from real and imaginary parts, each of which may be NaN."""
     out = real.astype(complex)
     out.imag = imag
     return out

@@ -1,4 +1,4 @@
-"""Newton's method for a state whose contacts are given; compiled."""
+"""Newton's method for the state with given contacts; compiled."""
 
 from __future__ import annotations
 
@@ -16,17 +16,18 @@ from squama.contacts.touch import places_of
 from squama.types import Array
 
 TIGHT = 1e-11
-"""Error of the unknowns that is left, estimated from the last two corrections."""
+"""Remaining error of the unknowns, estimated from the last two corrections."""
 ROUNDED = 1e-8
-"""Corrections, mostly of places where plates are nearly tangent, that may stall at what rounding leaves."""
+"""Size of corrections that may stall at rounding errors, mostly in places where plates are nearly tangent."""
 _ROUNDS, _LARGEST, _LOST, _QUICK, _STALLED = 30, 0.4, 3.0, 0.2, 0.1
-"""Iterations; largest correction that is taken, and that is given up at; by how much corrections must fall to keep a
-Jacobian, and not to stall."""
+"""Iterations; largest correction that is applied, and at which the iteration fails; ratios of successive corrections to
+keep a Jacobian, and to count as stalled.
+"""
 
 
 @_jit
 def shift(S: System, st: State, con: Array, m: int, at: Array, n: int, x: Array, by: complex) -> None:
-    """Add a multiple of unknowns (n,) to a state."""
+    """Add a multiple ``by`` of changes (n,) of the unknowns to a state."""
     N = len(S.shapes)
     for i in range(N):
         for a in range(MOTIONS):
@@ -51,7 +52,7 @@ def shift(S: System, st: State, con: Array, m: int, at: Array, n: int, x: Array,
 
 @_jit
 def solve(S: System, st: State, past: Past, con: Array, m: int, W: Work, J: Linear, loads: Array) -> bool:
-    """Solve for the state of given contacts from the guess that it holds; W, ``loads`` are those of the solution."""
+    """Solve for the state with the given contacts, from the guess in ``st``; update W and ``loads`` to the solution."""
     n = laid_out(S, con, m, J)
     if n < 0:
         return False

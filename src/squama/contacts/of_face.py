@@ -1,4 +1,4 @@
-"""What the compiled solver writes of beams with scales on both faces, taken apart: states and events of one face."""
+"""Split of the compiled solver's output for scales on both faces: states and events of one face."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ def of_face(face: int, rows: Array, touches: Array) -> tuple[Array, Array]:
 
 
 def events_of(face: int, events: Array, ends: Array) -> tuple[Array, Array]:
-    """Return the events of one of two faces, and the ends with how many these are.
+    """Return the events of one of two faces, and the ends with the number of these.
 
-    A jump of the scales is of the face whose contacts change by it, if any do.
+    A jump of the scales belongs to the face whose contacts it changes, if it changes any.
     """
     out, last = np.zeros_like(events), ends.copy()
     codes = np.real(events[:, :, increments.AFTER :])

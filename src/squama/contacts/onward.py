@@ -1,7 +1,7 @@
-"""Endless beams that go on from states: straight legs in the strains, and derivatives of loads behind them; E = d = 1.
+"""Endless beams continued from states: straight legs in the strains, and derivatives of loads behind them; E = d = 1.
 
 Each leg is followed as one of :func:`squama.contacts.path.Path.along`, and leaves a snapshot
-(:mod:`squama.contacts.snapshot`) from which the next one goes on. All are of one beam, in states of their own.
+(:mod:`squama.contacts.snapshot`) from which the next leg continues. All are of one beam, in different states.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from squama.contacts.system import PHI, PSI, STRAINS
 from squama.types import Array
 
 _STEP = 1e-20
-"""Imaginary step of a strain: its square is lost beside all that is real."""
+"""Imaginary step of a strain; its square is below rounding."""
 _M, _T = 5, 6
-"""Columns of the moment and the torque among those that the compiled solver writes."""
+"""Columns of moment and torque in the compiled solver's output."""
 
 
 class Leg(NamedTuple):
-    """States (n,) behind legs: rows (n, 60), NaN where a leg ends before; snapshots (n, size) to go on from."""
+    """States (n,) at the end of legs: rows (n, 60), NaN where a leg ends early; snapshots (n, size) of the ends."""
 
     rows: Array
     answers: path.Answers
@@ -41,7 +41,7 @@ def at_rest(beams: entry.Beams, n: int) -> Array:
 def onward(beams: entry.Beams, snapshots: Array, strains: Array, goals: Array, step: float = path.STEP) -> Leg:
     """Follow one beam from snapshots (n, size) at strains (n, 2), bend and twist, straight to others (n, 2).
 
-    None is equal to the one where its leg begins.
+    No goal may equal its start.
     """
     legs, kept = _legs(strains, goals, step), snapshots.copy()
     found = path.unwritten(legs.ways, path.ROOM, path.faces(beams))
@@ -53,8 +53,8 @@ def onward(beams: entry.Beams, snapshots: Array, strains: Array, goals: Array, s
 def slopes(beams: entry.Beams, snapshots: Array, strains: Array, goals: Array, step: float = path.STEP) -> Array:
     """Return derivatives (n, 2, 2) of moment and torque behind legs by the bend and twist there, see :func:`onward`.
 
-    Those of all that the leg does, by complex steps (:mod:`squama.contacts.derivatives`); NaN behind a snap, and where
-    a leg stands at an event.
+    They include all that happens on the leg, by complex steps (:mod:`squama.contacts.derivatives`); NaN behind a snap,
+    and where a leg ends at an event.
     """
     out = np.full((len(goals), 2, 2), np.nan)
     stepping, faces = stepped(beams, beams, 1), path.faces(beams)
@@ -76,7 +76,7 @@ def slopes(beams: entry.Beams, snapshots: Array, strains: Array, goals: Array, s
 
 
 def _legs(strains: Array, goals: Array, step: float) -> Legs:
-    """Return straight legs (n) from strains (n, 2) to others (n, 2)."""
+    """Return straight legs (n,) from strains (n, 2) to others (n, 2)."""
     corners = np.zeros((len(goals), 2, STRAINS))
     corners[:, 0, [PSI, PHI]], corners[:, 1, [PSI, PHI]] = strains, goals
     ways = np.zeros((len(goals), 2))

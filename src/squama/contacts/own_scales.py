@@ -1,4 +1,4 @@
-"""Loads of beams with their own number of scales, beside those of endless ones, at one state of these."""
+"""Loads of beams with a number of scales, over those of endless beams, at states of the latter."""
 
 from __future__ import annotations
 
@@ -15,11 +15,13 @@ from squama.loads import ending
 from squama.types import Array
 
 MOST = 8
-"""Scales that are solved for between loose ends; what the ends of more do follows from these."""
+"""Largest number of scales between loose ends that is solved for; the effect of the ends of longer beams is
+extrapolated.
+"""
 
 
 class Own(NamedTuple):
-    """A number of scales, their ends (``LOOSE``, ``COUPLE`` or ``GRIPPED``), and up to which of a path's states."""
+    """A number of scales, their ends (``LOOSE``, ``COUPLE`` or ``GRIPPED``), and the states of a path to use."""
 
     scales: int
     kind: int = LOOSE
@@ -36,20 +38,20 @@ _MOTION, _STRAIN, _LOAD = (path.COLUMNS.index(name) for name in ("u_X", "psi", "
 
 
 def _loads(rows: Array) -> Array:
-    """Return M, T, B and P of states."""
+    """Return M, T, B and P (n, 4) of states."""
     return rows[:, _LOAD : _LOAD + STRAINS]
 
 
 def _cell(rows: Array) -> Array:
-    """Return motions, strains and powers of states."""
+    """Return motions, strains and plate coefficients of states."""
     motions, strains = (rows[:, at : at + n] for at, n in ((_MOTION, MOTIONS), (_STRAIN, STRAINS)))
     return np.column_stack([motions, strains, path.deflections(rows)])
 
 
 def _solved(beams: entry.Beams, scales: int, ties: Ties, given: Array, contacts: int) -> Array:
-    """Return M, T, B and P (n, 4) of rows of scales from endless states, NaN where none is found.
+    """Return M, T, B and P (n, 4) of rows of scales, started from endless states; NaN if no state is found.
 
-    ``contacts``: of each scale, for which there is room.
+    ``contacts``: room for contacts of each scale.
     """
     n = len(given)
     one, none = np.zeros((n, 1)), np.zeros((n, 0))
@@ -65,9 +67,9 @@ def _solved(beams: entry.Beams, scales: int, ties: Ties, given: Array, contacts:
 def ratios(beams: entry.Beams, answers: path.Answers, own: Own, *loads: int) -> Array:
     """Return load and tangent stiffness of beams with their own scales over those of the endless ones, (2, n).
 
-    At the last of the states; the tangent is that from the state before (NaN where there is none). ``loads``: strains
-    that are loaded, the last one that whose load is meant. 1 where nothing touches, NaN where the endless beam ends
-    before, or where no state of the contacts that it has is found.
+    At the last of the states; the tangent is taken from the state before (NaN if there is none). ``loads``: loaded
+    strains, the last of which is the load to compare. 1 without contact, NaN if the endless beam ends before, or if no
+    state with its contacts is found.
     """
     rows, touches = answers.rows[:, own.states], answers.touches[:, own.states]
     way, strain, load = rows[..., 0], rows[..., _STRAIN + loads[-1]], rows[..., _LOAD + loads[-1]]
@@ -86,18 +88,18 @@ def ratios(beams: entry.Beams, answers: path.Answers, own: Own, *loads: int) -> 
 
 
 def _longer(way: Array, strain: Array, load: Array, solved: float, met: float, n: int, scales: int) -> Array:
-    """Return the loads (2,) of a beam of scales at the last two mean strains, by that of one of n of them at the last.
+    """Return the loads (2,) of a beam of ``scales`` at the last two mean strains, from that of n scales at the last.
 
-    The cells of a beam bear one load, as springs in a row do: those inside are strained as the endless beam under that
-    load, those at the ends by more, in the proportion of what it is above the load at engagement. Arrays (m,) are of
-    the endless beam along its ``way``; ``met`` is where it engages.
+    The cells of a beam bear the same load, as springs in series: inner cells are strained as the endless beam under
+    that load, end cells by more, in proportion to the load above that at engagement. Arrays (m,) are of the endless
+    beam along its ``way``; ``met`` is its engagement.
     """
     if not solved < load[-1]:
-        # no contact, none found, or ends that are no weak cells: the ends' part is shared among all scales
+        # no contact, no solution, or ends that are not softer: the ends' effect is shared among all scales
         before = load[-2:-1] * (1.0 if solved == load[-1] else np.nan)
         return np.append(before, load[-1] + (solved - load[-1]) * n / scales)
     if not (np.diff(load) > 0).all():
-        # behind a snap a load is not that of one strain
+        # behind a snap the load is no function of the strain
         return np.append(load[-2:-1] * np.nan, solved if n == scales else np.nan)
     engaged = float(np.interp(met, way, load))
     more = n * (strain[-1] - np.interp(solved, load, strain)) / max(solved - engaged, 1e-12 * solved)
@@ -107,7 +109,7 @@ def _longer(way: Array, strain: Array, load: Array, solved: float, met: float, n
 
 
 def _shares(beams: entry.Beams, rows: Array, touches: Array, own: Own, loads: tuple[int, ...], at: int) -> Array:
-    """Return the load of beams with their own scales over that of the endless ones at one of their states, (n,)."""
+    """Return the load of beams with their own scales over that of the endless ones at state ``at``, (n,)."""
     told = path.named(rows)
     touching, last = told["contacts"] > 0, touches[:, at]
     known, counts = np.isfinite(rows[:, at, 0]), np.nan_to_num(told["contacts"][:, at])

@@ -1,4 +1,4 @@
-"""Many endless beams on load paths by the contact solver: first contacts, states, figures of the plates; E = d = 1.
+"""Load paths of many endless beams by the contact solver: first contacts and states; E = d = 1.
 
 Twists are magnitudes: the other sense is the mirror image, alpha -> -alpha.
 """
@@ -22,41 +22,42 @@ from squama.model.outcome import End as Outcome
 from squama.types import Array
 
 RANGE = 0.3
-"""Twist per pitch, rad, to which a curve goes, and below which contacts are looked for, unless asked otherwise."""
+"""Default twist per pitch, rad, at which a curve ends, and up to which first contacts are searched."""
 STEP = 4e-3
-"""Largest increment, rad per pitch; a quarter of it changes a torque by some 1e-5."""
+"""Largest increment, rad per pitch; a quarter of it changes a torque by about 1e-5."""
 ROOM, EVENTS = 8, 64
-"""Contacts at once, and events of a path, that are told."""
+"""Room for simultaneous contacts, and for events of a path."""
 FREE, SLIP, STICK = range(3)
-"""Modes."""
+"""Modes of a state: no contact, sliding, sticking."""
 FACE, CORNERS = 4, 5
-"""Numbers of a face, and of the first of the corners C, B (tip), D, A (base), after those of the edges."""
+"""Number of a face, and of the first of the corners C, B (tip), D, A (base), after those of the edges."""
 COLUMNS = (
     "phi", "T", "N", "f", "x", "y", "W_fr", "W", "mode", "u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z", "T_slip", "slip",
     "psi", "twist", "aside", "stretch", "M", "torque", "B", "P", "W_snap", "contacts", "first", "second", "k", "along",
     "since", "energy", "F_x", "F_y", "F_z",
 )  # fmt: skip
-"""What is written of each point: ``phi`` the way along the path (the twist of a beam that is only twisted), ``T`` the
-work per way; sums of N and friction over the contacts; of the first contact its places ``x``, ``y``, ``along`` and what
-meets (-1: nothing), and its force on the first scale along that one's axes at rest; ``T_slip``: T where a contact last
-began to slide, or the path turned; ``slip``: the length along which the first contact has slid; ``since``: the way at
-which the contacts last changed."""
+"""Columns of a state: ``phi`` the way along the path (the twist in pure twisting), ``T`` the work per way; sums of N
+and friction over the contacts; for the first contact its places ``x``, ``y``, ``along``, its features (-1: none), and
+its force on the first scale in that scale's axes at rest; ``T_slip``: T where a contact last began to slide, or the
+path turned; ``slip``: the length along which the first contact has slid; ``since``: the way at which the contacts last
+changed.
+"""
 WIDTH = len(COLUMNS) + 24
-"""Columns of a state, with the powers of the plate's deflection."""
+"""Columns of a state, including the 24 coefficients of the plate's deflection."""
 EDGES = ("tip edge", "side edge", "side edge", "base edge")
 FEATURES = (*EDGES, "face", *(f"corner {letter}" for letter in "CBDA"))
-"""What may meet, by number."""
+"""Features of a contact in words, by number."""
 MIRRORED = (plate.TIP, plate.SIDE_A, plate.SIDE_D, plate.BASE, FACE, *(CORNERS + c for c in (1, 0, 3, 2)))
-"""What each of them is in the mirror image."""
+"""Numbers of the features in the mirror image."""
 WORDS = np.array([Outcome.RANGE, Outcome.STOPPED, Outcome.SIDE, Outcome.TOUCHING, Outcome.STOPPED, Outcome.NONE], str)
-"""Ends in words: those of :mod:`squama.contacts.follow` by number, then that of a path on which nothing touches."""
+"""Ends in words: those of the compiled solver by number, then that of a path without contact."""
 _LOADS = [COLUMNS.index(name) for name in ("T", "T_slip")]
 
 
 Free = tuple[int, int, int, int]
-"""Which of the strains bend, twist, lateral bend and stretch are free: 1, else 0."""
+"""Flags of the free strains bend, twist, lateral bend and stretch: 1, else 0."""
 HELD, STRETCHING = (0, 0, 0, 0), (0, 0, 0, 1)
-"""All strains are imposed; the stretch is free."""
+"""Flags for all strains imposed; and for a free stretch alone."""
 
 
 class Scale(NamedTuple):
@@ -76,12 +77,12 @@ class Scale(NamedTuple):
 
     @property
     def elastic(self) -> Any:
-        """Whether it bends, or which of them do."""
+        """Whether the scale bends, or which of many scales do."""
         return np.isfinite(self.D)
 
 
 class Bar(TypedDict, total=False):
-    """What is taken of the bar, see :func:`beams`."""
+    """Arguments that describe the bar, see :func:`beams`."""
 
     free: Free
     aside: float
@@ -91,9 +92,9 @@ class Bar(TypedDict, total=False):
 
 
 class Contact(NamedTuple):
-    """What touches first: edges of scale 1 and of 1 + k, twist and places.
+    """First contact: features of scale 1 and of scale 1 + k, twist (rad per pitch) and places.
 
-    ``first`` is -1 where nothing does, -2 where plates touch at rest.
+    ``first`` is -1 without contact, -2 if plates touch at rest.
     """
 
     first: int
@@ -105,25 +106,25 @@ class Contact(NamedTuple):
 
     @property
     def words(self) -> str:
-        """The pair in words."""
+        """The pair of features in words."""
         found = f"{FEATURES[self.first]} on {FEATURES[self.second]} (k = {self.k})"
         return "" if self.first < 0 else found
 
     @property
     def mirrored(self) -> Contact:
-        """What meets in the mirror image, where the sides of a scale are exchanged."""
+        """The contact in the mirror image, where the sides of a scale are exchanged."""
         return self._replace(first=MIRRORED[self.first], second=MIRRORED[self.second]) if self.first >= 0 else self
 
 
 def features(kind: Array, one: Array, other: Array) -> tuple[Array, Array]:
-    """Return the features that meet, by number, of contacts of a kind and of their edges or corners."""
+    """Return the features of contacts, by number, from their kind and their edges or corners."""
     one, other = np.where(kind == touch.VF, CORNERS + one, one), np.where(kind == touch.FV, CORNERS + other, other)
     first = np.where((kind == touch.FV) | (kind == touch.FE), FACE, one)
     return first, np.where((kind == touch.VF) | (kind == touch.EF), FACE, other)
 
 
 class End(NamedTuple):
-    """How a path ended: number, way, and how many targets were reached."""
+    """End of a path: number, way, and number of targets reached."""
 
     code: int
     phi: float
@@ -136,11 +137,11 @@ class End(NamedTuple):
 
 
 class Answers(NamedTuple):
-    """Of n beams on paths of m targets: first contacts (n, 6), rows (n, m, 60), events (n, 64, 25), ends (n, 4).
+    """Results of n beams on paths of m targets: first contacts (n, 6), rows (n, m, 60), events (n, 64, 25), ends.
 
-    Rows are :data:`COLUMNS` and the 24 powers of the plate's deflection; NaN beyond the end. ``touches`` (n, m, C, 16):
-    all contacts, see :func:`squama.contacts.written.write`. With scales on both faces what is told of a scale, of
-    contacts and of events is of the scaled face's, and ``other`` are the same answers for the other face.
+    ``ends`` is (n, 4). Rows are :data:`COLUMNS` and the 24 coefficients of the plate's deflection; NaN beyond the end.
+    ``touches`` (n, m, C, 16): all contacts, see :func:`squama.contacts.written.write`. With scales on both faces the
+    data of a scale, of contacts and of events are those of the scaled face, and ``other`` has those of the other face.
     """
 
     contacts: Array
@@ -152,15 +153,15 @@ class Answers(NamedTuple):
 
     @property
     def faces(self) -> tuple[Answers, ...]:
-        """The answers for each face with scales."""
+        """The results for each face with scales."""
         return (self, self.other) if self.other else (self,)
 
     def contact(self, i: int = 0) -> Contact:
-        """Return what touches first of one beam."""
+        """Return the first contact of beam i."""
         return Contact(*(int(v) for v in self.contacts[i, :3]), *self.contacts[i, 3:].tolist())
 
     def end(self, i: int = 0) -> End:
-        """Return how the path of one beam ends."""
+        """Return the end of beam i's path."""
         code, phi, _, solved = self.ends[i].tolist()
         return End(int(code), phi, int(solved))
 
@@ -169,13 +170,13 @@ def beams(
     scale: Scale, K: Array, mu: Array, *, sense: int = 1, free: Free = HELD, aside: Array | float = 1.0,
     masked: Sequence[float] = (), seen: Sequence[float] = (), own: Sequence[float] = (),
 ) -> entry.Beams:  # fmt: skip
-    """Return beams for the compiled model: a scale of arrays (n,), K (n, 9, 9), or (n, 7, 7) without bend and stretch.
+    """Return beams for the compiled solver: a scale of arrays (n,), K (n, 9, 9), or (n, 7, 7) without bend and stretch.
 
     ``mu`` (n,); ``sense``: -1 for the mirror image; ``free``: 1 for each of the strains bend, twist, lateral bend and
-    stretch that has no moment or force; ``aside`` (n,): stiffness of the bar against lateral bend over that against
-    bend; ``masked``: 1 for each of the six motions that stays 0, as those of hinges, or none. With scales on both faces
-    ``seen`` are the signs with which the other face sees bend, twist and lateral bend, and ``own`` the stiffness
-    against the four strains that the matrices of both hold, the bar's own.
+    stretch without moment or force; ``aside`` (n,): stiffness of the bar against lateral bend over that against bend;
+    ``masked``: 1 for each of the six motions that is blocked, as on hinges, or empty. With scales on both faces
+    ``seen`` are the signs with which the other face sees bend, twist and lateral bend, and ``own`` is the bar's own
+    stiffness against the four strains, included in the matrices of both faces.
     """
     motions = K.shape[-1]
     signs = MIRROR[:motions] if sense < 0 else np.ones(motions)
@@ -199,12 +200,12 @@ def follow_all(
     beams: entry.Beams, targets: Array, *, most: float | Array | None = None, step: float = STEP,
     corners: Array | None = None, room: int = 1,
 ) -> Answers:  # fmt: skip
-    """Follow beams to targets (n, m); first contacts are looked for below the twists ``most``.
+    """Follow beams to targets (n, m); first contacts are searched below the twists ``most``.
 
-    ``corners`` (n, m, 2): bend and twist at the targets, which are ways then, straight on to ``most``; it is 1 if not
-    given, and the last target where there are corners. Without corners targets are twists, which may go back as well;
-    without targets one corner (n, 1, 2) is the direction.
-    ``room``: how many contacts are told of each state; with scales on both faces all are.
+    Without ``corners`` the targets are twists, which may go back. With ``corners`` (n, m, 2), bends and twists, the
+    targets are the ways there, straight between corners and on to ``most``. ``most`` defaults to 1, with corners to the
+    last target. Without targets one corner (n, 1, 2) is the direction of the search. ``room``: number of contacts
+    returned for each state; all with scales on both faces.
     """
     legs = on_legs(targets, corners, most, step)
     found = unwritten(legs.ways, room, faces(beams))
@@ -213,16 +214,16 @@ def follow_all(
 
 
 def faces(beams: entry.Beams) -> int:
-    """Return on how many faces beams have scales."""
+    """Return the number of faces with scales."""
     return 1 + bool(beams.seen.shape[1])
 
 
 def follow(
     beams: entry.Beams, legs: Legs, found: Written, notes: Array | None = None, snapshots: Array | None = None
 ) -> None:
-    """Follow endless beams (n) and write what is found; increments into ``notes`` (n, size), if there is room.
+    """Follow endless beams (n) and write the results to ``found``; increments into ``notes`` (n, size), if given.
 
-    ``snapshots`` (n, size): where they begin, and then where they are in the end; from rest if not given.
+    ``snapshots`` (n, size): starting states, replaced by the final ones; from rest if not given.
     """
     none, many = np.zeros((len(legs.ways), 0)), faces(beams)
     kept = (none if given is None else given for given in (notes, snapshots))
@@ -233,16 +234,16 @@ def follow(
 def on_legs(targets: Array, corners: Array | None, most: float | Array | None, step: float) -> Legs:
     """Return the legs to targets (n, m), see :func:`follow_all`.
 
-    Without targets the strains (n, 1, 4) are the direction in which that is looked for.
+    Without targets the strains (n, 1, 4) are the direction of the search.
     """
     n, m = targets.shape
     strains = np.zeros((n, max(m, 1), STRAINS), targets.dtype)
     if corners is None:
         strains[..., PHI] = targets if m else 1.0
         steps = np.diff(targets, axis=1, prepend=0.0)
-        # of one layout: code is compiled for each
+        # contiguous, because code is compiled for each layout
         ways = np.ascontiguousarray(np.cumsum(np.where(np.real(steps) < 0, -steps, steps), axis=1))
-        # (a path that goes back is as long as its way)
+        # (a path that goes back is longer than its last twist)
         most = 1.0 if most is None else most
     else:
         strains[..., [PSI, PHI]], ways = corners, np.ascontiguousarray(targets)
@@ -252,7 +253,7 @@ def on_legs(targets: Array, corners: Array | None, most: float | Array | None, s
 
 
 def unwritten(ways: Array, contacts: int, faces: int = 1) -> Written:
-    """Return room at ways (n, m) for a number of contacts of each state; of both faces there is room for all."""
+    """Return output arrays at ways (n, m) with room for ``contacts`` per state; for two faces with room for all."""
     (n, m), kind = ways.shape, ways.dtype
     contacts = faces * (ROOM if faces > 1 else contacts)
     events = n, faces * EVENTS, increments.EVENT + (faces - 1) * ROOM
@@ -263,7 +264,7 @@ def unwritten(ways: Array, contacts: int, faces: int = 1) -> Written:
 
 
 def read(found: Written, targets: Array | None = None) -> Answers:
-    """Return what is written, of each face; loads of twists ``targets`` that go back, against the way, by twist."""
+    """Return the output as results of each face; where twists ``targets`` go back, work per way becomes torque."""
     states = found.rows, found.contacts
     if found.motions.shape[2] == 1:
         answers = _answers(*states, found.motions[:, :, 0], found.bends[:, :, 0], found.events, found.ends)
@@ -280,12 +281,12 @@ def read(found: Written, targets: Array | None = None) -> Answers:
 
 
 def _answers(raw: Array, touches: Array, motions: Array, bends: Array, events: Array, ends: Array) -> Answers:
-    """Return the answers for one face."""
+    """Return the results for one face."""
     return Answers(_first(events, ends), _rows(raw, motions, bends, touches), events, ends, touches)
 
 
 def _first(events: Array, ends: Array) -> Array:
-    """Return the first contacts (n, 6) of paths by their events."""
+    """Return the first contacts (n, 6) of paths from their events."""
     met = (np.real(events[:, :, 0]) == increments.ENGAGE) & (np.arange(events.shape[1]) < ends[:, 2, None])
     first = events[np.arange(len(events)), met.argmax(axis=1)]
     one, other = features(*np.real(first[:, 8:11]).T)
@@ -296,7 +297,7 @@ def _first(events: Array, ends: Array) -> Array:
 
 
 def _rows(raw: Array, motions: Array, bends: Array, touches: Array) -> Array:
-    """Return rows of :data:`COLUMNS` and deflections."""
+    """Return rows of :data:`COLUMNS` and deflections from the compiled solver's output."""
     out = np.empty((*raw.shape[:2], WIDTH), raw.dtype)
     column = {name: out[..., i] for i, name in enumerate(COLUMNS)}
     told = ("way", "psi", "twist", "aside", "stretch", "M", "torque", "B", "P", "W", "W_fr", "W_snap", "contacts",
@@ -317,7 +318,7 @@ def _rows(raw: Array, motions: Array, bends: Array, touches: Array) -> Array:
 
 
 def contacted(touches: Array) -> dict[str, Array]:
-    """Return columns of states by their contacts (.., 16), by name: what meets, and the places there."""
+    """Return columns of states from their contacts (.., 16), by name: features and places."""
     _, apart, kind, one, other = np.moveaxis(np.real(touches[..., :5]), -1, 0)
     one, other = features(kind, one, other)
     edges, (x1, y1, x2, y2) = kind == touch.EE, np.moveaxis(touches[..., 6:10], -1, 0)
@@ -329,20 +330,20 @@ def contacted(touches: Array) -> dict[str, Array]:
 
 
 def along(edge: Array, x: Array, y: Array) -> Array:
-    """Return the places on edges of places of the plate."""
+    """Return the places along edges from x and y."""
     return np.where((edge == plate.SIDE_D) | (edge == plate.SIDE_A), x, y)
 
 
 def endings(contacts: Array, ends: Array) -> Array:
-    """Return in words how paths end (n,), by their first contacts (n, 6) and their ends (n, 4)."""
+    """Return the ends of paths in words (n,), from their first contacts (n, 6) and ends (n, 4)."""
     code = np.real(ends[:, 0]).astype(int)
     return WORDS[np.where((np.real(contacts[:, 0]) == -1) & (code == increments.RANGE), len(WORDS) - 1, code)]
 
 
 class Path(NamedTuple):
-    """A beam to be followed: its scale as seen in its sense, what is compiled of it, and what touches first.
+    """A beam to be followed: its scale in its sense, its compiled data, and its first contact.
 
-    ``other``: what touches first on the other face, if there are scales.
+    ``other``: first contact on the other face, if it has scales.
     """
 
     scale: Scale
@@ -352,7 +353,7 @@ class Path(NamedTuple):
 
     @property
     def contacts(self) -> list[Contact]:
-        """What touches first on each face with scales."""
+        """First contact on each face with scales."""
         return [self.contact, *([self.other] if self.other else [])]
 
     @property
@@ -362,7 +363,7 @@ class Path(NamedTuple):
 
     @classmethod
     def at_rest(cls, scale: Scale, K: Array, mu: float, *, sense: int = 1, **bar: Unpack[Bar]) -> Path:
-        """Return the path of a beam of which is not known what touches first; arguments as of :func:`beams`."""
+        """Return the path of a beam whose first contact is unknown; arguments as in :func:`beams`."""
         one = beams(Scale(*np.array([scale]).T), K[None], np.array([mu]), sense=sense, **bar)
         nothing = Contact(-1, -1, 0, math.inf, math.nan, math.nan)
         return cls(scale._replace(alpha=sense * scale.alpha), one, nothing, nothing if bar.get("seen") else None)
@@ -372,17 +373,17 @@ class Path(NamedTuple):
         cls, scale: Scale, K: Array, mu: float, *, sense: int = 1, toward: tuple[float, float] = (0.0, 1.0),
         most: float = 1.0, **bar: Unpack[Bar],
     ) -> Path:  # fmt: skip
-        """Return the path of a beam, with what touches first ``toward`` a bend and a twist, up to the way ``most``."""
+        """Return the path of a beam, with the first contact ``toward`` a bend and twist, up to the way ``most``."""
         return cls.at_rest(scale, K, mu, sense=sense, **bar).looked(toward, most)
 
     def looked(self, toward: tuple[float, float], most: float) -> Path:
-        """Return the path with what touches first ``toward`` a bend and a twist (of length 1), up to a way."""
+        """Return the path with the first contact in the direction ``toward`` (bend, twist; of length 1) up to a way."""
         # the other face's scales may come in later
         ways, there = (np.full((1, 1), most), most) if self.other else (np.empty((1, 0)), 1.0)
         return self.met(follow_all(self.beams, ways, corners=there * np.array([[toward]]), most=most))
 
     def met(self, found: Answers) -> Path:
-        """Return the path with what touches first where the beam was followed."""
+        """Return the path with the first contact from results of that beam."""
         return self._replace(contact=found.contact(), other=found.other.contact() if found.other else None)
 
     @property
@@ -391,22 +392,22 @@ class Path(NamedTuple):
         return float(self.beams.shapes[0, 8])
 
     def follow(self, targets: Array, step: float = STEP) -> Answers:
-        """Follow the twist to targets (n,), which may go back."""
+        """Follow the twists ``targets`` (n,), which may go back."""
         return follow_all(self.beams, targets[None], most=0.0, step=step, room=ROOM)
 
     def along(self, corners: Array, step: float = STEP) -> Answers:
-        """Follow the beam from rest through corners (n, 2), bends and twists between which the path is straight."""
+        """Follow the beam from rest through corners (n, 2), bends and twists, straight between them."""
         ways = np.cumsum(np.hypot(*np.diff(corners, axis=0, prepend=np.zeros((1, 2))).T))
         return follow_all(self.beams, ways[None], step=step, corners=corners[None], room=ROOM)
 
     def states(self, targets: Array, step: float = STEP) -> tuple[Array, End]:
-        """Follow the twist to targets (n,); return rows, see :class:`Answers`, NaN beyond the end."""
+        """Follow the twists ``targets`` (n,); return rows, see :class:`Answers`, NaN beyond the end, and the end."""
         found = self.follow(targets, step)
         return found.rows[0], found.end()
 
 
 def deflections(rows: Array) -> Array:
-    """Return the plate's deflections as powers (n, 24), see :mod:`squama.model.elastic_plate`, of states."""
+    """Return the coefficients (n, 24) of the plate's deflection in states, see :mod:`squama.model.elastic_plate`."""
     return rows[..., len(COLUMNS) :]
 
 
@@ -416,7 +417,7 @@ def named(rows: Array) -> dict[str, Array]:
 
 
 def motions(rows: Array, seen: Sequence[float] = ()) -> Array:
-    """Return the motions, twist, bend and stretch (n, 9) of states; as a face sees them by its signs ``seen``."""
+    """Return the motions, twist, bend and stretch (n, 9) of states, as seen by a face with the signs ``seen``."""
     v, (bend, twist, _) = named(rows), seen or (1.0, 1.0, 1.0)
     return np.column_stack(
         [rows[:, COLUMNS.index("u_X") : COLUMNS.index("w_Z") + 1], twist * v["twist"], bend * v["psi"], v["stretch"]]

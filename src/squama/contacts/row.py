@@ -1,7 +1,7 @@
-"""A row of N scales by the contact solver: states of every scale along the twist, what comes in, decay; E = d = 1.
+"""A row of N scales by the contact solver: states of every scale, further contacts, decay of end effects; E = d = 1.
 
-All cells have the same strains, or each has its own, as the ends are held (:mod:`squama.contacts.ties`). Scales touch
-their neighbours with any number of contacts, and the substrate where they come to lie on it.
+All cells have the same strains, or each has its own, depending on the ends (:mod:`squama.contacts.ties`). Scales touch
+their neighbours in any number of contacts, and the substrate where they come to lie on it.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from squama.people import per_pitch
 from squama.types import Array
 
 _CONTACTS, _EVENTS, _BEGIN = 4, 16, 2e-4
-"""Contacts, and events, of each scale for which there is room; twist behind engagement at which a decay is measured."""
+"""Room for contacts and for events of each scale; twist behind engagement at which the decay is measured."""
 
 
 class Other(NamedTuple):
-    """A contact of other features than the first ones: scale (from 1), words, and twist at which it comes in."""
+    """A contact of other features than the first ones: scale (from 1), words, twist of its engagement."""
 
     scale: int
     words: str
@@ -32,14 +32,14 @@ class Other(NamedTuple):
 
 
 class Track(NamedTuple):
-    """What became of a row of n scales: as far as it goes, points of which the last one is its end or the last asked.
+    """Path of a row of n scales; its last point is its end or the last target.
 
-    ``rows`` (points, n, 60) are states of every scale, :data:`squama.contacts.path.COLUMNS`, N, friction and places of
-    its contact with a scale further on (sums, and the first of them), works and the loads the means of all scales;
-    ``cells`` (points, n, 8) strains of each cell and what it carries of M, T, B and P, or (points, n, 0) where all have
-    the same strains; ``held`` (points, n) moments by which the substrate lifts scales that lie on it; ``loads``
-    (points, K) those of ties, and of a floating beam turn and place of the near end behind them; ``contacts``
-    (points, C, 16) and ``events`` (E, 25) see :mod:`squama.contacts.follow`.
+    ``rows`` (points, n, 60) are states of every scale, :data:`squama.contacts.path.COLUMNS`: N, friction and places are
+    of its contacts with scales further on (sums, and the first of them), works and loads are means of all scales.
+    ``cells`` (points, n, 8): strains of each cell and its loads M, T, B and P, or (points, n, 0) if all have the same
+    strains; ``held`` (points, n): moments by which the substrate lifts scales that lie on it; ``loads`` (points, K):
+    loads of ties, followed for a floating beam by rotation and place of the near end; ``contacts`` (points, C, 16) and
+    ``events`` (E, 25) as in :mod:`squama.contacts.follow`.
     """
 
     rows: Array
@@ -53,12 +53,12 @@ class Track(NamedTuple):
 
     @property
     def engaged(self) -> float:
-        """Twist at which scales of the row first touch; inf where they do not."""
+        """Twist at which scales of the row first touch; inf if they do not."""
         met = np.flatnonzero(self.events[:, 0] == increments.ENGAGE)
         return float(self.events[met[0], 1]) if met.size else math.inf
 
     def other(self) -> Other | None:
-        """Return the contact of other features that comes in first; None where none does."""
+        """Return the first contact of other features; None if there is none."""
         what = self.events[:, 6 + touch.FIRST : 6 + touch.OTHER + 1]
         told = np.isin(self.events[:, 0], (increments.ENGAGE, increments.CHANGE, increments.SNAP))
         told &= (what[:, touch.KIND] != touch.LIES) & (what[:, touch.FIRST] >= 0)
@@ -71,7 +71,7 @@ class Track(NamedTuple):
 
 
 def placed(c: Array) -> str:
-    """Return what meets, and of which scales, in words."""
+    """Return a contact's features, with the numbers of the scales, in words."""
     (one,), (other,) = path.features(c[touch.KIND, None], c[touch.ONE, None], c[touch.OTHER, None])
     met = [(path.FEATURES[f], c[touch.FIRST] + 1 + k) for f, k in ((one, 0), (other, c[touch.APART]))]
     if one == path.FACE:
@@ -82,7 +82,7 @@ def placed(c: Array) -> str:
 
 
 def legs(at: Array, *loads: int) -> Array:
-    """Return strains (n, 4) of which ``loads`` have values (n,), or (n, K) of K loads, and others are 0."""
+    """Return strains (n, 4) with values (n,), or (n, K), for K ``loads`` and 0 for the others."""
     strains = np.zeros((len(at), STRAINS))
     strains[:, loads] = np.reshape(at, (len(at), -1))
     return strains
@@ -98,12 +98,12 @@ def track(
     load: int | tuple[int, ...] = PHI,
     within: float = math.inf,
 ) -> Track:
-    """Follow a row through twists (n,) from 0 on, which may go back, to the last or to its end.
+    """Follow a row through twists (n,) from 0 on, which may go back, to the last one or to its end.
 
-    ``ends``: ENDLESS, EQUAL cells, or LOOSE, COUPLE or GRIPPED ends; twists are the mean of all cells, or the turn of
-    the far end over their number. ``load``: another strain in place of the twist, or several of loose ends, whose
-    values are (n, K). Gripped ends keep their distance where the stretch is held. The path ends before a cell's strain
-    of the load is beyond ``within``.
+    ``ends``: ENDLESS, EQUAL cells, or LOOSE, COUPLE or GRIPPED ends; twists are the mean of all cells, or the rotation
+    of the far end over their number. ``load``: another strain instead of the twist, or several for loose ends, with
+    values (n, K). Gripped ends keep their distance if the stretch is held. The path ends before a cell's strain of the
+    load exceeds ``within``.
     """
     free, loads = way.beams.free, load if isinstance(load, tuple) else (load,)
     strains = legs(at, *loads)
@@ -125,10 +125,10 @@ def tied(
     about: int = OWN,
     within: Array = increments.ANY,
 ) -> Track:
-    """Follow a row whose cells have strains of their own by ties, or without ties cells as ``about`` says.
+    """Follow a row whose cells have strains of their own by ties, or without ties cells of the kind ``about``.
 
-    ``strains`` (n, 4): corners between which the path is straight, from rest; ``free`` (N, 4) which strains are
-    imposed, free or loaded; ``within`` (4,) those of a cell, before which the path ends.
+    ``strains`` (n, 4): corners with straight paths between them, from rest; ``free`` (N, 4): whether strains are
+    imposed, free or loaded; ``within`` (4,): largest strains of a cell, at which the path ends.
     """
     n, room, own, held = len(strains), _CONTACTS * scales, about == OWN, ties or UNTIED
     ways = np.cumsum(np.linalg.norm(np.diff(strains, axis=0, prepend=0.0), axis=1))
@@ -143,7 +143,7 @@ def tied(
     (raw,), (motions,), (bends,), (contacts,), (events,), (ended,) = found
     code, phi, told, solved = ended.tolist()
     if code == increments.AT_REST:
-        # the state at rest is all there is
+        # there is only the state at rest
         raw[0], motions[0], bends[0], solved = 0.0, 0.0, 0.0, 1
     raw, motions, bends, contacts = (v[: int(solved)] for v in (raw, motions, bends, contacts))
     cells, end = motions[..., MOTIONS:], path.End(int(code), phi, int(solved))
@@ -155,7 +155,7 @@ def tied(
 def _states(
     way: path.Path, raw: Array, motions: Array, bends: Array, contacts: Array, cells: Array
 ) -> tuple[Array, Array]:
-    """Return states of all scales, and the moments of the substrate, see :class:`Track`."""
+    """Return states of all scales, and moments of the substrate, see :class:`Track`."""
     points, n = motions.shape[:2]
     rows, held = np.zeros((points, n, path.WIDTH)), np.zeros((points, n))
     column = path.named(rows)
@@ -163,7 +163,7 @@ def _states(
     rows[:, :, first : first + 6], rows[:, :, len(path.COLUMNS) :] = motions, bends
     shared = ("phi", "psi", "twist", "aside", "stretch", "M", "torque", "B", "P", "W", "W_fr", "W_snap")
     for at, name in [*enumerate(shared), (13, "mode"), (17, "T_slip"), (20, "T")]:
-        # the solver tells frictional work and what snaps lose of all scales
+        # the solver's frictional work and snap losses are sums over all scales
         column[name][...] = raw[:, at, None] / (n if at in (10, 11) else 1)
     for name, own in zip(("psi", "twist", "aside", "stretch"), np.moveaxis(cells, -1, 0), strict=False):
         column[name][...] = own
@@ -174,20 +174,20 @@ def _states(
     met, scale = contacts[which, c], contacts[which, c, touch.FIRST].astype(int)
     for name, at in (("N", 13), ("f", 14)):
         np.add.at(column[name], (which, scale), met[:, at])
-    # of several contacts of a scale the first one has its places told
+    # for several contacts of a scale the places are those of the first
     places = path.contacted(met)
     for name in ("first", "second", "k", "x", "y", "along"):
         column[name][which[::-1], scale[::-1]] = places[name][::-1]
     which, c = np.nonzero(there & (contacts[:, :, touch.KIND] == touch.LIES))
     held[which, contacts[which, c, touch.FIRST].astype(int)] = contacts[which, c, 10]
-    # joints' and plates' energies are told of all scales at once
+    # the solver returns the energy of joints and plates for all scales together
     whole = _of_springs(way, rows)
     column["energy"][...] = whole + (raw[:, 19] - whole.sum(axis=1))[:, None] / n
     return rows, held
 
 
 def _of_springs(way: path.Path, rows: Array) -> Array:
-    """Return the elastic energies (points, n) of joints and bar; each scale may be that of another beam."""
+    """Return the elastic energies (points, n) of joints and bar; each scale may have another beam's joint."""
     points, n = rows.shape[:2]
     if len(way.beams.K) == 1:
         return states.of_springs(way, rows.reshape(points * n, rows.shape[2])).reshape(points, n)
@@ -196,10 +196,10 @@ def _of_springs(way: path.Path, rows: Array) -> Array:
 
 
 def decay(way: path.Path, ends: int = EQUAL, load: int = PHI) -> float:
-    """Return how much of an end's effect is left one contact further on, at engagement and without friction.
+    """Return the factor by which an end's effect decays per contact, at engagement and without friction.
 
-    Forces of contacts then grow by N' with a N'_(i-1) + b N'_i + a N'_(i+1) alike for all of them, so differences of
-    N' fall by r with r + 1/r = -b/a. Grips, which bend the cells near them, are taken as ``LOOSE`` ends.
+    Contact forces then grow by N' with the same a N'_(i-1) + b N'_i + a N'_(i+1) for all of them, so differences of N'
+    decay by r with r + 1/r = -b/a. Grips, which bend the cells near them, are taken as ``LOOSE`` ends.
     """
     c = way.contact
     if c.first < 0:

@@ -1,8 +1,8 @@
-"""The state of a path as numbers in a row, from which the path goes on as if it had not been left; compiled.
+"""Snapshot of a path as a row of numbers, from which the path continues unchanged; compiled.
 
-Friction remembers the way: a slip is that from the states before, and a contact sticks or slides as it did. So a
-snapshot holds what an increment takes from those before it (:class:`squama.contacts.increments.Walk`): the last three
-states, where scales were, contacts, loads, direction of the leg and counters. Zeros are the beam at rest.
+Friction depends on the way: slip counts from earlier states, and a contact sticks or slides as it did. So a snapshot
+has all that an increment needs of earlier ones (:class:`squama.contacts.increments.Walk`): the last three states,
+positions of the scales, contacts, loads, direction of the leg and counters. Zeros are the beam at rest.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from squama.contacts.system import MOTIONS, POWERS, STRAINS, State, transfer
 from squama.types import Array
 
 _CONTACT = 7
-"""Columns of a contact of a walk."""
+"""Number of columns of a contact."""
 
 
 def size(scales: int, reach: int, C: int) -> int:
-    """Return how many numbers a snapshot has: of a beam whose cells repeat, with room for C contacts."""
+    """Return the length of a snapshot: for a beam whose cells repeat, with room for C contacts."""
     state = scales * (MOTIONS + POWERS) + STRAINS + 6 * C
     past = 3 * scales * (12 + reach * PLACED + POWERS) + 3 * C
     return 3 * state + past + _CONTACT * C + 1 + 4 + 8 + tally.TALLY + 1
@@ -27,13 +27,13 @@ def size(scales: int, reach: int, C: int) -> int:
 
 @_jit
 def save(w: Walk, out: Array) -> None:
-    """Write a snapshot of a path where it stands."""
+    """Write a snapshot of a path's present state."""
     _exchanged(w, out, True)
 
 
 @_jit
 def take(w: Walk, kept: Array) -> None:
-    """Let a path go on from a snapshot; its way and its events are counted from there on."""
+    """Continue a path from a snapshot; its way and its events are counted from there on."""
     t, window = w.tally, w.W.window[0]
     _exchanged(w, kept, False)
     if not w.W.window[0] > 0.0:
@@ -45,7 +45,7 @@ def take(w: Walk, kept: Array) -> None:
 
 @_jit
 def _exchanged(w: Walk, a: Array, out: bool) -> None:
-    """Write a snapshot or, not ``out``, take it in."""
+    """Write a snapshot, or read it if not ``out``."""
     at = _state(w.now, a, 0, out)
     at = _state(w.old, a, at, out)
     at = _state(w.older, a, at, out)
@@ -63,7 +63,7 @@ def _exchanged(w: Walk, a: Array, out: bool) -> None:
 
 @_jit
 def _state(st: State, a: Array, at: int, out: bool) -> int:
-    """Write a state or, not ``out``, take it in; return where it ends."""
+    """Write a state, or read it if not ``out``; return the index behind it."""
     at = transfer(st.q, a, at, out)
     at = transfer(st.strains, a, at, out)
     at = transfer(st.b, a, at, out)

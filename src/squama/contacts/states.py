@@ -1,4 +1,4 @@
-"""Figures of states: energies, stresses, inclinations, what the embedded part bears; E = d = 1."""
+"""Derived quantities of states: energies, stresses, inclinations, loads on the embedded part; E = d = 1."""
 
 from __future__ import annotations
 
@@ -12,18 +12,19 @@ from squama.model import elastic_plate as plate
 from squama.types import Array
 
 THIN = 0.1
-"""Deflection over the length from which on a plate is bent beyond what the model of small deflections bears."""
+"""Deflection over the length from which the model of small deflections is not valid."""
 _GRID = np.array([(x, y) for x in np.linspace(0.0, 1.0, 13) for y in np.linspace(-1.0, 1.0, 9)])
-"""Where stresses are looked for: shares of length and half width."""
+"""Places at which stresses are evaluated: shares of length and half width."""
 _CURVED = plate.curvatures(*_GRID.T)
 _BLOCK = 64
-"""States whose stresses are computed at once: they stay in the cache, and other sizes end in other digits."""
+"""States whose stresses are computed at once, to fit the cache; fixed, because other sizes differ in the last digits.
+"""
 
 
 def energies(path: Path, rows: Array, other: Array | None = None) -> dict[str, Array]:
-    """Return the elastic energy (n,) in joint, plate and bar, E d^3 per pitch: roles U_joint, U_plate, U_bar.
+    """Return the elastic energy (n,) of joint, plate and bar, E d^3 per pitch: roles U_joint, U_plate, U_bar.
 
-    ``other``: states of the other face, if there are scales.
+    ``other``: states of the other face, if it has scales.
     """
     whole, alone = of_springs(path, rows, other), bare(path.beams)[0]
     loads = motions(rows)[:, 6 : 6 + len(alone)]
@@ -32,7 +33,7 @@ def energies(path: Path, rows: Array, other: Array | None = None) -> dict[str, A
 
 
 def of_springs(path: Path, rows: Array, other: Array | None = None) -> Array:
-    """Return the elastic energy (n,) of joint and bar, E d^3 per pitch; arguments as of :func:`energies`."""
+    """Return the elastic energy (n,) of joint and bar, E d^3 per pitch; arguments as in :func:`energies`."""
     K, aside = path.beams.K[0], named(rows)["aside"]
     q = motions(rows)[:, : len(K)]
     whole = np.einsum("ni,ij,nj->n", q, K, q) / 2
@@ -52,7 +53,7 @@ def of_springs(path: Path, rows: Array, other: Array | None = None) -> Array:
 def bare(beams: entry.Beams) -> Array:
     """Return the stiffness (n, 1, 1) of beams without contact against twist, or (n, 2, 2) against twist and bend.
 
-    All have the same free strains; against one that is free it is 0.
+    All beams have the same free strains; the stiffness against a free strain is 0.
     """
     K, free = beams.K, np.real(beams.free[0]) > 0 if len(beams.K) else np.zeros(STRAINS, bool)
     scales, strains = 6, K.shape[1] - 6
@@ -71,7 +72,7 @@ def bare(beams: entry.Beams) -> Array:
 def stresses(scale: Scale, bent: Array) -> tuple[Array, Array]:
     """Return the largest stress (von Mises, E) in a scale, by Kirchhoff's moments 6 m / h^2, and its place (n, 2).
 
-    By deflections (n, 24) of one scale or of n; the place is NaN where there is no stress.
+    From deflections (n, 24) of one scale or of n; the place is NaN without stress.
     """
     n, most = len(bent), np.zeros(len(bent), int)
     eta, beta, _, _, _, h, D, nu = (np.broadcast_to(np.reshape(v, (-1, 1)), (n, 1)) for v in scale)
@@ -93,7 +94,7 @@ def stresses(scale: Scale, bent: Array) -> tuple[Array, Array]:
 
 
 def stresses_of(scale: Scale, found: Answers) -> Array:
-    """Return the largest stresses (n, m) of n beams at their targets; NaN where scales are rigid."""
+    """Return the largest stresses (n, m) of n beams at their targets; NaN for rigid scales."""
     rows = found.rows
     told = np.real(rows[..., 0])
     stress = np.where(scale.elastic[:, None] & np.isfinite(told), 0.0 * rows[..., 0], np.nan)
@@ -105,10 +106,10 @@ def stresses_of(scale: Scale, found: Answers) -> Array:
 
 
 def plate_figures(scale: Scale, bent: Array) -> dict[str, Array]:
-    """Return what is told of a scale's deflections (n, 24), by role; E = d = 1.
+    """Return the deformation of a scale from its deflections (n, 24), by role; E = d = 1.
 
-    Deflection of the middle of its tip along its normal, turn of the tip about its length by that of its corners,
-    largest stress and its place; no stress in a rigid scale.
+    Deflection of the middle of its tip along its normal, rotation of the tip about its length from that of its corners,
+    largest stress and its place; NaN stress in a rigid scale.
     """
     b = bent.reshape(len(bent), 6, 4)
     told = {"deflection": b[:, :, 0].sum(axis=1), "scale_twist": b[:, :, 1::2].sum(axis=(1, 2)) / scale.beta}
@@ -119,14 +120,14 @@ def plate_figures(scale: Scale, bent: Array) -> dict[str, Array]:
 
 
 def bent(scale: Scale, rows: Array) -> Array:
-    """Return the largest deflection of the tip's corners over the length (n,), of states."""
+    """Return the largest deflection of the tip's corners over the length (n,) in states."""
     b = deflections(rows).reshape(len(rows), 6, 4)
     even, odd = b[:, :, ::2].sum(axis=(1, 2)), b[:, :, 1::2].sum(axis=(1, 2))
     return np.asarray((np.abs(even) + np.abs(odd)) / scale.eta)
 
 
 def _turns(w: Array) -> Array:
-    """Return the rotations (n, 3, 3) of the scale from its attitude at rest, in its axes there, by vectors (n, 3)."""
+    """Return the rotations (n, 3, 3) of a scale from its attitude at rest, in its axes there, from vectors (n, 3)."""
     from scipy.spatial.transform import Rotation
 
     known = np.isfinite(w).all(axis=1)
@@ -137,7 +138,7 @@ def _turns(w: Array) -> Array:
 
 
 def inclinations(path: Path, rows: Array) -> Array:
-    """Return the angle (n,) of n_X against the beam's face, seen along the width at rest, rad."""
+    """Return the angle (n,) of n_X to the beam's face, seen along the width at rest, rad."""
     theta0 = path.scale.theta0
     at = COLUMNS.index("w_X")
     x = _turns(rows[:, at : at + 3])[:, :, 0]
@@ -148,11 +149,11 @@ def inclinations(path: Path, rows: Array) -> Array:
 def on_tab(path: Path, q: Array) -> tuple[Array, Array]:
     """Return force (E d^2) and moment (E d^3) of the contacts on the embedded part, about its base midpoint.
 
-    Both (n, 3) by its :func:`motions`, along the scale's own axes, which turn with it; one along n_X pulls it out.
+    Both (n, 3) from its :func:`motions`, in the scale's own axes, which turn with it; a force along n_X pulls it out.
     """
     K = path.beams.K[0]
     loads, w, turns = q[:, : len(K)] @ K[:6].T, q[:, 3:6], _turns(q[:, 3:6])
-    # what is conjugate to a rotation vector is not yet the moment
+    # the quantity conjugate to a rotation vector is not yet the moment
     t = np.linalg.norm(w, axis=1)[:, None]
     k = (1 - np.cos(t / 2) / np.sinc(t / (2 * np.pi))) / np.maximum(t, 1e-100) ** 2
     once = np.cross(w, loads[:, 3:])

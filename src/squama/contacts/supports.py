@@ -1,15 +1,14 @@
-r"""Supports and loads of a bar whose cells have strains of their own: what cells carry, what ties ask; compiled.
+r"""Supports and loads of a bar whose cells have strains of their own: balance of the cells, and ties; compiled.
 
-With the strains e_i of cell i, the part of the energy and of the contacts' forces in its own axes balances what the
-loads beyond it are there::
+For the strains e_i of cell i, the elastic and contact forces of the cell balance the loads beyond it::
 
     K_e . (q_i, e_i) + sum F . dp2/de_i = W_i . X_i + sum L_k c_k
 
-with X_i the motion of all that is beyond per strain of cell i, and W_i the wrench of all loads there, both as the frame
-sees them in which the near end is clamped: turn (o, v) and wrench (m, f) about its origin. Loads are those L_k of ties
+with X_i the motion of all beyond cell i per strain of it, and W_i the wrench of all loads there, both in the frame
+of the clamped near end: motion (o, v) and wrench (m, f) about its origin. The loads are the loads L_k of ties
 (:class:`squama.contacts.system.Ties`): each is the multiplier of a coordinate that is imposed, as the twist of an end
-is by a torque, or the way of a tip along the force on it. A tie brings L_k c_k to all cells alike, L_k f to sections,
-where it holds a turn the moment that does its work, and a couple on the far end.
+is by a torque, or the travel of a tip along the force on it. A tie adds L_k c_k to all cells alike, forces L_k f to
+sections, the moment conjugate to a rotation that it holds, and a couple on the far end.
 
 As cells before cell i are strained, its section moves by s_i, X_i changes by the bracket (s x o, s x v + t x o) of
 both, and W_i with the places of the loads beyond. All s_i and changes of W_i, linear in those of the unknowns, are
@@ -42,21 +41,21 @@ from squama.contacts.vectors import Vector, add, cross, dot, rotated, scaled, sp
 from squama.types import Array
 
 LOADS, GIVEN = range(2)
-"""Rows of a state's ties."""
+"""Rows of a state's ties: loads, and prescribed values."""
 AT, AXIS, SPIN = 0, 1, 4
-"""Columns of a tie that holds a turn."""
+"""Columns of a tie that holds a rotation: section, axis, prescribed rotation."""
 
 
 @_jit
 def unit(a: int, like: float) -> Vector:
-    """Return a unit vector of the kind of a number."""
+    """Return a unit vector with the number type of ``like``."""
     one, none = 1.0 + 0.0 * like, 0.0 * like
     return (one, none, none) if a == 0 else ((none, one, none) if a == 1 else (none, none, one))
 
 
 @_jit
 def spine(S: System, st: State, W: Work) -> None:
-    """Write the frames of all sections, and the motions of what is beyond a cell per strain of it."""
+    """Write the frames of all sections, and the motions of all that is beyond a cell per strain of it."""
     none, K = 0.0 * st.strains[0, 0], len(S.ties.course)
     x, y, z, t = unit(0, none), unit(1, none), unit(2, none), (none, none, none)
     if S.ties.floating:
@@ -82,20 +81,20 @@ def spine(S: System, st: State, W: Work) -> None:
 
 @_in
 def moves(W: Work, i: int, e: int) -> tuple[Vector, Vector]:
-    """Return the motion of what is beyond cell i per strain e of it: turn, and shift at the origin."""
+    """Return the motion of all that is beyond cell i per strain e of it: rotation, and translation at the origin."""
     return vector(W.moves[i, e], 0), vector(W.moves[i, e], 3)
 
 
 @_jit
 def aim(S: System, st: State, k: int, v: Vector) -> Vector:
-    """Return where a vector is to be that tie k turns with its section."""
+    """Return a vector turned by the rotation that tie k prescribes for its section."""
     course = vector(S.ties.turns[k], SPIN)
     return rotated(turned(scaled(st.ties[GIVEN, k], course)), v)
 
 
 @_jit
 def askew(S: System, st: State, W: Work, k: int) -> Vector:
-    """Return by how much the section whose turn tie k holds is turned from its aim: the vector part of R T^T."""
+    """Return the deviation of tie k's section from its prescribed rotation: the vector part of R T^T."""
     R, none = W.frames[int(S.ties.turns[k, AT])], 0.0 * st.ties[LOADS, k]
     out = (none, none, none)
     for a in range(3):
@@ -105,7 +104,7 @@ def askew(S: System, st: State, W: Work, k: int) -> Vector:
 
 @_jit
 def moment_of(S: System, st: State, W: Work, k: int) -> Vector:
-    """Return the moment of a unit load of tie k on the section whose turn it holds."""
+    """Return the moment of a unit load of tie k on the section whose rotation it holds."""
     R, axis, none = W.frames[int(S.ties.turns[k, AT])], vector(S.ties.turns[k], AXIS), 0.0 * st.ties[LOADS, k]
     trace = none
     for a in range(3):
@@ -115,7 +114,7 @@ def moment_of(S: System, st: State, W: Work, k: int) -> Vector:
 
 @_jit
 def bisected(S: System, W: Work, k: int) -> tuple[Vector, float]:
-    """Return the sum of the axis of tie k's couple as the near end and as the far end have it, and 1 + their cosine.
+    """Return the sum of the axis of tie k's couple at the near and at the far end, and 1 + the cosine between them.
 
     Axes have the size of the couple.
     """
@@ -126,10 +125,10 @@ def bisected(S: System, W: Work, k: int) -> tuple[Vector, float]:
 
 @_jit
 def couple(S: System, W: Work, k: int) -> Vector:
-    """Return the moment on the far end of a unit load of tie k: it turns the end by some angle, and lets it tilt.
+    """Return the moment on the far end of a unit load of tie k: it turns the end about an axis and lets it tilt.
 
-    The turn R of the end is one about the axis a, by the angle p, and then a tilt about an axis across a. The couple
-    that works on p alone bisects the axes of both ends: m = (a + R a)/(1 + a . R a).
+    The rotation R of the end is a rotation about the axis a, by the angle p, followed by a tilt about an axis across a.
+    The couple that does work on p alone bisects the axes of both ends: m = (a + R a)/(1 + a . R a).
     """
     both, q = bisected(S, W, k)
     return scaled(1.0 / q, both)
@@ -137,7 +136,7 @@ def couple(S: System, W: Work, k: int) -> Vector:
 
 @_jit
 def couple_moved(S: System, W: Work, k: int, o: Vector) -> Vector:
-    """Return the change of :func:`couple` as the far end turns by o."""
+    """Return the change of :func:`couple` for a rotation o of the far end."""
     a = vector(S.ties.couples[k], 0)
     both, q = bisected(S, W, k)
     change = cross(o, add(both, -1.0, a))
@@ -148,7 +147,7 @@ def couple_moved(S: System, W: Work, k: int, o: Vector) -> Vector:
 def turned_by(S: System, st: State, W: Work, k: int) -> float:
     """Return the angle p by which the far end is turned about the axis of tie k's couple, times its size.
 
-    Of the angles that differ by whole turns it is the one next to the turns of all cells.
+    Of the angles that differ by whole turns it is the nearest to the sum over all cells.
     """
     a, N, R = vector(S.ties.couples[k], 0), len(S.shapes), W.frames[len(S.shapes)]
     size = np.sqrt(dot(a, a))
@@ -160,14 +159,14 @@ def turned_by(S: System, st: State, W: Work, k: int) -> float:
     for i in range(N):
         cells -= (a[0] * st.strains[i, PSI] + a[1] * st.strains[i, CHI] + a[2] * st.strains[i, PHI]).real
     whole = 2 * np.pi * np.round((cells / size.real - angle) / (2 * np.pi))
-    # the last part is 0, but for complex steps
+    # the last part is 0, except for complex steps
     by: float = size * (angle + whole + sine * np.cos(angle) - cosine * np.sin(angle))
     return by
 
 
 @_jit
 def load_at(S: System, st: State, W: Work, j: int) -> tuple[Vector, Vector]:
-    """Return the wrench of all ties on section j."""
+    """Return the wrench (moment, force) of all ties on section j."""
     none = 0.0 * st.strains[0, 0]
     m, f = (none, none, none), (none, none, none)
     for k in range(len(S.ties.course)):
@@ -181,7 +180,7 @@ def load_at(S: System, st: State, W: Work, j: int) -> tuple[Vector, Vector]:
 
 @_jit
 def load_moved(S: System, st: State, W: Work, j: int, o: Vector, v: Vector) -> Vector:
-    """Return how the moment of all ties on section j changes as it moves by a turn and a shift at the origin."""
+    """Return the change of all ties' moment on section j for its rotation o and its translation v at the origin."""
     none = 0.0 * st.strains[0, 0]
     m, f = (none, none, none), (none, none, none)
     for k in range(len(S.ties.course)):
@@ -198,7 +197,7 @@ def load_moved(S: System, st: State, W: Work, j: int, o: Vector, v: Vector) -> V
 
 @_jit
 def unit_load(S: System, st: State, W: Work, k: int, j: int) -> tuple[Vector, Vector]:
-    """Return the wrench of a unit load of tie k on section j; it is the gradient of its coordinate, too."""
+    """Return the wrench of a unit load of tie k on section j; it is also the gradient of the tie's coordinate."""
     f = vector(S.ties.forces[k, j], 0)
     m = cross(vector(W.frames[j], 9), f)
     if S.ties.turns[k, AT] == j:
@@ -208,7 +207,7 @@ def unit_load(S: System, st: State, W: Work, k: int, j: int) -> tuple[Vector, Ve
 
 @_jit
 def wrenches(S: System, st: State, W: Work) -> None:
-    """Write the wrenches of all loads on each section and beyond it."""
+    """Write the wrench of all loads on and beyond each section."""
     none = 0.0 * st.strains[0, 0]
     m, f = (none, none, none), (none, none, none)
     for j in range(len(S.shapes), -1, -1):
@@ -220,7 +219,7 @@ def wrenches(S: System, st: State, W: Work) -> None:
 
 @_jit
 def tied(S: System, st: State, at: Array, n: int, W: Work, r: Array, loads: Array) -> None:
-    """Write the residuals of all cells' strains and of ties; loads on the way take the place of means."""
+    """Write the residuals of all cells' strains and of ties; the ties' loads replace the mean loads."""
     N, K, b, along = len(S.shapes), len(S.ties.course), n - borders(S), sectioned(S)
     if along:
         spine(S, st, W)
@@ -253,7 +252,7 @@ def tied(S: System, st: State, at: Array, n: int, W: Work, r: Array, loads: Arra
 
 @_jit
 def coordinate(S: System, st: State, W: Work, k: int) -> float:
-    """Return by how much the coordinate of tie k differs from what it is to be."""
+    """Return the difference of tie k's coordinate from its prescribed value."""
     off: float = -S.ties.course[k, 1] * st.ties[GIVEN, k]
     for e in range(STRAINS):
         if S.ties.carried[k, e] != 0.0:
@@ -271,7 +270,7 @@ def coordinate(S: System, st: State, W: Work, k: int) -> float:
 
 @_jit
 def tie_rates(S: System, st: State, at: Array, n: int, W: Work, J: Linear) -> None:
-    """Enter the derivatives of :func:`tied`, without those of what cells carry."""
+    """Add the derivatives of :func:`tied` to the Jacobian, without those of the cells' own loads."""
     N, K, b = len(S.shapes), len(S.ties.course), n - borders(S)
     for i in range(N):
         columns = strain_columns(S, at, n, i)
@@ -295,7 +294,7 @@ def tie_rates(S: System, st: State, at: Array, n: int, W: Work, J: Linear) -> No
 
 @_jit
 def by_section(S: System, at: Array, n: int, row: int, j: int, m: Vector, f: Vector, W: Work, J: Linear) -> None:
-    """Enter into a row what changes with the motion of section j: by its turn (m), and its shift at the origin (f)."""
+    """Add to a row the derivatives by the motion of section j: by its rotation (m), and its translation (f)."""
     i = min(j, len(S.shapes) - 1)
     here = at[i] - ahead(S)
     for a in range(3):
@@ -311,7 +310,7 @@ def by_section(S: System, at: Array, n: int, row: int, j: int, m: Vector, f: Vec
 
 @_jit
 def section_rates(S: System, st: State, at: Array, n: int, i: int, W: Work, J: Linear) -> None:
-    """Enter the derivatives of cell i's motion, of the wrench beyond it, and of what that is to its strains."""
+    """Add the derivatives of cell i's motion, of the wrench beyond it, and of its work on the cell's strains."""
     N, first, b = len(S.shapes), ahead(S), n - borders(S)
     here, columns = at[i] - first, strain_columns(S, at, n, i)
     beyond = here + 6
@@ -362,7 +361,7 @@ def section_rates(S: System, st: State, at: Array, n: int, i: int, W: Work, J: L
 
 @_jit
 def floating_rates(S: System, st: State, at: Array, b: int, W: Work, J: Linear) -> None:
-    """Enter the derivatives of the near end's motion, and of the balance of all loads."""
+    """Add the derivatives by the near end's motion, and of the balance of all loads."""
     K, here = len(S.ties.course), at[0] - ahead(S)
     e, t = turned(vector(st.ties[LOADS], K)), vector(st.ties[LOADS], K + 3)
     none = (0.0, 0.0, 0.0)
@@ -386,7 +385,7 @@ def floating_rates(S: System, st: State, at: Array, b: int, W: Work, J: Linear) 
 
 @_jit
 def shifted(S: System, st: State, at: Array, n: int, x: Array, by: complex) -> None:
-    """Add a multiple of unknowns (n,) to strains of cells, loads of ties, and the place of a floating beam."""
+    """Add a multiple of changes (n,) to strains of cells, loads of ties, and the place of a floating beam."""
     b = n - borders(S)
     for i in range(len(S.shapes)):
         columns = strain_columns(S, at, n, i)
@@ -399,7 +398,7 @@ def shifted(S: System, st: State, at: Array, n: int, x: Array, by: complex) -> N
 
 @_jit
 def moved_alone(S: System, at: Array, x: Array) -> None:
-    """Leave out of a correction how far sections move and how wrenches change, which no state holds."""
+    """Clear from a correction the sections' motions and changes of wrenches, which are not part of the state."""
     if S.own and sectioned(S):
         for i in range(len(S.shapes)):
             for a in range(12):

@@ -1,7 +1,7 @@
-"""Scales on a bar, their joints and plates, and what a state of them holds; E = d = 1.
+"""Data of scales on a bar, with their joints and plates, and of their states; E = d = 1.
 
-An endless beam is one scale with its own images, or two with scales on both faces; a row has N scales, each with
-unknowns of its own. All share the strains of the bar, or each cell of a row has its own, as its ends are held
+An endless beam is one scale with its own images, or two with scales on both faces; a row has N scales, each with its
+own unknowns. All share the strains of the bar, or each cell of a row has its own, depending on the ends
 (:mod:`squama.contacts.supports`).
 """
 
@@ -20,25 +20,25 @@ from squama.types import Array
 ETA, BETA, H, MU, ELASTIC, STIFF = range(6)
 """Columns of a scale's shape."""
 PSI, PHI, CHI, EPS = range(4)
-"""Strains of a cell: bend, twist, lateral bend, stretch; those conjugate to them are M, T, B and P."""
+"""Strains of a cell: bend, twist, lateral bend, stretch; the conjugate loads are M, T, B and P."""
 MOTIONS, STRAINS, POWERS = 6, 4, 24
-"""Motions (u, w) of a scale, strains of a cell, powers X^m Y^n of a plate's deflection."""
+"""Numbers of motions (u, w) of a scale, of strains of a cell, and of powers X^m Y^n of a plate's deflection."""
 ENDLESS, EQUAL, OWN = range(-1, 2)
-"""Cells of a beam: they repeat for ever; all cells of a row have the same strains; each has its own."""
+"""Kinds of cells: they repeat for ever; all cells of a row have the same strains; each has its own."""
 IMPOSED, FREE, LOADED = range(3)
-"""A strain is imposed on each cell; is free, without a load; or is free, and the way of a tie goes by its name."""
+"""Kinds of strains: imposed on each cell; free, without a load; or free and driven by a tie of that name."""
 _NONE = np.zeros(0)
 
 
 class Ties(NamedTuple):
     """K coordinates of a bar whose cells have strains of their own; each is imposed by a load, its multiplier.
 
-    The coordinate of a tie is the work of its unit load on the way from rest: ``forces`` (K, N + 1, 3) on the sections
-    between cells, in the axes of the near end at rest, or (K, 0, 3) where no tie knows of sections; ``carried`` (K, 4):
-    M, T, B, P brought to all cells alike; ``turns`` (K, 7): a section (-1: none) that is held against turning about an
-    axis (3), and the turn (3) it is to have per unit of its course; ``course`` (K, 2): the strain of the path's legs by
-    which a tie goes (-1: it stays), and how far it goes per unit of that; ``couples`` (K, 3): axis and size of a couple
-    on the far end (:mod:`squama.contacts.supports`). ``floating``: the near end is not clamped; without couples.
+    The coordinate of a tie is the work of its unit load on the way from rest. ``forces`` (K, N + 1, 3) on the sections
+    between cells, in the axes of the near end at rest, or (K, 0, 3) if no tie acts on sections; ``carried`` (K, 4): M,
+    T, B, P on all cells alike; ``turns`` (K, 7): a section (-1: none) whose rotation is held about an axis (3), and its
+    prescribed rotation (3) per unit of its course; ``course`` (K, 2): the strain of the path's legs that drives a tie
+    (-1: none), and the factor; ``couples`` (K, 3): axis and size of a couple on the far end
+    (:mod:`squama.contacts.supports`). ``floating``: the near end is not clamped; without couples.
     """
 
     forces: Array
@@ -56,16 +56,16 @@ UNTIED = Ties(np.zeros((0, 0, 3)), np.zeros((0, 4)), np.zeros((0, 7)), np.zeros(
 class System(NamedTuple):
     """N scales and their bar.
 
-    ``shapes`` (N, 6): eta, beta, h, mu, elastic (1 where plates bend: all or none), and the stiffness by which slip
-    enters the law of friction, of the order of the scale's own (solutions do not depend on it); ``axes`` (N, 3, 3):
-    rows n_X, n_Y, n_Z at rest in the section; ``bases`` (N, 3): base midpoints there; ``K`` (N, 10, 10) over (u, w,
-    psi, phi, chi, eps); ``plates`` (N, 24, 24), compliances of the powers; ``free`` (4,): which strains are imposed,
-    free or loaded; ``grip``: compliance by which a contact that sticks gives way along the plate, d/E; ``reach``:
-    farthest neighbour; ``periodic``: the N scales repeat for ever; ``sees`` (N, 3): signs with which a scale sees bend,
-    twist and lateral bend (:mod:`squama.beam.faces`); ``stride``: scales of a cell, one of each face; ``rests`` (N,):
-    inclination at rest over the substrate, on which a scale may come to lie, or (0,) where that is not looked at;
-    ``masked`` (6,): 1 for motions that stay 0, or (0,) for none; ``own``: whether each cell has strains of its own
-    (``stride`` 1, not ``periodic``), by ``ties`` then.
+    ``shapes`` (N, 6): eta, beta, h, mu, elastic (1 if plates bend: all or none), and the stiffness that multiplies slip
+    in the friction law, of the order of the scale's own (solutions do not depend on it); ``axes`` (N, 3, 3): rows n_X,
+    n_Y, n_Z at rest in the section; ``bases`` (N, 3): base midpoints there; ``K`` (N, 10, 10) over (u, w, psi, phi,
+    chi, eps); ``plates`` (N, 24, 24), compliances over the powers; ``free`` (4,): whether strains are imposed, free or
+    loaded; ``grip``: tangential compliance of a sticking contact, d/E; ``reach``: farthest neighbour; ``periodic``: the
+    N scales repeat for ever; ``sees`` (N, 3): signs with which a scale sees bend, twist and lateral bend
+    (:mod:`squama.beam.faces`); ``stride``: number of scales of a cell, one of each face; ``rests`` (N,): inclination at
+    rest over the substrate, for scales that may come to lie on it, or (0,) without that check; ``masked`` (6,): 1 for
+    blocked motions, or (0,) for none; ``own``: whether each cell has its own strains (``stride`` 1, not ``periodic``),
+    governed by ``ties``.
     """
 
     shapes: Array
@@ -89,9 +89,9 @@ class State(NamedTuple):
     """A state: scales, strains of the bar and contacts.
 
     Motions ``q`` (N, 6), ``strains`` (1, 4) of all cells or (N, 4) of each, deflections ``b`` (N, 24); of each contact
-    its force ``F`` (C, 3) on the first scale along that one's axes at rest, and its places ``s`` (C, 3); ``ties``
-    (2, K) loads of ties, and how far along the legs each is to be; behind the loads of a floating beam (2, K + 6)
-    stand turn and place of the near end.
+    its force ``F`` (C, 3) on the first scale in that scale's axes at rest, and its places ``s`` (C, 3); ``ties`` (2, K)
+    loads of ties and their prescribed values along the legs, for a floating beam (2, K + 6) followed by rotation and
+    place of the near end.
     """
 
     q: Array
@@ -103,10 +103,10 @@ class State(NamedTuple):
 
 
 class Past(NamedTuple):
-    """The three states before, for the slip of an increment; its law takes two of them.
+    """The three earlier states, for the slip of an increment; its law uses two of them.
 
-    ``E`` (3, N, 12) attitudes and places of the scales, ``pairs`` (3, N, reach, 12) of their neighbours, ``b``
-    (3, N, 24), forces ``F`` (C, 3) at the last one; ``weights`` (3,) of the backward difference.
+    ``E`` (3, N, 12) attitudes and places of the scales, ``pairs`` (3, N, reach, 12) of their neighbours, ``b`` (3, N,
+    24), forces ``F`` (C, 3) at the last state; ``weights`` (3,) of the backward difference.
     """
 
     E: Array
@@ -118,7 +118,7 @@ class Past(NamedTuple):
 
 @_jit
 def copy(a: Array, b: Array) -> None:
-    """Write an array into another one; an assignment of slices takes long to compile."""
+    """Copy array a to b; an assignment of slices takes long to compile."""
     x, y = a.flat, b.flat
     for i in range(a.size):
         y[i] = x[i]
@@ -126,7 +126,7 @@ def copy(a: Array, b: Array) -> None:
 
 @_jit
 def transfer(a: Array, numbers: Array, at: int, out: bool) -> int:
-    """Write an array into numbers from a place on or, not ``out``, take it from there; return where it ends."""
+    """Copy an array to ``numbers`` from index ``at`` on, or from there if not ``out``; return the index behind it."""
     x = a.flat
     for i in range(a.size):
         if out:
@@ -138,7 +138,7 @@ def transfer(a: Array, numbers: Array, at: int, out: bool) -> int:
 
 @_jit
 def copied(a: State, b: State) -> None:
-    """Write a state into another one."""
+    """Copy state a to b."""
     copy(a.q, b.q)
     copy(a.strains, b.strains)
     copy(a.b, b.b)
@@ -149,19 +149,19 @@ def copied(a: State, b: State) -> None:
 
 @_in
 def partner(S: System, c: Array) -> int:
-    """Return the number of a contact's other scale."""
+    """Return the index of a contact's other scale."""
     return further(S, c[touch.FIRST], c[touch.APART])
 
 
 @_in
 def cells(S: System) -> int:
-    """Return how many cells there are; loads are those of one."""
+    """Return the number of cells; loads are those of one cell."""
     return len(S.shapes) // S.stride
 
 
 @_in
 def further(S: System, i: int, k: int) -> int:
-    """Return the number of the scale of the same face that is k cells further; from N on there is none in a row."""
+    """Return the index of the scale k cells further on the same face; N or more if a row has none there."""
     j: int = i + k * S.stride
     return j % len(S.shapes) if S.periodic else j
 
@@ -174,13 +174,13 @@ def row_of(S: System, i: int) -> int:
 
 @_in
 def pieces(S: System, k: int) -> int:
-    """Return in how many cells strains of their own lie between a scale and the one k further."""
+    """Return the number of cells with their own strains between a scale and the one k further."""
     return k + 1 if S.own else 1
 
 
 @_jit
 def counted(S: System) -> int:
-    """Return how many strains are free or loaded."""
+    """Return the number of strains that are free or loaded."""
     n = 0
     for e in range(STRAINS):
         if S.free[e] > 0:
@@ -190,25 +190,25 @@ def counted(S: System) -> int:
 
 @_in
 def sectioned(S: System) -> bool:
-    """Say whether the sections between cells are followed."""
+    """Return whether the sections between cells are followed."""
     return bool(S.ties.forces.shape[1] > 0)
 
 
 @_in
 def ahead(S: System) -> int:
-    """Return how many unknowns of a cell stand before its scale's: its section's motion and wrench, own strains."""
+    """Return the number of a cell's unknowns before its scale's: motion and wrench of its section, own strains."""
     return counted(S) + (12 if sectioned(S) else 0) if S.own else 0
 
 
 @_in
 def borders(S: System) -> int:
-    """Return how many unknowns of the whole beam there are: strains that all cells share, or loads of ties."""
+    """Return the number of unknowns of the whole beam: strains that all cells share, or loads of ties."""
     return len(S.ties.course) + (6 if S.ties.floating else 0) if S.own else counted(S)
 
 
 @_in
 def low(S: System, i: int, edge: int) -> float:
-    """Return the least place on an edge of scale i."""
+    """Return the smallest place on an edge of scale i."""
     place: float = 0.0 * S.shapes[i, BETA] if lengthwise(edge) else -S.shapes[i, BETA]
     return place
 
@@ -222,7 +222,7 @@ def high(S: System, i: int, edge: int) -> float:
 
 @_in
 def on_edge(S: System, i: int, edge: int, a: float) -> tuple[float, float]:
-    """Return x and y of a place on an edge of scale i."""
+    """Return x and y of place ``a`` on an edge of scale i."""
     if edge == 0:
         return S.shapes[i, ETA], a
     if edge == 1:
@@ -234,14 +234,14 @@ def on_edge(S: System, i: int, edge: int, a: float) -> tuple[float, float]:
 
 @_in
 def corner(S: System, i: int, v: int) -> tuple[float, float]:
-    """Return x and y of a corner of scale i: C, B at the tip, D, A at the base."""
+    """Return x and y of corner v of scale i: C, B at the tip, D, A at the base."""
     x = S.shapes[i, ETA] if v < 2 else 0.0 * S.shapes[i, ETA]
     return x, -S.shapes[i, BETA] if v % 2 == 0 else S.shapes[i, BETA]
 
 
 @_jit
 def spots(S: System, c: Array, s: Array) -> tuple[float, float, float, float]:
-    """Return x, y of a contact on its first scale and on the other one."""
+    """Return x, y of a contact on its first scale and on its other scale."""
     i, j, kind = c[touch.FIRST], partner(S, c), c[touch.KIND]
     if kind == touch.EE:
         x1, y1 = on_edge(S, i, c[touch.ONE], s[0])
@@ -263,10 +263,10 @@ def spots(S: System, c: Array, s: Array) -> tuple[float, float, float, float]:
 
 @_jit
 def layout(S: System, con: Array, m: int, at: Array) -> int:
-    """Write the first unknown of each scale, then of each contact, into ``at`` (N + C,); return how many there are.
+    """Write the first unknown of each scale, then of each contact, into ``at`` (N + C,); return the number of unknowns.
 
-    A scale's unknowns are followed by those of the contacts of which it is the first, and stand behind those of its
-    cell's own strains; those of the whole beam are the last ones.
+    A scale's unknowns come after its cell's own strains and before those of the contacts of which it is the first
+    scale; those of the whole beam come last.
     """
     n, N, first = 0, len(S.shapes), ahead(S)
     for i in range(N):
@@ -286,7 +286,7 @@ def layout(S: System, con: Array, m: int, at: Array) -> int:
 
 @_jit
 def strain_columns(S: System, at: Array, n: int, i: int) -> tuple[int, int, int, int]:
-    """Return the unknown that each strain of scale i's cell is, of n unknowns; -1 where it is imposed."""
+    """Return the unknown, of n, of each strain of scale i's cell; -1 for imposed strains."""
     last, psi, phi, chi, eps = at[i] if S.own else n, -1, -1, -1, -1
     if S.free[EPS] > 0:
         last -= 1

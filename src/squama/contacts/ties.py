@@ -1,7 +1,7 @@
-"""Ties of a bar of n cells: what loads and supports make of its coordinates; E = d = 1.
+"""Ties of a bar of n cells: the coordinates that loads and supports impose; E = d = 1.
 
-Sections are counted from the near end, 0, to the far one, n. Directions are those of the near end at rest: x along the
-bar's width, y from its middle to the scaled face, z along it.
+Sections are counted from the near end, 0, to the far end, n. Directions are those of the near end at rest: x along the
+bar's width, y from its middle to the scaled face, z along the bar.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from squama.contacts.system import CHI, EPS, EQUAL, FREE, LOADED, PHI, PSI, STRA
 from squama.types import Array
 
 LOOSE, GRIPPED, COUPLE = range(1, 4)
-"""Ends of a row, beside ``EQUAL``: one load in all cells, both ends on one axis, or a couple at both ends."""
+"""Ends of a row, beside ``EQUAL``: the same load in all cells, both ends on one axis, or a couple at both ends."""
 KINDS = {loads.FREE: LOOSE, loads.COUPLE: COUPLE, loads.GRIPPED: GRIPPED, "equal": EQUAL}
-"""Ends by their word."""
+"""Kinds of ends by their word."""
 X, Y, Z = np.eye(3)
 TURNS = {PSI: -X, PHI: -Z, CHI: -Y}
-"""Axes about which a cell turns by its strains."""
+"""Rotation vector of a cell per strain, by strain."""
 _STAYS = -1.0
 
 
 class Tie(NamedTuple):
-    """One coordinate, and its unit load: forces by section, M, T, B, P on all cells, a section's turn, a couple.
+    """One coordinate, and its unit load: forces by section, M, T, B, P on all cells, a section's rotation, a couple.
 
-    ``course``: the strain of the legs by which it goes, and how far; see :class:`squama.contacts.system.Ties`.
+    ``course``: the strain of the legs that drives it, and the factor; see :class:`squama.contacts.system.Ties`.
     """
 
     forces: Sequence[tuple[float, Array]] = ()
@@ -39,7 +39,7 @@ class Tie(NamedTuple):
 
 
 def ties(n: int, every: Sequence[Tie], *, floating: bool = False) -> Ties:
-    """Return the ties of n cells; forces between two sections are shared by them as a lever would."""
+    """Return the ties of n cells; a force between two sections is divided between them as by a lever."""
     along = floating or any(len(t.forces) or t.turn or t.couple.any() for t in every)
     K, sections = len(every), n + 1 if along else 0
     forces, turns = np.zeros((K, sections, 3)), np.zeros((K, 7))
@@ -59,11 +59,10 @@ def ties(n: int, every: Sequence[Tie], *, floating: bool = False) -> Ties:
 
 
 def of_ends(n: int, ends: int, *loads: int, apart: bool = False) -> Ties:
-    """Return the ties of a row whose mean strains ``loads`` are imposed (one of them by grips), by default the twist.
+    """Return the ties of a row whose mean strains ``loads`` are imposed (between grips just one), by default the twist.
 
-    A couple imposes the turn of the far end about one axis, over the number of cells.
-
-    ``apart``: grips keep their distance.
+    A couple imposes the rotation of the far end about one axis, over the number of cells. ``apart``: grips keep their
+    distance.
     """
     loads = loads or (PHI,)
     if ends == COUPLE:
@@ -77,9 +76,9 @@ def of_ends(n: int, ends: int, *loads: int, apart: bool = False) -> Ties:
 
 
 def freed(free: Array, *loads: int, ends: int = LOOSE) -> Array:
-    """Return which strains are imposed, free or loaded (n, 4) where ties go by the names of some.
+    """Return the kinds (n, 4) of strains, imposed, free or loaded, if ties drive the strains ``loads``.
 
-    Between grips a stretch that is held is their distance.
+    Between grips a held stretch is their distance.
     """
     out = free.copy()
     out[:, list(loads)] = LOADED

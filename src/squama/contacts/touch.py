@@ -1,35 +1,36 @@
-"""What a contact is written as: columns of its row of whole numbers, kinds, how it bears, and on what."""
+"""Row of integers that describes a contact: its columns, and the codes of its kind and state."""
 
 from __future__ import annotations
 
 from squama.batch.keeping import inlined as _in
 
 FIRST, APART, KIND, ONE, OTHER, STUCK, ENDED = range(7)
-"""Columns of a contact: scale, how many scales further the other is, kind, features of both, whether it sticks (1;
-slides: 0; is taken as smooth: SMOOTH; is let go of, its force given: LET_GO), and whether it stands for an edge that is
-tangent to the face nowhere any more: for this increment, or as it lies flush."""
+"""Columns of a contact: scale, number of cells to the other scale, kind, features of both, whether it sticks (1;
+slides: 0; is taken as smooth: SMOOTH; is let go of, with its force fixed: LET_GO), and whether it replaces an edge that
+is tangent to the face nowhere: for this increment, or while it lies flush.
+"""
 FLUSH, SMOOTH, LET_GO = 2, -1, -2
 EE, VF, FV, EF, FE, LIES = range(6)
-"""Kinds of contact; the last one is that of a scale that lies on the substrate: a moment that lifts it, no places."""
+"""Kinds of contact; LIES is a scale that lies on the substrate: a moment that lifts it, without places."""
 GAP, AT, VERTEX = 5, 6, 9
-"""Columns of a vertex after the first five of a contact: its gap, and its places (3); how many there are."""
+"""Columns of a vertex after the first five of a contact: its gap, and its places (3); number of columns."""
 
 
 @_in
 def places_of(kind: int) -> int:
-    """Return how many unknown places a contact of a kind has."""
+    """Return the number of unknown places of a kind of contact."""
     return 3 if kind >= EF else 2
 
 
 @_in
 def lengthwise(edge: int) -> bool:
-    """Say whether an edge runs along the length."""
+    """Return whether an edge runs along the length."""
     return edge in (1, 2)
 
 
 @_in
 def corner_at(edge: int, high_end: bool) -> int:
-    """Return the corner at an end of an edge."""
+    """Return the corner at the low or high end of an edge."""
     if edge == 0:
         return 1 if high_end else 0
     if edge == 1:
@@ -41,7 +42,7 @@ def corner_at(edge: int, high_end: bool) -> int:
 
 @_in
 def unknown(kind: int, one: int, other: int) -> tuple[int, int, int, int]:
-    """Return which unknown place x1, y1, x2, y2 of a contact are; -1 for those that do not change."""
+    """Return the index of the unknown place for each of x1, y1, x2, y2 of a contact; -1 for constant coordinates."""
     if kind == EE:
         x1, y1 = (0, -1) if lengthwise(one) else (-1, 0)
         x2, y2 = (1, -1) if lengthwise(other) else (-1, 1)

@@ -52,7 +52,7 @@ class Turned(NamedTuple):
 
 @_in
 def turned(w: Vector) -> Turned:
-    """Return the rotation by a vector."""
+    """Return the rotation by the vector w (rad)."""
     q = dot(w, w)
     if q.real < 0.05:
         a = 1 - q / 6 * (1 - q / 20 * (1 - q / 42 * (1 - q / 72 * (1 - q / 110))))
@@ -65,18 +65,18 @@ def turned(w: Vector) -> Turned:
 
 @_in
 def rotated(e: Turned, x: Vector) -> Vector:
-    """Return E x."""
+    """Return the rotated vector E x."""
     y = cross(e.w, x)
     return add(add(x, e.a, y), e.b, cross(e.w, y))
 
 
 @_in
 def spin(e: Turned, dw: Vector) -> Vector:
-    """Return the vector o of a change dw: E x changes by o x (E x)."""
+    """Return the vector o for a change dw: E x changes by o x (E x)."""
     return add(mixed(e.a, dw, e.b, cross(e.w, dw), 0.0, dw), e.c * dot(e.w, dw), e.w)
 
 
 @_in
 def by_vector(e: Turned, moment: Vector) -> Vector:
-    """Return the gradient by w of the work whose moment is given: the transposed map of :func:`spin`."""
+    """Return the gradient by w of the work of a moment: the transposed map of :func:`spin`."""
     return add(mixed(e.a, moment, -e.b, cross(e.w, moment), 0.0, moment), e.c * dot(e.w, moment), e.w)

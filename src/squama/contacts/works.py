@@ -1,6 +1,6 @@
-"""Work and energy of increments: what the loads do, what is stored, what is rubbed away; compiled.
+"""Work and energy of increments: work of the loads, stored energy, frictional work; compiled.
 
-What a path loses is none of these: it is told as a snap. So the balance says how good its increments are.
+The difference is either reported as the loss of a snap or measures the error of the increments.
 """
 
 from __future__ import annotations
@@ -16,21 +16,22 @@ from squama.contacts.system import ELASTIC, FREE, MOTIONS, MU, POWERS, STRAINS, 
 from squama.contacts.vectors import Vector, add, dot
 
 UNBALANCED, INEXACT = 3e-4, 1e-3
-"""Work, over the energy, that an increment may lose: beyond that its state is another one than that to which the path
-goes on from the last state. Work, over the largest energy so far and per rad per pitch, that a path may lose."""
+"""Unbalanced work over the energy above which an increment has left its branch; unbalanced work over the largest energy
+so far, per rad per pitch, that a path may lose.
+"""
 _SMALL = 1e-4
-"""Motions, in pitches and rad, whose energies are very small."""
+"""Motions, in pitches and rad, whose energy counts as rounding."""
 
 
 @_jit
 def mean(a: float, b: float, c: float, ratio: float) -> float:
-    """Return the mean from b to c of a parabola through a, b and c; ``ratio``: of the last interval to the first."""
+    """Return the mean from b to c of a parabola through a, b and c; ``ratio``: last interval over the first one."""
     return (b + c) / 2 - (c - b - ratio * (b - a)) / 6 * ratio / (1 + ratio)
 
 
 @_jit
 def load_rate(w: Walk) -> float:
-    """Return the work of the loads per way, of a cell, at the state just solved for."""
+    """Return the work of the loads per way, of one cell, at the state just solved for."""
     load: float = 0.0 * w.loads[0]
     for e in range(STRAINS):
         if w.S.free[e] != FREE:
@@ -40,15 +41,15 @@ def load_rate(w: Walk) -> float:
 
 @_jit
 def tangential(F: Vector, n: Vector) -> Vector:
-    """Return the part of a vector across a unit vector."""
+    """Return the part of F orthogonal to the unit vector n."""
     return add(F, -dot(F, n), n)
 
 
 @_jit
 def power(w: Walk, c: int, h: float) -> float:
-    """Return the frictional work per way of a contact that slides, at the end of the increment just solved for.
+    """Return the frictional work per way of a sliding contact, at the end of the increment just solved for.
 
-    Its slip is that of the material places where it is now, over as many states as there are behind the last event.
+    Its slip is that of its present material places, over as many states as there are since the last event.
     """
     t, row, s = w.tally, w.con[c], w.new.s[c]
     f = tangential(vector(w.new.F[c], 0), meet(w.S, w.new, row, s, w.W).n)
@@ -72,10 +73,10 @@ def power(w: Walk, c: int, h: float) -> float:
 
 @_jit
 def slid(w: Walk, c: int) -> float:
-    """Return the frictional work of a contact over the increment just solved for, by the means of force and slip.
+    """Return the frictional work of a contact over the increment just solved for, from mean force and mean slip.
 
-    The slip is the mean of those of the material places where the contact was and where it is; only of these where an
-    edge has come to its end.
+    The slip is the mean of those at its last and at its present material places; only the latter where an edge has come
+    to its end.
     """
     row, was, s = w.con[c], w.now.s[c], w.new.s[c]
     n = meet(w.S, w.new, row, s, w.W).n
@@ -90,9 +91,9 @@ def slid(w: Walk, c: int) -> float:
 
 @_jit
 def worked(w: Walk, h: float) -> tuple[float, float, float, float, float, int]:
-    """Return over the increment just solved for work of the loads and frictional work, and their rates at its end.
+    """Return work of the loads and frictional work over the increment just solved for, and their rates at its end.
 
-    And what the grips of contacts that stick take up, and how many there are.
+    Then the energy taken up by the grips of sticking contacts, and their number.
     """
     t, load, stick = w.tally, load_rate(w), 0
     rate, rubbed, grips = 0.0 * load, 0.0 * load, 0.0 * load
@@ -100,7 +101,7 @@ def worked(w: Walk, h: float) -> tuple[float, float, float, float, float, int]:
     if w.S.shapes[0, MU].real > 0.0:
         for c in range(w.counts[0]):
             stick += w.con[c, touch.STUCK]
-        # forces and slips may turn at once behind an event, and where contacts stick
+        # forces and slips may jump after an event, and where contacts stick
         smooth = fresh >= 2 and stick == t[tally.STICK].real
         for c in range(w.counts[0]):
             if w.con[c, touch.KIND] == touch.LIES:
@@ -122,7 +123,7 @@ def worked(w: Walk, h: float) -> tuple[float, float, float, float, float, int]:
 
 @_jit
 def rounded(w: Walk) -> float:
-    """Return an energy below which differences of energies say nothing: that of motions that are very small."""
+    """Return an energy below which differences of energies are rounding: that of very small motions."""
     most = 0.0 * w.tally[tally.ENERGY]
     for a in range(MOTIONS):
         most = max(most, w.S.K[0, a, a])
@@ -132,9 +133,9 @@ def rounded(w: Walk) -> float:
 
 @_jit
 def unbalanced(w: Walk, spent: tuple[float, float, float, float, float, int]) -> tuple[float, float]:
-    """Return the work of the increment just solved for that is neither stored nor rubbed away, see :func:`worked`.
+    """Return the work of the increment just solved for that is neither stored nor dissipated, see :func:`worked`.
 
-    Over the energy, and over the largest one so far.
+    Over the energy, and over the largest energy so far.
     """
     stored, had = energy(w, w.new), w.tally[tally.ENERGY]
     lost = abs(spent[0] * cells(w.S) - spent[1] - spent[4] + had - stored)
@@ -144,12 +145,12 @@ def unbalanced(w: Walk, spent: tuple[float, float, float, float, float, int]) ->
 
 @_jit
 def accept(w: Walk, h: float, event: bool, spent: tuple[float, float, float, float, float, int]) -> None:
-    """Make the new state the last one, after an increment with its works; ``event``: rates change here."""
+    """Make the new state the last one, after an increment with its works; ``event``: rates jump here."""
     t, S = w.tally, w.S
     work, rubbed, load, rate, grips, stick = spent
     t[tally.GRIPS] += grips
     if stick == 0:
-        # what grips took up is rubbed away where their contacts slide
+        # the energy of grips is dissipated when their contacts slide
         rubbed += t[tally.GRIPS] if t[tally.GRIPS].real > 0.0 else 0.0 * rubbed
         t[tally.GRIPS] = 0.0
     t[tally.WORK] += work
@@ -180,7 +181,7 @@ def accept(w: Walk, h: float, event: bool, spent: tuple[float, float, float, flo
 
 @_jit
 def remember(w: Walk) -> None:
-    """Write the state just solved for as the last one before the next increment."""
+    """Store the state just solved for as the last one before the next increment."""
     N, past, W = len(w.S.shapes), w.past, w.W
     for which in range(len(past.E) - 1, 0, -1):
         copy(past.E[which - 1], past.E[which])
@@ -214,9 +215,9 @@ def energy(w: Walk, st: State) -> float:
 
 @_jit
 def fall(w: Walk, h: float, before: float) -> tuple[float, float]:
-    """Return the energy that is lost in a jump over an increment, behind a state with that energy, and how far off.
+    """Return the energy lost in a jump within an increment, for the energy ``before`` it, and its uncertainty.
 
-    The jump may be anywhere on the increment, so that the load is the last or the new one in a part of it.
+    The jump may be anywhere on the increment, so the load there is the last or the new one.
     """
     load, each = load_rate(w), h * cells(w.S) / 2
     lost: float = before + each * (w.tally[tally.LOAD] + load) - energy(w, w.new)

@@ -1,4 +1,4 @@
-"""What is written of the states of a path; compiled."""
+"""Output of the states of a path; compiled."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from squama.contacts.works import energy
 
 @_jit
 def write(w: Walk, written: Written, i: int) -> None:
-    """Write the last state as number i: way, strains, loads, works, what is told of contacts, energy, work per way.
+    """Write the last state as number i: way, strains, loads, works, sums over contacts, energy, work per way.
 
-    Motions (N, 6) and deflections (N, 24) are of each scale; where cells have strains of their own those, and what each
-    cell carries, follow the motions (N, 14); loads of ties follow what is told else, as far as there is room.
+    Motions (N, 6) and deflections (N, 24) are of each scale; if cells have their own strains, these and the loads of
+    each cell follow the motions (N, 14); loads of ties come last, as far as there is room.
     """
     t, S, row, motions, contacts = w.tally, w.S, written.rows[i], written.motions[i], written.contacts[i]
     row[0] = t[tally.WAY]

@@ -1,1 +1,1 @@
-"""Single beams: a load path is followed by a model to a labelled answer; twist, bend, cycle and row."""
+"""Curves of single beams: a model follows a load path to labelled results; twist, bend, cycle, row, bend_twist."""

@@ -1,4 +1,4 @@
-"""A beam's torque or moment at one load: its own scales by their ends, endless, and endless but held, or free."""
+"""Comparison of a beam at one load: with its own ends, other ends, endless, held straight, free."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ SEVEN = "joint.matrix knows no bend; squama joint --matrix writes all nine motio
 
 
 class State(NamedTuple):
-    """Torque or moment (N m), and the tangent stiffness over that before contact; NaN where not known.
+    """Torque or moment (N m), and tangent stiffness over that before contact; NaN where unknown.
 
-    ``strain``: what the beam does that is not loaded, rad per pitch: bend of a twisted beam, twist of a bent one;
-    ``holding``: the moment or torque (N m) that holds that, 0 where it is free.
+    ``strain``: strain of the beam that is not loaded, rad per pitch (bend of a twisted beam, twist of a bent one);
+    ``holding``: moment or torque (N m) that holds this strain, 0 where it is free.
     """
 
     torque: float
@@ -36,12 +36,12 @@ class State(NamedTuple):
 
 
 class Bench(NamedTuple):
-    """A beam at a load angle ``at``, rad per pitch.
+    """A beam's states at the load angle ``at``, rad per pitch.
 
-    ``row``: of its own number of ``scales``, NaN of an endless beam, whose ``ends`` are as the word says; ``endless``
-    without ends; ``other``: endless, held straight (from twisting) where that is free, else free to bow (to twist);
-    ``held``: whether the beam is; ``by_ends``: the row with other ends, NaN where its curve ends before the load.
-    ``notes`` say what is missing.
+    ``row``: with its number of ``scales`` and its ``ends``, NaN for an endless beam; ``endless``: without ends;
+    ``other``: endless, held straight (or from twisting) if ``endless`` is free, else free; ``held``: whether
+    ``endless`` is held; ``by_ends``: with other ends, NaN where the curve ends before the load. ``notes`` say which
+    states are missing.
     """
 
     load: Load
@@ -57,7 +57,7 @@ class Bench(NamedTuple):
 
     @property
     def record(self) -> dict[str, object]:
-        """The figures as plain data, SI units."""
+        """States as plain data in SI units."""
         states = {"endless": self.endless, ("free" if self.held else STRAIGHT): self.other, "row": self.row}
         found = {name: state._asdict() for name, state in states.items()}
         own: dict[str, object] = {"scales": self.scales, "ends": self.ends}
@@ -66,7 +66,7 @@ class Bench(NamedTuple):
 
     @property
     def lines(self) -> Iterator[str]:
-        """The figures in words, a line each."""
+        """States in words, a line each."""
         factor, unit = torque_unit(self.endless.torque)
         straight, bow = ("straight", "bow") if self.load.sided else ("from twisting", "twist")
         what = "bending moment" if self.load.sided else "torque"
@@ -96,10 +96,10 @@ class Bench(NamedTuple):
 
 
 def bench(beam: Beam, answer: Answer, *, ideal: bool, at: float | None = None) -> Bench | None:
-    """Return what stands beside an answer at a load angle per pitch (rad); by default at twice the engagement.
+    """Return the comparison for an answer at a load angle per pitch (rad); by default at twice the engagement.
 
-    ``answer`` is one curve of :func:`squama.twist` or :func:`squama.bend` on the compliant joint. None where scales do
-    not touch before the load, or the answer does not come to it.
+    ``answer`` is one curve of :func:`squama.twist` or :func:`squama.bend` on the compliant joint. None if scales do not
+    touch below the load, or the curve ends before it.
     """
     load = LOADS[answer.attrs["load"]]
     x = answer[load.angle]
@@ -120,7 +120,7 @@ def bench(beam: Beam, answer: Answer, *, ideal: bool, at: float | None = None) -
 
 
 def _by_ends(beam: Beam, load: Load, at: float, sense: str, own: str, **how: Unpack[How]) -> dict[str, State]:
-    """Return the states of a beam's scales with other ends than its ``own``, without those that it cannot have."""
+    """Return the states of a beam's scales with ends other than its ``own``, where these are possible."""
     found = {}
     for ends in (FREE, COUPLE, GRIPPED):
         with suppress(InputError):
@@ -130,12 +130,12 @@ def _by_ends(beam: Beam, load: Load, at: float, sense: str, own: str, **how: Unp
 
 
 def _at(beam: Beam, load: Load, at: float, sense: str, ends: str = ENDLESS, **how: Unpack[How]) -> State:
-    """Return the state at a load angle per pitch of a beam with such ends."""
+    """Return the state of a beam with the given ends at a load angle per pitch."""
     return _state(doors.respond(beam, load.name, at=[at / beam.pitch], sense=sense, ends=ends, **how), load, at)
 
 
 def _state(answer: Answer, load: Load, at: float) -> State:
-    """Return an answer's state at a load angle per pitch."""
+    """Return an answer's state at a load angle per pitch, interpolated along the curve."""
     x, known = answer[load.angle], np.isfinite(answer[load.torque])
     strain, holding = ("psi", "M") if load.sided else ("phi", "T")
     names = load.torque, "stiffness_ratio", strain, holding
@@ -151,7 +151,7 @@ def _state(answer: Answer, load: Load, at: float) -> State:
 def _other(
     beam: Beam, load: Load, at: float, sense: str, *, held: bool, **how: Unpack[How]
 ) -> tuple[State, tuple[str, ...]]:
-    """Return what the beam does that is held straight, or free where it was ``held``."""
+    """Return the state of the endless beam held straight, or free if it was ``held``; and notes if there is none."""
     none, free = State(math.nan, math.nan), "bow" if load.sided else "twist"
     if held and not beam.replace(hold=NOTHING).given.may:
         return none, (f"free to {free}: {SEVEN}",)

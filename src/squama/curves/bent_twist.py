@@ -1,4 +1,4 @@
-"""The twist of an endless beam that is held bent: a path in one sense, solved, for what goes along such paths."""
+"""Twisting of an endless beam that is held bent: its solved path in one sense, used by the view and the explorer."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _ROLES = {"T": "torque", "T_scales": "scales", "theta": "theta", "N": "N", "f": 
 
 
 class Twisted(NamedTuple):
-    """A bent beam's path as it is twisted, see :class:`squama.curves.way.Solved`; ``sign`` of the twist, its leg."""
+    """A bent beam's path under twist, see :class:`squama.curves.way.Solved`; ``sign`` of the twist, number of legs."""
 
     case: Case
     answer: Answer
@@ -38,7 +38,7 @@ class Twisted(NamedTuple):
 
     @classmethod
     def of(cls, beam: Beam, bend: float, *, sense: str = "+", **how: Unpack[How]) -> Twisted:
-        """Bend a beam by ``bend`` (rad per pitch, signed) and twist it; refuse a bend that it does not come to."""
+        """Bend a beam by ``bend`` (rad per pitch, signed) and twist it; refuse a bend beyond the end of its curve."""
         found = cls.tried(beam, bend, sense=sense, **how)
         if not found.bent:
             answer = found.answer
@@ -48,7 +48,7 @@ class Twisted(NamedTuple):
 
     @classmethod
     def tried(cls, beam: Beam, bend: float, *, sense: str = "+", **how: Unpack[How]) -> Twisted:
-        """Do as :meth:`of`, and take the path as far as it goes: see :attr:`bent`."""
+        """Return the path as :meth:`of` does, but without refusing a bend that is not reached; see :attr:`bent`."""
         sign, d, legs = arguments.sense(sense), beam.pitch, 2 if bend else 1
         far = MODELS[how.get("joint") or COMPLIANT].programs().far
         answer = bent_and_twisted(beam, [(bend / d, 0.0), (bend / d, sign * far / d)][-legs:], ends=ENDLESS, **how)
@@ -58,12 +58,12 @@ class Twisted(NamedTuple):
 
     @property
     def bent(self) -> bool:
-        """Whether the beam comes to its bend, and is twisted."""
+        """Whether the beam reaches its bend and is twisted."""
         return bool((self.answer["leg"] == self.legs).any() and self.answer["event_leg"][-1] == self.legs)
 
     @property
     def notes(self) -> list[str]:
-        """Where the path leaves what the model was compared with."""
+        """Warnings where the path leaves the range in which the model was compared with others."""
         return [line for line in str(self.answer.attrs["warnings"]).splitlines() if line]
 
     @property
@@ -86,7 +86,7 @@ class Twisted(NamedTuple):
                 values = a[name][twisting] * (self.sign if name in ("T", "T_scales") else 1)
                 along[role] = np.interp(at, loads, values, right=np.nan)
         along |= {"load": at, "rate": at / self.case.pitch}
-        # where the last point is; rigid scales have no stress
+        # index of each variable's last known point; rigid scales have no stress
         ends = {role: np.flatnonzero(np.isfinite(values)) for role, values in along.items()}
         last = {role: float(along[role][i[-1]]) if i.size else math.nan for role, i in ends.items()}
         load_e = self.load_e

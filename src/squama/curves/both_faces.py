@@ -1,9 +1,9 @@
-"""Scales on both faces: how each face sees a load, and how what is told of the other face's scales is named.
+"""Scales on both faces: signs with which each face sees a load, and names of the other face's variables.
 
-A face sees the beam's way by :mod:`squama.beam.faces`. To first order embedded tabs do not feel those of the other
-face, so what each adds to the bar is what it adds alone (:meth:`squama.beam.joint_law.Given.gathered`): on hinges each
-face follows its own path (:class:`squama.curves.hinge.Both`). On compliant joints the scales of both faces are one
-system (:mod:`squama.contacts.system`).
+Each face sees the beam's strains by :mod:`squama.beam.faces`. To first order embedded tabs are independent of those in
+the other face, so their stiffening adds up (:meth:`squama.beam.joint_law.Given.gathered`): on hinges each face follows
+its own path (:class:`squama.curves.hinge.Both`). On compliant joints the scales of both faces are one system
+(:mod:`squama.contacts.system`).
 """
 
 from __future__ import annotations
@@ -19,25 +19,25 @@ from squama.symbols import OF_A_SCALE, OTHER
 from squama.types import Array
 
 WHOSE = "of the other face: "
-"""Before what is told of the other face's contacts."""
+"""Words before messages about the other face's contacts."""
 
 
 def sense(beam: Beam, load: str) -> int:
-    """Return the sense in which the other face sees a load; 0 without scales there."""
+    """Return the sign with which the other face sees a load; 0 without scales there."""
     return faces.sense(beam.faces, LOADS[load].axis, beam.scale.alpha)
 
 
 def views(beam: Beam) -> list[tuple[int, int]]:
-    """Return the signs of the bend and of the twist that each face sees, the scaled face first."""
+    """Return the signs of bend and twist seen by each face, the scaled face first."""
     return [(1, 1), beam.other.seen[:2]] if beam.other else [(1, 1)]
 
 
 def of_other(along: Mapping[str, Array]) -> dict[str, Array]:
-    """Return the figures of a scale, by role, as those of the other face."""
+    """Return the variables of a scale, by role, under the names of the other face."""
     return {role + OTHER: along[role] for role in OF_A_SCALE if role in along}
 
 
 def worst(along: Mapping[str, Array], role: str) -> Array:
-    """Return a figure of a scale on the face where it is larger, such as what is held against a strength."""
+    """Return the larger value of a scale's variable on the two faces, for comparison with a limit such as strength."""
     own = along[role]
     return np.fmax(own, along[role + OTHER]) if role + OTHER in along else own

@@ -1,4 +1,4 @@
-"""The table of models, and the rule which one is used: thick, elastic scales unless hinges are meant."""
+"""The table of models, and the rule that chooses one: thick, elastic scales unless the arguments imply hinges."""
 
 from __future__ import annotations
 
@@ -21,12 +21,13 @@ HINGED = 'write joint="hinge" (--joint hinge)'
 
 
 class Programs(NamedTuple):
-    """What a model does.
+    """Functions of a model.
 
-    ``solve`` gives a solved path for each coefficient of friction, and what attributes and warnings it adds, on hinges
-    of the scaled face alone, and ``gather`` those of the whole beam by these; ``walk`` the states of a history of one
-    load, ``polygon`` those of bends and twists one after the other, ``plane`` those at bends and twists (n,). ``case``:
-    what a beam brings to a load; ``far``: twist per pitch, rad, to which a bent beam is twisted.
+    ``solve`` returns a solved path for each coefficient of friction, with further attributes and warnings; on hinges it
+    covers the scaled face alone, and ``gather`` makes the whole beam's paths from it. ``walk`` returns the states of a
+    history of one load, ``polygon`` those along bends and twists in succession, ``plane`` those at bends and twists
+    (n,). ``case`` returns a beam's data for a load; ``far`` is the twist per pitch, rad, to which a bent beam is
+    twisted.
     """
 
     solve: Callable[[Analysis], tuple[Sequence[Solved], States]]
@@ -39,11 +40,12 @@ class Programs(NamedTuple):
 
 
 class Model(NamedTuple):
-    """A way to hold a scale, and what is known of it.
+    """A model of the joint and its properties.
 
-    ``pages`` of the theory by load, empty for the paper's own; ``thick``: loads in which thickness counts; ``elastic``:
-    whether scales bend; ``straight``: whether a beam is held so; ``lines`` of the bar that may keep their length, and
-    ``ends`` of a beam with a number of scales, the first by default; ``programs`` are imported when they are asked for.
+    ``pages`` of the theory by load, "" for the paper's own; ``thick``: loads in which thickness counts; ``elastic``:
+    whether scales bend; ``straight``: whether the beam is held straight; ``lines`` of the bar that may keep their
+    length, and ``ends`` of a beam with a number of scales, the first by default; ``programs`` imports the functions
+    when first used.
     """
 
     pages: Mapping[str, str]
@@ -75,7 +77,7 @@ def _hinge_solve(analysis: Analysis) -> tuple[Sequence[Solved], States]:
 
     if analysis.ends == ENDLESS:
         return hinge.solve(analysis)
-    # by the contact solver, which is compiled: other questions of hinges are answered without it
+    # by the contact solver, which is compiled; all else on hinges is computed without it
     from squama.curves import hinge_rows
 
     return hinge_rows.solve(analysis)
@@ -116,13 +118,13 @@ MODELS = {
         programs=_compliant,
     ),
 }
-"""A hinge with one spring (closed form), or six motions of a scale against the substrate."""
+"""Models by joint: a hinge with one spring (closed form), or six motions of a scale against the substrate."""
 
 
 class Chosen(NamedTuple):
-    """A beam and the model that answers: its joint, a key of :data:`MODELS`, and whether scales are thin and rigid.
+    """A beam and its model: the joint, a key of :data:`MODELS`, and whether scales are thin and rigid.
 
-    ``beam`` knows the line of its bar that keeps its length; ``note``: why it is hinges where nobody asks for them.
+    ``beam`` has the line of its bar that keeps its length; ``note`` is the reason for hinges that were not requested.
     """
 
     beam: Beam
@@ -132,7 +134,7 @@ class Chosen(NamedTuple):
 
     @property
     def compliant(self) -> bool:
-        """Whether the model is that of thick, elastic scales, which nothing holds straight unless asked for."""
+        """Whether the model is that of thick, elastic scales, in which a beam is held straight only on request."""
         return not MODELS[self.joint].straight
 
 
@@ -147,11 +149,11 @@ def chosen(
     free: str | None = None,
     elements: bool = True,
 ) -> Chosen:
-    """Return by which model a beam is answered; refuse what does not go together, or a joint that is not known.
+    """Return the model of a beam; refuse arguments that exclude each other, and an unknown joint.
 
-    ``load``: the one load, twisting and bending at once if not given; ``law``, ``joint``, ``ideal``, ``neutral`` as of
-    :func:`squama.twist` and :func:`squama.bend`, ``free`` as of :func:`squama.bend_twist`; ``elements``: whether these
-    may make the joint of a beam that the law does not know.
+    ``load``: the one load, None for twisting and bending at once; ``law``, ``joint``, ``ideal``, ``neutral`` as in
+    :func:`squama.twist` and :func:`squama.bend`, ``free`` as in :func:`squama.bend_twist`; ``elements``: whether finite
+    elements may compute a joint outside the law's range.
     """
     arguments.held(joint, ideal)
     if neutral is not None:
@@ -182,7 +184,7 @@ def chosen(
 
 
 def _lined(beam: Beam, joint: str, line: str | None) -> Beam:
-    """Return a beam that knows which line of its bar keeps its length; by default the first that the joint has."""
+    """Return the beam with the line of its bar that keeps its length; by default the first one of the joint."""
     lines = MODELS[joint].lines
     line = arguments.one_of("neutral", line or lines[0], lines)
     if joint == "hinge":
@@ -202,12 +204,12 @@ def _lined(beam: Beam, joint: str, line: str | None) -> Beam:
 
 
 def thin(load: Load, law: str, joint: str, *, ideal: bool) -> bool:
-    """Whether scales are taken as thin: as asked, or because the model knows of no thickness."""
+    """Return whether scales are thin in the model: on request, or because the model has no thickness."""
     return ideal or law == "plate" or load.name not in MODELS[joint].thick
 
 
 def idealisation(beam: Beam, joint: str, *, ideal: bool) -> str:
-    """Say in words how a beam's scales are taken by a model."""
+    """Return in words how a model takes a beam's scales."""
     if ideal:
         return THIN
     elastic = MODELS[joint].elastic and beam.scale.youngs_modulus is not None

@@ -1,7 +1,7 @@
-"""Thick, elastic scales on a compliant joint: what holds them, and what a result says of that.
+"""Thick, elastic scales on compliant joints: their stiffness, their path for the contact solver, notes on validity.
 
-A scale has six motions against the substrate (:mod:`squama.joints`) and bends where its modulus is known; ``ideal``
-makes it thin and rigid.
+A scale has six motions against the substrate (:mod:`squama.joints`) and bends if its modulus is given; with ``ideal``
+it is thin and rigid.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ from squama.types import Array
 from squama.units import change
 
 TAB_LIMIT = 0.025
-"""Error of a torque by :func:`rigid_tab` from which on it is told; it may then be twice as large."""
+"""Error of a torque by :func:`rigid_tab` from which it is reported; the actual error may be twice as large."""
 STRAIN_LIMIT = 0.3
-"""Twist per pitch, rad, up to which the model was compared with nonlinear elements."""
+"""Twist per pitch, rad, up to which the model was compared with nonlinear finite elements."""
 COMPARED = f"the joint's stiffness was compared with nonlinear elements up to {per_pitch(STRAIN_LIMIT)}"
-"""What is said of cells that are strained farther."""
+"""Words of the note for cells that are strained beyond :data:`STRAIN_LIMIT`."""
 TWIST = LOADS["twisting"].verb
 
 
 class Held(NamedTuple):
-    """What holds a beam's scales, and its figures in SI units.
+    """Joint of a beam's scales, and stiffnesses in SI units.
 
-    ``K`` is of scales on one face, over ``modulus`` d^3; ``rigidity`` is the beam's, in twisting. ``free``: strains
-    without a moment or force; ``aside``: the bar's stiffness against lateral bend over that against bend. With scales
-    on both faces ``seen`` and ``own`` as of :func:`squama.contacts.path.beams`.
+    ``K`` is that of scales on one face, over ``modulus`` d^3; ``rigidity`` is the beam's, in twisting (N m^2).
+    ``free``: flags of strains without a moment or force; ``aside``: the bar's stiffness against lateral bend over that
+    against bend. For scales on both faces ``seen`` and ``own`` are those of :func:`squama.contacts.path.beams`.
     """
 
     joint: Joint
@@ -54,12 +54,12 @@ class Held(NamedTuple):
 
     @property
     def bar(self) -> path.Bar:
-        """What the contact solver takes of the bar, by argument."""
+        """Arguments of the contact solver that describe the bar."""
         return {"free": self.free, "aside": self.aside, "seen": self.seen, "own": self.own}
 
     @classmethod
     def of(cls, beam: Beam, *loaded: str) -> Held:
-        """Return that of a beam with strains ``loaded``, by default the twist; refuse one whose joint is not known."""
+        """Return the joint of a beam with the strains ``loaded``, by default the twist; refuse an unknown joint."""
         joint = joint_of(beam)
         if joint.K is None:
             refuse("joint", '"compliant"', joint.note, 'write joint="hinge" (--joint hinge)')
@@ -73,15 +73,15 @@ class Held(NamedTuple):
 
 
 def _rigidity(beam: Beam, K: Array, own: Sequence[float]) -> float:
-    """Return the torsional rigidity without contact, N m^2; ``own``: with two faces what the matrices of both hold."""
+    """Return the torsional rigidity without contact, N m^2; ``own``: the bar's stiffness, for scales on both faces."""
     given = beam.given
     return twisting_stiffness(K, given.free(TWIST), given.seen, own) * beam.unit_moment * beam.pitch
 
 
 def _own(beam: Beam, K: Array) -> tuple[float, ...]:
-    """Return what the matrices K of both faces hold alike, E d^3: the bar's own stiffness against its four strains.
+    """Return the bar's own stiffness against its four strains, E d^3, which the matrices K of both faces include.
 
-    A given inclusion factor is the whole beam's: what both hold of the twist is so large that it becomes that.
+    A given inclusion factor is that of the whole beam: the stiffness against twist is then set so that the beam has it.
     """
     bend, twist, aside, stretch = joint_law.own(beam.sizes)
     if beam.joint.inclusion_factor is not None:
@@ -92,7 +92,7 @@ def _own(beam: Beam, K: Array) -> tuple[float, ...]:
 
 
 def scale(beam: Beam, *, ideal: bool) -> path.Scale:
-    """Return a beam's scale; ``ideal``: thin and rigid, elastic else where its modulus is known."""
+    """Return a beam's scale for the contact solver; thin and rigid with ``ideal``, else elastic if it has a modulus."""
     s, d = beam.scale, beam.pitch
     thin = path.Scale(beam.eta, beam.beta, beam.lam, s.alpha, s.theta0, 0.0)
     if ideal:
@@ -104,9 +104,9 @@ def scale(beam: Beam, *, ideal: bool) -> path.Scale:
 
 
 class Path(NamedTuple):
-    """Thick scales for the contact solver: what holds them, and their ``way``, of which the first contact is known.
+    """Thick scales in the contact solver: their joint, and their ``way``, with the first contact if it was searched.
 
-    ``toward``: the bend and twist towards which that was looked for, zeros where it was not.
+    ``toward``: direction in bend and twist of that search, zeros if there was none.
     """
 
     beam: Beam
@@ -125,9 +125,10 @@ class Path(NamedTuple):
         toward: tuple[float, float] = (0.0, 0.0),
         most: float = path.RANGE,
     ) -> Path:
-        """Return the path of a beam with strains ``loaded``.
+        """Return the path of a beam with the strains ``loaded``.
 
-        What touches first is looked for as far as ``most``, if there is a bend or a twist ``toward`` which.
+        The first contact is searched up to the load angle ``most`` (rad per pitch) in the direction ``toward``, if it
+        is not zero.
         """
         held, plate = Held.of(beam, *loaded), scale(beam, ideal=ideal)
         way = path.Path.at_rest(plate, held.K, mu, **held.bar)
@@ -135,41 +136,41 @@ class Path(NamedTuple):
 
     @property
     def lead(self) -> int:
-        """Number of the face whose scales touch first: 0 the scaled one, 1 the other."""
+        """Face whose scales touch first: 0 the scaled face, 1 the other one."""
         return int(np.argmin([c.phi for c in self.way.contacts]))
 
     @property
     def seen(self) -> list[tuple[int, ...]]:
-        """Signs of bend, twist and lateral bend that each face sees, that of the scaled one first."""
+        """Signs of bend, twist and lateral bend seen by each face, the scaled face first."""
         return [(1, 1, 1), *([self.held.seen] if self.held.seen else [])]
 
     def as_twisted(self, met: path.Contact, face: int) -> path.Contact:
-        """Return what meets on a face as where the twist that the face sees is not below 0."""
+        """Return a contact on a face, mirrored if the face sees a negative twist."""
         return met.mirrored if self.toward[1] * self.seen[face][1] < 0 else met
 
     def contact(self, face: int) -> path.Contact:
-        """Return what touches first on a face, see :meth:`as_twisted`."""
+        """Return the first contact on a face, see :meth:`as_twisted`."""
         return self.as_twisted(self.way.contacts[face], face)
 
     @property
     def unit_moment(self) -> float:
-        """What moments of the contact solver are over, N m."""
+        """Unit of moments in the contact solver, N m."""
         return self.held.modulus * self.beam.pitch**3
 
     @property
     def rigidities(self) -> Array:
-        """Stiffness without contact against twist and bend (2, 2), N m^2; (1, 1) where the joint knows the twist."""
+        """Stiffness without contact against twist and bend (2, 2), N m^2; (1, 1) for a joint without bend."""
         return np.asarray(states.bare(self.way.beams)[0] * (self.unit_moment * self.beam.pitch))
 
     def case(self, load: Load) -> Case:
-        """Return what the beam and its joint bring to a load."""
+        """Return the beam's data for a load."""
         beam, held = self.beam, self.held
         bare = held.rigidity if load.sided else float(self.rigidities[1, 1])
         return Case(beam.pitch, bare, held.K_theta, beam.eta, beam.scale.theta0, self.toward[1] < 0)
 
 
 def attributes(held: Held, *loaded: str) -> dict[str, float | str]:
-    """Return what answers say of the joint, and of what holds a beam with strains ``loaded``."""
+    """Return the attributes of a result on the joint and on held strains, for a beam with the strains ``loaded``."""
     fixed = [name for name, free in zip(STRAINS, held.free, strict=True) if not free and name not in loaded]
     straight = len(fixed) + len(loaded) == len(STRAINS)
     return {
@@ -183,21 +184,21 @@ def attributes(held: Held, *loaded: str) -> dict[str, float | str]:
 
 
 def rigid_tab(group: float, inclusion: float) -> float:
-    """Return by about how much a torque is too high since the joint takes the embedded part as rigid (theory: joint).
+    """Return the estimated relative excess of a torque because the joint's embedded part is rigid (theory: joint).
 
-    By the group (E_s/E)(t_s/L)^3 and the torque per twist over that of the bare bar, fitted to elements.
+    From the group (E_s/E)(t_s/L)^3 and the torque per twist over that of the bare bar, fitted to finite elements.
     """
     return 0.11 * (inclusion - 1) / (1 + group / 1.5)
 
 
 def notes(held: Held, beam: Beam, far: float, *, ideal: bool) -> list[str]:
-    """Say where a curve to the twist ``far`` (rad per pitch) leaves what the model was compared with."""
+    """Return notes where a curve up to the twist ``far`` (rad per pitch) leaves the range of the comparisons."""
     lines = [held.joint.note] if held.joint.note else []
     if not beam.given.may and set(beam.held) < set(STRAINS):
         lines.append(
             "the beam is held straight: joint.matrix knows no bend (squama joint --matrix writes all nine motions)"
         )
-    # a matrix of elements says for which shape it was made; in one that does not, or a factor, the tab's give is in
+    # a matrix of elements names its shape; one without shape, or a factor, was measured and includes the tab's bending
     matrix, factor = beam.joint.matrix, beam.joint.inclusion_factor
     stated = set() if matrix is None else set(matrix.made)
     measured = factor is not None or (matrix is not None and (stated.isdisjoint(SHAPE) or TAB[0] in stated))

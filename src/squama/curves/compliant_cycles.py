@@ -1,6 +1,6 @@
-"""Loading, unloading and reversal of thick, elastic scales, followed through a history of twists, or of bends.
+"""Loading, unloading and reversal of thick, elastic scales along a history of twists, or of bends.
 
-Nothing is a function of the load alone: the scales' motions depend on the way. After a reversal the contact sticks
+No result is a function of the load alone: the scales' motions depend on the way. After a reversal the contact sticks
 while the friction turns round (docs, theory: cycles).
 """
 
@@ -31,25 +31,26 @@ from squama.symbols import OTHER
 from squama.types import Array
 
 INCREMENT, OF_ROWS = 5e-4, 2e-3
-"""Largest increments of the load angle, rad per pitch, of an endless beam and of N scales, whose contacts come in one
-by one: work and dissipation agree to some 1e-4 with them."""
+"""Largest increments of the load angle, rad per pitch, for an endless beam and for N scales, whose contacts come in one
+by one: work and dissipation agree to about 1e-4 with them.
+"""
 MOST = 100_000
-"""Increments of a history at most."""
+"""Largest number of increments of a history."""
 _BEFORE = 1e-4
-"""By how much a state is put before engagement, rad per pitch."""
+"""Distance of a state before engagement, rad per pitch."""
 _APART, _FULL = 1e-6, 1e-9
-"""Least distance of states, rad per pitch, and that below which two are the same."""
+"""Smallest distance of states, rad per pitch, and distance below which two are the same."""
 LET_GO = 60
-"""Points of the way on which a beam is let go."""
+"""Number of points along which a beam is released."""
 _INNER = ("mode", "onset", "work", "RED", "f0", f"f0{OTHER}")
-"""Names of variables that no cycle tells."""
+"""Variables that cycles leave out."""
 
 
 def walk(analysis: Analysis) -> States:
-    """Return the states along a history, its loops, and what holds for each sense.
+    """Return the states along a history, its loops, and the values for each sense.
 
-    Each leg has the points that are asked, evenly, and one where contact begins or ends, and where the scales slide
-    again after a reversal. A history on which the contact ends is refused: the twist, and what happens there.
+    Each leg has the requested points, evenly spaced, and a point where contact begins or ends, and where the scales
+    slide again after a reversal. A history on which the contact ends is refused, with the twist and the reason.
     """
     goals, beam, load = analysis.way.values, analysis.beam, analysis.way.load
     check(goals)
@@ -93,7 +94,7 @@ def walk(analysis: Analysis) -> States:
 
 
 def paths(beam: Beam, load: Load, mu: float, goals: Sequence[float], *, ideal: bool) -> dict[str, compliant.Path]:
-    """Return a beam by the senses, "+" and "-", that a history goes to, with what touches first there."""
+    """Return a beam's paths by the senses "+" and "-" of a history, with the first contact in each."""
     most, how = max(*map(abs, goals), path.RANGE), {"+": direction(load, 1), "-": direction(load, -1)}
     return {
         sense: compliant.Path.of(beam, mu, (load.verb,), ideal=ideal, toward=how[sense], most=most)
@@ -102,14 +103,14 @@ def paths(beam: Beam, load: Load, mu: float, goals: Sequence[float], *, ideal: b
 
 
 def follow(one: compliant.Path, stations: Stations) -> path.Answers:
-    """Follow a history of one load from rest; :class:`LeftError` where there is no equilibrium on it."""
+    """Follow a history of one load from rest; raise :class:`LeftError` if no equilibrium is found on it."""
     answers = one.way.along(stations.strains, INCREMENT)
     _goes_on(answers.end(), stations.loads)
     return answers
 
 
 def _goes_on(end: path.End, x: Array) -> None:
-    """Refuse a history of load angles x that ends before the last of them."""
+    """Refuse a history of load angles x (n,) that ends before the last of them."""
     if end.code != increments.RANGE:
         n = max(1, end.solved)
         gone = math.copysign(end.phi - np.abs(np.diff(x[:n])).sum(), x[n] - x[n - 1])
@@ -117,14 +118,14 @@ def _goes_on(end: path.End, x: Array) -> None:
 
 
 def _row(one: compliant.Path, load: Load, x: Array, kind: int) -> Track:
-    """Follow a history of all scales of a beam from rest, between ends of a kind."""
+    """Follow a history of all scales of a beam from rest, with ends of a kind."""
     return row.track(one.way, one.beam.pitches, x, OF_ROWS, ends=kind, load=load.axis)
 
 
 def reached(one: compliant.Path, load: Load, x: Array, kind: int | None) -> tuple[list[dict[str, Array]], path.End]:
-    """Follow a history of load angles x (n,) from rest, of all scales between ends of a ``kind``, or None: endless.
+    """Follow a history of load angles x (n,) from rest, for N scales with ends of a ``kind``, or endless (None).
 
-    States by name as far as it goes, of each scale, or of each face, and how it ends; the torque is the beam's.
+    Returns the states by name up to the end, of each scale or of each face, and the end; the torque is the beam's.
     """
     if kind is None:
         answers = one.way.along(Stations.along(load, x).strains, INCREMENT)
@@ -136,12 +137,12 @@ def reached(one: compliant.Path, load: Load, x: Array, kind: int | None) -> tupl
 
 
 def torque(states: Sequence[Mapping[str, Array]], load: Load) -> Array:
-    """Return the beam's torque, or its moment where the load is a bend, of states of :func:`reached`, E d^3."""
+    """Return the beam's torque, or its moment for a bend, from the states of :func:`reached`, over E d^3."""
     return states[0]["torque" if load.sided else "M"]
 
 
 def pressed(one: compliant.Path, load: Load, x: Array, kind: int | None) -> list[dict[str, Array]]:
-    """Return states as :func:`reached`; a history that ends before is refused as by :func:`follow`."""
+    """Return the states of :func:`reached`; refuse a history that ends early, as :func:`follow` does."""
     states, end = reached(one, load, x, kind)
     _goes_on(end, x)
     return states
@@ -150,7 +151,7 @@ def pressed(one: compliant.Path, load: Load, x: Array, kind: int | None) -> list
 def _of_row(
     one: compliant.Path, load: Load, stations: Stations, kind: int
 ) -> tuple[dict[str, Array], dict[str, Array], tuple[str, ...]]:
-    """Return every variable along a history of N scales, SI units, by role: of the beam, and of each scale; remarks."""
+    """Return the variables along a history of N scales, SI units, by role: of the beam, and of each scale; notes."""
     x = stations.loads
     track = _row(one, load, x, kind)
     _goes_on(track.end, x)
@@ -165,7 +166,7 @@ def _of_row(
 def _values(
     ones: Mapping[str, compliant.Path], load: Load, stations: Stations, found: path.Answers
 ) -> dict[str, Array]:
-    """Return every variable along a history, SI units, by role; of twists each sense as its curve tells it."""
+    """Return the variables along a history, SI units, by role; in twisting each sense as in its own curve."""
     x = stations.loads
     turned = np.where(x < 0, -1.0, 1.0)
     rows = (face.rows[0] for face in found.faces)
@@ -178,7 +179,7 @@ def _values(
 
 
 def check(values: Sequence[float]) -> None:
-    """Refuse a history that is too far or too long to be walked."""
+    """Refuse a history that is too far or too long to be computed."""
     far = max(values, key=abs)
     if abs(far) >= math.pi:
         refuse("twist", per_pitch(far, 6), "must be below half a turn per pitch")
@@ -189,12 +190,12 @@ def check(values: Sequence[float]) -> None:
 
 
 def _apart(places: list[float]) -> list[float]:
-    """Return rising places without those that all but equal the one before: both faces may engage at once."""
+    """Return rising places without those close to the previous one: both faces may engage at once."""
     return [x for before, x in itertools.pairwise([-math.inf, *sorted(places)]) if x - before > _BEFORE]
 
 
 def _stations(load: Load, goals: Sequence[float], points: int, engaged: Sequence[float]) -> Stations:
-    """Return the stations of a history: even ones, those of its values, and where contact begins and ends."""
+    """Return the stations of a history: even ones, its values, and places where contact begins and ends."""
     x, legs = [0.0], [1]
     for i, (start, stop) in enumerate(itertools.pairwise(goals)):
         x += evenly(start, stop, goals[: i + 1], points, engaged)
@@ -205,9 +206,9 @@ def _stations(load: Load, goals: Sequence[float], points: int, engaged: Sequence
 def evenly(
     start: float, stop: float, earlier: Sequence[float], points: int, engaged: Sequence[float] = ()
 ) -> list[float]:
-    """Return even twists of a leg, and in their places 0 and those where loops may close and where contact begins.
+    """Return evenly spaced twists of a leg; some are replaced by 0, by places where loops may close or contact begins.
 
-    ``points`` on each part in contact, a quarter of it (:data:`STRAIGHT`) on one without.
+    ``points`` on each part in contact, a quarter of it (:data:`STRAIGHT`) on a part without contact.
     """
     way = math.copysign(1.0, stop - start)
 
@@ -227,7 +228,7 @@ def evenly(
 
 
 def _with_slides(stations: Stations, found: path.Answers) -> tuple[Stations, Array]:
-    """Return the stations of a history with those at which scales slide again after they stuck, and which these are."""
+    """Return the stations with those added at which scales slide again after sticking, and the indices of these."""
     ways = stations.ways
     told = {event.way for face in found.faces for event in events.events(face) if event.kind == increments.SLIDE}
     new = np.array([way for way in sorted(told) if np.abs(ways - way).min() > _APART])
@@ -238,9 +239,9 @@ def _with_slides(stations: Stations, found: path.Answers) -> tuple[Stations, Arr
 
 
 class LeftError(InputError):
-    """A history on which the contact ends before its point number ``point``, at the load angle ``far`` per pitch.
+    """Error for a history on which the contact ends before point ``point``, at the load angle ``far`` per pitch.
 
-    ``outward``: on a way on which the load grows.
+    ``outward``: whether the load grows there.
     """
 
     def __init__(self, point: int, far: float, why: str, *, outward: bool) -> None:
@@ -250,16 +251,16 @@ class LeftError(InputError):
 
 
 def _refuse(analysis: Analysis, left: LeftError, goal: float) -> NoReturn:
-    """Refuse a history on which the contact ends on the way to a value, or back from it, and say how far it may go."""
+    """Refuse a history on which the contact ends on the way to a value or back from it; name the largest load."""
     remedy = "turn round before that"
     if left.outward and left.far:
-        # after a reversal the contact goes on a little before it comes back
+        # after a reversal the contact continues a little before it returns
         remedy = f'give at most "{at_most(0.999 * left.far)}"'
     refuse("twist", analysis.way.said(goal), left.problems[0].reason, remedy)
 
 
 def _along(v: dict[str, Array], stations: Stations, rigidity: float) -> dict[str, Array]:
-    """Return every variable along the history, by role, with what follows from its turns: branches and tangents."""
+    """Return the variables along the history, by role, with branches and tangent stiffness added."""
     x = np.abs(stations.loads)
     inward = np.diff(x, prepend=0.0) < 0
     for role in ("f", f"f{OTHER}"):
@@ -283,12 +284,12 @@ def _loops(
     goals: list[float],
     kind: int | None,
 ) -> dict[str, Array]:
-    """Return the figures of every closed loop, by role."""
+    """Return the values of every closed loop, by role."""
     turns, x = stations.turns, stations.loads
     rows: list[list[float]] = []
     done: list[tuple[int, int, float]] = []
     for loop in history.loops(goals):
-        # it closes where it began: the twist that the last leg leads back to
+        # it closes where it began: at the twist to which the last leg returns
         rising = goals[loop.closed] > goals[loop.closed - 1]
         first, other = sorted((loop.base, loop.top), reverse=rising)
         there = [j for j in range(loop.closed) if goals[j] == other][-1]
@@ -296,7 +297,7 @@ def _loops(
         last = range(turns[loop.closed - 1], turns[loop.closed] + 1)
         began, turned, closed = turns[start], turns[there], next(i for i in last if x[i] == first)
         dissipated = sum(float(v[role][closed] - v[role][began]) for role in ("W_fr", "W_snap"))
-        # what has closed inside is a loop of its own
+        # a loop that closed inside counts by itself
         dissipated -= sum(work for a, b, work in done if began <= a and b <= closed)
         done.append((began, closed, dissipated))
         top, base = (turned, closed) if abs(x[turned]) > abs(x[began]) else (began, turned)
@@ -316,9 +317,9 @@ def _loops(
 
 
 def _residual(one: compliant.Path, load: Load, stations: Stations, top: int, kind: int | None) -> float:
-    """Return the load that is left when the beam is let go at a point: where its torque comes to zero.
+    """Return the residual load of the beam released at a point: where its torque comes to zero.
 
-    0 where it does not while scales still press.
+    0 if the torque does not vanish while scales still press.
     """
     begin, left = stations.loads[: top + 1], 0.0
     down: Array = np.array(evenly(begin[-1], 0.0, [], LET_GO))
@@ -340,7 +341,7 @@ def _residual(one: compliant.Path, load: Load, stations: Stations, top: int, kin
 
 
 def _of_sense(one: compliant.Path, sense: str, goals: Sequence[float]) -> dict[str, float | int | str]:
-    """Return what holds for a sense that the history goes to, by role."""
+    """Return the single values for a sense of the history, by role."""
     contact, sign = one.contact(one.lead), -1 if sense == "-" else 1
     return {
         "sense": sense,

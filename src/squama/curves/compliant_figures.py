@@ -1,4 +1,4 @@
-"""Figures of states of the beam with thick scales, in SI units: loads, forces, stresses, energies, tangents."""
+"""Variables of the model with thick scales in SI units: loads, forces, stresses, energies, tangent stiffness."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ _MOMENTS = ("T", "M", "M_lat", "onset")
 
 
 def values(one: Path, strains: Array, *faces: Array, turned: Array | float = 0.0) -> dict[str, Array]:
-    """Return every variable at states (n, 60) of each face, that of the scaled one first, SI units, by name.
+    """Return every variable at states (n, 60) of each face, the scaled face first, in SI units by name.
 
-    ``strains`` (n, 2): bends and twists per pitch, where those are imposed; ``turned``: sign of a twist (n,), where
-    places of contacts are told as where the twist that the face sees is above 0.
+    ``strains`` (n, 2): imposed bends and twists per pitch; ``turned``: sign of the twist (n,), for places of contacts,
+    which are mirrored if the face sees a negative twist.
     """
     column, beam = path.named(faces[0]), one.beam
     own = {name: column[name] for name in ("mode", "W_fr", "W_snap")} | states.energies(one.way, *faces)
@@ -44,7 +44,7 @@ def values(one: Path, strains: Array, *faces: Array, turned: Array | float = 0.0
 
 
 def _along_the_bar(one: Path, v: Mapping[str, Array], column: Mapping[str, Array], strains: Array) -> dict[str, Array]:
-    """Return bend and twist per pitch and per length, and the parts of moment and torque that the scales add."""
+    """Return bend and twist per pitch and per length, and the scales' parts of moment and torque."""
     analysis = zip(("psi", "twist"), one.held.free, strains.T, strict=False)
     bend, twist = (column[name] if free else given for name, free, given in analysis)
     d, bare = one.beam.pitch, one.rigidities
@@ -57,9 +57,9 @@ def _along_the_bar(one: Path, v: Mapping[str, Array], column: Mapping[str, Array
 
 
 def by_load(v: Mapping[str, Array], load: Load, sign: Array | float = 1.0) -> dict[str, Array]:
-    """Return variables by their roles where one load is applied; load and torque as magnitudes in the sense ``sign``.
+    """Return variables by their roles under a single load; load and torque as magnitudes in the sense ``sign``.
 
-    The rate of the other load and what the scales add to it are left out.
+    The rate of the other load and the scales' part of its moment are left out.
     """
     (other,) = (kind for kind in LOADS.values() if kind is not load)
     names = {"load": load.angle, "rate": load.rate, "torque": load.torque, "scales": f"{load.torque}_scales"}
@@ -70,13 +70,13 @@ def by_load(v: Mapping[str, Array], load: Load, sign: Array | float = 1.0) -> di
 
 
 def touching(answers: path.Answers) -> dict[str, Array]:
-    """Return the letters of the contacts at states, of each face."""
+    """Return the letters of the contacts at states, for each face."""
     own, *other = ({"contact": events.touching(face)} for face in answers.faces)
     return own | (of_other(other[0]) if other else {})
 
 
 def exchanged(v: Mapping[str, Array], where: Array | bool) -> dict[str, Array]:
-    """Return variables with those of scales on both faces exchanged at some states."""
+    """Return variables with those of the two faces exchanged at the states ``where``."""
     both = [role for role in OF_A_SCALE if role + OTHER in v]
     found = dict(v)
     for role in both:
@@ -86,7 +86,7 @@ def exchanged(v: Mapping[str, Array], where: Array | bool) -> dict[str, Array]:
 
 
 def in_si(beam: Beam, held: Held, own: Mapping[str, Array]) -> dict[str, Array]:
-    """Give values where d = 1 and the joint's modulus is 1 their units, by name; f0 and RED are added."""
+    """Return variables in SI units, from values with d = 1 and modulus 1, by name; f0 and RED are added."""
     d, E = beam.pitch, held.modulus
     units = dict.fromkeys(_LENGTHS, d) | dict.fromkeys(_PER_LENGTH, E * d**2) | dict.fromkeys(_MOMENTS, E * d**3)
     units["stress"] = E
@@ -97,9 +97,9 @@ def in_si(beam: Beam, held: Held, own: Mapping[str, Array]) -> dict[str, Array]:
 
 
 def _of_scale(one: Path, rows: Array, turned: Array | float) -> dict[str, Array]:
-    """Return the figures of a scale at the states of its face, E = d = 1, by role.
+    """Return the variables of a scale at the states of its face, E = d = 1, by role.
 
-    Along the scale's own axes; places of contacts where the twist that the face sees is below 0 as in the mirror image.
+    Along the scale's own axes; places of contacts are mirrored where the face sees a negative twist.
     """
     column = path.named(rows)
     own = {name: column[name] for name in (*MOTIONS, "slip", "N", "f")}
@@ -111,16 +111,16 @@ def _of_scale(one: Path, rows: Array, turned: Array | float) -> dict[str, Array]
 
 
 def _across(column: Mapping[str, Array]) -> dict[str, Array]:
-    """Return whether the places of the first contact, p and s, run across the scale, by states (n,)."""
+    """Return whether the places of the first contact, p and s, are measured across the scale, for states (n,)."""
     one, other = column["first"], column["second"]
     faced = (one == path.FACE) | (other == path.FACE)
     return {"p": faced | np.isin(one, (TIP, BASE)), "s": ~faced & np.isin(other, (TIP, BASE))}
 
 
 def loads(held: Held, column: Mapping[str, Array]) -> dict[str, Array]:
-    """Return strains of the bar that no load names and what holds all, E = d = 1, by name: 0 of what is free.
+    """Return the strains of the bar that are not loaded and the forces that hold it, E = d = 1, by name; 0 if free.
 
-    A matrix (7, 7) knows the torque alone.
+    A matrix (7, 7) has the torque alone.
     """
     psi, phi, chi, eps = held.free
     torque = {"T": column["torque"] * (1 - phi) + 0.0}
@@ -133,7 +133,7 @@ def loads(held: Held, column: Mapping[str, Array]) -> dict[str, Array]:
 
 
 def embedded(one: Path, q: Array) -> dict[str, Array]:
-    """Return what acts on the embedded part, and strains around it, by role (:func:`squama.contacts.path.motions`)."""
+    """Return the forces on the embedded part and the strain around it, SI, by role, from motions ``q`` (n, m)."""
     force, moment = states.on_tab(one.way, q)
     moment_unit = one.unit_moment
     unit = moment_unit / one.beam.pitch
@@ -152,7 +152,7 @@ def embedded(one: Path, q: Array) -> dict[str, Array]:
 
 
 def thresholds(engaged: float, beam: Beam, at: Array, v: Mapping[str, Array]) -> dict[str, float]:
-    """Return what replaces a lock: load angles, NaN where they are not reached, and the energy's error."""
+    """Return load angles of stiffness, peak, strength and strain limits (NaN if not reached), and the energy error."""
     reached = np.isfinite(v["torque"])
     touching = reached & (at >= engaged)
     x, torque = at[reached], v["torque"][reached]

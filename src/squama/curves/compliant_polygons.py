@@ -1,6 +1,6 @@
-"""Thick, elastic scales along bends and twists one after the other: an endless beam, or all scales between free ends.
+"""Thick, elastic scales along bends and twists in succession: an endless beam, or N scales between free ends.
 
-A row has the mean bend and twist of its cells imposed, by a moment and a torque that are the same in all of them, or
+In a row the mean bend and twist of the cells are imposed, by a moment and a torque that are the same in all cells, or
 all cells have the same bend and twist (:mod:`squama.contacts.ties`).
 """
 
@@ -26,15 +26,15 @@ from squama.model.outcome import End
 from squama.types import Array
 
 _BEFORE = 1e-9
-"""By how much a station is put before engagement, relatively: a step from there must not be much smaller."""
+"""Relative distance of a station before engagement: a step from there must not be much smaller."""
 _INNER = ("mode", "onset", "work")
-"""Names of variables that are not told."""
+"""Variables that the result leaves out."""
 _ROLES = {"phi": "load", "Phi": "rate", "T": "torque", "T_scales": "scales"}
 _UNKNOWN = math.nan, math.nan
 
 
 class Happening(NamedTuple):
-    """What happens at a way: words, bend and twist per pitch (NaN: not known), scale (from 1; 0: of all)."""
+    """An event at a way: words, bend and twist per pitch (NaN if unknown), scale (from 1; 0: the whole beam)."""
 
     way: float
     words: str
@@ -43,10 +43,10 @@ class Happening(NamedTuple):
 
 
 class Followed(NamedTuple):
-    """A beam along a path: variables (n,) as far as it goes, by name, those of each scale (n, N), what happens.
+    """A beam along a path: variables (n,) up to its end, by name, those of each scale (n, N), events.
 
     ``met``: the way at which scales first touch; ``stop`` and ``end``: where and why it ends; ``other``: the contact
-    that comes in beside the first ones; ``single``: more figures of the whole path.
+    that comes in beside the first ones; ``single``: further values of the whole path.
     """
 
     along: dict[str, Array]
@@ -61,7 +61,7 @@ class Followed(NamedTuple):
 
 
 def polygon(analysis: Analysis) -> States:
-    """Return the states along bends and twists one after the other, what happens there, and how it ends."""
+    """Return the states along bends and twists in succession, the events, and the end."""
     corners, beam = analysis.way.corners, analysis.beam
     one = compliant.Path.of(beam, float(analysis.mus), analysis.way.loaded, ideal=analysis.ideal)
     first = one.way.met(one.way.along(np.array(corners)))
@@ -87,12 +87,12 @@ def polygon(analysis: Analysis) -> States:
 
 
 def _told(v: Mapping[str, Array], left: Sequence[str]) -> dict[str, Array]:
-    """Return variables by role, without those of some names."""
+    """Return variables by role, without the names in ``left``."""
     return {_ROLES.get(name, name): value for name, value in v.items() if name not in left}
 
 
 def _endless(one: compliant.Path, stations: Stations) -> Followed:
-    """Follow the endless beam, of which is known what touches first."""
+    """Follow the endless beam, whose first contact is known."""
     engaged = [c.phi for c in one.way.contacts]
     answers = one.way.along(stations.strains)
     end, n = answers.end(), answers.end().solved
@@ -101,7 +101,7 @@ def _endless(one: compliant.Path, stations: Stations) -> Followed:
     v |= {name: names[:n] for name, names in touching(answers).items()}
     happened, seconds = [], []
     for i, (face, at) in enumerate(zip(answers.faces, engaged, strict=True)):
-        # the same place as without stations, to the last digit
+        # engagement as computed without stations, to the last digit
         every = [event._replace(way=event.way if j else at) for j, event in enumerate(events.events(face))]
         told = [event for event in every if event.way <= stop]
         happened += [Happening(event.way, WHOSE * i + event.word, (event.psi, event.phi)) for event in told]
@@ -112,7 +112,7 @@ def _endless(one: compliant.Path, stations: Stations) -> Followed:
 
 
 def _row(analysis: Analysis, one: compliant.Path, stations: Stations, endless: Followed) -> Followed:
-    """Follow all scales of a beam, beside which stands the endless one."""
+    """Follow all N scales of a beam; the endless beam is given for comparison."""
     n, kind = analysis.beam.pitches, KINDS[analysis.ends]
     rows.check_ends(kind, one.held, n)
     loads = [load for load in LOADS.values() if load.verb in analysis.way.loaded]
@@ -140,7 +140,7 @@ def _row(analysis: Analysis, one: compliant.Path, stations: Stations, endless: F
 
 
 def _name(c: Array) -> str:
-    """Return the name of a contact of a row by its columns; empty for none."""
+    """Return the name of a contact of a row from its columns; "" for none."""
     if c[touch.KIND] == touch.LIES or c[touch.FIRST] < 0:
         return ""
     (first,), (second,) = path.features(c[touch.KIND, None], c[touch.ONE, None], c[touch.OTHER, None])
@@ -150,7 +150,7 @@ def _name(c: Array) -> str:
 def _touching(track: Track) -> Array:
     """Return the names of the contacts at the states of a row (n,), each once."""
     kinds = track.contacts[..., touch.FIRST : touch.OTHER + 1].astype(int)
-    # there is no contact where none is written, and a scale that lies on the substrate touches no other one
+    # empty entries are no contact, and a scale that lies on the substrate touches no other scale
     there = (kinds[..., touch.APART] > 0) & (kinds[..., touch.KIND] != touch.LIES)
     kinds[..., touch.FIRST] = 0
     every = {tuple(c) for c in kinds[there].tolist()}
@@ -160,7 +160,7 @@ def _touching(track: Track) -> Array:
 
 
 def _happenings(track: Track) -> Iterable[Happening]:
-    """Yield what happens to the scales of a row."""
+    """Yield the events of the scales of a row."""
     touching: dict[int, list[str]] = {}
     for told in track.events:
         kind, c = int(told[0]), told[6 + touch.FIRST : 6 + touch.OTHER + 1].astype(int)
@@ -179,7 +179,7 @@ def _happenings(track: Track) -> Iterable[Happening]:
         elif kind in (increments.SLIDE, increments.STICK):
             words = f"{name} {'sticks' if kind == increments.STICK else 'slides'}"
         else:
-            # of several contacts of a scale it is not told which one has changed
+            # for several contacts of a scale it is unknown which one has changed
             words = f"{here[0]} to {name}" if len(here) == 1 else f"contact passes to {name}"
             words = f"snap to {name}" if kind == increments.SNAP else words
             here[:] = [name] if len(here) < 2 else [*here, name]
@@ -189,10 +189,10 @@ def _happenings(track: Track) -> Iterable[Happening]:
 def _places(
     one: compliant.Path, stations: Stations, v: Mapping[str, Array], ways: Sequence[float], located: Array | None = None
 ) -> dict[str, Array]:
-    """Return bend and twist per pitch and per length, and inclination at ways; NaN at an infinite one.
+    """Return bend and twist per pitch and per length, and inclination, at ways (m,); NaN at an infinite one.
 
-    By the variables of a path; strains that are imposed are known beyond its end. ``located`` (n, 2): bend and twist
-    of events, NaN where they are not known, for those that are free.
+    Free strains and the inclination are interpolated in the path's variables; imposed strains are known beyond its end.
+    ``located`` (m, 2): bend and twist of events, NaN where unknown, used for free strains.
     """
     free, d = one.held.free, one.beam.pitch
     imposed = (None if loose else given for loose, given in zip(free, stations.strains.T, strict=False))
@@ -208,7 +208,7 @@ def _places(
 
 
 def _timeline(one: compliant.Path, stations: Stations, v: Mapping[str, Array], found: Followed) -> dict[str, Array]:
-    """Return what happens, by name: what contacts do, corners, the end; and where."""
+    """Return the events by name, with their places: changes of contacts, corners, the end."""
     ends = stations.ways[stations.turns[1:-1]].tolist()
     every = [*found.happened, *(Happening(way, "corner") for way in ends)]
     every = sorted([one for one in every if one.way < found.stop], key=lambda one: one.way)

@@ -1,7 +1,7 @@
-"""Thick, elastic scales along a way: states as a curve of one load, as a path of bends and twists, or as a plane.
+"""Thick, elastic scales along a way: a curve under one load, a path of bends and twists, or a plane.
 
-Every contact that comes in is followed (:mod:`squama.contacts`): contacts hand over, several bear at once, scales jump.
-At a corner of a way contacts stick while friction turns, so forces do not jump.
+Every contact that comes in is followed (:mod:`squama.contacts`): contacts replace each other, several bear at once,
+scales jump. At a corner of a way contacts stick while friction turns, so forces do not jump.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ from squama.people import per_pitch
 from squama.types import Array
 
 _NEAR, _SAME = 1e-5, 1e-6
-"""Distance of stations, rad per pitch, below which one is not added, or not taken for a slope."""
+"""Distance of stations, rad per pitch, below which a station is not added, or not used for a slope."""
 _INNER = ("mode", "onset", "work")
-"""Names of variables that are not told."""
+"""Variables that the result leaves out."""
 _ROLES = {"phi": "load", "Phi": "rate", "T": "torque", "T_scales": "scales"}
 
 
 class Loaded(NamedTuple):
-    """A beam's path under one load in one sense, see :class:`squama.curves.way.Solved`; ``far`` it goes.
+    """A beam's path under one load in one sense, see :class:`squama.curves.way.Solved`, up to the angle ``far``.
 
-    ``ends``: its number of scales and their ends; None of an endless beam.
+    ``ends``: its number of scales and their ends; None for an endless beam.
     """
 
     one: compliant.Path
@@ -48,7 +48,7 @@ class Loaded(NamedTuple):
 
     @property
     def case(self) -> Case:
-        """What the beam and its joint bring."""
+        """Data of the beam and its joint for the load."""
         return self.one.case(self.load)
 
     @property
@@ -58,12 +58,12 @@ class Loaded(NamedTuple):
 
     @property
     def hinged(self) -> list[bool]:
-        """Whether the contact of each face is that of hinges: a tip edge on the side edge that a hinge's comes to."""
+        """Whether the first contact of each face is of the kind on hinges: tip edge on side edge."""
         return [self.one.contact(i)[:2] == (TIP, SIDE_D) for i in range(len(self.one.seen))]
 
     @property
     def exchanged(self) -> bool:
-        """Whether what its curve tells of a scale is of the other face: in twisting of that which touches first."""
+        """Whether a scale's variables are those of the other face: in twisting those of the face that touches first."""
         return self.load.sided and bool(self.one.lead)
 
     def curve(self, *, points: int, at: Array | None = None) -> Curve:
@@ -114,7 +114,7 @@ class Loaded(NamedTuple):
         return Curve(along, found, {role: there(v) for role, v in told.each.items()}, told.notes)
 
     def _states(self, loads: Array) -> tuple[Stations, path.Answers]:
-        """Return the stations of an endless beam at load angles per pitch from 0 on, and the states there."""
+        """Return the stations of an endless beam at load angles (n,) from 0 on, and the states there."""
         stations = Stations.along(self.load, sum(self.one.toward) * loads)
         return stations, self.one.way.along(stations.strains)
 
@@ -133,7 +133,7 @@ class Loaded(NamedTuple):
         return [(strains * [*seen, 1], path.deflections(row)) for seen, row in zip(self.one.seen, rows, strict=True)]
 
     def _endless(self, loads: Array) -> Told:
-        """Return the states of an endless beam at load angles per pitch from 0 on."""
+        """Return the states of an endless beam at load angles (n,) from 0 on."""
         one, load, sign = self.one, self.load, sum(self.one.toward)
         stations, answers = self._states(loads)
         faces = [face.rows[0] for face in answers.faces]
@@ -142,7 +142,7 @@ class Loaded(NamedTuple):
             own |= touching(answers)
         if self.exchanged:
             own = exchanged(own, where=True)
-        # where a scale of either face is first bent beyond the plate model
+        # load angle at which a scale of either face is bent beyond the plate model
         bent = [first_at(loads, states.bent(one.way.scale, face), states.THIN) for face in faces]
         met, found = np.unique([c.phi for c in one.way.contacts]), _ending(one, answers)
         if len(faces) > 1:
@@ -151,7 +151,7 @@ class Loaded(NamedTuple):
 
 
 def _refined(at: Array, met: Array) -> Array:
-    """Return loads with those of engagement below the largest of them, and others between that are :data:`FINE`."""
+    """Return loads with those of engagement added, and further ones between them at most :data:`FINE` apart."""
     most = float(at.max(initial=0.0))
     wanted = np.union1d(at, met[met < most])
     fine = np.linspace(0.0, most, max(3, math.ceil(most / FINE) + 1))
@@ -162,7 +162,7 @@ def _refined(at: Array, met: Array) -> Array:
 
 
 def _ending(one: compliant.Path, answers: path.Answers) -> dict[str, float | int | str]:
-    """Return how a curve ends, what touches first, and what comes in next on a face, by role."""
+    """Return how a curve ends, the first contact, and the next contact on a face, by role."""
     at, words = math.nan, ""
     c = one.contact(one.lead)
     (name,) = path.endings(np.array([c], float), answers.ends)
@@ -190,7 +190,7 @@ def solve(analysis: Analysis) -> tuple[list[Loaded], States]:
     if far >= math.pi:
         what = "to" if far == abs(to) else "at"
         refuse(what, f"{far / beam.pitch:.6g} rad/m", "must be below half a turn per pitch")
-    # engagement is told wherever it is, a short curve may end before
+    # engagement is reported wherever it is, a short curve may end before
     most, toward = max(far, path.RANGE), direction(load, to)
     loaded, ideal = analysis.way.loaded, analysis.ideal
     ones = [
@@ -203,18 +203,18 @@ def solve(analysis: Analysis) -> tuple[list[Loaded], States]:
         return endless, more
     n, kind = beam.pitches, KINDS[analysis.ends]
     rows.check_ends(kind, held, n)
-    # of itself a curve goes as far as the model holds of every cell
+    # by default a curve ends where a cell reaches the model's limit
     within = compliant.STRAIN_LIMIT * (1 + 1e-9) if analysis.at is None and math.isinf(to) else math.inf
     return [whole._replace(ends=Row(kind, whole, within=within)) for whole in endless], more
 
 
 def case(beam: Beam, load: Load) -> Case:
-    """Return what a beam and its joint bring to a load."""
+    """Return the data of a beam and its joint for a load."""
     return compliant.Path.of(beam, 0.0, (load.verb,), ideal=True).case(load)
 
 
 def plane(analysis: Analysis, psi: Array, phi: Array) -> States:
-    """Return the states at bends and twists (n,), each straight from rest, or what ends the way there."""
+    """Return the states at bends and twists (n,), each straight from rest, or the end of the way there."""
     beam, strains = analysis.beam, np.column_stack([psi, phi])
     one = compliant.Path.of(beam, float(analysis.mus), VERBS, ideal=analysis.ideal)
     beams = entry.Beams._make(v.repeat(len(strains), axis=0) for v in one.way.beams)

@@ -1,4 +1,4 @@
-"""Single figures of curves and of closed loops, by role (:mod:`squama.loads`), whichever model gives the states."""
+"""Single values of curves and of closed loops, by role (:mod:`squama.loads`), common to all models."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from squama.curves.way import Case
 from squama.types import Array
 
 TIMES = {"twofold": 2.0, "fivefold": 5.0}
-"""Tangent stiffness over that of the beam without contact whose twist is a figure."""
+"""Multiples of the bare beam's tangent stiffness for which the load angle is reported."""
 FINE = 2e-3
-"""Largest step of the load angle, rad per pitch, at which a path that is walked is looked at for its figures."""
+"""Largest step of the load angle, rad per pitch, along a path from which single values are taken."""
 NEAR = 1e-5
-"""Least distance of steps between which a slope is taken, rad per pitch."""
+"""Smallest step for a slope, rad per pitch."""
 PLACES = ("psi", "phi", "kappa", "Phi", "theta")
-"""What is told of a place on a path of bends and twists: bend and twist per pitch and per length, inclination."""
+"""Quantities of a place on a path of bends and twists: bend and twist per pitch and per length, inclination."""
 LOOP = ("base", "top", "W_d", "U_max", "zeta_eq", "K_sec", "drop", "residual")
-"""Figures of a closed loop."""
+"""Single values of a closed loop."""
 
 
 def figures(
     case: Case, last: Mapping[str, float], load_e: float, load_end: float, theta_end: float
 ) -> dict[str, float | int | str]:
-    """Return the single figures of every curve, by role; ``last`` are its variables at the cut-off."""
+    """Return the single values of every curve, by role; ``last`` are its variables at the cut-off."""
     bare = case.rigidity * last["rate"]
     return {
         "load_e": load_e,
@@ -45,10 +45,10 @@ def figures(
 def path_figures(
     along: Mapping[str, Array], engaged: Mapping[str, float], ended: Mapping[str, float], end: str, other: str, K: float
 ) -> dict[str, Array]:
-    """Return the single figures of a path of bends and twists, by name.
+    """Return the single values of a path of bends and twists, by name.
 
-    By its variables, the places (:data:`PLACES`) at which scales first touch and at which it ends, why it does, which
-    other contact comes in, and the joint's stiffness K_theta.
+    ``engaged`` and ``ended`` are the places (:data:`PLACES`) of first contact and of the end, ``end`` its reason,
+    ``other`` the next contact, ``K`` the joint's stiffness K_theta (N m).
     """
     found: dict[str, float | str] = {"end": end, "other_contact": other, "K_theta": K}
     found |= {f"{name}_end": ended[name] for name in PLACES} | {f"{name}_e": engaged[name] for name in PLACES[:-1]}
@@ -60,10 +60,10 @@ def path_figures(
 def tangents(
     rigidity: float, d: float, engaged: Sequence[float] | Array, steps: Array, at: Array, v: Mapping[str, Array]
 ) -> dict[str, Array]:
-    """Return the tangent stiffness at load angles, from the steps among them, and over that without contact.
+    """Return the tangent stiffness at load angles ``at``, by slopes over the ``steps``, and over ``rigidity``.
 
-    ``rigidity`` is the one without contact, N m^2, ``engaged`` the rising load angles per pitch at engagement of each
-    face, ``d`` the pitch.
+    ``rigidity`` is that without contact, N m^2; ``engaged`` are the rising load angles per pitch of engagement on each
+    face; ``d`` is the pitch.
     """
     torque = np.interp(steps, at, v["torque"])
     slope = np.where(np.isfinite(torque), rigidity, np.nan)
@@ -81,7 +81,7 @@ def tangents(
 
 
 def first_at(x: Array, y: Array, level: float) -> float:
-    """Return where y first comes to a level, linear between points; NaN where it does not."""
+    """Return the first x at which y reaches a level, linear between points; NaN if it does not."""
     above = np.flatnonzero(y >= level)
     if not above.size:
         return math.nan
@@ -92,14 +92,14 @@ def first_at(x: Array, y: Array, level: float) -> float:
 
 
 def dissipation(U_el: Array, W_fr: Array) -> Array:
-    """Return the share of the work that friction has taken, RED: 0 where there is none, NaN where it is not known."""
+    """Return the relative energy dissipation RED, W_fr/(U_el + W_fr): 0 without energy, NaN where unknown."""
     total = U_el + W_fr
     out = np.where(np.isfinite(total), 0.0, np.nan)
     return np.asarray(np.divide(W_fr, total, out=out, where=total > 0))
 
 
 def work_error(v: Mapping[str, Array]) -> float:
-    """Return the work that is neither stored, rubbed away nor lost in snaps, over the larger energy of a way."""
+    """Return the work neither stored, dissipated by friction nor lost in snaps, over the larger energy."""
     lost = float(v["W_fr"][-1] + v["W_snap"][-1])
     error = float(v["work"][-1]) - float(v["U_el"][-1]) - lost
     return error / max(lost, float(v["U_el"].max()), 1e-300)
@@ -108,10 +108,10 @@ def work_error(v: Mapping[str, Array]) -> float:
 def loop_figures(
     base: float, top: float, pitch: float, energies: tuple[float, float], torques: Sequence[float], residual: float
 ) -> list[float]:
-    """Return the figures of a closed loop between two load angles per pitch, in the order of ``LOOP``.
+    """Return the single values of a closed loop between two load angles per pitch, in the order of ``LOOP``.
 
-    ``energies``: what is dissipated, and the elastic one at the top; ``torques`` where the load comes to the top, where
-    the contact slides back from there, and where the load comes to the base.
+    ``energies``: dissipated, and elastic at the top; ``torques``: at the top on loading, where the contact slides back
+    from there, and at the base.
     """
     (dissipated, elastic), (highest, turned, lowest) = energies, torques
     secant = (highest - lowest) / ((top - base) / pitch)
@@ -120,15 +120,15 @@ def loop_figures(
 
 
 def loop_table(rows: Sequence[Sequence[float]]) -> dict[str, Array]:
-    """Return the figures of loops by role."""
+    """Return the single values of loops as arrays by role."""
     return dict(zip(LOOP, np.array(rows, float).reshape(-1, len(LOOP)).T, strict=True))
 
 
 def table(rows: Sequence[Mapping[str, float | int | str]]) -> dict[str, Array]:
-    """Return figures that several have, such as the senses of a history, by role."""
+    """Return the rows' single values as arrays by role."""
     return {role: np.array([row[role] for row in rows]) for role in rows[0]}
 
 
 def used_senses(values: Sequence[float]) -> list[str]:
-    """Return the senses that a history goes to."""
+    """Return the senses that occur in a history."""
     return [s for s in ("+", "-") if s == "+" or min(values) < 0]

@@ -1,7 +1,7 @@
-"""The doors of one load: from a beam and arguments in words and units to a dataset; twist and bend.
+"""Public functions of a single load, from arguments in words and units to a dataset: twist and bend.
 
-``respond`` gives the answer before it is a dataset, ``solved`` the path that is drawn; ``analysis`` reads the arguments
-that all doors have in common.
+``respond`` returns the result before it is a dataset, ``solved`` the path for drawings; ``analysis`` reads the
+arguments common to all public functions.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Rates = ArrayLike | Sequence[float | str] | str
-"""Rates in rad/m, or texts with their units."""
+"""Rates in rad/m, or text with units."""
 
 
 class How(TypedDict, total=False):
-    """Arguments that all doors have, as of :func:`twist`."""
+    """Arguments common to all public functions, as in :func:`twist`."""
 
     mu: ArrayLike | None
     law: str
@@ -96,48 +96,48 @@ def twist(
     sense
         "+" or "-": which way the beam is twisted. Twists are magnitudes.
     joint
-        "compliant" (six motions of a scale against the substrate's stiffness; goes to ``to``, or if not given until a
-        pitch twists by 0.3 rad, or to an earlier end) or "hinge" (the paper's closed form: a scale turns about its
-        width against K_theta). Compliant if not given, where the law is "edge". See docs, which model.
+        "compliant" (default with law "edge"): a scale moves in six directions against the substrate's stiffness; the
+        curve ends at ``to``, or without it where a pitch twists by 0.3 rad, or earlier. "hinge": the paper's closed
+        form, in which a scale turns about its width against K_theta. See docs, which model.
     ideal
-        Take the scales as thin and rigid, as in the paper (True), or as thick as the beam says and, on the compliant
-        joint where their modulus is known, elastic (False). By default only the hinge's are ideal:
-        ``joint="hinge", ideal=True`` is the paper's model.
+        True: thin, rigid scales, as in the paper. False: scales of the beam's thickness, which are elastic on the
+        compliant joint if they have a modulus. The default is True on hinges, False else; ``joint="hinge", ideal=True``
+        is the paper's model.
     neutral
-        "free" (there is no axial force: the default) or "middle" (the bar keeps its length), in place of the beam's own
-        ``substrate.neutral``; of the compliant joint.
+        "free" (default: no axial force) or "middle" (the bar keeps its length), in place of the beam's
+        ``substrate.neutral``; for the compliant joint.
     hold
-        Strains that a guide holds, in place of the beam's own ``hold``: some of "bend", "lateral bend", "stretch"
-        ("bend, stretch"), or "straight" for all; "nothing", the default, lets a beam under a torque bow. Of the
-        compliant joint: hinges are held straight.
+        Strains held by a guide, in place of the beam's ``hold``: some of "bend", "lateral bend", "stretch" ("bend,
+        stretch"), "straight" for all, or "nothing" (default), so that a twisted beam bows. For the compliant joint; a
+        beam on hinges is always held straight.
     ends
-        Of a beam with a number of scales, whose end scales lack a neighbour, in place of its own ``ends``: "free" (the
-        default), one torque about the axis of each cell, which has its own twist, bend and stretch; "couple": a couple
-        at both ends, which may shift and tilt, of up to 60 scales; "gripped": the ends stay on one axis, half a pitch
-        beyond the first and last scale, and may come nearer, of up to 60 scales; "equal": all cells have the same
-        strains; "endless": the beam without ends, the default for more than 200 scales, on
-        hinges, with scales on both faces, and of a beam without a number of scales.
+        Ends of a beam with a number of scales, in place of its ``ends``; its end scales lack a neighbour. "free"
+        (default): the same torque about the axis of each cell, which has its own twist, bend and stretch. "couple": a
+        couple at both ends, which may shift and tilt; up to 60 scales. "gripped": the ends stay on one axis, half a
+        pitch beyond the first and last scale, and may approach each other; up to 60 scales. "equal": all cells have the
+        same strains. "endless": no ends, the default for more than 200 scales, on hinges, with scales on both faces,
+        and without a number of scales.
 
     Returns
     -------
     xarray.Dataset
         Dimension ``point`` (and ``mu``); variables named as in :data:`squama.SYMBOLS`, SI units and radians; single
         figures of the curve such as ``phi_e``, ``phi_end``, ``end``, ``RED_c``; beam, law, margin and version in the
-        attributes. A curve of the compliant joint goes on through every contact that comes in: ``N``, ``f`` are sums
+        attributes. A curve of the compliant joint continues through every new contact: ``N`` and ``f`` are sums
         over all contacts, ``p``, ``s``, ``slip`` of the first one, ``phi_second`` and ``other_contact`` describe the
         second, ``W_snap`` is the energy that jumps of the scales lose, ``phi_bent`` where a scale is bent beyond the
         plate model (docs, theory: contact). ``psi``, ``chi``, ``stretch`` are the bend, lateral bend and stretch per
         pitch, ``M``, ``M_lat``, ``P`` the loads that hold them, 0 where they are free. With scales on both faces loads
-        and energies are the beam's, figures of a scale those of the face that touches first; ``theta_other``,
-        ``N_other``, ``stress_other`` and the like, and ``phi_e_other``, are of the other one. ``phi_strength`` and
-        ``phi_strain`` are of the face that comes there first.
+        and energies are the beam's, variables of a scale those of the face that touches first; ``theta_other``,
+        ``N_other``, ``stress_other``, ``phi_e_other`` and the like are those of the other face. ``phi_strength`` and
+        ``phi_strain`` are those of the face that reaches its limit first.
 
-        A beam with a number of scales has its twist and torque at its ends; figures of a scale (``theta``, ``N``,
+        For a beam with N scales twist and torque are those at its ends; variables of a scale (``theta``, ``N``,
         ``stress`` and the like) have the dimension ``scale``, 1 to N, and so have the cells' strains ``phi_cell``,
         ``psi_cell``, ``chi_cell``, ``stretch_cell``, their loads (``T_cell`` and the like, where they are not zero),
         and the moment ``Q`` by which the substrate lifts a scale that lies on it; ``psi`` and the like are means.
-        ``T_periodic`` and ``theta_periodic`` are of the endless beam; ``decay`` is the share of an end's effect that is
-        left one scale further on, ``scale_end`` where another contact comes in first.
+        ``T_periodic`` and ``theta_periodic`` are the endless beam's; ``decay`` is the share of an end's effect that is
+        left one scale further on, ``scale_end`` the scale at which another contact comes in first.
 
     Raises
     ------
@@ -170,10 +170,10 @@ def bend(
     hold: str | None = None,
     ends: EndsName | None = None,
 ) -> xr.Dataset:
-    """Bend a beam towards its scales: moment, inclination, forces and energies to the end of the curve.
+    """Bend a beam towards its scales: moment, inclination, forces and energies from no load to the end of the curve.
 
-    Thick, elastic scales on the compliant joint by default, as :func:`twist`: the way along the bend alone of
-    :func:`squama.bend_twist`.
+    The default model has thick, elastic scales on compliant joints, as :func:`twist`; a bend is the path of
+    :func:`squama.bend_twist` along the bend alone.
 
     Parameters
     ----------
@@ -184,27 +184,28 @@ def bend(
     to
         Curvature at which to stop: rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total".
     joint
-        "compliant" (the joint's nine motions; goes to ``to``, or if not given until a pitch bends by 0.3 rad)
-        or "hinge" (closed form); "hinge" if not given where ``neutral="face"`` means it, or where the joint is
-        not known in bend (a warning says so).
+        "compliant": nine motions of the joint; the curve ends at ``to``, or without it where a pitch bends by 0.3 rad.
+        "hinge": the closed form; the default with ``neutral="face"``, and where the joint's stiffness in bending is
+        unknown (with a warning).
     ideal
-        Thin, rigid scales, as in :func:`twist`; the hinge has no others here.
+        Thin, rigid scales, as in :func:`twist`; in bending hinges have no other scales.
     neutral
-        Which line of the bar keeps its length, in place of the beam's own (``substrate.neutral``): "free" (none, there
-        is no axial force: the compliant joint's default) or "middle"; on the hinge "middle" (the default) or "face"
-        (that of the scales, as the paper's theory of bending takes it).
+        Line of the bar that keeps its length, in place of the beam's ``substrate.neutral``: "free" (none: no axial
+        force; default of the compliant joint) or "middle"; on hinges "middle" (default) or "face" (that of the scales,
+        as in the paper's theory of bending).
     hold
-        As in :func:`twist`, of "twist", "lateral bend", "stretch": by default a beam under a moment is free to twist.
+        Held strains as in :func:`twist`, some of "twist", "lateral bend", "stretch"; by default a bent beam is free to
+        twist.
     ends
         As in :func:`twist`, without "gripped": moments at both ends.
 
     Returns
     -------
     xarray.Dataset
-        As from :func:`twist`, with ``kappa``, ``psi`` and ``M`` in place of ``Phi``, ``phi`` and ``T``; ``phi`` is the
-        twist of a beam of oblique scales that is free to, ``T`` the torque that holds it else, ``contact`` what touches
-        (docs, theory: bending and twisting), ``r`` its distance from the base of the other scale; ``M_periodic`` in
-        place of ``T_periodic``. Attributes: ``joint``, ``scales``, ``neutral``, ``ends``.
+        As from :func:`twist`, with ``kappa``, ``psi`` and ``M`` in place of ``Phi``, ``phi`` and ``T``. For oblique
+        scales ``phi`` is the twist of the beam, or ``T`` the torque that prevents it. ``contact`` names the pair in
+        contact (docs, theory: bending and twisting), ``r`` is its distance from the base of the other scale;
+        ``M_periodic`` replaces ``T_periodic``. Attributes: ``joint``, ``scales``, ``neutral``, ``ends``.
 
     Raises
     ------
@@ -234,7 +235,7 @@ def respond(
     row: bool = False,
     **how: Unpack[How],
 ) -> Answer:
-    """Return what :func:`twist` or :func:`bend` returns, before it is a dataset; ``row``: with ends, on hinges too."""
+    """Return the result of :func:`twist` or :func:`bend` before it is a dataset; ``row``: with ends also on hinges."""
     arguments.beam(beam)
     kind = arguments.load(load)
     sign = arguments.sense(sense) if kind.sided else 1
@@ -245,11 +246,10 @@ def respond(
 
 
 def ends_of(asked: Analysis, word: str | None, *, history: bool = False, row: bool = False, grips: bool = True) -> str:
-    """Return the ends of a beam by their word, or as they are by default; refuse what a model does not know.
+    """Return the ends of a beam from their word, or the default; refuse ends that the model does not cover.
 
-    ``history``: of one that is loaded and unloaded, or along several loads; ``row``: it has ends even where it is
-    endless by default; ``grips``: whether there may be a couple, of one load alone, or grips, of a beam that is
-    twisted alone.
+    ``history``: for loading and unloading, or several loads; ``row``: with ends even where the default is endless;
+    ``grips``: whether a couple (under a single load) and grips (in twisting alone) are allowed.
     """
     beam, model = asked.beam, MODELS[asked.joint]
     couple = grips and len(asked.way.loaded) == 1
@@ -286,10 +286,10 @@ def analysis(
     free: str | None = None,
     **how: Unpack[How],
 ) -> Analysis:
-    """Return the analysis of a beam on a way: its arguments checked, and the model that answers.
+    """Return the analysis of a beam along a way: its checked arguments, and the chosen model.
 
-    ``load`` and ``free`` as of :func:`squama.curves.chosen.chosen`; ``most`` points are allowed; ``family``: there may
-    be several coefficients of friction.
+    ``load`` and ``free`` as in :func:`squama.curves.chosen.chosen`; ``most``: largest number of points; ``family``:
+    whether several coefficients of friction are allowed.
     """
     asked, mu, own = how.get("law", "edge"), how.get("mu"), beam.friction.mu
     arguments.law(asked)
@@ -303,7 +303,7 @@ def analysis(
 
 
 def far(to: float | str, load: Load, pitch: float, scales: int) -> float:
-    """Return the load angle per pitch, above 0, at which to stop."""
+    """Return the load angle per pitch (rad), above 0, at which the curve stops."""
     with naming("to"):
         stop = load.read(to, pitch=pitch, scales=scales) * pitch
     if stop <= 0:
@@ -312,7 +312,7 @@ def far(to: float | str, load: Load, pitch: float, scales: int) -> float:
 
 
 def _angles(at: Rates, load: Load, beam: Beam) -> Array:
-    """Return load angles per pitch of rates in rad/m, or of texts such as "0.2 rad/pitch" among them."""
+    """Return load angles per pitch (rad) from rates in rad/m, or from text such as "0.2 rad/pitch" among them."""
     given = [at] if isinstance(at, str) else at
     if isinstance(given, list | tuple) and any(isinstance(value, str) for value in given):
         with naming("at"):
@@ -324,16 +324,16 @@ def _angles(at: Rates, load: Load, beam: Beam) -> Array:
 
 
 def solved(analysis: Analysis) -> tuple[Solved, Sequence[str]]:
-    """Return the path of a beam in one sense, which `squama.view` and the explorer go along, and its warnings.
+    """Return the solved path of a beam in one sense, for `squama.view` and the explorer, and its warnings.
 
-    Of hinges on both faces that of the scaled one alone.
+    For hinges on both faces it is the path of the scaled face alone.
     """
     found, more = MODELS[analysis.joint].programs().solve(analysis)
     return found[0], more.notes
 
 
 def _curves(analysis: Analysis) -> Answer:
-    """Follow a way in one sense: a curve for each coefficient of friction."""
+    """Return a curve along a way in one sense for each coefficient of friction."""
     way, programs = analysis.way, MODELS[analysis.joint].programs()
     one_face, more = programs.solve(analysis)
     found = programs.gather(analysis, one_face)
@@ -361,9 +361,9 @@ def _curves(analysis: Analysis) -> Answer:
 
 
 def _small(beam: Beam, sign: int) -> float:
-    """Twist per pitch at engagement by the paper's formula for small angles."""
+    """Return the twist per pitch at engagement by the paper's formula for small angles."""
     alpha = beam.scale.alpha
-    # with scales on both faces that of the one whose scales touch first
+    # with scales on both faces the twist of the face that touches first
     signs = {sign, sign * (both_faces.sense(beam, "twisting") or 1)}
     slope = max(s * (beam.eta * math.tan(alpha) - math.sin(alpha)) + beam.beta for s in signs)
     return beam.scale.theta0 / slope if slope > 0 else math.inf

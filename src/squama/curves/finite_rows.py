@@ -1,4 +1,4 @@
-"""The door of rows: a beam of N scales that is twisted, and what its ends take away beside the endless beam."""
+"""Public function ``row``: a twisted beam of N scales; and the effect of its ends, compared with the endless beam."""
 
 from __future__ import annotations
 
@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 MOST = 2000
 """Largest number of scales of a row."""
 ENOUGH, COMPARED = 100, 30
-"""Scales from which on more of them only share the ends' part among more; points of a row that is compared."""
+"""Number of scales from which on the effect of the ends is only divided among more scales; points of the compared row.
+"""
 
 
 def row(
@@ -37,9 +38,9 @@ def row(
     hold: str | None = None,
     ends: EndsName | None = None,
 ) -> xr.Dataset:
-    """Twist a row of N scales that does not repeat: its end scales lack one neighbour.
+    """Twist a row of N scales; its end scales lack a neighbour, so that it is not periodic.
 
-    The twist is that of the ends over the number of pitches. Each cell finds its own twist, bend, lateral bend and
+    The twist is that of the ends over the number of pitches. Each cell takes its own twist, bend, lateral bend and
     stretch under the load at the ends (docs, theory: a finite row).
 
     Parameters
@@ -47,30 +48,30 @@ def row(
     beam
         The beam.
     scales
-        Number of scales, 2 to 2000, between grips to 60; the beam's own if not given.
+        Number of scales, 2 to 2000, up to 60 between grips or under a couple; the beam's own if not given.
     mu
         Coefficient of friction; the beam's own if not given.
     to
         Twist at which to stop: a rate in rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total" (over
-        ``scales`` pitches). If not given, where a pitch twists by 0.3 rad; on the hinge the cut-off of the endless
-        beam's curve (margin 0.01).
+        ``scales`` pitches). By default the twist at which a pitch twists by 0.3 rad; on hinges the cut-off of the
+        endless beam's curve (margin 0.01).
     points
         Number of points along the twist.
     sense
         "+" or "-": which way the beam is twisted. Twists are magnitudes.
     joint, ideal, hold
-        "compliant" or "hinge", thin, rigid scales or those of the beam, and held strains of each cell, as in
-        :func:`squama.twist`. With grips only the stretch may be held: their distance.
+        Joint ("compliant" or "hinge"), thin, rigid scales or those of the beam, and held strains of each cell, as in
+        :func:`squama.twist`. With grips only the stretch, their distance, can be held.
     ends
-        "free" (default): a torque, the same in all cells; "couple": a couple at both ends, which may shift and tilt
-        (then twists are those of the far end over the pitches); "gripped": the ends stay on one axis, held
-        against bending and shear, half a pitch beyond the first and last scale; "equal": all cells have the same
-        strains. Rows on hinges are "equal".
+        "free" (default): the same torque in all cells. "couple": a couple at both ends, which may shift and tilt;
+        twists are then the rotation of the far end over the pitches. "gripped": the ends stay on one axis, held against
+        bending and shear, half a pitch beyond the first and last scale. "equal": all cells have the same strains. Rows
+        on hinges are "equal".
 
     Returns
     -------
     xarray.Dataset
-        As of :func:`squama.twist` for a beam with a number of scales.
+        As from :func:`squama.twist` for a beam with a number of scales.
 
     Raises
     ------
@@ -101,7 +102,7 @@ def rowed(
     ends: str | None = None,
     **how: Unpack[How],
 ) -> Answer:
-    """Return what :func:`row` returns, before it is a dataset."""
+    """Return the result of :func:`row` before it is a dataset."""
     arguments.beam(beam)
     n = arguments.whole("scales", beam.pitches if scales is None else scales, 2, MOST)
     whole = beam.replace(scales=n)
@@ -109,9 +110,9 @@ def rowed(
 
 
 class Ends(NamedTuple):
-    """What a beam's own ends take away: ``torque`` and ``tangent`` of its N ``scales`` over those of an endless beam.
+    """Effect of a beam's ends: ``torque`` and ``tangent`` of its N ``scales`` over those of an endless beam.
 
-    At the twist ``load``, rad per pitch; ``end`` says why the row goes no farther, empty where it goes as far as asked.
+    At the twist ``load``, rad per pitch; ``end`` is why the row ends early, or "".
     """
 
     scales: int
@@ -122,7 +123,7 @@ class Ends(NamedTuple):
 
 
 def ends(beam: Beam, to: float, *, sense: str = "+", **how: Unpack[How]) -> Ends | None:
-    """Compare a beam's row with the endless one at a twist (rad/m) or where it ends before; None without contact."""
+    """Compare a beam's row with the endless beam at a twist (rad/m), or where the row ends; None without contact."""
     n = min(beam.pitches, ENOUGH)
     try:
         found = rowed(beam, scales=n, to=to, points=COMPARED, sense=sense, **how)

@@ -1,4 +1,4 @@
-"""Ways as they are given, numbers and texts with units, to bends and twists per pitch."""
+"""Reading of load paths, numbers and text with units, as bends and twists per pitch."""
 
 from __future__ import annotations
 
@@ -19,22 +19,22 @@ from squama.people import per_pitch
 from squama.units import shown
 
 _ROUNDING = 1e-12
-"""Relative difference of twists that are the same one in two units."""
+"""Relative difference below which two twists, given in different units, are the same."""
 EXAMPLE = '"bend 5 rad/m; twist 8 rad/m"'
 Rate = float | str
-"""A rate in rad/m, or a text with its unit."""
+"""A rate in rad/m, or text with its unit."""
 Path = str | Sequence[tuple[Rate, Rate]]
-"""Where a path goes: text, or pairs of curvature and twist rate in rad/m or as texts with their units."""
+"""A load path: text, or pairs of curvature and twist rate in rad/m or as text with units."""
 
 
 def _angle(value: object, load: Load, beam: Beam, *, bare: bool = True) -> float:
-    """Return a load angle per pitch; ``bare``: a number without a unit is a rate in rad/m."""
+    """Return a load angle per pitch (rad); ``bare``: whether a number without a unit is a rate in rad/m."""
     value = value.item() if isinstance(value, np.generic) else value
     return load.read(value, pitch=beam.pitch, scales=beam.pitches, bare=bare) * beam.pitch
 
 
 def path(given: Path, beam: Beam) -> Way:
-    """Return a path as bends and twists per pitch; no two corners in a row are equal."""
+    """Return a path as bends and twists per pitch (rad); no two corners in a row may be equal."""
     parts = [part.strip() for part in given.split(";")] if isinstance(given, str) else given
     if not isinstance(parts, Sequence | np.ndarray) or not len(parts):
         refuse("path", "", "is not a path", f"write e.g. {EXAMPLE}")
@@ -52,7 +52,7 @@ def path(given: Path, beam: Beam) -> Way:
 
 
 def _named(text: str, here: tuple[float, float], beam: Beam) -> tuple[tuple[float, float], Sequence[str]]:
-    """Return where a text such as "bend 5 rad/m, twist 8 rad/m" goes from here, per pitch, and what it names."""
+    """Return the point (psi, phi) of a text such as "bend 5 rad/m, twist 8 rad/m", and the loads it names."""
     verbs = {load.verb: load for load in LOADS.values()}
     found = list(here)
     said: list[str] = []
@@ -66,7 +66,7 @@ def _named(text: str, here: tuple[float, float], beam: Beam) -> tuple[tuple[floa
 
 
 def _pair(item: object, beam: Beam) -> tuple[float, float]:
-    """Return a pair of curvature and twist rate per pitch."""
+    """Return a pair of curvature and twist rate as bend and twist per pitch (rad)."""
     if not isinstance(item, Sequence | np.ndarray) or len(item) != 2:
         refuse("", shown(item), "is not a pair of curvature and twist rate", "write e.g. (5, 8), in rad/m")
     by_axis = sorted(LOADS.values(), key=lambda load: load.axis)
@@ -75,10 +75,10 @@ def _pair(item: object, beam: Beam) -> tuple[float, float]:
 
 
 def history(given: Rate | Sequence[Rate], beam: Beam, load: Load, loops: int = 1) -> Way:
-    """Return a history of one load from rest at 0 on, no two load angles in a row equal, gone through several times.
+    """Return a history of one load from rest at 0, repeated ``loops`` times; no two angles in a row may be equal.
 
-    Given is a number (rad/m), a text, or a sequence of them; a single one is gone to and back. In a text with commas a
-    number without a unit has that of the last one.
+    ``given`` is a number (rad/m), a text, or a sequence of them; a single value is approached and released again. In a
+    text with commas a number without a unit has that of the last one.
     """
     texts = _items(given)
     angles = []
@@ -95,15 +95,15 @@ def history(given: Rate | Sequence[Rate], beam: Beam, load: Load, loops: int = 1
     _distinct(values, beam, len(texts))
     ends = values[1:2] if len(texts) == 1 else values[::-1]
     typed = {v: text for v, text in zip(ends, texts[::-1], strict=False) if isinstance(text, str)}
-    # where it starts as it ended, that twist stands once
+    # if a loop starts where the last one ended, that twist appears once
     once = values[1:] if values[-1] == values[0] else values
     return Way.of(load.name, values + once * (loops - 1), typed)
 
 
 def _distinct(values: list[float], beam: Beam, given: int) -> None:
-    """Refuse two twists in a row that are the same, or two of a history that are all but the same.
+    """Refuse two equal twists in a row, and twists of a history that nearly coincide.
 
-    Twists that differ by rounding, as of two units, become equal.
+    Twists that differ only by rounding, as from two units, are made equal.
     """
     known = [0.0]
     for i, value in enumerate(values):
@@ -123,7 +123,7 @@ def _distinct(values: list[float], beam: Beam, given: int) -> None:
 
 
 def _items(given: Rate | Sequence[Rate]) -> list[Rate]:
-    """Return the twists of a history one by one; in a text the last unit is handed on to numbers without one."""
+    """Return the twists of a history one by one; in a text the last unit applies to numbers without one."""
     if not isinstance(given, str):
         return list(given) if isinstance(given, Sequence | np.ndarray) else [given]
     parts = [part.strip() for part in given.split(",")]

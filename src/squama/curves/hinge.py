@@ -1,7 +1,7 @@
-"""The hinge: a beam's path by the closed form, and the curve along it in SI units.
+"""Beams with hinges: the path by the closed form, and the curve along it in SI units.
 
-One place turns a beam into a solved path (:func:`solve`), twisted or bent. A path is solved once for all coefficients
-of friction: what touches when is geometry.
+:func:`solve` turns a beam into a solved path, twisted or bent, for all coefficients of friction at once: the order of
+contacts is geometry.
 """
 
 from __future__ import annotations
@@ -28,23 +28,23 @@ from squama.model.tracks import at_loads, scalar
 from squama.types import Array
 
 LINEAR = 10
-"""Every LINEAR-th point of a curve lies before engagement."""
+"""One in LINEAR points of a curve lies before engagement."""
 SAME = 1e-12
-"""Relative difference of load angles that is rounding."""
+"""Relative difference of load angles due to rounding."""
 LOCKS = (End.FRICTIONAL, End.KINEMATIC)
 """Ends towards which a curve steepens."""
 BENT_BY, TWISTED_BY = "BF", "TS"
-"""Contacts of a bent and of a twisted beam, of those of :mod:`squama.model.screw`."""
+"""Contacts of a bent and of a twisted beam, by their names in :mod:`squama.model.screw`."""
 _NEAR = 1e-9
-"""Relative difference of the ends of two faces that is none."""
+"""Relative difference below which the ends of two faces coincide."""
 _NOT_MET = (np.nan, np.nan)
 
 
 class Path(NamedTuple):
-    """The solved path of one design, cut to the asked range.
+    """The solved path of one design, cut to the requested range.
 
-    ``touch`` load angle and inclination of the other contact; ``leg`` the same way in the plane of bend and twist,
-    where the load that is held is known.
+    ``touch`` load angle and inclination of the other contact; ``leg`` the same way in the plane of bend and twist, if
+    the moment that holds the other load is computed.
     """
 
     case: Case
@@ -73,12 +73,12 @@ class Path(NamedTuple):
     def straight(
         cls, case: Case, far: float, mu: float, law: str, other: str = "", touch: tuple[float, float] = _NOT_MET
     ) -> Path:
-        """Return the path of a design that does not engage: ``load_end`` is how far it goes."""
+        """Return the path of a design that does not engage, up to the load angle ``far``."""
         return cls(case, None, 0, 0, 0, 1, np.inf, far, case.theta0, End.NONE, 0, other, mu, law, touch)
 
     @property
     def side(self) -> history.Side:
-        """The part in contact, to be walked both ways."""
+        """The part in contact, for loading and unloading."""
         return history.Side(self.row, self.x0, self.x_c, self.pole, self.mu, self.law)
 
     @property
@@ -89,7 +89,7 @@ class Path(NamedTuple):
         return float(self.row.point(self.x_c, self.law, FLOAT).load)
 
     def place(self, load: Array) -> Array:
-        """Return the path parameters at which the path reaches load angles, all between its ends."""
+        """Return the path parameters at load angles, all between the path's ends."""
         return invert(self.row, load, self.x0, self.x_end, self.law)
 
     def at(self, load: Array) -> dict[str, Array]:
@@ -107,18 +107,18 @@ class Path(NamedTuple):
         return found | {"load": load}
 
     def curve(self, *, points: int, at: Array | None = None) -> Curve:
-        """Return the curve at ``points`` of its own, from load 0 to the cut-off, or at load angles; figures there."""
+        """Return the curve at ``points`` from load 0 to the cut-off, or at load angles; and the single values."""
         v = states(self, *samples(self, points)) if at is None else self.at(at)
         end = (np.empty(0), np.array([self.x_c])) if self.engaged else (np.array([self.last]), np.empty(0))
         return Curve(in_si(self.case, [v]), _figures(self, in_si(self.case, [states(self, *end)])))
 
 
 class Both(NamedTuple):
-    """The path of a beam with scales on both faces, solved: each face's own, of which the bar is counted once.
+    """The solved path of a beam with scales on both faces: the paths of the faces, with the bar counted once.
 
-    ``lead``: the face whose scales touch first; ``turns`` are the signs with which the faces see the load that is held.
-    What is told of a scale is of the leading face, with that of the other beside it. The curve ends where one of the
-    two does.
+    ``lead``: the face whose scales touch first; ``turns``: signs with which the faces see the held load. Variables of a
+    scale are those of the leading face, and of the other face under its own names. The curve ends where one of the two
+    ends.
     """
 
     lead: Path
@@ -127,7 +127,7 @@ class Both(NamedTuple):
 
     @property
     def case(self) -> Case:
-        """What the beam and the model bring."""
+        """Data of the beam and the model."""
         return self.lead.case
 
     @property
@@ -136,7 +136,7 @@ class Both(NamedTuple):
         return self.lead.load_e
 
     def curve(self, *, points: int, at: Array | None = None) -> Curve:
-        """Return the curve at points of its leading face's own, or at load angles: NaN beyond its end."""
+        """Return the curve at the points of its leading face, or at load angles; NaN beyond its end."""
         lead, other = self.lead, self.other
         sooner = other.last < lead.last * (1 - _NEAR)
         cut = other.last if sooner else lead.last
@@ -155,7 +155,7 @@ class Both(NamedTuple):
 
 
 def gather(analysis: Analysis, one_face: list[Path]) -> list[Path] | list[Both]:
-    """Return the paths of a beam by those of its scaled face, for each coefficient of friction."""
+    """Return the paths of a beam from those of its scaled face, for each coefficient of friction."""
     beam, load = analysis.beam, analysis.way.load
     if not (seen := both_faces.sense(beam, load.name)):
         return one_face
@@ -172,7 +172,7 @@ def gather(analysis: Analysis, one_face: list[Path]) -> list[Path] | list[Both]:
 
 
 def solve(analysis: Analysis) -> tuple[list[Path], States]:
-    """Solve a beam in one sense, up to the one load angle of its way, for each coefficient of friction."""
+    """Solve a beam in one sense up to the load angle of its way, for each coefficient of friction."""
     beam, way, law, mus = analysis.beam, analysis.way, analysis.law, np.atleast_1d(analysis.mus)
     kind, case, to = way.load, Case.of(beam, way.load.name, way.sense), abs(way.values[-1])
     margin = analysis.margin
@@ -200,7 +200,7 @@ def solve(analysis: Analysis) -> tuple[list[Path], States]:
 def path(
     case: Case, sol: solution.Solution, touch: Touch | None, mu: float, law: str, margin: float, to: float = math.inf
 ) -> Path:
-    """Cut the path of a single solved design at ``to`` (load angle per pitch) and place its cut-off."""
+    """Return the path of a single solved design, cut at ``to`` (load angle per pitch), with its cut-off."""
     found = sol.found
     end = CODES[int(found.code[0])]
     load_e, load_end, theta_end = float(found.load_e[0]), float(found.load_end[0]), float(found.theta_end[0])
@@ -212,7 +212,7 @@ def path(
     t = sol.tracks[0][1]
     row = scalar(t.row)
     x0, x_end = float(t.x0[0]), float(t.x_end[0])
-    # the pole of the friction force belongs to the path, wherever the asked range ends
+    # the pole of the friction force belongs to the path, wherever the requested range ends
     pole = float(energy.pole(t.row, t.x_end, np.array([mu]), law, t.x0)[0]) if x_end > x0 else x0 + 1
     if to < load_end:
         end, other, load_end = End.RANGE, "", to
@@ -226,19 +226,19 @@ def path(
 
 
 def thickness(analysis: Analysis) -> float:
-    """Return the thickness of scales in pitches, where the hinge knows of it: twisted, by the edge law."""
+    """Return the thickness of scales in pitches where hinges include it: in twisting, with the edge law; else 0."""
     thin = analysis.ideal or analysis.law == "plate" or not analysis.way.load.sided
     return 0.0 if thin else analysis.beam.scale.thickness / analysis.beam.pitch
 
 
 def _open(case: Case, touch: Touch | None, other: str, to: float, mu: float, law: str) -> Path:
-    """Return the straight path of scales that do not engage, to the other contact or to the end of the search."""
+    """Return the straight path of scales that do not engage, up to the other contact or the end of the search."""
     stop = min(touch.phi if touch else SEARCH, to)
     return Path.straight(case, stop, mu, law, other, (touch.phi, case.theta0) if touch else _NOT_MET)
 
 
 def invert(row: Row, load: Array, x0: float, x_end: float, law: str) -> Array:
-    """Path parameters at which the path reaches the load angles, all between its ends."""
+    """Return the path parameters at load angles (n,), all between the path's ends."""
     grid = np.linspace(x0, x_end, 257)
     with np.errstate(all="ignore"):
         seen = row.point(grid, law, ARRAY).load
@@ -254,7 +254,7 @@ def invert(row: Row, load: Array, x0: float, x_end: float, law: str) -> Array:
 
 
 def samples(p: Path, points: int) -> tuple[Array, Array]:
-    """Load angles of the straight part, and path parameters of the part in contact; together ``points``."""
+    """Return load angles before engagement, and path parameters in contact; together ``points``."""
     if not p.engaged:
         return np.linspace(0.0, min(p.load_e, p.load_end), points), np.empty(0)
     first = before(points)
@@ -266,14 +266,14 @@ def samples(p: Path, points: int) -> tuple[Array, Array]:
 
 
 def before(points: int) -> int:
-    """Return how many of a curve's points lie before engagement."""
+    """Return the number of a curve's points before engagement."""
     return max(1, points // LINEAR)
 
 
 def touching(row: Row, law: str, x: Array, friction: float) -> dict[str, Array]:
-    """Return the contact at path parameters in units of K_theta and the pitch, by role.
+    """Return the contact at path parameters (n,) in units of K_theta and the pitch, by role.
 
-    ``friction`` is that per normal force, negative while the contact slides back.
+    ``friction`` is the friction per normal force, negative while the contact slides back.
     """
     with np.errstate(all="ignore"):
         # a complex step gives the tangent without cancellation
@@ -297,7 +297,7 @@ def touching(row: Row, law: str, x: Array, friction: float) -> dict[str, Array]:
 
 
 def straight(case: Case, load: Array) -> dict[str, Array]:
-    """Return the same for load angles without contact."""
+    """Return the states at load angles (n,) without contact, in units of K_theta and the pitch, by role."""
     zero, none = np.zeros(load.size), np.full(load.size, np.nan)
     found = {"theta": np.full(load.size, case.theta0), "load": load, **dict.fromkeys(("scales", "tangent"), zero)}
     return {**found, **dict.fromkeys(("N", "f"), zero), **dict.fromkeys(("p", "s", "mu_lock"), none)}
@@ -306,9 +306,9 @@ def straight(case: Case, load: Array) -> dict[str, Array]:
 def in_si(
     case: Case, faces: Sequence[Mapping[str, Array]], *, sign: int = 1, turns: Sequence[int] = (1, 1)
 ) -> dict[str, Array]:
-    """Give the states of each face's scales at the same loads their units: sums, and the bar once.
+    """Return the beam's states in SI units from those of each face's scales: sums, with the bar counted once.
 
-    ``sign``: that of the load where it counts; ``turns`` those with which faces see the load that is held.
+    ``sign``: sign of the load; ``turns``: signs with which the faces see the held load.
     """
     d, K, own = case.pitch, case.stiffness, faces[0]
     rate = own["load"] / d
@@ -328,7 +328,7 @@ def in_si(
         "RED": dissipation(U_el, W_fr),
     }
     for name in ("T", "M"):
-        # what holds a beam of oblique scales from twisting, or straight
+        # torque or moment that holds a beam of oblique scales
         if name in own:
             found[name] = np.sum([turn * (K * face[name]) for turn, face in zip(turns, faces, strict=False)], axis=0)
     for other in faces[1:]:
@@ -337,7 +337,7 @@ def in_si(
 
 
 def _of_scale(case: Case, v: Mapping[str, Array]) -> dict[str, Array]:
-    """Return the figures of a scale with their units."""
+    """Return the variables of a scale in SI units."""
     d, K = case.pitch, case.stiffness
     contact = {"contact": v["contact"]} if "contact" in v else {}
     return {
@@ -353,9 +353,9 @@ def _of_scale(case: Case, v: Mapping[str, Array]) -> dict[str, Array]:
 
 
 def states(p: Path, load: Array, x: Array) -> dict[str, Array]:
-    """Return the states at load angles before engagement, and then at path parameters in contact, by role.
+    """Return the states at load angles before engagement, followed by path parameters in contact, by role.
 
-    As :func:`straight` and :func:`touching`, with the work of friction and what holds the other load at zero.
+    As :func:`straight` and :func:`touching`, with the work of friction and the moment that holds the other load.
     """
     v, work = straight(p.case, load), np.zeros(load.size + x.size)
     if x.size:
@@ -366,14 +366,14 @@ def states(p: Path, load: Array, x: Array) -> dict[str, Array]:
 
 
 def evaluate(p: Path, load: Array, x: Array) -> dict[str, Array]:
-    """Every variable at the load angles before engagement, followed by the path parameters in contact; SI units."""
+    """Return the variables at load angles before engagement, followed by path parameters in contact; SI units."""
     return in_si(p.case, [states(p, load, x)])
 
 
 def _held(p: Path, leg: Leg, v: dict[str, Array], engaged: int) -> dict[str, Array]:
-    """Return what holds a twisted beam straight (M), or a bent one from twisting (T), of contacts from a place on.
+    """Return the moment M that holds a twisted beam straight, or the torque T that holds a bent one, in K_theta.
 
-    And what touches a bent one. Neighbour k is the next one of a beam with a pitch k times as long.
+    For a bent beam also its contact. Neighbour k is the next neighbour of a beam with a pitch k times as long.
     """
     bends, k = leg.step[1] == 0, max(1, p.neighbour)
     kind = BENT_BY if bends else TWISTED_BY
@@ -392,7 +392,7 @@ def _held(p: Path, leg: Leg, v: dict[str, Array], engaged: int) -> dict[str, Arr
 
 
 def _figures(p: Path, end: Mapping[str, Array]) -> dict[str, float | int | str]:
-    """Return the single figures of a curve by its variables at its end."""
+    """Return the single values of a curve from its variables at its end."""
     last, mu_static = {role: v[-1].item() for role, v in end.items()}, np.nan
     if p.row is not None:
         pt = p.row.point(p.x0, p.law, FLOAT)

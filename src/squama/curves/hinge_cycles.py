@@ -1,4 +1,4 @@
-"""Loading, unloading and reversal of hinged scales: how far a beam is followed, the states on the way, its loops.
+"""Loading, unloading and reversal of scales on hinges: allowed range, states along a history, its loops.
 
 The inclination is a function of the load, so each way is evaluated from the solved paths of the two senses
 (:mod:`squama.model.history`).
@@ -27,7 +27,7 @@ from squama.people import at_most, per_pitch
 from squama.types import Array
 
 STRAIGHT = 4
-"""A straight part has this many times fewer points than a part in contact."""
+"""Ratio of the points on a part in contact to those on a part without contact."""
 BRANCHES = ("straight", "loading", "unloading", "stick")
 _ALONG = (
     "branch",
@@ -60,7 +60,7 @@ _BEYOND = {
 class Senses(NamedTuple):
     """Both senses of loading of a beam, by "+" and "-": solved paths, sides in contact, largest load angles allowed.
 
-    ``faces``: on how many of the bar's faces scales do the same, where those of two do not act one at a time.
+    ``faces``: number of the bar's faces whose scales act together; 1 if two faces act in turn.
     """
 
     case: Case
@@ -72,11 +72,11 @@ class Senses(NamedTuple):
 
     @property
     def bar(self) -> float:
-        """Rigidity of the bar without contact over K_theta d of what touches."""
+        """Rigidity of the bar without contact over K_theta d of the scales in contact."""
         return self.case.rigidity / (self.faces * self.case.stiffness * self.case.pitch)
 
     def place(self, sign: str, load: float) -> float:
-        """Path parameter at a load angle (magnitude, beyond engagement)."""
+        """Return the path parameter at a load angle (a magnitude beyond engagement)."""
         p = self.paths[sign]
         return float(p._replace(x_end=p.x_c).place(np.array([load]))[0])
 
@@ -84,7 +84,8 @@ class Senses(NamedTuple):
 def senses(beam: Beam, load: str, mu: float, law: str, margin: float, ideal: bool = True) -> Senses:
     """Solve a beam in both senses of loading.
 
-    Of scales on both faces one acts at a time, or both do the same: where the other face's touch too, the path ends.
+    With scales on both faces either one face acts at a time, or both act alike; the path ends where the other face
+    touches too.
     """
 
     def path(end: float) -> Path:
@@ -107,7 +108,7 @@ def senses(beam: Beam, load: str, mu: float, law: str, margin: float, ideal: boo
 
 
 def walk(analysis: Analysis) -> States:
-    """Return the states along a history, its loops, and what holds for each sense."""
+    """Return the states along a history, its loops, and the values for each sense."""
     values = analysis.way.values
     both = senses(
         analysis.beam, analysis.way.load.name, float(analysis.mus), analysis.law, analysis.margin, analysis.ideal
@@ -122,7 +123,7 @@ def walk(analysis: Analysis) -> States:
 
 
 def check(values: list[float], found: Senses) -> None:
-    """Refuse the first twist beyond the largest that is allowed, or at which the scales do not slide back."""
+    """Refuse the first twist beyond the allowed range, or one from which the scales do not slide back."""
     ways = set()
     for i, value in enumerate(values):
         sign = "-" if value < 0 else "+"
@@ -134,7 +135,7 @@ def check(values: list[float], found: Senses) -> None:
 
 
 def _beyond(found: Senses, sign: str) -> tuple[str, str]:
-    """Say what ends the path, and what to give instead."""
+    """Return the reason of a path's end, and the remedy, for a message."""
     p, most = found.paths[sign], found.most[sign]
     minus = "-" if sign == "-" else ""
     here, end = (f"{minus}{per_pitch(angle, 6)}" for angle in (most, p.load_end))
@@ -167,10 +168,10 @@ def _slides_back(start: float, stop: float, found: Senses) -> None:
 
 
 def _of_sense(senses: Senses, sign: str) -> dict[str, float | int | str]:
-    """Return what holds for a sense, by role."""
+    """Return the single values for a sense, by role."""
     p, jam = senses.paths[sign], math.inf
     if (side := senses.sides.get(sign)) is not None and (x := history.jam(side, senses.bar)) is not None:
-        # from there on a beam that is let go does not come back
+        # beyond this a released beam does not return
         jam = float(side.row.point(x, side.law, FLOAT).load)
     return {
         "sense": sign,
@@ -185,7 +186,7 @@ def _of_sense(senses: Senses, sign: str) -> dict[str, float | int | str]:
 
 
 class _Piece(NamedTuple):
-    """Part of a way in one state: signed load angles of its ends; ``sign`` of the contact, "" where there is none."""
+    """Part of a way in one state: signed load angles of its ends; ``sign`` of the contact, "" for none."""
 
     start: float
     stop: float
@@ -193,7 +194,7 @@ class _Piece(NamedTuple):
 
 
 def _pieces(senses: Senses, start: float, stop: float) -> list[_Piece]:
-    """Split the way from one load angle to another where contacts engage or open."""
+    """Return the parts of the way from one load angle to another, divided where contacts engage or open."""
     cuts = [s * p.load_e for s, p in ((1, senses.paths["+"]), (-1, senses.paths["-"]))]
     inside = sorted((c for c in cuts if min(start, stop) < c < max(start, stop)), reverse=stop < start)
     ends = [start, *inside, stop]
@@ -206,7 +207,7 @@ def _pieces(senses: Senses, start: float, stop: float) -> list[_Piece]:
 
 
 def _along(senses: Senses, values: list[float], points: int) -> dict[str, Array]:
-    """Return every variable along the history, by role."""
+    """Return the variables along the history, by role."""
     turns, parts = set(history.reversals(values)), []
     done = 0.0
     known: dict[_Piece, dict[str, Array]] = {}
@@ -226,7 +227,7 @@ def _along(senses: Senses, values: list[float], points: int) -> dict[str, Array]
 
 
 def _evaluate(senses: Senses, piece: _Piece, points: int) -> dict[str, Array]:
-    """Every variable on a part of the way, ends included."""
+    """Return the variables on a part of the way, ends included."""
     way = 1 if abs(piece.stop) > abs(piece.start) else -1
     sign = -1 if piece.sign == "-" else 1
     n = points if piece.sign else max(2, points // STRAIGHT)
@@ -251,13 +252,13 @@ def _evaluate(senses: Senses, piece: _Piece, points: int) -> dict[str, Array]:
 
 
 def _loops(senses: Senses, values: list[float]) -> dict[str, Array]:
-    """Return the figures of every closed loop, by role."""
+    """Return the single values of every closed loop, by role."""
     figures = functools.cache(lambda base, top: _figures(senses, base, top))
     return loop_table([figures(loop.base, loop.top) for loop in history.loops(values)])
 
 
 def _figures(senses: Senses, base: float, top: float) -> list[float]:
-    """Return the figures of a loop from its way there and back, two points for each part."""
+    """Return the single values of a loop from its way there and back, with two points for each part."""
     there, back = (
         [(piece, _evaluate(senses, piece, 1)) for piece in _pieces(senses, *ends)]
         for ends in ((base, top), (top, base))

@@ -1,4 +1,4 @@
-"""Polygons in the plane of bend and twist, of thin, rigid scales on hinges: states in SI units, and events."""
+"""Paths in the plane of bend and twist for thin, rigid scales on hinges: states in SI units, and events."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from squama.model.screw_path import Design, Piece, follow
 from squama.types import Array
 
 FEWEST = 4
-"""Points of a piece at least, both its ends among them."""
+"""Smallest number of points of a piece, both ends included."""
 SOFT = "contact {} bears on the root of the next scale, where a real bar bulges"
 SAMPLES, HALVINGS = 32, 8
-"""Places on the way to a state of a plane at which a lock is looked for, and how often it is then closed in on."""
+"""Samples on the way to a state of a plane in the search of a lock, and halvings that locate it."""
 _NEXT = "on hinges the next scale's eight contacts are looked at; other pairs of plates are not"
 _SAME = 1e-9
-"""Places of a way that are one but for rounding."""
+"""Difference of places on a way that is due to rounding."""
 
 
 class Span(NamedTuple):
@@ -46,12 +46,12 @@ class Span(NamedTuple):
 
     @property
     def contacts(self) -> tuple[str, ...]:
-        """What touches on each face."""
+        """Contact on each face."""
         return tuple(piece.contact for piece in self.pieces)
 
 
 def polygon(analysis: Analysis) -> States:
-    """Return the states along a way, its events, and how it ends; of one on which a load is free those alone."""
+    """Return the states along a way, its events, and its end; with a free load those of :func:`relax`."""
     if analysis.way.free is not None:
         return relax(analysis, analysis.way.free)
     beam, spans = analysis.beam, _spans(analysis)
@@ -80,7 +80,7 @@ def polygon(analysis: Analysis) -> States:
 
 
 def _spans(analysis: Analysis) -> list[Span]:
-    """Follow a path on every face, up to where the first of them ends."""
+    """Return the parts of a path with scales on every face, up to where the first face ends."""
     design, faces = of(analysis, float(analysis.mus)), []
     for bend, twist in both_faces.views(analysis.beam):
         pieces = list(follow(design, [(bend * psi, twist * phi) for psi, phi in analysis.way.corners]))
@@ -106,7 +106,7 @@ def _spans(analysis: Analysis) -> list[Span]:
 
 
 def of(analysis: Analysis, mu: float) -> Design:
-    """Return the ratios of a beam."""
+    """Return the design of a beam with the friction ``mu``."""
     beam = analysis.beam
     return Design(**beam.ratios, mu=mu, y_n=neutral_height(beam.neutral, beam.lam))
 
@@ -118,7 +118,7 @@ def soft(pieces: Sequence[Piece]) -> list[str]:
 
 
 def _place(analysis: Analysis, span: Span, x: float) -> dict[str, float]:
-    """Return where a span is at a place on its way."""
+    """Return bend, twist and inclination of a span at a place on its way."""
     piece, d = span.pieces[0], analysis.beam.pitch
     psi, phi = (float(v) for v in piece.leg.loads(np.asarray(x)))
     theta = float(piece.states(np.array([x]))["theta"][0])
@@ -126,14 +126,17 @@ def _place(analysis: Analysis, span: Span, x: float) -> dict[str, float]:
 
 
 def _evaluate(analysis: Analysis, span: Span, done: float) -> dict[str, Array]:
-    """Return every variable on a span, ends (the cut-off before a lock) included."""
+    """Return the variables on a span, ends (the cut-off before a lock) included.
+
+    ``done``: frictional work before it, J/m.
+    """
     beam, mu, x0, x1 = analysis.beam, float(analysis.mus), span.x0, span.x1
     d, K = beam.pitch, beam.joint_stiffness
     if span.end in (End.FRICTIONAL, End.KINEMATIC):
         locks = [p for p in span.pieces if p.end == span.end]
         start, stop, unbounded = np.array([x0]), np.array([x1]), np.array([True])
         x1 = min(float(energy.cutoff(p, start, stop, unbounded, analysis.margin)[0]) for p in locks)
-    # what locks as soon as it touches or turns has no forces
+    # a contact that locks at engagement or at a reversal has no forces
     w = np.linspace(0, 1, max(FEWEST, round(analysis.points * (span.x1 - x0)))) if x1 > x0 else np.zeros(0)
     # closer together where the curve steepens
     x = x0 + (x1 - x0) * (1 - (1 - w) ** 2 if span.end else w)
@@ -155,7 +158,7 @@ def in_si(
     states: Sequence[Mapping[str, Array]],
     W_fr: Array,
 ) -> dict[str, Array]:
-    """Give states of all faces their units, with the bar's part, energies and RED."""
+    """Return the states of all faces in SI units, with the bar's part, energies and RED."""
     beam = analysis.beam
     d, K = beam.pitch, beam.joint_stiffness
     kappa, Phi = psi / d, phi / d
@@ -186,13 +189,13 @@ def in_si(
 
 
 def _of_scale(analysis: Analysis, state: Mapping[str, Array]) -> dict[str, Array]:
-    """Return the figures of a scale with their units."""
+    """Return the variables of a scale in SI units."""
     N = analysis.beam.joint_stiffness / analysis.beam.pitch * state["N"]
     return {"theta": state["theta"], "N": N, "f": float(analysis.mus) * N, "mu_lock": state["mu_lock"]}
 
 
 def relax(analysis: Analysis, free: int) -> States:
-    """Return the states of one load imposed and the other left free (axis ``free``), up to where it has no value."""
+    """Return the states with one load imposed and the other free (axis ``free``), as far as there is a solution."""
     beam = analysis.beam
     load = LOADS["twisting" if free else "bending"]
     K, d = beam.joint_stiffness, beam.pitch
@@ -222,11 +225,11 @@ def relax(analysis: Analysis, free: int) -> States:
 
 
 def _events(analysis: Analysis, spans: Sequence[Span], parts: Sequence[dict[str, Array]]) -> dict[str, Array]:
-    """Return what happens at the ends of spans, where, and by how much M and T jump there."""
+    """Return the events at the ends of spans, their places, and the jumps of M and T."""
     rows: list[dict[str, float | int | str]] = []
     for i, span in enumerate(spans):
         after = spans[i + 1] if i + 1 < len(spans) else None
-        # no force where scales come together or part
+        # no force jumps where scales engage or part
         held = after and parts[i + 1]["M"].size and any(map(min, zip(span.contacts, after.contacts, strict=True)))
         jumps = {f"{v}_jump": float(parts[i + 1][v][0] - parts[i][v][-1]) if held else 0.0 for v in ("M", "T")}
         places = {f"{name}_event": v for name, v in _place(analysis, span, span.x1).items()}
@@ -235,7 +238,7 @@ def _events(analysis: Analysis, spans: Sequence[Span], parts: Sequence[dict[str,
 
 
 def _words(span: Span, after: Span | None) -> str:
-    """Say what happens at the end of a span."""
+    """Return the event at the end of a span in words."""
     if after is None:
         return str(span.end or End.RANGE)
     found = []
@@ -246,7 +249,7 @@ def _words(span: Span, after: Span | None) -> str:
 
 
 def plane(analysis: Analysis, psi: Array, phi: Array) -> States:
-    """Return the states at bends and twists (n,), each straight from rest, or what ends the way there."""
+    """Return the states at bends and twists (n,), each straight from rest, or the end of the way there."""
     beam, mu, height = analysis.beam, float(analysis.mus), neutral_height(analysis.beam.neutral, analysis.beam.lam)
 
     def at(w: Array, which: Array) -> Combined:

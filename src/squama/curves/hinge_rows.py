@@ -1,4 +1,4 @@
-"""A row of N scales on hinges: rigid scales that turn about their base lines only.
+"""A row of N scales on hinges: rigid scales that only turn about their base lines.
 
 It is the row of :mod:`squama.curves.rows` with all other motions blocked, in units of K_theta and the pitch.
 """
@@ -25,11 +25,11 @@ GIVES = (
     *("pull_out", "tab_force", "tab_bending", "tab_torsion", "U_joint", "U_plate", "U_bar", "load_bent"),
     *("u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z"),
 )
-"""Figures of scales that give in all motions, or bend."""
+"""Variables of compliant joints and elastic scales, which rows on hinges leave out."""
 
 
 def solve(analysis: Analysis) -> tuple[list[Loaded], States]:
-    """Return rows up to the asked twist, or to the cut-off of the endless beam's curve; all their cells are alike."""
+    """Return rows up to the requested twist, or to the cut-off of the endless beam's curve, with equal cells."""
     mus = np.atleast_1d(analysis.mus)
     return [_solved(analysis, float(mu)) for mu in mus], States({}, {"margin": analysis.margin})
 

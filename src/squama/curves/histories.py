@@ -1,4 +1,4 @@
-"""The door of histories: from a beam and the twists that it goes through to its loops, as a dataset."""
+"""Public function ``cycle``: loading and unloading of a beam along a history of twists, as a dataset."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST = 1_000_000
-"""Most points of a history."""
+"""Largest number of points of a history."""
 
 
 def cycle(
@@ -43,9 +43,9 @@ def cycle(
     beam
         The beam.
     twist
-        Twists one after the other, from rest at 0: rates in rad/m or texts such as "0.2 rad/pitch", or one text as
-        "0, 0.15, 0.05, 0.2, 0 rad/pitch". A single twist is gone to and back. Negative: the other sense. In bending
-        curvatures, positive towards the scales.
+        Twists in succession, from rest at 0: rates in rad/m or text such as "0.2 rad/pitch", or one text such as "0,
+        0.15, 0.05, 0.2, 0 rad/pitch". A single twist is reached and released again. Negative twists are in the other
+        sense. In bending: curvatures, positive towards the scales.
     mu
         Coefficient of friction; the beam's own if not given.
     law
@@ -53,17 +53,17 @@ def cycle(
     load
         "twisting" or "bending".
     margin
-        How near to a lock a history may go: fraction of the path left.
+        Smallest allowed distance from a lock, as a fraction of the path.
     points
-        Number of points in contact of each way between two twists; a straight part has a quarter of it.
+        Number of points in contact on each way between two twists; a part without contact has a quarter of it.
     loops
         How many times the history is followed.
     joint
-        "compliant" or "hinge", as in :func:`squama.twist`, in bending as in :func:`bend`.
+        "compliant" or "hinge", as in :func:`squama.twist`, in bending as in :func:`squama.bend`.
     ideal, hold
-        Thin, rigid scales, and strains that a guide holds, as in :func:`squama.twist`.
+        Thin, rigid scales, and held strains, as in :func:`squama.twist`.
     ends
-        Of a beam with a number of scales, as in :func:`squama.twist`; figures of a scale then have the dimension
+        Ends of a beam with a number of scales, as in :func:`squama.twist`; variables of a scale then have the dimension
         ``scale``.
 
     Returns
@@ -76,9 +76,9 @@ def cycle(
         ``W_d``, ``U_max``, ``zeta_eq``, ``K_sec``, ``T_drop`` (NaN of N scales, which slide back one by one),
         ``phi_residual``. Dimension ``sense``: ``phi_e``,
         ``phi_most``, ``phi_jam``, ``phi_end``, ``end``, ``other_contact``, ``neighbour``. In bending ``psi``,
-        ``kappa``, ``M``, ``K_b``, ``r``. With the compliant joint every turning point stands once, "stick" are the
-        points until the contact slides back, ``phi_most`` and ``phi_jam`` are not there, ``W_snap`` is;
-        ``energy_error``: work that is neither stored, rubbed away nor lost in snaps, relative to W_fr.
+        ``kappa``, ``M``, ``K_b``, ``r``. With the compliant joint every turning point appears once, "stick" marks the
+        points until the contact slides back, ``phi_most`` and ``phi_jam`` are left out, ``W_snap`` is added;
+        ``energy_error``: work neither stored, dissipated by friction nor lost in snaps, over the larger energy.
         See docs, theory: cycles.
 
     Raises
@@ -109,7 +109,7 @@ def cycled(
     ends: str | None = None,
     **how: Unpack[How],
 ) -> Answer:
-    """Return what :func:`cycle` returns, before it is a dataset."""
+    """Return the result of :func:`cycle` before it is a dataset."""
     arguments.beam(beam)
     kind = arguments.load(load)
     way = given.history(twist, beam, kind, arguments.whole("loops", loops, 1, 1e4))

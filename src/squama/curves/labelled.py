@@ -1,4 +1,4 @@
-"""Labelled results before they are an ``xarray.Dataset``: a command that prints a few figures need not load xarray."""
+"""Labelled results before they are an ``xarray.Dataset``, so that commands that print a few numbers need no xarray."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ _SYMBOLS = {name: i for i, name in enumerate(SYMBOLS)}
 
 
 MEAN = ("theta", "phi_cell", "psi_cell", "chi_cell", "stretch_cell")
-"""Figures of N scales whose mean is told of a curve; of others the largest."""
+"""Variables of N scales shown by their mean along a curve; others are shown by the largest value."""
 
 
 class Labelled(NamedTuple):
-    """Values with the names of their dimensions and their attributes."""
+    """Values with the names of their dimensions, and their attributes."""
 
     dims: tuple[str, ...]
     values: Array
@@ -41,9 +41,9 @@ class Labelled(NamedTuple):
 
 
 class Answer:
-    """Variables of a response by name, and attributes of the whole; ``answer["T"]`` are the values of one.
+    """Variables of a response by name, and attributes of the whole; ``answer["T"]`` are the values of T.
 
-    ``mu`` is a coordinate: one number, or the dimension of a family of curves; ``over``: the coordinates of the points.
+    ``mu`` is a coordinate: one number, or the dimension of a family of curves; ``over``: coordinates of the points.
     """
 
     def __init__(self, variables: dict[str, Labelled], attrs: dict[str, Any], over: tuple[str, ...] = ()) -> None:
@@ -60,13 +60,13 @@ class Answer:
 
     @property
     def figures(self) -> dict[str, Array]:
-        """Single figures of each curve, by name."""
+        """Single values of each curve, by name."""
         found = self.variables.items()
         return {name: v.values for name, v in found if "point" not in v.dims and name not in ("mu", "scale")}
 
     @property
     def curves(self) -> dict[str, Array]:
-        """Variables along the curves, by name: of N scales the mean inclination, and the largest of other figures."""
+        """Variables along the curves, by name; for N scales the mean inclination, the largest of other variables."""
         return {name: self.along(name) for name, v in self.variables.items() if "point" in v.dims}
 
     @property
@@ -90,7 +90,7 @@ class Answer:
         return Answer(one, self.attrs, self.over)
 
     def dataset(self) -> xr.Dataset:
-        """Return the same as an ``xarray.Dataset``."""
+        """Return the response as an ``xarray.Dataset``."""
         import xarray as xr
 
         names = [*self.over, "mu"]
@@ -99,10 +99,10 @@ class Answer:
 
 
 def _labelled(load: Load, states: States, mus: Array, page: str) -> dict[str, Labelled]:
-    """Return the variables of states: names by the load's table, units and words by that of symbols.
+    """Return the variables of states with names from the load's table, units and words from that of symbols.
 
-    Equations are the paper's where that twists hinges, else those of a page of the theory. Along a curve the load comes
-    first, then its torque or moment and stiffness, then the others in the order of the symbols.
+    Equations are the paper's for twisting on hinges, else those of a ``page`` of the theory. Along a curve the load
+    comes first, then its torque or moment and stiffness, then the others in the order of the symbols.
     """
     by_dim = [*states.by_dim.items(), (("mu",) * mus.ndim, {"mu": mus})]
     found = {}
@@ -117,7 +117,7 @@ def _labelled(load: Load, states: States, mus: Array, page: str) -> dict[str, La
 
 
 def _place(first: tuple[str, ...], role: str, name: str) -> tuple[int, int]:
-    """Return the place of a variable: first the load and what answers to it, by role, then by its symbol."""
+    """Return the sort key of a variable: load and response first, by role, then by its symbol."""
     return first.index(role) if role in first else len(first), _SYMBOLS[name]
 
 
@@ -131,10 +131,10 @@ def answer(
     sense: str = "+",
     page: str | None = None,
 ) -> Answer:
-    """Return what a model's states say under their names, with what every answer says of the beam and of its loading.
+    """Return a model's states as labelled variables, with the attributes common to all results.
 
-    ``attrs``: more attributes, before those of the states; ``load``: by which names are given, that of the way if not
-    given; ``sense``: in which a beam is loaded; ``page`` of the theory, for equations, that of the model if not given.
+    ``attrs``: further attributes, before those of the states; ``load``: the load whose names are used, by default that
+    of the way; ``sense`` of the load; ``page`` of the theory for equations, by default the model's.
     """
     load, joint, beam = load or analysis.way.load, analysis.joint, analysis.beam
     model = MODELS[joint]

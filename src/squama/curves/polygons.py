@@ -1,4 +1,4 @@
-"""The doors to bending and twisting at once: from a beam and a path in words and units to a dataset."""
+"""Public functions of bending and twisting at once: ``bend_twist`` along a path, ``bend_twist_map`` in the plane."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 ROOM = 0.15
-"""Room around a path on a map of its plane, as a part of the path's size."""
+"""Margin around a path on the map of its plane, as a share of the path's size."""
 _BOTH = "bending and twisting"
 
 
@@ -40,47 +40,45 @@ def bend_twist(
     free: LoadName | None = None,
     ends: EndsName | None = None,
 ) -> xr.Dataset:
-    """Bend and twist a beam along a path: moment, torque, inclination, forces and energies, and what happens on it.
+    """Bend and twist a beam along a path: moment, torque, inclination, forces, energies, and a list of events.
 
-    Thick, elastic scales on the compliant joint by default, as :func:`twist`, with every contact of its scales. On the
-    hinge thin, rigid scales, both plates of every pair looked at (docs, theory: bending and twisting). A beam with a
-    number of scales has all of them, on hinges it is endless.
+    The default model has thick, elastic scales on compliant joints, as :func:`twist`, with every contact of its scales.
+    On hinges the scales are thin and rigid, and both plates of every pair are checked for contact (docs, theory:
+    bending and twisting). A beam with a number of scales has all of them; on hinges it is endless.
 
     Parameters
     ----------
     beam
         The beam.
     path
-        Where to go from rest, one after the other and straight: text such as "bend 5 rad/m; twist 8 rad/m", a semicolon
-        between ways, a comma between what changes on one way ("bend 5 rad/m, twist 8 rad/m" is a ray); what one way
-        does not name stays as it is, what none of them names is free unless it is held. Bends are positive towards the
-        scaled face; both may be negative. Or pairs (curvature, twist rate) in rad/m or as texts.
+        Straight ways from rest, in succession: text such as "bend 5 rad/m; twist 8 rad/m", with semicolons between ways
+        and commas between loads that change together ("bend 5 rad/m, twist 8 rad/m" is a ray). A load that a way does
+        not name keeps its value; a load that no way names is free unless it is held. Bends are positive towards the
+        scaled face; both loads may be negative. Alternatively pairs (curvature, twist rate) in rad/m or as text.
     mu
         Coefficient of friction; the beam's own if not given.
     margin
         As in :func:`twist`.
     points
-        Points of each way, on the hinge one more for each change of contact on it at least.
+        Number of points of each way; on hinges at least one more for each change of contact.
     joint
-        "compliant" or "hinge", as in :func:`twist`; "hinge" if not given where ``neutral="face"`` or ``free`` mean it,
-        or where the joint is not known in bend (a warning says so).
+        "compliant" or "hinge", as in :func:`twist`. "hinge" is the default with ``neutral="face"`` or ``free``, and
+        where the joint's stiffness in bending is unknown (with a warning).
     ideal
-        Thin, rigid scales, as in :func:`twist`; the hinge has no others here.
+        Thin, rigid scales, as in :func:`twist`; here hinges have no other scales.
     neutral
-        Which line of the bar keeps its length: "free" (none, there is no axial force: the compliant joint's default) or
-        "middle"; on the hinge "middle" (the default) or "face" (that of the scales, as the theory of bending alone
-        takes it).
+        Line of the bar that keeps its length: "free" (none: no axial force; default of the compliant joint) or
+        "middle"; on hinges "middle" (default) or "face" (that of the scales, as in the theory of bending alone).
     hold
-        What is held of that which the path does not name, as in :func:`twist`.
+        Held strains among those that the path does not name, as in :func:`twist`.
     free
-        Of the hinge:
-        "twisting" leaves the twist of a beam that is bent free, "bending" the bend of one that is twisted: its moment
-        is zero, the bar's and the scales' together. One way from rest, without friction (``mu=0``), on the next scale's
-        eight contacts alone; contacts that share the force have both names ("BF+TS"), events are at the next point.
+        For hinges: "twisting" leaves the twist of a bent beam free, "bending" the bend of a twisted one; the sum of the
+        bar's and the scales' moment is zero. For one way from rest, without friction (``mu=0``), with the next scale's
+        eight contacts alone. Contacts that share the force have both names ("BF+TS"); events are at the next point.
     ends
-        Of a beam with a number of scales, as in :func:`twist`: "free" (the path is the mean bend and twist of the
-        cells, by one moment and one torque in all cells), "equal" or "endless"; "gripped" or "couple" where
-        the path names the twist alone.
+        Ends of a beam with a number of scales, as in :func:`twist`: "free" (the path is the mean bend and twist of the
+        cells, with the same moment and torque in all cells), "equal" or "endless"; "gripped" or "couple" if the path
+        names the twist alone.
 
     Returns
     -------
@@ -88,15 +86,15 @@ def bend_twist(
         Dimension ``point``: ``kappa``, ``Phi``, ``psi``, ``phi``, ``M``, ``T``, their parts of the scales, ``theta``,
         ``contact`` (docs, theory), ``N``, ``f``, ``U_el``, ``W_fr``, ``RED``, ``leg``; on the compliant joint
         ``stretch``, motions, stress and the like of :func:`twist`; of the hinge ``mu_lock`` along the way, and each
-        change of contact and each corner twice, before and after. Dimension ``event``: what happens, where, and on the
-        hinge by how much M and T jump. Single figures: ``end``, ``psi_e``, ``phi_e``, ``psi_end``, ``phi_end``,
+        change of contact and each corner twice, before and after. Dimension ``event``: events, their places, and on the
+        hinge the jumps of M and T. Single figures: ``end``, ``psi_e``, ``phi_e``, ``psi_end``, ``phi_end``,
         ``theta_end``, ... Attributes: ``joint``, ``scales``, ``joint_source``, ``neutral``.
 
-        A beam with a number of scales has the figures of each and the strains of the cells along ``scale``, as in
+        A beam with a number of scales has variables of each scale and the strains of the cells along ``scale``, as in
         :func:`twist`; ``M_periodic``, ``T_periodic`` and ``theta_periodic`` are of the endless beam, ``contact`` has
-        every pair that touches once, ``event_scale`` is the scale whose contact it is (0: the whole beam). With scales
-        on both faces ``contact_other``, ``theta_other``, ``N_other``, ``stress_other`` and the like are of the other
-        face: a stress that is held against a strength is the larger of the two.
+        every pair in contact once, ``event_scale`` is the scale of the event (0: the whole beam). With scales
+        on both faces ``contact_other``, ``theta_other``, ``N_other``, ``stress_other`` and the like are of the second
+        face; compare the larger of the two stresses with a strength.
 
     Raises
     ------
@@ -128,7 +126,7 @@ def bent_and_twisted(
     ends: str | None = None,
     **how: Unpack[How],
 ) -> Answer:
-    """Return what :func:`bend_twist` returns, before it is a dataset."""
+    """Return the result of :func:`bend_twist` before it is a dataset."""
     arguments.beam(beam)
     analysis = doors.analysis(beam, given.path(path, beam), None, points=points, free=free, **how)
     if free is not None:
@@ -143,7 +141,7 @@ def bent_and_twisted(
 
 
 def _freed(free: str, analysis: Analysis) -> Analysis:
-    """Return the analysis with a load left free, checked against the rest."""
+    """Return the analysis with a load left free; refuse arguments that exclude it."""
     axis, mu = LOADS[arguments.one_of("free", free, tuple(LOADS))].axis, float(analysis.mus)
     only_one(analysis.beam.faces, "a load that is left free")
     if mu:
@@ -175,14 +173,14 @@ def bend_twist_map(
         As in :func:`bend_twist`; the map is the box around rest and its corners, with some room. A ray such as
         "bend 8 rad/m, twist 10 rad/m" names the far corner.
     points
-        Points each way.
+        Number of points in each direction.
 
     Returns
     -------
     xarray.Dataset
         Over ``psi`` and ``phi`` (rad per pitch; ``kappa``, ``Phi`` in rad/m along them): ``state`` ("open", "sliding",
-        or what ends the way to it, such as "frictional lock", "no equilibrium"), ``contact``, ``theta``, ``N``, ``M``,
-        ``T`` and the scales' parts of them, NaN where the way ends before; on hinges ``mu_lock``, too. Attributes as of
+        or the end of the way to it, such as "frictional lock", "no equilibrium"), ``contact``, ``theta``, ``N``, ``M``,
+        ``T`` and the scales' parts of them, NaN where the way ends before; on hinges also ``mu_lock``. Attributes as in
         :func:`bend_twist`.
 
     Raises

@@ -1,7 +1,8 @@
-"""A beam of N scales under one load, in SI units: its ends lack a neighbour, and each cell may have its own strains.
+"""A beam of N scales under one load, in SI units: its end scales lack a neighbour, cells may have own strains.
 
-All cells bear one torque or moment, or a couple at the ends, or the ends stay on one axis between grips, or all cells
-have the same strains (:data:`squama.loads.ENDS`). Scales may touch anywhere, with several contacts at once.
+All cells bear the same torque or moment, or there is a couple at the ends, or the ends stay on one axis between grips,
+or all cells have the same strains (:data:`squama.loads.ENDS`). Scales may touch anywhere, with several contacts at
+once.
 """
 
 from __future__ import annotations
@@ -31,20 +32,21 @@ from squama.units import number
 CELLS = "psi_cell", "phi_cell", "chi_cell", "stretch_cell"
 CARRIED = "M_cell", "T_cell", "M_lat_cell", "P_cell"
 GRIPPED_MOST = 60
-"""Most scales between grips, or under a couple: each engages on its own, and time grows as the square of their number.
+"""Largest number of scales between grips or under a couple: each engages on its own, and time grows as the square of
+their number.
 """
 ANGLES, BOWED = 3, 0.25
-"""Strains of a cell that are angles, and bow from end to end, rad: from about there on a couple differs by 5 %."""
+"""Number of a cell's strains that are angles; bow from end to end, rad, from which on a couple differs by about 5 %."""
 _MANY = 20_000
 _UNKNOWN = ("slip", "contact", "mu_lock")
-"""Figures of a scale that a row does not tell."""
+"""Variables of a scale that a row leaves out."""
 
 
 class Row(NamedTuple):
-    """Ends of a kind of a beam with a number of scales, and the same beam without ends.
+    """Kind of ends of a beam with a number of scales, and the same beam without ends.
 
-    ``left``: roles that are not told, of scales on hinges: those are known to touch by tip edges on side edges.
-    ``within``: twist or bend of a cell, rad per pitch, before which the curve ends.
+    ``left``: roles left out, for scales on hinges, which touch by tip edges on side edges. ``within``: twist or bend of
+    a cell, rad per pitch, at which the curve ends.
     """
 
     kind: int
@@ -61,8 +63,8 @@ class Row(NamedTuple):
 class Told(NamedTuple):
     """States of a beam at load angles (n,), by role: of the beam, and of each scale (n, scales).
 
-    ``own`` has a figure of the scales too: the mean inclination, and the largest of others. ``met``: load angles at
-    engagement; ``bent``: where scales are bent beyond the plate model; ``ended``: where the states end.
+    ``own`` also has the scales' variables: the mean inclination, and the largest of others. ``met``: load angles of
+    engagement; ``bent``: load angle at which scales are bent beyond the plate model; ``ended``: load angle of the end.
     """
 
     own: dict[str, Array]
@@ -75,7 +77,7 @@ class Told(NamedTuple):
 
 
 def told(one: compliant.Path, load: Load, ends: Row, at: Array) -> Told:
-    """Follow a beam of N scales to load angles (n,) from 0 on, NaN beyond its end."""
+    """Return the states of N scales at load angles (n,) from 0 on, NaN beyond the end."""
     n, sign = one.beam.pitches, sum(one.toward)
     track = ends.track(one, load, at)
     points = len(track.rows)
@@ -97,7 +99,7 @@ def told(one: compliant.Path, load: Load, ends: Row, at: Array) -> Told:
 
 
 def _whole(v: Array, n: int) -> Array:
-    """Return values at the first of n points as at all of them: NaN beyond their end."""
+    """Return values at the first of n points, extended to all of them by NaN."""
     out = np.full((n, *v.shape[1:]), np.nan)
     out[: len(v)] = v
     return out
@@ -108,9 +110,8 @@ def of_scales(
 ) -> tuple[dict[str, Array], dict[str, Array]]:
     """Return variables of the whole row (points,) and of each scale (points, scales) in SI units, by role.
 
-    By name where bend and twist are loads and there is no one ``load``. ``strains`` (points, 2): bends and twists,
-    where those are imposed; ``turned``: sign of the twist (points,), that of
-    the way if it is not given.
+    By name without a single ``load``, where bend and twist are both loads. ``strains`` (points, 2): imposed bends and
+    twists; ``turned``: sign of the twist (points,), by default that of the way.
     """
     points, n = track.held.shape
     flat, sign, known = track.rows.reshape(points * n, -1), sum(one.toward) or 1.0, np.repeat(strains, n, axis=0)
@@ -124,7 +125,7 @@ def of_scales(
     each = {role: v for role, v in every.items() if role in OF_A_SCALE and role not in _UNKNOWN}
     each["Q"] = track.held * one.unit_moment
     for role in {"scales", "T_scales", "M_scales"} & along.keys():
-        # before contact what is left of the torque is rounding
+        # before contact the scales' torque is rounding
         along[role][(each["N"].sum(axis=1) == 0) & (each["Q"].sum(axis=1) == 0)] = 0.0
     for role in ("N", "f", "f0"):
         # the last scale has no neighbour to touch
@@ -148,7 +149,7 @@ def check_ends(kind: int | None, held: compliant.Held, n: int) -> None:
 
 
 def beyond(track: Track, far: float, *loads: Load) -> tuple[str, ...]:
-    """Say where cells twist or bend farther than the model was compared with, and their mean ``far`` does not."""
+    """Return notes where cells twist or bend beyond the model's range while their mean ``far`` does not."""
     if far > compliant.STRAIN_LIMIT or not track.cells.size:
         return ()
     found = []
@@ -168,12 +169,12 @@ def beyond(track: Track, far: float, *loads: Load) -> tuple[str, ...]:
 
 
 def remarks(track: Track, far: float, kind: int, load: Load) -> tuple[str, ...]:
-    """Say what cells strained as by :func:`beyond`, and free ends that turn far, mean for a row under one load."""
+    """Return the notes of :func:`beyond`, and on free ends that turn far, for a row under one load."""
     return (*beyond(track, far, load), *_bowed(track, kind, load))
 
 
 def _bowed(track: Track, kind: int, load: Load) -> tuple[str, ...]:
-    """Say that a beam with free ends bows so far that a couple on its ends would be another load."""
+    """Return a note if a beam with free ends bows so much that a couple at its ends would be another load."""
     if kind != LOOSE or not track.cells.size:
         return ()
     others = [e for e in range(ANGLES) if e != load.axis]
@@ -186,9 +187,9 @@ def _bowed(track: Track, kind: int, load: Load) -> tuple[str, ...]:
 
 
 def cells_of(one: compliant.Path, track: Track, kind: int, *loads: Load) -> dict[str, Array]:
-    """Return strains of each cell, and what it carries of moments and forces that hold it, in SI units by role.
+    """Return the strains of each cell, and the moments and forces that hold it, in SI units by role.
 
-    ``loads`` are the same in all cells, unless between grips or under a couple.
+    ``loads`` are the same in all cells, except between grips or under a couple.
     """
     free, d = one.held.free, one.beam.pitch
     senses = (1.0, one.toward[1] or 1.0, 1.0, 1.0)
@@ -206,12 +207,12 @@ def cells_of(one: compliant.Path, track: Track, kind: int, *loads: Load) -> dict
 
 
 def _apart(one: compliant.Path, track: Track) -> bool:
-    """Say whether nothing ever touches."""
+    """Return whether scales never touch."""
     return one.contact(0).first == -1 and math.isinf(track.engaged) and track.end.code == increments.RANGE
 
 
 def _figures(one: compliant.Path, track: Track, ends: Row, load: Load) -> dict[str, float | int | str]:
-    """Return the single figures that a row has beside those of every curve, by role."""
+    """Return the single values of a row besides those of every curve, by role."""
     c, second, apart = one.contact(0), track.other(), _apart(one, track)
     other = second
     if ends.left and c.first >= 0 and c[:3] != (TIP, SIDE_D, 1) and c.phi <= track.end.phi:

@@ -1,4 +1,4 @@
-"""A way through bend and twist, the analysis of a beam along it, and what a model gives: states, or a curve."""
+"""A way through bend and twist, the analysis of a beam along it, and the results of a model: states, or a curve."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from squama.people import per_pitch
 from squama.types import Array
 
 VERBS = tuple(load.verb for load in sorted(LOADS.values(), key=lambda load: load.axis))
-"""Strains that may be loaded: bend and twist."""
+"""Strains that can be loaded: bend and twist."""
 OPEN, SLIDING = "open", "sliding"
-"""What a beam is called at a bend and a twist to which nothing ends the way."""
+"""States of a beam at a bend and twist that is reached."""
 
 
 class Way(NamedTuple):
-    """Bend and twist per pitch (psi, phi) to go to one after the other, from rest; rad, signed.
+    """Points (psi, phi) of bend and twist per pitch, in succession from rest; rad, signed.
 
-    An infinite one is the end of the curve in that sense. ``typed``: the words in which load angles were given;
+    An infinite value is the end of the curve in that sense. ``typed``: load angles as text, as the user typed them;
     ``loaded``: the strains that the way names, others are free unless the beam's ``hold`` names them. ``free``: the
-    axis of the load that hinges leave free, as of :func:`squama.bend_twist`.
+    axis of the load that is free on hinges, as in :func:`squama.bend_twist`.
     """
 
     corners: tuple[tuple[float, float], ...]
@@ -35,19 +35,19 @@ class Way(NamedTuple):
 
     @classmethod
     def of(cls, load: str, values: Sequence[float], typed: Mapping[float, str] = {}) -> Way:
-        """Return the way along one load."""
+        """Return the way along a single load."""
         kind = LOADS[load]
         return cls(tuple((0.0, v) if kind.axis else (v, 0.0) for v in map(float, values)), typed, (kind.verb,))
 
     def said(self, value: float) -> str:
-        """Return a load angle as it was typed, and per pitch."""
+        """Return a load angle as it was typed, and per pitch, as text."""
         angle = per_pitch(value, 6)
         text = self.typed.get(value, angle)
         return angle if text == angle else f'"{text}" ({angle})'
 
     @property
     def load(self) -> Load:
-        """The one load that changes along the way; twisting if none does, or both do."""
+        """The single load that changes along the way; twisting if none or both do."""
         used = [load for load in LOADS.values() if any(corner[load.axis] for corner in self.corners)]
         return used[0] if len(used) == 1 else LOADS["twisting"]
 
@@ -59,12 +59,12 @@ class Way(NamedTuple):
 
     @property
     def sense(self) -> str:
-        """Sense in which the way sets out."""
+        """Sense in which the way begins."""
         return "-" if self.sign < 0 else "+"
 
     @property
     def sign(self) -> int:
-        """The same as a number, 1 or -1."""
+        """Sense in which the way begins, as 1 or -1."""
         return -1 if next((v for v in self.values if v), 0.0) < 0 else 1
 
 
@@ -91,30 +91,30 @@ class Stations(NamedTuple):
 
     @classmethod
     def along(cls, load: Load, x: Array, legs: Array | int = 1) -> Stations:
-        """Return stations at values of one load from 0 on, the other one imposed as 0 or free."""
+        """Return stations at values of one load from 0 on; the other load is imposed as 0, or free."""
         strains = np.zeros((x.size, 2))
         strains[:, load.axis] = x
         return cls(np.cumsum(np.abs(np.diff(x, prepend=0.0))), strains, np.broadcast_to(legs, x.size))
 
     @property
     def turns(self) -> list[int]:
-        """Numbers of the points at which the way sets out, turns and ends."""
+        """Indices of the points at which the way begins, turns and ends."""
         return [0, *np.flatnonzero(np.diff(self.legs)).tolist(), self.legs.size - 1]
 
     @property
     def loads(self) -> Array:
-        """Values of the one load (n,) of a way along which there is no other."""
+        """Values (n,) of the load along a way with a single load."""
         return np.asarray(self.strains.sum(axis=1))
 
 
 def direction(load: Load, value: float) -> tuple[float, float]:
-    """Return a load's direction in the plane of bend and twist, in the sense of a value."""
+    """Return a load's direction in the plane of bend and twist, with the sign of a value."""
     sign = math.copysign(1.0, value)
     return (0.0, sign) if load.axis else (sign, 0.0)
 
 
 def spaced(stop: float, points: int, engaged: float) -> Array:
-    """Return evenly spaced loads from 0 to an end, with engagement in the place of the nearest one between the two."""
+    """Return evenly spaced loads from 0 to ``stop``; the nearest one is replaced by the load of engagement."""
     at = np.linspace(0.0, stop, points)
     if 0 < engaged < stop:
         at[1 + np.abs(at[1:-1] - engaged).argmin()] = engaged
@@ -122,11 +122,11 @@ def spaced(stop: float, points: int, engaged: float) -> Array:
 
 
 class Analysis(NamedTuple):
-    """A beam, the way that it goes, and the model that answers.
+    """A beam, its way, and the model.
 
     ``mus`` coefficients of friction, ``points`` of a curve (of each leg of a history), ``at`` load angles per pitch
-    (magnitudes) at which a curve is wanted instead; ``ideal``: thin, rigid scales; ``note``: a warning that goes along;
-    ``joint``: the model (:data:`squama.curves.chosen.MODELS`); ``ends`` of the beam, of :data:`squama.loads.ENDS`.
+    (magnitudes) in place of points; ``ideal``: thin, rigid scales; ``note``: a warning for the result; ``joint``: the
+    model (:data:`squama.curves.chosen.MODELS`); ``ends`` of the beam, of :data:`squama.loads.ENDS`.
     """
 
     beam: Beam
@@ -143,7 +143,7 @@ class Analysis(NamedTuple):
 
 
 class Case(NamedTuple):
-    """What a kind of loading brings: pitch, rigidity without contact (N m^2), joint stiffness (N m), sense."""
+    """Data of a beam under a load: pitch, rigidity without contact (N m^2), joint stiffness (N m), ratios, sense."""
 
     pitch: float
     rigidity: float
@@ -154,15 +154,16 @@ class Case(NamedTuple):
 
     @classmethod
     def of(cls, beam: Beam, load: str, sense: str = "+") -> Case:
-        """Return the case of a beam."""
+        """Return the data of a beam with hinges."""
         kind = LOADS[load]
         return cls(beam.pitch, kind.rigidity(beam), beam.joint_stiffness, beam.eta, beam.scale.theta0, sense == "-")
 
 
 class Curve(NamedTuple):
-    """Variables along a curve (``along``) and single figures of it (``figures``), by role (:mod:`squama.loads`).
+    """Variables along a curve (``along``) and its single values (``figures``), by role (:mod:`squama.loads`).
 
-    ``each``: those of each of N scales (points, N); ``notes``: where the curve leaves what the model was compared with.
+    ``each``: variables of each of N scales (points, N); ``notes``: where the curve leaves the range in which the model
+    was compared.
     """
 
     along: dict[str, Array]
@@ -172,22 +173,22 @@ class Curve(NamedTuple):
 
 
 class Solved(Protocol):
-    """A beam's path in one sense with one coefficient of friction, solved; what every model gives."""
+    """Interface of a solved path of a beam in one sense with one coefficient of friction, common to all models."""
 
     @property
     def case(self) -> Case:
-        """What the beam and the model bring."""
+        """Data of the beam under the load."""
 
     @property
     def load_e(self) -> float:
         """Load angle per pitch (a magnitude) at engagement, inf for none."""
 
     def curve(self, *, points: int, at: Array | None = None) -> Curve:
-        """Return the curve at points of the path's own, or at load angles per pitch: NaN beyond its end."""
+        """Return the curve at evenly distributed points, or at load angles per pitch; NaN beyond its end."""
 
 
 class States(NamedTuple):
-    """What a model says along a way: values by dimension and role, and what its attributes and warnings add."""
+    """Results of a model along a way: values by dimension and role, further attributes and warnings."""
 
     by_dim: Mapping[tuple[str, ...], dict[str, Array]]
     attrs: Mapping[str, float | str] = {}

@@ -1,1 +1,1 @@
-"""Vibration: what the friction of scales takes from a swing (docs, theory: vibration)."""
+"""Free and forced vibration of beams, damped by the friction between scales (docs, theory: vibration)."""

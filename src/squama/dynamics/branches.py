@@ -1,14 +1,14 @@
-r"""What scales add to the torque of a bar that swings: a loading and an unloading branch over the load angle.
+r"""Torque that scales add to a vibrating bar: a loading and an unloading branch over the load angle.
 
-The load angle per pitch y is a magnitude in one sense of load, and everything is over the bar's own rigidity per
+The load angle per pitch y is a magnitude in one sense of load, and all torques are over the bar's own rigidity per
 pitch, so that the bare bar's torque is y and its energy y^2/2. A contact on hinges has two branches
 
 .. math::
     q_\pm(y) = \frac{Q_\pm}{\kappa}, \qquad
     Q_\pm = \frac{(\theta - \theta_0)\,\theta' \pm \mu N_\pm r'}{y'}, \qquad \kappa = \frac{C_f J G_B}{K_\theta d}
 
-(:mod:`squama.model.history`). In a bending mode y = a chi(x), and a takes the place of y with
-q(a) = <chi q(a chi)>/<chi^2>, <..> the mean over the beam.
+(:mod:`squama.model.history`). In a bending mode y = a chi(x); the amplitude a takes the place of y with q(a) = <chi q(a
+chi)>/<chi^2>, where <..> is the mean over the beam.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ Curve = Callable[[Array], Array]
 
 
 class Way:
-    """A branch of n systems over a place s that grows with the load angle; functions of s of shape (..., n).
+    """A branch of n systems, over a parameter s that grows with the load angle; functions of s of shape (..., n).
 
-    ``load`` angle and its ``rate`` with s; ``energy``, the work of the whole torque, bar included, from rest, and its
-    ``slope``. ``places`` (m, 1), from engagement on, and the ``energies`` there, which are looked at first; ``last``,
-    (n,) or for all: where it ends.
+    ``load`` is the load angle and ``rate`` its derivative with respect to s; ``energy`` is the work of the whole
+    torque, bar included, from rest, and ``slope`` its derivative. ``places`` (m, 1) are samples of s from engagement
+    on, ``energies`` (m, n) the energies there, to bracket roots; ``last``, (n,) or one number, is s at the end.
     """
 
     def __init__(self, load: Curve, rate: Curve, energy: Curve, slope: Curve, places: Array, last: Any) -> None:
@@ -41,7 +41,7 @@ class Way:
 
 
 class Branch(Way):
-    """One branch of one system over y itself: scales' torque ``force(y)`` and its integral ``work(y)``, splines."""
+    """A branch of one system with s = y: the scales' torque ``force(y)`` and its integral ``work(y)``, as splines."""
 
     def __init__(self, y: Array, q: Array) -> None:
         force = CubicSpline(y, q)
@@ -57,7 +57,7 @@ class Branch(Way):
 
     @functools.cached_property
     def quick(self) -> Callable[[float], float]:
-        """The torque as a function of one number: the spline's own takes ten times as long for it."""
+        """Torque as a function of one float, ten times as fast as the spline's own evaluation."""
         knots, (a, b, c, d) = self.force.x.tolist(), self.force.c.tolist()
         most = len(a) - 1
 
@@ -70,11 +70,11 @@ class Branch(Way):
 
 
 class Side(NamedTuple):
-    """One sense of load of n systems: engagement ``y_e`` (inf for none), the last angle that is followed, what ends it.
+    """One sense of load of n systems: engagement ``y_e`` (inf for none), ``last`` followed angle, reason ``ends``.
 
-    ``up`` is the loading branch, ``fall`` gives the unloading branch from a turning point (on hinges always the same),
-    ``elastic`` the scales' elastic energy at a place on the way up. ``endless``: the end is a frictional lock, which no
-    energy reaches. What can be moved in time has a :class:`Branch`.
+    ``up`` is the loading branch, ``fall`` returns the unloading branch from a turning point (on hinges always the
+    same), ``elastic`` is the scales' elastic energy at a parameter s of the loading branch. ``endless``: the end is a
+    frictional lock, which no energy reaches. Integration in time needs branches of type :class:`Branch`.
     """
 
     y_e: Any
@@ -91,15 +91,15 @@ class Side(NamedTuple):
         return self.fall(top)
 
     def stored(self, y: Any, s: Any) -> Any:
-        """Elastic energy at the load angle ``y``, bar included; ``s`` its place where scales touch."""
+        """Return the elastic energy at the load angle ``y``, bar included; ``s`` is its parameter if scales touch."""
         bar = y * y / 2
         return bar + np.where(y > self.y_e, self.elastic(s), 0.0) if self.elastic else bar
 
     def height(self) -> Any:
-        """Work that it takes to come to the last angle; inf at a frictional lock."""
+        """Return the work needed to reach the last angle; inf at a frictional lock."""
         work = self.up.energies[-1] if self.up else np.square(self.last) / 2
         return np.where(self.endless, math.inf, work)
 
 
 APART = Side(math.inf, math.inf)
-"""A sense in which no scales touch: the bar is linear."""
+"""Sense of load in which no scales touch: the bar is linear."""

@@ -1,7 +1,7 @@
-r"""Free vibration without material damping: peaks by an exact map of energies, times by quadratures.
+r"""Free vibration without material damping: peaks from an exact balance of energies, times by quadrature.
 
-Friction does not depend on speed, so what a swing loses is the area of the quasi-static loop. With V = y^2/2 + work of
-the scales on the branch gone (:mod:`squama.dynamics.branches`), from a turning point A in one sense to B in the other
+Friction does not depend on speed, so a swing loses the area of the quasi-static loop. With V = y^2/2 + work of the
+scales on the branch followed (:mod:`squama.dynamics.branches`), from a turning point A in one sense to B in the other
 
 .. math::
     V_-(A) = V_+(B), \qquad \zeta_n = \frac{1}{4\pi}\ln\frac{U(A_n)}{U(A_{n+1})}, \qquad
@@ -23,34 +23,34 @@ from squama.dynamics.modes import gauss
 from squama.types import Array
 
 RINGS, JAMS, BEYOND = "rings", "jams", "beyond"
-"""How a record ends: as many swings as were asked, where the beam stays, where a swing goes beyond the model."""
+"""Ends of a record: all requested swings done, the beam stuck at an angle, a swing beyond the model."""
 QUICK = 1e-7
-"""Step of Newton's method, over the way between both bounds, after which the next one is below rounding."""
+"""Step of Newton's method, over the bracket's width, after which the next step is below rounding."""
 POINTS = 32
-"""Points of the quadrature of a time."""
+"""Number of points of the quadrature for a time."""
 
 
 Limit = tuple[float, str]
-"""A note for motions beyond an angle below 0, which is a magnitude."""
+"""A magnitude of the angle in the negative sense, and the note for motions beyond it."""
 
 
 class Sides(NamedTuple):
-    """Both senses of load of a system, or of n; ``limit`` says beyond what something is left out of the other sense."""
+    """Both senses of load of one system or of n; ``limit`` is where a contact in the negative sense is neglected."""
 
     plus: Side
     minus: Side
     limit: Limit | None = None
 
     def of(self, sign: int) -> Side:
-        """Return the side of a sign."""
+        """Return the side for a sign of the load angle."""
         return self.plus if sign > 0 else self.minus
 
 
 class Decay(NamedTuple):
-    """Turning points: times, signed load angles, elastic energies; how it ends, and what it would have taken to go on.
+    """Turning points: times, signed load angles, elastic energies; ``end`` is the reason of the end.
 
-    ``rest`` is where the beam stays that jams; ``energy`` what a swing had that goes beyond the model. Of n systems the
-    first three have the shape (turns, n), NaN beyond the end.
+    ``rest`` is the angle at which a jammed beam stays; ``energy`` is that of a swing that goes beyond the model. For n
+    systems the first three have the shape (turns, n), NaN beyond the end.
     """
 
     t: Array
@@ -62,22 +62,22 @@ class Decay(NamedTuple):
 
     @classmethod
     def of(cls, turns: Sequence[tuple[float, float, float]], end: str, rest: float, energy: float) -> Decay:
-        """Return a decay by its turning points one after the other."""
+        """Return a decay from its turning points (t, y, energy) in their order."""
         t, y, stored = np.array(turns, float).reshape(-1, 3).T
         return cls(t, y, stored, end, rest, energy)
 
     def single(self) -> Decay:
-        """Return the decay of one system (n = 1) without the NaN beyond its end."""
+        """Return the decay of one system (n = 1) without the NaN values beyond its end."""
         own = ~np.isnan(self.y[:, 0])
         t, y, stored = (v[own, 0] for v in self[:3])
         return Decay(t, y, stored, str(self.end[0]), float(self.rest[0]), float(self.energy[0]))
 
 
 def decay(sides: Sides, *, start: Any = 0.0, speed: Any = 0.0, turns: int) -> Decay:
-    """Follow systems that are let go at ``start`` (signed), or that pass 0 with a speed, through turning points.
+    """Follow systems through turning points, released at ``start`` (signed) or passing 0 with a ``speed``.
 
-    ``start`` or ``speed`` are of one sign, a number or an array of shape (n,). ``turns`` are counted with the first
-    one. One beyond the side's last angle is not followed.
+    ``start`` or ``speed``, numbers or arrays (n,), are of one sign. ``turns`` includes the first turning point. A
+    turning point beyond the side's last angle is not followed.
     """
     start, speed = np.broadcast_arrays(*np.atleast_1d(start, speed))
     n, pushed = start.size, bool(speed.any())
@@ -113,9 +113,9 @@ def decay(sides: Sides, *, start: Any = 0.0, speed: Any = 0.0, turns: int) -> De
 
 
 def root(f: Callable[[Array], Array], slope: Callable[[Array], Array], a: Array, b: Array, share: Any) -> Array:
-    """Solve f(s) = 0 for each of n places between ``a`` and ``b``, where f <= 0 and f >= 0: Newton's method, held.
+    """Solve f(s) = 0 for n places between ``a`` (f <= 0) and ``b`` (f >= 0) by Newton's method within brackets.
 
-    It starts at a ``share`` of the way between them.
+    It starts at a fraction ``share`` of the way from a to b.
     """
     s, near = a + share * (b - a), QUICK * np.abs(b - a)
     for _ in range(100):
@@ -135,7 +135,10 @@ def root(f: Callable[[Array], Array], slope: Callable[[Array], Array], a: Array,
 def _grown(
     way: Way, seen: Array, values: Callable[[Array], Array], slope: Callable[[Array], Array], goal: Array
 ) -> Array:
-    """Return the places at which a quantity that grows along a branch, as ``seen``, comes to a goal, or its ends."""
+    """Return the places (n,) where a quantity that grows along a branch reaches ``goal``, or the branch's ends.
+
+    ``seen`` (m, n) are its values at the branch's places.
+    """
     i = np.clip((seen < goal).sum(axis=0), 1, way.places.size - 1)
     first, last = way.places[[0, -1], 0]
     a = np.where(goal >= seen[-1], last, way.places[i - 1, 0])
@@ -146,13 +149,13 @@ def _grown(
 
 
 def reach(side: Side, y: Array) -> Array:
-    """Return the places at load angles; where nothing touches, that of engagement."""
+    """Return the parameters s (n,) of load angles y; that of engagement below it."""
     up = side.up
     return _grown(up, up.load(up.places), up.load, up.rate, y) if up else y
 
 
 def rise(side: Side, energy: Array) -> tuple[Array, Array]:
-    """Return the turning points to which swings come that pass 0 with an energy, and their places."""
+    """Return the turning points (n,) of swings that pass 0 with an energy, and their parameters s."""
     free = np.sqrt(2 * energy)
     if side.up is None:
         return free, free
@@ -161,9 +164,9 @@ def rise(side: Side, energy: Array) -> tuple[Array, Array]:
 
 
 def stays(down: Way, s: Array, top: Array, had: Array) -> Array:
-    """Return where beams come to rest that are let go with an energy and do not slide back all the way, or NaN.
+    """Return the angles (n,) at which released beams stop before they slide back all the way, or NaN.
 
-    They stop where the energy on the way back is again what it was at the top.
+    They stop where the energy on the unloading branch equals that at the top, ``had``.
     """
     y = down.places
     above = (down.energies >= had) & (y < s * (1 - 1e-9))
@@ -178,7 +181,7 @@ def stays(down: Way, s: Array, top: Array, had: Array) -> Array:
 
 
 def quarter(way: Way | None, y_e: Any, s: Array, energy: Array) -> Array:
-    """Return the times between 0 and turning points at places ``s``, on one branch."""
+    """Return the times between 0 and turning points at the parameters ``s``, along one branch."""
     free = np.sqrt(2 * energy)
     bare = np.full(energy.shape, math.pi / 2)
     if way is None:
@@ -192,6 +195,6 @@ def quarter(way: Way | None, y_e: Any, s: Array, energy: Array) -> Array:
 
 
 def damping(stored: Array) -> Array:
-    """Return the damping ratio of every cycle by the elastic energies of its peaks, of the same sense."""
+    """Return the damping ratio of every cycle from the elastic energies of successive peaks in one sense."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(np.log(stored[:-1] / stored[1:]) / (4 * math.pi))

@@ -1,4 +1,4 @@
-"""The doors: a beam that is let go, struck or shaken, in SI units; ``vibrate`` and ``shake``."""
+"""Public functions of vibration in SI units: ``vibrate`` (released or struck) and ``shake`` (harmonic torque)."""
 
 from __future__ import annotations
 
@@ -35,20 +35,20 @@ if TYPE_CHECKING:
 
 MOST_SWINGS, MOST_FREQUENCIES = 10_000, 1_000
 FAR = 0.6
-"""Twist per pitch, rad, to which the beam with thick scales is followed that is struck or shaken."""
+"""Largest twist per pitch, rad, to which a struck or shaken beam with thick scales is followed."""
 DAMPING = Bounds(0.0, 0.5, "0 to 0.5", closed=True, example="0.01")
 FREQUENCY = Bounds(1e-6, 1e9, "more than 0; 1e-6 to 1e9 Hz", closed=True, example='"3 Hz"')
 IMPULSE = Bounds(1e-18, 1e15, "more than 0; 1e-18 to 1e15 N m s", closed=True, example='"0.01 N m s"')
 _UNITS = {"impulse": (Dimension.IMPULSE, IMPULSE), "torque": beamfile.NUMBERS["joint.stiffness"]}
 _UNITS |= {name: beamfile.NUMBERS[f"beam.{name}"] for name in ("rotor", "density")}
-"""Dimensions and bounds of what is no load, by the name of its argument."""
+"""Dimensions and bounds of the quantities that are not load angles, by the name of the argument."""
 
 ByDim = dict[tuple[str, ...], dict[str, Array]]
-"""Values by dimensions and role."""
+"""Arrays by dimensions of the dataset, then by role."""
 
 
 class Swinging(NamedTuple):
-    """A beam ready to swing: how it is answered, its bar, its branches, what the answer says of it."""
+    """A beam prepared for vibration: its model, mode, bar, branches in both senses, and the analysis."""
 
     beam: Beam
     model: Model
@@ -58,7 +58,7 @@ class Swinging(NamedTuple):
     analysis: Analysis
 
     def answer(self, title: str, by_dim: ByDim, low: float, high: float, **attrs: float | str) -> Answer:
-        """Return the answer to a motion between two angles."""
+        """Return the answer of a motion between the load angles ``low`` and ``high``, with all its notes."""
         notes = [*self.bar.notes, *systems.notes(self.beam, self.model, self.sides.limit, low, high)]
         load, own = self.model.load, {"f_0": np.asarray(self.bar.omega / (2 * math.pi))}
         engaged = {"load_e": np.asarray(self.sides.plus.y_e)}
@@ -89,28 +89,28 @@ def vibrate(
     ideal: bool | None = None,
     ends: EndsName | None = None,
 ) -> xr.Dataset:
-    """Let a beam swing freely: its record, turning points, and the damping of every cycle.
+    """Let a beam vibrate freely: its motion in time, turning points, and the damping of every cycle.
 
-    A beam with a number of scales swings by the torque or moment of all of them, between free ends: its own scales give
-    its frequency and its damping. A mode of bending is by the endless beam's moment at each place.
+    A beam with a number of scales vibrates by the torque or moment of all of them, between free ends: its own scales
+    set its frequency and damping. A bending mode uses the endless beam's moment at each place.
 
     Parameters
     ----------
     beam
         The beam.
     release
-        Twist (in bending curvature) from which it is let go, as ``to`` of :func:`squama.twist`; below 0 in the other
-        sense. In a mode the largest along the beam.
+        Twist (in bending curvature) from which the beam is released, as ``to`` of :func:`squama.twist`; negative in the
+        other sense. In a mode it is the largest along the beam.
     impulse
-        Or angular impulse on the rotor at rest, N m s or text such as "0.01 N m s"; uniform load only.
+        Alternatively an angular impulse on the rotor at rest, N m s or text such as "0.01 N m s"; uniform load only.
     rotor
         Moment of inertia of the rotor at the end (in bending of one at either end), kg m^2 or text such as
         "1e-4 kg m2"; the beam's own if not given.
     density
-        Density of the bar, kg/m^3 or text; the beam's own if not given. A mode swings by it and by the scales' own
-        (``scale.density``); of twisted bar and scales a third of the inertia is added to the rotor's, and in uniform
-        bending what an arc has whose ends turn in bearings. Where one is not known a warning tells what typical
-        densities would change.
+        Density of the bar, kg/m^3 or text; the beam's own if not given. In a mode the inertia is that of the bar and of
+        the scales (``scale.density``). In uniform load it is the rotor's, plus a third of the polar inertia of bar and
+        scales in twisting, or that of an arc whose ends turn in bearings in bending. Where a density is unknown, a
+        warning gives the effect of typical densities.
     damping
         Damping ratio of the bar's material, 0 to 0.5. With 0 the turning points come from an exact balance of
         energies, else from integration with events.
@@ -123,7 +123,7 @@ def vibrate(
     mode
         "uniform", or in bending the first mode of a bar that is "simply supported" or a "cantilever".
     ends
-        Of a beam with a number of scales, in uniform load: "free" (the default), "equal" or "endless", as in
+        For a beam with a number of scales, in uniform load: "free" (the default), "equal" or "endless", as in
         :func:`squama.twist`.
 
     Returns
@@ -157,7 +157,7 @@ def vibrate(
     bar = systems.bar(beam, model, mode, read.get("rotor", beam.rotor), read.get("density", beam.density))
     if impulse is not None and mode != "uniform":
         refuse("impulse", "", "acts on a rotor, and a mode has none", "give release")
-    # the rotor's angle is that of all pitches; of two rotors each has half of it
+    # the rotor turns by the angle of all pitches; each of two rotors by half of it
     share = beam.pitches / (1 if model.load.sided else 2)
     start, speed = read.get("release", 0.0), read.get("impulse", 0.0) / (bar.inertia * bar.omega * share)
     sides = systems.sides(beam, model, mode, -1 if start < 0 else 1, min(speed, FAR) if speed else abs(start))
@@ -174,9 +174,9 @@ def vibrate(
 
 
 def _quantities(beam: Beam, load: str, mode: str, **given: Quantity | None) -> dict[str, float]:
-    """Read the quantities that are given, in SI units and load angles per pitch.
+    """Return the given quantities by name, in SI units and load angles per pitch.
 
-    It comes before the joint is looked for, which may take finite elements.
+    They are read before the joint is determined, which may take finite elements.
     """
     kind, found = arguments.load(load), dict[str, float]()
     arguments.one_of("mode", mode, MODES)
@@ -195,7 +195,7 @@ def _quantities(beam: Beam, load: str, mode: str, **given: Quantity | None) -> d
 def model_of(
     beam: Beam, mu: float | None, law: str, load: str, joint: str | None, ideal: bool | None, ends: str | None = ENDLESS
 ) -> tuple[Model, Analysis]:
-    """Return the model of a beam under a load, and the analysis that it answers; ``ends`` by default none."""
+    """Return the model and the analysis of a beam under a load; ``ends`` is "endless" by default."""
     kind = arguments.load(load)
     way = Way.of(kind.name, [1.0])
     one = analysis(beam, way, kind, mu=mu, law=law, margin=FINEST, points=3, joint=joint, ideal=ideal)
@@ -205,7 +205,7 @@ def model_of(
 
 
 def _ends(mode: str, ends: str | None) -> str | None:
-    """Return the word of the ends of a beam in a mode, which is endless; refuse others for that."""
+    """Return the word for the ends; modes other than the uniform one take the endless beam and refuse other words."""
     if mode == UNIFORM:
         return ends
     if ends not in (None, ENDLESS):
@@ -221,7 +221,7 @@ def _bounded(name: str, value: object, dimension: Dimension, bounds: Bounds) -> 
 
 
 def _beyond(one: Swinging, found: Decay, name: str) -> NoReturn:
-    """Refuse a motion with more energy than the model can take up."""
+    """Refuse a motion with more energy than the model's branches can store."""
     sign = -1 if found.y.size and found.y[-1] > 0 else 1
     side, unit = one.sides.of(sign), one.bar.energy
     height = float(np.max(side.height())) * unit
@@ -233,14 +233,14 @@ def _beyond(one: Swinging, found: Decay, name: str) -> NoReturn:
 
 
 def _further(side: Side) -> str:
-    """Return why a beam was followed no further in one sense."""
+    """Return why the beam was not followed beyond the last angle in one sense."""
     if not side.ends:
         return "no further was the beam followed"
     return f"where the contact ends: {side.ends}; what comes then (an impact, another contact) is not in the model"
 
 
 def _damped(one: Swinging, drive: Drive, state: State, cycles: int) -> Decay:
-    """Return the turning points of a motion with material damping, by integration with events."""
+    """Return the turning points of a motion with material damping, integrated in time with events."""
     sides = one.sides
 
     def turn(at: State) -> tuple[float, float, float]:
@@ -263,7 +263,7 @@ def _damped(one: Swinging, drive: Drive, state: State, cycles: int) -> Decay:
 
 
 def _free_vibration(one: Swinging, drive: Drive, found: Decay, start: State) -> Answer:
-    """Return the answer to a free vibration, with its record in time."""
+    """Return the answer to a free vibration, with its motion in time."""
     # a beam that jams is seen to stay, for a period of the bare bar
     second, until = 1 / one.bar.omega, float(found.t[-1]) + (2 * math.pi if found.end == JAMS else 0.0)
     t, y, v = motion.joined(start, motion.follow(one.sides, drive, start, until, dense=motion.DENSE))
@@ -299,9 +299,9 @@ def shake(
     ideal: bool | None = None,
     ends: EndsName | None = None,
 ) -> xr.Dataset:
-    """Shake a beam by a harmonic torque: steady states over frequencies, gone through both ways.
+    """Shake a beam by a harmonic torque: steady states over frequencies, swept up and down.
 
-    Its torque or moment is that of its own scales, as in :func:`vibrate`.
+    The beam's torque or moment is that of its own scales, as in :func:`vibrate`.
 
     Parameters
     ----------
@@ -310,10 +310,10 @@ def shake(
     frequencies
         Frequencies of the torque, Hz, growing.
     static
-        Amplitude of the torque as the twist that it would give the bare beam at rest, as ``to`` of
+        Amplitude of the torque, given as the twist of the bare beam at rest under it, as ``to`` of
         :func:`squama.twist`; in a mode the largest curvature.
     torque
-        Or the torque itself, N m or text; uniform load only.
+        Alternatively the amplitude of the torque itself, N m or text; uniform load only.
     damping
         Damping ratio of the bar's material, above 0 to 0.5.
     rotor, density, mu, law, load, mode, joint, ideal, ends
@@ -325,7 +325,7 @@ def shake(
         Dimensions ``way`` ("up", "down") and ``frequency``: ``phi_high``, ``phi_low`` largest and smallest twist,
         ``W_fed``, ``W_rubbed``, ``W_damped`` works over a period (J), ``periods`` until it was steady, ``settled``
         (False for a motion that does not repeat with the torque; its extremes are those of the last 50 periods).
-        Each frequency starts from the state of the one before, so states that exist side by side show as a
+        Each frequency starts from the state of the previous one, so coexisting states show as a
         difference between both ways.
 
     Raises
@@ -353,7 +353,7 @@ def shake(
     bar = systems.bar(beam, model, mode, read.get("rotor", beam.rotor), read.get("density", beam.density))
     if torque is not None and mode != "uniform":
         refuse("torque", "", "acts on a rotor, and a mode has none", "give static")
-    # of a torque the load angle of the bar without contact
+    # a torque is converted to the load angle of the bar without contact
     force = abs(read["static"]) if torque is None else read["torque"] / (bar.rigidity / beam.pitch)
     one = Swinging(beam, model, mode, bar, systems.sides(beam, model, mode, 1, FAR), request)
     ratios = hertz * 2 * math.pi / one.bar.omega
@@ -379,12 +379,12 @@ def shake(
 
 
 def frequency(name: str, text: str) -> float:
-    """Read a frequency with its unit, Hz."""
+    """Return a frequency in Hz from text with its unit."""
     return _bounded(name, text, Dimension.FREQUENCY, FREQUENCY)
 
 
 def _steady_states(one: Swinging, zeta: float, force: float, ratios: Iterable[float]) -> list[motion.Steady]:
-    """Go through frequencies one after the other, each from the steady state before."""
+    """Return the steady states of frequency ``ratios`` in their order, each started from the previous one."""
     y, v = 0.0, 0.0
     found = []
     for ratio in ratios:

@@ -1,4 +1,4 @@
-r"""Branches of scales on hinges, of many designs at once: piecewise polynomials over a place s on the path, 0 to 1.
+r"""Branches of scales on hinges for many designs: piecewise polynomials over a parameter s of the path, 0 to 1.
 
 With x the path parameter, x_p the pole of friction and E = -ln(1 - (x_1 - x_0)/(x_p - x_0)),
 
@@ -31,23 +31,23 @@ from squama.model.tracks import Track, at_loads, take
 from squama.types import Array
 
 FINEST = 1e-6
-"""Part of a path left before a lock at which its branches end, where nothing ends them before."""
+"""Share of the path left before a lock; there its branches end, unless something ends them before."""
 NODES = 10
-"""Nodes of a part of a piecewise polynomial."""
+"""Number of nodes in a part of a piecewise polynomial."""
 PARTS = (8, 16, 32, 64)
-"""Parts of a path, as many as it asks for."""
+"""Numbers of parts of a path to try, until the polynomials converge."""
 ENOUGH = 1e-11
-"""Last term of a polynomial, over the largest value, from which on it counts as converged."""
+"""Last term of a polynomial over its largest value at which it counts as converged."""
 ALONG = 48
-"""Places along a mode, on the engaged part of the beam."""
+"""Number of quadrature points along a mode, on the engaged part of the beam."""
 SAMPLES = 256
-"""Places of a spline, per unit of E."""
+"""Number of knots of a spline per unit of E."""
 
 
 class Pieces:
-    """Piecewise polynomials on equal parts of [0, 1], one for each of n designs: (degree + 1, parts, n) coefficients.
+    """Piecewise polynomials on equal parts of [0, 1] for n designs; coefficients (degree + 1, parts, n).
 
-    Of s in [0, 1], shape (..., n) or (..., 1).
+    Functions of s in [0, 1], shape (..., n) or (..., 1).
     """
 
     def __init__(self, coefficients: Array) -> None:
@@ -62,7 +62,7 @@ class Pieces:
         return cls(np.einsum("kj,pjn->kpn", _rule()[1], parted, optimize=True))
 
     def __call__(self, s: Array) -> Array:
-        """Return the values at s."""
+        """Return the values at s, shape (..., n)."""
         at = s * self.parts
         i = np.minimum(at.astype(int), self.parts - 1)
         r = 2 * (at - i) - 1
@@ -73,7 +73,7 @@ class Pieces:
         return np.asarray(last)
 
     def derivative(self) -> Pieces:
-        """Return the derivatives."""
+        """Return the derivatives with respect to s."""
         return Pieces(2 * self.parts * polynomial.polyder(self.c))
 
     def integral(self, start: Array) -> Pieces:
@@ -84,18 +84,18 @@ class Pieces:
         return Pieces(c)
 
     def rough(self) -> Array:
-        """Return the last terms over the largest values, for each design."""
+        """Return the last terms over the largest values (n,), a measure of convergence."""
         last = np.abs(self.c[-1]).max(axis=0) / 2 ** (len(self.c) - 2)
         return np.asarray(last / np.abs(self.c).sum(axis=0).max(axis=0))
 
     def take(self, index: Any) -> Pieces:
-        """Return the polynomials of some designs."""
+        """Return the polynomials of the designs ``index``."""
         return Pieces(self.c[:, :, index])
 
 
 @functools.cache
 def _rule() -> tuple[Array, Array]:
-    """Chebyshev nodes on [-1, 1], and the matrix from values there to coefficients of powers."""
+    """Return Chebyshev nodes on [-1, 1], and the matrix from values at them to coefficients of powers."""
     r = np.polynomial.chebyshev.chebpts1(NODES)
     return r, np.linalg.inv(np.vander(r, increasing=True))
 
@@ -106,7 +106,7 @@ def _nodes(parts: int) -> Array:
 
 
 class PathBranch(Way):
-    """A branch of n designs; ``last`` is where it ends."""
+    """A branch of n designs as piecewise polynomials; ``last`` (n,) is the parameter s of its end."""
 
     def __init__(self, load: Pieces, energy: Pieces, slope: Pieces, last: Array) -> None:
         self.pieces = load, energy, slope
@@ -114,13 +114,13 @@ class PathBranch(Way):
         super().__init__(load, load.derivative(), energy, slope, places, last)
 
     def take(self, index: Any) -> PathBranch:
-        """Return the branches of some designs."""
+        """Return the branches of the designs ``index``."""
         load, energy, slope = (v.take(index) for v in self.pieces)
         return PathBranch(load, energy, slope, self.last[index])
 
 
 class Paths(NamedTuple):
-    """Paths of n designs in contact, up to ``x1``; ``endless`` where a frictional lock ends them."""
+    """Paths of n designs in contact, from ``x0`` to ``x1``; ``endless`` (n,) if a frictional lock ends them."""
 
     row: Any
     law: str
@@ -133,50 +133,50 @@ class Paths(NamedTuple):
 
     @classmethod
     def of(cls, side: history.Side, kappa: float, *, endless: bool) -> Paths:
-        """Return the path of one design."""
+        """Return the path of one design from its :class:`squama.model.history.Side`."""
         row = type(side.row)(*(np.atleast_1d(v) for v in side.row))
         mu, kappas, x0, x1, pole = np.array([[side.mu, kappa, side.x0, side.x_end, side.pole]]).T
         return cls(row, side.law, mu, kappas, x0, x1, pole, np.array([endless]))
 
     @classmethod
     def solved(cls, t: Track, law: str, mu: Array, kappa: Array) -> Paths:
-        """Return the paths of a track."""
+        """Return the paths of a track, cut off before locks."""
         locks = np.isin(t.code, [CODES.index(end) for end in hinge.LOCKS])
         x1 = energy.cutoff(t.row, t.x0, t.x_end, locks, FINEST)
         pole = np.where(t.x_end > t.x0, energy.pole(t.row, t.x_end, mu, law, t.x0), t.x0 + 1)
         return cls(t.row, law, mu, kappa, t.x0, x1, pole, (t.code == CODES.index(End.FRICTIONAL)) & (mu > 0))
 
     def take(self, index: Any) -> Paths:
-        """Return the paths of some designs."""
+        """Return the paths of the designs ``index``."""
         return Paths(take(self.row, index), self.law, *(v[index] for v in self[2:]))
 
     def up_to(self, top: Array) -> Paths:
-        """Return the paths, cut at load angles (n,) before their ends."""
+        """Return the paths cut at the load angles ``top`` (n,)."""
         seen = [self.row.point(x, self.law, ARRAY).load for x in (self.x0, self.x1)]
         x = at_loads(self.row, np.clip(top, *seen), (self.x0, self.x1), (seen[0], seen[1]))
         return self._replace(x1=x)
 
     @property
     def reach(self) -> Array:
-        """E of the module's first lines."""
+        """The quantity E (n,) in the head of this module."""
         return np.asarray(-np.log1p(-(self.x1 - self.x0) / (self.pole - self.x0)))
 
     def contact(self, w: Array) -> Contact:
-        """Return the contact at w = s^p, growing along the first axis."""
+        """Return the contact at w = s^p, which grows along the first axis."""
         e, far = self.reach, self.pole - self.x0
         x = np.minimum(self.x0 - far * np.expm1(-e * w), self.x1)
         pt = self.row.point(x, self.law, ARRAY)
         up, down = (mechanics.forces(pt, self.row.theta0, way * self.mu) for way in (1, -1))
-        # where D <= 0 friction holds the scales: there is no unloading branch beyond
+        # if D <= 0 friction holds the scales: the unloading branch ends there
         free = np.logical_and.accumulate(down.D > 0, axis=0)
         rate, lift = pt.load_rate * far * e * np.exp(-e * w), (pt.theta - self.row.theta0) ** 2 / 2
         return Contact(pt.load, rate, up.torque / self.kappa, down.torque / self.kappa, lift / self.kappa, free)
 
 
 class Contact(NamedTuple):
-    """A contact at places of a path: load angle, its change with w, torques of both branches and energy of the joint.
+    """Contact along a path: load angle, its derivative with w, torques of both branches and energy of the joint.
 
-    Over kappa; ``free``: there is an unloading branch up to here.
+    Torques and energy are over kappa; ``free``: whether the unloading branch exists up to this point.
     """
 
     y: Array
@@ -188,7 +188,7 @@ class Contact(NamedTuple):
 
 
 def sides(paths: Paths, mode: str = "uniform") -> Iterator[tuple[Array, Side]]:
-    """Return the branches of designs in groups of one number of parts: which designs, and their side."""
+    """Yield the branches of designs in groups with the same number of parts: indices and side."""
     left = np.arange(paths.mu.size)
     for parts in PARTS:
         some = paths.take(left)
@@ -211,11 +211,11 @@ def _some(side: Side, index: Array) -> Side:
 
 
 def _uniform(paths: Paths, parts: int) -> tuple[Side, Array]:
-    """Return the branches of paths, and how far from convergence they are."""
+    """Return the branches of paths in ``parts`` parts, and their measure of convergence (n,)."""
     y_e, last = (paths.row.point(x, paths.law, ARRAY).load for x in (paths.x0, paths.x1))
     with np.errstate(all="ignore"):
         at = paths.contact(_nodes(parts))
-        # a part in which the way back ends is none of it
+        # the unloading branch leaves out the part in which it ends
         free = np.repeat(at.free[NODES - 1 :: NODES], NODES, axis=0)
         slopes = ((at.y + at.up) * at.rate, np.where(free, (at.y + at.down) * at.rate, 0.0))
     load, elastic, *ways = (Pieces.through(v) for v in (at.y, at.lift, *slopes))
@@ -228,7 +228,10 @@ def _uniform(paths: Paths, parts: int) -> tuple[Side, Array]:
 
 
 def _modal(paths: Paths, side: Side, mode: str, parts: int) -> tuple[Side, Array]:
-    """Return the branches of a mode, by those of uniform bending; the largest curvature is the coordinate."""
+    """Return the branches of a mode from those of uniform bending, and their measure of convergence (n,).
+
+    The coordinate is the largest curvature along the beam, per pitch.
+    """
     m, s = SHAPES[mode], _nodes(parts)
     y = side.up.load(s * s)
     share = m.far(np.minimum(side.y_e / y, 1.0))
@@ -236,7 +239,7 @@ def _modal(paths: Paths, side: Side, mode: str, parts: int) -> tuple[Side, Array
     elastic: Any = side.elastic
     means = np.zeros((3, *y.shape))
     for node, weight in zip(*gauss(ALONG), strict=True):
-        # engaged is what bends more than engagement asks for
+        # a place is engaged if its bend exceeds that of engagement
         local = np.maximum(y * m.shape(share * node), side.y_e)
         x = at_loads(paths.row, local, (paths.x0, paths.x1), (side.y_e, side.last))
         w = np.clip(-np.log1p(-(x - paths.x0) / (paths.pole - paths.x0)) / paths.reach, 0.0, 1.0)

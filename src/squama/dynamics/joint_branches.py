@@ -1,17 +1,17 @@
-r"""Branches of thick, elastic scales on joints, walked along the load and back.
+r"""Loading and unloading branches of thick, elastic scales on compliant joints, computed step by step.
 
-Of an endless beam, or of all of N scales between their ends, whose loads and energies are those of a cell in the mean.
-By the same model as ``squama.twist``, ``bend`` and ``cycle`` (:mod:`squama.curves.compliant_walk`); each way back from
-a turning point is walked from there. The scales' torque or moment, and their energy, are over the beam's rigidity.
+For an endless beam, or for N scales between their ends, whose loads and energies are the means over the cells. The
+model is that of ``squama.twist``, ``bend`` and ``cycle`` (:mod:`squama.curves.compliant_walk`); the unloading branch is
+computed anew from each turning point. The scales' torque or moment, and their energy, are over the beam's rigidity.
 
-Along a mode of bending, always by the endless beam, the largest curvature a is the coordinate, and each place x follows
+In a bending mode, which always uses the endless beam, the largest curvature a is the coordinate, and each place x has
 its own bend a chi(x):
 
 .. math::
     q_+(a) = \frac{\langle\chi\,q_+(a\chi)\rangle}{\langle\chi^2\rangle}, \qquad
     q_-(a; A) = \frac{\langle\chi\,q_-(a\chi; A\chi)\rangle}{\langle\chi^2\rangle}
 
-where the way back of a place begins at its own largest bend.
+where the unloading of a place begins at its own largest bend.
 """
 
 from __future__ import annotations
@@ -33,23 +33,24 @@ from squama.loads import ENDLESS, Load
 from squama.types import Array
 
 STEPS, OF_ROW = 256, 96
-"""Places of a branch between engagement and its end, of an endless beam and of N scales."""
+"""Number of points of a branch between engagement and its end, for an endless beam and for N scales."""
 TOPS = 0.02
-"""Largest distance, rad per pitch, of turning points from which N scales are walked back; others lie between."""
+"""Largest distance, rad per pitch, of the turning points from which N scales are unloaded; others are interpolated."""
 ALONG = 24
-"""Places along a mode, on the engaged part of the beam."""
+"""Number of quadrature points along a mode, on the engaged part of the beam."""
 NEAR = 0.3
-"""Places on the way to a turning point keep off it by this part of a step: a much shorter step may find no balance."""
+"""Points before a turning point keep this share of a step off it: a much shorter step may not converge."""
 SMALL = 1e-4
-"""Where a place of a bent bar turns round nearer to engagement than this, rad per pitch, it goes back as it went up."""
+"""Below this distance of the turning point from engagement, rad per pitch, a bent bar unloads along its loading branch.
+"""
 FIRST, LEAST = 4e-6, 1e-6
-"""First step of a way back, rad per pitch, the next ones are twice as large each; least one of the even ones."""
+"""First step of an unloading, rad per pitch (each next one is twice as large); smallest even step."""
 NOTHING = 1e-12
-"""Torque over that of the bar at a rad per pitch that is rounding."""
+"""Torque over the bar's rigidity per pitch below which it is rounding."""
 
 
 class LoadedBeam(NamedTuple):
-    """A beam with thick scales under one load in one sense, ``sign``; ``ends``: of its own scales, or it is endless."""
+    """A beam with thick scales under one load in one sense ``sign``; ``ends``: those of its N scales, or endless."""
 
     one: compliant.Path
     load: Load
@@ -58,13 +59,14 @@ class LoadedBeam(NamedTuple):
 
     @property
     def steps(self) -> int:
-        """Number of places of a branch."""
+        """Number of points of a branch."""
         return STEPS if self.ends == ENDLESS else OF_ROW
 
     def walk(self, x: Array) -> tuple[Array, Array, str]:
-        """Walk from rest through load angles (n,) above 0, no two in a row equal, as far as the scales follow.
+        """Follow load angles (n,) above 0 from rest, no two in a row equal, as far as the model goes.
 
-        Their torque and elastic energy over the beam's rigidity, and what ends the way there, empty where nothing does.
+        Returns the scales' torque and elastic energy, over the beam's rigidity per pitch, and the reason of an early
+        end, or "".
         """
         v, end = compliant_cycles.reached(self.one, self.load, self.sign * x, KINDS.get(self.ends))
         n = 0 if end.code == increments.AT_REST else v[0]["N"].size
@@ -77,12 +79,12 @@ class LoadedBeam(NamedTuple):
 
 
 def side(loaded: LoadedBeam, far: float, mode: str) -> Side:
-    """Return the branches up to the load angle ``far`` per pitch; in a mode the largest along the beam."""
+    """Return the branches up to the load angle ``far`` (rad per pitch); in a mode the largest along the beam."""
     y_e = loaded.one.way.engaged
     if not y_e < far:
         return APART._replace(y_e=y_e)
     y = np.linspace(y_e, far, loaded.steps)
-    # scales touch with no force; a step that ends there would be followed by one that may find no balance
+    # scales touch with no force at engagement; the step after one that ends there may not converge
     force, stored, ends = loaded.walk(y[1:])
     n = 1 + force.size
     if n < 4:
@@ -91,7 +93,7 @@ def side(loaded: LoadedBeam, far: float, mode: str) -> Side:
     up, elastic = Branch(y, np.append(0.0, force)), CubicSpline(y, np.append(0.0, stored))
 
     def back(top: float, steps: int) -> Branch:
-        """Return the way back from a load angle."""
+        """Return the unloading branch from the load angle ``top``."""
         if top < y_e + SMALL and not loaded.load.sided:
             return up
         there = np.append(y[1:][y[1:] < top - NEAR * (y[1] - y[0])], top)
@@ -110,16 +112,16 @@ def side(loaded: LoadedBeam, far: float, mode: str) -> Side:
 
 
 def _between(up: Branch, back: Callable[[float, int], Branch]) -> Callable[[float], Branch]:
-    """Return the ways back from any turning point by those from some, which take long to walk.
+    """Return unloading branches from any turning point, interpolated from a few, which take long to compute.
 
-    By how much they are below the loading branch is linear between turning points, at the same share of the way back.
+    The drop below the loading branch, at the same share of the unloading, is linear between turning points.
     """
     y_e, last = float(up.places[0, 0]), up.last
     m = max(1, math.ceil((last - y_e) / TOPS))
 
     @functools.lru_cache(maxsize=256)
     def below(i: int) -> CubicSpline:
-        """Return how far below, over the share of the way back from turning point number i."""
+        """Return the drop below the loading branch over the share of the unloading, from turning point i."""
         top = y_e + (last - y_e) * i / m
         down = back(top, OF_ROW)
         y = down.places[::-1, 0]
@@ -141,10 +143,10 @@ def _between(up: Branch, back: Callable[[float, int], Branch]) -> Callable[[floa
 
 
 def _back(top: float, y_e: float, steps: int) -> Array:
-    """Return the places of a way back: even ones to where the contact opens, and before them some ever closer ones.
+    """Return the load angles of an unloading: evenly spaced to engagement, with ever finer ones at the start.
 
-    The friction turns round there. Steps that keep growing lose the direction in which the scales slide again: of tops
-    1e-7 apart the energies of the way back then differ by 1 %.
+    Friction reverses there. Steps that keep growing would lose the direction in which the scales slide again: for
+    turning points 1e-7 apart the energies of the unloading would differ by 1 %.
     """
     even = np.linspace(top, y_e, max(2, min(steps, int((top - y_e) / LEAST))) + 1)[1:-1]
     near = top - FIRST * 2.0 ** np.arange(60)
@@ -152,16 +154,16 @@ def _back(top: float, y_e: float, steps: int) -> Array:
 
 
 def _modal(mode: str, up: Branch, elastic: CubicSpline, back: Callable[[float, int], Branch], ends: str) -> Side:
-    """Return the branches of a mode by those of uniform bending."""
+    """Return the branches of a mode from those of uniform bending."""
     m, (nodes, weights) = SHAPES[mode], gauss(ALONG)
     y_e, last = float(up.places[0, 0]), up.last
 
     def places(top: float) -> tuple[Array, Array]:
-        """Return shape and weights at places of the part that is engaged at the largest curvature ``top``."""
+        """Return chi and weights at places on the engaged part of the beam, for the largest curvature ``top``."""
         share = float(m.far(np.array([min(y_e / top, 1.0)]))[0])
         return m.shape(share * nodes), share * weights * m.weight / m.square
 
-    # of a power 3/2 of a - y_e
+    # the torque grows as a - y_e to the power 3/2
     a = y_e + (last - y_e) * np.linspace(0.0, 1.0, STEPS) ** 1.5
     force, stored = np.zeros((2, a.size))
     for i in range(1, a.size):

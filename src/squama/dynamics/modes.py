@@ -14,10 +14,11 @@ from squama.types import Array
 
 
 class Mode(NamedTuple):
-    """Shape of a bending mode over the distance s from its largest curvature: chi falls from 1 to 0.
+    """Shape of a bending mode: chi falls from 1 to 0 over the distance s from the place of largest curvature.
 
-    ``weight`` parts of the beam have that shape; ``square`` is the mean of chi^2; omega0 = (number/L)^2 sqrt(E I/m').
-    ``slope`` is the mean square of the slope times L over that of the deflection.
+    ``far`` is the inverse of ``shape``; ``weight`` is the number of parts of the beam with that shape; ``square`` the
+    mean of chi^2; omega0 = (number/L)^2 sqrt(E I/m'). ``slope`` is the mean square of the slope, times L^2, over that
+    of the deflection.
     """
 
     shape: Callable[[Array], Array]
@@ -38,7 +39,7 @@ def _cantilever(s: Array) -> Array:
 
 
 def _cantilever_far(chi: Array) -> Array:
-    """Place at which the cantilever's curvature has a share of its largest: Newton's method, chi is convex."""
+    """Return the place where the cantilever's curvature is a share ``chi`` of its largest: Newton, chi is convex."""
     s = np.zeros_like(chi)
     for _ in range(60):
         v = _B * s

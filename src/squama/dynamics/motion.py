@@ -1,10 +1,11 @@
-r"""Motion in time, with events: material damping and forcing.
+r"""Integration of the motion in time with events, for material damping and forcing.
 
 .. math:: \ddot y + 2\zeta\dot y + y + q(y, \mathrm{sign}\,\dot y) = F\sin\Omega t
 
-Each part of the way is smooth: apart, on the loading or on the unloading branch of a side. It ends where a contact
-engages or opens and where the motion turns. There the scales stick while the bar's own force lies between the branches,
-and leave upwards above, downwards below. Time is in 1/omega0 of the bar, angles as in :mod:`squama.dynamics.branches`.
+Each part of the motion is smooth: without contact, or on the loading or the unloading branch of a side. It ends where a
+contact engages or opens and where the motion turns. At a turning point the scales stick while the force on them lies
+between the branches, and leave along the loading branch above, the unloading branch below. Time is in 1/omega0 of the
+bar, angles as in :mod:`squama.dynamics.branches`.
 """
 
 from __future__ import annotations
@@ -22,18 +23,18 @@ from squama.dynamics.decay import Sides
 from squama.types import Array
 
 TOLERANCE = 1e-10
-"""Relative error of a step, where branches are smooth to all digits."""
+"""Relative error of a time step on branches that are smooth to all digits."""
 DENSE = 24
-"""Points of a record on each smooth part of the way."""
+"""Number of recorded points on each smooth part of the motion."""
 MOST_PARTS = 1000
-"""Parts of the way from one turning point or period to the next, at most."""
+"""Largest number of smooth parts in a period."""
 APART, TURNED, STUCK, BEYOND, EVENTS = "apart", "turned", "stuck", "beyond", "events"
 
 
 class Drive(NamedTuple):
-    """Material damping of the bare bar; amplitude of the force, as the bare bar's static angle, and Omega.
+    """Material damping ratio of the bar; amplitude of the force, as static angle of the bare bar; frequency Omega.
 
-    ``tolerance`` is the relative error of a step.
+    ``tolerance`` is the relative error of a time step.
     """
 
     zeta: float = 0.0
@@ -42,7 +43,7 @@ class Drive(NamedTuple):
     tolerance: float = TOLERANCE
 
     def at(self, t: float) -> float:
-        """Return the force at a time."""
+        """Return the force at the time t."""
         return self.force * math.sin(self.frequency * t) if self.force else 0.0
 
     def steady(self) -> tuple[float, float, float]:
@@ -64,7 +65,7 @@ class State(NamedTuple):
 
 
 class Part(NamedTuple):
-    """A smooth part of the way: points in time with angle and speed, the state at its end, and why it ends there."""
+    """A smooth part of the motion: times, angles and speeds, the state at its end, and the event that ended it."""
 
     t: Array
     y: Array
@@ -74,9 +75,9 @@ class Part(NamedTuple):
 
 
 def follow(sides: Sides, drive: Drive, state: State, until: float, *, dense: int = 0) -> Iterator[Part]:
-    """Follow a motion to the time ``until``, part by part, with ``dense`` points of each part, or its two ends.
+    """Yield the smooth parts of a motion until the time ``until``, each with ``dense`` intervals, or its ends.
 
-    The last part ends at ``until``, or where the motion stays for good or goes beyond a side's last angle.
+    The last part ends at ``until``, or where the motion sticks for good or goes beyond a side's last angle.
     """
     way, side = _where(sides, drive, state)
     while state.t < until:
@@ -86,7 +87,7 @@ def follow(sides: Sides, drive: Drive, state: State, until: float, *, dense: int
             state = part.last
             if part.why == STUCK:
                 return
-            # the branch it stuck with is that of the way back
+            # the branch in which it stuck is the unloading one
             side = sides.of(1 if state.y > 0 else -1).up if way > 0 else side
             continue
         part = _part(sides, drive, state, until, way, side, dense)
@@ -103,14 +104,14 @@ def follow(sides: Sides, drive: Drive, state: State, until: float, *, dense: int
 
 
 def joined(start: State, parts: Iterable[Part]) -> tuple[Array, Array, Array]:
-    """Return times, angles and speeds of parts one after the other."""
+    """Return times, angles and speeds of consecutive parts."""
     rows = [np.array([[start.t], [start.y], [start.v]]), *(np.array([p.t[1:], p.y[1:], p.v[1:]]) for p in parts)]
     t, y, v = np.concatenate(rows, axis=1)
     return t, y, v
 
 
 def _where(sides: Sides, drive: Drive, state: State) -> tuple[int, Branch | None]:
-    """Return the way (+1 outward on a side, -1 back, 0 none) and the branch of a state."""
+    """Return the direction (+1 loading, -1 unloading, 0 no contact) and the branch of a state."""
     sign = 1 if state.y > 0 else -1
     side, u, w = sides.of(sign), abs(state.y), state.v * sign
     if side.up is None or u < side.y_e or (u == side.y_e and w <= 0):
@@ -121,7 +122,7 @@ def _where(sides: Sides, drive: Drive, state: State) -> tuple[int, Branch | None
 
 
 def _turn(sides: Sides, drive: Drive, state: State, way: int, branch: Branch | None) -> tuple[int, Branch | None]:
-    """Return way and branch after a turning point; way 0 with a branch: the scales stick."""
+    """Return direction and branch after a turning point; direction 0 with a branch means that the scales stick."""
     sign = 1 if state.y > 0 else -1
     side, u = sides.of(sign), abs(state.y)
     if branch is None or u <= side.y_e:
@@ -136,7 +137,7 @@ def _turn(sides: Sides, drive: Drive, state: State, way: int, branch: Branch | N
 
 
 class _Event:
-    """The end of a part: the signed angle (``index`` 0) or the speed (1) passes a value in a direction."""
+    """Event that ends a part: the signed angle (``index`` 0) or the speed (1) passes a value in a direction."""
 
     terminal = True
 
@@ -144,12 +145,12 @@ class _Event:
         self.index, self.value, self.direction, self.why = index, value, direction, why
 
     def __call__(self, _: float, s: Array) -> float:
-        """Return the distance from the value."""
+        """Return the signed distance from the event's value."""
         return float(s[self.index]) - self.value
 
 
 def _part(sides: Sides, drive: Drive, state: State, until: float, way: int, branch: Branch | None, dense: int) -> Part:
-    """Integrate to the next event."""
+    """Integrate one smooth part, to the next event or to ``until``."""
     zeta2 = 2 * drive.zeta
     sign = 1 if state.y > 0 else -1
     pull: Callable[[float], float] = (lambda _: 0.0) if branch is None else branch.quick
@@ -180,7 +181,7 @@ def _part(sides: Sides, drive: Drive, state: State, until: float, way: int, bran
     found = solve(until)
     hit = _hit(found)
     if hit == len(events) - 1 and any(e(0.0, found.y[:, -1]) * e.direction > 0 for e in events[:-1]):
-        # a swing that goes beyond a bound and comes back within a step
+        # a bound is passed and left again within one step
         found = solve(float(found.t[-1]))
         hit = _hit(found)
     t = float(found.t[-1])
@@ -198,13 +199,13 @@ def _part(sides: Sides, drive: Drive, state: State, until: float, way: int, bran
 
 
 def _hit(found: Any) -> int | None:
-    """Return the number of the event that ended an integration."""
+    """Return the number of the event that ended an integration, None if none did."""
     hits = [(float(times[-1]), i) for i, times in enumerate(found.t_events) if len(times)]
     return max(hits)[1] if hits and found.status == 1 else None
 
 
 def _stick(sides: Sides, drive: Drive, state: State, until: float) -> tuple[Part, int]:
-    """Wait until the force leaves the interval between the branches; return that part, and the way it leaves."""
+    """Return the part in which the scales stick, and the direction (+1, -1) in which they leave; 0 if they do not."""
     sign = 1 if state.y > 0 else -1
     side, u = sides.of(sign), abs(state.y)
     down = side.falling(u)
@@ -233,16 +234,17 @@ def _reaches(drive: Drive, t: float, level: float, rising: int) -> float:
 # ---- steady states ----------------------------------------------------------------------------------------
 
 SETTLED, POLISHED = 1e-3, 10.0
-"""Change of the state over a period, relative to its size: from there on Newton's method is used; and at the end, over
-the error of a step."""
+"""Relative change of the state over a period below which Newton's method starts; convergence limit over the step's
+error.
+"""
 MOST_PERIODS, LAST = 400, 50
-"""Periods after which a motion counts as not settled; extremes are then those of so many last ones."""
+"""Number of periods after which a motion counts as not settled; its extremes are then those of the last ``LAST``."""
 
 
 class Steady(NamedTuple):
-    """A steady state: largest and smallest angle, state where a period begins, works over a period, number of periods.
+    """A steady state: largest and smallest angle, state at the beginning of a period, works over it, number of periods.
 
-    ``settled``: the state comes back after a period; ``parts`` smooth parts of the way in it.
+    ``settled``: whether the state returns after a period; ``parts``: number of smooth parts in a period.
     """
 
     high: float
@@ -258,7 +260,7 @@ class Steady(NamedTuple):
 
 
 class LeftError(Exception):
-    """A motion that goes beyond a side's last angle (``why`` BEYOND), or whose parts are too many (EVENTS)."""
+    """Error for a motion beyond a side's last angle (``why`` BEYOND), or with too many parts in a period (EVENTS)."""
 
     def __init__(self, why: str, state: State) -> None:
         super().__init__(why)
@@ -266,7 +268,7 @@ class LeftError(Exception):
 
 
 def period(sides: Sides, drive: Drive, y: float, v: float) -> Steady:
-    """Follow one period of the force from a state at its beginning."""
+    """Follow one period of the force from angle ``y`` and speed ``v`` at its beginning."""
     state, high, low, n = State(0.0, y, v), y, y, 0
     until = 2 * math.pi / drive.frequency
     for part in follow(sides, drive, state, until):
@@ -280,9 +282,9 @@ def period(sides: Sides, drive: Drive, y: float, v: float) -> Steady:
 def steady(sides: Sides, drive: Drive, y: float = 0.0, v: float = 0.0) -> Steady:
     """Follow a forced motion until it is periodic.
 
-    Periods follow one another, so that what is found is stable; Newton's method only finds the last digits.
-    Where no contact is left the linear oscillator's steady state is the answer, exactly. A motion that repeats after
-    several periods, or never, does not settle.
+    Successive periods are followed, so that the state is stable; Newton's method only refines it. Without contact the
+    result is the linear oscillator's exact steady state. A motion that repeats only after several periods, or never,
+    does not settle.
     """
     reach, y_s, v_s = drive.steady()
     engaged = min(sides.plus.y_e, sides.minus.y_e)
@@ -306,12 +308,12 @@ def steady(sides: Sides, drive: Drive, y: float = 0.0, v: float = 0.0) -> Steady
 
 
 def _swing(drive: Drive, y: float, v: float) -> float:
-    """Return the largest angle of the bare bar's free motion from a state, or more."""
+    """Return an upper bound of the angle in the bare bar's free motion from a state."""
     return math.hypot(y, (v + drive.zeta * y) / math.sqrt(1 - drive.zeta**2))
 
 
 def _newton(sides: Sides, drive: Drive, y: float, v: float, size: float) -> Steady | None:
-    """Return the periodic state near another; None where Newton's method does not find it at once."""
+    """Return the periodic state near a state; None if Newton's method does not converge in a few steps."""
     h = math.sqrt(drive.tolerance) * size
     for _ in range(4):
         base = period(sides, drive, y, v)

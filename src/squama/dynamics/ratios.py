@@ -1,4 +1,4 @@
-"""Free vibration of designs given by ratios: hinged scales, in units of K_theta and the pitch."""
+"""Free vibration of designs given by ratios: scales on hinges, in units of K_theta and the pitch."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from squama.loads import MODES, LawName, LoadName, ModeName
 from squama.types import Array
 
 AT_ONCE = 1024
-"""Designs whose branches are worked on together: what they need stays in the processor's cache."""
+"""Number of designs whose branches are computed together, so that they fit the processor's cache."""
 
 
 class FreeVibration(NamedTuple):
-    """A decay; arrays of the designs' broadcast shape, with a last dimension for cycles. NaN beyond its end.
+    """Free vibrations; arrays of the designs' broadcast shape, with a last dimension for cycles, NaN beyond the end.
 
     ``peaks`` and ``troughs`` (rad per pitch, signed), ``peak_times`` and ``trough_times`` (1/omega0), ``zeta`` of each
-    cycle by the elastic energy at its peaks; ``end``: "rings" (all cycles), "jams" (it stays at ``rest``),
-    "beyond" (a swing has more energy than the model can take up; it had ``energy``, over K_theta per pitch).
+    cycle from the elastic energy at its peaks; ``end``: "rings" (all cycles), "jams" (the beam stays at ``rest``),
+    "beyond" (a swing has more energy than the model can store: ``energy``, over K_theta per pitch).
     """
 
     peaks: Array
@@ -58,7 +58,7 @@ def free_vibration(
     law: LawName = "edge",
     faces: FacesName = "one",
 ) -> FreeVibration:
-    """Let beams of hinged scales swing: peaks, times and damping of every cycle, without steps in time.
+    """Let beams with scales on hinges vibrate freely: peaks, times and damping of every cycle, without time steps.
 
     Parameters
     ----------
@@ -67,9 +67,9 @@ def free_vibration(
     kappa
         C_f J G_B/(K_theta d) of the bar without contact (E_B I/(K d) in bending); above 0.
     amplitude
-        Load angle per pitch (rad) from which the beam is let go; in a mode the largest along the beam.
+        Load angle per pitch (rad) from which the beam is released; in a mode the largest along the beam.
     impulse
-        Or its rate where it passes 0, rad per pitch and per 1/omega0.
+        Alternatively the rate of the load angle at 0, rad per pitch and per 1/omega0.
     swings
         Number of cycles.
     load
@@ -79,8 +79,8 @@ def free_vibration(
     law
         "edge" or "plate".
     faces
-        Which of the bar's faces have scales, as of :class:`squama.Beam`; where scales do not close by their tips the
-        bar is taken as bare.
+        Faces of the bar with scales, as in :class:`squama.Beam`; in a sense in which scales do not close by their tips,
+        the bar is taken as bare.
 
     Returns
     -------
@@ -118,12 +118,12 @@ def free_vibration(
     law = kind.law(law)
     sol = solution.solve(named, load=kind.name, law=law, sense="+")
     given, kappa = columns[-1], named["kappa"]
-    # scales of the other face that see the same sense work together, those that see the other one take turns
+    # scales on the other face act together with the first if they see the same sense, else they alternate
     seen = sense(faces, kind.axis, float(named["alpha"].max(initial=0.0)))
     turns = np.full((3, 2 * n + 1, given.size), np.nan)
     end, rest, energy = np.full(given.size, RINGS, "<U6"), *np.full((2, given.size), np.nan)
     for index, side in _groups(sol, named["mu"], kappa / 2 if seen > 0 else kappa, given, law, mode):
-        # a swing that passes 0 with a speed goes no further than without scales
+        # from a speed at 0 a swing goes no further than without scales
         both = Sides(side, side if seen < 0 else APART)
         over = (given[index] > side.last * (1 + 1e-12)) & (impulse is None)
         how = {"speed": given[index]} if impulse is not None else {"start": np.minimum(given[index], side.last)}
@@ -141,8 +141,8 @@ def free_vibration(
 def _groups(
     sol: solution.Solution, mu: Array, kappa: Array, given: Array, law: str, mode: str
 ) -> Iterator[tuple[Array, Side]]:
-    """Return designs in groups, and their branches as far as they are needed."""
-    # where nothing touches, or what is given does not engage, the bar is linear
+    """Yield indices and branches of designs in groups, up to the load angles needed."""
+    # without contact, or below engagement, the bar is linear
     bare = np.where(sol.found.code == solution.TOUCHING, 0.0, np.inf)
     for every, track in sol.tracks:
         whole = hinge_branches.Paths.solved(track, law, mu[every], kappa[every])

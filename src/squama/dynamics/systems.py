@@ -1,4 +1,4 @@
-"""A beam that swings: branches in both senses, of hinges or of thick scales on compliant joints, and inertia."""
+"""A vibrating beam: branches in both senses, for hinges or compliant joints, and its inertia and frequency."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from squama.loads import ENDLESS, Load
 from squama.people import per_pitch
 
 ROUGH = 1e-7
-"""Relative error of a step in time on branches of thick scales, which are no better than their increments."""
+"""Relative error of a time step on branches of thick scales, limited by their increments."""
 MOST = 1.0
-"""Largest twist per pitch, rad, to which the beam with thick scales is followed."""
+"""Largest twist per pitch, rad, to which a beam with thick scales is followed."""
 FARTHER = 1.001
-"""By how much it is followed beyond the twist from which it is let go."""
+"""Factor on the released twist up to which the beam is followed."""
 TOO_HIGH = 0.11
-"""By how much a frequency is too high without any rotor, by the shapes assumed: 120 for pi^4 in bending."""
+"""Relative excess of the frequency without a rotor due to the assumed shapes: 120 instead of pi^4 in bending."""
 NOTED = 0.005
-"""Share of the frequency from which on a mass that is left out is reported."""
+"""Share of the frequency from which the effect of an unknown mass is reported."""
 
 
 class Model(NamedTuple):
-    """The model of a beam: kind of load, friction, law, joint; whether scales are thin and rigid; its ends."""
+    """Model of a vibrating beam: load, friction, force law, kind of joint, thin and rigid scales or not, ends."""
 
     load: Load
     mu: float
@@ -50,9 +50,9 @@ class Model(NamedTuple):
 
 
 class Bar(NamedTuple):
-    """The bar without contact: rigidity (N m^2), what swings, angular frequency; energy (J) of y^2/2 = 1.
+    """The bar without contact: rigidity (N m^2), inertia, angular frequency; energy (J) of y^2/2 = 1.
 
-    ``notes`` tell of masses that are left out because they are not known, and where a beam outweighs its rotor.
+    ``notes`` report masses left out because they are unknown, and a beam with more inertia than its rotor.
     """
 
     rigidity: float
@@ -63,14 +63,14 @@ class Bar(NamedTuple):
 
 
 def tolerance(model: Model) -> float:
-    """Return the relative error of a step in time."""
+    """Return the relative error of a time step for a model."""
     return motion.TOLERANCE if MODELS[model.joint].straight else ROUGH
 
 
 def bar(beam: Beam, model: Model, mode: str, rotor: float | None, density: float | None) -> Bar:
-    """Return what swings: a rotor (kg m^2) at the end of a twisted bar, one at either end of a bent one, or a mode.
+    """Return the linear bar: with a rotor (kg m^2) at its end in twisting, at either end in bending, or in a mode.
 
-    ``inertia`` is the rotor's, or in a mode the mass per length (kg/m), with what bar and scales add to it
+    ``inertia`` is the rotor's, or in a mode the mass per length (kg/m), plus the contribution of bar and scales
     (:func:`swinging`); ``density`` (kg/m^3) is the bar's.
     """
     kind, L = model.load, beam.length
@@ -100,11 +100,11 @@ def bar(beam: Beam, model: Model, mode: str, rotor: float | None, density: float
 
 
 def swinging(beam: Beam, model: Model, mode: str, rotor: float, densities: tuple[float, float]) -> float:
-    """Return the moment of inertia of a rotor, or in a mode the mass per length, with those of bar and scales.
+    """Return the moment of inertia of rotor, bar and scales (kg m^2), or in a mode the mass per length (kg/m).
 
-    ``densities`` of bar and scales, 0 for one that is left out. By the kinetic energy of the shape: the twist grows
-    along the beam from its clamped end; a bar that two rotors bend is an arc whose ends turn in bearings; in a mode
-    scales turn with the slope. What couples deflection and slope, as scales lean to one side, is left out.
+    ``densities`` (kg/m^3) of bar and scales, 0 to leave one out. From the kinetic energy of the assumed shape: the
+    twist grows linearly from the clamped end; a bar bent by two rotors is an arc whose ends turn in bearings; in a mode
+    scales turn with the slope. The coupling of deflection and slope, due to scales that lean to one side, is neglected.
     """
     m, L = mass.of(beam, *densities), beam.length
     if mode != "uniform":
@@ -113,7 +113,7 @@ def swinging(beam: Beam, model: Model, mode: str, rotor: float, densities: tuple
 
 
 def _left_out(beam: Beam, model: Model, mode: str, rotor: float, density: float | None) -> list[str]:
-    """Return a note on unknown masses: by how much typical ones would lower the frequency."""
+    """Return a note on unknown densities: by how much typical ones would lower the frequency."""
     own = (density, beam.scale.density)
     missing = [i for i, given in enumerate(own) if given is None]
     known, typical = (
@@ -135,15 +135,15 @@ def _left_out(beam: Beam, model: Model, mode: str, rotor: float, density: float 
 def sides(beam: Beam, model: Model, mode: str, sign: int, far: float) -> Sides:
     """Return the branches of a beam in both senses; ``far`` is the largest angle on the side of ``sign``.
 
-    A sense in which hinged scales run into another contact is taken as bare; that contact is the limit.
+    On hinges, a sense in which another contact comes in is taken as bare up to that contact, which is the ``limit``.
     """
     if not MODELS[model.joint].straight:
-        # without friction a swing comes back to where it was let go, but for rounding
+        # without friction a swing returns to the released angle, up to rounding
         far = min(far * FARTHER, max(far, MOST))
-        first = _real(beam, model, mode, sign, far)
+        first = _compliant(beam, model, mode, sign, far)
         energy = float(first.up.energy(np.array(min(far, first.last)))) if first.up else far**2 / 2
         alike = both_faces.sense(beam, model.load.name) < 0
-        second = first if alike else _real(beam, model, mode, -sign, min(math.sqrt(2 * energy), MOST))
+        second = first if alike else _compliant(beam, model, mode, -sign, min(math.sqrt(2 * energy), MOST))
         return Sides(first, second) if sign > 0 else Sides(second, first)
     return _hinged(beam, model, mode)
 
@@ -160,17 +160,17 @@ def _hinged(beam: Beam, model: Model, mode: str) -> Sides:
     return Sides(found["+"], found["-"])
 
 
-def _real(beam: Beam, model: Model, mode: str, sign: int, far: float) -> Side:
-    """Return the branches of the beam with thick scales in one sense."""
+def _compliant(beam: Beam, model: Model, mode: str, sign: int, far: float) -> Side:
+    """Return the branches of thick scales on compliant joints in one sense."""
     load, toward = model.load, direction(model.load, sign)
-    # first touches are looked for up to there, or farther
+    # first touches are searched at least up to there
     most = max(far, path.RANGE)
     one = compliant.Path.of(beam, model.mu, (load.verb,), ideal=model.ideal, toward=toward, most=most)
     return joint_branches.side(joint_branches.LoadedBeam(one, load, sign, model.ends), far, mode)
 
 
 def notes(beam: Beam, model: Model, limit: Limit | None, low: float, high: float) -> list[str]:
-    """Return notes where a motion between two angles (rad per pitch) leaves the model."""
+    """Return notes where a motion between two load angles (rad per pitch) leaves the model's range."""
     found = [limit[1]] if limit is not None and -low >= limit[0] else []
     if not MODELS[model.joint].straight:
         found += compliant.notes(compliant.Held.of(beam), beam, max(-low, high), ideal=model.ideal)

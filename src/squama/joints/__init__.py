@@ -1,1 +1,1 @@
-"""What holds a scale in the substrate, over nine motions: by a matrix, the shipped law, elements, or a hinge."""
+"""Stiffness of a scale's joint over nine motions: from a matrix, the fitted law, finite elements, or a hinge."""

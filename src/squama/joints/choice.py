@@ -1,4 +1,4 @@
-"""What holds the scales of a beam: the matrix of its file, the law, elements, or else a hinge; one rule for all."""
+"""Choice of the joint of a beam's scales: the matrix of its file, the fitted law, finite elements, else a hinge."""
 
 from __future__ import annotations
 
@@ -24,13 +24,12 @@ _SEVEN = _HINGED.format(
 
 
 class Joint(NamedTuple):
-    """What holds a scale.
+    """The joint of a beam's scales.
 
-    ``K`` in E = 1 and d = 1 over the nine motions of :mod:`squama.joints.factor`, the first seven where a file gives
-    no more, None on a hinge; where it is from; a note for the reader, empty where there is nothing to say; ``band``,
-    about how far the torque may be off for it, relative, NaN where that is not known; forms ``strain`` (4, 9, 9) of
-    :func:`squama.joints.law.strain`, None where neither the law nor elements know them; ``bends``: the embedded part
-    bends in K.
+    ``K`` (9, 9), with E = 1 and d = 1, over the motions of :mod:`squama.joints.factor` (7 by 7 where the file has no
+    more, None for a hinge); its ``source``; a ``note`` for the reader, or ""; ``band``, the estimated relative error of
+    the torque due to K (NaN if unknown); ``strain`` (4, 9, 9), the forms of :func:`squama.joints.law.strain`, None
+    where neither the law nor elements supply them; ``bends``: whether K includes bending of the embedded part.
     """
 
     K: Array | None
@@ -42,39 +41,39 @@ class Joint(NamedTuple):
 
 
 def shape(beam: Beam) -> law.Shape:
-    """Return what a beam's joint depends on."""
+    """Return the ratios and angles of a beam on which its joint depends."""
     g = geometry(beam)._asdict()
     return law.Shape(*(g[name] for name in law.Shape._fields))
 
 
 def known(beam: Beam) -> bool:
-    """Whether a beam's joint is known without elements: by its matrix, or by the law."""
+    """Return whether a beam's joint is known from its matrix or the law, without finite elements."""
     return not unknown(beam)
 
 
 def unknown(beam: Beam) -> str:
-    """Return why a beam's joint is not known without elements; empty where it is."""
+    """Return why a beam's joint is not known without finite elements; "" if it is known."""
     problems = [] if beam.joint.matrix is not None else law.outside(shape(beam))
     return _HINGED.format(said(problems)) if problems else ""
 
 
 def impossible(beam: Beam) -> str:
-    """Return why a beam's joint is not known, with elements; empty where it is."""
+    """Return why a beam's joint is not known even with finite elements; "" if it is known."""
     joint = joint_of(beam)
     return joint.note if joint.K is None else ""
 
 
 def unbent(beam: Beam) -> str:
-    """Return why a joint's matrix does not know bends; empty where it does, or there is none."""
+    """Return why the joint's matrix does not cover bending; "" if it does, or if the beam has no matrix."""
     return _SEVEN if beam.joint.matrix is not None and len(beam.joint.matrix.K) < 9 else ""
 
 
 def joint_of(beam: Beam) -> Joint:
-    """Return what holds a beam's scales.
+    """Return the joint of a beam's scales.
 
-    The matrix of its file; else the law, in its range; else elements, where the extra fe is installed, kept in the
-    user's cache; else a hinge. A stiffness or an inclusion factor that the file gives was measured and goes before
-    all: K takes it on, see :func:`squama.joints.factor.scaled`.
+    The first available source counts: the matrix of the beam's file; the law, in its range; finite elements, if the
+    extra fe is installed, cached for the user; else a hinge. A stiffness or an inclusion factor in the file was
+    measured and overrides the corresponding part of K, see :func:`squama.joints.factor.scaled`.
 
     Raises
     ------
@@ -92,7 +91,7 @@ def joint_of(beam: Beam) -> Joint:
 
 
 def _found(beam: Beam) -> Joint:
-    """Return the joint without what the file gives of single figures."""
+    """Return the joint without the stiffness or inclusion factor that the file gives."""
     form = shape(beam)
     problems = law.outside(form)
     strain = None if problems else law.strain(form)
@@ -102,7 +101,7 @@ def _found(beam: Beam) -> Joint:
         return Joint(law.stiffness(form), "law", "", float(law.band(form)), strain)
     from squama.fe.stiffness import joint
 
-    # a rigid one may make a beam with long embedded parts several times too stiff
+    # a rigid embedded part, if long, may make the beam several times too stiff
     bends = geometry(beam).lean > 0 and beam.scale.youngs_modulus is not None
     try:
         made = joint(beam, tab="elastic" if bends else "rigid")
@@ -114,5 +113,5 @@ def _found(beam: Beam) -> Joint:
 
 
 def said(problems: Iterable[Problem]) -> str:
-    """Return mistakes in one line, each once."""
+    """Return problems as one line, each once."""
     return "; ".join(dict.fromkeys(map(str, problems)))

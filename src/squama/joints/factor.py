@@ -1,15 +1,15 @@
-"""A joint's stiffness K (9, 9) and its Cholesky factor, whose diagonal has the figures that have names.
+"""A joint's stiffness K (9, 9) and its Cholesky factor, whose pivots are the joint's named stiffnesses.
 
 Variables: the scale's motions (u_X, u_Y, u_Z, w_X, w_Y, w_Z), the twist phi, the bend psi and the stretch epsilon, all
 per pitch (:mod:`squama.fe.pitch_stiffness`); E = 1, d = 1. With the variables in the :data:`ORDER` u_X, u_Y, u_Z, w_X,
-w_Z, w_Y, phi, psi, epsilon and K = L L^T, the square of a pivot is the stiffness of its variable, those before it free
-and those behind it held:
+w_Z, w_Y, phi, psi, epsilon and K = L L^T, the square of a pivot is the stiffness of its variable, with the variables
+before it free and those behind it held:
     of w_Y       K_theta = 1 / (A^-1)_55, A the six motions' part
     of phi       the torque per twist of the pitch, the scale free, neither bent nor stretched
     of psi       the moment per bend, the scale and the twist free
     of epsilon   the tension per stretch, all else free.
-The energy is 1/2 sum_j (pivot_j (x_j + sum_i c_ij x_i))^2 with c_ij = L_ij / L_jj: -c_ij says how far x_j goes by
-itself with each x_i behind it.
+The energy is 1/2 sum_j (pivot_j (x_j + sum_i c_ij x_i))^2 with c_ij = L_ij / L_jj: a free x_j follows each x_i behind
+it by -c_ij x_i.
 """
 
 from __future__ import annotations
@@ -25,15 +25,16 @@ from squama.types import Array
 ORDER = (0, 1, 2, 3, 5, 4, 6, 7, 8)
 """Rows of K in the order of the factor."""
 K_THETA, TWIST, BEND, STRETCH = 5, 6, 7, 8
-"""Places of pivots."""
+"""Indices of the pivots in the factor."""
 MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0, -1.0, 1.0, 1.0])
-"""Signs of the variables in the mirror x = 0, which turns alpha into -alpha: K(-alpha) = MIRROR K(alpha) MIRROR."""
+"""Signs of the variables under the mirror x -> -x, which turns alpha into -alpha: K(-alpha) = MIRROR K(alpha) MIRROR.
+"""
 
 
 def factor(K: Array) -> Array:
-    """Return L (..., m, m) of matrices K (..., m, m), m = 7 or 9, lower triangles over the variables in their order.
+    """Return the lower triangular factors L (..., m, m), m = 7 or 9, of matrices K, variables in the :data:`ORDER`.
 
-    A complex step goes through: with K = L L^T, dL = L (lower triangle of L^-1 dK L^-T, half its diagonal).
+    Complex steps are carried through: with K = L L^T, dL = L (lower triangle of L^-1 dK L^-T, half its diagonal).
     """
     order = ORDER[: K.shape[-1]]
     K = K[..., order, :][..., order]
@@ -47,25 +48,25 @@ def factor(K: Array) -> Array:
 
 
 def product(L: Array) -> Array:
-    """Return K of a factor L, real or complex."""
+    """Return K (..., m, m) from its factor L, real or complex."""
     # the order is its own inverse
     L = L[..., ORDER[: L.shape[-1]], :]
     return np.asarray(L @ np.swapaxes(L, -1, -2))
 
 
 def pivots(K: Array) -> Array:
-    """Return the squares (..., m) of the factor's pivots."""
+    """Return the squared pivots (..., m) of K, which are stiffnesses."""
     return np.asarray(np.diagonal(factor(K), axis1=-2, axis2=-1) ** 2)
 
 
 def scaled(
     K: Array, *, K_theta: ArrayLike | None = None, rigidity: ArrayLike | None = None, free: Sequence[int] = ()
 ) -> Array:
-    """Return K (..., m, m) with K_theta or torque per twist (both E d^3, (...)) as given, whatever is None as it is.
+    """Return K (..., m, m) with a prescribed K_theta or torque per twist (both over E d^3, (...)); None leaves it.
 
-    For K_theta the factor's column of that pivot is stretched, so that the other pivots stay and so does how far each
-    motion goes by itself with the load. Torque per twist is given by what acts beside the joint, on the twist alone.
-    ``free``: which of the strains bend, twist, lateral bend and stretch are under the torque.
+    For K_theta the factor's column of that pivot is scaled, so that the other pivots and the ratios c_ij are unchanged.
+    The torque per twist is corrected on the diagonal of the twist alone, as by a spring beside the joint. ``free``:
+    flags of the strains bend, twist, lateral bend and stretch that are free under the torque.
     """
     L = factor(K)
     if K_theta is not None:

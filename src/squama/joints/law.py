@@ -1,15 +1,15 @@
-"""The law of the joint: its stiffness over nine motions from the shape of a pitch, as elements of no size give it.
+"""The law of the joint: its stiffness over nine motions as a function of the shape, fitted to finite elements.
 
-Eight numbers describe a pitch: lengths over d, angles, Poisson's ratio (:class:`Shape`). What is fitted by processes
-over :func:`features` (:mod:`squama.joints.processes`) is the factor of K (:mod:`squama.joints.factor`), so that K is
-positive definite whatever the numbers are: the logarithms of its pivots, less those of a bare bar
+Eight numbers describe a pitch: lengths over d, angles, Poisson's ratio (:class:`Shape`). Gaussian processes over
+:func:`features` (:mod:`squama.joints.processes`) fit the factor of K (:mod:`squama.joints.factor`), so that K is always
+positive definite. The outputs are the logarithms of the pivots, less those of a bare bar
 
     twist G J (Saint-Venant)        bend w (2 lambda)^3 / 12        stretch 2 w lambda
 
-and the ratios L_ij / L_jj. Those that change sign in the mirror alpha -> -alpha carry the factor sin(alpha); a negative
-alpha is that mirror.
+and the ratios L_ij / L_jj. Outputs that change sign in the mirror alpha -> -alpha carry the factor sin(alpha); a
+negative alpha is that mirror image. The finite elements are extrapolated to zero element size.
 
-The forms of the strain S near an edge are fitted over motions of unit energy, which makes them alike for all shapes:
+The forms of the strain S near an edge are fitted over motions of unit energy, which makes them similar for all shapes:
 S = L M L^T and M = m^2 R R, with the logarithm of m and the symmetric R of M = R R over its trace.
 """
 
@@ -28,21 +28,21 @@ from squama.model import section
 from squama.types import Array
 
 ROWS, COLUMNS = np.tril_indices(9, -1)
-"""Where the ratios stand in the factor, row by row."""
+"""Row and column in the factor of each ratio, row by row."""
 _SIGNS = MIRROR[list(ORDER)]
 ODD = np.append(np.zeros(9, bool), _SIGNS[ROWS] * _SIGNS[COLUMNS] < 0)
-"""Which outputs change sign with alpha."""
+"""Mask of the outputs that change sign with alpha."""
 _ALL = np.arange(9)
 _LOWER = np.tril_indices(9)
 EDGES = 4
 
 
 class Shape(NamedTuple):
-    """What a joint depends on: floats, or arrays (n,) that broadcast; lengths in pitches, angles in rad.
+    """Arguments of the law: floats, or arrays (n,) that broadcast; lengths in pitches, angles in rad.
 
-    ``width`` of the section, half thickness ``lam``, embedded length ``zeta``, half width ``beta`` and ``thickness``
-    of a scale, ``alpha``, ``theta0``, Poisson's ratio ``nu``. Complex numbers are for derivatives; arrays
-    (n, k) of them are n shapes, each with steps in k ways.
+    ``width`` of the section, half thickness ``lam``, embedded length ``zeta``, half width ``beta`` and ``thickness`` of
+    a scale, ``alpha``, ``theta0``, Poisson's ratio ``nu``. Complex numbers are steps for derivatives; complex arrays
+    (n, k) are n shapes, each with steps in k directions.
     """
 
     width: Any
@@ -55,12 +55,12 @@ class Shape(NamedTuple):
     nu: Any
 
     def at(self, which: Array) -> Shape:
-        """Return some of many shapes."""
+        """Return the shapes with the given indices."""
         return Shape(*(x[which] for x in self))
 
 
 class Range(NamedTuple):
-    """From where to where the law goes: key of the beam file, limits, their unit, and what they are a part of."""
+    """Range of one parameter of the law: key of the beam file, limits, their unit, and its reference in words."""
 
     key: str
     low: float
@@ -79,20 +79,21 @@ RANGES = (
     Range("substrate.width", 1.01, 3.15, " of the scale's", "the scale's is scale.width cos(alpha)"),
     Range("substrate.poisson_ratio", 0.245, 0.495, ""),
 )
-"""The law's range; besides, the scale must fit into the substrate."""
+"""The law's range; in addition the scale must fit into the substrate."""
 NEAREST = 5
-"""Designs of the sample whose distance says how far the law may be off."""
+"""Number of nearest fitted designs whose distance sets the estimated error."""
 BORDER, CORNER = 0.1, 1.5
-"""Share of a range that lies near its end, and how much farther the law may be off where all eight numbers do."""
+"""Share of a range that counts as near its end; increase of the estimated error where all eight numbers are at an end.
+"""
 _SLACK = 1e-9
-"""The limits themselves belong to the range, also where a ratio was rounded on its way here."""
+"""Tolerance on the limits, which belong to the range even if a ratio was rounded."""
 
 
 def stiffness(shape: Shape, by: Law | None = None) -> Array:
-    """Return K (9, 9), or (n, 9, 9) of arrays, over the motions of :mod:`squama.joints.factor`, E = 1 and d = 1.
+    """Return K (9, 9), or (n, 9, 9) for arrays, over the motions of :mod:`squama.joints.factor`, E = 1 and d = 1.
 
-    Positive definite for every shape, whether it is in the law's range (:func:`outside`) or not; ``by`` another law
-    than the package's.
+    Positive definite for every shape, also outside the law's range (:func:`outside`). ``by``: a law other than the
+    package's.
 
     Raises
     ------
@@ -103,11 +104,11 @@ def stiffness(shape: Shape, by: Law | None = None) -> Array:
 
 
 def strain(shape: Shape, by: Law | None = None) -> Array:
-    """Return forms (4, 9, 9), or (n, 4, 9, 9), of the strain near the edges of the embedded scale.
+    """Return the quadratic forms (4, 9, 9), or (n, 4, 9, 9), of the strain near the edges of the embedded scale.
 
     With q the nine motions, q^T form q is the mean of 2 W / E near an edge, W the energy per volume: the square of the
-    strain that a bar under tension would have at it. The edges are those of
-    :data:`squama.fe.pitch_stiffness.EDGES_OF_TAB`, near is what its ``NEAR`` says. Never negative.
+    strain of a bar in tension with that energy. Edges are those of :data:`squama.fe.pitch_stiffness.EDGES_OF_TAB`, the
+    averaging distance is its ``NEAR``. Never negative.
     """
     law = by or shipped()
     # the mirror image of a negative alpha has the two sides swapped
@@ -125,16 +126,16 @@ def strain(shape: Shape, by: Law | None = None) -> Array:
 
 
 def errors() -> Errors:
-    """Return how far the law is from elements that were not fitted."""
+    """Return the errors of the law against finite elements of designs that were not fitted."""
     return shipped().errors
 
 
 def band(shape: Shape, by: Law | None = None) -> Array:
-    """Return about how far the torque of a shape may be off for the law, relative, of many (n,): twice its rms there.
+    """Return the estimated relative error (n,) of the torque due to the law: twice its rms at that shape.
 
-    The law is made of designs; the farther they are from a shape, the farther the law may be off. The distance is
-    :func:`distance`; what it means was learnt from designs left out in turn and from others that were not fitted.
-    In a corner of the range, where they lie on one side only, it means more (:func:`cornered`).
+    It grows with the :func:`distance` to the fitted designs; the relation was calibrated on designs left out in turn
+    and on others that were not fitted. It is larger in a corner of the range, where fitted designs lie on one side only
+    (:func:`cornered`).
     """
     found = (by or shipped()).apart
     away = found.scale * distance(shape, by) ** found.power
@@ -142,9 +143,9 @@ def band(shape: Shape, by: Law | None = None) -> Array:
 
 
 def cornered(shape: Shape) -> Array:
-    """Return how far shapes lie in a corner of the law's range, of many (n,): 1 where all eight numbers are at an end.
+    """Return how far shapes (n,) lie in a corner of the law's range, from 0 to 1: all eight numbers at an end.
 
-    A number within :data:`BORDER` of an end counts by how near it is; one alone is no corner.
+    A number within :data:`BORDER` of an end counts by its nearness; a single number is no corner.
     """
     near = sum(
         np.clip(1 - np.minimum(x - r.low, r.high - x) / (BORDER * (r.high - r.low)), 0.0, 1.0)
@@ -154,9 +155,9 @@ def cornered(shape: Shape) -> Array:
 
 
 def distance(shape: Shape, by: Law | None = None, *, skip: int = 0) -> Array:
-    """Return the mean distance of the :data:`NEAREST` designs of the law's sample from a shape, in the law's lengths.
+    """Return the mean distance (n,) of shapes to the :data:`NEAREST` fitted designs, in the processes' lengths.
 
-    ``skip`` leaves out so many of the nearest: 1 for the sample's own designs.
+    ``skip``: number of nearest designs to leave out, 1 for the fitted designs themselves.
     """
     law = by or shipped()
     f = features(Shape(*map(np.real, shape)))
@@ -168,7 +169,7 @@ def distance(shape: Shape, by: Law | None = None, *, skip: int = 0) -> Array:
 
 
 def _factor(shape: Shape, law: Law) -> Array:
-    """Return the factor L of K."""
+    """Return the Cholesky factor L (..., 9, 9) of K."""
     f = features(shape)
     x = law.scaled(f if f.ndim == 3 else f.reshape(-1, f.shape[-1]))
     y = values(law.stiffness, x).reshape(*f.shape[:-1], STIFFNESS)
@@ -182,7 +183,7 @@ def _factor(shape: Shape, law: Law) -> Array:
 
 
 def features(shape: Shape) -> Array:
-    """Return what the fit is over, (n, 14), even in alpha: sizes, and how crowded the embedded scale is."""
+    """Return the features (n, 14) of the fit, even in alpha: sizes, angles, and the room of the embedded scale."""
     w, lam, zeta, beta, t, alpha, theta, nu = shape
     c = np.cos(alpha)
     crowded = crowding(shape)
@@ -197,10 +198,10 @@ def features(shape: Shape) -> Array:
 
 
 def crowding(shape: Shape) -> tuple[Array, Array, Array]:
-    """Return three shares that must stay below 1, in full at :meth:`squama.fe.geometry.Geometry.check`.
+    """Return three ratios of the embedded scale that must stay below 1; see :meth:`squama.fe.geometry.Geometry.check`.
 
-    Of the embedded length that half the thickness takes from its cover, of the pitch that the embedded scale takes,
-    and of the substrate's thickness that it reaches down.
+    Its cover taken by half the thickness over the embedded length; its extent along the bar over the pitch; and its
+    depth over the substrate's thickness.
     """
     _, lam, zeta, _, t, alpha, theta, _ = shape
     sin, cos = np.sin(theta), np.cos(theta)
@@ -212,14 +213,14 @@ def crowding(shape: Shape) -> tuple[Array, Array, Array]:
 
 
 def bare(shape: Shape) -> Array:
-    """Return what a bar without scales opposes to twist, bend and stretch, (n, 3), E = 1 and d = 1."""
+    """Return the stiffness (n, 3) of a bar without scales against twist, bend and stretch, E = 1 and d = 1."""
     w, depth = shape.width, 2 * shape.lam
     twist = section.torsion_constant(w, depth) * section.shear_modulus(1.0, shape.nu)
     return _together((twist, section.bending_moment_of_area(w, depth), w * depth))
 
 
 def _together(columns: Sequence[Any]) -> Array:
-    """Return numbers and arrays (n,) as columns of one array (n, m)."""
+    """Return m numbers or arrays (n,) as the columns of an array (n, m)."""
     out = np.empty((*np.broadcast(*columns).shape, len(columns)), np.result_type(float, *columns))
     for k, column in enumerate(columns):
         out[..., k] = column
@@ -227,13 +228,13 @@ def _together(columns: Sequence[Any]) -> Array:
 
 
 def within(shape: Shape) -> Array:
-    """Return which shapes are in the law's range, truths (n,)."""
+    """Return truth values (n,): whether shapes are in the law's range."""
     shape = Shape(*map(np.real, shape))
     return np.asarray(np.min(list(rooms(shape).values()), axis=0) >= -_SLACK)
 
 
 def rooms(shape: Shape) -> dict[str, Array]:
-    """Return the room of shapes to each end of the law's range, as a share of it; below 0 outside."""
+    """Return the margins (n,) of shapes to each end of the law's range, as shares of the range; negative outside."""
     found = {}
     for r, x in _measured(shape):
         across = r.high - r.low
@@ -247,7 +248,7 @@ def rooms(shape: Shape) -> dict[str, Array]:
 
 
 def outside(shape: Shape) -> list[Problem]:
-    """Return where a shape (of floats) leaves the law's range, in the keys of the beam file; none: it does not."""
+    """Return a problem for each parameter of a shape (of floats) outside the law's range, by the beam file's keys."""
     problems = Problems()
     width, lam, zeta, *rest = _positive(shape)
     # the exposed part plays no role
@@ -255,7 +256,7 @@ def outside(shape: Shape) -> list[Problem]:
     with problems.caught():
         pitch.check()
     if problems:
-        # what elements refuse, too, decides
+        # shapes that finite elements refuse too
         return problems
     for (key, low, high, unit, part), x in _measured(shape):
         most = min(high, pitch.longest(CROWDED)) if key == "scale.embedded" else high
@@ -269,7 +270,7 @@ def outside(shape: Shape) -> list[Problem]:
 
 
 def _measured(shape: Shape) -> list[tuple[Range, Any]]:
-    """Return each range with what is to lie in it."""
+    """Return each range with the values (n,) that it limits."""
     shape = _positive(shape)
     c, degrees = np.cos(shape.alpha), 180 / np.pi
     gap, across = c * np.sin(shape.theta0), 2 * shape.beta * c
@@ -287,6 +288,6 @@ def _measured(shape: Shape) -> list[tuple[Range, Any]]:
 
 
 def _positive(shape: Shape) -> Shape:
-    """Return the mirror image of shapes whose alpha is negative."""
+    """Return shapes with alpha replaced by its magnitude, the mirror image."""
     # a complex step goes through
     return shape._replace(alpha=shape.alpha * np.where(np.real(shape.alpha) < 0, -1.0, 1.0))

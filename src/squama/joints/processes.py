@@ -1,4 +1,4 @@
-"""The numbers of the law of the joint: Gaussian processes from the package's file, and their values.
+"""Gaussian processes of the law of the joint: reading their numbers from the package's file, and evaluation.
 
 An output is a trend, linear in the features f, and a sum over the designs of the sample of a weight and
     (1 + r + r^2/3) exp(-r),    r^2 = 5 sum_k ((f_k - f_k of the design) / l_k)^2
@@ -21,24 +21,24 @@ from squama.types import Array
 
 PLACE = Path(__file__).with_name("law.npz")
 VERSION = 1
-"""Changes whenever the numbers of the file would mean something else."""
+"""Version of the file's format, raised whenever the meaning of its numbers changes."""
 STIFFNESS, STRAIN = 45, 184
-"""Outputs of the law: of K, and then of the strains, whose process is the last one."""
+"""Numbers of outputs of the law: for K, and for the strains, whose process is the last one."""
 _CHUNK = 16
-"""Shapes at a time, so that their nearness to the sample stays in the processor's cache."""
+"""Shapes evaluated at a time, so that the kernel's values stay in the processor's cache."""
 
 
 class Error(NamedTuple):
-    """How far the law is from elements that were not fitted, relative."""
+    """Relative error of the law against finite elements of designs that were not fitted."""
 
     rms: float
     worst: float
 
 
 class Errors(NamedTuple):
-    """Errors on ``designs`` shapes: of K_theta, of the torque per twist, and two at twice the engagement.
+    """Errors of the law on ``designs`` shapes that were not fitted: K_theta, torque per twist, torque and strain.
 
-    These are the torque, and the strain near the edges of the embedded scale.
+    The last two, at twice the twist of engagement, are the torque and the strain near the edges of the embedded scale.
     """
 
     designs: int
@@ -49,11 +49,11 @@ class Errors(NamedTuple):
 
 
 class Processes(NamedTuple):
-    """Processes of m outputs over p features from the same n designs, each with its lengths l; g of them.
+    """g Gaussian processes of m outputs over p features from the same n designs, each with its own lengths l.
 
-    ``inverse`` (p, g): 5 / l^2; ``sample`` (p, g n): twice the designs times that; ``squares`` (g, n): of the designs,
-    times that; ``trend`` (1 + p, m) and ``weights``, (n, outputs) of each process, with the outputs one process after
-    the other; ``places`` (m,): where each output stands there.
+    ``inverse`` (p, g): 5 / l^2. ``sample`` (p, g n): twice the designs times ``inverse``. ``squares`` (g, n): the
+    designs' squares times ``inverse``. ``trend`` (1 + p, m); ``weights``, (n, outputs) for each process. Outputs are
+    stored process by process; ``places`` (m,) is the position of each output there.
     """
 
     inverse: Array
@@ -65,10 +65,10 @@ class Processes(NamedTuple):
 
 
 class Apart(NamedTuple):
-    """How far the law may be off at a place, by how far the designs are from it of which it is made.
+    """Numbers of the estimated error of the law as a function of the distance to the fitted designs.
 
-    ``designs`` (n, p): their features over the ``lengths`` (p,), means of those of the processes of K. The torque is
-    off by a rms of ``floor`` everywhere, and of ``scale`` r^``power`` at a distance r, see
+    ``designs`` (n, p): their features over the ``lengths`` (p,), which are means over the processes of K. The rms of
+    the torque's relative error is ``floor`` everywhere, and ``scale`` r^``power`` at a distance r, see
     :func:`squama.joints.law.band`.
     """
 
@@ -80,7 +80,7 @@ class Apart(NamedTuple):
 
 
 class Law(NamedTuple):
-    """What stands in the file: what features are less and over, processes of K and of the strains, errors."""
+    """Content of the law's file: mean and deviation of the features, processes of K and of the strains, errors."""
 
     mean: Array
     spread: Array
@@ -90,12 +90,12 @@ class Law(NamedTuple):
     apart: Apart
 
     def scaled(self, features: Array) -> Array:
-        """Return features (n, p) less the sample's mean over its deviation."""
+        """Return features (n, p), less the sample's mean, over its standard deviation."""
         return np.asarray((features - self.mean) / self.spread)
 
 
 def values(of: Processes, x: Array) -> Array:
-    """Return the outputs (..., m) of processes at scaled features (n, p), or with complex steps in k ways (n, k, p)."""
+    """Return the outputs (..., m) at scaled features (n, p), or at complex steps in k directions (n, k, p)."""
     y = of.trend[0] + x @ of.trend[1:]
     points = x if x.ndim == 2 else x[:, 0].real
     for first in range(0, len(x), _CHUNK):
@@ -118,14 +118,14 @@ def values(of: Processes, x: Array) -> Array:
 
 
 def falling(square: Array) -> Array:
-    """Return the kernel's derivative by the square r^2, -(1 + r) exp(-r) / 6."""
+    """Return the kernel's derivative with respect to the squared distance r^2, -(1 + r) exp(-r) / 6."""
     r = np.sqrt(square + 1e-12)
     return np.asarray(-(1 + r) * np.exp(-r) / 6)
 
 
 def nearness(square: Array) -> Array:
-    """Return the kernel at squares r^2."""
-    # where they ought to be 0 they may be a little below
+    """Return the kernel at squared distances r^2."""
+    # rounding may make squares slightly negative
     r = np.sqrt(square + 1e-12)
     near = r / 3
     near += 1
@@ -137,7 +137,7 @@ def nearness(square: Array) -> Array:
 
 @functools.cache
 def shipped() -> Law:
-    """Return the law of the package.
+    """Return the law from the package's file, read once.
 
     Raises
     ------
@@ -153,7 +153,7 @@ def shipped() -> Law:
 
 
 def unpacked(table: Mapping[str, Array]) -> Law:
-    """Return a law from the arrays of its file; ``group`` numbers each output's process.
+    """Return a law from the arrays of its file; ``group`` is the number of each output's process.
 
     Raises
     ------
@@ -176,7 +176,7 @@ def unpacked(table: Mapping[str, Array]) -> Law:
 
 
 def _processes(wide: Mapping[str, Array], group: Array, numbers: Sequence[int]) -> Processes:
-    """Return processes by their numbers."""
+    """Return the processes with the given numbers from the file's arrays."""
     lengths, sample = wide["lengths"][list(numbers)], wide["sample"]
     outputs = [np.flatnonzero(group == g) for g in numbers]
     order = np.concatenate(outputs)

@@ -1,1 +1,1 @@
-"""Pure algebra of the mechanics, generic over the number type."""
+"""Mechanics of contacts between scales: formulas for any number type, paths of contacts, laws of the joint."""

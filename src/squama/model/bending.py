@@ -1,8 +1,8 @@
-r"""Bending: the tip's corner B of a scale on the face of the next one (docs, theory: bending).
+r"""Bending: the tip's corner B of a scale on the face of the next scale (docs, theory: bending).
 
-The contact BF of :mod:`squama.model.screw` where the twist is 0, by its inclination; no other comes in before a lock.
-With psi = 2 h the bend per pitch, c and s cosine and sine of theta, and lam the height of the scales' face over the
-line that keeps its length, the corner is in the face where
+This is the contact BF of :mod:`squama.model.screw` without twist, as a function of the inclination; no other contact
+comes in before a lock. With psi = 2 h the bend per pitch, c and s cosine and sine of theta, and lam the height of the
+scales' face over the line that keeps its length, the corner lies in the face where
 
 .. math::
     c \sin h + s \cos\alpha \cos h &= \psi (A_1 \cos h + A_2 \sin h), \\
@@ -22,7 +22,7 @@ from squama.model.twisting import Number
 
 
 class Meeting(NamedTuple):
-    """Left minus right side of the condition at a bend ``psi``, and its derivatives by psi and theta."""
+    """Left minus right side of the contact condition at a bend, and its derivatives with respect to psi and theta."""
 
     G: Number
     G_psi: Number
@@ -30,9 +30,9 @@ class Meeting(NamedTuple):
 
 
 class Bend(NamedTuple):
-    """Corner on face, followed by x = theta; lengths in pitches, ``lam`` from the line that keeps its length.
+    """Corner on face, with path parameter x = theta; lengths in pitches, ``lam`` from the line that keeps its length.
 
-    The one force law, whatever ``law`` is named.
+    There is only one force law; the argument ``law`` of the methods has no effect.
     """
 
     eta: Number
@@ -43,7 +43,7 @@ class Bend(NamedTuple):
     theta0: Number
 
     def meeting(self, psi: Number, s: Number, c: Number, ops: Ops) -> Meeting:
-        """Return the condition at a bend and the sine and cosine of an inclination."""
+        """Return the contact condition at a bend ``psi`` (rad) and sine and cosine of an inclination."""
         eta, beta, lam, sa, ca, _ = self
         sh, ch = ops.sin(psi / 2), ops.cos(psi / 2)
         A1, A2 = self.levers(s, c)
@@ -54,17 +54,17 @@ class Bend(NamedTuple):
         return Meeting(c * sh + ca * s * ch - psi * arm, G_psi, G_theta)
 
     def levers(self, s: Number, c: Number) -> tuple[Number, Number]:
-        """Return A_1 and A_2."""
+        """Return A_1 and A_2 of the contact condition."""
         eta, beta, lam, sa, ca, _ = self
         return eta * ca + beta * sa * c + lam * ca * s, s * sa * (eta * sa * c - beta * ca) + lam * c
 
     def off(self, psi: Number, x: Number, ops: Ops) -> tuple[Number, Number]:
-        """Return how far the inclination ``x`` is beyond that at a bend, by the condition, and its rate."""
+        """Return the contact condition at bend ``psi`` and inclination ``x``, 0 in contact, and its derivative by x."""
         m = self.meeting(psi, ops.sin(x), ops.cos(x), ops)
         return m.G, m.G_theta
 
     def bend(self, s: Number, c: Number, ops: Ops) -> Number:
-        """Return the smallest bend per pitch at which the corner is in the face, by Newton; NaN where there is none."""
+        """Return the smallest bend per pitch (rad) with the corner in the face, by Newton's method; NaN for none."""
         A1, A2 = self.levers(s, c)
         # to the second order in psi
         b = A1 - c / 2
@@ -111,14 +111,14 @@ class Bend(NamedTuple):
         )
 
     def places(self, pt: Point) -> tuple[Number, Number]:
-        """Margins of the bend and of the place on the face."""
+        """Return the margins of the bend below its limit and of the contact's place on the face."""
         along, across = self.eta / 2 - abs(pt.s - self.eta / 2), self.beta + pt.p
         return SEARCH - pt.load, (along + across - abs(along - across)) / 2
 
     def theta(self, x: Number) -> Number:
-        """Inclination at the path parameter."""
+        """Return the inclination (rad) at the path parameter."""
         return x
 
     def parameter(self, theta: Number, ops: Ops) -> Number:  # noqa: ARG002
-        """Path parameter of an inclination."""
+        """Return the path parameter of an inclination (rad)."""
         return theta

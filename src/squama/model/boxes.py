@@ -1,13 +1,13 @@
-"""Thick plates as boxes: how far two are apart, and what of them touches first.
+"""Thick plates as boxes: the distance of two boxes, and the names of the features that touch first.
 
-Two boxes are apart if one of 15 directions separates them: the three axes of each, and the products of an axis of one
-with an axis of the other. So the largest gap over the directions is the distance that vanishes at the first touch.
-While the lower tip edge of scale 1 slides on the upper side edge of another it is zero, and the boxes do not meet
-elsewhere as long as the common normal leads out of both: k_ZX, k_XX, k_YZ, k_YY >= 0 (:mod:`squama.model.twisting`).
-Where one vanishes an edge lies flat on a face.
+Two boxes are apart if one of 15 directions separates them: the three axes of each box, and the products of an axis of
+one with an axis of the other. So the largest gap over the directions is a distance that vanishes at the first touch.
+While the lower tip edge of scale 1 slides on the upper side edge of another scale it is zero, and the boxes do not
+touch elsewhere as long as the common normal points out of both: k_ZX, k_XX, k_YZ, k_YY >= 0
+(:mod:`squama.model.twisting`). Where one of these vanishes an edge lies flat on a face.
 
-Boxes are given by half their sides; the other one by its base midpoint and the columns of its axes, both in the axes of
-scale 1 (:func:`squama.model.plates.axes`).
+A box is given by half its sides; the other box also by its base midpoint and the columns of its axes, both in the axes
+of scale 1 (:func:`squama.model.plates.axes`).
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ import numpy as np
 from squama.types import Array
 
 PARALLEL = 1e-12
-"""Square of the sine of an angle below which two axes give no direction of their own."""
+"""Squared sine of the angle below which two axes count as parallel and their product is skipped."""
 SIDES = (2, 0), (0, 0), (1, 2), (1, 1)
-"""Cosines k_IJ that hold the common normal of tip and side edge outside both boxes."""
+"""Indices of the cosines k_IJ that keep the common normal of tip and side edge outside both boxes."""
 _FLAT = (
     "{side} on the lower face of scale 1",
     "{side} on the tip face of scale 1",
@@ -31,7 +31,7 @@ _FLAT = (
 
 
 def directions(half: Sequence[float], o: Array, M: Array) -> Array:
-    """Gaps along the 15 directions, shape (15, ...): < 0 where the boxes overlap."""
+    """Return the gaps along the 15 directions, shape (15, ...): negative where the boxes overlap."""
     r = np.array(half).reshape(3, *[1] * (o.ndim - 1))
     t, size = o + r[0] * M[:, 0], np.abs(M)
     t = np.concatenate([t[:1] - r[0], t[1:]])
@@ -49,12 +49,12 @@ def directions(half: Sequence[float], o: Array, M: Array) -> Array:
 
 
 def gaps(half: Sequence[float], o: Array, M: Array) -> Array:
-    """Distance of the boxes, and the cosines that vanish where the tip-side contact lies flat; shape (5, ...)."""
+    """Return the distance of the boxes and the cosines of :data:`SIDES`, shape (5, ...)."""
     return np.stack([directions(half, o, M).max(axis=0), *(M[i, j] for i, j in SIDES)])
 
 
 def leave_out(gap: Array, follows: int, closed: Array) -> None:
-    """Take out of gaps (5, n, m) what is no other contact; neighbour ``follows`` is touched where ``closed`` (m,)."""
+    """Set gaps (5, n, m) that are not other contacts to 1; neighbour ``follows`` is touched where ``closed`` (m,)."""
     alone = gap[:, follows - 1].copy() if follows else None
     gap[1:] = 1.0
     if alone is not None:
@@ -63,7 +63,7 @@ def leave_out(gap: Array, follows: int, closed: Array) -> None:
 
 
 def name(half: Sequence[float], o: Array, M: Array, pair: int, k: int, mirrored: bool) -> str:
-    """Say what touches; ``pair`` is the row of :func:`gaps` that vanishes."""
+    """Return the touching features in words; ``pair`` is the row of :func:`gaps` that vanishes."""
     other = 1 + k
     if pair:
         side = _edge(0, np.array([0, -1, 1]), other, mirrored)
@@ -75,7 +75,7 @@ def name(half: Sequence[float], o: Array, M: Array, pair: int, k: int, mirrored:
         i = which % 3
         n = np.eye(3)[i] if which < 3 else M[:, i]
         n = n if n @ t > 0 else -n
-        # the corner of the other box that lies deepest, and the face of the first
+        # the deepest corner of one box, and the face of the other
         if which < 3:
             return f"{_corner(-np.sign(n @ M), other, mirrored)} on the {_face(i, n[i])} face of scale 1"
         return f"{_corner(np.sign(n), 1, mirrored)} on the {_face(i, -(n @ M)[i])} face of scale {other}"
@@ -102,7 +102,7 @@ def _corner(at: Array, scale: int, mirrored: bool) -> str:
 
 
 def _edge(along: int, at: Array, scale: int, mirrored: bool) -> str:
-    """Edge along an axis, on the sides ``at`` of the box."""
+    """Return the name of the edge along an axis, on the sides ``at`` of the box."""
     if along == 2:
         return f"upright edge {_letter(at[0], at[1], mirrored)}{scale}"
     if along == 0:

@@ -1,4 +1,4 @@
-"""One root between two bounds: on plain floats, and the same compiled."""
+"""Solution of f(x) = 0 between two bounds, for plain floats; also compiled."""
 
 from __future__ import annotations
 
@@ -6,16 +6,17 @@ from collections.abc import Callable
 from typing import Any
 
 STILL, NEARLY = 1e-13, 1e-9
-"""Relative steps of an interpolation after which no further one is made: in any case, and where the line through the
-last two places leads to the same zero: then its own error is far smaller than the step."""
+"""Relative steps after which interpolation stops: always, and if the secant of the last two places agrees; the error is
+then far smaller than the step.
+"""
 CLOSE = 1e-5
-"""Relative length of the step before, at most: no longer than that the values follow a straight line."""
+"""Largest relative length of the previous step for which the values count as a straight line."""
 
 
 def bracketed(f: Callable[[float], float], a: float, b: float) -> float:
-    """Solve f(x) = 0 for one x between a and b, where f changes sign, to the last bits.
+    """Solve f(x) = 0 between a and b, where f changes sign, to the last bits.
 
-    Here because the import of SciPy's takes longer than the rest of a command.
+    An own function, because importing SciPy's takes longer than the rest of a command.
     """
     fa, fb = f(a), f(b)
     if fa * fb > 0:
@@ -27,16 +28,16 @@ def bracketed(f: Callable[[float], float], a: float, b: float) -> float:
 def zero(
     f: Callable[..., float], a: float, fa: float, b: float, fb: float, c: float, fc: float, simple: bool, *args: Any
 ) -> float:
-    """Solve f(x, *args) = 0 for one x between a and b (Chandrupatla, Adv. Eng. Software 28 (1997) 145).
+    """Solve f(x, *args) = 0 between a and b (Chandrupatla, Adv. Eng. Software 28 (1997) 145).
 
     Parameters
     ----------
     a, fa, b, fb
-        Two places and the values there, of different signs; what is no number counts as below zero.
+        Two places and the values there, of different signs; NaN counts as negative.
     c, fc
         A third place beyond a, or a itself.
     simple
-        Whether f crosses zero steeply and smoothly: the place that interpolation hardly moves any more is the last.
+        Whether f crosses zero steeply and smoothly, so that a small interpolation step may end the search.
     """
     if fa == 0 or fb == 0:
         return a if fa == 0 else b
@@ -64,7 +65,7 @@ def zero(
 
 
 def place(a: float, fa: float, b: float, fb: float, c: float, fc: float) -> float:
-    """Return where inverse quadratic interpolation puts the zero on the way from a to b, or half way where it may err.
+    """Return the zero by inverse quadratic interpolation, as a fraction of the way from a to b; 0.5 where it may fail.
 
     a lies between b and c.
     """
@@ -75,7 +76,7 @@ def place(a: float, fa: float, b: float, fb: float, c: float, fc: float) -> floa
 
 
 def reached(step: float, x: float, f: float, before: float, value_before: float) -> bool:
-    """Whether a step from x, with the value f, ends at the zero to all digits; x is one step from ``before``."""
+    """Return whether a step from x, with the value f, ends at the zero to all digits; ``before`` is the last place."""
     moved, size = x - before, abs(x)
     straight = abs(f * moved + step * (f - value_before)) <= 1e-3 * abs(f * moved)
     short = abs(step) <= STILL * size or (abs(step) <= NEARLY * size and straight)

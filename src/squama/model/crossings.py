@@ -1,7 +1,7 @@
-"""Other neighbours that come in along a path, by the signs of their contact conditions.
+"""Contacts of other neighbours that come in along a path, by the signs of their contact conditions.
 
-Where they are looked at follows from the geometry alone and not from where friction ends the path, so no coefficient
-of friction sees a crossing that another misses.
+The samples depend on the geometry alone and not on where friction ends the path, so that all coefficients of friction
+find the same crossings.
 """
 
 from __future__ import annotations
@@ -26,22 +26,24 @@ from squama.model.neighbours import reach, reach_at
 from squama.model.paths import FLOAT, Twist
 
 NEAR = 7
-"""Neighbours from which on no quick look is made."""
+"""Number of neighbours within reach from which on the quick check is skipped."""
 AWAY = 0.5
-"""Part of the bend seen in three samples that a condition must be away from zero by (a parabola needs an eighth)."""
+"""Share of the curvature seen in three samples by which a condition must be away from zero (a parabola needs an
+eighth).
+"""
 SWING = 0.12
-"""Half the square of the largest angle (rad) by which the neighbour looked at may turn between two samples."""
+"""Half the square of the largest angle (rad) by which a neighbour may turn between two samples."""
 
 
 def first_crossing(d: Design, pair: Twist, x0: float, x1: float, x_end: float, room: Room) -> tuple[int, float]:
-    """Find where another neighbour's tip-side contact comes in first before ``x_end``: its number (0 for none), place.
+    """Find the first tip-side contact of another neighbour before ``x_end``: its number (0 for none), and the place.
 
     Parameters
     ----------
     pair
         The contact with the next neighbour, lengths in pitches.
     x0, x1, x_end
-        Path parameters of engagement, of the last place looked at, and of the end.
+        Path parameters of engagement, of the last sample, and of the end.
     """
     far = max(1, int(reach(pair, FLOAT)))
     if far < 2 or not x_end > x0:
@@ -71,9 +73,9 @@ def first_crossing(d: Design, pair: Twist, x0: float, x1: float, x_end: float, r
 
 
 def rises(d: Design, pair: Twist, far: int, halve: bool, room: Room) -> tuple[int, float]:
-    """First neighbour that comes in between the samples of a part: its number (0 for none) and the place.
+    """Return the first neighbour that comes in between the samples of an interval (0 for none), and the place.
 
-    The number is -1 where the samples are too far apart to tell and the part may be halved.
+    The number is -1 if the samples are too far apart to decide and the interval may be halved.
     """
     x, cos, sin, m = room.x, room.cos, room.sin, PART + 2
     turn = 0.0
@@ -104,9 +106,9 @@ def rises(d: Design, pair: Twist, far: int, halve: bool, room: Room) -> tuple[in
 
 
 def lines(d: Design, pair: Twist, m: int, room: Room) -> None:
-    """Note what the contact conditions of all neighbours are made of at the samples before ``m``, and the tip's reach.
+    """Store the terms of all neighbours' contact conditions at the samples 1..m - 1, and the reach of the tip.
 
-    The condition times j is linear in j but for the cosine and sine of j phi (:func:`condition`).
+    The condition times j is linear in j except for the cosine and sine of j phi (:func:`condition`).
     """
     roots(d, room, 1, m)
     for s in range(1, m):
@@ -126,7 +128,10 @@ def lines(d: Design, pair: Twist, m: int, room: Room) -> None:
 
 
 def condition(room: Room, s: int, j: float, thickness: float) -> float:
-    """Contact condition of neighbour j, times j, at a sample; the next call there is for the next neighbour."""
+    """Return the contact condition of neighbour j, times j, at sample s.
+
+    Each call prepares the next neighbour, so calls for a sample must count j up from 1.
+    """
     c, h = room.cosj[s], room.sinj[s]
     room.cosj[s] = c * room.cos[s] - h * room.sin[s]
     room.sinj[s] = h * room.cos[s] + c * room.sin[s]
@@ -134,7 +139,7 @@ def condition(room: Room, s: int, j: float, thickness: float) -> float:
 
 
 def clear(d: Design, pair: Twist, far: int, x0: float, x1: float, x_end: float, room: Room) -> bool:
-    """Whether no other neighbour comes near: the conditions stay below zero by more than they bend."""
+    """Return whether all other neighbours stay away: their conditions are below zero by more than their curvature."""
     m = 1
     while m < 4 or (m <= samples(d.kind) and room.x[m - 1] < x_end):
         room.x[m] = sample(m - 1, d.kind, x0, x1)

@@ -1,12 +1,12 @@
 """The exposed part of a scale as an elastic plate: Kirchhoff's theory, clamped at the base, by Ritz's method.
 
 Deflections are w(x, y) = sum b_mn X^m Y^n with X = x / eta in 0..1, Y = y / beta in -1..1, m = 2..7, n = 0..3; D is
-:func:`squama.model.section.plate_rigidity`. Forces load each power by its value at their places, so a plate enters a
-contact through one small table; along an edge a deflection is a polynomial in the place, and the table of two edges
-that meet is smaller still (:mod:`squama.contacts.equations`).
+:func:`squama.model.section.plate_rigidity`. A force loads each power by its value at the force's place, so the contact
+only needs a small table of the plate; along an edge the deflection is a polynomial of the place, and the table for two
+edges in contact is smaller still (:mod:`squama.contacts.equations`).
 
-With D = 1, eta = 3, beta = .6, nu_s = .35 the compliances at the tip (y = -.15), at the side (x = 2.2), and of one by
-the other are 8.1407, 3.5321 and 4.9569; converged plate elements give 8.2090, 3.5724 and 4.9987.
+Check, with D = 1, eta = 3, beta = .6, nu_s = .35: the compliance at the tip (y = -.15), at the side (x = 2.2), and
+between the two are 8.1407, 3.5321 and 4.9569; converged plate elements give 8.2090, 3.5724 and 4.9987.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from numpy.typing import ArrayLike
 from squama.types import Array
 
 LENGTHWISE, ACROSS = 6, 4
-"""Powers along the length, X^2 .. X^7, and across, Y^0 .. Y^3."""
+"""Numbers of powers along the length, X^2 .. X^7, and across, Y^0 .. Y^3."""
 TIP, SIDE_D, SIDE_A, BASE = range(4)
-"""Edges by number: tip C-B, side D-C (y = -beta), side A-B (y = beta), base D-A."""
+"""Numbers of the edges: tip C-B, side D-C (y = -beta), side A-B (y = beta), base D-A."""
 
 
 class _Basis(NamedTuple):
     """Integrals of products of derivatives of orthogonal polynomials along x and y.
 
-    ``powers`` (24, 24): b_mn of each polynomial.
+    ``powers`` (24, 24): coefficients b_mn of each polynomial.
     """
 
     x: dict[tuple[int, int], Array]
@@ -39,7 +39,7 @@ class _Basis(NamedTuple):
 
 @functools.cache
 def _basis() -> _Basis:
-    # Legendre's, for monomials alone are nearly dependent
+    # Legendre polynomials, because monomials are nearly dependent
     half: list[Array] = []
     for i in range(LENGTHWISE):
         p: Array = np.zeros(1)
@@ -74,12 +74,12 @@ def monomials(X: Array, Y: Array) -> Array:
 
 
 def polynomials(X: Array, Y: Array) -> Array:
-    """Return the polynomials (n, 24) by which the plate bends at such places."""
+    """Return the orthogonal polynomials (n, 24) at places of the plate, X (n,) in 0..1 and Y (n,) in -1..1."""
     return np.asarray(monomials(X, Y) @ _basis().powers)
 
 
 def curvatures(X: Array, Y: Array) -> Array:
-    """Return what makes w,XX, w,YY and w,XY (3, 24, n) at places of the plate of the powers b_mn (.., 24)."""
+    """Return the derivatives w,XX, w,YY and w,XY (3, 24, n) of the powers X^m Y^n at places of the plate, X, Y (n,)."""
     m, n = np.indices((LENGTHWISE, ACROSS)).reshape(2, -1, 1)
     m += 2
     along = [X**m, m * X ** (m - 1), m * (m - 1) * X ** (m - 2)]
@@ -88,9 +88,9 @@ def curvatures(X: Array, Y: Array) -> Array:
 
 
 def stiffness(eta: ArrayLike, beta: ArrayLike, nu: ArrayLike) -> Array:
-    """Return the stiffness (..., 24, 24) of the polynomials for D = 1, by the energy of Kirchhoff's plate.
+    """Return the stiffness (..., 24, 24) over the polynomials for D = 1, from the energy of Kirchhoff's plate.
 
-    That is half the integral of w_xx^2 + w_yy^2 + 2 nu w_xx w_yy + 2 (1 - nu) w_xy^2.
+    The energy is half the integral of w_xx^2 + w_yy^2 + 2 nu w_xx w_yy + 2 (1 - nu) w_xy^2.
     """
     x, y = _basis()[:2]
     eta, beta, nu = (np.asarray(v)[..., None, None] for v in (eta, beta, nu))
@@ -103,9 +103,9 @@ def stiffness(eta: ArrayLike, beta: ArrayLike, nu: ArrayLike) -> Array:
 
 
 def compliances(eta: Array, beta: Array, nu: Array) -> Array:
-    """Return the b_mn (n, 24, 24), m first, of plates of D = 1 under unit loads on the powers X^m Y^n, m first.
+    """Return the coefficients b_mn (n, 24, 24), m first, of plates of D = 1 under unit loads on the powers X^m Y^n.
 
-    A force at a place loads each power by its value there (:func:`monomials`).
+    A force loads each power by its value at the force's place (:func:`monomials`).
 
     Parameters
     ----------

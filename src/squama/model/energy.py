@@ -1,9 +1,8 @@
 r"""Frictional work along a path, with the pole of the friction force built in (paper Eqs. 13, 15 and 16).
 
-Near a frictional lock f grows like 1/(x_p - x). With y = -ln(1 - (x - x0)/(x_p - x0)) the integrand
-f dr/dy is smooth. Its Chebyshev series in y is integrated term by term; the number of terms doubles until the series
-has converged. Of many paths only the sum up to the cut-off is wanted (:mod:`squama.model.figures`). Units:
-W_fr d / K_theta.
+Near a frictional lock f grows like 1/(x_p - x). With y = -ln(1 - (x - x0)/(x_p - x0)) the integrand f dr/dy is smooth.
+Its Chebyshev series in y is integrated term by term; the number of terms doubles until the series has converged. For
+many paths only the integral up to the cut-off is computed (:mod:`squama.model.figures`). Units: W_fr d / K_theta.
 """
 
 from __future__ import annotations
@@ -35,7 +34,7 @@ class Series(NamedTuple):
     y_end: float
 
     def __call__(self, x: Array | float) -> Array:
-        """Frictional work W_fr d / K_theta from engagement to the path parameter ``x``."""
+        """Return the frictional work W_fr d / K_theta from engagement to the path parameter ``x``."""
         if not self.coefficients.any():
             return np.zeros_like(np.asarray(x, float))
         y = -np.log1p(-(np.asarray(x, float) - self.x0) / (self.pole - self.x0))
@@ -45,7 +44,7 @@ class Series(NamedTuple):
 
 @functools.cache
 def _rule(n: int) -> tuple[Array, Array]:
-    """Chebyshev nodes on [0, 1] and the matrix from values there to coefficients of the integral from 0."""
+    """Return Chebyshev nodes on [0, 1] and the matrix from values there to coefficients of the integral from 0."""
     j = np.arange(n)
     angle = np.pi * (j + 0.5) / n
     values_to_coefficients = 2 / n * np.cos(j[:, None] * angle)
@@ -55,7 +54,7 @@ def _rule(n: int) -> tuple[Array, Array]:
 
 
 def pole(row: Any, x_end: Array, mu: Array, law: str, x0: Array) -> Array:
-    """Where the friction force has its pole, at or (estimated by the slope of D) beyond the end of the path."""
+    """Return the path parameter at which the friction force has its pole: the end, or beyond it by the slope of D."""
     h = 1e-4 * (x_end - x0)
     with np.errstate(all="ignore"):
         D1 = forces(row.point(x_end, law, ARRAY), row.theta0, mu).D
@@ -64,18 +63,18 @@ def pole(row: Any, x_end: Array, mu: Array, law: str, x0: Array) -> Array:
 
 
 def beyond(D1: Any, D0: Any, h: Any, ops: Ops) -> Any:
-    """Distance from the end of a path to the pole, with D1 = D there and D0 = D at ``h`` (path length / 1e4) before it.
+    """Return the distance from a path's end to the pole, by D1 = D there and D0 = D at ``h`` (length / 1e4) before it.
 
-    Where no pole is ahead: one far enough that y is x in other units.
+    Without a pole ahead it is so large that y is proportional to x.
     """
     D1 = ops.larger(D1, 0.0)
     return h * D1 / ops.larger(D0 - D1, 1e-7 * D1 + 1e-300)
 
 
 def cutoff(row: Any, x0: Array, x_end: Array, locks: Array, margin: float) -> Array:
-    """Path parameters at which the work up to a lock is cut off; the end itself where the path does not lock.
+    """Return the path parameters at which the work up to a lock is cut off; the end itself for paths without a lock.
 
-    A fraction ``margin`` is left of the inclination, or of the path parameter where the path has passed a fold.
+    A fraction ``margin`` is left of the inclination, or of the path parameter if the path has passed a fold.
 
     Parameters
     ----------
@@ -92,7 +91,7 @@ def cutoff(row: Any, x0: Array, x_end: Array, locks: Array, margin: float) -> Ar
 
 
 def work(row: Any, x0: float, x_stop: float, x_pole: float, mu: float, law: str) -> Series:
-    """Frictional work of one path from engagement to ``x_stop`` < ``x_pole``.
+    """Return the frictional work of one path from engagement to ``x_stop`` < ``x_pole``.
 
     Parameters
     ----------
@@ -104,7 +103,7 @@ def work(row: Any, x0: float, x_stop: float, x_pole: float, mu: float, law: str)
     Returns
     -------
     Series
-        Relative accuracy 1e-9 or better; a warning tells where it was not reached.
+        Relative accuracy 1e-9 or better; a warning reports a path that does not converge to it.
     """
     if mu == 0 or x_stop <= x0:
         return Series(np.zeros(1), x0, x0 + 1.0, 1.0)

@@ -1,6 +1,6 @@
-"""What is evaluated of one design: a single place of its path on plain floats, many on arrays.
+"""Evaluation of one design's path: at a single place with plain floats, or at many places with arrays.
 
-Compiled code has its own of these functions (:mod:`squama.batch.kernel`), over the same rows.
+Compiled code has its own versions of these functions (:mod:`squama.batch.kernel`), over the same rows.
 """
 
 from __future__ import annotations
@@ -19,25 +19,27 @@ from squama.model.paths import ARRAY, FLOAT, FoldedTwist, Ops, Twist
 
 Column = np.ndarray[tuple[int], np.dtype[np.float64]]
 OPEN, FOLDED, BENT = range(3)
-"""Kinds of paths."""
+"""Kinds of paths: twisting without a fold, twisting through a fold, bending."""
 NAMES = tuple(LAWS)
-"""Force laws in the order of their numbers."""
+"""Names of the force laws, by index."""
 SIZE = 536
-"""Places of a room: as many as the largest rule has nodes, and not a multiple of 512, which processors confuse."""
+"""Number of places of a room: as many as the largest rule has nodes, and not a multiple of 512, which makes caches
+collide.
+"""
 STEPS = np.concatenate([np.linspace(0.0, 0.55, 8)[:-1], np.linspace(0.55, 1.0, 4)])
-"""Samples of an open path as fractions of its parameter; closer together up to about 100 deg, where most end."""
+"""Samples of an open path as fractions of its parameter; closer together up to about 100 deg, where most paths end."""
 EVEN = 8
-"""Samples of an open path up to which their steps are even."""
+"""Number of the first samples of an open path that are evenly spaced."""
 FOLDED_STEPS = np.linspace(0.0, 1.0, 17)
 """Samples of a folded path, on which the twist grows large and farther neighbours come and go."""
 PART, DEEPEST, MOST_PARTS = 4, 28, 400
-"""Steps in an interval that is looked at closely, how often it may be halved, and how many there may be."""
+"""Steps in a refined interval, largest number of halvings, and largest number of intervals."""
 LEAST, SQUARE, RATE, DRIVE, TIP, SIDE, TURN = range(7)
-"""Fields of a :class:`Spot` by number: the smallest margin, the squared root, and the margins."""
+"""Indices of the fields of a :class:`Spot`: the smallest margin, the squared root, and the margins."""
 
 
 class Design(NamedTuple):
-    """One contact, lengths in units of ``k`` pitches; ``kind`` is OPEN, FOLDED or BENT, ``law`` a law's number."""
+    """One contact, lengths in units of ``k`` pitches; ``kind`` is OPEN, FOLDED or BENT, ``law`` a force law's index."""
 
     eta: float
     beta: float
@@ -54,10 +56,10 @@ class Design(NamedTuple):
 
 
 class Spot(NamedTuple):
-    """One place of a path: margins, and what they leave; lengths in units of k pitches, ``load`` per pitch.
+    """Values at one place of a path: margins, load and forces; lengths in units of k pitches, ``load`` per pitch (rad).
 
-    ``square`` is the squared root of the contact condition, below zero beyond a fold; ``drive`` = -(M_N + mu M_f);
-    ``power`` the frictional work per unit of the path parameter.
+    ``least`` is the smallest margin; ``square`` is the squared root of the contact condition, negative beyond a fold;
+    ``drive`` = -(M_N + mu M_f); ``power`` is the frictional work per unit of the path parameter.
     """
 
     least: float
@@ -78,11 +80,11 @@ FIELDS = (
     *("x", "least", "square", "rate", "drive", "tip", "side", "turn", "theta", "load", "force", "torque", "power"),
     *("sn", "cs", "S", "H", "G", "q", "per_x", "lean", "cos", "sin", "cosj", "sinj", "near", "g"),
 )
-"""Columns of a room: places and what is seen there, terms of the contact condition, what else a path needs."""
+"""Columns of a room: places and the values there, terms of the contact condition, working columns."""
 
 
 class Room:
-    """Room for the samples of one path: columns by the names of FIELDS."""
+    """Working arrays for the samples of one path: columns by the names of :data:`FIELDS`."""
 
     def __init__(self) -> None:
         for name in FIELDS:
@@ -94,17 +96,17 @@ class Room:
 
 
 def samples(kind: int) -> int:
-    """How many samples of a path are looked at first."""
+    """Return the number of first samples of a path."""
     return FOLDED_STEPS.size if kind == FOLDED else STEPS.size
 
 
 def sample(i: int, kind: int, x0: float, x1: float) -> float:
-    """Sample i of a path from x0 to x1; it does not depend on where the path ends."""
+    """Return sample i of a path from x0 to x1; it does not depend on where the path ends."""
     return float(x0 + (x1 - x0) * (FOLDED_STEPS[i] if kind == FOLDED else STEPS[i]))
 
 
 def onward(n: int, level: int) -> tuple[int, int]:
-    """Return what comes after part ``n`` of an interval halved ``level`` times: number and level; 1, 0 after all."""
+    """Return the part after part ``n`` of an interval halved ``level`` times: number, level; 1, 0 after all."""
     n += 1
     while level > 0 and n % 2 == 0:
         n, level = n // 2, level - 1
@@ -112,7 +114,7 @@ def onward(n: int, level: int) -> tuple[int, int]:
 
 
 def row(d: Design) -> Any:
-    """Return the row that follows the path of a design."""
+    """Return the row of a design, which evaluates its path."""
     if d.kind == BENT:
         return Bend(d.eta, d.beta, d.lam, d.sa, d.ca, d.theta0)
     if d.kind == FOLDED:
@@ -121,17 +123,17 @@ def row(d: Design) -> Any:
 
 
 def spot(x: float, d: Design, room: Room) -> Spot:  # noqa: ARG001
-    """Look at one place."""
+    """Evaluate one place of a path."""
     try:
         return _seen(d, row(d), x, FLOAT)
     except ZeroDivisionError:
-        # where the friction force has its pole
+        # at the pole of the friction force
         with np.errstate(all="ignore"):
             return Spot(*map(float, _seen(d, row(d), np.float64(x), ARRAY)))
 
 
 def _seen(d: Design, here: Any, x: Any, ops: Ops) -> Spot:
-    """Look at one place, or at many."""
+    """Evaluate one place, or many."""
     law = NAMES[d.law]
     if d.kind == BENT:
         pt = here.point(x, law, ops)
@@ -148,7 +150,7 @@ def _seen(d: Design, here: Any, x: Any, ops: Ops) -> Spot:
 
 
 def looks(d: Design, room: Room, start: int, stop: int) -> None:
-    """Look at the places room.x[start : stop] and put what is seen beside them."""
+    """Evaluate the places room.x[start : stop] and store the values in the room."""
     part = slice(start, stop)
     with np.errstate(all="ignore"):
         seen = _seen(d, row(d), room.x[part], ARRAY)
@@ -157,7 +159,7 @@ def looks(d: Design, room: Room, start: int, stop: int) -> None:
 
 
 def roots(d: Design, room: Room, start: int, stop: int) -> None:
-    """Terms of the contact condition, and its root, at the places room.x[start : stop]."""
+    """Store the terms of the contact condition, and its root, at the places room.x[start : stop]."""
     part = slice(start, stop)
     with np.errstate(all="ignore"):
         theta, r, q, _ = row(d).solve(room.x[part], ARRAY)
@@ -166,18 +168,18 @@ def roots(d: Design, room: Room, start: int, stop: int) -> None:
 
 
 def meet(x: float, d: Design, room: Room) -> tuple[float, float]:  # noqa: ARG001
-    """Inclination and twist per pitch at a place of a twisting path."""
+    """Return inclination and twist per pitch (rad) at a place of a twisting path."""
     theta, r, q, _ = row(d).solve(x, FLOAT)
     return theta, 2 * math.atan(r.S / (r.H + q)) / d.k
 
 
 def apart(x: float, d: Design, pair: Twist, j: float, room: Room) -> float:
-    """How far neighbour ``j`` is from being met at a place of a twisting path."""
+    """Return the contact condition of neighbour ``j`` at a place of a twisting path, positive before contact."""
     theta, phi = meet(x, d, room)
     return -float(gap(pair, j, theta, phi, FLOAT))
 
 
 def joined(x: float, d: Design, pair: Twist, j: float, room: Room) -> bool:
-    """Whether the lines of neighbour ``j``, which meet at a place of a twisting path, do so within both edges."""
+    """Return whether the lines of neighbour ``j``, which meet at a place of a twisting path, meet within both edges."""
     theta, phi = meet(x, d, room)
     return bool(on_edges(pair, j, theta, phi, FLOAT))

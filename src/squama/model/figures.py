@@ -1,10 +1,10 @@
-"""Figures of one design at its cut-off: place, load, force, torque and frictional work.
+"""Results of one design at its cut-off: place, load, force, torque and frictional work.
 
 Executed by Python for few designs and compiled for many, as :mod:`squama.model.follow`.
 
-The work is integrated by Gauss rules, each with a measure of how well it has converged. On a path that ends in a
-frictional lock the weight z/(1-z) on [0, 1 - margin] holds the pole and the zero of the integrand, and a few nodes do;
-on other paths the rule is Legendre's in y = -ln(1 - z), and where none serves y is cut into parts.
+The work is integrated by Gauss rules, each with a measure of its convergence. For a path that ends in a frictional lock
+the weight z/(1-z) on [0, 1 - margin] contains the pole and the zero of the integrand, so that a few nodes suffice; for
+other paths the rule is Legendre's in y = -ln(1 - z), and if no rule converges the range of y is divided.
 """
 
 from __future__ import annotations
@@ -24,22 +24,23 @@ from squama.types import Array
 LOCKING = (FRICTIONAL, KINEMATIC)
 """Ends before which paths are cut off."""
 NEAREST = 1e-13
-"""Part of the path parameter that is left before a lock at least: some hundred times its error."""
+"""Smallest share of the path parameter left before a lock: some hundred times its error."""
 SIZES = (14, 26, 48, 96)
 LEGENDRE_SIZES = (26, 48, 96, 192, 512)
 ROUGH, ROUGH_PLAIN = 3e-8, 5e-9
-"""Last terms of the series over the first at which a rule counts as converged: pole rules, Legendre's rules.
+"""Last terms of the series over the integral at which a rule counts as converged: pole rules, Legendre's rules.
 
-The error of a Gauss rule is about that of twice as many terms; how much that gains depends on how steadily the terms
-fall. Of 600 000 random designs of wide ranges two had an error of 2e-9, 33 one above 1e-10, most of 1e-12.
+The error of a Gauss rule is about that of twice as many terms; the gain depends on how steadily the terms fall. Of 600
+000 random designs of wide ranges two had an error of 2e-9, 33 an error above 1e-10, most of 1e-12.
 """
 PARTS, DEPTH, MOST_PARTS = 16, 6, 32
-"""Parts into which y is cut where the integrand is too sharp for one rule, how often, and how many of one path are cut
-again: more are no corner but rounding."""
+"""Parts into which y is divided if one rule does not converge; how many times; and how many parts of a path may be
+divided again: more are due to rounding, not to a corner.
+"""
 
 
 class Rules(NamedTuple):
-    """Rules one after the other: ``sizes``; a row each of nodes, weights and the last two series terms; ``rough``."""
+    """Quadrature rules in a row: ``sizes``; rows of nodes, weights and the last two series terms; limit ``rough``."""
 
     sizes: Array
     nodes: Array
@@ -47,7 +48,7 @@ class Rules(NamedTuple):
 
 
 class Common(NamedTuple):
-    """What all designs share: ``kind`` is BENT for bending, else OPEN, ``sign`` is the sense's, ``law`` a number.
+    """Data common to all designs: ``kind`` is BENT for bending, else OPEN, ``sign`` the sense, ``law`` an index.
 
     ``margin`` is the fraction of the path left before a lock; ``cut`` and ``plain`` are the rules for paths cut off
     before their pole, and for the others.
@@ -63,7 +64,10 @@ class Common(NamedTuple):
 
 
 class Figures(NamedTuple):
-    """``theta`` and ``load`` per pitch at the cut-off, ``f0`` = f l/K_theta, ``torque`` and ``work`` of the scales."""
+    """Inclination ``theta`` and ``load`` per pitch (rad) at the cut-off, ``f0`` = f l/K_theta, ``torque``, ``work``.
+
+    Torque and work are the scales', over K_theta and K_theta/d.
+    """
 
     theta: float
     load: float
@@ -73,9 +77,12 @@ class Figures(NamedTuple):
 
 
 def fill(designs: Array, low: int, high: int, common: Common, room: Room, out: Array, whole: Array) -> None:
-    """Answer the designs low..high: rows as the columns of answers, thickness; answers in the order of Answers."""
+    """Solve the designs low..high and store results in ``out`` and ``whole``, in the order of :class:`Answers`.
+
+    ``designs`` has the rows eta, beta, lam, alpha, theta0, mu, thickness.
+    """
     for i in range(low, high):
-        # plain numbers, with which Python is quicker
+        # plain floats, because they are faster in Python
         eta, beta, lam = float(designs[0, i]), float(designs[1, i]), float(designs[2, i])
         alpha, theta0, mu = float(designs[3, i]), float(designs[4, i]), float(designs[5, i])
         thickness = float(designs[6, i])
@@ -90,7 +97,7 @@ def fill(designs: Array, low: int, high: int, common: Common, room: Room, out: A
 
 
 def figures(f: Followed, margin: float, cut: Rules, plain: Rules, room: Room) -> Figures:
-    """Figures at the cut-off of a path that was followed.
+    """Return the results at the cut-off of a followed path.
 
     Parameters
     ----------
@@ -105,7 +112,7 @@ def figures(f: Followed, margin: float, cut: Rules, plain: Rules, room: Room) ->
     x_c = asked = cutoff(f, margin)
     at = spot(x_c, d, room)
     if f.code in LOCKING:
-        # more is left where rounding would hide on which side of the lock the path is
+        # leave more if rounding would hide on which side of the lock the path is
         left, least = f.x_end - x_c, NEAREST * (abs(f.x0) + abs(f.x_end))
         while x_c > f.x0 and not (left >= least and at.least > 0):
             left = max(2 * left, least)
@@ -116,14 +123,14 @@ def figures(f: Followed, margin: float, cut: Rules, plain: Rules, room: Room) ->
         return Figures(d.theta0, f.load_e, 0.0, 0.0, 0.0)
     work = 0.0
     if d.mu > 0:
-        # the rules of a margin serve no other
+        # the rules are made for this margin only
         rules = cut if x_c == asked else Rules(cut.sizes[:0], cut.nodes, cut.rough)
         work = worked(f, x_c, rules, plain, room)
     return Figures(at.theta, at.load, at.force * d.eta, at.torque * d.k, work)
 
 
 def cutoff(f: Followed, margin: float) -> float:
-    """Path parameter of the cut-off, as :func:`squama.model.energy.cutoff`."""
+    """Return the path parameter of the cut-off, as :func:`squama.model.energy.cutoff`."""
     d = f.d
     if f.code not in LOCKING:
         return f.x_end
@@ -134,7 +141,7 @@ def cutoff(f: Followed, margin: float) -> float:
 
 
 def worked(f: Followed, x_c: float, cut: Rules, plain: Rules, room: Room) -> float:
-    """Frictional work up to the cut-off, with as many nodes as it needs."""
+    """Return the frictional work up to the cut-off, with as many nodes as it needs."""
     d, reach = f.d, f.x_end - f.x0
     if f.code == FRICTIONAL and (d.kind != FOLDED or f.x_end > 0):
         # the force has its pole at the end
@@ -159,10 +166,10 @@ def worked(f: Followed, x_c: float, cut: Rules, plain: Rules, room: Room) -> flo
 def by_rule(
     d: Design, x0: float, reach: float, y_end: float, rule: Rules, first: int, size: int, room: Room
 ) -> tuple[float, float]:
-    """Integrate the power over y from 0 to ``y_end``, or straight over the path where that is 0.
+    """Integrate the power over y from 0 to ``y_end``, or directly over the path if ``y_end`` is 0.
 
-    Returns the integral and the larger of the last two terms of its series. y counts from ``x0``, ``reach`` before the
-    pole.
+    Returns the integral and the larger of the last two terms of its series. y counts from ``x0``; the pole lies at x0 +
+    ``reach``.
     """
     x, g = room.x, room.g
     nodes, weights, lasts, before = rule.nodes[0], rule.nodes[1], rule.nodes[2], rule.nodes[3]
@@ -184,8 +191,8 @@ def by_rule(
 
 
 def in_parts(d: Design, x0: float, reach: float, y_end: float, rule: Rules, room: Room) -> float:
-    """Integrate a path that no one rule serves: y is cut where the integrand is sharp, and there again."""
-    # columns of the room that the rule leaves alone
+    """Integrate a path for which no single rule converges: the range of y is divided where needed, repeatedly."""
+    # columns of the room that the rule does not use
     lows, before, works, lasts = room.near, room.lean, room.cosj, room.sinj
     total, whole, width, n = 0.0, 0.0, y_end, 1
     lows[0] = 0.0
@@ -214,7 +221,7 @@ def in_parts(d: Design, x0: float, reach: float, y_end: float, rule: Rules, room
 
 
 def _recurrence(x: Array, w: Array, n: int) -> tuple[Array, Array]:
-    """Coefficients of the orthonormal polynomials of a discrete measure (Stieltjes)."""
+    """Return the recurrence coefficients of the orthonormal polynomials of a discrete measure (Stieltjes)."""
     a, b = np.zeros((2, n))
     before, now = np.zeros_like(x), np.full_like(x, 1 / np.sqrt(w.sum()))
     for k in range(n):
@@ -226,7 +233,7 @@ def _recurrence(x: Array, w: Array, n: int) -> tuple[Array, Array]:
 
 
 def _gauss(x: Array, w: Array, n: int) -> Array:
-    """Gauss rule of n nodes for a measure: nodes, weights, and the weights of the last two terms over the first."""
+    """Return the Gauss rule of n nodes for a measure: nodes, weights, and rows for the last two terms of the series."""
     a, b = _recurrence(x, w, n)
     nodes, vectors = np.linalg.eigh(np.diag(a) + np.diag(b[:-1], 1) + np.diag(b[:-1], -1))
     first = vectors[0] * np.sqrt(w.sum())
@@ -236,7 +243,7 @@ def _gauss(x: Array, w: Array, n: int) -> Array:
 
 
 def _legendre(n: int) -> tuple[Array, Array, Array, Array]:
-    """Nodes and weights of Legendre's rule on [-1, 1], and its last two polynomials there, by Newton's method."""
+    """Return nodes and weights of Legendre's rule on [-1, 1], and its last two polynomials there."""
     angle = np.pi * (np.arange(n) + 0.75) / (n + 0.5)
     for _ in range(6):
         x, sine = np.cos(angle), np.sin(angle)
@@ -250,7 +257,7 @@ def _legendre(n: int) -> tuple[Array, Array, Array, Array]:
 
 @functools.lru_cache(maxsize=32)
 def pole_rules(margin: float) -> Rules:
-    """Rules for the weight z/(1-z) on [0, 1 - margin]; their weights are divided by that weight."""
+    """Return rules for the weight z/(1-z) on [0, 1 - margin]; their weights are divided by that weight."""
     y, w, *_ = _legendre(400)
     last = -np.log(margin)
     y, w = last * (y + 1) / 2, last * w / 2
@@ -263,7 +270,7 @@ def pole_rules(margin: float) -> Rules:
 
 @functools.cache
 def legendre_rules() -> Rules:
-    """Legendre's rules on [0, 1]."""
+    """Return Legendre's rules on [0, 1]."""
     rules = []
     for n in LEGENDRE_SIZES:
         y, w, last, before = _legendre(n)

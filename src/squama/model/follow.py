@@ -1,12 +1,11 @@
-"""From the ratios of one design to its end: engagement, the path of the pair that is met first, what ends it.
+"""From the ratios of one design to its end: engagement, path of the first contact, and reason of its end.
 
-The path is looked at in coarse samples first. Where a margin bends so much that it might vanish between two samples,
-the interval is halved until none does, so that a margin that only just touches zero is found by its lowest place. The
-end is then solved for in its interval, and another neighbour that comes in before it cuts the path
-(:mod:`squama.model.crossings`).
+The path is first sampled coarsely. Where a margin curves so much that it might vanish between two samples, the interval
+is halved until none does, so that a margin that only touches zero is found too. The end is then solved for in its
+interval, and another neighbour that comes in before it cuts the path (:mod:`squama.model.crossings`).
 
-Everything here works on one design. Python executes it for few designs, with what :mod:`squama.model.evaluation`
-sees of a place, and has it compiled for many, with what :mod:`squama.batch.kernel` sees; nothing else differs.
+The functions work on one design. Python executes them for few designs, with :mod:`squama.model.evaluation`, and they
+are compiled for many, with :mod:`squama.batch.kernel`; nothing else differs.
 """
 
 from __future__ import annotations
@@ -41,29 +40,28 @@ from squama.model.paths import FLOAT, Twist
 from squama.types import Array
 
 SAFETY = 0.25
-"""Part of the bend seen in three samples by which a margin may differ from them in between."""
+"""Share of the second difference of three samples by which a margin may deviate between them."""
 UNSTEADY = 2.0
-"""How often a margin must be larger than what it is off half way to the second sample."""
+"""Factor by which a margin must exceed its deviation from a parabola half way to the second sample."""
 COINCIDE = 1e-11
-"""Margins below this have vanished."""
+"""Value of a margin below which it counts as vanished."""
 TURNED, UPRIGHT = math.radians(179), math.pi / 2
-"""Largest inclinations looked at: where the scale lies on its back (twisting), where it stands (bending)."""
+"""Largest sampled inclinations: the scale lies on its back (twisting), stands upright (bending)."""
 FRICTIONAL, KINEMATIC, STATIC = map(CODES.index, (End.FRICTIONAL, End.KINEMATIC, End.STATIC))
 OTHER, RELEASED, RANGE = map(CODES.index, (End.OTHER, End.RELEASED, End.RANGE))
 NONE, TOUCHING = map(CODES.index, (End.NONE, End.TOUCHING))
 PASSED, ENDS, TURNS, UNCLEAR = range(4)
-"""What samples of a path show: nothing ends it, it ends, it folds, or they are too far apart to tell."""
+"""Verdict on samples of a path: nothing ends it, it ends, it folds, or the samples are too far apart to decide."""
 MARGINS = (KINEMATIC, FRICTIONAL, CODES.index(End.OFF_TIP), CODES.index(End.OFF_SIDE), RANGE)
 BENT_MARGINS = (KINEMATIC, FRICTIONAL, RANGE, CODES.index(End.OFF_SIDE), CODES.index(End.LINE))
-"""Ends named by the margins that vanish, of twisting and of bending; where two coincide, the first."""
+"""Ends by the vanishing margin, in twisting and in bending; the first counts where two coincide."""
 
 
 class Bracket(NamedTuple):
-    """Where a path ends: between ``a`` and ``b``, with the smallest margins ``fa`` > 0 >= ``fb`` there.
+    """Interval of a path's end: between ``a`` and ``b``, with the smallest margins ``fa`` > 0 >= ``fb`` there.
 
-    ``c`` is a third place with the value ``fc`` (NaN where there is none). ``a`` is NaN where nothing ends the path; it
-    is b where the path has ended where it begins. A fold before the end lies between ``fold_a`` and ``fold_b`` (NaN
-    where there is none).
+    ``c`` is a third place with the value ``fc`` (NaN for none). ``a`` is NaN if nothing ends the path, and equals b if
+    the path ends at its beginning. A fold before the end lies between ``fold_a`` and ``fold_b`` (NaN for none).
     """
 
     a: float
@@ -94,9 +92,9 @@ class Followed(NamedTuple):
 
 
 def follow(pair: Twist, mu: float, kind: int, law: int, room: Room) -> Followed:
-    """Follow the contact that a design meets first; lengths in pitches, ``pair.sa`` < 0 is the other sense.
+    """Follow the first contact of a design to its end; lengths in pitches, ``pair.sa`` < 0 for the other sense.
 
-    ``kind`` is BENT for bending, else OPEN; ``law`` as in Design.
+    ``kind`` is BENT for bending, else OPEN; ``law`` is the index of a force law.
     """
     n, load_e, theta0 = 0, math.inf, pair.theta0
     if kind != BENT:
@@ -134,18 +132,18 @@ def follow(pair: Twist, mu: float, kind: int, law: int, room: Room) -> Followed:
 
 
 def design(pair: Twist, mu: float, theta_f: float, k: float, kind: int, law: int) -> Design:
-    """Return a contact with neighbour k."""
+    """Return the contact of a pair with neighbour k, lengths in k pitches."""
     eta, beta, lam, thickness = pair.eta / k, pair.beta / k, pair.lam / k, pair.thickness / k
     return Design(eta, beta, lam, pair.sa, pair.ca, pair.theta0, mu, theta_f, k, kind, law, thickness)
 
 
 def value(x: float, d: Design, room: Room, what: int) -> float:
-    """Return one of the values at a path parameter."""
+    """Return field number ``what`` of the :class:`Spot` at a path parameter."""
     return spot(x, d, room)[what]
 
 
 def first_engagement(pair: Twist) -> tuple[int, float]:
-    """Return the neighbour that is met first and its engagement twist; 0 and inf where there is none."""
+    """Return the neighbour that engages first and its twist per pitch (rad); 0 and inf if none does."""
     k, best = 0, math.inf
     for n in range(1, max(1, int(reach(pair, FLOAT))) + 1):
         row = Twist(pair.eta, pair.beta, pair.lam, pair.sa, pair.ca, pair.theta0, float(n), pair.thickness)
@@ -156,7 +154,7 @@ def first_engagement(pair: Twist) -> tuple[int, float]:
 
 
 def bracket(d: Design, x0: float, x1: float, room: Room) -> Bracket:
-    """Bracket the end of a path, or the fold of an open one; closely only where a coarse look settles nothing."""
+    """Bracket the end of a path, or the fold of an open path; refine only if coarse samples do not decide."""
     m = samples(d.kind) + 1
     for j in range(1, m):
         room.x[j] = sample(j - 1, d.kind, x0, x1)
@@ -169,7 +167,7 @@ def bracket(d: Design, x0: float, x1: float, room: Room) -> Bracket:
 
 
 def closely(d: Design, x0: float, x1: float, room: Room) -> Bracket:
-    """Bracket the end or the fold of a path: every interval is halved until nothing can hide in its parts."""
+    """Bracket the end or the fold of a path: every interval is halved until its samples decide."""
     parts, m = 0, PART + 2
     for i in range(samples(d.kind) - 1):
         low, high, n, level = sample(i, d.kind, x0, x1), sample(i + 1, d.kind, x0, x1), 0, 0
@@ -185,7 +183,7 @@ def closely(d: Design, x0: float, x1: float, room: Room) -> Bracket:
                 if level < DEEPEST and parts < MOST_PARTS:
                     n, level = 2 * n, level + 1
                     continue
-                # nothing tells what happens here from what the samples show
+                # beyond this depth the samples are taken at face value
                 state = PASSED
                 if first < m:
                     state = TURNS if d.kind == OPEN and not room.square[first] > 0 else ENDS
@@ -196,12 +194,12 @@ def closely(d: Design, x0: float, x1: float, room: Room) -> Bracket:
 
 
 def judged(d: Design, room: Room, m: int) -> tuple[int, int]:
-    """First of the samples before ``m`` that is not on the path any more, m for none, and what that means."""
+    """Return the first of the samples 1..m - 1 beyond the end of the path (m for none), and the verdict."""
     first = first_not_positive(room.least, m)
     if d.kind == OPEN and first > 1:
         turned = first_not_positive(room.square, m)
         if turned == first < m:
-            # the path bends back: what comes before is looked at on the folded path
+            # the path folds: its beginning is searched again on the folded path
             return first, TURNS if smooth(room, first - 1, m) and falls(room, first, m) else UNCLEAR
         if not smooth(room, first, m):
             return first, UNCLEAR
@@ -211,7 +209,7 @@ def judged(d: Design, room: Room, m: int) -> tuple[int, int]:
 
 
 def first_not_positive(values: Array, m: int) -> int:
-    """First sample at which values are not above zero; m where they all are."""
+    """Return the first sample at which values are not above zero; m if all are."""
     for i in range(1, m):
         if not values[i] > 0:
             return i
@@ -219,7 +217,7 @@ def first_not_positive(values: Array, m: int) -> int:
 
 
 def around(room: Room, first: int, state: int) -> Bracket:
-    """Bracket of an end, or of a fold, at the sample ``first``."""
+    """Return the bracket of an end, or of a fold, at the sample ``first``."""
     x, low, nan = room.x, room.least, math.nan
     if state == PASSED:
         return Bracket(nan, nan, nan, nan, nan, nan, nan, nan)
@@ -231,9 +229,9 @@ def around(room: Room, first: int, state: int) -> Bracket:
 
 
 def calm(room: Room, first: int, m: int) -> bool:
-    """Whether no margin can vanish between the samples, up to the sample ``first`` that has ended the path.
+    """Return whether no margin can vanish between the samples, up to the sample ``first`` that ended the path.
 
-    In the last interval, before that sample, the margins that end the path there may.
+    In the interval before that sample, the margins that end the path may vanish.
     """
     if first == 2:
         return False
@@ -247,9 +245,9 @@ def calm(room: Room, first: int, m: int) -> bool:
 
 
 def steady(room: Room, first: int, m: int) -> bool:
-    """Whether the margins are half way to the second sample (there is sample ``m``) what the first three let expect.
+    """Return whether the margins at sample ``m``, half way to the second, fit a parabola through the first three.
 
-    Where a path begins nothing before it tells how they bend.
+    At the beginning of a path there are no earlier samples to estimate their curvature.
     """
     for v in (room.rate, room.drive, room.tip, room.side, room.turn):
         off = abs(v[m] - (3 * v[1] + 6 * v[2] - v[3]) / 8)
@@ -259,7 +257,7 @@ def steady(room: Room, first: int, m: int) -> bool:
 
 
 def bend_at(room: Room, i: int, m: int) -> float:
-    """By how much the squared root may differ from its samples in the interval from i to i + 1."""
+    """Return the possible deviation of the squared root from its samples in the interval from i to i + 1."""
     v, bend = room.square, 0.0
     for s in (max(i, 2), min(i + 1, m - 2)):
         if i <= s <= i + 1:
@@ -268,7 +266,7 @@ def bend_at(room: Room, i: int, m: int) -> float:
 
 
 def smooth(room: Room, stop: int, m: int) -> bool:
-    """Whether the squared root stays above zero between the samples up to ``stop``."""
+    """Return whether the squared root stays above zero between the samples up to ``stop``."""
     v = room.square
     for i in range(1, min(stop, m - 1)):
         bend = bend_at(room, i, m)
@@ -278,13 +276,13 @@ def smooth(room: Room, stop: int, m: int) -> bool:
 
 
 def falls(room: Room, stop: int, m: int) -> bool:
-    """Whether the squared root falls through zero just once between the sample before ``stop`` and that one."""
+    """Return whether the squared root falls through zero just once in the interval before the sample ``stop``."""
     bend = bend_at(room, stop - 1, m)
     return bool(room.square[stop - 1] > bend and -room.square[stop] > bend)
 
 
 def end(d: Design, found: Bracket, x0: float, x1: float, room: Room) -> tuple[float, int, float]:
-    """Solve for the end of a path in its bracket; return the place, its code and the load there."""
+    """Solve for the end of a path in its bracket; return path parameter, code of the end, and load angle (rad)."""
     if math.isnan(found.a):
         # a folded path that reaches its far end has come back to theta0, where the spring is at rest
         return x1, RELEASED if d.kind == FOLDED else RANGE, spot(x1, d, room).load
@@ -297,7 +295,7 @@ def end(d: Design, found: Bracket, x0: float, x1: float, room: Room) -> tuple[fl
 
 
 def named(values: Spot, kind: int) -> int:
-    """Code of the margin that vanishes at the end; where two coincide, of the first."""
+    """Return the code of the margin that vanishes at the end; the first where two coincide."""
     least, which, codes = math.inf, 0, BENT_MARGINS if kind == BENT else MARGINS
     for n in range(5):
         v = values[2 + n]

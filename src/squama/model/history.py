@@ -1,8 +1,8 @@
-r"""A contact that is loaded and unloaded: both branches, the stick interval between them, loops, and jamming.
+r"""A contact under loading and unloading: both branches, the stick interval between them, loops, and jamming.
 
-The inclination is a function of the twist (or bend), so a reversal moves nothing: only friction turns round. With
-m the friction per normal force, -mu <= m <= mu, the balance of a scale and the scales' torque are, in units of
-K_theta and the pitch and with rates per path parameter (docs, theory: cycles),
+The inclination is a function of the twist (or bend), so a reversal moves nothing: only the friction reverses. With m
+the friction per normal force, -mu <= m <= mu, the balance of a scale and the scales' torque are, in units of K_theta
+and the pitch and with rates per path parameter (docs, theory: cycles),
 
 .. math::
     D(m) = -(M_N + m M_f), \qquad N = \frac{\theta - \theta_0}{D(m)}, \qquad
@@ -27,13 +27,13 @@ from squama.model.twisting import Number
 from squama.types import Array
 
 SAMPLES = 1025
-"""Samples of a path at which an unloading contact is looked at for jamming."""
+"""Number of samples of a path for the search of jamming on unloading."""
 _DEEP = 0.5
 _ROUNDS = 4
 
 
 class Loop(NamedTuple):
-    """A closed loop: load angles at its two turning points, ``base`` the smaller by magnitude; value that closes it."""
+    """A closed loop: load angles at its turning points, ``base`` smaller in magnitude; index of the closing value."""
 
     base: float
     top: float
@@ -41,7 +41,7 @@ class Loop(NamedTuple):
 
 
 class Side(NamedTuple):
-    """A path that is walked both ways: its row of floats, engagement ``x0``, last place ``x_end``, pole, mu, law."""
+    """A path in both directions: row of floats, engagement ``x0``, last place ``x_end``, pole, mu, force law."""
 
     row: Any
     x0: float
@@ -51,16 +51,16 @@ class Side(NamedTuple):
     law: str
 
     def friction(self, way: int) -> float:
-        """Signed friction per normal force: ``way`` is +1 for loading, -1 for unloading."""
+        """Return the signed friction per normal force; ``way`` is +1 for loading, -1 for unloading."""
         return way * self.mu
 
     def forces(self, pt: Point, way: int) -> mechanics.Forces:
-        """Balance one scale on the loading (+1) or the unloading (-1) branch; f is negative on the latter."""
+        """Return a scale's forces on the loading (+1) or the unloading (-1) branch; f is negative on the latter."""
         return mechanics.forces(pt, self.row.theta0, self.friction(way))
 
 
 class _Back(NamedTuple):
-    """A row walked the other way: its path parameter is -x, and what is ahead is where it came from."""
+    """A row in the opposite direction: its path parameter is -x."""
 
     row: Any
 
@@ -70,13 +70,13 @@ class _Back(NamedTuple):
         return self.row.theta0
 
     def point(self, x: Number, law: str, ops: Ops) -> Point:
-        """Contact at the path parameter -x of the row."""
+        """Return the contact at the path parameter -x of the row."""
         pt: Point = self.row.point(-x, law, ops)
         return pt
 
 
 def reversals(values: Sequence[float]) -> list[int]:
-    """Places in a history at which the load turns round."""
+    """Return the indices in a history at which the load reverses."""
     steps = np.sign(np.diff(values))
     return [int(i) + 1 for i in np.flatnonzero(steps[1:] * steps[:-1] < 0)]
 
@@ -84,8 +84,9 @@ def reversals(values: Sequence[float]) -> list[int]:
 def loops(values: Sequence[float]) -> list[Loop]:
     """Return the closed loops of a history that starts at 0, in the order in which they close.
 
-    A loop is closed when the load comes back to where it turned before (or to the start). Since a branch depends on
-    the direction of motion only, the way goes on as if the loop had not been. Of ``values`` no two in a row are equal.
+    A loop is closed when the load returns to an earlier turning point (or to the start). Since a branch depends on the
+    direction of motion only, the history continues as if the loop had not happened. No two values in a row may be
+    equal.
     """
     found: list[Loop] = []
     stack = [float(values[0])]
@@ -93,7 +94,7 @@ def loops(values: Sequence[float]) -> list[Loop]:
         while len(stack) > 1:
             a, b = stack[-2:]
             if (b - a) * (value - b) > 0:
-                # the same way on: b was no turning point
+                # same direction: b was no turning point
                 stack.pop()
             elif (value - a) * (b - a) <= 0:
                 found.append(Loop(min(a, b, key=abs), max(a, b, key=abs), i))
@@ -107,10 +108,10 @@ def loops(values: Sequence[float]) -> list[Loop]:
 
 
 def work(side: Side, start: float, stop: float) -> Callable[[Array], Array]:
-    """Frictional work W_fr d / K_theta on the way from ``start`` to ``stop`` (path parameters), as a function of x.
+    """Return the frictional work W_fr d / K_theta from ``start`` to ``stop`` (path parameters), as a function of x.
 
-    The series of :func:`squama.model.energy.work`, on either branch; down the unloading branch the parameter runs
-    backwards, so that a pole of that branch, if there is one, lies ahead too.
+    The series is that of :func:`squama.model.energy.work`, on either branch; on the unloading branch the parameter is
+    reversed, so that a pole of that branch, if there is one, lies ahead too.
     """
     if stop >= start:
         up = energy.work(side.row, start, stop, side.pole, side.mu, side.law)
@@ -125,9 +126,9 @@ def work(side: Side, start: float, stop: float) -> Callable[[Array], Array]:
 
 
 def held(side: Side, low: float, high: float) -> float | None:
-    """Path parameter between ``low`` and ``high`` that unloading from ``high`` does not get beyond; None if it does.
+    """Return the path parameter at which friction stops the unloading from ``high`` to ``low``; None if it does not.
 
-    There D = -(M_N - mu M_f) <= 0: no normal force, however large, lets the spring push the scale back.
+    There D = -(M_N - mu M_f) <= 0: the spring cannot push the scale back, however large the normal force.
     """
 
     def drive(x: Number) -> Number:
@@ -138,9 +139,9 @@ def held(side: Side, low: float, high: float) -> float | None:
 
 
 def _free(side: Side, bar: float) -> Callable[[Number], Number]:
-    """Quantity that is positive where the unloading beam slides under a positive torque.
+    """Return a function of x that is positive where the unloading beam slides under a positive torque.
 
-    ``bar`` is the rigidity of the bar over K_theta d: its torque per K_theta and load angle.
+    ``bar`` is the rigidity of the bar over K_theta d.
     """
 
     def free(x: Number) -> Number:
@@ -156,10 +157,10 @@ def _free(side: Side, bar: float) -> Callable[[Number], Number]:
 
 
 def jam(side: Side, bar: float) -> float | None:
-    """Smallest path parameter at which a beam that is let go does not unload; None if there is none on the path.
+    """Return the smallest path parameter at which a released beam does not unload; None if there is none on the path.
 
-    There the torque of the whole beam on the unloading branch is zero or less, or it does not slide back at all;
-    ``bar`` is the rigidity of the bar without contact over K_theta d.
+    There the torque of the whole beam on the unloading branch is zero or less, or the contact does not slide back at
+    all; ``bar`` is the rigidity of the bar without contact over K_theta d.
     """
     free = _free(side, bar)
     found = last_below(lambda x: free(-x), -side.x_end, -side.x0)
@@ -167,12 +168,12 @@ def jam(side: Side, bar: float) -> float | None:
 
 
 def residual(side: Side, bar: float, x: float) -> float | None:
-    """Path parameter at which a beam comes to rest that is let go at ``x``; None if it unloads until it is straight."""
+    """Return the path parameter at which a beam released at ``x`` comes to rest; None if it unloads until straight."""
     return last_below(_free(side, bar), side.x0, x)
 
 
 def last_below(f: Callable[[Number], Number], low: float, high: float) -> float | None:
-    """Largest x in [low, high] with f(x) <= 0, f continuous, of floats or arrays; None if f is positive all along."""
+    """Return the largest x in [low, high] with f(x) <= 0, f continuous, for floats or arrays; None if f is positive."""
     x = np.linspace(low, high, SAMPLES)
     with np.errstate(all="ignore"):
         y = np.asarray(f(x))
@@ -190,7 +191,7 @@ def last_below(f: Callable[[Number], Number], low: float, high: float) -> float 
 
 
 def _dips(y: Array, first: int) -> Array:
-    """Find samples beyond ``first`` at which f is lowest between its neighbours, and may fall below zero."""
+    """Return the samples beyond ``first`` at which f has a local minimum that may be below zero."""
     left, middle, right = y[:-2], y[1:-1], y[2:]
     with np.errstate(all="ignore"):
         bottom = middle - (right - left) ** 2 / (8 * (right + left - 2 * middle))
@@ -200,7 +201,7 @@ def _dips(y: Array, first: int) -> Array:
 
 
 def _bottom(f: Callable[[Number], Number], a: float, b: float) -> float:
-    """Place of the lowest value between ``a`` and ``b``, by repeated subdivision."""
+    """Return the place of the smallest value between ``a`` and ``b``, by repeated subdivision."""
     x = np.linspace(a, b, 33)
     for _ in range(_ROUNDS):
         i = int(np.argmin(f(x)))

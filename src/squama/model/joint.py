@@ -1,12 +1,11 @@
-"""The embedded part of a scale: stiffness of its joint and stiffening of the bar, as scaling laws.
+"""Scaling laws of the embedded part of a scale: stiffness of its joint and stiffening of the bar.
 
-The laws are fits, not derivations. Each stands in the table `LAWS` with its source and the range in
-which it was used or checked; `outside` says in words where a design leaves that range.
+The laws are fits, not derivations. The table `LAWS` gives the source of each and the range in which it was used or
+checked; `outside` describes where a design leaves that range.
 
-What the checks showed (finite elements at the geometry of the paper's Fig. 6b, eta = 3, true plate
-thickness): K_theta 0.96 of the law at t_s/d = .004, L/d = .18; 1.23 to .76 of it over t_s/d = .002 to
-.016; .78 to 1.33 over L/d = .09 to .36. C_f 1.42 against 1.45. So even within its range K_theta may be a
-third off: give `joint.stiffness` where it is known.
+Checks by finite elements at the geometry of the paper's Fig. 6b (eta = 3, true plate thickness): K_theta is 0.96 of the
+law at t_s/d = .004, L/d = .18; 1.23 to .76 of it over t_s/d = .002 to .016; .78 to 1.33 over L/d = .09 to .36. C_f is
+1.42 against 1.45. So even within its range K_theta may be off by a third: give `joint.stiffness` where it is known.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from typing import NamedTuple
 
 
 class Limit(NamedTuple):
-    """One ratio of the design and where it may lie for a law to be trusted."""
+    """Range of a ratio of the design in which a law can be trusted, with the reason."""
 
     ratio: str
     low: float
@@ -25,7 +24,7 @@ class Limit(NamedTuple):
 
 
 class Law(NamedTuple):
-    """A scaling law: what it gives, how, from where, and its limits."""
+    """A scaling law: quantity, formula, source, limits, remedy outside them, and the function."""
 
     name: str
     formula: str
@@ -36,17 +35,17 @@ class Law(NamedTuple):
 
 
 def stiffness(youngs_modulus: float, scale_thickness: float, half_width: float, embedded: float) -> float:
-    """Stiffness of a scale's joint, K_theta = 3.62 E_B t_s^2 b (L/t_s)^1.55, N m (per rad), twisted or bent.
+    """Return the stiffness of a scale's joint, K_theta = 3.62 E_B t_s^2 b (L/t_s)^1.55, N m per rad, under any load.
 
-    From E_B of the substrate (Pa), t_s, b (half the scale's width) and L (m). Source: paper, text after Eq. 7. Range:
-    0 < L << 2t and t_s << l + L; see `LAWS`. The papers on bending have another law for it (docs, theory: bending).
+    From E_B of the substrate (Pa), t_s, b (half the scale's width) and L (m). Source: paper, text after Eq. 7. Range: 0
+    < L << 2t and t_s << l + L; see `LAWS`. The papers on bending use another law (docs, theory: bending).
     """
     power: float = (embedded / scale_thickness) ** 1.55
     return 3.62 * youngs_modulus * scale_thickness**2 * half_width * power
 
 
 def inclusion_twisting(zeta: float, beta: float, lam: float) -> float:
-    """Stiffening of the twisted bar by the embedded plates, C_f = 1 + 1.33 zeta beta / lambda, at least 1.
+    """Return the stiffening of the twisted bar by the embedded plates, C_f = 1 + 1.33 zeta beta / lambda, at least 1.
 
     From L/d, b/d and t/d. Source: paper, text before Eq. 13. Range: see `LAWS`.
     """
@@ -54,7 +53,7 @@ def inclusion_twisting(zeta: float, beta: float, lam: float) -> float:
 
 
 def inclusion_bending(zeta: float, beta: float, lam: float) -> float:  # noqa: ARG001 - one call for both loads
-    """Stiffening of the bent bar: 1, the bending theory has no such factor (docs, theory: bending)."""
+    """Return the stiffening of the bent bar: 1, as the bending theory has no factor (docs, theory: bending)."""
     return 1.0
 
 
@@ -90,7 +89,7 @@ LAWS: Mapping[str, Law] = {
 
 
 def outside(law: Law, ratios: Mapping[str, float]) -> list[str]:
-    """Name every limit of a law that a design breaks, a line each; ``ratios`` by their names in the limits."""
+    """Return a line for every limit of a law that a design breaks; ``ratios`` by their names in the limits."""
     # the limits themselves belong to the range, also where a ratio was rounded on its way here
     slack = 1e-9
     return [

@@ -1,4 +1,4 @@
-"""Balance, torque and margins of any contact: what twisting and bending share.
+"""Balance, torque and margins of any contact: the part common to twisting and bending.
 
 All in units of the joint stiffness K_theta and the pitch d.
 """
@@ -12,7 +12,7 @@ from squama.model.twisting import Number
 
 
 class Row(Protocol):
-    """What a contact must offer; see :mod:`squama.model.paths`."""
+    """Interface of a contact, implemented in :mod:`squama.model.paths`."""
 
     @property
     def eta(self) -> Number:
@@ -23,16 +23,16 @@ class Row(Protocol):
         """Initial inclination, rad."""
 
     def point(self, x: Number, law: str, ops: Ops) -> Point:
-        """Contact at the path parameter."""
+        """Return the contact at the path parameter."""
 
     def places(self, pt: Point) -> tuple[Number, ...]:
-        """Margins of the place of the contact on its edges."""
+        """Return the margins of the contact's place on its edges."""
 
     def theta(self, x: Number) -> Number:
-        """Inclination at the path parameter."""
+        """Return the inclination (rad) at the path parameter."""
 
     def parameter(self, theta: Number, ops: Ops) -> Number:
-        """Path parameter of an inclination on the first branch."""
+        """Return the path parameter of an inclination on the first branch."""
 
 
 class Forces(NamedTuple):
@@ -45,7 +45,7 @@ class Forces(NamedTuple):
 
 
 def forces(pt: Point, theta0: Number, mu: Number) -> Forces:
-    """Balance one scale while the contact slides (paper Eqs. 7, 12 and 14; sign as in docs, theory: forces)."""
+    """Return the forces of a sliding contact from a scale's balance (paper Eqs. 7, 12, 14; docs, theory: forces)."""
     D = -pt.M_N - mu * pt.M_f
     N = (pt.theta - theta0) / D
     f = mu * N
@@ -53,5 +53,5 @@ def forces(pt: Point, theta0: Number, mu: Number) -> Forces:
 
 
 def mu_lock(pt: Point) -> Number:
-    """Coefficient of friction that locks the contact at this point."""
+    """Return the coefficient of friction at which the contact locks at this point."""
     return -pt.M_N / pt.M_f

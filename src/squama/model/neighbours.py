@@ -1,4 +1,4 @@
-"""Tip-side contacts of all neighbours: which is met first, and which comes in along a path.
+"""Tip-side contacts of all neighbours: the first one to engage, and others that come in along a path.
 
 Neighbour k obeys the same contact condition with eta/k, beta/k, lam/k and k phi (docs, theory: geometry).
 """
@@ -13,7 +13,7 @@ from squama.model.paths import ARRAY, Ops, Twist
 
 
 def reach_at(row: Any, cs: Any) -> Any:
-    """Bound of the neighbours a tip can reach at an inclination with the cosine ``cs``.
+    """Return an upper bound of the neighbours within reach of a tip, at an inclination with the cosine ``cs``.
 
     A contact with neighbour k lies at k = (eta - s) cos a cos th + (beta + p) sin a + ts cos a sin th, with 0 <= s and
     p <= beta.
@@ -23,18 +23,18 @@ def reach_at(row: Any, cs: Any) -> Any:
 
 
 def reach(row: Any, ops: Ops = ARRAY) -> Any:
-    """Bound of the neighbours a tip can reach: the inclination is nowhere smaller than at rest."""
+    """Return an upper bound of the neighbours within reach of a tip: the inclination is never smaller than at rest."""
     return reach_at(row, ops.cos(row.theta0))
 
 
 def meets(row: Twist, ops: Ops) -> Any:
-    """Twist per pitch at which the lines of neighbour ``row.k`` meet, at rest (paper Eq. 6). Exact."""
+    """Return the twist per pitch (rad) at which the lines of neighbour ``row.k`` meet, at rest (paper Eq. 6). Exact."""
     r = row.root(row.theta0, ops)
     return 2 * ops.atan(r.S / (r.H + ops.sqrt(r.q2))) / row.k
 
 
 def engages(row: Twist, ops: Ops) -> Any:
-    """Whether the tip-side contact of neighbour ``row.k`` engages: its lines meet there within both edges."""
+    """Return whether the tip-side contact of neighbour ``row.k`` engages: its lines meet within both edges."""
     r = row.root(row.theta0, ops)
     q = ops.sqrt(r.q2)
     c = twisting.contact(r, q, *row.ratios)
@@ -42,20 +42,20 @@ def engages(row: Twist, ops: Ops) -> Any:
 
 
 def touches_at_rest(row: Twist) -> bool:
-    """Whether plates overlap their next neighbours and fill the gap between them, before anything is loaded."""
+    """Return whether plates overlap their neighbours and fill the gap between them before any load."""
     S, over = row.ca * math.sin(row.theta0), row.ca * math.cos(row.theta0)
     return bool(row.thickness > 0 and row.thickness >= S and over < row.eta and abs(row.sa) < 2 * row.beta)
 
 
 def gap(row: Twist, j: Any, theta: Any, phi: Any, ops: Ops) -> Any:
-    """Contact condition F of neighbour ``j`` at an inclination and a twist: negative before it is met."""
+    """Return the contact condition F of neighbour ``j`` at an inclination and a twist: negative before contact."""
     r = row._replace(k=j).root(theta, ops)
     c, s = ops.cos(j * phi), ops.sin(j * phi)
     return ((r.G - 2 * r.S) * c - r.G) / 2 + r.H * s
 
 
 def on_edges(row: Twist, j: Any, theta: Any, phi: Any, ops: Ops) -> Any:
-    """Whether the lines of neighbour ``j``'s tip-side pair meet within both edges."""
+    """Return whether the lines of neighbour ``j``'s tip-side pair meet within both edges."""
     sub = row._replace(k=j)
     r = sub.root(theta, ops)
     u = ops.tan(j * phi / 2)

@@ -1,4 +1,4 @@
-"""How a curve ends: named outcomes, each with its sentence."""
+"""Ends of a curve: a name and a sentence for each."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 class End(StrEnum):
-    """Why the path of a contact ends."""
+    """Reason why the path of a contact ends."""
 
     FRICTIONAL = "frictional lock"
     KINEMATIC = "kinematic lock"
@@ -28,12 +28,12 @@ class End(StrEnum):
 
     @property
     def locks(self) -> bool:
-        """Whether the beam is locked there."""
+        """Whether the end is a lock of the beam."""
         return self in (End.FRICTIONAL, End.KINEMATIC, End.LINE, End.STATIC)
 
 
 CODES = (*(end for end in End if end not in (End.LINE, End.STOPPED, End.SIDE)), End.LINE)
-"""Ends of hinges in the order of their integer codes (position = code); others are of scales on joints that give."""
+"""Ends on hinges in the order of their integer codes (index = code); the others occur on compliant joints only."""
 
 SENTENCES: dict[End, str] = {
     End.FRICTIONAL: "friction holds the sliding contact: no torque moves it further, the beam is locked",
@@ -53,7 +53,7 @@ SENTENCES: dict[End, str] = {
 
 
 def named(code: Array | int) -> Array:
-    """Return ends in words, by their codes."""
+    """Return ends in words from their codes, as an array of text."""
     import numpy as np
 
     return np.array([str(end) for end in CODES])[code]

@@ -1,9 +1,9 @@
-"""The path a contact follows: one row per kind of contact, all with the same face.
+"""The path that a contact follows: a row for each kind of contact, all with the same interface.
 
-A row is a named tuple of ratios (floats or arrays; lengths in units of the pitch). Its ``point(x, law, ops)`` gives
-the contact at the path parameter x: inclination, load angle per pitch (twist phi or bend psi), their rates, the
-slip rate and the moments per unit force. Balance, locks, torque, work and RED are the same for every row and live
-in :mod:`squama.model.mechanics`.
+A row is a named tuple of ratios (floats or arrays; lengths in units of the pitch). Its ``point(x, law, ops)`` returns
+the contact at the path parameter x: inclination, load angle per pitch (twist phi or bend psi), their rates, the slip
+rate and the moments per unit force. Balance, locks, torque, work and RED are the same for every row
+(:mod:`squama.model.mechanics`).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from squama.model.twisting import Number
 
 
 class Ops(NamedTuple):
-    """Elementary functions of one number type; ``sincos`` gives sine and cosine of an angle below half a turn."""
+    """Elementary functions of one number type; ``sincos`` returns sine and cosine of an angle below half a turn."""
 
     sqrt: Callable[[Number], Number]
     sin: Callable[[Number], Number]
@@ -33,7 +33,7 @@ class Ops(NamedTuple):
 
 
 def by_tangent(tan: Callable[[Number], Number]) -> Callable[[Number], tuple[Number, Number]]:
-    """Sine and cosine by the tangent of half the angle: of arrays it costs less than both."""
+    """Return a function for sine and cosine by the tangent of half the angle, which is faster for arrays."""
 
     def sincos(x: Number) -> tuple[Number, Number]:
         t = tan(0.5 * x)
@@ -44,12 +44,12 @@ def by_tangent(tan: Callable[[Number], Number]) -> Callable[[Number], tuple[Numb
 
 
 def root_of(x: float) -> float:
-    """Square root, of a negative number not a number."""
+    """Return the square root, NaN for a negative number."""
     return math.sqrt(x) if x >= 0 else math.nan
 
 
 NEXT = 1
-"""Neighbour of a row whose lengths are in units of k pitches."""
+"""Neighbour k of a row whose lengths are in units of k pitches."""
 ARRAY = Ops(np.sqrt, np.sin, np.cos, np.tan, np.arctan, by_tangent(np.tan), np.maximum, np.minimum)
 FLOAT = Ops(root_of, math.sin, math.cos, math.tan, math.atan, lambda x: (math.sin(x), math.cos(x)))
 
@@ -77,7 +77,7 @@ class Point(NamedTuple):
 
 
 class Twist(NamedTuple):
-    """Tip edge on the side edge of neighbour k, followed by x = theta (there is no fold on the way)."""
+    """Tip edge on the side edge of neighbour k, with path parameter x = theta (for paths without a fold)."""
 
     eta: Number
     beta: Number
@@ -90,19 +90,19 @@ class Twist(NamedTuple):
 
     @property
     def ratios(self) -> tuple[Number, ...]:
-        """``sa, ca, eta, beta, lam, ts`` in units of k pitches, as the kernel takes them."""
+        """``sa, ca, eta, beta, lam, ts`` in units of k pitches, the arguments of :mod:`squama.model.twisting`."""
         return self.sa, self.ca, self.eta / self.k, self.beta / self.k, self.lam / self.k, self.thickness / self.k
 
     def root(self, theta: Number, ops: Ops) -> twisting.Root:
-        """Terms of the contact condition at the inclination ``theta``."""
+        """Return the terms of the contact condition at the inclination ``theta``."""
         return twisting.root(*ops.sincos(theta), *self.ratios)
 
     def solve(self, x: Number, ops: Ops) -> tuple[Number, twisting.Root, Number, Number]:
-        """Return inclination, terms of the contact condition, its root, and rates per x over the kernel's rates."""
+        """Return inclination, terms of the contact condition, its root, and the factor to rates per x."""
         return self.solve_at(x, *ops.sincos(x), ops)
 
     def solve_at(self, x: Number, sn: Number, cs: Number, ops: Ops) -> tuple[Number, twisting.Root, Number, Number]:
-        """Return the same, with sine and cosine of the inclination already known."""
+        """Return the results of :meth:`solve` from sine and cosine of the inclination."""
         r = twisting.root(sn, cs, *self.ratios)
         q = ops.sqrt(r.q2)
         return x, r, q, 1 / q
@@ -112,7 +112,7 @@ class Twist(NamedTuple):
         return self.at_root(*self.solve(x, ops), law, ops)
 
     def at_root(self, theta: Number, r: twisting.Root, q: Number, per_x: Number, law: str, ops: Ops) -> Point:
-        """Return the contact at the root ``q``; ``per_x`` turns the kernel's rates into rates per unit of x."""
+        """Return the contact at the root ``q``; ``per_x`` converts the rates of twisting into rates per unit of x."""
         ratios = self.ratios
         c = twisting.contact(r, q, *ratios)
         m = moments(law, c, ratios[2], ops.sqrt)
@@ -132,23 +132,23 @@ class Twist(NamedTuple):
         )
 
     def places(self, pt: Point) -> tuple[Number, Number]:
-        """Margins of the place on the tip edge and on the side edge."""
+        """Return the margins of the place on the tip edge and on the side edge."""
         return self.beta - abs(pt.p), self.eta / 2 - abs(pt.s - self.eta / 2)
 
     def theta(self, x: Number) -> Number:
-        """Inclination at the path parameter."""
+        """Return the inclination at the path parameter."""
         return x
 
     def parameter(self, theta: Number, ops: Ops) -> Number:  # noqa: ARG002
-        """Path parameter of an inclination on the branch that starts at engagement."""
+        """Return the path parameter of an inclination on the branch that starts at engagement."""
         return theta
 
 
 class FoldedTwist(NamedTuple):
-    """The same contact followed through a fold at ``theta_f``: theta = theta_f - x^2, x from - to +.
+    """Tip edge on side edge, followed through a fold at ``theta_f``: theta = theta_f - x^2, x from below to above 0.
 
-    q^2 = x^2 E with E the divided difference of q^2 between theta and theta_f, so q = -x sqrt(E) keeps its digits
-    and its sign at the fold.
+    q^2 = x^2 E with E the divided difference of q^2 between theta and theta_f, so q = -x sqrt(E) keeps its digits and
+    its sign at the fold.
     """
 
     eta: Number
@@ -167,17 +167,17 @@ class FoldedTwist(NamedTuple):
         return Twist(self.eta, self.beta, self.lam, self.sa, self.ca, self.theta0, self.k, self.thickness)
 
     def solve(self, x: Number, ops: Ops) -> tuple[Number, twisting.Root, Number, Number]:
-        """Return inclination, terms of the contact condition, its root, and rates per x over the kernel's rates."""
+        """Return inclination, terms of the contact condition, its root, and the factor to rates per x."""
         return self.solve_from(self.open.root(self.theta_f, ops), x, *ops.sincos(self.half(x)), ops)
 
     def half(self, x: Number) -> Number:
-        """Half the way back from the fold."""
+        """Return half the inclination's distance from the fold, (theta - theta_f)/2, never exactly 0."""
         return 1e-300 - x * x / 2
 
     def solve_from(
         self, f: twisting.Root, x: Number, up: Number, over: Number, ops: Ops
     ) -> tuple[Number, twisting.Root, Number, Number]:
-        """Return the same, with the terms ``f`` at the fold, and sine and cosine of half the way back, known."""
+        """Return the results of :meth:`solve` from the terms ``f`` at the fold and sine and cosine of :meth:`half`."""
         row = self.open
         theta = self.theta_f - x * x
         sa, ca, eta, beta, lam, ts = row.ratios
@@ -198,13 +198,13 @@ class FoldedTwist(NamedTuple):
         return self.open.at_root(*self.solve(x, ops), law, ops)
 
     def places(self, pt: Point) -> tuple[Number, Number]:
-        """Margins of the place on the tip edge and on the side edge."""
+        """Return the margins of the place on the tip edge and on the side edge."""
         return self.open.places(pt)
 
     def theta(self, x: Number) -> Number:
-        """Inclination at the path parameter."""
+        """Return the inclination at the path parameter."""
         return self.theta_f - x * x
 
     def parameter(self, theta: Number, ops: Ops) -> Number:
-        """Path parameter of an inclination on the branch that starts at engagement."""
+        """Return the path parameter of an inclination on the branch that starts at engagement."""
         return -ops.sqrt(self.theta_f - theta)

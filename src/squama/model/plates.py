@@ -1,9 +1,10 @@
-"""Every other contact of the rigid plates: edges on edges and corners on faces of all overlapping scales.
+"""Other contacts of the rigid plates: edges on edges and corners on faces of all overlapping scales.
 
-Scale 1 and scale 1 + k are rectangles (thick ones: :mod:`squama.model.boxes`); in the axes of scale 1 the other has the
-base midpoint o and the axes k_IJ.
-Each of the 24 feature pairs has a signed distance that changes sign when the features meet; a change counts where
-the meeting place lies within both features. Along a path the first such change is the first other contact.
+Scale 1 and scale 1 + k are rectangles (thick ones: :mod:`squama.model.boxes`); in the axes of scale 1 scale 1 + k has
+the base midpoint o and the axes k_IJ.
+
+Each of the 24 feature pairs has a signed distance that changes sign when the features meet; a change counts if the
+features meet within both of them. Along a path the first such change is the first other contact.
 """
 
 from __future__ import annotations
@@ -24,15 +25,16 @@ _MIRRORED_EDGES = ("DA", "CB", "AB", "DC")
 _KIND = {"DA": "base edge", "CB": "tip edge", "DC": "side edge", "AB": "side edge"}
 TIP_SIDE = 8 + 4 * EDGES.index("CB") + EDGES.index("DC")
 CORNER_FACE = 4 + CORNERS.index("B")
-"""Positions among the feature pairs of the tip edge on the side edge, and of the tip's corner B on the face."""
+"""Index among the feature pairs of the tip's corner B on the face; TIP_SIDE is that of the tip edge on the side edge.
+"""
 _ROUNDS = 4
 _PARALLEL = 1e-10
 _FINER, _PARTS = 2, np.arange(1, 8) / 8
-"""How often more samples are taken where gaps turn back near zero, and where."""
+"""Number of refinements where gaps have a minimum near zero, and the added places in an interval."""
 
 
 class Touch(NamedTuple):
-    """First other contact: neighbour ``k``, ``pair`` in words, path parameter, inclination, and the larger load."""
+    """First other contact: neighbour ``k``, ``pair`` in words, path parameter, inclination, larger load angle (rad)."""
 
     k: int
     pair: str
@@ -42,7 +44,7 @@ class Touch(NamedTuple):
 
 
 class Plates(NamedTuple):
-    """Shape and place of the scales: ratios with lengths in pitches, sine and cosine of alpha; y_n of bent ones."""
+    """Shape of the scales: ratios with lengths in pitches, sine and cosine of alpha; ``y_n`` for bent beams."""
 
     eta: float
     beta: float
@@ -54,14 +56,14 @@ class Plates(NamedTuple):
 
     @property
     def reach(self) -> int:
-        """Farthest scale that can be touched."""
+        """Farthest neighbour within reach."""
         return max(1, int(np.hypot(np.hypot(self.eta, 2 * self.beta), self.thickness)))
 
 
 def axes(plates: Plates, theta: Array, phi: Array, k: Array) -> tuple[Array, Array]:
-    """Return base midpoint (3, n, m) and axes (3, 3, n, m; columns) of the others in the axes of scale 1.
+    """Return base midpoints (3, n, m) and axes (3, 3, n, m; columns) of scales 1 + k in the axes of scale 1.
 
-    ``phi`` are twists (m,), or bends and twists (2, m).
+    ``phi`` are twists (m,), or bends and twists (2, m), in rad per pitch.
     """
     if phi.ndim == 2:
         return _screwed(plates, theta, phi, k)
@@ -80,7 +82,7 @@ def axes(plates: Plates, theta: Array, phi: Array, k: Array) -> tuple[Array, Arr
 
 
 def _screwed(plates: Plates, theta: Array, loads: Array, k: Array) -> tuple[Array, Array]:
-    """Return the same of scales that are bent and twisted."""
+    """Return the base midpoints and axes of :func:`axes` for beams that are bent and twisted."""
     k = k[:, None]
     one = np.ones((k.size, theta.size))
     g = Screw.of(k * loads[0], k * loads[1], plates.y_n / k * one)
@@ -94,12 +96,11 @@ def _screwed(plates: Plates, theta: Array, loads: Array, k: Array) -> tuple[Arra
 
 
 def gaps(plates: Plates, theta: Array, phi: Array, k: Array) -> tuple[Array, Array]:
-    """Signed gaps of the 24 feature pairs and whether the meeting place lies within both features.
+    """Return the signed gaps of the 24 feature pairs and whether their meeting place lies within both features.
 
-    At inclinations and twists per pitch (m,), or bends and twists (2, m), of neighbours k (n,). Both have the shape
+    At inclinations and twists per pitch (m,), or bends and twists (2, m), for neighbours k (n,). Both have the shape
     (24, n, m): 4 corners of the other scale on the face of scale 1, 4 corners of scale 1 on the other face, 16 edges on
-    edges (of scale 1 first).
-    Of thick plates they are those of :func:`squama.model.boxes.gaps`, (5, n, m).
+    edges (of scale 1 first). For thick plates the gaps are those of :func:`squama.model.boxes.gaps`, (5, n, m).
     """
     o, M = axes(plates, theta, phi, k)
     if plates.thickness > 0:
@@ -133,7 +134,7 @@ def gaps(plates: Plates, theta: Array, phi: Array, k: Array) -> tuple[Array, Arr
 
 
 def name(pair: int, k: int, mirrored: bool) -> str:
-    """Feature pair in words, with the paper's corner letters (those of the mirror image in the other sense)."""
+    """Return a feature pair in words, with the paper's corner letters (mirrored in the other sense)."""
     corners, edges = (CORNERS, EDGES) if not mirrored else (_MIRRORED_CORNERS, _MIRRORED_EDGES)
 
     def edge(i: int, scale: int) -> str:
@@ -155,11 +156,11 @@ def first_touch(
     mirrored: bool = False,
     own: Sequence[int] = (TIP_SIDE,),
 ) -> Touch | None:
-    """Find the first contact that comes in along a path, other than the one that is followed.
+    """Return the first contact that comes in along a path, other than the followed one; None if there is none.
 
-    ``at`` gives inclination and twist (or bend and twist) at path parameters, ``x`` samples of it, ascending from a
-    small positive twist; ``follows`` is the neighbour whose contact is followed from x = 0 on, 0 for none, ``own`` the
-    feature pairs of that contact.
+    ``at`` returns inclination and twist (or bend and twist) at path parameters; ``x`` are samples, ascending from a
+    small positive twist; ``follows`` is the neighbour in contact from x = 0 on, 0 for none; ``own`` are the feature
+    pairs of that contact.
     """
     k = np.arange(1, plates.reach + 1)
     best: tuple[float, int, int] | None = None
@@ -193,7 +194,7 @@ def _seen(
     follows: int,
     own: Sequence[int],
 ) -> tuple[Array, Array, Array]:
-    """Return samples, gaps and whether they count; with more samples where a gap turns back near zero."""
+    """Return samples, gaps and whether they count, with more samples where a gap has a minimum near zero."""
     for finer in range(_FINER + 1):
         gap, inside = gaps(plates, *at(x), k)
         if plates.thickness > 0:
@@ -209,7 +210,7 @@ def _seen(
 
 
 def _turns(gap: Array, inside: Array) -> Array:
-    """Return samples before those at which a gap is lowest and a parabola through three comes to half of it."""
+    """Return the indices of samples before a minimum of a gap whose parabola falls to half of it or less."""
     left, middle, right = np.abs(gap[..., :-2]), np.abs(gap[..., 1:-1]), np.abs(gap[..., 2:])
     above = gap > 0
     turns = (above[..., :-2] == above[..., 1:-1]) & (above[..., 1:-1] == above[..., 2:])
@@ -220,7 +221,7 @@ def _turns(gap: Array, inside: Array) -> Array:
 
 
 def _changes(gap: Array, inside: Array) -> list[tuple[int, int, int]]:
-    """Feature pair, neighbour and sample before each change of sign near both features, in path order."""
+    """Return feature pair, neighbour and sample before each change of sign near both features, in path order."""
     change = (gap[..., :-1] > 0) != (gap[..., 1:] > 0)
     change &= inside[..., :-1] | inside[..., 1:]
     found = np.argwhere(change)
@@ -230,7 +231,7 @@ def _changes(gap: Array, inside: Array) -> list[tuple[int, int, int]]:
 def _refine(
     plates: Plates, at: Callable[[Array], tuple[Array, Array]], a: float, b: float, k: int, i: int
 ) -> float | None:
-    """Solve one change of sign by repeated subdivision; None where the features miss each other."""
+    """Return the path parameter of a change of sign by repeated subdivision; None if the features miss."""
     for _ in range(_ROUNDS):
         x = np.linspace(a, b, 33)
         gap = gaps(plates, *at(x), np.array([k]))[0][i, 0]

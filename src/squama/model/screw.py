@@ -1,8 +1,8 @@
 r"""Contact of thin, rigid scales on hinges, the beam bent and twisted at once (docs, theory: bending and twisting).
 
-Scale 1 + k is scale 1 moved by g^k, g the screw exp(-(psi, 0, phi), (0, 0, 1 + psi y_n)) with y_n the height of the
-line that keeps its length. Lengths in pitches, moments in K_theta; vectors are arrays (3, n). With c, s the cosine and
-sine of theta, n_X = c a + s b and n_Z = c b - s a. Every contact of :data:`CONTACTS` is a gap
+Scale 1 + k is scale 1 moved by g^k, where g is the screw exp(-(psi, 0, phi), (0, 0, 1 + psi y_n)) and y_n the height of
+the line that keeps its length. Lengths in pitches, moments in K_theta; vectors are arrays (3, n). With c, s the cosine
+and sine of theta, n_X = c a + s b and n_Z = c b - s a. Every contact of :data:`CONTACTS` has a gap
 
     F = (q + e n_X) . (c P + s Q) >= 0
 
@@ -23,19 +23,20 @@ import numpy as np
 from squama.types import Array
 
 _SERIES = 0.01
-"""Angle of the screw below which its coefficients are series."""
+"""Angle of the screw below which its coefficients are computed by series."""
 _SAMPLES, _ROUNDS = 48, 8
 NEAR = 1e-12
-"""How far rounding may put a contact beyond its edge, in pitches."""
+"""Tolerance of a contact's place on its edges, in pitches."""
 NONE, LOCKED = "", "locked"
 """Words in place of a contact: nothing touches; beyond the lock of the plates."""
 
 
 class Kind(NamedTuple):
-    """A pair that can touch: whether an edge of scale 1 stands on a face or an edge of scale 2, or the other way.
+    """A pair of features that can touch.
 
     ``tip``: at the tip of scale 1 (k_ZX > 0), else at the base of scale 2; ``face``: a corner on a face, else two
-    edges; ``side``: -1 where the side D-C (y = -beta) takes part, 1 where A-B does; ``rolling``: sign of k_YZ there.
+    edges; ``side``: -1 for the side D-C (y = -beta), 1 for A-B; ``rolling``: sign of the roll with which the contact
+    occurs, 0 for either.
     """
 
     tip: bool
@@ -55,7 +56,8 @@ CONTACTS = {
     "SD": Kind(False, False, -1, 0),
 }
 """Tip edge on the side edges D-C and A-B (TS, TA), corners B, C of the tip on the face (BF, CF), corners D, A of the
-next scale's base under the face (DF, AF), side edges A-B, D-C on the next scale's base edge (SB, SD)."""
+next scale's base under the face (DF, AF), side edges A-B, D-C on the next scale's base edge (SB, SD).
+"""
 WORDS = {
     "TS": "tip edge on side edge",
     "TA": "tip edge on the other side edge",
@@ -63,7 +65,7 @@ WORDS = {
     "CF": "corner C on face",
     "TF": "tip edge on face",
 }
-"""Contacts in words: what of a scale touches what of the next one."""
+"""Contacts in words: feature of a scale on feature of the next scale."""
 
 
 def dot(a: Array, b: Array) -> Array:
@@ -79,7 +81,7 @@ def cross(a: Array, b: Array) -> Array:
 
 
 class Screw(NamedTuple):
-    """The screw g from one scale to the next: w, v, and sin(rho)/rho, (1 - cos(rho))/rho^2, (rho - sin(rho))/rho^3."""
+    """The screw g from one scale to the next: w, v, sin(rho)/rho, (1 - cos(rho))/rho^2, (rho - sin(rho))/rho^3."""
 
     w: Array
     v: Array
@@ -89,7 +91,7 @@ class Screw(NamedTuple):
 
     @classmethod
     def of(cls, psi: Array, phi: Array, y_n: Array) -> Screw:
-        """Return that of bend and twist per pitch, rad."""
+        """Return the screw of a bend and a twist per pitch, rad."""
         zero = 0.0 * psi
         q = psi * psi + phi * phi
         small = q < _SERIES**2
@@ -101,18 +103,18 @@ class Screw(NamedTuple):
         return cls(np.array([-psi, zero, -phi]), np.array([zero, zero, 1 + psi * y_n]), a, b, c)
 
     def turned(self, x: Array) -> Array:
-        """Return R x."""
+        """Return R x, the vectors x turned by the screw's rotation."""
         once = cross(self.w, x)
         return np.asarray(x + self.a * once + self.b * cross(self.w, once))
 
     @property
     def shift(self) -> Array:
-        """The translation t."""
+        """Translation t of the screw."""
         once = cross(self.w, self.v)
         return np.asarray(self.v + self.b * once + self.c * cross(self.w, once))
 
     def rates(self, x: Array, dw: Array, dv: Array) -> Array:
-        """Return the derivative of g(x) where w and v change by dw and dv."""
+        """Return the derivative of g(x) for changes dw and dv of w and v."""
         q, s = dot(self.w, self.w), dot(self.w, dw)
         small = q < _SERIES**2
         over = np.where(small, 1.0, q)
@@ -128,7 +130,7 @@ class Screw(NamedTuple):
 
 
 class Pair(NamedTuple):
-    """Two scales: numbers (n,), axes (3, n) of the one at no inclination, those of the other, both base midpoints."""
+    """Two scales: numbers (n,), axes (3, n) of scale 1 without inclination, those of scale 2, both base midpoints."""
 
     eta: Array
     beta: Array
@@ -144,24 +146,24 @@ class Pair(NamedTuple):
 
     @classmethod
     def of(cls, g: Screw, eta: Array, beta: Array, lam: Array, alpha: Array, theta0: Array) -> Pair:
-        """Return scales of lengths in pitches and angles in rad, with the screw from one to the next."""
+        """Return the scales from lengths in pitches, angles in rad, and the screw from one to the next."""
         sin, cos, zero = np.sin(alpha), np.cos(alpha), 0.0 * eta
         a, b, y = np.array([-sin, zero, cos]), np.array([zero, zero + 1, zero]), np.array([cos, zero, sin])
         Ra, Rb, Ry = g.turned(a), g.turned(b), g.turned(y)
         return cls(eta, beta, theta0, a, b, y, Ra, Rb, Ry, lam * b, lam * Rb + g.shift)
 
     def take(self, i: Array) -> Pair:
-        """Return some of them."""
+        """Return the pairs with the indices ``i``."""
         return Pair._make(v[..., i] for v in self)
 
     def axes(self, theta: Array) -> tuple[Array, Array, Array, Array]:
-        """Return n_X and n_Z of the one and of the other at an inclination."""
+        """Return n_X and n_Z of scale 1 and of scale 2 at an inclination (rad)."""
         c, s = np.cos(theta), np.sin(theta)
         return c * self.a + s * self.b, c * self.b - s * self.a, c * self.Ra + s * self.Rb, c * self.Rb - s * self.Ra
 
 
 class Posed(NamedTuple):
-    """Two scales (n,) with the screw from one to the next, and by how much they close and roll."""
+    """Two scales (n,) with the screw between them; rotations about the width (closing) and the length (rolling)."""
 
     g: Screw
     d: Pair
@@ -170,15 +172,15 @@ class Posed(NamedTuple):
 
     @classmethod
     def of(cls, psi: Array, phi: Array, y_n: Array, shape: Sequence[Array]) -> Posed:
-        """Return scales of a ``shape`` (eta, beta, lam, alpha, theta0) at bends and twists."""
+        """Return scales of a ``shape`` (eta, beta, lam, alpha, theta0) at bends and twists per pitch, rad."""
         g, sin, cos = Screw.of(psi, phi, y_n), np.sin(shape[3]), np.cos(shape[3])
         return cls(g, Pair.of(g, *shape), psi * cos + phi * sin, phi * cos - psi * sin)
 
 
 def gap(kind: Kind, d: Pair) -> Array:
-    """Return F (1 + u^2)^2 of a contact as a polynomial (5, n) of u = tan(theta / 2), lowest power first."""
+    """Return F (1 + u^2)^2 of a contact as a polynomial (5, n) in u = tan(theta / 2), lowest power first."""
     edge = kind.side * d.beta
-    # what of scale 1 touches takes the side with it where it is a corner or a side edge
+    # the half width is that of scale 1 if its corner or side edge touches, else that of scale 2
     q = d.base - d.there + (edge * d.y if kind.tip == kind.face else -edge * d.Ry)
     if kind.face:
         P, Q = (d.Rb, -d.Ra) if kind.tip else (d.b, -d.a)
@@ -194,12 +196,12 @@ def gap(kind: Kind, d: Pair) -> Array:
 
 
 def at(F: Array, u: Array) -> Array:
-    """Return the value of polynomials (5, n)."""
+    """Return the values (n,) of polynomials (5, n) at u."""
     return np.asarray((((F[4] * u + F[3]) * u + F[2]) * u + F[1]) * u + F[0])
 
 
 def opening(F: Array, start: Array) -> Array:
-    """Return the least u > start at which a gap opens that is closed there; NaN where none is below 1 (90 deg)."""
+    """Return the smallest u > start at which a gap, closed at start, opens; NaN if none is below 1 (90 deg)."""
     step = (1 - start) / _SAMPLES
     samples = at(F, start + step * np.arange(1, _SAMPLES + 1)[:, None])
     above = samples >= 0
@@ -225,7 +227,7 @@ def opening(F: Array, start: Array) -> Array:
 
 
 def _highest(F: Array, low: Array, high: Array) -> Array:
-    """Return where between two places a gap is largest."""
+    """Return the place between ``low`` and ``high`` at which a gap is largest."""
     u = (low + high) / 2
     for _ in range(_ROUNDS):
         slope = ((4 * F[4] * u + 3 * F[3]) * u + 2 * F[2]) * u + F[1]
@@ -237,9 +239,9 @@ def _highest(F: Array, low: Array, high: Array) -> Array:
 
 
 class Place(NamedTuple):
-    """Where a contact is: within its edges and faces or not, point of scale 2 before it is moved, normal, V_theta.
+    """Place of a contact: whether it lies within its features, point of scale 2 before the screw, normal, V_theta.
 
-    ``along`` and ``across`` a scale, from the middle of its base: within 0 and eta, within -beta and beta.
+    ``along`` and ``across`` are coordinates on a scale from the middle of its base: 0 to eta, -beta to beta.
     """
 
     along: Array
@@ -251,7 +253,7 @@ class Place(NamedTuple):
 
 
 def place(kind: Kind, d: Pair, theta: Array) -> Place:
-    """Return the place of a contact at an inclination."""
+    """Return the place of a contact at an inclination (rad)."""
     nX, nZ, RX, RZ = d.axes(theta)
     side, tip = kind.side * d.beta, d.base + d.eta * nX
     if kind.face:
@@ -275,7 +277,7 @@ def place(kind: Kind, d: Pair, theta: Array) -> Place:
 
 
 class Touching(NamedTuple):
-    """What touches (n,): inclination, name of the contact or "", whether locked; place as in :class:`Place`."""
+    """Contacts (n,): inclination, name or "", whether locked; point, normal and V_theta as in :class:`Place`."""
 
     theta: Array
     contact: Array
@@ -286,7 +288,7 @@ class Touching(NamedTuple):
 
 
 def touching(d: Pair, closing: Array, rolling: Array) -> Touching:
-    """Return the contact that asks for the largest inclination, of pairs that close and roll by omega_Y, omega_X."""
+    """Return the contact with the largest inclination, for pairs with rotations ``closing`` and ``rolling``."""
     theta, n = d.theta0.copy(), d.theta0.size
     contact, locked = np.full(n, NONE, "U6"), np.zeros(n, bool)
     rest, (point, normal, V_theta) = np.tan(theta / 2), np.zeros((3, 3, n))
@@ -303,7 +305,7 @@ def touching(d: Pair, closing: Array, rolling: Array) -> Touching:
         found = 2 * np.arctan(opening(F[:, i], rest[i]))
         here = place(kind, one, found)
         better = here.inside & (found > theta[i]) & counts(kind, found, one, *turn)
-        # closed at rest and never opened: nothing leads there
+        # closed at rest and at all larger inclinations: not reachable
         locked[i] |= place(kind, one, one.theta0).inside & counts(kind, one.theta0, one, *turn)
         to = i[better]
         theta[to], contact[to] = found[better], name
@@ -313,7 +315,7 @@ def touching(d: Pair, closing: Array, rolling: Array) -> Touching:
 
 
 class Velocities(NamedTuple):
-    """Velocities (3, n) at contacts of the one scale against the other, where theta, psi or phi grow; the normals."""
+    """Relative velocities (3, n) of two scales at a contact per unit of theta, psi and phi; the normals."""
 
     theta: Array
     psi: Array
@@ -322,14 +324,14 @@ class Velocities(NamedTuple):
 
     @classmethod
     def of(cls, g: Screw, y_n: Array, here: Touching | Place) -> Velocities:
-        """Return those at places."""
+        """Return the velocities at the places of contacts."""
         zero = 0.0 * here.normal[0]
         one, none = zero + 1, np.array([zero, zero, zero])
         psi = -g.rates(here.point, np.array([-one, zero, zero]), np.array([zero, zero, zero + y_n]))
         return cls(here.V_theta, psi, -g.rates(here.point, np.array([zero, zero, -one]), none), here.normal)
 
     def sliding(self, lift: Array, mu: Array, toward: tuple[Array, Array]) -> Sliding:
-        """Return forces where scales are lifted by theta - theta_0 and move along (psi', phi')."""
+        """Return the forces of sliding contacts, for a ``lift`` theta - theta_0 and a direction (psi', phi')."""
         g_theta, g_psi, g_phi = (dot(self.normal, v) for v in self[:3])
         rate = -(g_psi * toward[0] + g_phi * toward[1]) / g_theta
         V = self.psi * toward[0] + self.phi * toward[1] + self.theta * rate
@@ -342,7 +344,7 @@ class Velocities(NamedTuple):
         return Sliding(N, M, T, np.where(drag == 0, np.inf, g_theta / drag), D, g_theta, rate, speed)
 
     def held(self, lift: Array, mu: Array, angles: Array) -> Held:
-        """Return what friction holds where scales are lifted by theta - theta_0; ``angles`` (m,) of the friction."""
+        """Return the moments that friction holds, for a ``lift`` theta - theta_0; ``angles`` (m,) of the friction."""
         g_theta, g_psi, g_phi = (dot(self.normal, v) for v in self[:3])
         u = self.theta - g_theta * self.normal
         size = np.sqrt(dot(u, u))
@@ -368,7 +370,7 @@ class Velocities(NamedTuple):
 
 
 class Held(NamedTuple):
-    """Border (m, n) of the moments M and T that a contact bears at rest, and edges (2, 2, n) of the locked cone."""
+    """Border (m, n) of the moments M and T of a contact at rest, edges (2, 2, n) of the cone of locked directions."""
 
     M: Array
     T: Array
@@ -376,7 +378,7 @@ class Held(NamedTuple):
 
 
 class Sliding(NamedTuple):
-    """Forces of contacts that slide, NaN where one is locked; D, g_theta, and rates of theta and of slip."""
+    """Forces of sliding contacts, NaN where one is locked; D, g_theta, and rates of theta and of slip."""
 
     N: Array
     M: Array
@@ -389,7 +391,7 @@ class Sliding(NamedTuple):
 
 
 class State(NamedTuple):
-    """States (n,): see :func:`squama.combined`."""
+    """States (n,) of bent and twisted beams, see :func:`squama.combined`."""
 
     theta: Array
     contact: Array
@@ -401,7 +403,7 @@ class State(NamedTuple):
 
 @np.errstate(all="ignore")
 def state(posed: Posed, mu: Array, toward: tuple[Array, Array], y_n: Array) -> State:
-    """Return the states of pairs, reached along directions (psi', phi')."""
+    """Return the states of pairs, reached along the directions (psi', phi')."""
     here = touching(*posed[1:])
     slid = Velocities.of(posed.g, y_n, here).sliding(here.theta - posed.d.theta0, mu, toward)
     free, locked = here.contact == NONE, here.locked
@@ -411,15 +413,15 @@ def state(posed: Posed, mu: Array, toward: tuple[Array, Array], y_n: Array) -> S
 
 
 def counts(kind: Kind, theta: Array, d: Pair, closing: Array, rolling: Array) -> Array:
-    """Say at which inclinations a contact is at the end of the overlap that counts."""
+    """Return whether the contact is at the end of the overlap that bears, at an inclination."""
     over = overlap(kind, d, theta)
     return np.asarray(over <= 0 if not kind.tip else (over > 0) & (turning(theta, closing, rolling) > 0))
 
 
 def overlap(kind: Kind, d: Pair, theta: Array) -> Array:
-    """Return k_ZX, or -k_XZ where the face of scale 2 counts: above 0 the contact is at the tip, below at the base.
+    """Return k_ZX, or -k_XZ for contacts on the face of scale 2: above 0 for a contact at the tip, below at the base.
 
-    Where it is 0 an edge lies in the face, and the contacts at both its ends are one.
+    Where it is 0 an edge lies in the face, and the contacts at its two ends coincide.
     """
     nX, nZ, RX, RZ = d.axes(theta)
     return -dot(RZ, nX) if kind.tip == kind.face else dot(nZ, RX)

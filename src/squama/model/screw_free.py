@@ -1,8 +1,8 @@
-"""One load imposed, the other left free: bend with the twist free, twist with the bend free; without friction.
+"""One load imposed and the other free: a bend with free twist, or a twist with free bend; without friction.
 
-The free load takes the value at which its moment, the scales' and the bar's, is zero. Where that moment jumps through
-zero, at a place where contacts hand over to each other (the line phi = psi tan(alpha) above all), the beam stays at
-that place and the two contacts share the force.
+The free load takes the value at which the sum of the scales' and the bar's moment is zero. Where that moment jumps
+through zero, at a change of contact (mostly on the line phi = psi tan(alpha)), the beam stays there and the two
+contacts share the force.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from squama.model.screw_path import Design
 from squama.types import Array
 
 SIDE, SHARED = 1e-9, 1e-6
-"""Difference of the free load, rad, at which a jump is looked for, and the least one, as a part of the loads."""
+"""Difference of the free load, rad, across which a jump is evaluated, and smallest jump relative to the loads."""
 FIRST, GROWTH, MOST = 1e-4, 1.6, 40
-"""First step away from the last solution, rad, by how much each next one is longer, and how many there are."""
+"""First step away from the last solution, rad, growth of the steps, and their largest number."""
 
 
 class Free(NamedTuple):
-    """States (n,), lengths in pitches, moments in K_theta; NaN beyond the last at which the free load has a value."""
+    """States (n,), lengths in pitches, moments in K_theta; NaN beyond the last imposed load with a solution."""
 
     psi: Array
     phi: Array
@@ -36,9 +36,9 @@ class Free(NamedTuple):
 
 
 def relaxed(design: Design, imposed: Array, bar: float, *, free: int) -> Free:
-    """Follow an imposed load from rest, the other free: axis ``free`` of (psi, phi), of the bar's stiffness ``bar``.
+    """Follow an imposed load from rest with the other load free: axis ``free`` of (psi, phi).
 
-    ``bar`` is the moment per angle and pitch of the bar in the free load, over K_theta.
+    ``bar`` is the bar's moment per angle of the free load and per pitch, over K_theta.
     """
     found: list[tuple[float | str, ...]] = []
     last = 0.0
@@ -61,7 +61,7 @@ _LOST = (np.nan, np.nan, np.nan, NONE, np.nan, np.nan, np.nan)
 
 
 def _state(design: Design, psi: float, phi: float) -> State:
-    """Return the state without friction."""
+    """Return the state without friction at a bend and a twist."""
     one = np.ones(1)
     y_n = design.y_n * one
     posed = Posed.of(psi * one, phi * one, y_n, [v * one for v in design[:5]])
@@ -69,7 +69,7 @@ def _state(design: Design, psi: float, phi: float) -> State:
 
 
 def _root(moment: Callable[[float], float], start: float) -> float:
-    """Return the value of the free load next to the last one at which its moment is zero; NaN if there is none."""
+    """Return the value of the free load nearest to the last one at which its moment is zero; NaN if there is none."""
     a, fa = start, moment(start)
     if fa == 0 or np.isnan(fa):
         return a if fa == 0 else np.nan
@@ -85,7 +85,7 @@ def _root(moment: Callable[[float], float], start: float) -> float:
 
 
 def _row(design: Design, load: float, x: float, bar: float, free: int) -> tuple[float | str, ...]:
-    """Return a state; where the free moment jumps through zero, that of two contacts that share the force."""
+    """Return a state; where the free moment jumps through zero, that of two contacts sharing the force."""
 
     def at(x: float) -> tuple[str, list[float]]:
         one = _state(design, *((load, x) if free else (x, load)))

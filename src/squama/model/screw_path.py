@@ -1,8 +1,8 @@
 """Straight ways in the plane of bend and twist, followed from contact to contact (docs, theory: bending and twisting).
 
-The inclination depends on bend and twist alone, so a way is looked at at once on a grid; where its contact is lost,
-handed over or locked lies between two places of the grid and is solved there. Each piece of a way with one contact is a
-row of :mod:`squama.model.paths`: balance, work and cut-off are those of every other contact.
+The inclination depends on bend and twist alone, so a way is evaluated on a grid at once; a place where its contact is
+lost, replaced or locked is solved for between two grid points. Each piece of a way with one contact is a row of
+:mod:`squama.model.paths`: balance, work and cut-off are computed as for every other contact.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ from squama.model.screw import CONTACTS, NONE, Posed, Sliding, Touching
 from squama.types import Array
 
 GRID = 64
-"""Parts of a way between whose ends the contact is looked for; what comes and goes within one of them is not seen."""
+"""Number of intervals of a way; a contact that comes and goes within one interval is missed."""
 FINER = 8
-"""Parts of a step of the grid, where something happens on it."""
+"""Number of parts into which an interval of the grid is divided where the contact changes."""
 STEP = 1e-9
-"""Part of a way behind an event at which it is asked what touches now."""
+"""Share of a way behind an event at which the next contact is determined."""
 SAME = 1e-6
-"""Difference of inclinations, rad, up to which contacts hand over to each other."""
+"""Largest difference of inclinations, rad, at which one contact may replace another."""
 FLUSH = 1e-13
-"""Roll over the bend and twist, up to which the tip edge lies flush in the next face."""
+"""Roll over the magnitude of bend and twist, up to which the tip edge lies flush in the next face."""
 SEEN, PARTED = 49, 1e-6
-"""Places of a piece at which all plates are looked at, and how far from its ends, as a part of it."""
+"""Number of samples of a piece for the search of other contacts, and distance from its ends, as a share of it."""
 _PAIRS = {"TS": 14, "CF": 6, "BF": 7, "TA": 15, "DF": 0, "AF": 1, "SB": 20, "SD": 16}
-"""Contacts among the feature pairs of :mod:`squama.model.plates`."""
+"""Indices of the contacts among the feature pairs of :mod:`squama.model.plates`."""
 _EDGES = ("left", "right", "low", "high")
 _ENDS = {
     "friction": End.FRICTIONAL,
@@ -45,11 +45,11 @@ _ENDS = {
     "low": End.OFF_SIDE,
     "high": End.OFF_SIDE,
 }
-"""Ends by the margin that is used up, where no other contact takes over."""
+"""Ends by the margin that vanishes, if no other contact takes over."""
 
 
 class Design(NamedTuple):
-    """Lengths in pitches, angles in rad, friction, and the height of the line that keeps its length."""
+    """A design: lengths in pitches, angles in rad, friction, and height of the line that keeps its length."""
 
     eta: float
     beta: float
@@ -61,25 +61,25 @@ class Design(NamedTuple):
 
 
 class Leg(NamedTuple):
-    """A way of a design from (psi, phi) = ``start`` to ``start + step``, 0 <= x <= 1."""
+    """A way of a design from (psi, phi) = ``start`` to ``start + step``, with parameter 0 <= x <= 1."""
 
     design: Design
     start: tuple[float, float]
     step: tuple[float, float]
 
     def loads(self, x: Array) -> tuple[Array, Array]:
-        """Return bend and twist per pitch."""
+        """Return bend and twist per pitch (rad) at x."""
         return self.start[0] + x * self.step[0], self.start[1] + x * self.step[1]
 
     @property
     def flush(self) -> bool:
-        """Whether it runs along phi = psi tan(alpha), where the tip edge lies flush in the face of the next scale."""
+        """Whether the way is on phi = psi tan(alpha), where the tip edge lies flush in the face of the next scale."""
         sin, cos = np.sin(self.design.alpha), np.cos(self.design.alpha)
         ways = (self.start, self.step)
         return all(abs(phi * cos - psi * sin) <= FLUSH * np.hypot(psi, phi) for psi, phi in ways)
 
     def posed(self, x: Array) -> Posed:
-        """Return the scales at places."""
+        """Return the scales at x."""
         psi, phi = self.loads(x)
         same = 1 + 0 * psi
         found = Posed.of(psi, phi, self.design.y_n * same, [v * same for v in self.design[:5]])
@@ -87,20 +87,20 @@ class Leg(NamedTuple):
 
     @np.errstate(all="ignore")
     def touching(self, x: Array) -> Touching:
-        """Return what touches at places."""
+        """Return the contacts at x."""
         return screw.touching(*self.posed(x)[1:])
 
     @np.errstate(all="ignore")
     def before(self, contact: str, x: Array) -> Array:
-        """Return the gap of a contact at rest, open above 0."""
+        """Return the gap of a contact at the inclination at rest, positive if it is open."""
         d = self.posed(x).d
         return screw.at(screw.gap(CONTACTS[contact], d), np.tan(d.theta0 / 2))
 
 
 class Piece(NamedTuple):
-    """A piece of a way with one contact ("": none), from x0 to x1; ``end`` if the path ends there, else "".
+    """A piece of a way with one contact ("" for none), from x0 to x1; ``end`` if the path ends there, else "".
 
-    ``event`` is the margin that is used up at x1, ``other`` the pair of plates in words that comes in there.
+    ``event`` is the margin that vanishes at x1, ``other`` the pair of plates in words that comes in there.
     """
 
     leg: Leg
@@ -127,14 +127,14 @@ class Piece(NamedTuple):
         return posed, theta, screw.place(kind, posed.d, theta), shut
 
     def _flush(self, posed: Posed) -> tuple[Array, Array, Array]:
-        """Return both sides of arm = room sin(theta + rho/2), and theta, where the tip edge lies in the next face."""
+        """Return both sides of arm = room sin(theta + rho/2), and theta, for a tip edge that lies in the next face."""
         s, rho, cos = self.leg.design, posed.closing, np.cos(self.leg.design.alpha)
         arm, room = s.eta * rho * np.cos(rho / 2), cos * (1 + rho * cos * s.y_n) - s.lam * rho
         return arm, room, np.arcsin(np.minimum(arm / room, 1.0)) - rho / 2
 
     @np.errstate(all="ignore")
     def tangent(self, x: Array) -> Array:
-        """Return the derivative of M by the place, by a complex step."""
+        """Return the derivative of M with respect to x, by a complex step."""
         h = 1e-30j
         theta, slid = self.slid(x)
         posed = self.leg.posed(x + h)
@@ -145,7 +145,7 @@ class Piece(NamedTuple):
         return np.asarray(np.mean(found, axis=0))
 
     def slid(self, x: Array, mu: float | None = None) -> tuple[Array, Sliding]:
-        """Return inclination and forces."""
+        """Return inclination (rad) and forces at x."""
         posed, theta, here, _ = self.places(x)
         return theta, self._sliding(posed, theta, here, self.leg.design.mu if mu is None else mu)
 
@@ -156,7 +156,7 @@ class Piece(NamedTuple):
 
     @np.errstate(all="ignore")
     def margins(self, x: Array) -> dict[str, Array]:
-        """Return what is above 0 as long as the contact is followed, by event; and the inclination."""
+        """Return the margins at x by event, positive as long as the contact is followed; and the inclination."""
         s, kind = self.leg.design, CONTACTS[self.contact]
         posed, theta, here, shut = self.places(x)
         slid = self._sliding(posed, theta, here, s.mu)
@@ -182,7 +182,7 @@ class Piece(NamedTuple):
 
     @property
     def both(self) -> tuple[Piece, ...]:
-        """The piece; where the tip edge lies flush in the next face with that of the contact at its other end."""
+        """The piece itself; if the tip edge lies flush in the next face, also that of the contact at its other end."""
         if not (self.contact and self.leg.flush and CONTACTS[self.contact].tip):
             return (self,)
         others = [self._replace(contact=name) for name in ("BF", "TA")]
@@ -191,7 +191,7 @@ class Piece(NamedTuple):
 
     @np.errstate(all="ignore")
     def states(self, x: Array) -> dict[str, Array]:
-        """Return theta, N, M, T and mu_lock at places; where the tip edge lies flush, its two contacts share alike."""
+        """Return theta, N, M, T and mu_lock at x; where the tip edge lies flush, the mean of its two contacts."""
         if not self.contact:
             zero = 0.0 * x
             return {"theta": zero + self.theta0, "N": zero, "M": zero, "T": zero, "mu_lock": zero + np.nan}
@@ -200,7 +200,7 @@ class Piece(NamedTuple):
         return {"theta": theta, **dict(zip(Sliding._fields, found, strict=False))}
 
     def point(self, x: Array, law: str, ops: Ops) -> Point:  # noqa: ARG002
-        """Return the contact as a row does; the load is the way itself."""
+        """Return the contact as a row of :mod:`squama.model.paths`, with x as the load."""
         with np.errstate(all="ignore"):
             theta, slid = self.slid(x, 0.0)
             drag = slid.g_theta / slid.mu_lock
@@ -209,7 +209,7 @@ class Piece(NamedTuple):
 
 
 def follow(design: Design, points: Sequence[tuple[float, float]]) -> Iterator[Piece]:
-    """Follow a path from rest through points (psi, phi), piece by piece, up to its end or to another contact."""
+    """Yield the pieces of a path from rest through points (psi, phi), up to its end or to another contact."""
     for piece in followed(design, points):
         seen = _alone(piece)
         yield seen
@@ -218,7 +218,7 @@ def follow(design: Design, points: Sequence[tuple[float, float]]) -> Iterator[Pi
 
 
 def _alone(piece: Piece) -> Piece:
-    """Cut a piece where another pair of plates comes in; one along which the tip edge lies flush is not looked at."""
+    """Cut a piece where another pair of plates comes in; pieces with a flush tip edge are not checked."""
     s, leg = piece.leg.design, piece.leg
     if leg.flush or piece.x1 - piece.x0 <= STEP:
         return piece
@@ -240,7 +240,7 @@ def _alone(piece: Piece) -> Piece:
 
 
 def followed(design: Design, points: Sequence[tuple[float, float]]) -> Iterator[Piece]:
-    """Follow a path as if its contacts were the only ones."""
+    """Yield the pieces of a path, considering only the contacts of :data:`squama.model.screw.CONTACTS`."""
     start, contact = (0.0, 0.0), NONE
     for point in points:
         leg = Leg(design, start, (point[0] - start[0], point[1] - start[1]))
@@ -253,7 +253,7 @@ def followed(design: Design, points: Sequence[tuple[float, float]]) -> Iterator[
 
 
 def _pieces(leg: Leg, contact: str) -> Iterator[Piece]:
-    """Follow one way, from a contact on."""
+    """Yield the pieces of one way, starting with a contact."""
     grid = np.linspace(0.0, 1.0, GRID + 1)
     found, x = leg.touching(grid), 0.0
     contact = str(leg.touching(np.array([STEP])).contact[0]) if contact else NONE
@@ -269,7 +269,7 @@ def _pieces(leg: Leg, contact: str) -> Iterator[Piece]:
 
 
 def _piece(leg: Leg, contact: str, x: float, grid: Array, found: Touching) -> Piece:
-    """Follow one contact from x on to where it ends."""
+    """Return the piece of one contact from x on to where it ends."""
     piece = Piece(leg, contact, x, 1.0)
     ahead = np.flatnonzero(grid > x + STEP)
     if contact == NONE:
@@ -294,7 +294,7 @@ def _piece(leg: Leg, contact: str, x: float, grid: Array, found: Touching) -> Pi
 
 
 def _lost(piece: Piece, low: float, high: float) -> tuple[float, str]:
-    """Return where between two places, and by what, a contact is lost: by itself, or to one that lifts more."""
+    """Return place and event at which a contact is lost: by its own margin, or to one with a larger inclination."""
 
     def margin(name: str, x: Array) -> Array:
         found = piece.margins(x)
@@ -304,7 +304,7 @@ def _lost(piece: Piece, low: float, high: float) -> tuple[float, str]:
     margins, fold = piece.margins(fine), np.inf
     beyond = ~(margins["fold"] >= 0)
     if beyond.any():
-        # beyond a fold there is no inclination; just before it all other margins are numbers
+        # beyond a fold there is no inclination; all other margins are finite just before it
         i = int(beyond.argmax())
         fold = _root(functools.partial(margin, "fold"), fine[i - 1 : i + 1], margins["fold"][i - 1 : i + 1])
         fine = np.linspace(low, fold - STEP * (high - low), FINER + 1)
@@ -326,18 +326,18 @@ def _lost(piece: Piece, low: float, high: float) -> tuple[float, str]:
 
 
 def _engaged(leg: Leg, low: float, high: float) -> tuple[float, str]:
-    """Return where between two places of the grid the first gap closes, and plates touch."""
+    """Return the place, and the event "closed", where between two grid points the first gap closes and plates touch."""
     fine = np.linspace(low, high, FINER + 1)
     here = leg.touching(fine)
     i = max(int(((here.contact != NONE) | here.locked).argmax()), 1)
     ends = fine[i - 1 : i + 1]
-    # where nothing leads on, it is any that closes
+    # if no contact is found behind, any closing gap counts
     wanted = [str(here.contact[i])] if here.contact[i] else list(CONTACTS)
     gaps = {name: leg.before(name, ends) for name in wanted}
     closing = {name: gap for name, gap in gaps.items() if gap[0] > 0 > gap[1]}
     roots = [_root(functools.partial(leg.before, name), ends, gap) for name, gap in closing.items()]
     closed, far = min(roots, default=float(ends[1])), float(ends[1])
-    # a gap may close beside the plates, which come there later
+    # a gap may close outside the plates, which touch later
     while far - closed > STEP and not _touched(leg, closed + STEP):
         middle = (closed + far) / 2
         closed, far = (closed, middle) if _touched(leg, middle) else (middle, far)
@@ -345,19 +345,19 @@ def _engaged(leg: Leg, low: float, high: float) -> tuple[float, str]:
 
 
 def _touched(leg: Leg, x: float) -> bool:
-    """Whether plates touch at a place, or nothing leads on from there."""
+    """Return whether plates touch or are locked at x."""
     here = leg.touching(np.array([min(1.0, x)]))
     return bool(here.contact[0] != NONE or here.locked[0])
 
 
 def _root(value: Callable[[Array], Array], ends: Array, values: Array) -> float:
-    """Return where between two places values change their sign."""
+    """Return the place between two others where ``value`` changes its sign."""
     (a, b), (fa, fb) = map(float, ends), map(float, values)
     return float(zero(lambda x: float(value(np.array([x]))[0]), a, fa, b, fb, a, fa, True))
 
 
 def _next(piece: Piece) -> str | End:
-    """Return the contact that goes on behind a piece, or the end."""
+    """Return the contact behind a piece, or the end."""
     if not piece.event:
         return NONE
     if piece.event == "friction" and piece.x1 == piece.x0 and _theta(piece) - piece.theta0 <= SAME:

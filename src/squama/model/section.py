@@ -1,9 +1,8 @@
 """Torsion and bending of the bare substrate, a solid rectangular bar, and bending of a plate.
 
-Only the product C_w I enters the torque (paper, Eq. 14) and it equals Saint-Venant's torsion constant J,
-so the warping coefficient is C_w = J / I. The paper does not say which I it means; here I is the polar
-moment.
-Lengths in any one unit; moments come out in its fourth power.
+Only the product C_w I enters the torque (paper, Eq. 14), and it equals Saint-Venant's torsion constant J, so the
+warping coefficient is C_w = J / I. The paper does not define I; here I is the polar moment. Lengths are in any one
+unit; moments of area are in its fourth power.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ _ODD_FIFTH_POWERS = 31 / 32 * 1.0369277551433699263
 
 
 def torsion_constant(width: Any, thickness: Any) -> Any:
-    """Saint-Venant torsion constant J of a solid rectangle, of floats or arrays; a complex step goes through it.
+    """Return Saint-Venant's torsion constant J of a solid rectangle, for floats, arrays or complex steps.
 
     With a >= b the two sides, J = a b^3 / 3 - (64 / pi^5) b^4 sum over odd n of tanh(n pi a / (2 b)) / n^5.
     The sum is split by tanh(x / 2) = 1 - 2 / (exp(x) + 1) into 31/32 zeta(5) and a rest that converges like
@@ -50,7 +49,7 @@ def torsion_constant(width: Any, thickness: Any) -> Any:
 
 
 def torsion_shear(x: Any, y: Any, width: float, thickness: float) -> tuple[Any, Any]:
-    """Shear stresses (tau_xz, tau_yz) in a twisted rectangle over G and the twist rate, at places (n,) of its section.
+    """Return the shear stresses (tau_xz, tau_yz) (n,) in a twisted rectangle over G and the twist rate, at places (n,).
 
     With the warping function psi = x y - (8 w^2 / pi^3) sum over odd n of (-1)^((n - 1) / 2) sin(k x) sinh(k y) /
     (n^3 cosh(k t / 2)), k = n pi / w, they are psi_x - y and psi_y + x; x is along the width w from the middle, y along
@@ -82,7 +81,7 @@ def torsion_shear(x: Any, y: Any, width: float, thickness: float) -> tuple[Any, 
 
 
 def clamped_ratio(width: float, thickness: float, length: float, poisson_ratio: float) -> float:
-    """Torsional stiffness of a rectangular bar between clamps that hold its ends plane, over that of free warping.
+    """Return the torsional stiffness of a rectangular bar between clamps that keep its ends plane, over free warping.
 
     The warping is psi chi(z), psi as in :func:`torsion_shear`; chi may differ from the twist rate.
     With C = int psi^2, I the polar moment, J the torsion constant and E/G = 2 (1 + nu), the energy is least for a chi
@@ -119,22 +118,22 @@ def clamped_ratio(width: float, thickness: float, length: float, poisson_ratio: 
 
 
 def polar_moment(width: float, thickness: float) -> float:
-    """Polar second moment of area of a rectangle, I = a b (a^2 + b^2) / 12; this is the I of Eqs. 13-16."""
+    """Return the polar second moment of area of a rectangle, I = a b (a^2 + b^2) / 12, the I of Eqs. 13-16."""
     return width * thickness * (width**2 + thickness**2) / 12
 
 
 def warping_coefficient(width: float, thickness: float) -> float:
-    """Warping coefficient C_w = J / I of a rectangle (Eqs. 13-16), a plain number between 0 and 0.85."""
+    """Return the warping coefficient C_w = J / I of a rectangle (Eqs. 13-16), between 0 and 0.85."""
     return float(torsion_constant(width, thickness) / polar_moment(width, thickness))
 
 
 def bending_moment_of_area(width: float, thickness: float) -> float:
-    """Second moment of area I of a rectangle bent about its width (docs, theory: bending), width * (2t)^3 / 12."""
+    """Return the second moment of area of a rectangle bent about its width, width * (2t)^3 / 12 (docs, theory)."""
     return width * thickness**3 / 12
 
 
 def plate_rigidity(youngs_modulus: Any, thickness: Any, poisson_ratio: Any) -> Any:
-    """Bending rigidity D of a plate per width, E t^3 / (12 (1 - nu^2)); of floats or arrays.
+    """Return the bending rigidity D of a plate per width, E t^3 / (12 (1 - nu^2)), for floats or arrays.
 
     Source: Timoshenko and Woinowsky-Krieger, Theory of Plates and Shells, 2nd ed., Eq. 3; thin plates.
     """
@@ -142,5 +141,5 @@ def plate_rigidity(youngs_modulus: Any, thickness: Any, poisson_ratio: Any) -> A
 
 
 def shear_modulus(youngs_modulus: float, poisson_ratio: float) -> float:
-    """Shear modulus of a linear elastic, isotropic solid, G_B = E_B / (2 (1 + nu)), Pa (docs, theory: energy)."""
+    """Return the shear modulus G_B = E_B / (2 (1 + nu)), Pa, of an isotropic elastic solid (docs, theory: energy)."""
     return youngs_modulus / (2 * (1 + poisson_ratio))

@@ -1,4 +1,4 @@
-r"""Derivatives of one track of paths: complex step through the kernel, implicit function theorem at the end.
+r"""Derivatives along a track of paths: complex step through the kernel, implicit function theorem at the end.
 
 With the parameters moved by :math:`i h` (h = 1e-30) every analytic result carries h times its derivative in its
 imaginary part, to all digits. Two places are not analytic. The end x_e is where a margin E vanishes, so
@@ -28,15 +28,15 @@ from squama.types import Array
 
 STEP = 1e-30
 TOLERANCE = 1e-10
-"""Size of the last terms of the derivative's series, relative to its largest, at which it counts as converged."""
+"""Last terms of the derivative's series, relative to its largest, below which it counts as converged."""
 BLOCK = 256
-"""Designs whose integrals are taken together, in the processor's cache."""
+"""Number of designs integrated together, so that they fit the processor's cache."""
 _MARGINS = (End.KINEMATIC, End.FRICTIONAL, End.OFF_TIP, End.OFF_SIDE, End.RANGE, End.LINE)
 _LOCKS = (CODES.index(End.FRICTIONAL), CODES.index(End.KINEMATIC))
 
 
 def first_order(f: Callable[[Array], Array], slope: Callable[[Array, Array], Array]) -> Callable[[Any], Any]:
-    """Take f(z) = f(x) + i y f'(x), exact for an imaginary part as small as STEP; ``slope`` gets x and f(x)."""
+    """Return f(z) = f(x) + i y f'(x), exact for the tiny imaginary part STEP; ``slope`` takes x and f(x)."""
 
     def extended(z: Any) -> Any:
         if not np.iscomplexobj(z):
@@ -59,13 +59,13 @@ COMPLEX = Ops(
     first_order(np.arctan, lambda x, _: 1 / (1 + x * x)),
     by_tangent(_tan),
 )
-"""Elementary functions of arrays with a complex step; several times faster than the general complex ones."""
+"""Elementary functions of arrays with a complex step; several times faster than NumPy's complex functions."""
 _log1p = first_order(np.log1p, lambda x, _: 1 / (1 + x))
 _expm1 = first_order(np.expm1, lambda _, e: 1 + e)
 
 
 class Seed(NamedTuple):
-    """A track's parameters, one of them moved by the complex step; ``on_path`` if that moves forces along the path."""
+    """Parameters of a track, one moved by the complex step; ``on_path``: whether it changes forces along the path."""
 
     row: Any
     mu: Array
@@ -74,7 +74,7 @@ class Seed(NamedTuple):
 
 
 class Moved(NamedTuple):
-    """Results at the end and at the cut-off, each with h times its derivative as imaginary part; see Solved."""
+    """Results at the end and at the cut-off, with STEP times their derivative as imaginary part; see Solved."""
 
     load_e: Array
     theta_end: Array
@@ -87,7 +87,7 @@ class Moved(NamedTuple):
 
 
 class Tracked(NamedTuple):
-    """What all parameters share: slopes along the path at the end, pole of the friction force, frictional work."""
+    """Data common to all parameters: slopes along the path at the end, pole of the friction force, frictional work."""
 
     track: Track
     mu: Array
@@ -102,7 +102,7 @@ class Tracked(NamedTuple):
 
 
 def seed(t: Tracked, name: str, sign: int) -> Seed:
-    """Move the parameter ``name``, if it is one of the path; ``sign`` is that of the sense."""
+    """Return a track's parameters with ``name`` moved by the complex step; ``sign`` is that of the sense of loading."""
     row: Any = t.track.row
     real, mu, margin, ih = row, t.mu, t.margin, STEP * 1j
     if name == "mu":
@@ -121,7 +121,7 @@ def seed(t: Tracked, name: str, sign: int) -> Seed:
 
 
 def tracked(t: Track, mu: Array, margin: float, law: str, work: Array) -> Tracked:
-    """Prepare what is common to the derivatives by every parameter; ``work`` is the frictional one at the cut-off."""
+    """Return the data common to derivatives with respect to all parameters; ``work``: frictional, at the cut-off."""
     pt = t.row.point(t.x_end + STEP * 1j, law, COMPLEX)
     slope = np.imag(vanishing(t.row, pt, t, mu, law)) / STEP
     D = -(pt.M_N + mu * pt.M_f)
@@ -131,7 +131,7 @@ def tracked(t: Track, mu: Array, margin: float, law: str, work: Array) -> Tracke
 
 
 def vanishing(row: Any, pt: Point, t: Track, mu: Array, law: str) -> Any:
-    """Return the margin that ends each path, as an analytic function of parameters and path parameter."""
+    """Return the margin that ends each path, as an analytic function of the parameters and the path parameter."""
     D = -(pt.M_N + mu * pt.M_f)
     # at mu = 0 these two ends coincide where virtual work holds, and for mu > 0 friction locks first
     kinematic = np.where((np.real(mu) == 0) & (law == "edge" or isinstance(row, Bend)), D, pt.load_rate)
@@ -155,12 +155,12 @@ def vanishing(row: Any, pt: Point, t: Track, mu: Array, law: str) -> Any:
 
 
 def move(t: Tracked, s: Seed, *, with_work: bool) -> Moved:
-    """Return results at the end and at the cut-off that carry the derivatives by the parameter moved in ``s``."""
+    """Return the results at the end and at the cut-off with their derivatives, for the parameter moved in ``s``."""
     track, row = t.track, s.row
     x_end, code = track.x_end, track.code
     x0 = row.parameter(row.theta0, COMPLEX) + 0j
     e = engagement(row)
-    # the end: a margin vanishes; or it is held, or tied to the beginning
+    # the end: a margin vanishes, or the end is fixed, or tied to the beginning
     pt = row.point(x_end, t.law, COMPLEX)
     rate = -np.imag(vanishing(row, pt, track, s.mu, t.law)) / t.E_x
     rate = np.where(t.fixed, 0.0, rate)
@@ -169,7 +169,7 @@ def move(t: Tracked, s: Seed, *, with_work: bool) -> Moved:
     x_e = x_end + 1j * rate
     theta_end = np.where(at_start, row.theta0, row.theta(x_e))
     load_end = np.where(at_start, e, pt.load + t.load_x * (x_e - x_end))
-    # the pole goes with the end, or with the zero of D that is seen ahead
+    # the pole moves with the end, or with the zero of D ahead
     D = -(pt.M_N + s.mu * pt.M_f)
     lag = (np.imag(D) + t.D_x * x_e.imag) / t.D_x
     near = (t.pole - x_end < x_end - track.x0) & np.isfinite(lag)
@@ -197,14 +197,14 @@ def move(t: Tracked, s: Seed, *, with_work: bool) -> Moved:
 
 
 def engagement(row: Any) -> Array:
-    """Load angle at which the contact begins."""
+    """Return the load angle (rad) at which the contact begins."""
     start = getattr(row, "open", row)
     load: Array = start.point(row.theta0, "edge", COMPLEX).load
     return load
 
 
 def works(s: Seed, x0: Array, x_stop: Array, x_pole: Array, law: str, moved: Array) -> Array:
-    """Frictional work with its derivative, by the series of :func:`squama.model.energy.work`."""
+    """Return the frictional work with its derivative, by the series of :func:`squama.model.energy.work`."""
     out = np.zeros(x0.size, complex)
     left = np.flatnonzero(moved & ((np.real(s.mu) > 0) | (np.imag(s.mu) > 0)))
     n = energy.FEW_NODES

@@ -1,7 +1,7 @@
-"""Plates of finite thickness: how much of the gap they fill, and when they would engage.
+"""Plates of finite thickness: the gap between neighbours at rest, and the twist at engagement.
 
-A real plate of thickness t_s has its faces t_s/2 off the mid-plane, so that neighbours touch earlier: in twisting where
-:mod:`squama.model.twisting` says. All lengths are in pitches d.
+A plate of thickness t_s has its faces t_s/2 off the mid-plane, so that neighbours touch earlier than thin plates; the
+contact condition in twisting is that of :mod:`squama.model.twisting`. All lengths are in pitches d.
 """
 
 from __future__ import annotations
@@ -12,15 +12,15 @@ from squama.model import twisting
 
 
 def gap(alpha: float, theta0: float) -> float:
-    """Distance between the mid-planes of two neighbours at rest, in pitches: -F at phi = 0."""
+    """Return the distance between the mid-planes of two neighbours at rest, in pitches: -F at phi = 0."""
     return math.cos(alpha) * math.sin(theta0)
 
 
 def engagement_twisting(eta: float, beta: float, lam: float, alpha: float, theta0: float, *, tau: float = 0.0) -> float:
-    """Twist per pitch (rad) at which plates of thickness tau = t_s/d engage, tip edge on side edge.
+    """Return the twist per pitch (rad) at which plates of thickness tau = t_s/d engage, tip edge on side edge.
 
-    0 if the plates touch at rest, inf if this pair of edge lines never meets; for tau = 0 that of the thin model.
-    Lengths in pitches, alpha and theta0 in rad, both between 0 and pi/2.
+    0 if the plates touch at rest, inf if this pair of edge lines never meets; tau = 0 is the thin model. Lengths in
+    pitches, alpha and theta0 in rad, both between 0 and pi/2.
     """
     shape = math.sin(alpha), math.cos(alpha), eta, beta, lam, tau
     r = twisting.root(math.sin(theta0), math.cos(theta0), *shape)

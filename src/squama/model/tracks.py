@@ -1,4 +1,4 @@
-"""Rows of arrays, and tracks of their paths."""
+"""Paths of many designs: rows of arrays, with beginning and end of each path."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from squama.types import Array
 
 
 def take(row: Any, index: Any) -> Any:
-    """Return the designs ``index`` of a row of arrays; single numbers, which hold for all designs, stay."""
+    """Return the designs ``index`` of a row of arrays; single numbers, common to all designs, are kept."""
     return type(row)(*(col if np.ndim(col) == 0 else np.asarray(col)[index] for col in row))
 
 
@@ -21,10 +21,10 @@ def scalar(row: Any, i: int = 0) -> Any:
 
 
 class Track(NamedTuple):
-    """Paths of n designs: ``row`` holds their ratios, from ``x0`` to ``x_end`` where ``code`` names the end.
+    """Paths of n designs: ``row`` has their ratios; each path goes from ``x0`` to ``x_end``, the end is ``code``.
 
-    ``load_end`` is the load angle there. ``crossing`` tells, for an end by another neighbour's tip-side contact, which
-    neighbour came in (else 0).
+    ``load_end`` is the load angle there (rad per pitch). ``crossing`` is the neighbour whose tip-side contact ends the
+    path (0 for none).
     """
 
     row: Any
@@ -36,14 +36,14 @@ class Track(NamedTuple):
 
 
 def at_loads(row: Any, load: Array, bounds: tuple[Array, Array], seen: tuple[Array, Array]) -> Array:
-    """Path parameters at which paths reach load angles: Newton's method, held between bounds.
+    """Return the path parameters (n,) at which paths reach load angles (n,), by Newton's method within bounds.
 
     Parameters
     ----------
     load
-        Load angles per pitch.
+        Load angles, rad per pitch.
     bounds, seen
-        A path parameter before and one behind, and the load angles there.
+        Path parameters before and behind each load angle, and the load angles there.
     """
     (a, b), (fa, fb) = bounds, seen
     # a load just beyond the ends of a path belongs to its ends
@@ -55,7 +55,7 @@ def at_loads(row: Any, load: Array, bounds: tuple[Array, Array], seen: tuple[Arr
             a, b = np.where(off <= 0, x, a), np.where(off > 0, x, b)
             new = x - off / slope
         new = np.where((new >= a) & (new <= b), new, (a + b) / 2)
-        # digits double: behind so small a step one more has them all
+        # digits double: after so small a step one more gives them all
         small, x = not np.any(np.abs(new - x) > 1e-8 * np.abs(x)), new
         if last:
             break
@@ -64,5 +64,5 @@ def at_loads(row: Any, load: Array, bounds: tuple[Array, Array], seen: tuple[Arr
 
 
 def _off(pt: Point, load: Array) -> tuple[Array, Array]:
-    """Return how far a contact's load is beyond a load angle, and its rate."""
+    """Return a contact's load angle less the given one, and its derivative with respect to the path parameter."""
     return np.asarray(pt.load - load), np.asarray(pt.load_rate)

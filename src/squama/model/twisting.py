@@ -1,4 +1,4 @@
-r"""Twisting: the tip edge of a scale on the side edge of the scale k pitches further on.
+r"""Twisting: the tip edge of a scale on the side edge of the scale k pitches further along the beam.
 
 Frame: z is the torsion axis, y points out of the scaled face, the base midpoint of scale 1 is
 ``(0, lam, 0)``. Scale 1 has the unit vectors n_X (base to tip), n_Y (along the width), n_Z = n_X x n_Y
@@ -32,9 +32,9 @@ Sqrt = Callable[[Number], Number]
 
 
 class Root(NamedTuple):
-    """Terms of the contact condition at one inclination; ``q2`` < 0 where no twist satisfies it.
+    """Terms of the contact condition at an inclination; ``q2`` < 0 where no twist satisfies it.
 
-    ``S`` is the distance of the plates at rest, ``G`` what goes with it, both less their thickness.
+    ``S`` is the distance of the plates at rest; ``S`` and ``G`` include the thickness of the plates.
     """
 
     sn: Number
@@ -48,11 +48,10 @@ class Root(NamedTuple):
 class Contact(NamedTuple):
     """A tip edge resting on a side edge. Rates are per unit of one common, unnamed path parameter.
 
-    ``u`` = tan(phi/2); ``p``, ``s`` places on tip and side edge; ``theta_rate``, ``phi_rate``; ``a_rate``,
-    ``c_rate`` sliding along side and tip edge (a = eta - s, c = beta + p); ``slip_x``, ``slip_y`` the slip's
-    components along the side edge and along the tip edge; ``lift_x``, ``lift_y`` the same per unit of theta alone;
-    ``k_IJ`` cosines between the two scales;
-    ``per_J2`` = 1 / (1 - k_YX^2).
+    ``u`` = tan(phi/2); ``p``, ``s`` places on tip and side edge; ``theta_rate``, ``phi_rate``; ``a_rate``, ``c_rate``
+    sliding along side and tip edge (a = eta - s, c = beta + p); ``slip_x``, ``slip_y`` components of the slip along the
+    side edge and along the tip edge; ``lift_x``, ``lift_y`` the components per unit of theta alone; ``k_IJ`` cosines
+    between the two scales; ``per_J2`` = 1 / (1 - k_YX^2).
     """
 
     u: Number
@@ -76,7 +75,7 @@ class Contact(NamedTuple):
 def root(
     sn: Number, cs: Number, sa: Number, ca: Number, eta: Number, beta: Number, lam: Number, ts: Number = 0.0
 ) -> Root:
-    """Return the terms of the contact condition (paper Eq. 6) at one inclination.
+    """Return the terms of the contact condition (paper Eq. 6) at an inclination.
 
     Parameters
     ----------
@@ -86,7 +85,7 @@ def root(
     """
     S = ca * sn
     zX = ca * cs
-    # products of what does not change along a path stand first: arrays of rows compute them once
+    # products of constants of a path come first: arrays of rows compute them once
     H = sa * eta + sa * lam * sn + zX * (beta - sa)
     G = S * (2 * beta * sa + 2 * eta * zX) + 2 * lam * (ca * ca - sa * sa) * cs
     G = G - ts * (1 - S * S)
