@@ -1,4 +1,4 @@
-"""Goals of a target: figures with their required values, read from the table [target]; a design's distance from them."""
+"""Goals of a target: figures and required values, read from the table [target]; a design's distance from them."""
 
 from __future__ import annotations
 

@@ -133,7 +133,7 @@ class _Part:
         return np.flatnonzero(locks), value
 
     def _stepped(self, value: Array, steps: Steps, lanes: Array | slice = slice(None)) -> Array:
-        """Return a result (moved, n) with the complex steps of the moved variables, from ``steps`` by path parameter."""
+        """Return a result (moved, n) with the steps of the moved variables, from ``steps`` by path parameter."""
         total = np.zeros_like(self.columns["d"][:, lanes].real)
         for p, step in steps.items():
             total += np.where(np.isfinite(step), step, 0.0) * self.columns[p][:, lanes].imag / STEP
@@ -152,9 +152,7 @@ class _Part:
         return self._stepped(np.where(pt.M_f > 0, mechanics.mu_lock(pt), np.nan), steps)
 
     def _room(self, figure: str) -> Array:
-        """Return the room of the contact to the edge's end, or the moment missing to a frictional lock, at the path's
-        end.
-        """
+        """Return the room of the contact to the edge's end, or the moment missing to a lock, at the path's end."""
         law, t, b = self.options.law, self.t, self.base
         pt = t.row.point(t.x_end, law, ARRAY)
         side = np.sign(pt.p) if figure == "tip" else np.where(2 * pt.s < t.row.eta, 1.0, -1.0)

@@ -28,7 +28,7 @@ _LENGTH = Bounds(0.0, 1e6, "0 or more, up to 1000 km", closed=True)
 
 
 class Sizes(NamedTuple):
-    """Sizes that limits use (m); ``cos``: of alpha; ``sin0``: of theta0; ``rate``: largest twist or curvature (rad/m)."""
+    """Sizes that limits use (m); ``cos`` of alpha, ``sin0`` of theta0, ``rate``: twist or curvature (rad/m)."""
 
     length: Array
     embedded: Array

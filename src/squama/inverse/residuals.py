@@ -158,9 +158,7 @@ class Residuals:
         return g, np.stack(slopes, axis=1).reshape(len(g), -1, c.d.size) if moved else np.zeros((len(g), 0, c.d.size))
 
     def rooms(self, c: Cells, values: Array) -> dict[str, Array]:
-        """Return the room to every limit by name; ``values`` as in :class:`Found`, with complex steps where ``c`` has
-        them.
-        """
+        """Return the room to every limit by name; ``values`` as in :class:`Found`, with the complex steps of ``c``."""
         return self.target.rooms(c, self.sizes(c, values))
 
     def sizes(self, c: Cells, values: Array) -> Sizes:
