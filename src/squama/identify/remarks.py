@@ -153,7 +153,7 @@ def _contradicted(found: Found) -> list[str]:
         pull = abs(value - given) / math.sqrt(s**2 - error**2)
         if pull > _FROM_PRIOR:
             out.append(
-                f"the points alone would have {row.name} {'above' if value > given else 'below'} what is given "
+                f"the points alone give {row.name} {'above' if value > given else 'below'} the given value "
                 f"({row.written(given, s)}) by {pull:.1f} standard deviations: one of the two is wrong, or the model "
                 "misses something of the test"
             )

@@ -95,7 +95,7 @@ def _door(target: Target, beam: Beam, *, ask: bool) -> Beside:
     """Return the goals by ``squama.twist`` or ``squama.bend`` of the file; without ``ask`` why they are unknown."""
     words = f"squama {LOADS[target.space.load].verb} of this file"
     if not ask:
-        return Beside("door", words, (), f"not asked: its joint needs elements, {said(law.outside(shape(beam)))}")
+        return Beside("door", words, (), f"not computed: the joint needs elements, {said(law.outside(shape(beam)))}")
     wants = [goal.want for goal in target.goals]
     try:
         values, answer = joint_figures.followed(beam, wants, target.options, joint=None)

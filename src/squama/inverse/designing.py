@@ -251,7 +251,7 @@ def inverse_design(
     found = tuple(made[i] for i in chosen)
     asked = steps(enumerate(found), len(found), "designs asked by other models")
     found = tuple(replace(d, beside=beside.beside(target, d.beam, elements=i < ASKED)) for i, d in asked)
-    notes = [f"{space.variables[j].name} has no effect on what is asked" for j in idle.tolist()]
+    notes = [f"{space.variables[j].name} has no effect on the goals" for j in idle.tolist()]
     if any(goal.want.figure == "lock" for goal in target.goals):
         notes.append(LOCK)
     if elements:

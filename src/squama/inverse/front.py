@@ -279,7 +279,7 @@ class Trade:
         """Return the limits and figures that most beams within the bounds break or lack, as text."""
         shares = {name: float(v.mean()) for name, v in self.evaluate(self.screened(), plates=True).broken.items()}
         worst = sorted((name for name in shares if shares[name]), key=lambda name: -shares[name])[:NAMED]
-        return f"in the way all over the bounds: {', '.join(f'{name} ({shares[name]:.0%})' for name in worst)}"
+        return f"most often missed: {', '.join(f'{name} ({shares[name]:.0%})' for name in worst)}"
 
     def made(self, y: Array) -> tuple[Array, Array]:
         """Return the points (n, m) of rounded beams that remain on a front, and their objectives (n, k).

@@ -1,9 +1,10 @@
-"""The beam in space: bar, scales, contact points and forces, in pitches; ``js/geometry.js`` states the same.
+"""The beam in space: bar, scales, contact points and forces, in pitches; ``js/geometry.js`` has the same functions.
 
-Axes: z along the beam, y out of the scaled face, as in docs, theory: geometry. The middle of the beam stays where it
-is. A design is what :func:`squama.scene.motion.shape` returns; ``S`` maps the scaled face's places to those of its
-face, which sees the bend ``d["bend"]`` times and the twist in the sense ``d["sense"]`` (:mod:`squama.beam.faces`).
-Loads are angles per pitch, or all strains per pitch: bend, twist, lateral bend (rad) and stretch.
+Axes: z along the beam, y out of the scaled face, as in docs, theory: geometry. The middle of the beam is fixed. A
+design is the result of :func:`squama.scene.motion.shape`; ``S`` maps the scaled face's coordinates to those of the
+design's face, for which the bend is multiplied by ``d["bend"]`` and the twist has the sense ``d["sense"]``
+(:mod:`squama.beam.faces`). Loads are angles per pitch (rad), or all strains per pitch: bend, twist, lateral bend (rad)
+and stretch.
 """
 
 from __future__ import annotations
@@ -20,13 +21,13 @@ from squama.types import Array
 Design = Mapping[str, Any]
 Load = float | Sequence[float]
 Attitude = float | Sequence[Sequence[float]]
-"""How a scale stands: its inclination on a hinge, or place of its base, n_X and n_Y in the cross-section's axes."""
+"""Attitude of a scale: its inclination on a hinge (rad), or place of its base, n_X and n_Y in the section's axes."""
 STEPS = 6
-"""Pieces of the bar per pitch."""
+"""Segments of the bar per pitch."""
 PIECES = 6, 2
-"""Pieces of a bent plate along its length and across it."""
+"""Segments of a bent plate along its length and across it."""
 LONGEST = 2.6
-"""Length that an arrow comes near to as its force grows, in pitches."""
+"""Asymptotic length of an arrow for large forces, in pitches."""
 
 
 class Frame(NamedTuple):
@@ -50,7 +51,7 @@ class Scale(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """Where tip edge and side edge meet: point on the side edge, point on the tip edge, places ``p`` and ``s``."""
+    """Contact of tip edge and side edge: points on side edge and tip edge, coordinates ``p`` and ``s`` along them."""
 
     point: Array
     on_tip: Array
@@ -59,7 +60,7 @@ class Contact(NamedTuple):
 
 
 def strains(d: Design, load: Load) -> Sequence[float]:
-    """Return all strains per pitch; of a load angle the stretch is that of the line that keeps its length."""
+    """Return all strains per pitch; for a load angle the stretch keeps the length of the neutral line."""
     if not isinstance(load, int | float):
         return load
     psi, phi = (d["held"], d["sense"] * load) if LOADS[d["kind"]].sided else (d["bend"] * load, 0.0)
@@ -67,7 +68,7 @@ def strains(d: Design, load: Load) -> Sequence[float]:
 
 
 def frame(d: Design, load: Load, k: float) -> Frame:
-    """Return the cross-section ``k`` pitches from the middle of the beam: moved by k times the screw of its strains."""
+    """Return the cross-section ``k`` pitches from the beam's middle, moved by k times the screw of the strains."""
     psi, phi, chi, eps = strains(d, load)
     w = -k * np.array([psi, chi, phi])
     x, y, z = rotation(w).E.T
@@ -75,7 +76,7 @@ def frame(d: Design, load: Load, k: float) -> Frame:
 
 
 def scale(d: Design, load: Load, theta: Attitude, k: float) -> Scale:
-    """Return the scale ``k`` pitches from the middle; corners D, A, B, C as rows."""
+    """Return the scale ``k`` pitches from the beam's middle; corners D, A, B, C as rows."""
     f = frame(d, load, k)
     section = np.array([f.x, f.y, f.z])
     own = [(0.0, 0.0, 0.0), *axes(d["alpha"], theta)[:2]] if isinstance(theta, int | float) else theta
@@ -86,11 +87,11 @@ def scale(d: Design, load: Load, theta: Attitude, k: float) -> Scale:
 
 
 def contact(d: Design, load: Load, theta: Attitude, k: float, bent: Sequence[float] | None = None) -> Contact:
-    """Return the contact of scale ``k``'s tip with its neighbour, as the common normal of the two edges.
+    """Return the contact of scale ``k``'s tip with its neighbour, from the common normal of the two edges.
 
     Edges are those of the flat middle surfaces; ``point`` lies on the surface of the thick, ``bent`` plate. In bending
-    the tip's corner B meets the neighbour's face (where edges lie across the beam the tip edge does, and its middle
-    stands for it); ``s`` and ``p`` are its place along and across the face.
+    the tip's corner B meets the neighbour's face (with alpha = 0 the whole tip edge, represented by its middle); ``s``
+    and ``p`` are the coordinates along and across the face.
     """
     one, two = scale(d, load, theta, k), scale(d, load, theta, k + d["neighbour"])
     if not LOADS[d["kind"]].sided:
@@ -114,8 +115,8 @@ def _lifted(d: Design, bent: Sequence[float] | None, x: Array, y: Array) -> Arra
 def directions(d: Design, load: Load, theta: Attitude, slip: tuple[float, float], k: float) -> tuple[Array, Array]:
     """Return the unit vectors of the normal and the friction force on scale ``k`` where it rests on its neighbour.
 
-    ``slip`` are the sliding rates along the side edge and along the tip edge, in bending along and across the face. By
-    the plate law the normal is the plate's and friction lies in the plate (docs, theory: forces).
+    ``slip``: sliding rates along the side edge and along the tip edge, in bending along and across the face. In the
+    plate law the normal is that of the plate, and friction lies in the plate (docs, theory: forces).
     """
     one, two = scale(d, load, theta, k), scale(d, load, theta, k + d["neighbour"])
     sided = LOADS[d["kind"]].sided
@@ -130,7 +131,7 @@ def directions(d: Design, load: Load, theta: Attitude, slip: tuple[float, float]
 
 
 class Plate(NamedTuple):
-    """A scale as a body in its own axes, in pitches: points (n, 3), faces (m, 4) and edges (e, 2) by their numbers."""
+    """A scale as a body in its own axes, in pitches: points (n, 3), faces (m, 4) and edges (e, 2) by point index."""
 
     points: Array
     faces: Array
@@ -142,16 +143,16 @@ class Plate(NamedTuple):
 
 
 def lift(d: Design, bent: Sequence[float], x: Array, y: Array) -> Array:
-    """Return how far a bent plate lies above its flat middle surface at places of it, pitches.
+    """Return the deflection of a bent plate from its flat middle surface at coordinates x, y, all in pitches.
 
-    ``bent``: 24 powers, X^2 X^i Y^j by i (6) and j (4), of the shares X of the length and Y of the half width.
+    ``bent``: 24 coefficients of X^2 X^i Y^j by i (6) and j (4), for shares X of the length and Y of the half width.
     """
     X, Y = np.asarray(x / d["eta"]), np.asarray(y / d["beta"])
     return np.asarray(X**2 * np.polynomial.polynomial.polyval2d(X, Y, np.reshape(bent, (6, 4))))
 
 
 def plate(d: Design, bent: Sequence[float] | None) -> Plate:
-    """Return the body of a scale: a thin one is a surface, one that bends is made of :data:`PIECES`."""
+    """Return the body of a scale: a thin scale is a surface, a bent one has :data:`PIECES` segments."""
     n, m = PIECES if bent else (1, 1)
     x, y = (v.ravel() for v in np.meshgrid(np.linspace(0, d["eta"], n + 1), d["beta"] * np.linspace(-1, 1, m + 1)))
     middle = np.column_stack([x, y, _lifted(d, bent, x, y)])
@@ -172,12 +173,12 @@ def plate(d: Design, bent: Sequence[float] | None) -> Plate:
 
 
 def arrow(x: float) -> float:
-    """Return the length of the arrow of a force ``x`` in units of its own: it grows and stays below `LONGEST`."""
+    """Return the length (pitches) of the arrow of a force ``x`` (without unit): it grows and stays below `LONGEST`."""
     return LONGEST * x / (1 + x)
 
 
 def bar(d: Design, load: Load) -> tuple[Array, Array]:
-    """Return the vertices (n, 4, 3) of the bar's cross-sections, and their places along it in pitches (n).
+    """Return the corners (n, 4, 3) of the bar's cross-sections, and their positions along it in pitches (n,).
 
     The corners of a section are at (-w, 0), (w, 0), (w, -2 lambda), (-w, -2 lambda) from the middle of its scaled edge.
     """
@@ -189,5 +190,5 @@ def bar(d: Design, load: Load) -> tuple[Array, Array]:
 
 
 def first(d: Design) -> float:
-    """Place of the first scale; the others follow at distances of one pitch."""
+    """Return the position of the first scale in pitches; the others follow at distances of one pitch."""
     return -(int(d["scales"]) - 1) / 2 + float(d["shift"])
