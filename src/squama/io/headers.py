@@ -37,7 +37,7 @@ _TIMES = ("s", "ms", "us", "\u00b5s", "min", "h")
 """Units of time; others, such as a and d, are more likely letters."""
 _SYMBOLS = {"U": "rev", "Umdr": "rev", "Umdr.": "rev", "tr": "rev", "Grad": "deg", "grad": "deg", "degr\u00e9s": "deg"}
 _SYMBOLS |= {"Sekunden": "s", "Sek.": "s", "sec": "s"}
-"""Units in other words, which as symbols would mean something else or nothing."""
+"""Other spellings of units that as symbols would have another meaning or none."""
 
 
 def split(cell: str) -> tuple[str, str]:

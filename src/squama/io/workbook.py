@@ -31,7 +31,7 @@ _DAMAGED: tuple[type[Exception], ...] = (
     SyntaxError,
 )
 _DAMAGED += (EOFError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error)
-"""What openpyxl and its readers of XML and zip files raise on what is no workbook."""
+"""Errors that openpyxl and its readers of XML and zip files raise for a damaged workbook."""
 _ZIP, _OLD = b"PK\x03\x04", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 
 
