@@ -7,8 +7,8 @@ Every point of the record is compared with the motion of a trial beam (:mod:`squ
     \ddot Y + 2\zeta\dot Y + Y + q(Y, \mathrm{sign}\,\dot Y) = 0, \quad Y(0) = A, \quad \dot Y(0) = 0
 
 with the branches q of the beam. The frequency f_0 of the bar without contact, the first turning point A, its time t_0
-and the zero y_0 of the reading are found together with the parameters, so the swinging mass need not be known. The
-search starts on the first swings only: a small error of f_0 shifts the phase of later swings.
+and the zero y_0 of the reading are found, too, so the swinging mass need not be known. The search starts on the first
+swings: a small error of f_0 shifts the phase of later ones.
 """
 
 from __future__ import annotations
@@ -69,9 +69,7 @@ _STILL = {"hinge": 1e-8, "compliant": 1e-6}
 _STARTS = (0.4, 2.5)
 """Friction of further starts, over that of the beam."""
 _AGAIN, _MISSES = 1.15, 1.5
-"""Residual over the noise of a point above which the search tries its other starts, and above which a note says that
-the model misses something.
-"""
+"""Residual over the noise of a point above which other starts are tried, and above which a note reports misfit."""
 _ROUNDING = 1e-6
 """Residuals over the first turning point that count as rounding."""
 
@@ -118,8 +116,7 @@ class Trials(NamedTuple):
     def derivatives(self, p: Array, t: Array, sizes: Array, limits: tuple[Array, Array], *, central: bool) -> Array:
         """Return the derivatives of the readings by the parameters over their ``sizes``, (n, parameters).
 
-        Derivatives of the motion are differences: one-sided, or from both sides with ``central``; at a limit from
-        inside.
+        Those of the motion are differences, one-sided or with ``central`` two-sided; at a limit from inside.
         """
         low, high = limits
         here, of_reading = self.reading(p, t)
@@ -146,10 +143,6 @@ class DecayFit(Estimated):
     ``covariance`` and ``correlation``, by name ``values`` and standard ``errors``, SI units. Arrays of one length, the
     points: ``t`` (s), measured ``angle`` and ``fitted`` angle (rad per pitch). ``noise`` of a point from its
     neighbours, ``rms`` of the residuals (rad per pitch); ``at_bound`` by parameter; ``notes`` on the fit.
-
-    Arrays of one length, the points: ``t`` (s), ``angle`` measured, ``fitted`` (rad per pitch). ``noise`` of a point
-    from its neighbours, ``rms`` of the residuals (rad per pitch); ``at_bound`` by parameter; ``notes`` what is to be
-    known.
     """
 
     beam: Beam

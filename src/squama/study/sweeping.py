@@ -82,8 +82,6 @@ def sweep(
     Beams are endless, whatever their number of scales. The same call resumes a sweep that was stopped or killed; the
     final store is the same, byte for byte.
 
-    The same call goes on where an earlier one was stopped or killed; the store is in the end the same, byte for byte.
-
     Parameters
     ----------
     over : mapping
