@@ -106,7 +106,7 @@ def test_a_machine_with_a_tolerance_is_found_from_it_and_from_the_points():
         assert narrow.values[name] == pytest.approx(known.values[name], rel=1e-3)
         assert narrow.errors[name] == pytest.approx(known.errors[name], rel=0.05)
     wrong = fitted(data, machine=f"{3 * k} +- {k} N m/rad")
-    assert any("the points alone would have compliance above what is given" in doubt for doubt in wrong.doubts)
+    assert any("the points alone give compliance above the given value" in doubt for doubt in wrong.doubts)
 
 
 @pytest.mark.slow
@@ -125,7 +125,7 @@ def test_a_modulus_and_its_tolerance_are_both_used():
     assert by_file.values == both.values
     far = fitted(data, **given, tolerances={"E_B": ("normal", E + 8 * s, 2 * s)})
     (doubt,) = (d for d in far.doubts if "what is given" in d)
-    assert doubt.startswith("the points alone would have E_B below what is given")
+    assert doubt.startswith("the points alone give E_B below the given value")
     assert not fitted(data, **given, tolerances={"E_B": ("normal", E, s / 10)}).holds
 
 

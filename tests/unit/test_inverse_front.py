@@ -154,7 +154,7 @@ def test_few_evaluations_find_a_front_where_one_beam_in_twenty_keeps_all_limits(
 
 def test_where_there_is_no_front_it_is_said_what_is_in_the_way():
     never = {**DATA, "limits": {"gap": "12 mm", "overlap": 1.5}}
-    with pytest.raises(squama.InputError, match=r"in the way all over the bounds: .*gap \(100%\)"):
+    with pytest.raises(squama.InputError, match=r"most often missed: .*gap \(100%\)"):
         squama.pareto(never, beam=BEAM, population=8, generations=1)
 
 

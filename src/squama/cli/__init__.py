@@ -1,4 +1,4 @@
-"""The command line: exit status 0, 1 where nothing was tested, 2 for a mistake in what was given, 130 for Ctrl-C."""
+"""The command line: exit status 0, 1 for a verification without contact, 2 for a mistake in the input, 130: Ctrl-C."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ __all__ = ["main"]
 WRONG = 2
 INTERRUPTED = 130
 NARROWEST = 20
-"""Columns of a terminal."""
+"""Least width of a terminal, columns."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command, whose ``arguments`` follow ``squama`` (the process's if None); return the exit status."""
+    """Run one command with ``arguments`` after ``squama`` (None: those of the process); return the exit status."""
     _set_up()
     try:
         if sys.stdout is None:
@@ -34,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt as stop:
         return _say(INTERRUPTED, str(stop) or "interrupted")
     except BrokenPipeError:
-        # whoever read the output has gone, e.g. head; nothing more can be said there
+        # the reader of the output has closed the pipe, e.g. head
         _silence(sys.stdout)
         return 1
     except OSError as error:
@@ -43,12 +43,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _set_up() -> None:
-    """Make the process fit for work, whatever it was given."""
+    """Set up environment, streams and plotting backend of the process."""
     width = os.environ.get("COLUMNS", "")
     if not re.fullmatch("[0-9]{2,4}", width) or int(width) < NARROWEST:
-        # no width in which a line could be written
+        # not a usable width
         os.environ.pop("COLUMNS", None)
-    # the number of a closed stream must not become that of a file that is written
+    # a file that is written must not get the descriptor of a closed stream
     while (spare := os.open(os.devnull, os.O_RDWR)) <= 2:
         pass
     os.close(spare)
@@ -56,9 +56,9 @@ def _set_up() -> None:
         sys.stderr = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 - to the end of the process
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper) and stream.errors == "strict":
-            # a name that the terminal cannot show is no reason to stop
+            # print names that the terminal cannot show with escapes
             stream.reconfigure(errors="backslashreplace")
-    # no command opens a window, and a backend that is not there is no reason to stop
+    # no command opens a window, so a missing backend must not stop it
     os.environ["MPLBACKEND"] = "agg"
 
 
@@ -74,14 +74,14 @@ def _say(status: int, *lines: str) -> int:
 
 
 def _silence(stream: TextIO) -> None:
-    """Let a stream that takes no more end nowhere, with what it still holds."""
+    """Redirect a broken stream, with its unwritten text, to the null device."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, stream.fileno())
     os.close(nowhere)
 
 
 def _about(error: OSError) -> Problem:
-    """Say what is the matter with the process's surroundings: output, working folder, a file."""
+    """Return the cause of a system error: working folder, standard output or a file."""
     from squama.io.files import label
 
     why = (error.strerror or str(error)).lower()
@@ -90,7 +90,7 @@ def _about(error: OSError) -> Problem:
     except OSError:
         return Problem("the working folder", "", "is gone", "change to one that is there")
     try:
-        # what failed before may have been lost without a second error
+        # an error of an earlier write may show only now
         sys.stdout.write("\n")
         sys.stdout.flush()
     except OSError:
@@ -107,7 +107,7 @@ def _warned(
     file: TextIO | None = None,
     line: str | None = None,
 ) -> None:
-    """Show a warning: one of the package's own in one line, without its place in the code."""
+    """Print a warning; one of the package's own as one line, without its place in the code."""
     if issubclass(category, SquamaWarning):
         _say(0, f"warning: {message}")
     else:
@@ -119,7 +119,7 @@ _OWN = ("--sense", "--csv", "--plot", "--netcdf", "--out", "-o", "--toml", "--ma
 
 
 def _named(arguments: Sequence[str]) -> Iterator[str]:
-    """Yield the arguments with a name for the standard input where "-" is neither a sense nor a file to write."""
+    """Yield the arguments with the name of the standard input for "-", except after a flag of :data:`_OWN`."""
     from squama.io.files import INPUT, STANDARD
 
     for before, text in zip(["", *arguments], arguments, strict=False):
@@ -127,7 +127,7 @@ def _named(arguments: Sequence[str]) -> Iterator[str]:
 
 
 def _run(arguments: list[str]) -> int:
-    """Run a command; a command line that cannot be understood is an InputError too."""
+    """Run a command; a command line that cannot be parsed raises InputError too."""
     from cyclopts import CycloptsError
 
     from squama.cli.app import make, usage_problem
@@ -136,7 +136,7 @@ def _run(arguments: list[str]) -> int:
     from squama.units import shown
 
     if wrong := [text for text in arguments if "\0" in text]:
-        # no shell hands one on, and no file has it in its name
+        # shells and file names have no null characters
         raise InputError(Problem(reason=f"{shown(wrong[0])} holds a null character", remedy="leave it out"))
 
     try:

@@ -1,4 +1,4 @@
-"""The commands and where they live; each is imported when it is called."""
+"""The commands and their modules; a module is imported when its command is called."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ COMMANDS = {
     "uncertainty": "Compute what tolerances do to a beam: Monte Carlo, probabilities, Sobol indices.",
     "paper": "Compute the figures of the paper on twisting (2020) and check its claims.",
 }
-"""Names of the commands and what they do; each is the function of that name, "_" for "-", in its module."""
+"""Names of the commands and their descriptions; each is the function of its name ("_" for "-") in its module."""
 
 EXAMPLES = {
     "new": "beam.toml",
@@ -66,7 +66,7 @@ EXAMPLES = {
     "uncertainty": 'beam.toml --vary mu="0.25 +- 0.03" --plot tolerances.png',
     "paper": "fig4 fig7b -o paper",
 }
-"""What stands under the help of a command, behind its name, in lines of 80 letters."""
+"""Arguments of the example under the help of each command, in lines of 80 characters."""
 
 _ROOMS = {
     "twist": ("bend", "row"),
@@ -80,7 +80,7 @@ _ELSEWHERE = {name: module for module, names in _ROOMS.items() for name in names
 
 
 def make() -> App:
-    """Return the program."""
+    """Return the command-line program."""
     app = App(
         name="squama",
         version=__version__,
@@ -100,7 +100,7 @@ def make() -> App:
 
 
 def usage_problem(error: CycloptsError) -> str:
-    """Return what is wrong with a command line, in one line."""
+    """Return the mistake of a command line, in one line."""
     chain = " ".join(("squama", *(error.command_chain or ())))
     see = f'see "{chain} --help"'
     if isinstance(error, UnusedCliTokensError) and error.unused_tokens:

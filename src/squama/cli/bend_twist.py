@@ -29,11 +29,11 @@ _FREE = "Load that is left free, twisting or bending; on hinges, without frictio
 _MAP = "Plot and write the plane around the path: contacts, locks, theta, M, T, each point straight from rest."
 _KEYS = "load free law joint scales joint_source band neutral hold ends margin path squama_version"
 _SMALL = 1e-6
-"""Moment over torque, or the other way round, that is rounding."""
+"""Ratio of moment and torque below which the smaller is rounding."""
 SHOWN = 24
-"""Events in the table of the summary at most."""
+"""Largest number of events in the table of the summary."""
 _AT_ENDS = ("psi", "phi", "M", "T", "theta", "stress")
-"""Figures at the end of a way."""
+"""Figures at the end of each way."""
 
 
 def bend_twist(
@@ -86,12 +86,12 @@ def bend_twist(
 
 
 def _curves(data: Answer) -> dict[str, object]:
-    """Return what a record says along the path: of a beam with a number of scales, also of each."""
+    """Return the parts of the record along the path; for a beam with a number of scales also those of each scale."""
     return {"curve": data.curves, "each": data.each} if "ends" in data.attrs else {"curve": "point"}
 
 
 def ways(data: Answer) -> dict[str, list[float]]:
-    """Return strains, loads, inclination and stress at the end of each way, NaN where the path ended before.
+    """Return strains, loads, inclination and stress at the end of each way; NaN where the path ended before.
 
     With scales on both faces the stress is the larger of the two.
     """
@@ -102,7 +102,7 @@ def ways(data: Answer) -> dict[str, list[float]]:
     along = {name: data.along(name) for name in _AT_ENDS if name in data.variables}
     if "stress" in along:
         along["stress"] = worst(data.curves, "stress")
-    # where the path ended before, its last way was not gone to the end
+    # a path that ended early did not complete its last way
     complete = data["leg"].max() - (str(data["end"].item()) not in (End.RANGE, End.NONE))
     legs = range(1, len(data.attrs["path"]) + 1)
     lasts = [np.flatnonzero((data["leg"] == leg) & (leg <= complete))[-1:] for leg in legs]
@@ -110,7 +110,7 @@ def ways(data: Answer) -> dict[str, list[float]]:
 
 
 def _summary(beam: Beam, found: Mapping[str, Answer]) -> Summary:
-    """Return the summary: whether the path is gone to its end, where scales touch, what its ways end with."""
+    """Return the summary: whether the whole path is followed, where scales touch, figures at the ends of the ways."""
     data = next(iter(found.values()))
     attrs, end = data.attrs, End(data["end"].item())
 
@@ -138,14 +138,14 @@ def _summary(beam: Beam, found: Mapping[str, Answer]) -> Summary:
 
 
 def _place(beam: Beam, psi: float, phi: float) -> str:
-    """Return bend and twist (rad per pitch) in degrees."""
+    """Return bend and twist (rad per pitch) as text in degrees."""
     factor, unit = degrees(beam)
     bend, twist = (figure(tidy(factor * float(angle)), unit) for angle in (psi, phi))
     return f"bend {bend}, twist {twist}" if math.isfinite(psi + phi) else "never"
 
 
 def _all(beam: Beam, found: Mapping[str, Answer]) -> Iterable[str | Table]:
-    """Yield what happens on the way, the ends of ways on the joint and on hinges, how it ends."""
+    """Yield the events along the path, figures at the ends of the ways for each model, and the end."""
     from squama.cli.report import held
 
     data = next(iter(found.values()))
@@ -172,7 +172,7 @@ def _all(beam: Beam, found: Mapping[str, Answer]) -> Iterable[str | Table]:
 
 
 def _events(beam: Beam, data: Answer) -> Iterable[str | Table]:
-    """Yield the table of what happens on the way; the same of several scales one after the other in one line."""
+    """Yield the table of events along the path; equal consecutive events of several scales share a line."""
     from squama.model.screw import WORDS
 
     factor, unit = degrees(beam)
@@ -201,16 +201,16 @@ def _events(beam: Beam, data: Answer) -> Iterable[str | Table]:
     titles = (*head, *(jump.replace("_jump", " jumps by") for jump in jumps))
     yield output.table(titles, rows, left=2 if scales else 1, gap=1)
     if scales and len(runs) > SHOWN:
-        yield f"the first {SHOWN - 1} of {len(runs)} lines, and the last; where scales stand, the place is the first's"
+        yield f"the first {SHOWN - 1} of {len(runs)} events, and the last; of several scales the place of the first"
     elif scales:
-        yield "where several scales stand in a line, the place is the first's"
+        yield "an event of several scales has the place of the first"
     met = {name for word, _ in same for name in re.findall(r"\b[A-Z]{2}\b", word)}
     if known := [f"{name} {words}" for name, words in WORDS.items() if name in met]:
         yield f"contacts: {'; '.join(known)}"
 
 
 def _ranges(scales: Iterable[int]) -> str:
-    """Return numbers of scales in words: "1-4, 7"; empty for the whole beam."""
+    """Return numbers of scales as text: "1-4, 7"; empty for the whole beam."""
     parts: list[list[int]] = []
     for i in sorted({*scales} - {0}):
         if parts and i == parts[-1][-1] + 1:
@@ -221,7 +221,7 @@ def _ranges(scales: Iterable[int]) -> str:
 
 
 def _ratios(beam: Beam, data: Answer, endless: Answer) -> Iterable[str]:
-    """Yield by how much the loads of N scales differ from those of the endless beam where ways end."""
+    """Yield the ratio of the loads of N scales to those of the endless beam at the end of each way."""
     own, other = ways(data), ways(endless)
     for i in range(len(data.attrs["path"])):
         most = max(abs(other[name][i]) for name in ("M", "T"))
@@ -234,7 +234,7 @@ def _ratios(beam: Beam, data: Answer, endless: Answer) -> Iterable[str]:
 
 
 def _ends(beam: Beam, found: Mapping[str, Answer]) -> Table:
-    """Return the table of the ends of ways, a column for each kind of joint."""
+    """Return the table of figures at the ends of the ways, a column for each model."""
     from squama.cli.report import HINGE, IDEAL, THICK, column
 
     data, at_ends = next(iter(found.values())), [ways(one) for one in found.values()]

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _HISTORY = 'Twists in turn, instead of --to: "0, 0.15, 0.05, 0.2, 0 rad/pitch"; negative the other way.'
 _KEYS = "load law joint scales hold margin increment K_theta rigidity history squama_version"
 SHOWN = 12
-"""Loops in the table of the summary at most."""
+"""Largest number of loops in the table of the summary."""
 
 
 def cycle(
@@ -65,7 +65,7 @@ def cycle(
 
 
 def _twists(name: str, text: str) -> str:
-    """Refuse numbers without a unit, which in Python are rates in rad/m, and more than one twist in --to."""
+    """Return the twists; refuse numbers without a unit (in Python rates in rad/m), and several twists in --to."""
     if name == "--to" and "," in text:
         refuse(name, shown(text), "is more than one twist", "give them to --history")
     if is_number(text.rpartition(",")[2]):
@@ -74,7 +74,7 @@ def _twists(name: str, text: str) -> str:
 
 
 def _summary(beam: Beam, data: Answer) -> Summary:
-    """Return the summary: damping and dissipation of the last loop, where it comes back to, where scales touch."""
+    """Return the summary: damping and dissipation of the last loop, residual twist, engagement."""
     kind = LOADS[data.attrs["load"]]
     angle, torque = kind.angle, kind.torque
     bases, tops = data[f"{angle}_base"], data[f"{angle}_top"]
@@ -100,7 +100,7 @@ def _summary(beam: Beam, data: Answer) -> Summary:
 
 
 def _loops(beam: Beam, data: Answer) -> Iterable[str | Table]:
-    """Yield a row per loop, and what holds for the whole history."""
+    """Yield a table with a row per loop, and figures of the whole history."""
     kind = LOADS[data.attrs["load"]]
     angle, torque, tangent = kind.angle, kind.torque, kind.tangent
     bases, tops = data[f"{angle}_base"], data[f"{angle}_top"]
@@ -142,14 +142,14 @@ def _loops(beam: Beam, data: Answer) -> Iterable[str | Table]:
 
 
 def _contact(beam: Beam, data: Answer, i: int, angle: str) -> str:
-    """Return where scales touch first in one sense, and what touches after."""
+    """Return the first contact in one sense, and the contact that follows."""
     first, other = data["first_contact"][i], data["other_contact"][i]
     words = f"first contact at {turned(float(data[f'{angle}_e'][i]), beam)}: {first}" if first else "no contact"
     return f"{words}; then {other}" if other else words
 
 
 def _range(beam: Beam, data: Answer, i: int, angle: str) -> str:
-    """Return how far a history may go in one sense, and from where it comes back."""
+    """Return how far a history may go in one sense, and from which twist the beam returns."""
     engaged, jam, end, most = (float(data[f"{angle}_{name}"][i]) for name in ("e", "jam", "end", "most"))
     other = f" ({data['other_contact'][i]})" if data["other_contact"][i] else ""
     upto = f"a history may go to {turned(most, beam)}"

@@ -1,4 +1,4 @@
-"""squama design and squama pareto: beams that do what is asked, or trade figures off, from a target file."""
+"""squama design and squama pareto: inverse design and trade-offs from a target file."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
     from squama.inverse.target import Target
 
 SHOWN = 6
-"""Dimensions whose tolerances are listed."""
+"""Largest number of dimensions with listed tolerances."""
 MOST = 8
-"""Designs side by side at most."""
+"""Largest number of designs in a table."""
 FEW = 4
-"""Designs of a front in its summary."""
+"""Number of designs of a front in its summary."""
 Out = Annotated[flags.File | None, flag("Folder to write design_1.toml, design_2.toml ... to.", "--out", "-o")]
 _MANY, _STARTS = "Largest number of designs. Default: the file's, or 5.", whole(16, 1 << 20, "4096")
 Force = Annotated[bool, Parameter(help="Replace designs in the folder.")]
@@ -76,7 +76,7 @@ def design(
 
 
 def read_target(base: flags.Base, path: str, out: str | None, *, force: bool, need: str = "target") -> Target | None:
-    """Look at the folder for beam files, and read the target; mistakes are kept."""
+    """Check the folder for beam files, and read the target; mistakes are collected."""
     from squama.inverse import target
 
     if force and out is None:
@@ -111,7 +111,7 @@ def _record(found: InverseDesign) -> dict[str, object]:
 
 
 def _summary(found: InverseDesign, target: Target) -> Summary:
-    """Return the summary: whether the target is reached, the first design, a line for each other one."""
+    """Return the summary: whether the target is reached, the first design, a line for each other design."""
     best, many = found[0], len(found)
     reached, *but = found.verdict.split("; ")
     verdict = f"{reached}; {many} design{'s' * (many > 1)}"
@@ -132,14 +132,14 @@ def _with_unit(goal: Reached, value: float) -> str:
 
 
 def _reached(goal: Reached) -> str:
-    """Return what is reached of a goal, by how much tolerances change it, and what was asked."""
+    """Return the reached value of a goal, the effect of tolerances on it, and the required value, as text."""
     spread = f" +- {figure(goal.spread)}" if goal.spread > 0 else ""
     missed = "" if goal.met else ", missed"
     return f"{_with_unit(goal, goal.reached)}{spread} (asked {goal.wanted}{missed})"
 
 
 def _dimensions(found: InverseDesign, start: Beam) -> Table:
-    """Return a row for each dimension of the first design: value, tolerance, change from the beam it started from."""
+    """Return a row for each dimension of the first design: value, tolerance, change from the starting beam."""
     from squama.study.parameters import own, people
 
     best, rows = found[0], []
@@ -154,7 +154,7 @@ def _dimensions(found: InverseDesign, start: Beam) -> Table:
 
 
 def _missed(found: InverseDesign) -> Iterable[str]:
-    """Yield the goals that the first design misses, and the bounds and limits that hold designs."""
+    """Yield the goals that the first design misses, and the bounds and limits on which designs lie."""
     best = found[0]
     for goal in best.goals:
         if not (found.met or goal.met):
@@ -168,7 +168,7 @@ def _missed(found: InverseDesign) -> Iterable[str]:
 
 
 def _all(found: InverseDesign) -> Iterable[str | Table]:
-    """Yield designs side by side, then what tolerances do to the first."""
+    """Yield the table of the designs, then the effects of tolerances on the first."""
     from squama.inverse.goals import SENSES
     from squama.study.parameters import people
 
@@ -191,12 +191,12 @@ def _all(found: InverseDesign) -> Iterable[str | Table]:
 
 
 def _value(goal: Reached, digits: int = 5) -> str:
-    """Return what is reached of a goal, for a table."""
+    """Return the reached value of a goal for a table."""
     return "none" if math.isnan(goal.reached) else f"{goal.reached:.{digits}g}{'' if goal.met else ' (missed)'}"
 
 
 def _beside(name: str, designs: Sequence[Design]) -> Iterable[tuple[str, ...]]:
-    """Yield rows of what other models say of a goal."""
+    """Yield table rows with a goal's values by other models."""
     for key in dict.fromkeys(other.key for d in designs for other in d.beside):
         cells, words = [], set()
         for d in designs:
@@ -210,7 +210,7 @@ def _beside(name: str, designs: Sequence[Design]) -> Iterable[tuple[str, ...]]:
 
 
 def _notes(found: InverseDesign) -> Iterable[str]:
-    """Yield what other models say, and what tolerances do to the first design."""
+    """Yield notes on other models, and the effects of tolerances on the first design."""
     from squama.study.parameters import people
 
     for i, d in enumerate(found.designs[:MOST], 1):
@@ -224,7 +224,7 @@ def _notes(found: InverseDesign) -> Iterable[str]:
         if words:
             yield f"tolerances, design 1, {goal.name} ({goal.unit or '1'}): {', '.join(words)}"
     if others := [str(i) for i, d in enumerate(found.designs[1:], 2) if d.refused]:
-        yield f"designs that cannot be made as they are, beside: {', '.join(others)}"
+        yield f"other designs that cannot be made as they are: {', '.join(others)}"
 
 
 # ---- a front ---------------------------------------------------------------------------------------------
@@ -293,7 +293,7 @@ def _front(front: xr.Dataset) -> dict[str, object]:
 
 
 def _front_summary(front: xr.Dataset) -> Summary:
-    """Return the summary: what the front spans, and a few of its designs."""
+    """Return the summary of a front: ranges of its objectives, and a few of its designs."""
     n, names = front.sizes["design"], _objectives(front)
     held = "; held straight" * loads.holds(front.attrs["hold"], LOADS[front.attrs["load"]])
     spans = {}
@@ -308,7 +308,7 @@ def _front_summary(front: xr.Dataset) -> Summary:
 
 
 def _people(front: xr.Dataset, name: str) -> tuple[float, str]:
-    """Return factor and unit in which people read a figure or a dimension."""
+    """Return the unit in which texts show a figure or a dimension, after its factor from SI."""
     from squama.study.parameters import people
 
     return people(name) if "." in name else for_people(str(front[name].attrs["units"]))
@@ -320,7 +320,7 @@ def _meaning(front: xr.Dataset, name: str) -> str:
 
 
 def _designs(front: xr.Dataset, most: int, names: Sequence[str]) -> Table:
-    """Return a choice of the front, evenly along its first objective: the figures or dimensions named."""
+    """Return a table of at most ``most`` designs, evenly spaced along the first objective; columns ``names``."""
     import numpy as np
 
     n = front.sizes["design"]
@@ -337,7 +337,7 @@ def _designs(front: xr.Dataset, most: int, names: Sequence[str]) -> Table:
 
 
 def _whole(front: xr.Dataset) -> Iterable[str | Table]:
-    """Yield more designs, with their dimensions."""
+    """Yield a table of more designs, with their dimensions."""
     own = [str(name) for name in front.data_vars if "." in str(name)]
     words = [name for name in own if name.startswith("chosen.")]
     dimensions = [name for name in own if "low" in front[name].attrs]

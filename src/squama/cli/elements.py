@@ -1,4 +1,4 @@
-"""squama cell, verify and deck: a beam by finite elements, every model beside them, an input deck."""
+"""squama cell, verify and deck: finite elements of a beam, comparison of the models with them, an input deck."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ if TYPE_CHECKING:
     from squama.study.verification import Verified
 
 UNTESTED = 1
-"""Exit status of a verification in which no scale touches."""
+"""Exit status of a verification without contact."""
 ROWS = 12
-"""Twists in the printed table of differences."""
+"""Number of twists in the printed table of differences."""
 _size = number(1e-4, 10.0, "0.2,0.02")
 _MESH = "Mesh: coarse, medium, fine, or sizes in pitches of the bulk and along the scale's edges, e.g. 0.2,0.02"
 
 
 def _mesh(name: str, text: str) -> MeshSize:
-    """Read the name of a mesh, or its two sizes."""
+    """Read the name of a mesh, or two element sizes."""
     for mesh in MESHES:
         if text == mesh:
             return mesh
@@ -67,7 +67,7 @@ Ideal = Annotated[bool, Parameter(help="Thin, rigid scales, as in the paper. Def
 
 @flags.group
 class Run:
-    """How the elements of a pitch are run: arguments of :func:`squama.cell`."""
+    """Settings of finite elements of a pitch: arguments of :func:`squama.cell`."""
 
     increment: Annotated[float, flag(_INCREMENT, read=number(1e-5, 0.1, "0.01"))] = 0.01
     mesh: Annotated[MeshSize, flag(f"{_MESH}. Default: medium.", read=_mesh_read)] = "medium"
@@ -78,7 +78,7 @@ class Run:
 
 @flags.group
 class Deck:
-    """What a deck is made of: arguments of :func:`squama.fe.deck.model`."""
+    """Settings of an input deck: arguments of :func:`squama.fe.deck.model`."""
 
     size: Annotated[float, flag(_SIZE, read=number(0.01, 10, "0.3"))] = 0.3
     edge_size: Annotated[float, flag(_EDGE, read=number(1e-3, 10, "0.08"))] = 0.08
@@ -91,7 +91,7 @@ RUN, DECK = Run(), Deck()
 
 
 def announce(text: str) -> None:
-    """Say on standard error what comes next."""
+    """Print the name of the next step on standard error."""
     print(text, file=sys.stderr, flush=True)
 
 
@@ -154,7 +154,7 @@ def cell(
 def _record(data: xr.Dataset) -> dict[str, object]:
     from squama.beam.design import Beam
 
-    # whether the turned end may move along the beam is not how its ends are loaded
+    # "ends" of other records are the loads of the ends, here the axial motion of the turned end
     names = {"ends": "axial"}
     return {
         **{names.get(str(key), str(key)): value for key, value in data.attrs.items()},
@@ -168,7 +168,7 @@ def _record(data: xr.Dataset) -> dict[str, object]:
 
 
 def _solved(beam: Beam, data: xr.Dataset) -> Summary:
-    """Return the summary of a run: torque and inclination at its end, where scales touch, how well it is solved."""
+    """Return the summary of a run: final torque and inclination, contact, energy balance."""
     last, n, attrs = data.isel(point=-1), data.sizes.get("scale", 0), data.attrs
     beam = beam.replace(scales=n) if n else beam
     theta = [f"{units.number(tidy(math.degrees(v)))} deg" for v in last["theta"].values.ravel()]
@@ -192,7 +192,7 @@ def _solved(beam: Beam, data: xr.Dataset) -> Summary:
 
 
 def _run_in_full(beam: Beam, data: xr.Dataset) -> Iterable[str | Table]:
-    """Yield how the scales are modelled, what touches from where on, and every scale of a finite beam."""
+    """Yield the model of the scales, each change of contact with its twist, and a table of a finite beam's scales."""
     yield f"scales {data.attrs['plates']}"
     before = ""
     for phi, words in zip(data["phi"].values, data["contact"].values, strict=True):
@@ -294,7 +294,7 @@ def _part(found: Verified) -> dict[str, object]:
 
 
 def _part_summary(found: Verified) -> Summary:
-    """Return the summary: the loads of a part by elements and by both joints."""
+    """Return the summary of a part: its load by finite elements and by both joints."""
     import numpy as np
 
     data, attrs = found.table, found.elements.attrs
@@ -321,7 +321,7 @@ def _part_summary(found: Verified) -> Summary:
 
 
 def _summary(found: Verified) -> Summary:
-    """Return the summary: how far the beam as it is made holds, then how far each model does."""
+    """Return the summary: agreement of the beam's own model, then of each model, with finite elements."""
     data, attrs = found.table, found.elements.attrs
     about = f"{data.attrs['title']}: {found.verdict}" if found.tested else data.attrs["title"]
     if not found.tested:
@@ -343,7 +343,7 @@ def _summary(found: Verified) -> Summary:
 
 
 def _all(data: xr.Dataset, attrs: Mapping[Hashable, Any]) -> Iterable[str | Table]:
-    """Yield the mesh, the energy balance and tables of all differences; ``attrs`` of the elements' run."""
+    """Yield mesh, energy balance and tables of all differences; ``attrs`` of the elements' run."""
     yield f"elements: {attrs['mesh']}; {attrs['sentence']}"
     yield f"energy balance: (W - U_el - W_fr)/W = {attrs['energy_error']:.0e}"
     yield ""
@@ -355,7 +355,7 @@ def _all(data: xr.Dataset, attrs: Mapping[Hashable, Any]) -> Iterable[str | Tabl
 
 
 def _table(data: xr.Dataset, name: str, factor: float, own: str, scale: float, unit: str) -> Table:
-    """Return the differences of all models at some twists, beside the elements' own value."""
+    """Return the differences of all models at some twists, with the elements' own value."""
     import numpy as np
 
     rows = []
@@ -368,7 +368,7 @@ def _table(data: xr.Dataset, name: str, factor: float, own: str, scale: float, u
 
 
 def ranges(data: xr.Dataset) -> list[tuple[str, ...]]:
-    """Return a row per model of the endless beam: up to which twist it holds, and by how much it is off at its end."""
+    """Return a row per model of the endless beam: range of agreement (deg per pitch), and final differences."""
     from squama.fe.agreement import FINITE
 
     rows: list[tuple[str, ...]] = []
@@ -382,9 +382,9 @@ def ranges(data: xr.Dataset) -> list[tuple[str, ...]]:
 
 
 def finite(data: xr.Dataset) -> list[str]:
-    """Return a line on the elements' finite beam beside their endless one, and one on the row beside the finite beam.
+    """Return lines that compare the elements' finite beam with their endless beam, and the row with the finite beam.
 
-    An endless beam says nothing on how good a short one is, so the row of hinges is held to the elements' beam.
+    An endless beam is no reference for a short one, so the row of hinges is compared with the elements' finite beam.
     """
     import numpy as np
 

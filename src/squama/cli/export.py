@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from squama.fabrication.mesh import Check
 
 KEPT = ("thickness", "theta0", "alpha", "depth of slots", "thickness of slots", "distance of slots")
-"""Sizes that are printed beside what was asked for."""
+"""Measured sizes that are printed with --full."""
 
 
 def _read_size(name: str, text: str) -> float:
-    """Read a size of the plan, in m or rad."""
+    """Read a size of the plan (m or rad)."""
     from squama.fabrication import plan
 
     key = name.removeprefix("--")
@@ -48,7 +48,7 @@ _BED = 'Longest part that fits the printer, e.g. "200 mm"; longer moulds are spl
 
 @flags.group
 class Made:
-    """What is made, and its sizes: arguments of :func:`squama.export`."""
+    """Parts, formats and sizes of an export: arguments of :func:`squama.export`."""
 
     scales: Annotated[int | None, flags.scales(500, "Number of scales. Default: the file's; allowed:", least=1)] = None
     parts: Annotated[
@@ -82,7 +82,7 @@ def export(
     base: flags.Base = flags.BASE,
 ) -> int:
     """Write scales, substrate, mould and assembled beam as STL, 3MF or STEP, checked, with a bill of materials."""
-    # a picture may go into the folder that is made here
+    # a picture may lie in the folder that is made here
     folder = Path(os.path.realpath(out))
     into = {path: Path(os.path.realpath(path)).parent == folder for path in picture}
     inside = () if exists(folder) else tuple(path for path in picture if into[path])
@@ -110,7 +110,7 @@ def _record(made: Export) -> dict[str, object]:
 
 
 def _summary(made: Export) -> Summary:
-    """Return the summary: sizes, whether the solids can be made, and the bill."""
+    """Return the summary: sizes, result of the checks, bill of materials."""
     plan = made.plan
     where = f", on {described(plan.faces)}" if plan.pieces > plan.scales else ""
     verdict = f"{plan.scales} scales on a bar of {plan.total:g} x {plan.width:g} x {plan.height:g} mm{where}"
@@ -119,7 +119,7 @@ def _summary(made: Export) -> Summary:
 
 
 def _bill(made: Export) -> Iterable[Table]:
-    """Yield the bill of materials."""
+    """Yield the table of the bill of materials."""
     rows: list[tuple[str, ...]] = []
     for row in made.bill:
         volume, n = row.volume / 1000, row.number
@@ -133,7 +133,7 @@ def _bill(made: Export) -> Iterable[Table]:
 
 
 def _measured(checks: tuple[Check, ...]) -> list[str]:
-    """Return in words what was measured."""
+    """Return the measured properties of the solids as lines."""
     volumes = [c for c in checks if c.what == "volume"]
     memory = [abs(c.measured / c.expected - 1) for c in volumes if "." not in c.solid]
     read = [abs(c.measured / c.expected - 1) for c in volumes if "." in c.solid]

@@ -42,7 +42,7 @@ def _bounds(name: str, text: str) -> flags.Pair:
 
 
 def with_unit(unit: str) -> flags.Reader[str]:
-    """Return a reader that refuses numbers without a unit, which in Python are SI."""
+    """Return a reader that refuses numbers without a unit (in Python SI)."""
 
     def read(name: str, text: str) -> str:
         if is_number(text):
@@ -53,7 +53,7 @@ def with_unit(unit: str) -> flags.Reader[str]:
 
 
 def _machine(name: str, text: str) -> str:
-    """Read the stiffness of a testing machine; what is wrong in it the fit says."""
+    """Read the stiffness of a testing machine; the fit checks its form."""
     return text if text == "rigid" else with_unit("N m/rad").read(name, text)
 
 
@@ -94,7 +94,7 @@ _STICK = 'Twist after a reversal for which points are not used, e.g. "0.002 rad/
 
 @flags.group
 class Search:
-    """How the parameters are looked for: arguments of :func:`squama.fit`."""
+    """Settings of the search: arguments of :func:`squama.fit`."""
 
     load: Annotated[str | None, flag(_LOAD)] = None
     support: Annotated[str | None, flag(SUPPORT)] = None
@@ -118,7 +118,7 @@ SEARCH = Search()
 
 @flags.group
 class Swing:
-    """How the beam of a decay swings: arguments of :func:`squama.fit_decay`."""
+    """Motion in a decay: arguments of :func:`squama.fit_decay`."""
 
     mode: flags.Mode = "uniform"
     ideal: flags.Ideal = None
@@ -126,7 +126,7 @@ class Swing:
 
 @flags.group
 class Tables:
-    """How tables of measured points are read."""
+    """Settings for reading tables of measured points."""
 
     decimal: Annotated[
         DecimalName | None,
@@ -135,14 +135,14 @@ class Tables:
     columns: Annotated[str | None, flag(_COLUMNS)] = None
 
     def swings(self, path: str) -> bool:
-        """Tell whether a table is the record of a decay."""
+        """Return whether a table is the record of a decay."""
         from squama.io import measured
 
         with flags.laid({"columns": "--columns"}):
             return measured.swings(path, self.columns)
 
     def read(self, paths: Iterable[str], beam: Beam, load: str, *, decay: bool = False) -> list[Measured]:
-        """Read tables of tests of a beam, or the record of its decay."""
+        """Return the measured points of tables of a beam's tests, or of the record of its decay."""
         from squama.io import measured
         from squama.io.columns import TIME
 
@@ -157,19 +157,19 @@ class Tables:
 
 @flags.group
 class Prediction:
-    """A curve that is predicted from a fit."""
+    """A curve predicted from a fit, and the files of its band."""
 
     predict: Annotated[str | None, flag(_PREDICT)] = None
     band: Annotated[tuple[flags.File, ...], flag(_BAND)] = ()
 
     def check(self, files: Iterable[str]) -> None:
-        """Keep as mistakes files that cannot be written, and those of a prediction that is not asked for."""
+        """Collect mistakes: files that cannot be written, and files of a prediction without --predict."""
         flags.check_places([(path, _KINDS) for path in self.band], list(files))
         if self.band and self.predict is None and "--predict" not in flags.problems().flags:
             flags.problems().add("--band", self.band[0], "is of a prediction", 'give --predict "0.1 rad/pitch" too')
 
     def of(self, found: Fit) -> tuple[list[Path], list[str], dict[str, object]]:
-        """Predict the curve of a fit: files, lines of the summary, and JSON."""
+        """Predict the curve of a fit; return files, lines of the summary, and JSON."""
         if self.predict is None:
             return [], [], {}
         from squama.io import datasets
@@ -192,7 +192,7 @@ class Prediction:
 
 SWING, TABLES, PREDICTION = Swing(), Tables(), Prediction()
 _OF_DECAYS = ("load", "law", "joint")
-"""What a decay has in common with a test."""
+"""Settings that a decay shares with a test."""
 
 
 def fit(
@@ -222,7 +222,7 @@ def fit(
     prediction.check(files)
     given: Beam | Part | None = None
     if len(beams) == 1:
-        # the beam alone says that it is without what loads it
+        # twisting and bending of the ends need no load or support of the file
         if search.load in LOADS:
             given = common.beam(beams[0], friction=False)
         else:
@@ -271,7 +271,7 @@ def fit(
 
 
 def _known(prior: Iterable[flags.Pair], path: str | None, beam: Beam) -> dict[str, object] | None:
-    """Return the tolerances of the flags and of the file; every mistake is kept."""
+    """Return the tolerances of the flags and of the file; mistakes are collected."""
     from squama.cli.uncertainty import tolerance_table
     from squama.identify import known
 
@@ -287,7 +287,7 @@ def _known(prior: Iterable[flags.Pair], path: str | None, beam: Beam) -> dict[st
 
 
 def _have_units(search: Search, prediction: Prediction, kind: str) -> None:
-    """Refuse numbers without a unit, which in Python are SI: of a torque or force, and of a twist or travel."""
+    """Refuse numbers without a unit (in Python SI) for torques, forces, twists and travels."""
     load = TESTS[kind]
     given = {"noise": search.noise, "to": search.to, "reversal": search.reversal, "stick": search.stick}
     for name, text in (given | {"predict": prediction.predict}).items():
@@ -299,7 +299,7 @@ def _have_units(search: Search, prediction: Prediction, kind: str) -> None:
 
 
 def _of_tests(data: list[str], search: Search, **others: object) -> None:
-    """Refuse several files, and flags that are for tests of torque and twist only."""
+    """Refuse several files, and flags for tests of torque and twist only, with a decay."""
     for path in data[1:]:
         flags.problems().add(path, "", "is a second file beside the record of a decay", "give one")
     given = {**vars(search), **others}
@@ -310,7 +310,7 @@ def _of_tests(data: list[str], search: Search, **others: object) -> None:
 
 
 def _summary(found: Fit | DecayFit, file: str, predicted: list[str]) -> Summary:
-    """Return the summary: estimates with their errors, then checks and doubts; ``predicted`` lines of a prediction."""
+    """Return the summary: estimates with errors, then checks and doubts; ``predicted``: lines of a prediction."""
     from squama.identify.decay_fit import DecayFit
 
     verdict, full = ", ".join(found.lines), [*found.described(), *found.more]
@@ -325,7 +325,7 @@ def _summary(found: Fit | DecayFit, file: str, predicted: list[str]) -> Summary:
 
 
 def _count(beams: list[str], data: list[str]) -> None:
-    """Keep as mistakes what is missing of beam and data, or given twice."""
+    """Collect mistakes in the files: beam or data missing, or given twice."""
     usage = "write: squama fit test.csv beam.toml"
     if not data:
         flags.problems().add("", "", "no measured points are given", usage)
@@ -339,12 +339,12 @@ def _count(beams: list[str], data: list[str]) -> None:
 
 
 def on_points(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a fit with the dimension ``point`` only."""
+    """Return the variables of a fit along ``point`` only."""
     return dataset.drop_dims([d for d in dataset.dims if d != "point"])
 
 
 def flat(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a fit with the dimension ``point`` only, as a table of one shape; the estimates as an attribute."""
+    """Return the variables of a fit along ``point`` as a table, with the estimates as attributes."""
     keys = ("estimate", "error", "low", "high", "initial", "unit")
     columns = [dataset[key].values.tolist() for key in ("parameter", *keys)]
     rows = [dict(zip(("name", *keys), row, strict=True)) for row in zip(*columns, strict=True)]

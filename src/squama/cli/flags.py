@@ -1,7 +1,7 @@
-"""The flags of the commands: typed; those of several commands stand here once; all mistakes are told at once.
+"""The flags of the commands: typed; flags of several commands are defined here; all mistakes are reported at once.
 
-A flag is read as the command line is taken apart. What cannot be read is kept as a mistake, so that the command goes on
-to look at its other flags and its files; :func:`settled` then refuses them all, a line each.
+A flag is read while the command line is parsed. A mistake is collected, so that the command goes on to check its other
+flags and its files; :func:`settled` then raises all mistakes, a line each.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _Word = TypeVar("_Word", bound=str)
 
 
 class Mistakes(Problems):
-    """Mistakes of a command line, and its flags that could not be read: what they would have said is not missing."""
+    """Mistakes of a command line, and the names of flags that could not be read, whose values are not missing."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -51,7 +51,7 @@ _FOUND: ContextVar[Mistakes] = ContextVar("mistakes")
 
 @contextmanager
 def collecting() -> Iterator[None]:
-    """Start a command line: what is found inside is kept apart from that of any other."""
+    """Start a command line with its own list of mistakes."""
     token = _FOUND.set(Mistakes())
     try:
         yield
@@ -65,7 +65,7 @@ def problems() -> Mistakes:
 
 
 def settled(value: T | None) -> T:
-    """Return what was read, or raise every mistake that was found."""
+    """Return the value, or raise all mistakes found so far."""
     problems().settle()
     assert value is not None
     return value
@@ -73,7 +73,7 @@ def settled(value: T | None) -> T:
 
 @contextmanager
 def laid(names: Mapping[str, str]) -> Iterator[None]:
-    """Lay the mistakes found inside to flags, by the names of their places."""
+    """Attribute mistakes found inside to flags, by the names of their places."""
     try:
         yield
     except InputError as error:
@@ -85,7 +85,7 @@ def laid(names: Mapping[str, str]) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Reader(Generic[T]):
-    """Makes a value of the name and the text of a flag; ``failed`` stands for a value that could not be read."""
+    """Reads a value from the name and text of a flag; ``failed`` replaces a value that could not be read."""
 
     read: Callable[[str, str], T]
     failed: T
@@ -98,8 +98,8 @@ class Reader(Generic[T]):
 def flag(words: str, *names: str, read: Reader[T] | None = None, many: bool = False) -> Parameter:
     """Return a flag whose value may begin with a minus sign.
 
-    ``words`` are its help, ``names`` its names if they are not the argument's; ``read`` makes the value, without one it
-    is the text; of a flag that may be repeated (``many``) the value is a tuple.
+    ``words``: help text; ``names``: names other than the argument's; ``read``: reader of the value (default: the text);
+    ``many``: the flag may be repeated, and its value is a tuple.
     """
     plain = Parameter(name=names or None, help=words, allow_leading_hyphen=True)
     if read is None:
@@ -131,12 +131,12 @@ def within(bounds: Bounds) -> Reader[float]:
 
 
 def number(low: float, high: float, example: str, allowed: str = "") -> Reader[float]:
-    """Return a reader of plain numbers within bounds, both of which belong to it."""
+    """Return a reader of plain numbers within inclusive bounds."""
     return within(Bounds(low, high, allowed or f"{low:.12g} to {high:.12g}", closed=True, example=example))
 
 
 def whole(low: int, high: int, example: str) -> Reader[int]:
-    """Return a reader of whole numbers within bounds, both of which belong to it."""
+    """Return a reader of whole numbers within inclusive bounds."""
     inside, endless = number(low, high, example), number(-math.inf, math.inf, example)
 
     def read(name: str, text: str) -> int:
@@ -148,7 +148,7 @@ def whole(low: int, high: int, example: str) -> Reader[int]:
 
 
 def one_of(*allowed: _Word) -> Reader[_Word]:
-    """Return a reader of one of some words."""
+    """Return a reader of one of several words."""
 
     def read(name: str, text: str) -> _Word:
         if text not in allowed:
@@ -159,7 +159,7 @@ def one_of(*allowed: _Word) -> Reader[_Word]:
 
 
 def words_of(allowed: tuple[_Word, ...]) -> Reader[tuple[_Word, ...]]:
-    """Return a reader of some of the words, with commas between them."""
+    """Return a reader of some of the words, separated by commas."""
 
     def read(name: str, text: str) -> tuple[_Word, ...]:
         from squama import arguments
@@ -170,7 +170,7 @@ def words_of(allowed: tuple[_Word, ...]) -> Reader[tuple[_Word, ...]]:
 
 
 class Pair(NamedTuple):
-    """What stands before and after the sign of equality."""
+    """Name and text before and after an equals sign."""
 
     name: str
     text: str
@@ -190,7 +190,7 @@ def pair(form: str, example: str) -> Reader[Pair]:
 
 
 def once(name: str, pairs: Iterable[Pair], aliases: Mapping[str, str] | None = None) -> dict[str, str]:
-    """Return pairs as a mapping; a name that is there twice, by an alias too, is kept as a mistake of the flag."""
+    """Return pairs as a mapping; a repeated name, also by an alias, is collected as a mistake of the flag."""
     found, same = dict[str, str](), aliases or {}
     for key, text in pairs:
         if same.get(key, key) in (same.get(other, other) for other in found):
@@ -201,7 +201,7 @@ def once(name: str, pairs: Iterable[Pair], aliases: Mapping[str, str] | None = N
 
 
 class Setting(NamedTuple):
-    """A value of --set, or of another flag that gives one of the file's."""
+    """A value of --set, or of another flag that replaces a value of the file."""
 
     place: str
     value: int | str
@@ -209,7 +209,7 @@ class Setting(NamedTuple):
 
     @property
     def name(self) -> str:
-        """The flag and what it sets, as they are written."""
+        """The flag and the replaced key, as written."""
         return f"{self.flag} {self.place}" if self.flag == "--set" else self.flag
 
 
@@ -228,7 +228,7 @@ def _setting(name: str, text: str) -> Setting:
 
 
 def several(one: Reader[T]) -> Reader[tuple[T, ...]]:
-    """Return a reader of values with commas between them."""
+    """Return a reader of values separated by commas."""
     return Reader(lambda name, text: tuple(one(name, part) for part in text.split(",")), ())
 
 
@@ -244,7 +244,7 @@ def _family(name: str, text: str) -> tuple[float, ...]:
 
 
 def rate(name: str, text: str, beam: Beam, load: str = "twisting", *, still: bool = False) -> float:
-    """Return the twist rate or curvature that a flag asks for, rad/m; only if ``still`` it may be 0."""
+    """Return the twist rate or curvature of a flag, rad/m; 0 is allowed only with ``still``."""
     kind = LOADS[load]
     with naming(name):
         found = kind.read(text, pitch=beam.pitch, scales=beam.pitches, bare=False)
@@ -256,22 +256,22 @@ def rate(name: str, text: str, beam: Beam, load: str = "twisting", *, still: boo
 
 @dataclass_transform(frozen_default=True, kw_only_default=True)
 def group(flags: type[T]) -> type[T]:
-    """Make a frozen class of flags, which stand among the others of a command."""
+    """Return a class of flags as a frozen dataclass, whose flags join those of the command."""
     made = dataclass(frozen=True, kw_only=True)(flags)
-    # a group may be extended in another module, which has not the names of this one's types
+    # a group may be extended in another module, where the names of these types are unknown
     vars(made)["__init__"].__annotations__ = get_type_hints(made, include_extras=True)
     return Parameter(name="*")(made)
 
 
-# ---- flags that several commands have ---------------------------------------------------------------------
+# ---- flags of several commands ---------------------------------------------------------------------
 
 TWISTS = '"5 rad/m", "0.2 rad/pitch" or "90 deg total"'
-"""How a twist is written."""
+"""Examples of twists, for help texts."""
 AT = f"Twist for which compliant joints give their figures: {TWISTS}. Default: twice that at engagement."
 if TYPE_CHECKING:
     File = str
 else:
-    # a path to shells, which complete it; to the program the text as it is written
+    # for shells a path, which they complete; for the program the text as written
     File = Annotated[Path, Parameter(converter=lambda _, tokens: tokens[0].value)]
 BeamFile = Annotated[File, Parameter(help="Beam file (TOML), or - for standard input; squama new writes one.")]
 Mu = Annotated[float | None, flag("Coefficient of friction, e.g. 0.25. Default: the beam file's.", read=_mu)]
@@ -301,7 +301,7 @@ Plot = Annotated[tuple[File, ...], flag("Picture to write (.png, .svg, .pdf); ma
 
 
 def arguments(*others: str, **named: str) -> dict[str, str]:
-    """Return what to lay mistakes to: the flags of the names of arguments, and what is said for others."""
+    """Return the flags of arguments, and other places, for the attribution of mistakes."""
     names = ("law", "load", "joint", "sense", "margin", "mu", "points", "to", *others)
     return {name: f"--{name}" for name in names} | named
 
@@ -328,7 +328,7 @@ class How:
 
 @group
 class Joints:
-    """Model of joints and scales, and which line of the bar keeps its length."""
+    """Model of joints and scales, and the line of the bar that keeps its length."""
 
     joint: Joint = None
     ideal: Ideal = None
@@ -348,18 +348,18 @@ class Base:
     verbose: Annotated[bool, Parameter(help="Print steps and their times on standard error.")] = False
 
     def __post_init__(self) -> None:
-        """Let the log speak as early as the command line is read."""
+        """Switch on the log as soon as the command line is read."""
         if self.verbose:
             LOG.setLevel(logging.INFO)
 
     @property
     def settings(self) -> Sequence[Setting]:
-        """Values in place of the file's; what is held is one of them, where it is a flag."""
+        """Values that replace those of the file; --hold is one of them where the command has it."""
         hold = getattr(self, "hold", None)
         return self.set_ if hold is None else (*self.set_, Setting("beam.hold", hold, "--hold"))
 
     def overrides(self, mu: float | None = None) -> dict[str, dict[str, object]]:
-        """Return the values in place of the file's, by table and key; one that is given twice is refused."""
+        """Return the replacing values by table and key; a value given twice is refused."""
         found: dict[str, dict[str, object]] = {} if mu is None else {"friction": {"mu": mu}}
         for one in self.settings:
             name, _, key = one.place.partition(".")
@@ -370,9 +370,9 @@ class Base:
         return found
 
     def beam(self, path: str, mu: float | None = None, *, friction: bool = True) -> Beam | None:
-        """Read the beam, ``mu`` in place of the file's; mistakes are kept, of a value of --set laid to that flag.
+        """Read the beam, with ``mu`` in place of the file's; mistakes are collected, those of --set under that flag.
 
-        A beam without a coefficient of friction is a mistake if ``friction``.
+        With ``friction`` a missing coefficient of friction is a mistake.
         """
         from squama.beam.design import Beam
 
@@ -395,7 +395,7 @@ class Base:
         friction: bool = True,
         still: bool = False,
     ) -> tuple[Beam | None, float | None]:
-        """Read the beam, with so many scales, and the twist of a flag, if it is given; mistakes are kept."""
+        """Read the beam, with ``scales`` scales, and the twist of a flag if given; mistakes are collected."""
         found, twist = self.beam(path, mu, friction=friction), None
         if found is not None:
             found = found.replace(scales=scales or found.scales)
@@ -418,7 +418,7 @@ class Common(Base):
     hold: Annotated[str | None, flag(_HOLD)] = None
 
     def check(self, *inputs: str, plots: Iterable[str] = ()) -> None:
-        """Look at every output path before any work, other pictures included."""
+        """Check every output path, other pictures included, before any work."""
         pictures = ((path, PLOTS) for path in (*self.plot, *plots))
         table = table_place(problems(), "--csv", self.csv, as_json=self.json)
         check_places([*pictures, (table, (".csv",)), (self.netcdf, (".nc",))], inputs)
@@ -428,7 +428,7 @@ BASE, COMMON = Base(), Common()
 
 
 def check_places(wanted: Iterable[tuple[str | None, tuple[str, ...]]], inputs: Iterable[str] = ()) -> None:
-    """Look at paths that are to be written, if given, each with the endings it may have; mistakes are kept."""
+    """Check paths to be written, each with its allowed extensions; mistakes are collected."""
     from squama.io.datasets import check_place
 
     seen = {os.path.realpath(path): "is read too" for path in inputs}
@@ -443,7 +443,7 @@ def check_places(wanted: Iterable[tuple[str | None, tuple[str, ...]]], inputs: I
 
 
 def check_friction(path: str, beam: Beam) -> None:
-    """Keep a beam without a coefficient of friction as a mistake."""
+    """Collect a missing coefficient of friction as a mistake."""
     if beam.friction.mu is None and "--mu" not in problems().flags:
         remedy = "write mu = 0.25 under [friction] or give --mu 0.25"
         problems().add("friction.mu", "", "is missing", remedy, source=label(path))

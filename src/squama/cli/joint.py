@@ -1,4 +1,4 @@
-"""squama joint: stiffness of a scale's joint by finite elements, beside the paper's scaling laws."""
+"""squama joint: stiffness of a scale's joint by finite elements, compared with the scaling laws."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ MOTIONS = (
     ("w_Y", "inclination (about n_Y)"),
     ("w_Z", "yaw (about n_Z)"),
 )
-"""Symbols of the six motions, and in words."""
+"""Symbols of the six motions, and their words."""
 LOADS = ("phi", "psi", "epsilon")
 """Twist, bend and stretch per pitch."""
 TWIST = 5.0
-"""Twist per pitch for which motions are shown, degrees."""
+"""Twist per pitch for which the motions of a scale are listed, degrees."""
 _EDGES = "Size of the coarsest elements along the scale's edges, in pitches. Default: a fifth of the embedded length."
 _LEVELS = "Number of meshes, each half as coarse as the one before. Default: 3."
 _TAB = "The embedded part of a scale: rigid, or elastic with the scale's modulus. Default: rigid."
@@ -85,7 +85,7 @@ def joint(
 
 
 def print_level(level: Level) -> None:
-    """Say on standard error that a mesh is done."""
+    """Print a finished mesh on standard error."""
     took = f"{level.seconds:.1f} s" if level.seconds else "from the cache"
     print(
         f"squama: {level.elements} elements, {number(level.edge_size)} pitches along the scale's edges: "
@@ -96,13 +96,13 @@ def print_level(level: Level) -> None:
 
 
 def laws(beam: Beam, found: JointMatrix) -> dict[str, tuple[Value, float]]:
-    """Return K_theta (N m) and C_f by elements, and by the scaling laws, whatever the file gives."""
+    """Return K_theta (N m) and C_f by elements, each with the value of its scaling law, whatever the file states."""
     bare = beam.replace(joint={"stiffness": None, "inclusion_factor": None, "matrix": None})
     return {"K_theta": (found.stiffness, bare.joint_stiffness), "C_f": (found.C_f, bare.C_f)}
 
 
 def _record(beam: Beam, found: JointMatrix) -> dict[str, object]:
-    """Return all there is."""
+    """Return the record for JSON."""
     levels = [
         {"edge_size": x.edge_size, "elements": x.elements, "K_theta": x.K_theta, "C_f": c, "matrix": x.K}
         for x, c in zip(found.levels, found.C_f_levels, strict=True)
@@ -132,7 +132,7 @@ def _record(beam: Beam, found: JointMatrix) -> dict[str, object]:
 
 
 def _summary(beam: Beam, found: JointMatrix) -> Summary:
-    """Return the summary: stiffness and inclusion factor with their errors, and how far the scaling laws are off."""
+    """Return the summary: stiffness and inclusion factor with errors, and the deviation of the scaling laws."""
     size, newton = torque_unit(found.stiffness.value)
     words = {"K_theta": ("joint stiffness", size, f"{newton} per rad"), "C_f": ("inclusion factor", 1.0, "")}
     figures, verdict = [], []
@@ -154,7 +154,7 @@ def _summary(beam: Beam, found: JointMatrix) -> Summary:
 
 
 def _all(beam: Beam, found: JointMatrix) -> Iterable[str | Table]:
-    """Yield stiffness and motion of a scale, the whole matrix, and every mesh."""
+    """Yield stiffnesses and motions of a scale, the whole matrix, and every mesh."""
     size, newton = torque_unit(found.stiffness.value)
     head = ("motion of the scale", "unit", "others free", "others held", f"per {TWIST:g} deg of twist per pitch")
     yield _table(head, _motions(beam, found.K, size, newton))
@@ -171,7 +171,7 @@ def _all(beam: Beam, found: JointMatrix) -> Iterable[str | Table]:
 
 
 def _meshes(found: JointMatrix) -> Table:
-    """Return the table of the meshes: both figures, each with its change from the mesh before."""
+    """Return the table of the meshes: K_theta and C_f, each with its change from the mesh before."""
     heads = [(number(x.edge_size), str(x.elements)) for x in found.levels]
     values = [(x.K_theta, float(c)) for x, c in zip(found.levels, found.C_f_levels, strict=True)]
     if len(heads) > 1:
@@ -186,7 +186,7 @@ def _meshes(found: JointMatrix) -> Table:
 
 
 def _over_bare(beam: Beam, K: Array) -> tuple[float, float]:
-    """Return the stiffness against bend and stretch, all else free, over that of the bare bar."""
+    """Return the stiffness of the pitch in bend and in stretch, all else free, over that of the bare bar."""
     from squama.joints import factor
     from squama.model import section
 
@@ -197,7 +197,7 @@ def _over_bare(beam: Beam, K: Array) -> tuple[float, float]:
 
 
 def _motions(beam: Beam, K: Array, size: float, newton: str) -> list[tuple[str, ...]]:
-    """Return a row per motion: stiffness with the others free and held, and motion per twist."""
+    """Return a row per motion: stiffness with the others free and held, and the motion under twist."""
     import numpy as np
 
     E, d = beam.substrate.youngs_modulus, beam.pitch

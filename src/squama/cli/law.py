@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from squama.sections.table import LawTable
 
 FORMATS = {"csv": ".csv", "npz": ".npz", "abaqus": ".inp", "ansys": ".mac", "dyna": ".k"}
-"""Formats and the endings of their files."""
+"""Formats and their file extensions."""
 _FORMAT = (
     "csv, npz, abaqus (*BEAM GENERAL SECTION), ansys (GENB), dyna (MAT_119, also Radioss). Default: by the ending."
 )
@@ -87,14 +87,14 @@ def law(
 
 
 def _ending(out: str) -> str:
-    """Return the ending of a file's name in small letters."""
+    """Return the extension of a file's name in lower case."""
     from pathlib import Path
 
     return Path(out).suffix.lower()
 
 
 def _shown(table: LawTable, kind: str) -> Iterable[str]:
-    """Return what is in the file, and how far to trust it."""
+    """Yield the contents of the file, and their range of validity, as lines."""
     import numpy as np
 
     from squama.cli.report import held

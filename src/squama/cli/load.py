@@ -37,7 +37,7 @@ _PAIR = flags.pair("name=first, last", 'scale.theta0="5 deg, 10 deg"')
 
 
 def _grade(name: str, text: str) -> flags.Pair:
-    """Read a grade; what has no sign of equality is the name of a table."""
+    """Read a value that varies along the beam; a text without "=" is the name of a table."""
     return _PAIR(name, text) if "=" in text else flags.Pair("", text)
 
 
@@ -81,7 +81,7 @@ def load(
 
 
 def _grades(along: tuple[flags.Pair, ...]) -> dict[str, list[str]] | str | None:
-    """Return what --along gives: values by name, or the one table; mistakes are kept."""
+    """Return the values of --along by name, or its table; mistakes are collected."""
     tables = [grade.text for grade in along if not grade.name]
     if tables and len(along) > 1:
         flags.problems().add("--along", shown(tables[0]), "stands beside others", "give a table alone")
@@ -91,7 +91,7 @@ def _grades(along: tuple[flags.Pair, ...]) -> dict[str, list[str]] | str | None:
 
 
 def read(common: flags.Base, path: str, mu: float | None = None, *, friction: bool = True) -> Part | None:
-    """Read a part as :meth:`squama.cli.flags.Base.beam` reads the beam alone."""
+    """Read a part, as :meth:`squama.cli.flags.Base.beam` reads the beam alone."""
     from squama.part.definition import Part
 
     with flags.problems().caught(), flags.laid({s.place: s.name for s in common.settings}):
@@ -103,7 +103,7 @@ def read(common: flags.Base, path: str, mu: float | None = None, *, friction: bo
 
 
 def _part(common: flags.Common, path: str, mu: float | None, load: tuple[str, ...]) -> Part | None:
-    """Read the part; mistakes are kept, as is that neither the file nor a flag loads it."""
+    """Read the part; mistakes are collected, also a part without any load."""
     found = read(common, path, mu)
     if found is not None and not (load or found.load):
         remedy = 'give it, e.g. --load "0.2 N up at tip", or write [[load]] in the beam file'
@@ -119,12 +119,12 @@ _SUPPORTS = {
 
 
 def _top(data: xr.Dataset) -> int:
-    """Return the number of the point under all of the load that is reached."""
+    """Return the index of the point with the largest share of the load."""
     return int(data["share"].values.argmax())
 
 
 def _summary(beam: Beam, data: xr.Dataset, replaced: list[str]) -> Summary:
-    """Return the summary: the part under all of its load; ``replaced``: what flags have put in place of the file's."""
+    """Return the summary: the part under its full load; ``replaced``: values of the file that flags replace."""
     attrs, top = data.attrs, _top(data)
     most = data.isel(point=top)
     force = "F" in data
@@ -154,7 +154,7 @@ def _summary(beam: Beam, data: xr.Dataset, replaced: list[str]) -> Summary:
         left = round(float(data[way].values[-1]) / travel, 9) + 0.0
         work = float(data["W_fr"].values[-1]) * data.sizes["scale"] * attrs["pitch"]
         figures.append(
-            ("off again", f"{percent(left)} of the deformation is left; friction took {figure(1e3 * work, 'mJ')}")
+            ("unloaded", f"{percent(left)} of the deformation is left; friction took {figure(1e3 * work, 'mJ')}")
         )
     figures.append(("friction", f"mu = {float(data['mu']):g}; it takes {percent(float(most['RED']))} of the work"))
     figures.append(("model", modelled(beam, attrs, f"{data.sizes['scale']} scales")))
@@ -162,7 +162,7 @@ def _summary(beam: Beam, data: xr.Dataset, replaced: list[str]) -> Summary:
 
 
 def _all(data: xr.Dataset) -> Iterable[str]:
-    """Yield what holds the root, how cells are strained, what touches, and how well the energy is balanced."""
+    """Yield reactions at the root, strains of the pitches, contact force, energy balance."""
     import numpy as np
 
     most = data.isel(point=_top(data))

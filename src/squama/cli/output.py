@@ -1,6 +1,6 @@
-"""What a command leaves behind: files and pictures, and its result for people or as JSON.
+"""Output of a command: files, pictures, and the result for people or as JSON.
 
-JSON is valid everywhere, so no number (NaN) is null and infinity is the text "inf".
+JSON is strictly valid: NaN is null, and infinity is the text "inf".
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 SCHEMA = 3
-"""Version of the keys of JSON; it grows where a key goes, or changes its meaning or unit."""
+"""Version of the JSON keys; it increases when a key is removed or changes its meaning or unit."""
 
 # ---- files ------------------------------------------------------------------------------------------------
 
@@ -39,10 +39,10 @@ def write(
     table: Callable[[xr.Dataset], xr.Dataset] | None = None,
     **also: object,
 ) -> list[Path]:
-    """Write pictures, CSV and netCDF as asked for; nothing is made for files that are not.
+    """Write the requested pictures, CSV and netCDF; ``data`` is called only if there are any.
 
-    ``figure`` is the function of :mod:`squama.plot` that draws the dataset, with the arguments ``also``; ``table``
-    makes of it one of a single shape, for CSV.
+    ``figure``: function of :mod:`squama.plot` that draws the dataset with the arguments ``also``; ``table``: function
+    that converts the dataset to a single table for CSV. Returns the written paths.
     """
     if not (flags.plot or flags.csv or flags.netcdf):
         return []
@@ -61,7 +61,7 @@ def write(
 
 
 def draw(paths: Sequence[str], figure: str, /, *given: object, **also: object) -> list[Path]:
-    """Draw a figure, a function of :mod:`squama.plot`, and write it to every path."""
+    """Draw a figure with a function of :mod:`squama.plot`, and write it to every path."""
     if not paths:
         return []
     from squama import plot
@@ -71,12 +71,12 @@ def draw(paths: Sequence[str], figure: str, /, *given: object, **also: object) -
 
 
 def write_text(path: str | Path, text: str) -> Path:
-    """Write a text file, whole or not at all."""
+    """Write a text file atomically."""
     return files.atomic_write(path, lambda place: place.write_text(text, encoding="utf-8"))
 
 
 def check_folder(folder: str, *, force: bool) -> None:
-    """Refuse a folder that cannot be made, or that holds files ``design_*.toml`` where they are not to go."""
+    """Refuse a folder that cannot be made, or that holds files ``design_*.toml`` already."""
     place, where = Path(folder), f"-o {label(folder)}"
     if files.exists(place) and not place.is_dir():
         refuse(where, "", "is a file", "give the name of a folder")
@@ -109,11 +109,11 @@ def report(
     shown: Iterable[str | Table],
     wrote: Iterable[str] | None = None,
 ) -> int:
-    """Print a result, and say which files were written; return the exit status.
+    """Print a result and the written files; return the exit status.
 
-    As JSON ``file`` (what was read) is the first entry, then come ``record`` and ``written``. For people
-    the file is the first word of the title, the first of ``shown``; lines and tables follow, and a line for each file
-    that was written, or what is said of them instead (``wrote``). Nothing is printed where a table was.
+    As JSON the entries are ``file`` (the input), those of ``record``, and ``written``. For people the title is the file
+    and the first of ``shown``; the other lines and tables follow, and a line for each written file, or the lines
+    ``wrote`` instead. After a table on standard output only warnings are printed.
     """
     paths = list(written)
     if Path(files.STANDARD) in paths:
@@ -127,7 +127,7 @@ def report(
 
     console = Console(highlight=False, markup=False, emoji=False)
     title, *parts = shown
-    # no digit is cut off: where the window is narrower than a table, it is the window that folds the lines
+    # no digit is cut off: a window narrower than a table wraps its lines
     wide, tables = console.options.update(width=1000), [part for part in parts if not isinstance(part, str)]
     console.width = max(console.width, 100, *(console.measure(table, options=wide).maximum for table in tables))
     console.print(f"{label(file)}{_clean(str(title))}", style="bold", soft_wrap=True)
@@ -140,19 +140,19 @@ def report(
 
 
 def part(data: xr.Dataset | Answer, *dims: str) -> dict[str, object]:
-    """Return the values of the variables along some dimensions, by name."""
+    """Return the values of the variables along exactly these dimensions, by name."""
     return {str(name): v.values for name, v in data.variables.items() if v.dims == dims}
 
 
 def figures(data: xr.Dataset | Answer) -> dict[str, object]:
-    """Return the single figures of a result without friction, by name."""
+    """Return the single figures of a result, by name, without friction."""
     return {name: value for name, value in part(data).items() if name != "mu"}
 
 
 def record(beam: Beam, data: xr.Dataset | Answer, attrs: str, **parts: object) -> dict[str, object]:
-    """Return a result for other programs: attributes by name, friction, warnings, beam, parts of its own, units.
+    """Return a result for JSON: attributes, friction, warnings, beam, ``parts``, units.
 
-    A part that is text stands for the variables along the dimensions that it names.
+    A part that is text is replaced by the variables along the dimensions that it names.
     """
     return {
         **{key: data.attrs[key] for key in attrs.split() if key in data.attrs},
@@ -170,12 +170,12 @@ def units(variables: Iterable[tuple[Hashable, xr.Variable | xr.DataArray | Label
 
 
 def show_json(record: Mapping[str, object]) -> None:
-    """Print a record as JSON on standard output, nothing else; ``schema``, its last entry, is that of the keys."""
+    """Print a record as JSON on standard output; its last entry ``schema`` is the version of the keys."""
     sys.stdout.write(json.dumps(_plain({**record, "schema": SCHEMA}), allow_nan=False, indent=1) + "\n")
 
 
 def _plain(value: object) -> object:
-    """Return nested values as JSON knows them."""
+    """Return nested values as types of JSON."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
     if hasattr(value, "tolist"):
@@ -197,12 +197,12 @@ def say(as_json: bool, record: Mapping[str, object], lines: Iterable[str]) -> in
 
 
 def _clean(text: str) -> str:
-    """Return lines whose control characters are escaped: what stands in a file does not steer the terminal."""
+    """Return lines with control characters escaped, so that a file's text cannot control the terminal."""
     return "\n".join(map(printable, text.split("\n")))
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, left: int | None = None, gap: int = 2) -> Table:
-    """Return a table: so many first columns to the left, all if not given, the others to the right."""
+    """Return a table: the first ``left`` columns (default: all) aligned left, the others right."""
     from rich.table import Table
 
     made = Table(box=None, pad_edge=False, padding=(0, gap, 0, 0), show_header=any(head))
@@ -215,6 +215,6 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], *, left: int | Non
 
 
 def warnings(text: str | Iterable[str]) -> list[str]:
-    """Return the lines of warnings as they are printed."""
+    """Return warnings as printed lines."""
     lines = text.splitlines() if isinstance(text, str) else text
     return [f"warning: {line}" for line in lines if line]

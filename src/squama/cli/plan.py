@@ -1,4 +1,4 @@
-"""squama plan: which loops of a test would tell the parameters of a beam."""
+"""squama plan: expected errors of a test's loops."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _TOPS = 'Tops of the loops, e.g. "60, 90, 140 deg total". Default: 1.2, 1.5, 2 a
 
 
 def _tops(name: str, text: str) -> tuple[str, ...]:
-    """Return the twists of a list whose unit stands behind the last."""
+    """Return the twists of a list whose last number has the unit of all."""
     *numbers, last = (part.strip() for part in text.split(","))
     if is_number(last) or not all(map(is_number, numbers)):
         refuse(name, f'"{text}"', "are not numbers with one unit behind them", 'write e.g. "60, 90, 140 deg total"')
@@ -37,7 +37,7 @@ def _tops(name: str, text: str) -> tuple[str, ...]:
 
 @flags.group
 class Test:
-    """The test, and what it is to tell."""
+    """The test, and its required accuracy."""
 
     noise: Annotated[str | None, flag(_NOISE, read=with_unit("N mm"))] = None
     twist_noise: Annotated[str | None, flag(_TWIST_NOISE, read=with_unit("deg total"))] = None
@@ -50,7 +50,7 @@ class Test:
 
 @flags.group
 class Model:
-    """By which model."""
+    """Load and model."""
 
     load: flags.Load = "twisting"
     law: flags.Law = "edge"
@@ -88,7 +88,7 @@ def plan(
 
 
 def _summary(found: Plan) -> Summary:
-    """Return the summary: which test to make and what it tells; all loops in full."""
+    """Return the summary: the recommended test and its errors; all loops in full."""
     kind = LOADS[found.load].model(found.law, found.joint, found.scales)
     first, *others = found.verdict()
     rests, *notes = found.notes()

@@ -1,4 +1,4 @@
-"""What twist and bend say of a beam: a summary for people, simpler models on request, everything for other programs."""
+"""Reports of twist and bend: a summary for people, simpler models on request, a record for JSON."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ if TYPE_CHECKING:
     from squama.types import Array
 
 THICK, IDEAL, HINGE = "thick scales", "thin, rigid", "hinge"
-"""What the steps from the beam as it is to the paper's model are called."""
+"""Names of the models, from the beam as made to the paper's model."""
 _KEEPS = "  torque T that keeps it from twisting"
 
 
 def beside(beam: Beam, laws: Mapping[str, Answer], *, asked: bool = False) -> Bench | None:
-    """Return what stands beside the compliant joint's curve on the bench; None of hinges and of families.
+    """Return simpler beams at the load of the figures, to compare compliant joints with; None for hinges and families.
 
-    At the load that figures are for, which depends on whether the end of the curve was ``asked`` for.
+    The load of the figures depends on whether the end of the curve was given (``asked``).
     """
     data = next(iter(laws.values()))
     if data.family is not None or data.attrs.get("joint") != "compliant":
@@ -59,10 +59,10 @@ def summary(
     compare: bool = False,
     full: bool = False,
 ) -> Shown:
-    """Return the summary of the answer of ``laws`` that is saved and drawn, that of ``law``.
+    """Return the summary of the response that is saved and drawn, ``laws[law]``.
 
-    ``asked``: whether the end of the curve was given; ``compare`` adds simpler models, ``full`` all that is known;
-    ``found``: the beam on the bench.
+    ``asked``: whether the end of the curve was given; ``compare`` adds simpler models, ``full`` all figures; ``found``:
+    the result of :func:`beside`.
     """
     data = laws[law]
     words = LOADS[data.attrs["load"]]
@@ -83,7 +83,7 @@ def summary(
 def _compared(
     words: Load, beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None
 ) -> Iterable[str | Table]:
-    """Yield what simpler models say: of the beam on the bench, or a table with a column (of families a table) each."""
+    """Yield the results of :func:`beside`, and a table with a column for each simpler model (families: one each)."""
     data = laws[law]
     margin = next(float(a.attrs["margin"]) for a in laws.values() if "margin" in a.attrs)
     if found is not None:
@@ -104,17 +104,17 @@ def _compared(
 
 
 def column(name: str) -> str:
-    """Return what a response is called: by its law, or by its joint."""
+    """Return the column title of a response: its law, or its joint."""
     return f"{name} law" if name in LAWS else name
 
 
 def singles(data: Answer) -> list[Answer]:
-    """Return the curves of a family, or the one that there is."""
+    """Return the curves of a family, or the single curve, as a list."""
     return [data] if data.family is None else [data.pick(i) for i in range(data.family)]
 
 
 def _figure(data: Answer, name: str, factor: float = 1.0) -> str:
-    """Return a single figure of a curve; without engagement it has no end and no cut-off, it is as long as drawn."""
+    """Return a single figure of a curve as text; "-" if missing, or at the end of a curve without engagement."""
     if name not in data.variables or (name.endswith(("_end", "_c")) and data["end"].item() == End.NONE):
         return "-"
     value = data[name].item()
@@ -122,7 +122,7 @@ def _figure(data: Answer, name: str, factor: float = 1.0) -> str:
 
 
 def _family(words: Load, beam: Beam, data: Answer, *, loads: bool) -> Table:
-    """Return the table with a row per coefficient of friction; without ``loads``, which have no bounds near a lock."""
+    """Return a table with a row per friction coefficient; ``loads``: with torques, which are unbounded near a lock."""
     rate, torque = words.rate, words.torque
     whole = math.degrees(beam.length)
     columns = {
@@ -140,7 +140,7 @@ def _family(words: Load, beam: Beam, data: Answer, *, loads: bool) -> Table:
 
 
 def _notes(kind: Load, beam: Beam, law: str, laws: Mapping[str, Answer]) -> list[str]:
-    """Return the lines under the table: the joint, and a sentence for each kind of end."""
+    """Return the lines below the table: the joint, and a sentence for each kind of end."""
     lines = _real(kind, beam, laws) if HINGE in laws else _stiffnesses(kind, beam)
     ends = dict.fromkeys(str(end) for data in laws.values() for end in data["end"].ravel())
     lines += [f"{end}: {SENTENCES[End(end)]}" for end in ends]
@@ -155,13 +155,13 @@ def _notes(kind: Load, beam: Beam, law: str, laws: Mapping[str, Answer]) -> list
 
 
 def _largest(values: Array) -> float:
-    """Return the largest size among values, for the unit of a table; 0 where none is known."""
+    """Return the largest magnitude among finite values, for the unit of a table; else 0."""
     known = np.abs(values[np.isfinite(values)])
     return float(known.max(initial=0.0))
 
 
 def _others(beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
-    """Return a line for each other contact, with the laws and the frictions that it belongs to."""
+    """Return a line for each other contact, with its laws and friction coefficients."""
     found: dict[str, dict[str, list[str]]] = {}
     for name, data in laws.items():
         for one in singles(data):
@@ -190,11 +190,11 @@ def _stiffnesses(kind: Load, beam: Beam) -> list[str]:
 
 
 def record(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None = None) -> dict[str, object]:
-    """Return all there is to say about a twisted or bent beam; ``found``: what stands beside the endless beam.
+    """Return the record of a twisted or bent beam for JSON; ``found``: the result of :func:`beside`.
 
-    ``figures`` are single figures of the curve, a list of them each for a family over ``mu``; ``laws`` the same for
-    each law; ``curve`` the points, a list of lists for a family, ``each`` those of each of N scales; ``derived`` what
-    follows from the beam.
+    ``figures``: single figures of the curve, lists for a family over ``mu``; ``laws``: the same for each law;
+    ``curve``: the points, lists of lists for a family; ``each``: those of each of N scales; ``derived``: ratios and
+    stiffnesses that follow from the beam.
     """
     data, kind = laws[law], LOADS[laws[law].attrs["load"]]
     derived: dict[str, object] = {**beam.ratios}
@@ -204,7 +204,7 @@ def record(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None
         derived |= {key: getattr(beam, key) for key in ("C_f", "C_w", "J", "I", "G_B")}
     if data.attrs.get("joint") == "compliant":
         derived |= {key: data.attrs[key] for key in ("K_theta", "rigidity")}
-        # how far simpler models are off, a record per coefficient of friction
+        # deviations of simpler models, a record per friction coefficient
         others = {name: answer for name, answer in laws.items() if answer is not data}
         derived["off"] = {name: [d._asdict() for d in differences(answer, data)] for name, answer in others.items()}
     figures = {name: _figures(response) for name, response in laws.items()}
@@ -219,7 +219,7 @@ def _figures(data: Answer) -> dict[str, object]:
 
 
 def responses(load: str, beam: Beam, law: str, sense: str, numbers: dict[str, Any]) -> dict[str, Answer]:
-    """Return the responses by law; the law that was not chosen is there for its single figures only."""
+    """Return the responses on hinges by law; the law that was not chosen has three points, for its single figures."""
     from squama.curves.doors import respond
 
     few = {**numbers, "points": 3}
@@ -240,9 +240,9 @@ def ladder(
     ends: str | None,
     simpler: bool,
 ) -> dict[str, Answer]:
-    """Return the response of the beam and, if ``simpler``, at the same loads that of simpler ones, by their names.
+    """Return the response of the beam and, if ``simpler``, those of simpler models at the same loads, by name.
 
-    Beside N scales stands the endless beam; beside an endless beam, the same with thin, rigid scales.
+    N scales are compared with the endless beam; an endless beam with thin, rigid scales.
     """
     from squama.curves.doors import respond
 
@@ -250,7 +250,7 @@ def ladder(
     if not simpler:
         return {beam.extent if "ends" in ours.attrs else IDEAL if ideal else THICK: ours}
     rates = ours[LOADS[load].rate] if ours.family is None else ours[LOADS[load].rate][0]
-    # their own ends are looked for within the same range
+    # the ends of simpler models are searched within the same range
     same = {**numbers, "points": 3, "to": float(rates[-1]), "at": rates, "sense": sense, "ends": ENDLESS}
     if "ends" in ours.attrs:
         found = {beam.extent: ours, ENDLESS: respond(beam, load, joint="compliant", ideal=ideal, **same)}
@@ -258,13 +258,13 @@ def ladder(
         found = {IDEAL if ideal else THICK: ours}
         if not ideal:
             found[IDEAL] = respond(beam, load, joint="compliant", ideal=True, **same)
-    # a hinge has no line but the bar's middle where there is no axial force
+    # in bending the neutral line of hinges is the bar's middle
     hinged = same | {"neutral": None if LOADS[load].sided else "middle"}
     return {**found, HINGE: respond(beam, load, joint="hinge", ideal=True, **hinged)}
 
 
 def _table(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Table:
-    """Return the table with a row per figure and a column per model, at loads of the first; empty rows are left out."""
+    """Return a table with a row per figure and a column per model, at loads of the first; empty rows are left out."""
     angle, torque, first = words.angle, words.torque, next(iter(laws.values()))
     whole, deg = degrees(beam)
     size, newton = torque_unit(max(_largest(a[f"{torque}_c"]) for a in laws.values() if f"{torque}_c" in a.variables))
@@ -303,7 +303,7 @@ def _table(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Table:
 
 
 def _states(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Iterable[list[str]]:
-    """Yield rows of what models say at twice the engagement of the first, and at its end."""
+    """Yield rows with the models' figures at twice the engagement of the first model, and at its end."""
     angle, rate, torque, first = words.angle, words.rate, words.torque, next(iter(laws.values()))
     whole, deg = degrees(beam)
     size, newton = torque_unit(_largest(first.along(torque)))
@@ -340,18 +340,18 @@ def _states(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Iterable[lis
 
 
 def held(attrs: Mapping[str, Any]) -> str:
-    """Return what holds the scales, and how they are taken, by an answer's attributes."""
+    """Return the joint and the idealisation of the scales as text, from a response's attributes."""
     if attrs["joint"] == "hinge":
         return f"joint of a scale: hinge; {attrs['scales']}"
     sources = {"matrix": "from the beam's matrix", "law": "by the law of the joint", "elements": "by finite elements"}
-    # how good the law is was looked at in twisting
+    # the accuracy of the joint's law is known in twisting only
     known = math.isfinite(attrs["band"]) and attrs["load"] != "bending"
     about = f", torque to about {100 * attrs['band']:.2g} %" if known else ""
     return f"joint of a scale: six motions, {sources[str(attrs['joint_source'])]}{about}; {attrs['scales']}"
 
 
 def _real(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
-    """Return the lines on the joint, and from where on simpler models are off."""
+    """Return the lines on the compliant joint, and on the deviations of simpler models."""
     ours = next(iter(laws.values()))
     attrs = ours.attrs
     K, without = (float(attrs[key]) for key in ("K_theta", "rigidity"))
@@ -377,11 +377,11 @@ def _real(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
 
 
 def _borne(words: Load, beam: Beam, data: Answer) -> list[str]:
-    """Return where a scale is stressed most, and what its embedded part bears, at the last point that says it."""
+    """Return lines on the largest stress in a scale and the load on its tab, at the last point that has them."""
     lines, loads, curves = [], data[words.angle], data.curves
 
     def where_most(name: str, i: int) -> tuple[str, tuple[int, ...], str]:
-        """Return ending of names, place in arrays, and words, of the face or the scale where a figure is largest."""
+        """Return suffix of the names, index, and words for the face or scale with the largest value."""
         if name in data.each:
             scale = int(np.nanargmax(data[name][i]))
             return "", (i, scale), f" of scale {scale + 1}"
@@ -410,7 +410,7 @@ def _borne(words: Load, beam: Beam, data: Answer) -> list[str]:
 
 
 def apart(within: float, last: float, off: float, theta: float, share: float = SHARE, *, torque: str = "torque") -> str:
-    """Return how far a curve holds, and by how much it is off at the last load; as in a `Difference`."""
+    """Return the range of agreement and the final deviation of a curve as text; arguments as in a `Difference`."""
     if within >= last:
         return f"within {percent(share)} in {torque} as far as both go, {per_pitch(last)}"
     holds = f"within {percent(share)} in {torque} up to {per_pitch(within)}"
@@ -419,7 +419,7 @@ def apart(within: float, last: float, off: float, theta: float, share: float = S
 
 
 class Difference(NamedTuple):
-    """A curve against a reference: it holds up to the load ``within``; differences at ``last``, the last common one.
+    """A curve against a reference: range of agreement ``within``, differences at ``last``, the last common load.
 
     Loads in rad per pitch; ``torque`` is the torque or moment over the reference's, less 1; ``theta`` the inclination
     less the reference's, rad; NaN where the curves have no load in common.
@@ -433,11 +433,11 @@ class Difference(NamedTuple):
 
 
 def differences(answer: Answer, reference: Answer, share: float = SHARE) -> list[Difference]:
-    """Compare curves of one load, one result per friction; ``share`` of the torque or moment is free."""
+    """Compare curves of one load, a result per friction; ``share``: allowed relative difference of torque or moment."""
     found, words = [], LOADS[reference.attrs["load"]]
     angle, torque = words.angle, words.torque
     for one, two in zip(singles(answer), singles(reference), strict=True):
-        # in a family the curve may stand at the twists of another friction
+        # in a family a curve may have the twists of another friction
         phi, theta = two[angle], np.interp(two[angle], one[angle], one.along("theta"), right=np.nan)
         with np.errstate(divide="ignore", invalid="ignore"):
             off = np.where(phi > 0, np.interp(phi, one[angle], one[torque], right=np.nan) / two[torque] - 1, np.nan)

@@ -1,4 +1,4 @@
-"""Short commands: squama new (an example of a beam file), ends (of many designs), paper (its figures), explore."""
+"""Short commands: squama new (example of a beam file), ends (many designs), paper (its figures), explore."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How every command sums up its result for people: the verdict, the figures that decide, warnings; more on request."""
+"""Summaries of all commands: the verdict, the decisive figures, warnings; more on request."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 
 
 class Summary(NamedTuple):
-    """What a command prints.
+    """The printed result of a command.
 
-    ``verdict`` stands behind the name of the file. ``figures`` are names and values, a line each; those without a
-    value are left out. ``table`` is short and always printed, ``full`` is printed with --full.
+    ``verdict`` follows the name of the file. ``figures``: names and values, a line each, without empty values.
+    ``table`` is always printed, ``full`` only with --full.
     """
 
     verdict: str
@@ -46,47 +46,47 @@ class Summary(NamedTuple):
 
 
 def percent(share: float) -> str:
-    """Return a share in per cent, to three digits; below 0.01 % only that it is."""
+    """Return a share in per cent, with three digits; "below 0.01 %" for less."""
     return "below 0.01 %" if 0 < share < 1e-4 else number(100 * share, "%")
 
 
 def energy(per_length: float, beam: Beam) -> str:
-    """Return the energy of the whole beam, or of a pitch, by that per length (J/m)."""
+    """Return an energy per length (J/m) as the text of the energy of the whole beam, or of a pitch."""
     factor, unit = energy_unit(per_length, beam)
     return figure(factor * per_length, unit)
 
 
 def energy_unit(largest: float, beam: Beam) -> tuple[float, str]:
-    """Return factor and unit of an energy per length (J/m): of the whole beam, or of a pitch, which the unit says."""
+    """Return factor and unit for an energy per length (J/m): of the whole beam, or per pitch."""
     length, of = (beam.length, "") if beam.scales else (beam.pitch, " per pitch")
     factor, unit = joules(largest * length)
     return factor * length, f"{unit}{of}"
 
 
 def joules(largest: float) -> tuple[float, str]:
-    """Return factor and unit of an energy (J), which goes with that of a torque: mJ with N mm, J with N m."""
+    """Return factor and unit for an energy (J) that match those of a torque: mJ with N mm, J with N m."""
     factor, unit = torque_unit(largest)
     return factor, "mJ" if unit == "N mm" else "J"
 
 
 def rigidity_unit(largest: float) -> tuple[float, str]:
-    """Return factor and unit of a rigidity or tangent stiffness (N m^2): N mm2, or N m2."""
+    """Return factor and unit for a rigidity or tangent stiffness (N m^2): N mm2 or N m2."""
     factor, unit = torque_unit(largest)
     return factor**2, f"{unit}2"
 
 
 def rigidity(value: float) -> str:
-    """Return a rigidity or tangent stiffness (N m^2) for people."""
+    """Return a rigidity or tangent stiffness (N m^2) as text."""
     factor, unit = rigidity_unit(value)
     return figure(factor * value, unit)
 
 
 def modelled(beam: Beam, attrs: Mapping[str, Any], many: str = "") -> str:
-    """Return which model a result is from, of how ``many`` scales, and how good its torque is, by its attributes."""
+    """Return the model of a result, its scales and the band of its torque as text; ``many``: words for the scales."""
     ends = attrs.get("ends", ENDLESS)
     many = many or ("endless beam" if ends == ENDLESS else f"{beam.extent} {ending(ends)}")
     held = "" if attrs.get("hold", NOTHING) == NOTHING else f"; {fixed(attrs)}"
     band = float(attrs.get("band", math.nan))
-    # how good the law of the joint is was looked at in twisting
+    # the accuracy of the joint's law is known in twisting only
     known = math.isfinite(band) and attrs["load"] != "bending"
     return f"{model(attrs)}; {many}{held}{f'; torque to about {100 * band:.2g} %' if known else ''}"

@@ -31,7 +31,7 @@ _PATHS = "Values of x whose paths are drawn too (--variable lock, y = mu), e.g. 
 
 @flags.group
 class Solving(flags.How):
-    """How the cells are solved: arguments of :func:`squama.sweep`."""
+    """Settings for the cells: arguments of :func:`squama.sweep`."""
 
     law: Annotated[str, flag("Force law: edge, plate, or both (edge,plate). Default: edge.")] = "edge"
     at: Annotated[str | None, flag(flags.AT)] = None
@@ -176,7 +176,7 @@ def map(  # noqa: A001 - the command's name
 
 
 def _lines(part: Slice, lines: str | None) -> list[float]:
-    """Return the values of y whose lock lines are drawn: six of them if none are given."""
+    """Return the values of y whose lock lines are drawn: six by default."""
     import numpy as np
 
     from squama.study import slices

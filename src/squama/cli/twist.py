@@ -1,4 +1,4 @@
-"""squama twist, bend and row: from a beam file to its torque-twist or moment-curvature curve."""
+"""squama twist, bend and row: torque-twist or moment-curvature curves from a beam file."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _TO = f"Twist at the end: {flags.TWISTS}. Default: where a pitch twists by 0.3 r
 
 @flags.group
 class Curve:
-    """Flags of both commands."""
+    """Flags of twist and bend."""
 
     mu: flags.Family = ()
     margin: flags.Margin = 0.01
@@ -88,10 +88,10 @@ def respond(
     law: str = "edge",
     sense: str = "+",
 ) -> int:
-    """Run one of them, and return the exit status."""
+    """Run twist or bend, and return the exit status."""
     mu, data = curve.mu, curve.data
     common.check(path, *([data] if data else []))
-    # one value belongs to the beam, so that files and reports name it there
+    # a single friction coefficient becomes the beam's, so that files and reports have it
     beam, stop = common.turned(path, mu[0] if len(mu) == 1 else None, "--to", curve.to, load=load, friction=not mu)
     measured = None
     if beam is not None and data is not None:
@@ -131,7 +131,7 @@ def respond(
 
 
 def _without(tables: Tables) -> None:
-    """Keep it as a mistake where a flag says how a table is read, and there is none."""
+    """Collect a mistake for flags that describe a table without --data."""
     remedy = "give --data too, e.g. --data test.csv, or leave it out"
     for name, given in (("--decimal", tables.decimal), ("--columns", tables.columns)):
         if given is not None:
@@ -182,7 +182,7 @@ _ROW_ENDS = {
 
 
 def _summary(beam: Beam, data: xr.Dataset) -> Summary:
-    """Return the summary: the row at its last point, beside the endless beam."""
+    """Return the summary: the row at its last point, compared with the endless beam."""
     import numpy as np
 
     n, last, end = data.sizes["scale"], data.isel(point=-1), End(str(data["end"].item()))
@@ -200,7 +200,7 @@ def _summary(beam: Beam, data: xr.Dataset) -> Summary:
     figures = [
         ("scales touch", f"at {turned(engaged, beam)}" if math.isfinite(engaged) else "never"),
         ("inclination, first to last", f"{theta[0]} deg, in the middle {theta[1]} deg, {theta[2]} deg"),
-        ("an end is felt", f"{decay} of it one scale further, at engagement" if decay else ""),
+        ("end effect", f"falls to {decay} from a scale to the next, at engagement" if decay else ""),
         ("largest stress in a scale", ""),
         ("end of the curve", f"{place}: {why}"),
         ("friction", f"mu = {float(data['mu']):g}; it takes {percent(float(last['RED']))} of the work"),
@@ -214,7 +214,7 @@ def _summary(beam: Beam, data: xr.Dataset) -> Summary:
 
 
 def _all(data: xr.Dataset) -> Iterable[str | Table]:
-    """Yield what is known of the row at its last point, and every scale."""
+    """Yield figures of the row at its last point, and a table of its scales."""
     import numpy as np
 
     from squama.cli.report import held

@@ -1,4 +1,4 @@
-"""squama uncertainty: what the tolerances of a beam do to it, by Monte Carlo."""
+"""squama uncertainty: effect of tolerances on a beam, by Monte Carlo."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from squama.study.tolerances.statistics import Probability
 
 INFLUENCES = 4
-"""Tolerances that are named for a figure at most."""
+"""Largest number of tolerances listed for a figure."""
 _VARY = pair("name=tolerance", '--vary scale.alpha="60 deg +- 1 deg"')
 _SHARES = {"engaged": "engagement", "locked": "locked", "strength": "strength reached"}
 """Single probabilities, and their words."""
@@ -41,7 +41,7 @@ _INDICES = "Samples for Sobol indices, a power of two such as 4096; 0 for none (
 
 @flags.group
 class Study(flags.How):
-    """How the samples are drawn and solved: arguments of :func:`squama.uncertainty`."""
+    """Settings of samples and model: arguments of :func:`squama.uncertainty`."""
 
     at: Annotated[str | None, flag(flags.AT)] = None
     before: Annotated[
@@ -103,7 +103,7 @@ def uncertainty(
 
 
 def _bench(u: xr.Dataset, beam: Beam, given: Mapping[str, object]) -> Bench | None:
-    """Return the nominal beam on the bench, at the twist of the figures; None of hinges."""
+    """Return the nominal beam with its comparisons at the twist of the figures; None for hinges."""
     if u.attrs["joint"] == "hinge":
         return None
     from squama.curves import bench, doors
@@ -121,7 +121,7 @@ def _bench(u: xr.Dataset, beam: Beam, given: Mapping[str, object]) -> Bench | No
 
 
 def _tolerances(vary: Iterable[flags.Pair], path: str | None, beam: Beam, study: Study) -> dict[str, object]:
-    """Return the tolerances of the flags and of the file, by the names of the beam file; every mistake is kept."""
+    """Return the tolerances of flags and file, by names of the beam file; mistakes are collected."""
     from squama.curves.chosen import chosen
     from squama.loads import LOADS
     from squama.study.tolerances.distributions import tolerances
@@ -132,7 +132,7 @@ def _tolerances(vary: Iterable[flags.Pair], path: str | None, beam: Beam, study:
     means = chosen(beam, kind, law=kind.law(study.law), joint=study.joint, ideal=study.ideal, elements=False)
 
     def read(group: Mapping[str, object]) -> None:
-        # a distribution in SI units reads back as itself
+        # a distribution in SI units can be read again unchanged
         if group:
             parts = tolerances(group, beam, bare=False, joint=means.joint, ideal=means.ideal)
             found.update({t.name: (t.kind, *t.numbers) for t in parts})
@@ -164,7 +164,7 @@ def tolerance_table(path: str) -> dict[str, object]:
 
 
 def flat(dataset: xr.Dataset) -> xr.Dataset:
-    """Return the samples alone, a row each."""
+    """Return the samples only, a row each."""
     names = [name for name, v in dataset.variables.items() if v.dims == ("sample",)]
     return dataset[names].drop_vars([name for name in dataset[names].coords if name not in names])
 
@@ -181,7 +181,7 @@ def _ends(u: xr.Dataset) -> dict[str, Probability]:
 
 
 def _record(u: xr.Dataset, nominal: Bench | None = None) -> dict[str, object]:
-    """Return everything but the samples; ``nominal``: the nominal beam on the bench."""
+    """Return the record for JSON, without the samples; ``nominal``: the nominal beam with its comparisons."""
     from squama.beam.design import Beam
 
     figures: dict[str, object] = {}
@@ -219,7 +219,7 @@ def _record(u: xr.Dataset, nominal: Bench | None = None) -> dict[str, object]:
 
 
 def _summary(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Summary:
-    """Return the summary: where nine of ten beams lie, and how many break; ``nominal``: the beam on the bench."""
+    """Return the summary: 5 and 95 % quantiles and probabilities; ``nominal``: the nominal beam and simpler ones."""
     from squama.study.models import Twist
 
     load, n, names = LOADS[u.attrs["load"]], u.attrs["samples"], u["figure"].values
@@ -235,7 +235,7 @@ def _summary(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Summary:
     }
     spread = {name: _spread(u.sel(figure=name), *row[1:]) for name, row in rows.items() if name in names}
     name = next((name for name in (own[1], f"{load.angle}_end", f"{load.angle}_e") if name in spread), "")
-    verdict = f"nine of ten beams: {rows[name][0]} {spread[name]}" if name else "no figure is known of enough beams"
+    verdict = f"nine of ten beams: {rows[name][0]} {spread[name]}" if name else "too few beams have these figures"
     chances = [(words, _said(_share(u, f"P_{name}"), n)) for name, words in _SHARES.items() if f"P_{name}" in u]
     if text := u.attrs["before"]:
         chances.append((f"locked before {text}", _said(_share(u, "P_locked_before"), n)))
@@ -259,7 +259,7 @@ def _of(u: xr.Dataset, beam: Beam) -> str:
 
 
 def _spread(one: xr.Dataset, factor: float, unit: str) -> str:
-    """Return the 5 and 95 % quantiles of a figure, and its nominal value."""
+    """Return the 5 and 95 % quantiles of a figure, and its nominal value, as text."""
     levels = [int(abs(one["level"].values - p).argmin()) for p in (0.05, 0.95)]
     low, high = (figure(factor * float(one["quantile"][i])) for i in levels)
     between = f"{low} to {high} {unit}" if low != high else f"{low} {unit} in all"
@@ -267,7 +267,7 @@ def _spread(one: xr.Dataset, factor: float, unit: str) -> str:
 
 
 def _all(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Iterable[str | Table]:
-    """Yield tolerances, the table of all figures, ends, and what has which influence."""
+    """Yield tolerances, the table of all figures, ends, and Sobol indices."""
     n = u.attrs["samples"]
     if nominal is not None:
         yield f"the nominal beam at {turned(nominal.at, beam)}:"
@@ -300,13 +300,13 @@ def _all(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Iterable[str | Tab
 
 
 def _figures(u: xr.Dataset, beam: Beam) -> Table:
-    """Return the table with a row per figure, in the units of the summary."""
+    """Return a table with a row per figure, in the units of the summary."""
     rows: list[list[str]] = []
     keys = (*(("own",) if "own" in u else ()), "nominal", "mean", "sd")
     for name in u["figure"].values:
         f = u.sel(figure=name)
         factor, unit = _unit(f["units"].item(), float(f["nominal"]), beam)
-        # the inclination is of a scale, other angles of the beam
+        # an inclination belongs to a scale, other angles to the beam
         factor, unit = (math.degrees(1), "deg") if name.startswith("theta") else (factor, unit)
         values = [*(float(f[key]) for key in keys), *f["quantile"].values]
         rows.append([name, unit, *(number(v * factor) for v in values), f"{100 * float(f['share']):.5g}"])
@@ -316,12 +316,12 @@ def _figures(u: xr.Dataset, beam: Beam) -> Table:
 
 
 def _own(u: xr.Dataset) -> str:
-    """Return the name of the column of the nominal beam with its own number of scales."""
+    """Return the column title of the nominal beam with its own number of scales."""
     return f"{u.attrs['own_scales']} scales"
 
 
 def _unit(unit: str, value: float, beam: Beam) -> tuple[float, str]:
-    """Return factor and unit in which people read a figure."""
+    """Return the unit in which texts show a figure, after its factor from SI."""
     if unit == "rad":
         return degrees(beam)
     if unit == "J/m":
@@ -331,7 +331,7 @@ def _unit(unit: str, value: float, beam: Beam) -> tuple[float, str]:
 
 
 def _said(p: Probability, n: int) -> str:
-    """Return a probability with its standard error; the rule of three where none or all have the property."""
+    """Return a probability with its standard error as text; the rule of three where none or all have the property."""
     if p.number == 0:
         return f"none of {n} beams (below {300 / n:.2g} % with 95 % confidence)"
     if p.number == n:

@@ -1,4 +1,4 @@
-"""What decides of a twisted or bent beam: until where it is free, how stiff it is then, how much it bears, its end."""
+"""The verdict on a twisted or bent beam: free range, stiffness beyond it, loads and stresses, end of the curve."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ def _stress(value: float) -> str:
 
 
 def free_until(load: Load, beam: Beam, engaged: float) -> str:
-    """Say up to which load angle (rad per pitch) the scales of a beam do not touch."""
+    """Return up to which load angle (rad per pitch) the scales do not touch, as text."""
     if not math.isfinite(engaged):
         return f"the scales never touch: {load.done}, the beam is as soft as without contact"
     return f"free until {turned(engaged, beam)}" if engaged else "the scales touch before anything is loaded"
 
 
 class Curve(NamedTuple):
-    """A curve of a beam, whose end was ``asked`` for or not, and what stands ``beside`` it on the bench, if known."""
+    """A curve of a beam; ``asked``: whether its end was given; ``beside``: simpler beams for comparison, if known."""
 
     load: Load
     beam: Beam
@@ -44,22 +44,22 @@ class Curve(NamedTuple):
 
     @property
     def end(self) -> End:
-        """Why the curve ends."""
+        """End of the curve."""
         return End(self.data["end"].item())
 
     def of(self, name: str) -> float:
-        """Return a single figure of the load angle: "e" at engagement, "end", "strength", "strain"."""
+        """Return a single figure of the load angle (rad per pitch): "e" at engagement, "end", "strength", "strain"."""
         return float(self.data[f"{self.load.angle}_{name}"])
 
     @property
     def at(self) -> float:
-        """Load angle (rad per pitch) that figures are for: the end if that was asked for, or twice the engagement."""
+        """Load angle (rad per pitch) of the figures: the end if it was given, or twice the engagement."""
         x, known = self.data[self.load.angle], np.isfinite(self.data[self.load.torque])
         last, twice = float(x[known].max(initial=0.0)), 2 * self.of("e")
         return twice if twice <= last and not self.asked else last
 
     def there(self, name: str) -> float:
-        """Return a variable at that load angle, of stress and strain the larger of both faces; NaN if there is none."""
+        """Return a variable at that load angle (stress, strain: the larger of both faces); NaN if missing."""
         curves = self.data.curves
         if name not in curves:
             return math.nan
@@ -69,14 +69,14 @@ class Curve(NamedTuple):
 
     @property
     def stiffer(self) -> float:
-        """Tangent stiffness there over that before contact."""
+        """Tangent stiffness at that load angle over that before contact."""
         if "stiffness_ratio" in self.data.variables:
             return self.there("stiffness_ratio")
         return self.there(self.load.tangent) / self.load.rigidity(self.beam)
 
     @property
     def verdict(self) -> str:
-        """Until where the beam is free, how many times as stiff it is then, or where it locks."""
+        """Free range and stiffness beyond it, or the lock, as text."""
         engaged = self.of("e")
         verdict = free_until(self.load, self.beam, engaged)
         if self.end.locks:
@@ -87,7 +87,7 @@ class Curve(NamedTuple):
 
     @property
     def figures(self) -> Iterator[tuple[str, str]]:
-        """Yield names and values of what decides, a line each; the last says which model it is of."""
+        """Yield names and values of the decisive figures, a line each; the last is the model."""
         beam, data, load = self.beam, self.data, self.load
         touch = self.of("e") < self.at
         if touch:
@@ -110,25 +110,25 @@ class Curve(NamedTuple):
 
     @property
     def _endless(self) -> str:
-        """The endless beam's torque or moment and the ratio of N scales to it, to stand behind that of N scales."""
+        """The torque or moment of the endless beam and its ratio, to follow that of N scales; or ""."""
         there = self.beside.endless.torque if self.beside and self.beside.ends else math.nan
         ratio = self.there(self.load.torque) / there
         return f"; endless beam {self._moment(there)} (ratio {figure(ratio)})" if math.isfinite(there) else ""
 
     @property
     def _by_ends(self) -> str:
-        """The torque or moment of the same scales with other ends; "" where it is not known."""
+        """The torque or moment of the same scales with other ends; "" if unknown."""
         others = self.beside.by_ends if self.beside else {}
         there = {ends: self._moment(state.torque) or "the curve ends before" for ends, state in others.items()}
         return ", ".join(f"{torque} {ending(ends)}" for ends, torque in there.items())
 
     def _moment(self, value: float) -> str:
-        """Return a torque or moment (N m) in the unit of the curve's own."""
+        """Return a torque or moment (N m) in the unit of the curve's figure."""
         factor, unit = torque_unit(self.there(self.load.torque))
         return figure(factor * value, unit)
 
     def _share(self, name: str, ending: str, limit: float | None) -> str:
-        """Return a stress or strain, how much of its limit that is, and where along the curve it comes to the limit."""
+        """Return a stress or strain, its share of the limit, and the load angle where it reaches the limit, as text."""
         written, missing = (_stress, "scale.strength") if name == "stress" else (percent, "substrate.strain_limit")
         value = self.there(name)
         if not math.isfinite(value):

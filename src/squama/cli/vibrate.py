@@ -1,4 +1,4 @@
-"""squama vibrate, shake: a beam that swings freely, or is shaken, from a beam file."""
+"""squama vibrate and shake: free and forced vibrations from a beam file."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 
 _KEYS = "load law joint scales mode ends faces damping inertia K_theta rigidity squama_version"
 SHOWN = 12
-"""Cycles in the table of the summary at most."""
+"""Largest number of cycles in the table of the summary."""
 _damping = flags.number(0.0, 0.5, "0.01")
 _APART = 0.02
-"""Share by which amplitudes differ that are of two states."""
+"""Relative difference of amplitudes above which two states differ."""
 _NAMES = "rotor density damping release impulse mode ends swings static torque"
 _BOTH = {"release, impulse": "--release, --impulse", "static, torque": "--static, --torque"}
 _LAID = flags.arguments(*_NAMES.split(), **_BOTH, frequencies="--lowest, --highest")
@@ -32,7 +32,7 @@ _LAID = flags.arguments(*_NAMES.split(), **_BOTH, frequencies="--lowest, --highe
 
 @flags.group
 class Swinging(flags.How):
-    """What swings, and by which model: arguments of :func:`squama.vibrate` and :func:`squama.shake`."""
+    """Mass, ends and model of a vibrating beam: arguments of :func:`squama.vibrate` and :func:`squama.shake`."""
 
     mode: flags.Mode = "uniform"
     ends: flags.Ends = None
@@ -101,7 +101,7 @@ def _summary(beam: Beam, data: xr.Dataset) -> Summary:
 
 
 def _cycles(beam: Beam, data: xr.Dataset) -> Iterable[str | Table]:
-    """Yield a row per cycle, and how the record ends."""
+    """Yield a table with a row per cycle."""
     angle = LOADS[data.attrs["load"]].angle
     columns = ("t_turn", f"{angle}_turn", "U_turn", "zeta_cycle", "period")
     t, y, U, zeta, period = (data[name].values for name in columns)
@@ -162,14 +162,14 @@ def shake(
 
 
 def _table(data: xr.Dataset) -> xr.Dataset:
-    """Return steady states as a table over the frequency, a column for each way."""
+    """Return steady states as a table over the frequency, with columns for upward and downward sweeps."""
     both = [name for name in data.data_vars if data[name].dims == ("way", "frequency")]
     ways = {f"{name}_{way}": data[name].sel(way=way, drop=True) for name in both for way in ("up", "down")}
     return data.drop_dims("way").assign(ways)
 
 
 def _shaken(beam: Beam, data: xr.Dataset) -> Summary:
-    """Return the summary: the largest amplitude and its frequency, where the states differ up and down."""
+    """Return the summary: the largest amplitude and its frequency, frequencies with different states up and down."""
     import numpy as np
 
     kind, attrs = LOADS[data.attrs["load"]], data.attrs
@@ -199,7 +199,7 @@ def _shaken(beam: Beam, data: xr.Dataset) -> Summary:
 
 
 def _states(beam: Beam, data: xr.Dataset) -> Iterable[str | Table]:
-    """Yield a row per frequency, upwards and downwards."""
+    """Yield a table with a row per frequency, upwards and downwards."""
     kind = LOADS[data.attrs["load"]]
     factor, unit = degrees(beam)
     head, columns = ["Hz"], [map(number, data["frequency"].values)]

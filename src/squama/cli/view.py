@@ -1,4 +1,4 @@
-"""squama view: a beam in space as a picture, an animation or a page of its own, without a browser window."""
+"""squama view: a beam in space as a picture, an animation or a web page, without a browser window."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Solids of a beam for the printer and the mould: scales, substrate, tray, lid and blades, in millimetres."""
+"""Solids of a beam for the printer and the mould: scales, substrate, tray, lid and blades, in mm."""

@@ -25,9 +25,9 @@ from squama.types import Array
 QUADS = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))
 """Corners of a block's six faces, counterclockwise seen from outside."""
 BENCH = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-"""From the beam's x, y, z (across, out of the scaled face, along) to along, across, up."""
+"""Rotation from the beam's x, y, z (across, out of the scaled face, along) to along, across, up."""
 BEYOND = 1.0
-"""How far a cut goes beyond the block it is taken from, mm."""
+"""Length by which a cut extends beyond its block, mm."""
 
 
 class Recipe(NamedTuple):
@@ -39,7 +39,7 @@ class Recipe(NamedTuple):
     volume: float
 
     def moved(self, turn: Array, shift: ArrayLike = (0.0, 0.0, 0.0)) -> Recipe:
-        """Return the solid turned by a rotation matrix, then moved."""
+        """Return the solid turned by a rotation matrix (3, 3), then shifted (mm)."""
         whole, *cuts = (block @ turn.T + np.asarray(shift) for block in (self.whole, *self.cuts))
         return self._replace(whole=whole, cuts=tuple(cuts))
 
@@ -60,7 +60,7 @@ def scale(plan: Plan) -> Recipe:
 
 
 def seat(plan: Plan, i: int, thickness: float) -> tuple[Array, Array]:
-    """Return rotation and shift that bring a flat scale or blade to its place i on the bar (along, across, up; mm)."""
+    """Return rotation and shift that move a flat scale or blade to place i on the bar (along, across, up; mm)."""
     axes, base = plan.stands(i)
     turn = BENCH @ axes.T
     low = np.array([0.0, 0.0, -thickness / 2])
@@ -75,8 +75,8 @@ def on_bench(plan: Plan, solid: Recipe) -> Recipe:
 def substrate(plan: Plan) -> Recipe:
     """Return the bar with its ends and slots, the scaled face up.
 
-    The volume of a slot below the face is t (L + c) 2 (b + c), t its thickness: its mouth is cut off obliquely, but as
-    much is lost above the middle plane as is won below.
+    The volume of a slot below the face is t (L + c) 2 (b + c) with its thickness t: the face cuts its mouth obliquely,
+    with equal gain and loss on both sides of the middle plane.
     """
     deep, across, t = plan.slot
     x, y = plan.width / 2, plan.height / 2
@@ -88,7 +88,7 @@ def substrate(plan: Plan) -> Recipe:
 
 
 class Lid(NamedTuple):
-    """Sizes of the lid, mm: half widths between its skirts (``inner``) and outside, their depth, and its ends."""
+    """Sizes of the lid, mm: half widths inside and outside its skirts, their depth, and coordinates of its ends."""
 
     inner: float
     outer: float
@@ -100,8 +100,8 @@ class Lid(NamedTuple):
 class Seam(NamedTuple):
     """A plane end of a piece of the lid, mm.
 
-    ``place`` along the bar in its middle at the scaled face, how that changes across (``by_x``) and with the height
-    over the face (``by_y``), number of scales ``before`` it.
+    ``place``: coordinate along the bar, in its middle at the scaled face; ``by_x``, ``by_y``: its change across the bar
+    and with the height above the face; ``before``: number of scales before it.
     """
 
     place: float
@@ -110,12 +110,12 @@ class Seam(NamedTuple):
     before: int
 
     def at(self, x: float, y: float) -> float:
-        """Return the place along the bar at x across and y over the face."""
+        """Return the coordinate along the bar at x across and y above the face."""
         return self.place + x * self.by_x + y * self.by_y
 
 
 def lid_sizes(plan: Plan) -> Lid:
-    """Return the sizes of the lid; what is left open at the bar's ends is for pouring."""
+    """Return the sizes of the lid; the bar's ends stay open for pouring."""
     inner = tray_half(plan) + plan.clearance
     slit = plan.corners(plan.slit_profile, plan.slit[0])
     head = plan.corners(np.array([(plan.shank, 0.0)]), plan.blade[1])
@@ -145,7 +145,7 @@ def blade(plan: Plan) -> Recipe:
 def trays(plan: Plan) -> list[Recipe]:
     """Return the tray with the bar's cavity in its place on the bench, in pieces that fit on the bed.
 
-    With a draft the cavity has the bar's own size in the middle of its height, so its sections keep the bar's area.
+    With a draft the cavity has the size of the bar at middle height, so its sections have the bar's area.
     """
     slope, y, half = tan(plan.draft), plan.height / 2, tray_half(plan)
     over = y * slope + plan.wall
@@ -158,7 +158,7 @@ def trays(plan: Plan) -> list[Recipe]:
         first, last = i == 0, i == pieces - 1
         along = [(-g if first else low - BEYOND, plan.total + g if last else high + BEYOND) for g in grow]
         whole = block((-half, -y - plan.wall, low), (half, y, high))
-        # exact for sides that are plane: prismatoid over bottom, middle and rim
+        # exact for plane sides: prismatoid formula with bottom, middle and rim
         levels = (-y * slope, 0.0, y * slope)
         lengths = [(plan.total + g if last else high) - (-g if first else low) for g in levels]
         floor, middle, rim = ((plan.width + 2 * g) * length for g, length in zip(levels, lengths, strict=True))
@@ -170,10 +170,10 @@ def trays(plan: Plan) -> list[Recipe]:
 
 
 def lids(plan: Plan) -> list[Recipe]:
-    """Return the lid in its place on the bench, in pieces that fit on the bed; a slit is never cut."""
+    """Return the lid in its place on the bench, in pieces that fit on the bed; no slit is cut."""
     lid, y = lid_sizes(plan), plan.height / 2
     area = 2 * lid.outer * (plan.wall + lid.skirt) - 2 * lid.inner * lid.skirt
-    # height of the section's middle over the face: plate and skirts
+    # height of the section's centroid above the face: plate and skirts
     skirts = 2 * (lid.outer - lid.inner) * lid.skirt
     middle = (2 * lid.outer * plan.wall * plan.wall - skirts * lid.skirt) / 2 / area
     x, high = (-lid.outer, lid.outer), (-lid.skirt, plan.wall)
@@ -189,17 +189,17 @@ def lids(plan: Plan) -> list[Recipe]:
         far = (whole[:, 2].min() - BEYOND, whole[:, 2].max() + BEYOND)
         channel = block((-lid.inner, y - lid.skirt - BEYOND, far[0]), (lid.inner, y, far[1]))
         cuts = (channel, *(slit + plan.base(k) for k in range(front.before, back.before)))
-        # the ends are planes, so it is their distance at the section's middle that counts
+        # the ends are planes, so their distance at the section's centroid gives the volume
         volume = area * (back.at(0, middle) - front.at(0, middle)) - (back.before - front.before) * oblique
         pieces.append(on_bench(plan, Recipe(numbered("lid", i, len(seams) - 1), whole, cuts, volume)))
     return pieces
 
 
 def seam(plan: Plan) -> Seam | None:
-    """Return the cut behind scale 0, from its base; None if there is no room for one beside the slits.
+    """Return the cut behind scale 0, relative to its base; None without room between the slits.
 
-    Upright and along the scales' width where the slits of neighbours do not reach past each other along the bar;
-    otherwise in the plane between the slits, which is as oblique as they are.
+    Upright and along the scales' width where the slits of neighbours do not overlap along the bar; otherwise in the
+    oblique plane between the slits.
     """
     corners = plan.corners(plan.slit_profile, plan.slit[0]) - plan.base(0)
     slope = tan(plan.alpha)
@@ -212,7 +212,7 @@ def seam(plan: Plan) -> Seam | None:
 
 
 def lid_counts(plan: Plan) -> list[int] | None:
-    """Return how many scales each piece of the lid has; None if no number fits on the bed."""
+    """Return the number of scales of each piece of the lid; None if no division fits on the bed."""
     lid = lid_sizes(plan)
     if plan.bed is None or lid.high - lid.low <= plan.bed:
         return [plan.scales]
@@ -229,7 +229,7 @@ def lid_counts(plan: Plan) -> list[int] | None:
 
 
 def _between(plan: Plan, lid: Lid, counts: list[int]) -> list[Seam]:
-    """Return the ends of pieces with so many scales each, from the front to the back."""
+    """Return the ends of pieces with these numbers of scales, from front to back."""
     found = [Seam(lid.low, 0.0, 0.0, 0)]
     one = seam(plan)
     for k in map(int, np.cumsum(counts)[:-1]):
@@ -239,5 +239,5 @@ def _between(plan: Plan, lid: Lid, counts: list[int]) -> list[Seam]:
 
 
 def numbered(word: str, i: int, n: int) -> str:
-    """Return the name of the i-th of n pieces; of a single one the word alone."""
+    """Return the name of the i-th of n pieces; for a single piece the word alone."""
     return word if n == 1 else f"{word}-{i + 1:0{len(str(n))}d}"

@@ -1,4 +1,4 @@
-"""From a beam to files of solids in a folder: files of others stay as they are, each is complete or not there."""
+"""Export of a beam as files of solids in a folder; files not written by an export stay, and no file is incomplete."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ if TYPE_CHECKING:
     from squama.beam.design import Beam
 
 RECORD = "export.json"
-"""File that says what an export has written."""
+"""File that lists the files written by an export."""
 PLA, SILICONE = mass.PLASTIC / 1000, mass.SILICONE / 1000
 """Densities in g/cm^3 of printed PLA (solid, without infill) and of silicone (VPS: 1.1 to 1.2)."""
 
 
 class Row(NamedTuple):
-    """One line: ``part``, its ``material``, how it is ``made``, ``number``, ``volume`` (mm^3), ``density`` (g/cm^3)."""
+    """A line of the bill: ``part``, ``material``, ``made``, ``number``, ``volume`` (mm^3), ``density`` (g/cm^3)."""
 
     part: str
     material: str
@@ -50,11 +50,11 @@ class Row(NamedTuple):
 
     @property
     def mass(self) -> float:
-        """Mass of one, g."""
+        """Mass of one part, g."""
         return self.volume * self.density / 1000
 
     def record(self) -> dict[str, str | int | float]:
-        """Return the row with its products, by the names of the columns."""
+        """Return the row with its products, by column name."""
         return {
             "part": self.part,
             "material": self.material,
@@ -70,12 +70,12 @@ class Row(NamedTuple):
 
 @dataclass(frozen=True)
 class Export:
-    """What was made: the ``files`` that were written, and every size in the ``plan``, in mm and rad.
+    """Result of an export: the written ``files``, and every size in the ``plan``, in mm and rad.
 
     ``bill`` of materials: rows with ``part``, ``material``, ``made``, ``number``, ``volume`` of one (mm^3), ``density``
-    (g/cm^3), ``mass`` of one (g). ``checks``: what was measured of solids and files: ``what``, ``solid``, ``expected``,
-    ``measured``, ``unit``, ``tolerance``. ``solids``: meshes by file name without ending, lists of (name, vertices (n,
-    3) in mm, triangles (m, 3)).
+    (g/cm^3), ``mass`` of one (g). ``checks``: measurements of solids and files: ``what``, ``solid``, ``expected``,
+    ``measured``, ``unit``, ``tolerance``. ``solids``: meshes by file name without extension, lists of (name, vertices
+    (n, 3) in mm, triangles (m, 3)).
     """
 
     files: tuple[Path, ...]
@@ -104,27 +104,27 @@ def export(
 ) -> Export:
     """Write a beam's solids for the printer and the mould: scales, substrate, mould, the assembled beam.
 
-    Everything is measured before it is written: each solid closed and of the volume of its closed form, no two solids
-    in each other, thickness and angles measured on the faces; and each STL and 3MF file again as it is read back.
+    All solids are checked before they are written: closed, with the volume of the closed form, without overlaps, with
+    the right thickness and angles of the faces; each STL and 3MF file is checked again as read back.
 
     Parameters
     ----------
     folder
-        Where to write; made if it is not there. Files in it that no export has written are not replaced.
+        Folder to write to, made if missing. Files in it that no export has written are not replaced.
     scales
-        Number of scales, 1 to 500; the beam's own if not given.
+        Number of scales, 1 to 500; default: the beam's own.
     parts
         Any of "scale", "substrate", "mould", "assembly".
     formats
         Any of "stl", "3mf" (both in mm) and "step" (needs the extra ``step``).
     clearance, feature, wall, ends, bed
-        Lengths, m or text: room between tab and slot on every side, and between blades and the lid of the mould; least
-        size that can be printed or cast; thickness of the mould's walls, floor and lid; the plain bar before the first
-        and behind the last pitch; longest part that the printer takes (without it none is refused or cut in pieces).
+        Lengths, m or text: clearance between tab and slot on every side, and between blades and the mould's lid;
+        smallest size that can be printed or cast; thickness of the mould's walls, floor and lid; plain length of the
+        bar at each end; longest part that fits the printer (without it no part is refused or divided).
     draft
         Inclination of the tray's sides, rad or text.
     scale_density, substrate_density
-        g/cm^3, for the masses: of what is printed (solid PLA) and of the silicone.
+        Densities of printed parts (solid PLA) and of the silicone, g/cm^3, for the masses.
     force
         Replace files that no export has written.
 
@@ -134,7 +134,7 @@ def export(
         The beam cannot be printed, cast or assembled (one line per dimension that causes it); a value that is not
         usable; a package that is missing; a place that cannot be written to.
     SquamaError
-        A solid or a file is not as it should be; it is not written.
+        A solid or a file fails its check; it is not written.
 
     Examples
     --------
@@ -185,14 +185,14 @@ def export(
 
 
 def _settle(checks: Iterable[Check]) -> None:
-    """Stop if something is not as it should be. Raises SquamaError: one line per check that does not hold."""
+    """Raise SquamaError with one line per failed check."""
     lines = [check.line() for check in checks if not check.holds]
     if lines:
         raise SquamaError("\n".join(lines))
 
 
 def _rows(plan: Plan, solids: Sequence[tuple[Recipe, int]], printed: float, cast: float) -> list[Row]:
-    """Return the bill of solids, each with its number, and of the silicone that the slots' clearance takes up."""
+    """Return the bill of solids, each with its number, and of the silicone that fills the slots' clearance."""
     bar, other = ("silicone", "cast", cast), ("PLA", "printed", printed)
     found = []
     for solid, number in solids:
@@ -211,7 +211,7 @@ def _bytes(stem: str, placed: list[Placed], kind: str) -> bytes:
 
 
 def _read_back(path: Path, name: str, placed: list[Placed]) -> Iterator[Check]:
-    """Measure the solids in a file as trimesh reads them; those of an STL file are one."""
+    """Check the solids in a file as read by trimesh; an STL file has one solid."""
     trimesh = need("trimesh")
     volumes = {one.name: one.recipe.volume for one in placed}
     data = io.BytesIO(path.read_bytes())
@@ -234,7 +234,7 @@ def _digest(data: bytes) -> str:
 
 
 def _check_folder(folder: str | os.PathLike[str], names: list[str], *, force: bool) -> None:
-    """Refuse a folder that cannot be written to, or in which files of these names are not those of an export."""
+    """Refuse a folder that cannot be written to, or with files of these names that no export has written."""
     place, known, problems = Path(folder), _known(Path(folder)), Problems()
     if files.exists(place) or place.is_symlink():
         files.make_folder(place)
@@ -257,10 +257,10 @@ def _write(
     record: Mapping[str, object],
     look: Callable[[str, Path], None],
 ) -> list[Path]:
-    """Write files and the record of them; ``look`` is called with each file before it is moved to its place."""
+    """Write files and their record; ``look`` is called with each file before it is renamed to its place."""
     place = files.make_folder(folder)
     hashes = {name: _digest(data) for name, data in contents.items()}
-    # files of an earlier export that are not written now stay known
+    # files of an earlier export that are not rewritten stay in the record
     earlier = {name: old for name, old in _known(place).items() if name not in hashes and (place / name).is_file()}
     written = []
     for name, data in contents.items():
@@ -276,7 +276,7 @@ def _write(
 
 
 def _known(place: Path) -> dict[str, str | None]:
-    """Return the files that exports have written, with their digests; the record itself is known by its content."""
+    """Return the files that exports have written, with their digests, the record included."""
     path = place / RECORD
     with suppress(OSError, ValueError, KeyError, TypeError):
         data = path.read_bytes()

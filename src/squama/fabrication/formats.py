@@ -1,4 +1,4 @@
-"""STL, 3MF and STEP, as bytes; the same solids give the same bytes. Lengths are in millimetres."""
+"""STL, 3MF and STEP files as bytes; equal solids give equal bytes. Lengths are in mm."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ _OCCURRENCE = re.compile(
     rb",\s*('[^']*'),\s*('[^']*'),\s*(#\d+),\s*(#\d+),\s*(\$|'[^']*')\s*\)"
 )
 _DATE = "1980-01-01T00:00:00"
-"""Date in the file's head, fixed so that the same solids give the same bytes."""
+"""Fixed date in the file's head, so that equal solids give equal bytes."""
 
 
 class Placed(NamedTuple):
-    """A solid in its place: ``name`` of this copy, recipe and mesh of all copies, rotation ``turn`` and ``shift``."""
+    """A solid in its place: ``name`` of the copy, recipe and mesh of all copies, rotation ``turn``, ``shift`` (mm)."""
 
     name: str
     recipe: Recipe
@@ -52,7 +52,7 @@ class Placed(NamedTuple):
 
     @property
     def seated(self) -> Mesh:
-        """The mesh where it belongs."""
+        """The mesh in its place."""
         return self.mesh.moved(self.turn, self.shift, self.name)
 
 
@@ -70,7 +70,7 @@ def stl(solids: Sequence[Placed]) -> bytes:
 
 
 def three_mf(solids: Sequence[Placed]) -> bytes:
-    """Return a 3MF file with an object for each solid, named; copies share their mesh."""
+    """Return a 3MF file with a named object for each solid; copies share their mesh."""
     kinds: dict[int, int] = {}
     objects, items = list[str](), list[str]()
     for solid in solids:
@@ -95,7 +95,7 @@ def three_mf(solids: Sequence[Placed]) -> bytes:
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as package:
         for name, text in (("[Content_Types].xml", _TYPES), ("_rels/.rels", _RELATIONS), ("3D/3dmodel.model", model)):
-            # a fixed date and system, so that the bytes follow from the content
+            # a fixed date and system, so that equal content gives equal bytes
             entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
             entry.compress_type, entry.create_system, entry.external_attr = zipfile.ZIP_DEFLATED, 3, 0o644 << 16
             package.writestr(entry, text)
@@ -119,11 +119,11 @@ def _number(value: float) -> str:
 
 
 def step(name: str, solids: Iterable[Placed]) -> bytes:
-    """Return a STEP file in millimetres of the whole's name. Raises SquamaError: a volume is not the closed form's."""
+    """Return a STEP file (mm) named ``name``. Raises SquamaError where a volume differs from the closed form."""
     cad = need("build123d")
     children = []
     for one in solids:
-        # a shape of its own for each copy: the file's names belong to shapes
+        # a separate shape for each copy, because names belong to shapes
         child = _solid(cad, one.recipe.moved(one.turn, one.shift))
         child.label = one.name
         children.append(child)
@@ -134,7 +134,7 @@ def step(name: str, solids: Iterable[Placed]) -> bytes:
 
 
 def _numbered(data: bytes) -> bytes:
-    """Return a file whose occurrences are numbered from 1: the kernel counts on from file to file."""
+    """Return a file with occurrences numbered from 1; the kernel continues its count from file to file."""
     count = itertools.count(1)
 
     def line(found: re.Match[bytes]) -> bytes:

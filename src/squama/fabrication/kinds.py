@@ -1,4 +1,4 @@
-"""Kinds of solids, and of the files that they are written to."""
+"""Kinds of solids and of their files."""
 
 from typing import Literal, get_args
 

@@ -1,4 +1,4 @@
-"""Solids as triangles: cut from recipes by manifold3d in double precision, and their sizes measured back."""
+"""Solids as triangles, cut from recipes by manifold3d in double precision, and measurements of their sizes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Index = NDArray[np.int64]
 
 TRIANGLES = np.array([t for a, b, c, d in QUADS for t in ((a, b, c), (a, c, d))])
 NEAR = 1e-9
-"""A ray meets no surface nearer than this to its start, mm; nor one that it grazes at a smaller sine."""
+"""Least distance of a surface from a ray's start, mm, and least sine of its angle to the ray."""
 VOLUME, FILE_VOLUME, OVERLAP, LENGTH, ANGLE = 1e-6, 1e-4, 1e-6, 1e-6, 1e-6
 """Tolerances: volume in memory and from a file (relative), common volume (mm^3), lengths (mm), angles (deg)."""
 
@@ -36,17 +36,17 @@ class Mesh(NamedTuple):
     triangles: Index
 
     def moved(self, turn: Array, shift: ArrayLike, name: str | None = None) -> Mesh:
-        """Return the mesh turned by a rotation matrix, then moved."""
+        """Return the mesh turned by a rotation matrix (3, 3), then shifted (mm)."""
         return Mesh(name or self.name, self.vertices @ turn.T + np.asarray(shift), self.triangles)
 
     @property
     def corners(self) -> Array:
-        """Corners (3, m, 3) of the triangles: first, second, third ones."""
+        """Corners (3, m, 3) of the triangles, mm."""
         return self.vertices[self.triangles.T]
 
     @property
     def normals(self) -> Array:
-        """Normals (m, 3) of the triangles, as long as twice their areas."""
+        """Normals (m, 3) of the triangles, of length twice their areas (mm^2)."""
         a, b, c = self.corners
         return np.cross(b - a, c - a)
 
@@ -54,7 +54,7 @@ class Mesh(NamedTuple):
     def volume(self) -> float:
         """Volume in mm^3, by the divergence theorem."""
         a, b, c = self.corners
-        # from the middle, where less is lost in the sum
+        # relative to the middle, for a smaller rounding error
         middle = self.vertices.mean(axis=0)
         return float(np.einsum("ij,ij->", np.cross(a - middle, b - middle), c - middle) / 6)
 
@@ -65,14 +65,14 @@ class Mesh(NamedTuple):
 
 
 def build(recipe: Recipe) -> Mesh:
-    """Return a solid's mesh. Raises SquamaError: the cutting failed."""
+    """Return a solid's mesh. Raises SquamaError where the cutting fails."""
     kernel = need("manifold3d")
     parts = [manifold(Mesh(recipe.name, block, TRIANGLES)) for block in (recipe.whole, *recipe.cuts)]
     return from_manifold(recipe.name, kernel.Manifold.batch_boolean(parts, kernel.OpType.Subtract))
 
 
 def manifold(mesh: Mesh) -> Manifold:
-    """Return the mesh as a manifold3d.Manifold. Raises SquamaError: it is no closed oriented surface."""
+    """Return the mesh as a manifold3d.Manifold. Raises SquamaError where it is no closed oriented surface."""
     kernel = need("manifold3d")
     solid = kernel.Manifold(
         kernel.Mesh64(np.ascontiguousarray(mesh.vertices), np.ascontiguousarray(mesh.triangles, np.uint64))
@@ -84,7 +84,7 @@ def manifold(mesh: Mesh) -> Manifold:
 
 
 def from_manifold(name: str, solid: Manifold) -> Mesh:
-    """Return a manifold's mesh with vertices and triangles in an order that follows from the shape alone."""
+    """Return a manifold's mesh with a canonical order of vertices and triangles."""
     raw = solid.to_mesh64()
     vertices, triangles = np.asarray(raw.vert_properties)[:, :3], np.asarray(raw.tri_verts).astype(np.int64)
     order = np.lexsort(vertices.T[::-1])
@@ -97,7 +97,7 @@ def from_manifold(name: str, solid: Manifold) -> Mesh:
 
 
 class Faces(NamedTuple):
-    """Faces of one direction: unit ``normal`` (3,), ``area`` in mm^2, numbers of the ``triangles``."""
+    """Faces of one direction: unit ``normal`` (3,), ``area`` in mm^2, indices of the ``triangles``."""
 
     normal: Array
     area: float
@@ -105,26 +105,26 @@ class Faces(NamedTuple):
 
 
 def open_edges(mesh: Mesh) -> int:
-    """Return how many edges are not run through once in each direction; 0: closed, oriented and manifold."""
+    """Return the number of edges not used once in each direction; 0: closed, oriented and manifold."""
     start, stop = _edges(mesh.triangles)
     unique, counts = np.unique(start * len(mesh.vertices) + stop, return_counts=True)
     return int((counts > 1).sum() + (~np.isin(stop * len(mesh.vertices) + start, unique)).sum())
 
 
 def _edges(triangles: Index) -> Index:
-    """Return starts and ends (2, 3 m) of the edges: of all triangles the first, then the second, the third."""
+    """Return starts and ends (2, 3 m) of the edges: the first edge of all triangles, then the second, the third."""
     return np.stack([triangles.T.ravel(), np.roll(triangles, -1, axis=1).T.ravel()])
 
 
 def closed(triangles: Index) -> bool:
-    """Say whether every edge is run through as often in one direction as in the other, at least once."""
+    """Return whether every edge is used equally often in both directions, at least once."""
     edges = _edges(triangles)
     _, which = np.unique(np.sort(edges, axis=0).T, axis=0, return_inverse=True)
     return bool(edges.size and not np.bincount(which.ravel(), np.where(edges[0] < edges[1], 1.0, -1.0)).any())
 
 
 def faces(mesh: Mesh) -> list[Faces]:
-    """Return the faces by direction, the largest first; mirrored directions are two."""
+    """Return the faces by direction, the largest first; opposite directions are separate."""
     normals = mesh.normals
     twice = np.linalg.norm(normals, axis=1)
     whole = twice > NEAR
@@ -140,14 +140,14 @@ def faces(mesh: Mesh) -> list[Faces]:
 
 
 def samples(mesh: Mesh, triangles: Index) -> Array:
-    """Return four points inside each triangle (n, 4, 3): its middle, and one close to each corner."""
+    """Return four points inside each triangle (n, 4, 3): its centroid, and one close to each corner."""
     near = 0.999 * np.eye(3) + 0.0005 * (1 - np.eye(3))
     shares = np.concatenate([np.full((1, 3), 1 / 3), near])
     return np.asarray(np.einsum("sc,tcx->tsx", shares, mesh.vertices[mesh.triangles[triangles]]))
 
 
 def cast(mesh: Mesh, origins: Array, direction: Array) -> Array:
-    """Return the distance from each origin (n, 3) along a unit direction to the next surface; inf if there is none."""
+    """Return the distance (n,) from each origin (n, 3) along a unit direction to the next surface; inf for none."""
     a, b, c = mesh.corners
     first, second = b - a, c - a
     across = np.cross(direction, second)
@@ -166,7 +166,7 @@ def cast(mesh: Mesh, origins: Array, direction: Array) -> Array:
 
 
 class Check(NamedTuple):
-    """One thing that was looked at: ``what``, of which ``solid``; lengths in mm, angles in deg, volumes in mm^3."""
+    """A measurement: ``what``, of which ``solid``; lengths in mm, angles in deg, volumes in mm^3."""
 
     what: str
     solid: str
@@ -177,27 +177,27 @@ class Check(NamedTuple):
 
     @property
     def holds(self) -> bool:
-        """Whether it is as it should be."""
+        """Whether the measured value is within the tolerance."""
         return bool(abs(self.measured - self.expected) <= self.tolerance)
 
     def line(self) -> str:
-        """Return it in words."""
+        """Return the check as text."""
         unit = f" {self.unit}" if self.unit else ""
         return f"{self.solid}: {self.what} = {self.measured:.9g}{unit}, should be {self.expected:.9g}{unit}"
 
 
 def solid(recipe: Recipe, mesh: Mesh) -> Iterator[Check]:
-    """Look at a solid: closed, manifold, in one piece, its volume that of the closed form."""
+    """Check a solid: closed, manifold, in one piece, with the volume of the closed form."""
     body = manifold(mesh)
     yield Check("edges that are not closed", mesh.name, 0, open_edges(mesh), "", 0)
-    # the kernel gives each of several sheets that meet in a point alone a vertex of its own
+    # where sheets meet in a single point, the kernel gives each sheet its own vertex
     yield Check("pinched vertices", mesh.name, 0, body.num_vert() - len(mesh.vertices), "", 0)
     yield Check("pieces", mesh.name, 1, len(body.decompose()), "", 0)
     yield Check("volume", mesh.name, recipe.volume, mesh.volume, "mm^3", VOLUME * recipe.volume)
 
 
 def scale(plan: Plan, mesh: Mesh) -> Iterator[Check]:
-    """Measure a scale in its place on the bench: thickness by rays between its largest faces, angles of these."""
+    """Check a scale in its place on the bench: thickness by rays between its largest faces, and their angles."""
     top = next(f for f in faces(mesh) if f.normal[2] > 0)
     through = cast(mesh, samples(mesh, top.triangles).reshape(-1, 3), -top.normal)
     yield Check("thickness", mesh.name, plan.thickness, _worst(through, plan.thickness), "mm", LENGTH)
@@ -205,12 +205,12 @@ def scale(plan: Plan, mesh: Mesh) -> Iterator[Check]:
 
 
 def _cuts(mesh: Mesh) -> tuple[Array, Array, Array, float] | None:
-    """Find the parallel oblique slots of a solid on the bench; None if there are none.
+    """Return the parallel oblique slots of a solid on the bench; None without any.
 
-    Returns the direction of their floors (3,), the level of each along it (n,), thicknesses, and the lowest point, mm.
+    Returns the normal of their floors (3,), the level of each along it (n,), thicknesses, and the lowest point, mm.
     """
     oblique = [f for f in faces(mesh) if np.abs(f.normal).max() < 1 - 1e-9]
-    # walls that face each other; the largest such pair is what a plate lies between
+    # opposite walls; the largest pair encloses a plate
     pairs = [(f, g) for f in oblique if f.normal[2] > LENGTH for g in oblique if f.normal @ g.normal < -1 + 1e-9]
     if not pairs:
         return None
@@ -226,14 +226,14 @@ def _cuts(mesh: Mesh) -> tuple[Array, Array, Array, float] | None:
     found = [np.array([np.inf])] if roofs.size != levels.size else [roofs - levels]
     for plane in planes:
         through = cast(mesh, points[plane].reshape(-1, 3), floor.normal)
-        # a ray may leave through the mouth
+        # a ray may leave through the slot's mouth
         found.append(through[np.isfinite(through)])
     corners = mesh.vertices[np.unique(mesh.triangles[np.concatenate([f.triangles for f in oblique])])]
     return floor.normal, levels, np.concatenate(found), float(corners[:, 2].min())
 
 
 def _levels(mesh: Mesh, face: Faces, normal: Array) -> tuple[Array, list[Index], Array]:
-    """Return points in a face's triangles (n, 4, 3), which of these lie in one plane, and the planes' levels."""
+    """Return points in a face's triangles (n, 4, 3), groups of indices in one plane, and the planes' levels."""
     points = samples(mesh, face.triangles)
     heights = points.mean(axis=1) @ normal
     order = np.argsort(heights)
@@ -242,7 +242,7 @@ def _levels(mesh: Mesh, face: Faces, normal: Array) -> tuple[Array, list[Index],
 
 
 def upright(plan: Plan, mesh: Mesh, face: int) -> Mesh:
-    """Return a solid on the bench with a face brought to the scaled one's place by the map between them."""
+    """Return a solid on the bench with a face mapped to the place of the scaled face."""
     S = BENCH @ plan.sides[face][0]
     middle = np.array([0.0, 0.0, plan.height / 2])
     triangles = mesh.triangles[:, ::-1] if np.prod(S) < 0 else mesh.triangles
@@ -250,7 +250,7 @@ def upright(plan: Plan, mesh: Mesh, face: int) -> Mesh:
 
 
 def halves(plan: Plan, mesh: Mesh) -> Iterator[Mesh]:
-    """Return the substrate's surface for each face with scales, that face up; of two faces the upper half's only."""
+    """Yield the substrate's surface for each face with scales, that face up; of two faces the upper half only."""
     for face in range(len(plan.sides)):
         seen = upright(plan, mesh, face)
         above = seen.vertices[seen.triangles, 2].mean(axis=1) > plan.height / 2
@@ -258,7 +258,7 @@ def halves(plan: Plan, mesh: Mesh) -> Iterator[Mesh]:
 
 
 def slots(plan: Plan, mesh: Mesh) -> Iterator[Check]:
-    """Measure the slots of the substrate on the bench: number, distance, depth, thickness and angles."""
+    """Check the slots of the substrate on the bench: number, distance, depth, thickness and angles."""
     seen = _cuts(mesh)
     yield Check("slots", mesh.name, plan.scales, 0 if seen is None else seen[1].size, "", 0)
     if seen is None:
@@ -274,7 +274,7 @@ def slots(plan: Plan, mesh: Mesh) -> Iterator[Check]:
 
 
 def _angles(plan: Plan, name: str, normal: Array) -> Iterator[Check]:
-    """Read theta0 and alpha from the normal (along, across, up) of a plate's upper side."""
+    """Check theta0 and alpha from the normal (along, across, up) of a plate's upper side."""
     theta0 = degrees(np.arctan2(np.hypot(normal[0], normal[1]), normal[2]))
     alpha = degrees(np.arctan2(normal[1], -normal[0]))
     # n_Z = (sin th sin a, cos th, -sin th cos a) in the beam's x, y, z
@@ -283,7 +283,7 @@ def _angles(plan: Plan, name: str, normal: Array) -> Iterator[Check]:
 
 
 def overlaps(named: Sequence[Mesh], what: str) -> Check:
-    """Return the common volume of all pairs of solids."""
+    """Return the check of the common volume of all pairs of solids."""
     bodies = [manifold(m) for m in named]
     boxes = np.array([m.bounds for m in named])
     total = 0.0
@@ -294,13 +294,13 @@ def overlaps(named: Sequence[Mesh], what: str) -> Check:
 
 
 def gap(one: Mesh, others: Sequence[Mesh], search: float) -> float:
-    """Return the least distance from a solid to others, mm; ``search`` if it is more than that."""
+    """Return the least distance from a solid to others, mm, or ``search`` if it is larger."""
     body = manifold(one)
     return min((float(body.min_gap(manifold(o), search)) for o in others), default=search)
 
 
 def loaded(found: Trimesh, file: str, name: str, volume: float) -> Iterator[Check]:
-    """Look at a solid read from a file, of so much volume; without a name at all solids of the file in one."""
+    """Check a solid read from a file against its volume; without a name, all solids of the file together."""
     where = f"{file}, {name}" if name else file
     # solids in one STL file may touch; their surface is then closed, but not a manifold
     whole = found.is_watertight and found.is_winding_consistent if name else closed(np.asarray(found.faces))
@@ -309,12 +309,12 @@ def loaded(found: Trimesh, file: str, name: str, volume: float) -> Iterator[Chec
 
 
 def _worst(found: Array, expected: float) -> float:
-    """Return the value that is farthest from what is expected."""
+    """Return the value that is farthest from the expected one."""
     return float(found[np.abs(found - expected).argmax()]) if found.size else expected
 
 
 def slits(plan: Plan, lids: Sequence[Mesh]) -> Iterator[Check]:
-    """Measure the slits of the lid in its place on the bench: number, thickness and angles."""
+    """Check the slits of the lid in its place on the bench: number, thickness and angles."""
     count = 0
     for lid in lids:
         if (seen := _cuts(lid)) is not None:

@@ -1,10 +1,10 @@
-"""What is to be made, in millimetres and radians: from a beam and the workshop's sizes to where the plates sit.
+"""The plan of a beam's solids, in mm and rad: from a beam and the workshop's sizes to the places of the plates.
 
 z runs along the bar from its end, y out of the scaled face from the bar's middle, x across. Scale k = 0, 1, .. has its
 base midpoint at O = (0, lambda, ends + (k + 1/2) d) and the axes (theory, section 2)
     n_X = (-sin a cos th, sin th, cos a cos th)    n_Y = (cos a, 0, sin a)    n_Z = n_X x n_Y.
 It fills -L <= X <= l, |Y| <= b, |Z| <= t_s/2. Its slot is larger by the clearance on every side and open at the face.
-Scales of the other face are counted on behind those; S and the shift of :mod:`squama.beam.faces` bring them there.
+Scales of the other face follow in the count; S and the shift of :mod:`squama.beam.faces` give their places.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ HANDLE = 12.0
 
 
 class Plan(NamedTuple):
-    """What is to be made; lengths in mm, angles in rad.
+    """Sizes of a beam's solids; lengths in mm, angles in rad.
 
     ``width`` and ``height`` of the bar, ``pitch``, number of ``scales``; a scale's exposed ``length``, ``embedded``
     length, full ``breadth``, ``thickness``, ``alpha`` and ``theta0``; ``ends``: plain lengths of the bar before and
@@ -73,7 +73,7 @@ class Plan(NamedTuple):
 
     @property
     def sides(self) -> list[tuple[Array, float]]:
-        """Of each face with scales: what maps the scaled face's directions to its own, and the shift, mm."""
+        """For each face with scales: the signs S that map the scaled face's directions to its own, the shift in mm."""
         other = FACES[self.faces]
         own = [(np.ones(3), 0.0)]
         return [*own, (np.array(other.S, float), other.shift * self.pitch)] if other else own
@@ -84,7 +84,7 @@ class Plan(NamedTuple):
         return self.scales * len(self.sides)
 
     def stands(self, i: int) -> tuple[Array, Array]:
-        """Return axes (rows, right-handed) and base midpoint of scale i of all faces."""
+        """Return axes (rows, right-handed) and base midpoint (mm) of scale i of all faces."""
         face, k = divmod(i, self.scales)
         S, shift = self.sides[face]
         x, y, _ = self.axes * S
@@ -97,21 +97,21 @@ class Plan(NamedTuple):
 
     @property
     def total(self) -> float:
-        """Length of the bar with its ends."""
+        """Length of the bar with its ends, mm."""
         return self.scales * self.pitch + 2 * self.ends
 
     def base(self, k: int) -> Array:
-        """Return the base midpoint of scale k."""
+        """Return the base midpoint of scale k, mm."""
         return np.array([0.0, self.height / 2, self.ends + (k + 0.5) * self.pitch])
 
     @property
     def step(self) -> Array:
-        """From a scale to the next one, in the scales' own axes."""
+        """Vector from a scale to the next one, in the scales' own axes, mm."""
         return np.asarray(self.axes @ [0.0, 0.0, self.pitch])
 
     @property
     def slope(self) -> float:
-        """How far a scale is lifted over the next one per length of the bar, sin(theta0) cos(alpha)."""
+        """Lift of a scale over the next one per length of the bar, sin(theta0) cos(alpha)."""
         return sin(self.theta0) * cos(self.alpha)
 
     @property
@@ -129,7 +129,7 @@ class Plan(NamedTuple):
 
     @property
     def slit(self) -> tuple[float, float]:
-        """Width and thickness of the slits of the lid: those of a blade and the clearance on every side."""
+        """Width and thickness of the lid's slits: those of a blade plus the clearance on every side."""
         _, across, t = self.slot
         return across + 2 * self.clearance, t + 2 * self.clearance
 
@@ -142,12 +142,12 @@ class Plan(NamedTuple):
 
     @property
     def shank(self) -> float:
-        """From the scale's base to the head of a blade, whose lower edge rests on the lid."""
+        """Length from the scale's base to the head of a blade, whose lower edge rests on the lid, mm."""
         return (self.wall + self.slot[2] / 2 * cos(self.theta0)) / sin(self.theta0)
 
     @property
     def blade(self) -> tuple[float, float, float]:
-        """Length, width at the head, and thickness of a blade."""
+        """Length, width at the head, and thickness of a blade, mm."""
         deep, across, t = self.slot
         return deep + self.shank + HANDLE, across + 2 * self.wall, t
 
@@ -158,7 +158,7 @@ class Plan(NamedTuple):
 
 
 def read(given: Mapping[str, object], prefix: str = "", *, bare: bool = True) -> dict[str, float]:
-    """Return sizes in m and rad by name, every mistake refused; ``prefix`` is put before the names in messages."""
+    """Return sizes (m, rad) by name, or refuse all mistakes; ``prefix`` of the names in messages."""
     found, problems = {}, Problems()
     for name, value in given.items():
         dimension, bounds = SIZES[name]
@@ -169,7 +169,7 @@ def read(given: Mapping[str, object], prefix: str = "", *, bare: bool = True) ->
 
 
 def plan(beam: Beam, scales: int | None, sizes: dict[str, float]) -> Plan:
-    """Return the plan of a beam with so many scales (its own number if None), not too many; sizes in m and rad."""
+    """Return the plan of a beam with ``scales`` scales (None: its own number, at most 500); sizes in m and rad."""
     count = arguments.whole("scales", beam.pitches if scales is None else scales, 1, MOST_SCALES)
     lengths = {name: value if SIZES[name][0] is Dimension.ANGLE else mm(value) for name, value in sizes.items()}
     bar, one = beam.substrate, beam.scale
@@ -179,7 +179,7 @@ def plan(beam: Beam, scales: int | None, sizes: dict[str, float]) -> Plan:
 
 
 def mm(length: float) -> float:
-    """Return a length in m as mm, without the last digits that the conversion leaves."""
+    """Return a length in m as mm, without the rounding error of the conversion."""
     return float(f"{length * 1e3:.14g}")
 
 
@@ -203,6 +203,6 @@ def apart(a: Array, b: Array) -> float:
 
 
 def between(plan: Plan, profile: Array, across: float) -> float:
-    """Return the distance between the prisms over a profile of one scale and of the next one, mm; 0 if they meet."""
+    """Return the distance, mm, between the prisms over a profile of a scale and of the next scale; 0 if they meet."""
     x, y, z = plan.step
     return float(np.hypot(apart(profile, profile + np.array([x, z])), max(0.0, abs(y) - across)))

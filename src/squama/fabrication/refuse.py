@@ -1,4 +1,4 @@
-"""What cannot be printed, cast or assembled, with the dimension that causes it and what to write instead."""
+"""Rules of printing, casting and assembly: the dimension that breaks a rule, and the remedy."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from squama.fabrication import bodies
 from squama.fabrication.plan import Plan, between
 
 SLACK = 1e-9
-"""Sizes that agree up to rounding fit, mm."""
+"""Rounding error of sizes that still fit, mm."""
 
 
 def check(plan: Plan, parts: tuple[str, ...]) -> None:
-    """Refuse a plan that cannot be made, all causes together; the mould has conditions of its own."""
+    """Refuse a plan that breaks rules, all causes together; the mould has further rules."""
     found = [*_scale(plan), *_section(plan), *_along(plan), *_at_rest(plan)]
     if "mould" in parts and plan.faces != "one":
         reason = "casts the slots of one face, and scales are on both"
@@ -29,7 +29,7 @@ def check(plan: Plan, parts: tuple[str, ...]) -> None:
 
 
 def _scale(plan: Plan) -> Iterator[Problem]:
-    """Sizes of a single scale."""
+    """Yield problems of a single scale."""
     reason, remedy = "is less than the least size that can be printed", f"write at least {mm(plan.feature)}"
     for name, size in (("thickness", plan.thickness), ("width", plan.breadth), ("length", plan.length)):
         if size < plan.feature - SLACK:
@@ -46,7 +46,7 @@ def _scale(plan: Plan) -> Iterator[Problem]:
 
 
 def _section(plan: Plan) -> Iterator[Problem]:
-    """Look at the slot in the bar's section: closed over the tab, inside the sides and above the lower face."""
+    """Yield problems of the slot in the bar's section: closed over the tab, inside the sides, above the lower face."""
     deep, _, t = plan.slot
     th, a = plan.theta0, plan.alpha
     embedded, width = ("scale.embedded", mm(plan.embedded)), ("scale.width", mm(plan.breadth))
@@ -77,7 +77,7 @@ def _section(plan: Plan) -> Iterator[Problem]:
 
 
 def _along(plan: Plan) -> Iterator[Problem]:
-    """Slots beside each other, and the bar's ends."""
+    """Yield problems of neighbouring slots, and of the bar's ends."""
     slots = "the slots of neighbouring tabs {} in the bar", "or a smaller scale.embedded"
     yield from _ligament(plan, lambda p: between(p, p.slot_profile, p.slot[1]), *slots)
     along = plan.corners(plan.slot_profile, plan.slot[1])[:, 2]
@@ -89,7 +89,7 @@ def _along(plan: Plan) -> Iterator[Problem]:
 
 
 def _at_rest(plan: Plan) -> Iterator[Problem]:
-    """Plates of true thickness above each other; they are parallel, so their own axes separate them or nothing does."""
+    """Yield problems of neighbouring plates of true thickness; as parallel plates they separate along own axes only."""
     x, y, z = plan.step
     lift, gap = plan.pitch * plan.slope, abs(z) - plan.thickness
     # the next scale is the nearest
@@ -102,7 +102,7 @@ def _at_rest(plan: Plan) -> Iterator[Problem]:
 
 
 def _mould(plan: Plan) -> Iterator[Problem]:
-    """Conditions of tray, blades and lid."""
+    """Yield problems of tray, blades and lid."""
     if plan.wall < plan.feature - SLACK:
         reason = "is less than the least size that can be printed"
         yield Problem("wall", mm(plan.wall), reason, f"write at least {mm(plan.feature)}")
@@ -139,7 +139,7 @@ def _mould(plan: Plan) -> Iterator[Problem]:
 
 
 def _on_bed(plan: Plan, bed: float, lid: bodies.Lid) -> Iterator[Problem]:
-    """Parts of the mould on the printer's bed."""
+    """Yield problems of the mould's parts on the printer's bed."""
     long, wide, _ = plan.blade
     across = 2 * max(lid.outer, bodies.tray_half(plan))
     for name, size, key in (("blade", long, "wall"), ("blade", wide, "wall"), ("lid", across, "substrate.width")):
@@ -155,7 +155,7 @@ def _on_bed(plan: Plan, bed: float, lid: bodies.Lid) -> Iterator[Problem]:
 
 
 def _ligament(plan: Plan, gap: Callable[[Plan], float], words: str, otherwise: str) -> Iterator[Problem]:
-    """Cuts of neighbours, whose ``gap`` grows with the pitch."""
+    """Yield the problem of neighbouring cuts, whose ``gap`` grows with the pitch."""
     found = gap(plan)
     if plan.scales < 2 or found >= plan.feature - SLACK:
         return
@@ -169,15 +169,15 @@ def _ligament(plan: Plan, gap: Callable[[Plan], float], words: str, otherwise: s
 
 
 def _at_most(value: float, otherwise: str) -> str:
-    """Advise a length rounded down to a thousandth, so that it is not too much."""
+    """Return advice with a length rounded down to 0.001 mm."""
     return f"write at most {np.floor(value * 1000 + 1e-6) / 1000:g} mm" if value > 0.0005 else otherwise
 
 
 def mm(value: float) -> str:
-    """Return a length as it is printed."""
+    """Return a length (mm) as text."""
     return f"{value:.4g} mm"
 
 
 def mm_up(value: float) -> str:
-    """Return a length rounded up to a thousandth, so that it is enough."""
+    """Return a length (mm) rounded up to 0.001 mm, as text."""
     return f"{np.ceil(value * 1000 - 1e-6) / 1000:g} mm"

@@ -1,4 +1,4 @@
-"""Which solids go into which file, where they stand in it, and what is measured of them."""
+"""Solids of each file, their places in it, and their checks."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from squama.fabrication.mesh import Check
 from squama.fabrication.plan import Plan, between
 
 SPACING = 2.0
-"""Between scales that are laid out for the printer, mm."""
+"""Distance between scales laid out for the printer, mm."""
 
 
 class Solids(NamedTuple):
-    """All solids of an export: ``files`` by name without ending, numbers of the parts, and what was measured."""
+    """All solids of an export: ``files`` by name without extension, numbers of the parts, and checks."""
 
     files: dict[str, list[Placed]]
     counts: list[tuple[Recipe, int]]
@@ -28,7 +28,7 @@ class Solids(NamedTuple):
 
 
 def make(plan: Plan, parts: Sequence[PartName]) -> Solids:
-    """Return the solids of the parts that are asked for, measured."""
+    """Return the solids of the requested parts, checked."""
     files: dict[str, list[Placed]] = {}
     counts: list[tuple[Recipe, int]] = []
     checks: list[Check] = []
@@ -63,7 +63,7 @@ def make(plan: Plan, parts: Sequence[PartName]) -> Solids:
 
 
 def _fitted(plan: Plan, solids: list[mesh.Mesh]) -> Iterator[Check]:
-    """Measure the assembled beam: the substrate and its scales."""
+    """Check the assembled beam: the substrate and its scales."""
     body, *seated = solids
     for i, one in enumerate(seated):
         yield from mesh.scale(plan, mesh.upright(plan, one, i // plan.scales))
@@ -79,20 +79,20 @@ def _fitted(plan: Plan, solids: list[mesh.Mesh]) -> Iterator[Check]:
 
 
 def _copies(plan: Plan, one: Placed) -> list[Placed]:
-    """Return a plate for each scale of the beam, numbered."""
+    """Return a numbered copy of a plate for each scale of the beam."""
     digits = len(str(plan.pieces))
     return [one._replace(name=f"{one.name} {i + 1:0{digits}d}") for i in range(plan.pieces)]
 
 
 def _seated(plan: Plan, flat: Placed, thickness: float) -> list[Placed]:
-    """Return flat plates of a thickness, each in its place on the bar."""
+    """Return copies of a flat plate of a thickness, each in its place on the bar."""
     places = (bodies.seat(plan, i, thickness) for i in range(plan.pieces))
     copies = zip(_copies(plan, flat), places, strict=True)
     return [one._replace(turn=turn, shift=shift) for one, (turn, shift) in copies]
 
 
 def _plates(plan: Plan, flat: Placed) -> Iterator[tuple[str, list[Placed]]]:
-    """Lay all scales out flat in rows, on as many beds as it takes."""
+    """Yield the scales laid out flat in rows, on as many beds as necessary."""
     long, wide = plan.length + plan.embedded + SPACING, plan.breadth + SPACING
     rows = max(1, round(sqrt(plan.pieces * wide / long)))
     columns = ceil(plan.pieces / rows)

@@ -1,1 +1,1 @@
-"""Finite elements of the substrate and of its scales; shares the design with the rest, and nothing of the model."""
+"""Finite elements of the substrate and its scales, a reference independent of the model."""

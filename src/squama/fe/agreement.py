@@ -1,4 +1,4 @@
-"""Models beside a curve by finite elements: differences along the twist, and how far each model holds."""
+"""Models compared with a curve by finite elements: differences over the twist, and the range of each model."""
 
 from __future__ import annotations
 
@@ -15,35 +15,35 @@ if TYPE_CHECKING:
 
 
 SHARE = 0.05
-"""Difference of the torque within which a model counts as holding."""
+"""Relative difference of the torque up to which a model counts as holding."""
 FINITE = ("beam", "row")
-"""Names of curves of finite beams; what sets them apart from the endless one is no fault of a model."""
+"""Names of curves of finite beams; their difference from the endless beam is no error of a model."""
 
 
 def compare(
     elements: xr.Dataset, models: Mapping[str, tuple[str, xr.Dataset]], *, share: float = SHARE, title: str = ""
 ) -> xr.Dataset:
-    """Set models beside a curve by finite elements, at the elements' twists.
+    """Compare models with a curve by finite elements, at the twists of the elements.
 
     Parameters
     ----------
     elements : xarray.Dataset
         The reference: ``phi`` (rad per pitch, from 0 on), ``T``, ``theta`` along ``point``.
     models : mapping
-        Name of each model: what it is in words, and its curve with the same variables. A curve at other twists is
+        Name of each model: a description, and its curve with the same variables. A curve at other twists is
         interpolated linearly.
     share : float
-        Difference of the torque that is allowed, over the elements' torque.
+        Allowed difference of the torque, over the torque of the elements.
     title : str
-        What is compared.
+        Title of the dataset.
 
     Returns
     -------
     xarray.Dataset
         Along ``point``: ``phi``, ``T_elements``, ``theta_elements``; along ``model`` and ``point``: ``T`` and ``theta``
         (NaN beyond a model's end), ``dT`` = T/T_elements - 1, ``dtheta`` = theta - theta_elements; along ``model``:
-        ``words``, ``within``: the twist per pitch at which ``dT`` first leaves the share, ``last``: the last twist that
-        both curves have, ``dT_last``, ``dtheta_last``: the differences there.
+        ``words``, ``within``: the twist per pitch at which ``dT`` first leaves the share, ``last``: the last twist at
+        which both curves have values, ``dT_last``, ``dtheta_last``: the differences there.
 
     Examples
     --------
@@ -90,7 +90,7 @@ def compare(
 
 
 def _at(phi: Array, curve: xr.Dataset, name: str) -> Array:
-    """Return a model's variable at twists (n,), NaN outside its own."""
+    """Return variable ``name`` of a model at twists (n,), rad per pitch; NaN outside the range of the model."""
     x, y = (np.asarray(curve[key].values, float) for key in ("phi", name))
     good = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
     if not good.size:
@@ -100,24 +100,24 @@ def _at(phi: Array, curve: xr.Dataset, name: str) -> Array:
 
 
 def holds(phi: Array, off: Array, share: float = SHARE) -> tuple[float, int]:
-    """Return how far a difference stays within a share.
+    """Return the twist up to which a difference stays within a share.
 
     Parameters
     ----------
     phi : (n,) array
         Twists, rising.
     off : (n,) array
-        Relative difference there; NaN where there is none.
+        Relative difference at these twists; NaN where it is not defined.
     share : float
-        What is allowed, either way.
+        Allowed magnitude of the difference.
 
     Returns
     -------
     within : float
-        Twist at which the difference first leaves the share, between two points linearly; 0 if it is outside from the
-        start, the last twist if it never is, NaN if there is no difference at all.
+        Twist at which the difference first leaves the share, linear between points; 0 if it is outside at the first
+        point, the last twist if it is never outside, NaN if all differences are NaN.
     last : int
-        Number of the last point at which there is a difference; 0 if there is none.
+        Index of the last point with a difference; 0 if there is none.
 
     Examples
     --------

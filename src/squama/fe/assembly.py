@@ -1,4 +1,4 @@
-"""A pitch, or pitches in a row, with scales and their contact: put together to be twisted, and what is recorded of it.
+"""One pitch, or pitches in a row, with scales and contact: bodies and recorded columns of a twisted beam.
 
 The endless beam is one pitch with helical periodicity x(X + e_z) = Q(phi) x(X) + e_z, its scale in contact with the
 scale's images; the section's mean place and turn are held in the twisted frame, since a lateral shift is a null mode at
@@ -38,7 +38,7 @@ from squama.fe.walk import Recorded, Walk
 from squama.types import Array
 
 ENDS = ("free", "held")
-"""What the turned end of a finite beam does along the axis."""
+"""Axial motion of the turned end of a finite beam."""
 FREE = np.eye(6)
 HINGED = FREE[:, [0, 1, 2, 4]]
 """Roll (about n_X) and yaw (about n_Z) blocked, as in a hinge."""
@@ -48,7 +48,7 @@ STRAIN_NAMES = ("twist", "bend", "stretch")
 
 
 def make_body(pitch: Pitch, geometry: Geometry, course: Course | None = None) -> Body:
-    """Return the body of one endless pitch with its scale, if it has one, tied in."""
+    """Return the body of one endless pitch, whose scale, if it has one, is tied in as a rigid body."""
     master, turned, rest = pitch.images
     elements = Elements(pitch.nodes, pitch.tets, Material(1.0, geometry.nu))
     section = Section.of_pitch(master[pitch.front], pitch.nodes[pitch.front], pitch.shares, course)
@@ -58,7 +58,7 @@ def make_body(pitch: Pitch, geometry: Geometry, course: Course | None = None) ->
 
 
 def beam_body(mesh: Tiled, geometry: Geometry) -> Body:
-    """Return the body of pitches in a row between two grips.
+    """Return the body of a finite beam: pitches in a row between two rigidly gripped end sections.
 
     The turned end is a rigid body after the scales; its motions are translation and rotation along x, y, z.
     """
@@ -83,18 +83,18 @@ def make_walk(
     dhat: float = DHAT,
     slip: float = SLIP,
 ) -> Walk:
-    """Return a beam at rest, an endless or a finite one.
+    """Return an endless or a finite beam of elements at rest, ready to be twisted.
 
     Parameters
     ----------
     pitch, geometry : Pitch, Geometry
-        Mesh of one pitch and what it is a mesh of.
+        Mesh of one pitch, and the geometry it was made from.
     mu : float
         Coefficient of friction.
     scales : int, optional
         Number of scales and pitches, 2 or more; an endless beam if not given.
     ends : {"free", "held"}
-        What the turned end of a finite beam does along the axis.
+        Axial motion of the turned end of a finite beam: free, or held at its place.
     hinged : bool
         Block roll and yaw of the scales.
     exposed : Exposed, optional
@@ -106,17 +106,17 @@ def make_walk(
     -------
     Walk
         Lengths are in pitches, torques in E d^3, forces in E d^2. The columns of an endless beam are those of
-        :meth:`squama.fe.walk.Walk.endless` with the ``neighbour`` that is touched; works are per pitch. Of a finite
-        one T is that of the end (the walk's own is N times that: its works are those of the whole beam by the twist
-        per pitch), ``u_end`` the move of the end, and for each scale there are the inclination ``theta`` and motions in
-        the frame that turns with the section at its base, the contact with the next one (N, f, p, s), and the ``twist``
-        of its pitch from cut to cut (see :func:`squama.fe.body.mean_turns`). ``contact`` says what touches, and
-        ``deflection`` is the farthest that a point of a scale has moved in the scale's frame.
+        :meth:`squama.fe.walk.Walk.endless` with the number of the touched ``neighbour``; works are per pitch. Of a
+        finite one T is the torque at the end (the walk's own is N times that: its works are those of the whole beam by
+        the twist per pitch), ``u_end`` the move of the end, and for each scale there are the inclination ``theta`` and
+        motions in the frame that turns with the section at its base, the contact with the next one (N, f, p, s), and
+        the ``twist`` of its pitch from cut to cut (see :func:`squama.fe.body.mean_turns`). ``contact`` names the
+        touching features, and ``deflection`` is the farthest that a point of a scale has moved in the scale's frame.
 
     Raises
     ------
     InputError
-        The memory that is free does not do.
+        The free memory is too small.
     """
     each = HINGED if hinged else FREE
     if scales is None:
@@ -141,7 +141,7 @@ def make_walk(
     if ends == "free":
         moved[6 * scales + 2, -1] = 1.0
     record = partial(_finite, geometry, mesh, pitch.shares)
-    # what the twist of many pitches does to a scale adds up along the beam
+    # displacements of a scale by the twist add up along the beam
     return Walk(bent(body, row), contact, ways_of(moved, row), record, dhat=dhat, slack=max(1.0, scales / 5))
 
 
@@ -156,22 +156,22 @@ def make_bent(
     dhat: float = DHAT,
     slip: float = SLIP,
 ) -> Walk:
-    """Return an endless beam at rest that is to be bent and twisted; led by :meth:`squama.fe.walk.Walk.aim`.
+    """Return an endless beam at rest, to be bent and twisted along paths set by :meth:`squama.fe.walk.Walk.aim`.
 
     Parameters
     ----------
     carrier : Pitch or (9, 9) array
-        Mesh of one pitch, or a joint's matrix over a scale's motions, twist, bend and stretch.
+        Mesh of one pitch, or the stiffness matrix of a joint over a scale's motions, twist, bend and stretch.
     free : sequence of str
-        Which of "twist", "bend" and "stretch" are not imposed: there is no torque, moment or axial force.
+        Those of "twist", "bend" and "stretch" that are free, with no torque, moment or axial force.
     geometry, mu, hinged, exposed, dhat, slip
         As :func:`make_walk`.
 
     Returns
     -------
     Walk
-        Columns as of an endless beam of :func:`make_walk`, with ``psi``, ``phi`` and ``stretch`` per pitch, and what is
-        conjugate to them by virtual work: ``M`` and ``T`` (E d^3) and the axial ``force`` (E d^2), the bar's included.
+        Columns as of an endless beam of :func:`make_walk`, with ``psi``, ``phi`` and ``stretch`` per pitch, and their
+        conjugate loads, those of the bar included: ``M`` and ``T`` (E d^3) and the axial ``force`` (E d^2).
     """
     each, leg = HINGED if hinged else FREE, Leg()
     row = Row(geometry.rest, exposed=exposed, course=leg)
@@ -207,7 +207,7 @@ def _finite(geometry: Geometry, mesh: Tiled, shares: Array, walk: Walk) -> Recor
     N, f = forces(walk.load, scales)
     p, s, words = where(walk.touches, scales)
     turns = mean_turns(mesh.nodes, walk.places(), mesh.cuts, shares)
-    # the section that a scale's base stands on lies between two cuts
+    # the section at a scale's base lies between two cuts
     local = (1 + geometry.cut) * turns[:-1] - geometry.cut * turns[1:]
     local -= walk.phi * (np.arange(scales) - geometry.cut)
     v = np.array(
@@ -232,7 +232,7 @@ def _finite(geometry: Geometry, mesh: Tiled, shares: Array, walk: Walk) -> Recor
 
 
 def turned_back(rest: Rest, v: Array, turn: float) -> Array:
-    """Return a scale's motions (6,) in the frame that is turned with its section about z, rad."""
+    """Return a scale's motions (6,) in the frame turned about z with its section, by ``turn``, rad."""
     from scipy.spatial.transform import Rotation
 
     A, back = rest.axes, Turn.at(turn).Q.T

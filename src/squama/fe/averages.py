@@ -1,4 +1,4 @@
-"""Sections that are held on average: conditions on the mean place and turns of their nodes, with two rates by loads."""
+"""Sections held on average: conditions on mean place and turns of their nodes, with two derivatives."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from squama.types import Array
 
 
 class Section:
-    """Mean place of a section and its mean turns, which multipliers hold in a frame that follows the loads.
+    """Mean place and mean turns of a section, held by multipliers in a frame that follows the loads.
 
     Parameters
     ----------
     nodes : (k,) integer array
-        Numbers of its nodes among the masters.
+        Numbers of the section's nodes among the masters.
     arms : (k, 3) array
-        Where they are in the frame.
+        Places of the nodes in the frame.
     weights : (k,) array
         Shares of the section's area.
     frame : callable
-        The frame by the loads: one :class:`squama.fe.periodic.Moves`, or one for each node.
+        Frame as a function of the loads: one :class:`squama.fe.periodic.Moves`, or one for each node.
     turns : (c, k, 3) array
-        Directions in the frame along which moves of the nodes, weighted by their shares, are on average 0, too.
+        Directions in the frame: the mean displacement of the nodes along each, weighted by their shares, is 0, too.
     """
 
     def __init__(
@@ -42,21 +42,21 @@ class Section:
 
     @classmethod
     def of_pitch(cls, nodes: Index, places: Array, weights: Array, course: Course | None = None) -> Section:
-        """Return the cut of an endless beam at rest: nodes (k, 3) follow the course at their height."""
+        """Return the cut of an endless beam at rest: nodes with places (k, 3) follow the course at their height."""
         nodes, places, weights = (given[weights != 0] for given in (nodes, places, weights))
         flat, led = places * [1.0, 1.0, 0.0], course or Twist()
         turns = np.cross(flat, np.array([[[0.0, 0.0, 1.0]]]))
         return cls(nodes, flat, weights, lambda loads: led.moves(loads, places[:, 2]), turns)
 
     def means(self, y: Array, loads: Array) -> tuple[Array, Array, Array, Array, Array]:
-        """Return derivatives of the means by the places and their rates with loads; the means with two rates.
+        """Return the means, with derivatives by the places of the nodes and two derivatives by the L loads.
 
-        The means (c,) at places y (k, 3) are zero where the section is held, their rates (c, L) and (c, L, L);
-        derivatives are in the order of ``rows``, their rates (.., L).
+        The means (c,) at places y (k, 3) are 0 where the section is held; their derivatives by the loads are (c, L) and
+        (c, L, L). Derivatives by places are in the order of ``rows``; their rates with the loads are (.., L).
         """
         moves, w = self._frame(loads), self.weights
         frames, c = moves.of(self._arms), self.conditions
-        # shifts are counted from the frame; turns, too, across it
+        # shifts from the frame, and turns across it
         off, L = y - frames[0], loads.size
         entries, rates = np.zeros((c, 3, w.size)), np.zeros((c, 3, w.size, L))
         entries[[0, 1, 2], [0, 1, 2]] = w

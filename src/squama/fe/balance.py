@@ -1,8 +1,8 @@
 """Equilibrium of scales against their neighbours: a small Newton solver whose steps never pass through a contact.
 
-Unknown are the six motions v at a given twist phi. The body that carries the scale enters through a callable, so that
-a matrix and condensed finite elements use the same solver. Friction has the normal force and direction of the present
-state in every iteration, and its tangent is exact, so near a lock nothing is lagged.
+Unknowns are the six motions v at a given twist phi. The body that carries the scale is a callable, so that a stiffness
+matrix and condensed finite elements use the same solver. Friction has the normal force and direction of the present
+state in every iteration, and its tangent is exact, so no term lags behind near a lock.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from squama.fe.contact import RowContact
 from squama.types import Array
 
 Body = Callable[[Array, float], tuple[Array, Array, Array]]
-"""Motions v (6,) and twist phi -> force (6,) that the body opposes, its derivatives by v (6, 6) and by phi (6,)."""
+"""Motions v (6,) and twist phi -> restoring force (6,) of the body, its derivatives by v (6, 6) and by phi (6,)."""
 
 TOLERANCE = 1e-9
-"""Residual force over the body's force at which an equilibrium counts as found."""
+"""Residual force over the body's force below which a state counts as an equilibrium."""
 _ROUNDING = 1e-6
-"""The same where rounding lets no step make it smaller."""
+"""Accepted relative residual where rounding prevents any further decrease."""
 ROUNDS = 25
-"""Most Newton steps at one twist; a row of scales has more, see :class:`Balance`."""
+"""Largest number of Newton steps at one twist; larger for a row of scales, see :class:`Balance`."""
 SUBSTEPS = 30
-"""Most stops on the way to a twist, each where a scale would otherwise pass through another; likewise."""
+"""Largest number of stops on the way to a twist, each at a contact met on the way; larger for a row of scales."""
 _SHRINK = 16
 _LEAST, _NEAR = 1e-6, 1e-7
 _FALL, _FALL_REACH = 100, 0.05
@@ -33,10 +33,10 @@ _REACH = 0.1
 
 
 class Found(NamedTuple):
-    """Motions ``v`` (6,) at the twist ``phi``; ``solved`` is false where no equilibrium was found there.
+    """Result of a solution: motions ``v`` (6,) at the twist ``phi``; ``solved`` is false without an equilibrium there.
 
-    ``rounds`` counts the Newton steps, ``residual`` is the largest force left over, and ``rate`` (6,) the derivative of
-    v by phi as friction now acts.
+    ``rounds`` counts the Newton steps, ``residual`` is the largest component of the residual force, and ``rate`` (6,)
+    the derivative of v by phi with the present state of friction.
     """
 
     v: Array
@@ -48,7 +48,7 @@ class Found(NamedTuple):
 
 
 class Balance(NamedTuple):
-    """What scales are in balance with on one increment.
+    """Equations of equilibrium of the scales on one increment, with their solver.
 
     Attributes
     ----------
@@ -57,15 +57,15 @@ class Balance(NamedTuple):
     contact : RowContact
         Contact with the neighbours.
     before : (n, 3) array
-        Corners at the end of the last increment: friction follows the slip since then.
+        Corners at the end of the last increment, from which the slip of friction is counted.
     kappa : float
         The barrier's stiffness, see :func:`squama.fe.contact.stiffness`.
     ways : (6, m) array
-        Directions in which the scale can move; the identity for all.
+        Directions of motion of the scale, as columns; the identity for all.
     tolerance : float
-        Of the residual, relative to the body's force.
+        Tolerance of the residual, relative to the force of the body.
     beat : callable, optional
-        Called at each Newton step: a beam of many scales takes minutes for one increment.
+        Called at each Newton step, since one increment of a beam of many scales takes minutes.
     """
 
     body: Body
@@ -90,7 +90,7 @@ class Balance(NamedTuple):
         return _State(total, ways.T @ total, ways.T @ stiff @ ways, ways.T @ tangent @ ways, by_phi, scale)
 
     def find(self, v: Array, phi: float) -> Found:
-        """Find the equilibrium at a twist (rad per pitch) from motions (6,) that do not pass through each other."""
+        """Return the equilibrium at a twist (rad per pitch), from motions (6,) without interpenetration."""
         contact, ways = self.contact, self.ways
         places, now = contact.corners(v, phi), self._state(v, phi)
         metric = np.linalg.inv(_convex(now.stiff))
@@ -123,10 +123,10 @@ class Balance(NamedTuple):
         return Found(v, phi, left <= max(self.tolerance, _ROUNDING) * now.scale, rounds, left, rate)
 
     def fall(self, v: Array, phi: float) -> Found:
-        """Let go of a scale that is not in balance, at a twist that stays, and find where it comes to rest.
+        """Release a scale that is out of balance at a fixed twist, and return its state of rest.
 
-        Every step leads downhill, however far; friction acts on the whole way since ``before``. Where a contact slips
-        off a corner, this shows where the scales jump, even before they rest there.
+        Every step decreases the energy, over any distance; friction counts the whole slip since ``before``. Where a
+        contact slips off a corner, this finds the direction of the jump even if no equilibrium follows.
         """
         contact = self.contact
         for _ in range(_FALL):
@@ -149,19 +149,19 @@ class Balance(NamedTuple):
         return Found(v, phi, False, _FALL, np.inf, np.zeros_like(v))
 
     def advance(self, start: tuple[Array, float], goal: tuple[Array, float]) -> Found:
-        """Go from an equilibrium to another twist, with stops where the straight way there meets a contact.
+        """Advance from an equilibrium to another twist, with a stop wherever the straight path meets a contact.
 
         Parameters
         ----------
         start : (v, phi)
             Equilibrium.
         goal : (v, phi)
-            Predicted motions at the wanted twist.
+            Predicted motions at the goal.
 
         Returns
         -------
         Found
-            At the wanted twist, or where it did not go on (``solved`` is false).
+            State at the goal, or the last one reached (``solved`` is false).
         """
         (v, phi), (guess, wanted) = start, goal
         contact, rounds = self.contact, 0
@@ -169,7 +169,7 @@ class Balance(NamedTuple):
             here, share = contact.corners(v, phi), 1.0
             there = _between(v, phi, guess, wanted, share)
             while share > _LEAST and (clear := contact.free(here, contact.corners(*there))) < 1:
-                # once more, since the way of the rigid scales is a little curved
+                # again, since paths of points of rigid scales are slightly curved
                 share *= clear
                 there = _between(v, phi, guess, wanted, share)
             found = self.find(*there)
@@ -177,13 +177,13 @@ class Balance(NamedTuple):
             if not found.solved or share == 1:
                 return found._replace(rounds=rounds)
             v, phi = found.v, found.phi
-            # on along the contact that was met
+            # tangentially along the new contact
             guess = v + found.rate * (wanted - phi)
         return Found(v, phi, False, rounds, np.inf, np.zeros_like(v))
 
 
 class _State(NamedTuple):
-    """Forces on all motions and on the ways; tangents of body and contact on the ways; rate with phi; size."""
+    """Residual on all motions and on the ways; tangents of body and contact on the ways; rate with phi; scale."""
 
     total: Array
     r: Array
@@ -194,7 +194,7 @@ class _State(NamedTuple):
 
 
 def _convex(matrix: Array) -> Array:
-    """Return the symmetric part with its eigenvalues' magnitudes, at least a millionth of the largest."""
+    """Return the symmetric part of a matrix with eigenvalues replaced by magnitudes, at least 1e-6 of the largest."""
     values, axes = np.linalg.eigh((matrix + matrix.T) / 2)
     values = np.abs(values)
     top = float(values.max())
@@ -213,18 +213,18 @@ def _between(v: Array, phi: float, guess: Array, wanted: float, share: float) ->
 
 
 class Trail:
-    """The last equilibria: where the next one is to be expected, and since when scales have slid.
+    """The last equilibria, for predictions of the next one and for the reference state of slip.
 
-    The direction of the slip at the end of an increment is wanted, not that of the increment's chord; so friction
-    refers to a place extrapolated from two increments (the second-order backward difference), and to the last place
-    where there is one increment only or the twist has turned back.
+    Friction needs the direction of slip at the end of an increment, not along its chord; so slip is counted from a
+    place extrapolated from two increments (second-order backward difference), and from the last place after a single
+    increment or a reversal of the twist.
 
     Parameters
     ----------
     past : sequence of (state, phi, corners)
-        Equilibria, the last one last; three at most are kept. A state is any array that the twist moves.
+        Equilibria in order; the last three are kept. A state is an array of unknowns that depend on the twist.
     rate : array, optional
-        Derivative of the state by phi at the first one.
+        Derivative of the state by phi at the first equilibrium.
     """
 
     def __init__(self, past: Sequence[tuple[Array, float, Array]], rate: Array | None = None) -> None:
@@ -232,17 +232,17 @@ class Trail:
         self._rate = rate
 
     def add(self, state: Array, phi: float, corners: Array) -> None:
-        """Take an equilibrium into the trail."""
+        """Append an equilibrium to the trail."""
         self.past = [*self.past[-2:], (state, phi, corners)]
 
     def _on(self, phi: float) -> float:
-        """Return the step to a twist over the last one: above 0 the same way, below 0 where it turns, 0 at first."""
+        """Return the step to a twist over the last step: above 0 onward, below 0 after a reversal, 0 at first."""
         if len(self.past) < 2:
             return 0.0
         return (phi - self.past[-1][1]) / (self.past[-1][1] - self.past[-2][1])
 
     def turns(self, phi: float) -> bool:
-        """Tell whether the twist turns round on the way there."""
+        """Return whether the twist reverses on the way to ``phi``."""
         return self._on(phi) < 0
 
     def expected(self, phi: float) -> Array:
@@ -260,11 +260,11 @@ class Trail:
         return np.asarray(b + (phi - y) * (rate + bend * (phi - x)))
 
     def before(self, phi: float) -> Array:
-        """Return the corners (n, 3) since which the slip at a twist is to be counted."""
+        """Return the corners (n, 3) from which slip is counted on the increment to a twist."""
         last, w = self.past[-1][2], self._on(phi)
         return last + (last - self.past[-2][2]) * (w * w / (1 + 2 * w)) if w > 0 else last
 
     def stretch(self, phi: float) -> float:
-        """Return what turns friction times slip since :meth:`before` into its rate times the increment."""
+        """Return the factor from friction times slip since :meth:`before` to power times the increment."""
         w = max(self._on(phi), 0.0)
         return (1 + 2 * w) / (1 + w)

@@ -1,4 +1,4 @@
-"""How the exposed part of a scale bends: modes of a solid of quadratic bricks, or polynomials of a thin plate.
+"""Bending of the exposed part of a scale: modes of a solid of quadratic bricks, or polynomials of a thin plate.
 
 Both are clamped at X = 0, where the rigid embedded part begins, and fill the ``modes`` and ``stiffness`` of
 :class:`squama.fe.exposed.Exposed`. Lengths in pitches; the modulus over that of the substrate.
@@ -24,7 +24,7 @@ from squama.model import elastic_plate as ritz
 from squama.types import Array
 
 MODES = 24
-"""Answers of the solid that are kept."""
+"""Number of static deflections of the solid kept as modes."""
 LAYERS = 2
 BRICKS = (12, 6)
 """Bricks along and across."""
@@ -64,12 +64,12 @@ def shapes(at: Array) -> tuple[Array, Array]:
 
 
 class Bricks:
-    """A plate of equal bricks: ``nodes`` (n, 3), ``cells`` (m, 20).
+    """Solid plate of equal bricks: ``nodes`` (n, 3), ``cells`` (m, 20).
 
     Parameters
     ----------
     eta, beta, h : float
-        Length, half width and thickness.
+        Length, half width and thickness, pitches.
     along, across : int
         Numbers of bricks; :data:`LAYERS` over the thickness.
     """
@@ -85,7 +85,7 @@ class Bricks:
         self.nodes, self.cells = self.low + unique / 2 * self.size, index.reshape(-1, 20)
 
     def stiffness(self, material: Material) -> Any:
-        """Return the small-strain stiffness (3 n, 3 n), sparse."""
+        """Return the small-strain stiffness matrix (3 n, 3 n), sparse, in E d."""
         from scipy import sparse
 
         lame, shear = material.lame
@@ -129,7 +129,7 @@ def solid(
     bricks: tuple[int, int] = BRICKS,
     modes: int = MODES,
 ) -> Exposed:
-    """Return an exposed part that bends as a solid of quadratic bricks.
+    """Return an exposed part whose bending modes come from a solid of quadratic bricks.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def solid(
     bricks : (int, int)
         Numbers along and across.
     modes : int
-        How many are kept.
+        Number of modes.
     """
     plate = Bricks(eta, beta, h, *bricks)
     grid = lines(eta, beta, bricks)
@@ -163,7 +163,7 @@ def solid(
 
 
 def mesh_error(eta: float, beta: float, h: float, material: Material) -> float:
-    """Return by how much bricks of twice the size are stiffer under a force on a corner of the tip: about the error."""
+    """Return the relative decrease of stiffness from bricks of twice the size, under a force on a corner of the tip."""
     corner, flexible = np.array([[eta, -beta, 0.0]]), []
     for along, across in (BRICKS, (BRICKS[0] // 2, BRICKS[1] // 2)):
         mesh = Bricks(eta, beta, h, along, across)
@@ -172,15 +172,15 @@ def mesh_error(eta: float, beta: float, h: float, material: Material) -> float:
 
 
 def lines(eta: float, beta: float, bricks: tuple[int, int]) -> tuple[Array, Array]:
-    """Return the lines of the contact surface's grid, two for each brick."""
+    """Return the grid lines (pitches) of the contact surface along X and Y, two for each brick."""
     along, across = bricks
     return np.linspace(0, eta, 2 * along + 1), np.linspace(-beta, beta, 2 * across + 1)
 
 
 def _touched(X: Array, Y: Array) -> tuple[Array, Array]:
-    """Return places (k, 3) of the middle plane where forces may act, and their shares: edges before the face.
+    """Return places (k, 3) of the middle plane at which forces act, and their weights: edges above the face.
 
-    All points of the grid's edges but the clamped one, and every second one between.
+    All points of the grid's free edges, and every second one of the interior.
     """
     i, j = (v.ravel() for v in np.meshgrid(np.arange(1, X.size), np.arange(Y.size), indexing="ij"))
     edge = (i == X.size - 1) | (j == 0) | (j == Y.size - 1)
@@ -212,7 +212,7 @@ def plate(
     along: int = ritz.LENGTHWISE + 1,
     across: int = ritz.ACROSS - 1,
 ) -> Exposed:
-    """Return an exposed part that bends as a thin plate, by polynomials.
+    """Return an exposed part that bends as a thin plate, with polynomial modes.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The substrate with its scales attached: residual, tangent, and its exact condensation onto the motions and the twist.
+"""The substrate with its scales attached: residual, tangent, and exact condensation onto the motions and the twist.
 
 Unknowns are the places of the free nodes and, where sections are held on average, multipliers. They are eliminated
 by one factorisation (Schur complement), in which the motions of the rigid bodies, six each, and the loads per pitch
@@ -24,13 +24,13 @@ from squama.types import Array
 
 
 class Reduced(NamedTuple):
-    """A body condensed onto its motions v and the twist phi at one state; phi is the way on a path of more loads.
+    """A body condensed onto its motions v and the twist phi (or the way on a path of several loads) at one state.
 
-    ``s`` (m,) and ``S`` (m, m) are the force on the motions and its tangent once the free nodes are in balance, m = 6
-    for each rigid body, and the strains of a :class:`squama.fe.periodic.Leg`; ``s_phi`` the rate of s with phi;
-    ``torque`` and ``torque_phi`` the same of dU/dphi. ``energy`` is the strain energy, ``unbalanced`` the largest force
-    on a free node. ``update(dv, dphi=0)`` is the change of the free unknowns that goes with one of the motions and the
-    twist, until the next state is condensed.
+    ``s`` (m,) and ``S`` (m, m) are the force on the motions and its tangent with the free nodes in equilibrium, where m
+    counts 6 for each rigid body and the strains of a :class:`squama.fe.periodic.Leg`; ``s_phi`` (m,) is the derivative
+    of s by phi; ``torque`` is dU/dphi and ``torque_phi`` its derivative. ``energy`` is the strain energy,
+    ``unbalanced`` the largest force on a free node. ``update(dv, dphi=0)`` returns the change of the free unknowns with
+    the motions and the twist, and is valid until the next state is condensed.
     """
 
     v: Array
@@ -45,28 +45,28 @@ class Reduced(NamedTuple):
     update: Callable[..., Array]
 
     def linear(self, v: Array, phi: float) -> tuple[Array, Array, Array]:
-        """Return the force at motions v (m,) and a twist by the tangent, and its derivatives by both."""
+        """Return the force (m,) at motions v (m,) and a twist, linearised at this state, with derivatives by both."""
         return self.s + self.S @ (v - self.v) + self.s_phi * (phi - self.phi), self.S, self.s_phi
 
 
 class Body:
-    """Elements with rigid bodies tied in, a section that is held on average, and nodes that stay where they are.
+    """Elements with rigid bodies tied in, sections held on average, and fixed nodes.
 
     Parameters
     ----------
     elements : Elements or Helical
         The solid.
     rest : (n, 3) array
-        Its masters at rest.
+        Places of its masters at rest.
     rigid : sequence of (nodes, Carried)
-        Masters tied to each rigid body, the scales first, and how they move with it.
+        Masters tied to each rigid body, the scales first, and the kinematics of these points.
     sections : sequence of Section
-        Held by multipliers.
+        Sections held by multipliers.
     still : (k,) integer array, optional
-        Nodes that stay.
+        Fixed nodes.
     axis : float, optional
-        The free unknowns are places turned back by phi times the height over this place along z, so that predictions
-        follow the twist; places in space if not given.
+        Place along z from which heights are counted: the free unknowns are places turned back by phi times the height,
+        so that predictions follow the twist. Places in space if not given.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ class Body:
         self._number()
 
     def _number(self) -> None:
-        """Find where the entries of the bordered matrix come from: tangent, section, zero, border, corner."""
+        """Set up the pattern of the bordered matrix and the source of each entry: tangent, section, border, corner."""
         from scipy import sparse
 
         elements, n, loads = self.elements, self.unknowns, self.course.loads
@@ -163,7 +163,7 @@ class Body:
         return np.append(self.rest[self.free].ravel(), np.zeros(self.unknowns - self.places_free))
 
     def _turned(self, x: Array, phi: float) -> Array:
-        """Turn places or their changes (free, 3), node by node, from the twisted frame into space; back with -phi."""
+        """Return places or changes (free, 3) turned node by node from the twisted frame into space; back by -phi."""
         if self._heights is None:
             return x
         angles = phi * self._heights
@@ -180,7 +180,7 @@ class Body:
         return y
 
     def reduce(self, z: Array, v: Array, phi: float) -> Reduced | None:
-        """Condense onto the motions and the twist; None where an element is inverted.
+        """Condense onto the motions and the twist; return None where an element is inverted.
 
         Parameters
         ----------
@@ -244,9 +244,9 @@ class Body:
         return Reduced(v, phi, s[:-1], S[:-1, :-1], S[:-1, -1], *rest)
 
     def _corner(self, v: Array, phi: float, r: Result) -> tuple[list[Array], Array]:
-        """Return rates (3 k, 7) of each body's nodes by its motions and phi, and the tangent by motions and loads.
+        """Return derivatives (3 k, 7) of bodies' nodes by motions and phi, and the tangent by motions and loads.
 
-        The tangent is that at free nodes that stay. A rigid body depends on a twist, the last of the loads, alone.
+        The tangent is at fixed free nodes. A rigid body depends on the last of the loads, a twist, only.
         """
         from scipy import sparse
 
@@ -275,7 +275,7 @@ class Body:
 
 
 def _by_motions(course: Course, tied: int, size: int) -> Array:
-    """Return the derivatives (tied + L, size) of motions of rigid bodies and loads by motions and the way."""
+    """Return the derivatives (tied + L, size) of the motions of rigid bodies and the loads by motions and way."""
     by = np.zeros((tied + course.loads, size))
     by[:tied, :tied] = np.eye(tied)
     by[tied:] = course.by(size)
@@ -283,7 +283,7 @@ def _by_motions(course: Course, tied: int, size: int) -> Array:
 
 
 class Matrix:
-    """A body that is a stiffness matrix over the motions of one scale and the loads: condensed at any state."""
+    """A body given by a stiffness matrix over the motions of one scale and the loads, the same at all states."""
 
     places_free = 0
 
@@ -291,15 +291,15 @@ class Matrix:
         self._K, self._course = K, course or Twist()
 
     def start(self) -> Array:
-        """Return the free unknowns: none."""
+        """Return the free unknowns at rest, an empty array."""
         return np.empty(0)
 
     def places(self, z: Array, v: Array, phi: float) -> Array:  # noqa: ARG002 - as a Body's
-        """Return the places of its nodes: none."""
+        """Return the places of the nodes, an empty array (0, 3)."""
         return np.empty((0, 3))
 
     def reduce(self, z: Array, v: Array, phi: float) -> Reduced:
-        """Return what it opposes to motions v (m,) and a twist; exact at all others, too."""
+        """Return force, torque and energy at motions v (m,) and a twist; the linearisation is exact at all states."""
         q, by = np.append(v[:6], self._course.at(v, phi)), _by_motions(self._course, 6, v.size + 1)
         pushed = self._K @ q
         energy, s, S = float(q @ pushed) / 2, pushed @ by, by.T @ self._K @ by
@@ -308,16 +308,16 @@ class Matrix:
 
 
 class Bent:
-    """A body whose scales bend: behind its motions come the amplitudes of each scale's modes (fe.exposed).
+    """A body whose scales bend: its motions are followed by the amplitudes of each scale's modes (fe.exposed).
 
     Parameters
     ----------
     body : Body or Matrix
-        What carries the scales.
+        Substrate that carries the scales.
     stiffness : (r, r) array
-        That of the modes of one scale, E d.
+        Stiffness of the modes of one scale, E d.
     scales : int
-        How many scales bend.
+        Number of scales that bend.
     """
 
     def __init__(self, body: Body | Matrix, stiffness: Array, scales: int = 1) -> None:
@@ -336,7 +336,7 @@ class Bent:
         return self.body.places(z, self._parts(v)[0], phi)
 
     def reduce(self, z: Array, v: Array, phi: float) -> Reduced | None:
-        """Condense the body and add what the scales oppose to their bending; None where an element is inverted."""
+        """Condense the body and add the bending of the scales; return None where an element is inverted."""
         motions, a = self._parts(v)
         r = self.body.reduce(z, motions, phi)
         if r is None:
@@ -355,18 +355,18 @@ class Bent:
 
 
 def bent(body: Body | Matrix, row: Row) -> Body | Matrix | Bent:
-    """Return the body with the scales of a row on it, as far as these bend."""
+    """Return the body with the bending modes of a row's scales added, if they have any."""
     return Bent(body, row.exposed.stiffness, row.moving) if row.exposed.amplitudes else body
 
 
 def ways_of(motions: Array, row: Row) -> Array:
-    """Return directions in which motions (m, k) can go with those of all amplitudes behind them."""
+    """Return the directions of motion (m, k), as columns, extended by one direction for each mode amplitude."""
     (m, k), r = motions.shape, row.exposed.amplitudes * row.moving
     return np.block([[motions, np.zeros((m, r))], [np.zeros((r, k)), np.eye(r)]])
 
 
 def mean_turns(rest: Array, places: Array, cuts: Index, weights: Array) -> Array:
-    """Return the mean turn (cuts,) of cuts about z, in the sense of the twist, rad.
+    """Return the mean turns (cuts,) of sections about z, rad, positive in the sense of the twist.
 
     The turn of a cut (its nodes are a row of ``cuts``) is that of the rigid motion in the plane that fits the places of
     its nodes best (least squares weighted by area), their mean place set aside, so that bowing does not count.

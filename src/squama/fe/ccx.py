@@ -1,8 +1,8 @@
-"""Run a CalculiX deck of `squama.fe.deck`, read what it prints, and look at the contact in every increment.
+"""Run a CalculiX deck of `squama.fe.deck`, read its results, and check the contact in every increment.
 
-An increment that the program accepts is no proof that the edges touch as they should: a scale may have slipped through
-its neighbour. So the gap of every pair of edges is computed from the corners of the plates, and a run in which a gap
-goes far below zero is refused.
+An increment accepted by CalculiX is no proof of sound contact: a scale may have slipped through its neighbour. So the
+gap of every pair of edges is computed from the corners of the plates, and a run in which a gap falls far below zero is
+refused.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ if TYPE_CHECKING:
 
 
 LARGEST = 500_000_000
-"""Largest deck that is read, bytes."""
+"""Largest size of a deck, bytes."""
 DEEPEST = 0.02
-"""Penetration (pitches) from which a contact counts as lost; the penalty itself allows far less."""
+"""Penetration (pitches) from which a contact counts as lost; that of the penalty contact is far smaller."""
 _PRINTED = ("CORNERS", "TIP", "SIDE", "EDGES", "FIXED")
-"""Sets of nodes of which every increment prints something."""
+"""Sets of nodes with results printed at every increment."""
 _TITLE = re.compile(r"\s*(?:displacements|forces) .* for set (\w+) and time\s+(\S+)")
 
 
 class CalculixError(InputError):
-    """CalculiX is missing, fails, or loses a contact; ``done`` is the dataset of the increments before, or None."""
+    """CalculiX is missing, fails, or loses a contact; ``done``: dataset of the increments before, or None."""
 
     def __init__(self, message: str, done: xr.Dataset | None = None) -> None:
         super().__init__(message)
@@ -60,11 +60,11 @@ def run_calculix(
     deck : path
         The deck (.inp).
     folder : path, optional
-        Where the program works and leaves its files; a temporary folder if not given.
+        Working folder of the program, with its files after the run; a temporary folder if not given.
     threads : int
-        Processors to use.
+        Number of threads.
     timeout : float, optional
-        Longest time, s.
+        Limit of the time, s.
 
     Returns
     -------
@@ -74,9 +74,9 @@ def run_calculix(
     Raises
     ------
     CalculixError
-        The program is missing, stops before the end, or a contact is lost. Increments done so far are in ``done``.
+        The program is missing, stops before the end, or a contact is lost. ``done`` has the increments before.
     InputError
-        The file cannot be read, or is no deck of ours.
+        The file cannot be read, or was not written by squama.
     """
     ccx = shutil.which("ccx")
     if ccx is None:
@@ -114,7 +114,7 @@ def run_calculix(
 
 
 def audit(data: xr.Dataset) -> xr.Dataset:
-    """Return the dataset if no contact was lost in any increment.
+    """Return the dataset unless a contact was lost in some increment.
 
     Raises
     ------
@@ -134,7 +134,7 @@ def audit(data: xr.Dataset) -> xr.Dataset:
 
 
 def results(deck: str, printed: str) -> xr.Dataset:
-    """Return what a run has printed.
+    """Return the printed results of a run as a dataset.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ def results(deck: str, printed: str) -> xr.Dataset:
 
 
 def _read(deck: str) -> tuple[dict[str, float], dict[str, list[int]], dict[str, Array]]:
-    """Return the beam's data at the head; number and place (mm) of the nodes of each printed set, in its order."""
+    """Return the beam's data in the head; numbers and places (mm) of the nodes of each printed set, in order."""
     about: dict[str, float] = {}
     sets: dict[str, list[int]] = {}
     nodes: dict[int, list[float]] = {}
@@ -235,7 +235,7 @@ def _tables(text: str, numbers: dict[str, list[int]]) -> tuple[Array, dict[str, 
 
 
 def _local_twist(places: Array, d: float, n: int) -> Array:
-    """Return the turn of the bar's back face at every scale, (states, scales), positive in the sense of the twist."""
+    """Return the turn (states, scales) of the bar's back face at every scale, rad, positive with the twist."""
     across = np.zeros((len(places), 2, n))
     for side in (1, -1):
         on = np.flatnonzero(np.sign(places[0, :, 0]) == side)
@@ -246,7 +246,7 @@ def _local_twist(places: Array, d: float, n: int) -> Array:
 
 
 def _turns(corners: Array, local: Array) -> Array:
-    """Return rotation vectors (states, scales, 3) of plates from rest, along their axes there, less the bar's twist."""
+    """Return rotation vectors (states, scales, 3) of plates from rest, on rest axes, less the bar's twist; rad."""
     from scipy.spatial.transform import Rotation
 
     D, A, B, C = np.moveaxis(corners, 2, 0)
@@ -260,7 +260,7 @@ def _turns(corners: Array, local: Array) -> Array:
 
 
 def _gaps(tips: Array, sides: Array) -> Array:
-    """Return the gap of each tip edge and the next scale's side edge; NaN where they do not cross or none is next.
+    """Return the gaps (states, scales) of each tip edge to the next scale's side edge; NaN where they do not cross.
 
     Parameters
     ----------
@@ -268,7 +268,7 @@ def _gaps(tips: Array, sides: Array) -> Array:
         Nodes in a row along the edges, the tip's from C to B, the side's from D to C.
     """
     gap = np.full(tips.shape[:2], np.nan)
-    # every segment of the one with every segment of the other
+    # all pairs of segments
     C, D = tips[:, :-1, :-1, None], sides[:, 1:, None, :-1]
     u, v = tips[:, :-1, 1:, None] - C, sides[:, 1:, None, 1:] - D
     u, v, way = np.broadcast_arrays(u, v, D - C)

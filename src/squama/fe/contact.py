@@ -1,11 +1,12 @@
 """Frictional contact of scales, thin or thick, rigid or bent: a barrier, smoothed Coulomb friction, no passing.
 
 The scales keep a gap between 0 and ``dhat`` by a potential that grows without bound as the gap closes (incremental
-potential contact: Li et al., ACM Trans. Graph. 39, 49, 2020; computed by ipctk). Of rigid scales only edges on edges
-and corners on faces of given pairs are looked at: two convex bodies meet in no other way; of scales that bend all edges
-and triangles of their surfaces that come near each other. Friction follows the slip since the
-last increment, with normal force and direction of the present state, so the tangent is not symmetric.
-Lengths in pitches; forces in whatever unit the stiffness brings.
+potential contact: Li et al., ACM Trans. Graph. 39, 49, 2020; computed by ipctk). For rigid scales, candidates are edges
+against edges and corners against faces of given pairs, since convex bodies meet in no other way; for scales that bend,
+all edges and triangles of their surfaces that come near each other. Friction follows the slip since the last increment,
+with normal force and direction of the present state, so the tangent is not symmetric.
+
+Lengths in pitches; forces in the unit of the barrier's stiffness times pitches cubed.
 """
 
 from __future__ import annotations
@@ -22,34 +23,34 @@ from squama.needs import need
 from squama.types import Array
 
 DHAT = 1e-4
-"""Distance within which scales push each other off, pitches."""
+"""Gap below which the barrier repels scales, pitches."""
 SLIP = 1e-5
-"""Slip within an increment up to which friction grows to its full value, pitches."""
+"""Slip within an increment at which friction reaches its full value, pitches."""
 _HALF = 4.329441541679836
 """Force at a gap of dhat / 2 over stiffness dhat^3."""
 _CLOSE = 0.99
-"""Fraction of the gap that a step may close before it counts as a collision."""
+"""Largest fraction of the gap closed by a step; beyond, the step counts as a collision."""
 _CLEAR = 0.9
-"""Fraction of a step to the next collision that is taken."""
+"""Fraction of the step to the next collision that is taken."""
 _WIDE = 0.01
-"""How far beyond the distance asked for candidates are sought, so that they serve until corners move by half of it."""
+"""Margin added to the search distance of candidates, so that they stay valid until corners move by half of it."""
 _FAR = 10.0
-"""Distance beyond which no gap is looked for, pitches."""
+"""Largest distance of the search for gaps, pitches."""
 _USUAL = ("tip edge CB", "side edge DC")
 _THIN = thin(1.0, 1.0)
 
 
 def stiffness(force: float, dhat: float) -> float:
-    """Return the barrier's stiffness at which a force keeps a gap of dhat / 2."""
+    """Return the stiffness of the barrier at which a contact force keeps a gap of dhat / 2."""
     return force / (_HALF * dhat**3)
 
 
 class Push(NamedTuple):
-    """Contact at one place of the corners (n, 3).
+    """Contact at one state of the corners (n, 3).
 
     ``gradient`` (n, 3) of the barrier's energy, the ``friction`` (n, 3; minus the friction forces), the numbers
-    ``nodes`` (a,) of the corners on which these act, and the ``tangent`` (3 a, 3 a): derivative of gradient + friction
-    there, or None if not asked or without contact.
+    ``nodes`` (a,) of the corners with forces, and the ``tangent`` (3 a, 3 a): derivative of gradient + friction at
+    these corners, or None if not requested or without contact.
     """
 
     gradient: Array
@@ -59,11 +60,11 @@ class Push(NamedTuple):
 
 
 class Touch(NamedTuple):
-    """A place where two scales touch.
+    """A place of contact of two scales.
 
-    ``first`` and ``second`` number the scales, ``pair`` says the features in words (scale i is called 1 + i), ``N`` is
-    the normal force, and ``p``, ``s`` the places of a contact of the tip edge of the first
-    with side edge DC of the second: from the tip edge's middle towards B, and from D (NaN for others).
+    ``first`` and ``second`` number the scales, ``pair`` names the features (scale i is called 1 + i), ``N`` is the
+    normal force, and ``p``, ``s`` the places of a contact of the tip edge of the first with side edge DC of the second:
+    from the tip edge's middle towards B, and from D (NaN for others).
     """
 
     first: int
@@ -75,18 +76,18 @@ class Touch(NamedTuple):
 
 
 class Contact:
-    """Contact of scales given by the points of their surfaces, "corners" for short, scale by scale.
+    """Contact of scales given by the points of their surfaces, here called "corners", scale by scale.
 
     Parameters
     ----------
     corners : (n m, 3) array
-        Those of the m scales at rest.
+        Corners of the m scales at rest.
     pairs : sequence of (int, int)
-        Scales that may touch; of scales that bend all that come near, in an endless row those of scale 0.
+        Scales that may touch. Scales that bend are searched for all contacts, in an endless row those of scale 0.
     mu : float
         Coefficient of friction.
     exposed : Exposed
-        The surface of each; without it a rectangle with the corners D, A, B, C.
+        Surface of each scale; a rectangle with the corners D, A, B, C if not given.
     dhat, slip : float
         As :data:`DHAT` and :data:`SLIP`.
     """
@@ -110,17 +111,17 @@ class Contact:
         )
         self._rest = np.asfortranarray(corners, dtype=float)
         self._mesh = ipc.CollisionMesh(self._rest, _whole(edges), _whole(faces))
-        # of an endless row pairs without its scale 0 are others once more
+        # in an endless row pairs without scale 0 repeat others
         number = np.arange(scales.size) if any(i for i, _ in pairs) else np.minimum(np.arange(scales.size), 1)
         self._mesh.can_collide = ipc.make_vertex_patches_filter(np.repeat(number, self._each).astype(np.int32))
         self._always = None if exposed.amplitudes else self._between(pairs)
-        # where they were last sought, and how near
+        # path and distance of the last search, and the candidates
         self._kept: tuple[tuple[Array, Array], float, Any] = (self._rest, self._rest), -1.0, None
         self._ccd = ipc.AdditiveCCD(conservative_rescaling=_CLOSE)
         self._friction = ipc.FrictionPotential(slip)
 
     def _between(self, pairs: Iterable[tuple[int, int]]) -> Any:
-        """Return all edges and edges, and triangles and points, of rigid scales that may touch."""
+        """Return candidates of rigid scales: all pairs of edges, and of triangles and points."""
         exposed, ipc, out = self._exposed, self._ipc, self._ipc.Candidates()
         n, m, q, outer = self._each, len(exposed.edges), len(exposed.faces), exposed.outer.tolist()
         out.ee_candidates = [
@@ -136,12 +137,12 @@ class Contact:
         return out
 
     def _near(self, V: Array, there: Array, within: float) -> Any:
-        """Return what comes as near as ``within`` on a straight way of the corners, or more that could."""
+        """Return candidates within a distance ``within`` on a straight path of the corners, or a superset."""
         if self._always is not None:
             return self._always
-        # a way is near the one that was looked along where its ends are near those of that, or both near one of them
+        # candidates stay valid while both ends of the path are near ends of the searched path
         moved = max(min(float(np.abs(x - end).max()) for end in self._kept[0]) for x in (V, there))
-        # two scales may come nearer by twice the way of a corner
+        # the distance of two scales changes by at most twice the displacement of a corner
         if within + 2 * np.sqrt(3) * moved > self._kept[1]:
             wide, found = within + _WIDE, self._ipc.Candidates()
             found.build(self._mesh, V, there, wide / 2)
@@ -154,9 +155,9 @@ class Contact:
         Parameters
         ----------
         corners : (n, 3) array
-            Where the corners are.
+            Places of the corners, pitches.
         before : (n, 3) array, optional
-            Where they were at the end of the last increment; no friction if not given.
+            Places at the end of the last increment; no friction if not given.
         kappa : float
             Stiffness of the barrier, see :func:`stiffness`.
         """
@@ -188,16 +189,16 @@ class Contact:
         return found
 
     def gap(self, corners: Array, within: float = np.inf) -> float:
-        """Return the least distance of the pairs, pitches; inf where it is more than ``within`` (or :data:`_FAR`)."""
+        """Return the least distance of the pairs, pitches; inf if it exceeds ``within`` (or :data:`_FAR`)."""
         V = np.asfortranarray(corners)
-        # what is near is sought the sooner the smaller the distance, where not all is looked at anyway
+        # a search for candidates is faster the smaller the distance
         reach = min(within, _FAR) if self._always is not None else min(within, self.dhat)
         while len(found := self._found(V, reach)) == 0 and reach < min(within, _FAR):
             reach = min(4 * reach, within, _FAR)
         return float(np.sqrt(found.compute_minimum_distance(self._mesh, V))) if len(found) else np.inf
 
     def free(self, start: Array, end: Array) -> float:
-        """Return the fraction of a straight motion of the corners that no collision stops, 1 for all of it."""
+        """Return the collision-free fraction of a straight motion of the corners from start to end, 1 for all of it."""
         a, b = np.asfortranarray(start), np.asfortranarray(end)
         t = self._near(a, b, 0.0).compute_collision_free_stepsize(self._mesh, a, b, 0.0, self._ccd)
         return 1.0 if t >= 1 else _CLEAR * float(t)
@@ -223,7 +224,7 @@ class Contact:
         return sorted(out, key=lambda t: -t.N)
 
     def _features(self, found: Any) -> Iterator[tuple[_Feature, _Feature, Any]]:
-        """Yield the two features of every collision, and it; that of the lower scale first."""
+        """Yield the two features of every collision, that of the lower scale first, and the collision."""
         exposed, edges, faces = self._exposed, len(self._exposed.edges), len(self._exposed.faces)
 
         def edge(i: int) -> _Feature:
@@ -242,7 +243,7 @@ class Contact:
             yield (b, a, c) if a.scale > b.scale else (a, b, c)
 
     def _places(self, V: Array, one: _Feature, two: _Feature) -> Array:
-        """Return where lines of points or points of two scales are nearest: Y on the first, X on the second."""
+        """Return the nearest points of two lines or points of two scales: Y on the first, X on the second, pitches."""
         lines = [(V[f.nodes], self._exposed.points[f.nodes % self._each]) for f in (one, two)]
         (x, X), (y, Y) = lines
         along = [*(x[1:] - x[0]), *(y[0] - y[1:])]
@@ -253,10 +254,10 @@ class Contact:
 
 
 def _among(nodes: Index, matrices: Iterable[tuple[float, Any]]) -> Array:
-    """Return the sum of sparse matrices of all places times numbers, (3 a, 3 a) of these nodes, dense."""
+    """Return a sum of sparse matrices over all places times factors as a dense block (3 a, 3 a) of these nodes."""
     n, out = 3 * nodes.size, np.zeros((3 * nodes.size + 1, 3 * nodes.size + 1))
     for factor, matrix in matrices:
-        # the last row and column take what is not asked for
+        # the last row and column collect all other entries
         place = np.full(matrix.shape[0], n)
         place[(3 * nodes[:, None] + np.arange(3)).ravel()] = np.arange(n)
         entries = matrix.tocoo()
@@ -269,7 +270,7 @@ def _whole(rows: Array | Index) -> Any:
 
 
 class _Feature(NamedTuple):
-    """Where a collision is on a scale: its number, the kind of the place, the points of its edge or corner."""
+    """Feature of a scale in a collision: number of the scale, kind of the feature, numbers of its points."""
 
     scale: int
     kind: str
@@ -277,7 +278,7 @@ class _Feature(NamedTuple):
 
     @property
     def words(self) -> str:
-        """The place with the letters of its corners and the number of its scale, e.g. tip edge C1B1."""
+        """The feature with the letters of its corners and the number of its scale, e.g. tip edge C1B1."""
         if self.kind == FACE:
             return f"the face of scale {1 + self.scale}"
         words, _, letters = self.kind.rpartition(" ")
@@ -304,18 +305,18 @@ class Pair(NamedTuple):
 
 
 class Load:
-    """Contact of a row at one state: minus the forces on (v, phi), in two parts, and their tangent.
+    """Contact forces of a row at one state: minus the forces on (v, phi), normal and frictional, and their tangent.
 
     Attributes
     ----------
     normal, friction, total : (m + 1,) array
-        Derivatives of the work, and their sum.
+        Derivatives of the work by (v, phi), and their sum.
     tangent : (m + 1, m + 1) array
         Derivative of the total, not symmetric.
     push : Push or None
-        The same by the corners; None without contact.
+        Gradients by the corners; None without contact.
     slid : float
-        Work of the present friction forces on the slip since ``before``, 0 or more.
+        Work of the present friction forces on the slip since ``before``, at least 0.
     """
 
     def __init__(self, contact: RowContact, v: Array, phi: float, before: Array | None, kappa: float) -> None:
@@ -338,7 +339,7 @@ class Load:
 
     @cached_property
     def pairs(self) -> list[Pair]:
-        """The pairs that touch."""
+        """Pairs of scales in contact, with their forces."""
         if self.push is None:
             return []
         n = len(self._contact.row.exposed.points)
@@ -355,7 +356,7 @@ class Load:
 
     @cached_property
     def strongest(self) -> Pair:
-        """The pair that presses most; without contact a scale and itself, and no forces."""
+        """Pair with the largest normal force; without contact a scale and itself, with zero forces."""
         return max(self.pairs, key=lambda p: p.N, default=Pair(0, 0, np.zeros(3), np.zeros(3)))
 
 
@@ -365,19 +366,19 @@ class RowContact(Contact):
     Parameters
     ----------
     row : Row
-        The scales; an endless row counts per pitch.
+        The scales; energies and forces of an endless row are per pitch.
     mu, dhat, slip : float
         As in :class:`Contact`.
     """
 
     def __init__(self, row: Row, mu: float, *, dhat: float = DHAT, slip: float = SLIP) -> None:
         self.row = row
-        # motions of bodies without contact may stand before the strains
+        # motions of bodies without contact may precede the strains
         motions = max(6 * row.moving, row.course.first) + row.course.strains
         size = motions + row.exposed.amplitudes * row.moving
         rest, exposed = self.corners(np.zeros(size), 0.0), row.exposed
         super().__init__(rest, row.pairs, mu, exposed=exposed, dhat=dhat, slip=slip)
-        # places at rest do not come in, so any two scales will do for every pair
+        # rest places have no influence, so any two scales serve for every pair
         self.two = Contact(rest[: 2 * len(exposed.points)], [(0, 1)], mu, exposed=exposed, dhat=dhat, slip=slip)
 
     def corners(self, v: Array, phi: float) -> Array:
@@ -385,12 +386,12 @@ class RowContact(Contact):
         return Placed(self.row, v, phi).corners
 
     def load(self, v: Array, phi: float, before: Array | None, kappa: float) -> Load:
-        """Evaluate contact; ``before`` and ``kappa`` as in :meth:`Contact.push`."""
+        """Return the contact forces at a state; ``before`` and ``kappa`` as in :meth:`Contact.push`."""
         return Load(self, v, phi, before, kappa)
 
 
 def forces(load: Load, scales: int) -> tuple[Array, Array]:
-    """Return the normal and the friction force of each scale on the next one, (scales,); NaN for the last."""
+    """Return the magnitudes (scales,) of normal and friction force of each scale on the next one; NaN for the last."""
     N, f = np.zeros((2, scales))
     N[-1] = f[-1] = np.nan
     for pair in load.pairs:
@@ -400,7 +401,7 @@ def forces(load: Load, scales: int) -> tuple[Array, Array]:
 
 
 def where(touches: Iterable[Touch], scales: int) -> tuple[Array, Array, str]:
-    """Return where the tip edge of each scale touches the next one, p and s (scales,), and all contacts in words.
+    """Return the contact places p and s (scales,) of each tip edge on the next scale, and all contacts in words.
 
     p and s are NaN where the tip edge of a scale does not touch the side edge of the next.
     """
@@ -419,7 +420,7 @@ def where(touches: Iterable[Touch], scales: int) -> tuple[Array, Array, str]:
 
 
 def ranges(numbers: Iterable[int]) -> str:
-    """Return whole numbers in words: "1 to 3, 5"."""
+    """Return whole numbers as text with ranges: "1 to 3, 5"."""
     parts: list[Sequence[int]] = []
     for number in sorted(numbers):
         if parts and number == parts[-1][-1] + 1:

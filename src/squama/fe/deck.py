@@ -33,26 +33,27 @@ SIZE, EDGE_SIZE = 0.3, 0.08
 PENALTY = 300.0
 """Contact stiffness over E/d: pressure per penetration."""
 STICK = 3.0
-"""Slope of friction against slip before it slides, over the contact stiffness."""
+"""Slope of friction over slip while sticking, over the contact stiffness."""
 INCREMENTS = 25
 STRIP = 0.04
 """Size of the facets along the tip edge, in pitches."""
 BLADE = 0.25
-"""Size of bricks along an elastic scale, in pitches; across they are as fine as the strip."""
+"""Size of bricks along an elastic scale, pitches; across the scale they have the size of the strip."""
 LAYERS = 2
 BODY = 0.02
-"""Thickness of the bodies that carry the contact faces, in pitches; rigid, so without meaning."""
+"""Thickness of the rigid bodies of the contact faces, pitches; of no influence on results."""
 MARK = "** squama: "
 MOST_SCALES = 100
 MATERIALS = ("neo-hookean", "elastic")
 
 
 class Plate(NamedTuple):
-    """A scale: bricks (m, 8) of its contact bodies, their own nodes, those of the slot's walls; numbers begin with 1.
+    """Mesh of a scale: bricks (m, 8) of its contact bodies, their nodes, nodes of the slot's walls; numbered from 1.
 
-    ``corners`` D, A, B, C of the exposed part (nodes of the coarse plate), ``tip`` and ``side`` nodes in a row along
-    the edges that touch, ``ref`` and ``rot`` node. An elastic scale has no strip but a ``blade`` of bricks; the numbers
-    among them of those ``under`` the tip and ``upon`` the face, from 0.
+    ``corners`` D, A, B, C of the exposed part (nodes of the coarse plate); ``tip`` and ``side``: nodes in order along
+    the edges in contact; ``ref`` and ``rot``: reference nodes of translation and rotation. An elastic scale has a
+    ``blade`` of bricks in place of the strip; ``under`` and ``upon`` are the numbers, from 0, of its bricks at the
+    lower face of the tip and at the upper face.
     """
 
     plate: Index
@@ -70,11 +71,11 @@ class Plate(NamedTuple):
 
 
 class Model(NamedTuple):
-    """All that a deck says, in mm, N and MPa; node and element numbers begin with 1.
+    """Content of a deck in mm, N and MPa; node and element numbers begin with 1.
 
-    ``nodes`` (n, 3), ``tets`` (m, 10), a ``Plate`` for each scale, ``sets`` of nodes that are printed or held,
-    reference nodes of the turned end, its angle (rad, clockwise seen against the axis), material and contact;
-    ``about``: what the deck's head says.
+    ``nodes`` (n, 3), ``tets`` (m, 10), a ``Plate`` for each scale, ``sets`` of nodes with printed results or
+    conditions, reference nodes of the turned end, its angle (rad, clockwise seen against the axis), material and
+    contact; ``about``: data written to the head of the deck.
     """
 
     nodes: Array
@@ -107,7 +108,7 @@ def model(
     increments: int = INCREMENTS,
     ideal: bool = False,
 ) -> Model:
-    """Mesh a beam of ``scales`` pitches and gather what its deck needs.
+    """Mesh a beam of ``scales`` pitches and return all data of its deck.
 
     Parameters
     ----------
@@ -124,9 +125,9 @@ def model(
     material : {"neo-hookean", "elastic"}
         The substrate.
     increments : int
-        Increments if none has to be cut.
+        Number of increments if none is cut.
     ideal : bool
-        Scales are rigid and thin.
+        Rigid, thin scales.
 
     Returns
     -------
@@ -187,13 +188,13 @@ def _grid(X: Array, Y: Array, Z: Array) -> tuple[Array, Index]:
 
 
 def _along(nodes: Array, where: Array, axis: int) -> Index:
-    """Return the numbers of the nodes where something holds, in a row along an axis."""
+    """Return the numbers of the nodes where ``where`` (n,) is true, sorted along an axis."""
     found = np.flatnonzero(where)
     return found[np.argsort(nodes[found, axis])]
 
 
 def _plates(shape: Geometry, mesh: Tiled, h: float, *, elastic: bool) -> tuple[Array, list[Plate]]:
-    """Return the nodes of all scales and reference points (pitches), and the scales, of thickness h to each other."""
+    """Return the nodes of all scales and reference points (pitches), and the scales, of contact thickness h."""
     eta, beta = shape.eta, shape.beta
     across = np.linspace(-beta, beta, 1 + 2 * max(2, round(beta / 0.25)))
     coarse, plate = _grid(np.linspace(0, eta, 1 + max(2, round(eta / 0.5))), across, np.array([-BODY, 0.0]) + h / 2)
@@ -244,12 +245,12 @@ def write(m: Model, dialect: str) -> str:
     m : Model
         From `model`.
     dialect : {"calculix", "abaqus"}
-        The program that is to read it.
+        Program that reads the deck.
 
     Raises
     ------
     InputError
-        Another dialect.
+        The dialect is not known.
     """
     arguments.one_of("dialect", dialect, tuple(DIALECTS))
     return "\n".join(DIALECTS[dialect](m)) + "\n"
@@ -258,10 +259,10 @@ def write(m: Model, dialect: str) -> str:
 def _lines(
     m: Model, words: Iterable[str], sets: list[str], bodies: list[str], friction: str, held: list[str], moved: list[str]
 ) -> list[str]:
-    """Return the lines of a deck; marked comments are read back by `squama.fe.ccx`.
+    """Return the lines of a deck; marked comments carry the data for `squama.fe.ccx`.
 
-    What the dialects write in their own ways: words of the head, sets, rigid bodies, the line of friction, what is held
-    from the beginning, what is moved in the step and printed.
+    Parts that depend on the dialect: comments of the head, sets, rigid bodies, the line of friction, initial
+    conditions, and conditions and output of the step.
     """
     said = f"scale-covered beam, {m.scales} scales, twisted to {m.about['twist_per_pitch']:.6g} rad per pitch"
     axes = "mm, N, MPa; z is the torsion axis, y points out of the scaled face"
@@ -315,7 +316,7 @@ def _lines(
 
 
 def _calculix(m: Model) -> list[str]:
-    """Rigid bodies have a node for their rotation, friction has a stick slope."""
+    """Return a CalculiX deck: rigid bodies with a rotation node each, friction with a stick slope."""
     words = (
         "for CalculiX 2.20 or later: run it with ccx and the name of this file without .inp",
         "every increment prints what squama.fe.ccx reads: corners of the scales, two edges of the bar, reactions",
@@ -333,7 +334,7 @@ def _calculix(m: Model) -> list[str]:
 
 
 def _abaqus(m: Model) -> list[str]:
-    """Follow the keyword reference; the deck was never run in Abaqus."""
+    """Return an Abaqus deck by the keyword reference; it was never run in Abaqus."""
     words = (
         "for Abaqus/Standard: THIS DECK WAS NEVER RUN IN ABAQUS, only its syntax was checked; look at the contact in",
         "every increment before you trust a curve",
@@ -356,4 +357,4 @@ def _abaqus(m: Model) -> list[str]:
 
 
 DIALECTS: dict[str, Callable[[Model], list[str]]] = {"calculix": _calculix, "abaqus": _abaqus}
-"""What writes the lines of a deck for each program."""
+"""Function that returns the lines of a deck, by program."""

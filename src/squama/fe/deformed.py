@@ -1,4 +1,4 @@
-"""The deformed pitch at the end of a run, in SI units, with what the elements feel: for pictures and VTK files."""
+"""The deformed pitch at the end of a run, in SI units, with strains and stresses, for pictures and VTK files."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ if TYPE_CHECKING:
     from squama.fe.walk import Walk
 
 IMAGES = (-1, 0, 1)
-"""The scale and its neighbours that are shown."""
+"""Numbers of the scales shown: the scale of the pitch and its neighbours."""
 QUADRATIC_TETRAHEDRON, QUAD = 24, 9
 _TYPES = {"f8": "Float64", "i8": "Int64", "u1": "UInt8"}
 
 
 class Deformed(NamedTuple):
-    """One pitch of the substrate and three scales.
+    """Deformed state of one pitch of the substrate and three scales.
 
-    ``nodes``, ``moved`` (n, 3): places at rest and now, m; ``tets`` (m, 10), ``surface`` (q, 6) as in
-    :class:`squama.fe.mesh.Pitch`, ``walls`` (q,): whether a triangle is the slot's; per element
-    ``stretch`` (largest principal stretch), ``density`` (strain energy per volume at rest, J/m3) and ``mises`` (von
-    Mises stress in the deformed state, Pa), means over its Gauss points;
-    ``scales``, ``scales_moved`` (3, 4, 3): corners of the mid-planes of the scales -1, 0, 1 with their embedded parts,
-    m; ``phi``: twist, rad per pitch, signed; ``pitch`` and ``exposed``, the scale's exposed length: m.
+    ``nodes``, ``moved`` (n, 3): places at rest and in the deformed state, m; ``tets`` (m, 10), ``surface`` (q, 6) as in
+    :class:`squama.fe.mesh.Pitch`, ``walls`` (q,): whether a triangle is the slot's; per element ``stretch`` (largest
+    principal stretch), ``density`` (strain energy per volume at rest, J/m3) and ``mises`` (von Mises stress in the
+    deformed state, Pa), means over its Gauss points; ``scales``, ``scales_moved`` (3, 4, 3): corners of the mid-planes
+    of the scales -1, 0, 1 with their embedded parts, m; ``phi``: twist, rad per pitch, signed; ``pitch`` and
+    ``exposed``, the scale's exposed length: m.
     """
 
     nodes: Array
@@ -56,7 +56,7 @@ class Deformed(NamedTuple):
     exposed: float
 
     def at_nodes(self, values: Array) -> Array:
-        """Return values of the elements (m,) as means at the nodes (n,), weighted by volume."""
+        """Return values (m,) of the elements averaged at the nodes (n,), weighted by volume."""
         x = self.nodes[self.tets[:, :4]]
         volumes = np.repeat(np.abs(np.linalg.det(x[:, 1:] - x[:, :1])), 10)
         node = self.tets.ravel()
@@ -66,7 +66,7 @@ class Deformed(NamedTuple):
 
 
 def deformed(beam: Beam, walk: Walk, pitch: Pitch) -> Deformed:
-    """Return where a run of :func:`squama.fe.assembly.make_walk` on a mesh of one pitch stands."""
+    """Return the present state of a run of :func:`squama.fe.assembly.make_walk` on a mesh of one pitch."""
     shape, d, E = geometry(beam), beam.pitch, beam.substrate.youngs_modulus
     master, turned, _ = pitch.images
     step = Twist().moves(np.array([walk.phi]), np.ones(1))
@@ -87,9 +87,9 @@ def deformed(beam: Beam, walk: Walk, pitch: Pitch) -> Deformed:
 
 
 def _felt(pitch: Pitch, moved: Array, nu: float) -> Array:
-    """Return (3, m): largest stretch, energy density and von Mises stress, E = 1, of the solid of the elements module.
+    """Return (3, m) per element: largest principal stretch, energy density and von Mises stress, in E = 1.
 
-    They are means over four Gauss points of each quadratic tetrahedron.
+    Means over four Gauss points of each quadratic tetrahedron, with the material of :mod:`squama.fe.elements`.
     """
     a = (5 - sqrt(5)) / 20
     rates = elements.shape_rates(np.full((4, 4), a) + (1 - 4 * a) * np.eye(4))
@@ -106,14 +106,14 @@ def _felt(pitch: Pitch, moved: Array, nu: float) -> Array:
 
 
 def write_vtu(state: Deformed, path: str | os.PathLike[str]) -> Path:
-    """Write quadratic tetrahedra and the mid-planes of the scale and its neighbours, for ParaView and its like.
+    """Write tetrahedra and the mid-planes of three scales to a VTK file (.vtu), e.g. for ParaView.
 
     Parameters
     ----------
     state : Deformed
         From :func:`deformed`.
     path : path
-        Where to write, ending in .vtu. Places are those at rest, in m; ``displacement`` (m) belongs to the points,
+        File, ending in .vtu. Places are those at rest, in m; ``displacement`` (m) belongs to the points,
         ``largest_stretch`` (1), ``strain_energy_density`` (J/m3), ``von_mises_stress`` (Pa) and ``part`` (0 the
         substrate, 1 a scale) to the cells. Scales are rigid: their stretch is 1, the rest 0.
 

@@ -1,14 +1,14 @@
 """Quadratic tetrahedra with straight edges: energy, forces and tangent of a neo-Hookean solid, also periodic.
 
 The strain energy per volume is W = G/2 (tr C - 3 - 2 ln J) + L/2 (ln J)^2 with Lamé's constants G, L. A node may be the
-image of another one: ``x = Q y + t`` (helical periodicity, :mod:`squama.fe.periodic`). This is a map around the
-elements, which know nothing of it; such nodes are eliminated, and the derivatives by the loads come along.
+image of another one: ``x = Q y + t`` (helical periodicity, :mod:`squama.fe.periodic`). Such nodes are eliminated by a
+map outside the elements, with derivatives by the loads.
 
 Fourteen Gauss points integrate polynomials of degree 5. Four would be exact for small strains, but at the corners of an
 embedded scale, where strains are singular, a small element can then be crushed between its points: it snaps through at
-some twist, and no equilibrium leads on. With fourteen it resists; the whole evaluation stays below a seventh of a
-Newton step. Per Gauss point of the compiled loop: the shape functions' gradients g (10, 3), F = sum x_a g_a, J = det F,
-t_a = F^-T g_a, and with p = L ln J - G
+some twist, and no equilibrium leads on. With fourteen it does not; they take less than a seventh of a Newton step. Per
+Gauss point of the compiled loop: the shape functions' gradients g (10, 3), F = sum x_a g_a, J = det F, t_a = F^-T g_a,
+and with p = L ln J - G
     f_a += w (G F g_a + p t_a)      K_ab += w (G g_a . g_b 1 - p t_b t_a^T + L t_a t_b^T).
 """
 
@@ -28,7 +28,7 @@ from squama.types import Array
 
 
 class Material(NamedTuple):
-    """Young's modulus and Poisson's ratio."""
+    """Isotropic material: Young's modulus over that of the substrate, and Poisson's ratio."""
 
     E: float = 1.0
     nu: float = 0.25
@@ -40,9 +40,10 @@ class Material(NamedTuple):
 
 
 class Result(NamedTuple):
-    """Energy, forces (n, 3), values of the tangent's blocks, least det F; and what depends on the L loads.
+    """Energy, forces (n, 3), values of the tangent's blocks, least det F; and derivatives by the L loads.
 
-    That is the forces' rates (n, 3, L), dU/dl (L,) and its rates (L, L) at places that stay: nothing but under a map.
+    These are the forces' derivatives (n, 3, L), dU/dl (L,) and its derivatives (L, L) at fixed places; 0 for elements
+    without periodicity.
     """
 
     energy: float
@@ -55,9 +56,9 @@ class Result(NamedTuple):
 
 
 class Blocked:
-    """A tangent in blocks of 3 x 3, those of ``size`` nodes whose rows and columns are ``indptr`` and ``indices``.
+    """A tangent in 3 x 3 blocks over ``size`` nodes; ``indptr`` and ``indices`` are its rows and columns (CSR).
 
-    ``course``: what pitches follow by.
+    ``course``: loads of the body, and the moves from pitch to pitch.
     """
 
     size: int
@@ -79,7 +80,7 @@ class Blocked:
 
 
 class Elements(Blocked):
-    """Elements of a mesh, ready to be evaluated.
+    """Elements of a mesh with precomputed gradients and pattern of the tangent.
 
     Parameters
     ----------
@@ -88,9 +89,9 @@ class Elements(Blocked):
     tets : (m, 10) integer array
         Corners, then the middles of the edges 01 12 02 03 13 23.
     material : Material
-        Of all elements.
+        Material of all elements.
     course : Course, optional
-        What the loads of the body are, which the elements themselves do not feel; a twist if not given.
+        Loads of the body, which have no effect on the elements themselves; a twist if not given.
     """
 
     def __init__(self, nodes: Array, tets: Index, material: Material, course: Course | None = None) -> None:
@@ -103,7 +104,7 @@ class Elements(Blocked):
         self._places = places.reshape(keys.shape)
 
     def __call__(self, y: Array, loads: Array | None = None, *, tangent: bool = True) -> Result:
-        """Evaluate at the places ``y`` (n, 3) of the nodes; loads make no difference."""
+        """Evaluate at places ``y`` (n, 3) of the nodes; loads have no effect."""
         L = 1 if loads is None else np.size(loads)
         tell(evaluate, "finite elements")
         energy, forces, values, least = evaluate(
@@ -123,17 +124,17 @@ class Elements(Blocked):
 
 
 class Helical(Blocked):
-    """Elements some of whose nodes are images of others, x = Q y + t, by the places of the masters alone.
+    """Elements with periodic nodes, x = Q y + t, as functions of the places of the masters only.
 
     Parameters
     ----------
     elements : Elements
-        By the places of all nodes.
+        The elements, as functions of the places of all nodes.
     master, turned : (n,) arrays
         The master of each node, and whether the node is its image a pitch further (it is the master itself if not).
         Masters are numbered 0 .. ``size`` - 1.
     course : Course, optional
-        What the images follow by, Q and t; a twist if not given.
+        Moves Q and t of the images by the loads; a twist if not given.
     """
 
     def __init__(
@@ -145,13 +146,13 @@ class Helical(Blocked):
         rows, columns = np.repeat(np.arange(elements.size), np.diff(elements.indptr)), elements.indices
         self._by_row, self._by_column = np.flatnonzero(self.turned[rows]), np.flatnonzero(self.turned[columns])
         self.indptr, self.indices, place = _pattern(self.master[rows] * self.size + self.master[columns], self.size)
-        # where blocks of the nodes meet in one of the masters, all but the first are added to it
+        # blocks of nodes with the same masters are added to the first of them
         _, self._first = np.unique(place, return_index=True)
         self._more = np.setdiff1d(np.arange(place.size), self._first)
         self._there = place[self._more]
 
     def __call__(self, y: Array, loads: Array | None = None, *, tangent: bool = True) -> Result:
-        """Evaluate at the places ``y`` (size, 3) of the masters and loads (L,) of the course."""
+        """Evaluate at places ``y`` (size, 3) of the masters and loads (L,) of the course."""
         loads = np.zeros(self.course.loads) if loads is None else loads
         moves, turned = self.course.moves(loads, np.ones(1)), self.turned
         Q, dQ = moves.Q[0], moves.dQ[0]
@@ -176,7 +177,7 @@ class Helical(Blocked):
         return Result(r.energy, self._gathered(r.forces, Q), values, r.least, forces_by, by_load, second)
 
     def _gathered(self, forces: Array, Q: Array) -> Array:
-        """Return forces on all nodes as forces on the masters."""
+        """Return forces (n, 3) on all nodes summed on the masters (size, 3)."""
         out, own = np.zeros((self.size, 3)), ~self.turned
         out[self.master[own]] = forces[own]
         np.add.at(out, self.master[self.turned], forces[self.turned] @ Q)
@@ -184,7 +185,7 @@ class Helical(Blocked):
 
 
 def images(y: Array, master: Index, turned: NDArray[np.bool_], moves: Moves) -> Array:
-    """Return the places (n, 3) of all nodes by those of their masters and the first of moves, see :class:`Helical`."""
+    """Return places (n, 3) of all nodes from those of the masters and the first of moves, see :class:`Helical`."""
     x = y[master]
     x[turned] = x[turned] @ moves.Q[0].T + moves.t[0]
     return x
@@ -202,11 +203,11 @@ _POINTS = np.concatenate(
 )
 """Corner coordinates of the Gauss points."""
 _WEIGHTS = np.repeat(_EACH, [4, 4, 6])
-"""Their shares of an element's volume."""
+"""Weights of the Gauss points, over the volume of an element."""
 
 
 def gradients(nodes: Array, tets: Index) -> tuple[Array, Array]:
-    """Gradients of the corner coordinates (m, 4, 3), and volumes; positive, or the mesh is not usable."""
+    """Return the gradients of the corner coordinates (m, 4, 3) and the volumes (m,), all positive or ValueError."""
     corners = nodes[tets[:, :4]]
     edges = corners[:, 1:] - corners[:, :1]
     volumes = np.linalg.det(edges) / 6
@@ -218,7 +219,7 @@ def gradients(nodes: Array, tets: Index) -> tuple[Array, Array]:
 
 
 def _pattern(keys: Index, size: int) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
-    """Rows' ends and columns of the blocks with these keys, row times size plus column, and every key's place."""
+    """Return row pointers and columns (CSR) of the blocks with these keys (row * size + column), and keys' places."""
     unique, places = np.unique(keys, return_inverse=True)
     indptr = np.concatenate([[0], np.cumsum(np.bincount(unique // size, minlength=size))])
     return indptr.astype(np.int32), (unique % size).astype(np.int32), places.reshape(-1).astype(np.int32)
@@ -341,7 +342,7 @@ def _evaluate(
 
 
 evaluate = kept(_evaluate, [Path(__file__)], fastmath=_FAST)
-"""Energy, forces (n, 3), values of the tangent's blocks (none are asked for by ``blocks`` = 0), and least det F.
+"""Energy, forces (n, 3), values of the tangent's blocks (empty for ``blocks`` = 0), and least det F.
 
 ``y`` (n, 3) places; ``gradients`` (m, 4, 3) of the corner coordinates; ``shape`` (points, 10, 4), ``shares`` (points,);
 ``places`` (m, 10, 10) of each element's blocks. Ends at the first inverted element with an energy of inf.

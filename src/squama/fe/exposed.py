@@ -1,4 +1,4 @@
-"""The exposed part of a scale: the surface that touches other scales, and the ways in which it bends.
+"""The exposed part of a scale: its contact surface, and its bending modes.
 
 Lengths in pitches, along the axes n_X, n_Y, n_Z of the scale from its base midpoint O; it fills 0 <= X <= eta,
 |Y| <= beta, |Z| <= h/2. The embedded part is rigid. In the frame that turns with it the exposed part is linear: a point
@@ -20,14 +20,14 @@ Index = NDArray[np.int64]
 FACE = "the face"
 _SIDES = ("base edge DA", "side edge AB", "tip edge CB", "side edge DC")
 CAP = 1.0
-"""Largest stiffness of an amplitude, E d: stiffer modes are made smaller, so that systems are well conditioned."""
+"""Largest stiffness of a mode amplitude, E d: stiffer modes are scaled down, so that systems are well conditioned."""
 
 
 class Exposed(NamedTuple):
-    """A triangulated surface and its modes.
+    """Triangulated contact surface of the exposed part and its bending modes.
 
-    ``points`` (n, 3); ``edges`` (e, 2) and ``faces`` (f, 3) by points; ``names`` (n,) and ``sides`` (e,) say in words
-    which corner or edge of the plate a point or edge belongs to, :data:`FACE` where to none; ``modes`` (n, 3, r) and
+    ``points`` (n, 3), pitches; ``edges`` (e, 2) and ``faces`` (f, 3) by numbers of points; ``names`` (n,) and ``sides``
+    (e,): corner or edge of the plate to which a point or edge belongs, :data:`FACE` for others; ``modes`` (n, 3, r) and
     their ``stiffness`` (r, r), E d.
     """
 
@@ -46,19 +46,19 @@ class Exposed(NamedTuple):
 
     @property
     def thickness(self) -> float:
-        """Thickness h of the surface."""
+        """Thickness h of the surface, pitches."""
         return float(np.ptp(self.points[:, 2]))
 
     @property
     def outer(self) -> Index:
-        """Numbers of the edges that are edges of the plate."""
+        """Numbers of the edges on the outline of the plate."""
         return np.flatnonzero([side != FACE for side in self.sides])
 
     def bending(self, modes: Array, stiffness: Array) -> Exposed:
-        """Return it with modes (n, 3, r) and their stiffness (r, r), E d.
+        """Return the same surface with modes (n, 3, r) and their stiffness (r, r), E d.
 
-        They are combined so that the stiffness is diagonal; a mode moves some point by one pitch per amplitude, or by
-        less where its stiffness would be above :data:`CAP`.
+        Modes are combined so that the stiffness is diagonal, and scaled so that the largest displacement is one pitch
+        per amplitude, or less where the stiffness would exceed :data:`CAP`.
         """
         n, _, r = modes.shape
         most = np.abs(modes).max(axis=(0, 1))
@@ -70,7 +70,7 @@ class Exposed(NamedTuple):
 
 
 def thin(eta: float, beta: float) -> Exposed:
-    """Return the rectangle without thickness; its corners in the order D, A, B, C."""
+    """Return the surface of a rigid scale without thickness: a rectangle with the corners D, A, B, C in this order."""
     points = np.array([[0.0, -beta, 0.0], [0.0, beta, 0.0], [eta, beta, 0.0], [eta, -beta, 0.0]])
     edges = np.array([(0, 1), (1, 2), (2, 3), (3, 0), (0, 2)])
     names = tuple(f"corner {name}" for name in "DABC")
@@ -78,12 +78,12 @@ def thin(eta: float, beta: float) -> Exposed:
 
 
 def sheet(X: Array, Y: Array, h: float) -> Exposed:
-    """Return the surface of the plate over a grid: lower and upper face and the walls between; one face if h = 0.
+    """Return the surface of a plate over a grid: lower and upper face and the walls between them; one face if h = 0.
 
     Parameters
     ----------
     X, Y : (a,), (b,) arrays
-        Lines of the grid, from 0 to eta and from -beta to beta.
+        Lines of the grid, from 0 to eta and from -beta to beta, pitches.
     h : float
         Thickness.
     """
@@ -106,7 +106,7 @@ def sheet(X: Array, Y: Array, h: float) -> Exposed:
     names = [_corner(row) if row.sum() > 1 else _SIDES[int(np.argmax(row))] if row.any() else FACE for row in on]
     diagonal = points[edges[:, 0], 2] != points[edges[:, 1], 2]
     both = on[edges].all(axis=1) & ~diagonal[:, None]
-    # a wall's edge across the thickness at a corner is one of the box, too; it goes by the corner's name
+    # an edge across the thickness at a corner is an edge of the box, too, named after the corner
     upright = diagonal & (np.abs(points[edges[:, 0], :2] - points[edges[:, 1], :2]).max(axis=1) == 0)
     sides = [
         _SIDES[int(np.argmax(row))] if row.any() else names[e] if up and names[e].startswith("corner") else FACE
@@ -116,7 +116,7 @@ def sheet(X: Array, Y: Array, h: float) -> Exposed:
 
 
 def box(eta: float, beta: float, h: float) -> Exposed:
-    """Return the rigid plate of thickness h; the rectangle where that is 0."""
+    """Return the surface of a rigid plate of thickness h (pitches); a rectangle for h = 0."""
     return sheet(np.array([0.0, eta]), np.array([-beta, beta]), h) if h else thin(eta, beta)
 
 
@@ -125,7 +125,7 @@ def _rigid(n: int) -> tuple[Array, Array]:
 
 
 def _on(points: Array, bounds: tuple[float, ...]) -> NDArray[np.bool_]:
-    """Say which points lie on which of the four sides, in their order."""
+    """Return for points (n, 3) whether each lies on each of the four sides (n, 4)."""
     (x, y, _), (x0, x1, y0, y1) = points.T, bounds
     return np.column_stack([x == x0, y == y1, x == x1, y == y0])
 

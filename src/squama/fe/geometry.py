@@ -1,4 +1,4 @@
-"""What the elements need of a beam: ratios, and where scale 0 stands.
+"""Geometry of one pitch for the elements: ratios of the beam, place of scale 0, and cuts between pitches.
 
 Lengths in pitches, angles in radians. z is the torsion axis, y points out of the scaled face, x across. Scale 0 has its
 base midpoint at O = (0, lambda, 0) and the axes (theory, section 2)
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from squama.beam.design import Beam
 
 ROOM = 0.02
-"""Least room between an embedded scale and the substrate's other face, as a share of the substrate's thickness."""
+"""Least distance of an embedded scale from the substrate's other face, over the substrate's thickness."""
 CROWDED = 0.85
-"""Share of the pitch along the bar above which an embedded scale is long: cuts between pitches lean as it does."""
+"""Share of the pitch along the bar above which an embedded scale is long, so that cuts between pitches lean with it."""
 
 
 class Geometry(NamedTuple):
@@ -45,57 +45,57 @@ class Geometry(NamedTuple):
 
     @property
     def rest(self) -> Rest:
-        """Scale 0 at rest."""
+        """Rest position of scale 0."""
         return Rest.at(self.eta, self.beta, self.lam, self.alpha, self.theta0)
 
     @property
     def footprint(self) -> tuple[float, float]:
-        """Where the slot of scale 0 begins and ends along the bar, as z - x tan(alpha)."""
+        """Begin and end of the slot of scale 0 along the bar, as z - x tan(alpha), pitches."""
         th, half = self.theta0, self.thickness / 2
         low, high = -self.zeta * cos(th) - half * sin(th), half / sin(th)
         return low / cos(self.alpha), high / cos(self.alpha)
 
     @property
     def gap(self) -> float:
-        """Distance between the mid-planes of neighbours: their parallel plates meet where they are as thick as that."""
+        """Distance between the mid-planes of neighbours, pitches: parallel plates of this thickness touch."""
         return cos(self.alpha) * sin(self.theta0)
 
     def longest(self, share: float) -> float:
-        """Return the embedded length with which the slot takes a share of the pitch along the bar; below 0: none."""
+        """Return the embedded length (pitches) with which the slot takes a share of the pitch; below 0: none."""
         half, th = self.thickness / 2, self.theta0
         return (share * cos(self.alpha) - half / sin(th) - half * sin(th)) / cos(th)
 
     @property
     def lean(self) -> float:
-        """Slope of the cuts along the bar per depth: 0, or that of the embedded parts where these are long."""
+        """Slope of the cuts along the bar over depth: 0, or that of the embedded parts where these are long."""
         low, high = self.footprint
         return 0.0 if high - low <= CROWDED else 1 / (tan(self.theta0) * cos(self.alpha))
 
     @property
     def cut(self) -> float:
-        """Place c where the pitch's front leaves the scaled face, as z - x tan(alpha); the back is a pitch further."""
+        """Place c of the pitch's front on the scaled face, z - x tan(alpha), pitches; the back is a pitch further."""
         return -0.5 if self.lean else (sum(self.footprint) - 1) / 2
 
     @property
     def knee(self) -> float:
-        """Depth where cuts that lean end to do so, below the embedded part."""
+        """Depth (pitches) down to which leaning cuts lean, below the embedded part; 0 for plane cuts."""
         return min(self.depth + self.gap / 2, 2 * self.lam) if self.lean else 0.0
 
     def front(self, y: NDArray[np.float64] | float) -> NDArray[np.float64]:
-        """Return the front, z - x tan(alpha), at heights y: parallel to long embedded parts as deep as these go."""
+        """Return the front, z - x tan(alpha), at heights y (pitches), parallel to long embedded parts."""
         return self.cut + self.lean * np.maximum(np.asarray(y) - self.lam, -self.knee)
 
     @property
     def depth(self) -> float:
-        """How far the slot reaches below the scaled face."""
+        """Depth of the slot below the scaled face, pitches."""
         return self.zeta * sin(self.theta0) + self.thickness / 2 * cos(self.theta0)
 
     def local(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return points (n, 3) in the axes of scale 0 at rest, from O."""
+        """Return points (n, 3) on the axes of scale 0 at rest, from O, pitches."""
         return np.asarray((points - self.rest.base) @ self.rest.axes.T)
 
     def in_slot(self, points: NDArray[np.float64], slack: float = 1e-7) -> NDArray[np.bool_]:
-        """Say which points (n, 3) lie in the slot or on its walls."""
+        """Return whether points (n, 3) lie in the slot or on its walls (n,)."""
         p = self.local(points)
         inside = (p[:, 0] >= -self.zeta - slack) & (np.abs(p[:, 1]) <= self.beta + slack)
         return np.asarray(inside & (np.abs(p[:, 2]) <= self.thickness / 2 + slack))
@@ -106,7 +106,7 @@ class Geometry(NamedTuple):
         Raises
         ------
         InputError
-            One line per mistake, each with the dimension that is to be changed.
+            One line per mistake, each with the dimension to be changed.
         """
         half, th = self.thickness / 2, self.theta0
         problems, embedded = Problems(), f"{self.zeta:.4g} pitches"
@@ -125,7 +125,7 @@ class Geometry(NamedTuple):
         problems.settle()
 
     def check_ends(self) -> None:
-        """Refuse long embedded parts where pitches are put in a row between two plane sections.
+        """Refuse long embedded parts in a finite beam, whose end sections are plane.
 
         Raises
         ------

@@ -1,9 +1,10 @@
-"""A finite beam of elements under load: one end clamped, the other led along a shift, a bend or a twist.
+"""A finite beam of elements under load: one end clamped, the other moved along a shift, a bend or a twist.
 
 A pitch of bar whose scale has no exposed part lies beside the first and the last scale, so that all scales stand in a
 whole bar. The end sections are the cuts of the outer pitches, z = x tan(alpha) + c. Six conditions hold each of them;
 their tractions are those of Saint-Venant's bar in tension, bending and torsion. So oblique ends disturb the bar little,
-and are free to warp. The mean place and turns of the far section are its motion: one is led, others are free or held.
+and are free to warp. The mean place and turns of the far section are its motion: one is imposed, others are free or
+held.
 """
 
 from __future__ import annotations
@@ -30,16 +31,16 @@ from squama.model.section import torsion_shear
 from squama.types import Array
 
 BLANK = 1
-"""Pitches of bar at either end whose scales have no exposed part."""
+"""Number of pitches of bar at either end whose scales have no exposed part."""
 SHIFT, TILT, TWIST = slice(0, 3), slice(3, 5), 5
 """The end's motions: shift along x, y, z; tilt about x and y; twist per pitch."""
 
 
 class Lead(NamedTuple):
-    """How the far end is led.
+    """Imposed motion of the far end.
 
-    ``towards`` (3,): direction of a shift; ``turn``: "bend" or "twist" in place of it; ``coaxial``: the end keeps its
-    place beside the axis and does not tilt.
+    ``towards`` (3,): direction of a shift; ``turn``: "bend" or "twist" in place of it; ``coaxial``: the end neither
+    moves sideways nor tilts.
     """
 
     towards: Array | None = None
@@ -47,11 +48,11 @@ class Lead(NamedTuple):
     coaxial: bool = False
 
     def per_way(self, pitches: int) -> float:
-        """Return shift (pitches) or turn (rad) per way, of which one is about one radian per pitch at the root."""
+        """Return shift (pitches) or turn (rad) per way; a way of 1 is about one radian per pitch at the root."""
         return float(pitches if self.turn else pitches**2 / 3)
 
     def rate(self, pitches: int) -> Array:
-        """Return the rates (6,) of the end's motions with the way."""
+        """Return the derivatives (6,) of the end's motions by the way."""
         out = np.zeros(6)
         if self.turn == "twist":
             out[TWIST] = 1.0
@@ -63,39 +64,40 @@ class Lead(NamedTuple):
         return out
 
     def free(self, pitches: int) -> list[int]:
-        """Return the numbers of the end's motions that are free."""
+        """Return the numbers of the free motions of the end."""
         return [2] if self.coaxial else np.flatnonzero(self.rate(pitches) == 0).tolist()
 
 
 def make_loaded(
     pitch: Pitch, geometry: Geometry, mu: float, scales: int, lead: Lead, exposed: Exposed | None = None
 ) -> Walk:
-    """Return a beam of N scales at rest whose far end is led.
+    """Return a beam of N scales at rest with an imposed motion of its far end.
 
     Parameters
     ----------
     pitch, geometry : Pitch, Geometry
-        Mesh of one pitch and what it is a mesh of.
+        Mesh of one pitch, and the geometry it was made from.
     mu : float
         Coefficient of friction.
     scales : int
         Number N of scales; the beam has N + 2 :data:`BLANK` pitches.
     lead : Lead
-        How the far end is led.
+        Imposed motion of the far end.
     exposed : Exposed, optional
         The exposed part of a scale; a rigid rectangle without thickness if not given.
 
     Returns
     -------
     Walk
-        The way is one number, see :meth:`Lead.per_way`; T is the work's rate with it. Columns: ``way``, ``load``: force
-        or moment (E d^2, E d^3); ``x_end``, ``y_end``, ``z_end`` (pitches): shift of the far end; works of the whole
-        beam; for each scale the inclination ``theta`` to its section, N and f on the next one; ``contact`` in words.
+        The way is one number, see :meth:`Lead.per_way`; T is the derivative of the work by it. Columns: ``way``,
+        ``load``: force or moment (E d^2, E d^3); ``x_end``, ``y_end``, ``z_end`` (pitches): shift of the far end; works
+        of the whole beam; for each scale the inclination ``theta`` to its section, N and f on the next one; ``contact``
+        in words.
 
     Raises
     ------
     InputError
-        The memory that is free does not do.
+        The free memory is too small.
     """
     geometry.check_ends()
     pitches = scales + 2 * BLANK
@@ -127,7 +129,7 @@ def make_loaded(
 def _end(
     mesh: Tiled, geometry: Geometry, pitch: Pitch, cut: int, place: Array, frame: Callable[[Array], Moves]
 ) -> Section:
-    """Return an end section; its conditions are the work of Saint-Venant's tractions on its moves."""
+    """Return an end section; its conditions are the work of Saint-Venant's tractions on its displacements."""
     used = pitch.shares != 0
     nodes, shares = mesh.cuts[cut][used], pitch.shares[used]
     arms = mesh.nodes[nodes] - place
@@ -164,14 +166,14 @@ def _recorded(geometry: Geometry, mesh: Tiled, shares: Array, lead: Lead, scales
 
 
 def attitude(rest: Array, places: Array, weights: Array) -> Array:
-    """Return the rotation (3, 3) that fits places (k, 3) best, weighted (Kabsch), their mean place set aside."""
+    """Return the rotation (3, 3) of best fit to places (k, 3), weighted, about the mean place (Kabsch)."""
     X, x = (at - weights @ at for at in (rest, places))
     U, _, V = np.linalg.svd((weights[:, None] * x).T @ X)
     return np.asarray(U @ np.diag([1.0, 1.0, np.linalg.det(U @ V)]) @ V)
 
 
 def _between(first: Array, second: Array, share: float) -> Array:
-    """Return the rotation a share of the way from the first to the second."""
+    """Return the rotation at a share of the rotation from the first to the second."""
     from scipy.spatial.transform import Rotation
 
     step = Rotation.from_matrix(first.T @ second).as_rotvec()

@@ -1,9 +1,9 @@
 """Meshes of the substrate: one pitch with the slot of its scale, the bare bar, and several pitches in a row.
 
 A pitch is cut along the planes z = x tan(alpha) + c, so that no scale meets a cut. Where an embedded scale takes most
-of its pitch, or more, the cuts run parallel to it as deep as it goes, halfway between neighbours, and are such planes
+of its pitch, or more, the cuts run parallel to it down to its depth, halfway between neighbours, and are such planes
 below (:meth:`Geometry.front`). The back is the front moved by one pitch, node by node. Netgen makes linear tetrahedra;
-the middle nodes are set here, halfway along straight edges.
+middle nodes are added here, halfway along straight edges.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from squama.types import Array
 Index = NDArray[np.int64]
 
 SIZE, EDGE_SIZE = 0.15, 0.02
-"""Sizes of the elements in the bulk and along the embedded scale's edges unless asked otherwise, in pitches."""
+"""Default sizes of the elements in the bulk and along the embedded scale's edges, pitches."""
 GRADING = 0.5
-"""How fast elements may grow with the distance from small ones."""
+"""Growth rate of elements with the distance from small ones (netgen's grading)."""
 EDGES = np.array([(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)])
 """Corners of the six edges whose middles are nodes 4 to 9."""
 _FACES = np.array([(1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1)])
@@ -40,8 +40,8 @@ class Pitch(NamedTuple):
     ``nodes`` (n, 3); ``tets`` (m, 10): corners, then the middles of the edges 01 12 02 03 13 23, volumes positive;
     ``front``, ``back`` (k,): nodes of the two cuts, nodes[back] = nodes[front] + (0, 0, 1); ``tied`` (j,): nodes on the
     walls of the slot; ``surface`` (q, 6): triangles of the whole boundary, cuts and slot included: corners, then the
-    middles of 01 12 20, seen from outside counterclockwise; ``tab`` (i,): elements of the embedded part of the scale,
-    where it is meshed, which is then tied at its root only.
+    middles of 01 12 20, seen from outside counterclockwise; ``tab`` (i,): elements of the embedded part of the scale if
+    it is meshed; it is then tied at its root only.
     """
 
     nodes: Array
@@ -63,7 +63,7 @@ class Pitch(NamedTuple):
 
     @property
     def shares(self) -> Array:
-        """Shares (k,) of the front nodes of the section's area: the integral of their shape functions."""
+        """Weights (k,) of the front nodes over the section's area: integrals of their shape functions."""
         place = np.full(len(self.nodes), -1)
         place[self.front] = np.arange(self.front.size)
         faces = self.surface[(place[self.surface] >= 0).all(axis=1)]
@@ -75,7 +75,7 @@ class Pitch(NamedTuple):
 
 
 class Tiled(NamedTuple):
-    """Pitches in a row with shared nodes; ``tied``: an array for each scale, ``cuts`` (n + 1, k)."""
+    """Pitches in a row with shared nodes; ``tied``: nodes of each scale's slot, ``cuts`` (n + 1, k)."""
 
     nodes: Array
     tets: Index
@@ -89,12 +89,12 @@ def pitch_mesh(geometry: Geometry, size: float = SIZE, edge_size: float = EDGE_S
     Parameters
     ----------
     geometry : Geometry
-        The pitch; what of the scale leaves the bar's sides is cut off.
+        The pitch; parts of the scale outside the bar's sides are cut off.
     size, edge_size : float
         Sizes of elements in the bulk and along the edges of the embedded scale, pitches.
     tab : bool
-        Mesh the scale behind its base line (X < 0), too. What of the slot lies before it stays a slot, and is tied
-        together with the scale's section X = 0.
+        Mesh the embedded part of the scale (X < 0), too. The part of the slot with X > 0 stays open; its walls are
+        tied, with the scale's section X = 0.
 
     Returns
     -------
@@ -116,16 +116,16 @@ def pitch_mesh(geometry: Geometry, size: float = SIZE, edge_size: float = EDGE_S
 
 
 def bar_mesh(geometry: Geometry, size: float = SIZE) -> Pitch:
-    """Mesh one pitch of the bare bar as :func:`pitch_mesh` does, with the same cuts; nothing is tied."""
+    """Mesh one pitch of the bare bar with the same cuts as :func:`pitch_mesh`; no nodes are tied."""
     return _mesh(geometry, size, None)
 
 
 def tile(pitch: Pitch, n: int) -> Tiled:
-    """Join n pitches, at least one, one behind the other."""
+    """Join n pitches (n >= 1) in a row along z."""
     master, turned, masters = pitch.images
     count, k = len(masters), np.arange(n)
     number = master + count * (k[:, None] + turned)
-    # the last pitch keeps its own back
+    # the last pitch has its own back nodes
     number[-1][pitch.back] = n * count + np.arange(pitch.back.size)
     moved = masters + np.array([0.0, 0.0, 1.0]) * k[:, None, None]
     return Tiled(
@@ -176,7 +176,7 @@ def _failed(said: str) -> InputError:
 
 
 def _cell(occ: Any, geometry: Geometry, edge_size: float | None, *, tab: bool) -> Any:
-    """Return the solid: a skewed prism, less the slot if there is an edge size; front and back are identified.
+    """Return the solid: a skewed prism, less the slot if an edge size is given, with front and back identified.
 
     With a tab the embedded part of the scale is a second solid, glued to it.
     """
@@ -195,7 +195,7 @@ def _cell(occ: Any, geometry: Geometry, edge_size: float | None, *, tab: bool) -
             floor = _polygon(occ, [geometry.rest.base + p * x + q * y - t / 2 * z for p, q in around])
             return floor.Extrude(occ.Vec(*map(float, t * z)))
 
-        # far enough to leave the substrate with its whole thickness
+        # long enough to cut through the scaled face over its whole thickness
         cell = cell - plate(t / tan(geometry.theta0))
     if len(cell.solids) != 1:
         raise _failed(_PIECES)
@@ -224,8 +224,8 @@ def _polygon(occ: Any, points: list[Any]) -> Any:
 
 
 def _quadratic(geometry: Geometry, points: Array, cells: Index, *, slot: bool) -> Pitch:
-    """Set the middle nodes; find the cuts, the slot and the boundary."""
-    # exact images before the middles, so that these are exact too
+    """Return the pitch with middle nodes added; find the cuts, the slot and the boundary."""
+    # exact images of corners first, so that middle nodes are exact too
     low, high = _matched(geometry, points)
     points[high] = points[low] + [0.0, 0.0, 1.0]
     ends = np.sort(cells[:, EDGES].reshape(-1, 2), axis=1)
@@ -254,7 +254,7 @@ def _quadratic(geometry: Geometry, points: Array, cells: Index, *, slot: bool) -
 
 
 def _matched(geometry: Geometry, points: Array) -> tuple[Index, Index]:
-    """Return corner nodes of the front, and those of the back in the same order."""
+    """Return corner nodes of the front, and their images on the back in the same order."""
     from scipy.spatial import cKDTree
 
     place, slack = _along(geometry, points), _slack(geometry)
@@ -266,17 +266,17 @@ def _matched(geometry: Geometry, points: Array) -> tuple[Index, Index]:
 
 
 def _along(geometry: Geometry, points: Array) -> Array:
-    """Return how far points (n, 3) are behind the front, along the bar."""
+    """Return the distance (n,) of points (n, 3) behind the front along the bar, pitches."""
     return np.asarray(points[:, 2] - points[:, 0] * tan(geometry.alpha) - geometry.front(points[:, 1]))
 
 
 def _slack(geometry: Geometry) -> float:
-    """Return how far points of a cut may be off it, along the bar."""
+    """Return the tolerance of the distance of points from a cut along the bar, pitches."""
     return _NEAR / cos(geometry.alpha) * (1 + geometry.lean)
 
 
 def _boundary(cells: Index, middle: Index) -> Index:
-    """Return the triangles that belong to one element only, outward, with their middle nodes."""
+    """Return the boundary triangles (q, 6) with outward normals and their middle nodes: those of one element only."""
     number = np.full((4, 4), -1)
     for i, (a, b) in enumerate(EDGES):
         number[a, b] = number[b, a] = i

@@ -1,4 +1,4 @@
-"""How a pitch follows from the one before: moves x -> Q x + t by loads, with two derivatives; and the loads' path.
+"""Moves x -> Q x + t from pitch to pitch by the loads, with two derivatives; and the path of the loads.
 
 A twisted beam has one load, the twist phi per pitch: Q = R(k phi), t = k e_z for a scale k pitches away. A beam that is
 bent and twisted has three strains: twist phi, bend psi (towards the scaled face) and stretch epsilon of the axis y = 0,
@@ -8,7 +8,7 @@ in the order of the joint's matrix, and its pitches follow by powers of the scre
 
 with V(w) the mean of exp(s w), s from 0 to 1.
 
-The path that a run follows is one number: the twist itself, or the way along a straight leg in the strains.
+The path of a run has one parameter: the twist itself, or the way along a straight leg in the strains.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ STRAINS = 3
 """Twist, bend and stretch per pitch, in this order."""
 _UP = np.array([0.0, 0.0, 1.0])
 _BY = -np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
-"""Rates of w with the strains, by rows."""
+"""Derivatives of w by the strains, as rows."""
 
 
 class Moves(NamedTuple):
-    """Rotations Q (n, 3, 3) and shifts t (n, 3), their rates with L loads (n, L, ..), and the rates' (n, L, L, ..)."""
+    """Rotations Q (n, 3, 3) and shifts t (n, 3) with derivatives by L loads, (n, L, ..) and (n, L, L, ..)."""
 
     Q: Array
     t: Array
@@ -39,12 +39,12 @@ class Moves(NamedTuple):
     ddt: Array
 
     def of(self, x: Array) -> tuple[Array, Array, Array]:
-        """Return where places x (n, 3) go, one by each move: (n, 3), rates (n, L, 3) and their rates (n, L, L, 3)."""
+        """Return the places of x (n, 3), one for each move: (n, 3), with derivatives (n, L, 3) and (n, L, L, 3)."""
         place, rate, second = self.turned(x)
         return place + self.t, rate + self.dt, second + self.ddt
 
     def turned(self, x: Array) -> tuple[Array, Array, Array]:
-        """Return what the rotations make of vectors x (n, 3), likewise."""
+        """Return vectors x (n, 3) rotated, with the same derivatives."""
         return (
             (self.Q @ x[:, :, None])[..., 0],
             (self.dQ @ x[:, None, :, None])[..., 0],
@@ -53,12 +53,12 @@ class Moves(NamedTuple):
 
 
 class Twist:
-    """The loads of a twisted beam: its twist, which is the path, too."""
+    """The load of a twisted beam: its twist per pitch, which is the parameter of the path, too."""
 
     loads, strains, first = 1, 0, 0
 
     def at(self, v: Array, way: float) -> Array:  # noqa: ARG002 - as a Leg's
-        """Return the loads (1,) for motions v and the place on the path."""
+        """Return the loads (1,) for motions v and the place ``way`` on the path."""
         return np.array([way])
 
     def by(self, size: int) -> Array:
@@ -73,11 +73,11 @@ class Twist:
 
 
 class Leg:
-    """The loads of a beam that is bent and twisted: strains along a straight leg, and what motions add to them.
+    """The loads of a beam in bend and twist: strains along a straight leg, plus free strains among the motions.
 
-    The three motions behind those of the rigid bodies are added to the strains: the forces on them are the torque T,
-    the moment M and the axial force. Those that no way of a run leads to (:class:`squama.fe.walk.Walk`) stay 0, so that
-    the strain is imposed; others are free.
+    Three motions after those of the rigid bodies are added to the strains; their conjugate forces are the torque T, the
+    moment M and the axial force. Motions outside the ways of a run (:class:`squama.fe.walk.Walk`) stay 0, so that the
+    strain is imposed; others are free.
 
     Parameters
     ----------
@@ -87,9 +87,9 @@ class Leg:
     Attributes
     ----------
     start, rate : (3,) arrays
-        Strains where the leg begins, and their rates with the way.
+        Strains at the begin of the leg, and their derivatives by the way.
     way : float
-        The way there.
+        Way at the begin of the leg.
     """
 
     loads = strains = STRAINS
@@ -99,11 +99,11 @@ class Leg:
         self.start, self.rate, self.way = np.zeros(STRAINS), np.zeros(STRAINS), 0.0
 
     def turn(self, rate: Array, way: float) -> None:
-        """Go on along another leg."""
+        """Begin a new leg at ``way``, with the derivatives ``rate`` (3,) of the strains by the way."""
         self.start, self.rate, self.way = self.start + (way - self.way) * self.rate, rate, way
 
     def at(self, v: Array, way: float) -> Array:
-        """Return the strains (3,) for motions v and the place on the path."""
+        """Return the strains (3,) for motions v and the place ``way`` on the path."""
         return np.asarray(self.start + (way - self.way) * self.rate + v[self.first : self.first + STRAINS])
 
     def by(self, size: int) -> Array:
@@ -118,20 +118,20 @@ class Leg:
 
 
 class End:
-    """The loads of a finite beam: where its far end stands, which the path leads and motions add to.
+    """The loads of a finite beam: the motion of its far end, imposed along the path or free.
 
-    Six motions behind those of the rigid bodies are the loads: shift of the end (3), tilt about x and y, and twist phi
+    Six motions after those of the rigid bodies are the loads: shift of the end (3), tilt about x and y, and twist phi
     per pitch. At rest the end is at ``place`` (3,); it is turned clockwise about z by phi times the number of pitches,
-    then tilted. Motions that no way of a run leads to are held; scales are counted in frames that turn with phi.
+    then tilted. Motions outside the ways of a run are held; motions of scales are in frames that turn with phi.
 
     Parameters
     ----------
     pitches : int
-        How many there are.
+        Number of pitches.
     place : (3,) array
-        The end at rest.
+        Place of the end at rest, pitches.
     rate : (6,) array
-        Rates of the loads with the way.
+        Derivatives of the loads by the way.
     """
 
     loads = strains = 6
@@ -140,7 +140,7 @@ class End:
         self.pitches, self.first, self._place, self._rate = pitches, 6 * pitches, place, rate
 
     def at(self, v: Array, way: float) -> Array:
-        """Return the loads (6,) for motions v and the place on the path."""
+        """Return the loads (6,) for motions v and the place ``way`` on the path."""
         return np.asarray(way * self._rate + v[self.first : self.first + 6])
 
     def by(self, size: int) -> Array:
@@ -157,7 +157,7 @@ class End:
         return out
 
     def frame(self, loads: Array) -> Moves:
-        """Return the frame of the end."""
+        """Return the frame of the end section for loads (6,)."""
         n, tilt, turn = float(self.pitches), rotation(np.append(loads[3:5], 0.0)), Turn.at(self.pitches * loads[5])
         dQ, ddQ = np.zeros((6, 3, 3)), np.zeros((6, 6, 3, 3))
         dQ[3:5], dQ[5] = tilt.dE[:2] @ turn.Q, n * tilt.E @ turn.dQ
@@ -170,7 +170,7 @@ class End:
 
 
 def stays(loads: Array) -> Moves:
-    """Return the frame of a section that the loads do not move."""
+    """Return the frame of a section that does not depend on the loads (L,)."""
     L = loads.size
     rest = (np.zeros((1, *(L,) * n, *end)) for n in (1, 2) for end in ((3, 3), (3,)))
     return Moves(np.eye(3)[None], np.zeros((1, 3)), *rest)
@@ -181,13 +181,13 @@ Course = Twist | Leg | End
 
 @functools.lru_cache(maxsize=8)
 def _powers(strains: tuple[float, ...], k: tuple[float, ...]) -> Moves:
-    """Return several powers of a screw; a state asks for its own three times on end."""
+    """Return moves by k powers of a screw, cached, since they are needed three times in a row at each state."""
     each = [power(np.array(strains), n) for n in k]
     return Moves(*(np.array(part) for part in zip(*each, strict=True)))
 
 
 def power(strains: Array, k: float) -> Moves:
-    """Return the power k of the screw of strains (3,): a :class:`Moves` without its first axis."""
+    """Return the k-th power of the screw of strains (3,): a :class:`Moves` without its first axis."""
     w, by = k * (strains @ _BY), k * _BY
     E, V = rotation(w), translation(w)
     # the shift is k (1 + epsilon) times the last column of V

@@ -1,13 +1,13 @@
 """Linear elements of one pitch: its stiffness over a scale's six motions and the beam's twist, bend and stretch.
 
-At small strain the back of a pitch follows its front, u_back = u_front + (what a load makes of the step by one pitch),
-with plate 0 tied in as a rigid body. The energy per pitch is 1/2 q^T K q over q = (v, phi, psi, epsilon): the six
-motions of the plate along its axes at rest, the twist per pitch, the bend per pitch (positive towards the scaled face)
-and the stretch of the axis y = 0. A step by one pitch is the screw whose rotation vector is -(psi, 0, phi); to first
-order at a place (x, y, z) it moves by
+At small strain the back of a pitch follows its front, u_back = u_front + (displacement of the step by one pitch under
+the loads), with plate 0 tied in as a rigid body. The energy per pitch is 1/2 q^T K q over q = (v, phi, psi, epsilon):
+the six motions of the plate along its axes at rest, the twist per pitch, the bend per pitch (positive towards the
+scaled face) and the stretch of the axis y = 0. A step by one pitch is the screw whose rotation vector is -(psi, 0,
+phi); to first order at a place (x, y, z) it moves by
     twist (y, -x, 0)        bend (0, z + 1/2, -y)        stretch (0, 0, 1).
-The mean place of the front section and its mean turn about z are held in the frame that goes with the load, so v is
-counted from there; twist and bend act at a held length (epsilon = 0) unless the stretch is left free.
+The mean place of the front section and its mean turn about z are held in the frame that follows the loads, from which v
+is counted; twist and bend act at a held length (epsilon = 0) unless the stretch is left free.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ from squama.types import Array
 MOTIONS = 9
 """Rows of K: six motions of the scale, twist, bend, stretch."""
 NEAR = 0.1
-"""Strains are averaged as near to an edge of the embedded scale: share of its embedded length or half width."""
+"""Distance from an embedded edge within which strains are averaged, over embedded length or half width."""
 EDGES_OF_TAB = ("deep edge", "side at -Y", "side at +Y", "mouth")
-"""Where the substrate is strained most."""
+"""Edges of the embedded part, where the substrate is strained most."""
 
 
 class Response(NamedTuple):
-    """What one mesh gave, E = 1 and d = 1: ``K`` (9, 9), ``strain`` (4, 9, 9), the number of elements.
+    """Results of one mesh, in E = 1 and d = 1: ``K`` (9, 9), ``strain`` (4, 9, 9), number of elements.
 
     ``strain`` is a form for each of :data:`EDGES_OF_TAB`: q^T strain q is the mean of 2 W / E near that edge, W the
-    strain energy per volume; its root is the strain that a bar under tension would have at that energy.
+    strain energy per volume; its root is the strain of a bar in tension with that energy.
     """
 
     K: Array
@@ -47,7 +47,7 @@ class Response(NamedTuple):
 
 
 def response(pitch: Pitch, geometry: Geometry, tab: Material | None = None) -> Response:
-    """Return the stiffness of a pitch and the strains around its scale; ``tab``: material of a tab that is meshed.
+    """Return the stiffness of a pitch and the strains around its scale; ``tab``: material of a meshed tab.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def response(pitch: Pitch, geometry: Geometry, tab: Material | None = None) -> R
     tied = master[pitch.tied]
     free = np.setdiff1d(np.arange(len(rest)), tied)
     moved = _moved(pitch, geometry, tied)
-    # nodes by the free masters
+    # from free masters to nodes
     column = np.full(len(rest), -1)
     column[free] = np.arange(free.size)
     node = np.flatnonzero(column[master] >= 0)
@@ -86,7 +86,7 @@ def response(pitch: Pitch, geometry: Geometry, tab: Material | None = None) -> R
     try:
         S = solver.factorise(matrix.data)
         S = (S + S.T) / 2
-        # multipliers that hold the section, for each of the motions
+        # multipliers of the section's conditions, for each of the motions
         m = -np.linalg.solve(S[MOTIONS:, MOTIONS:], S[MOTIONS:, :MOTIONS])
         K = S[:MOTIONS, :MOTIONS] + S[:MOTIONS, MOTIONS:] @ m
         both = np.vstack([np.eye(MOTIONS), m])
@@ -100,7 +100,7 @@ def response(pitch: Pitch, geometry: Geometry, tab: Material | None = None) -> R
 
 
 def _stiffness(elements: Elements, nodes: Array) -> Any:
-    """Return the matrix (3 n, 3 n) of elements at rest."""
+    """Return the stiffness matrix (3 n, 3 n) of elements at rest."""
     result = elements(nodes)
     if not result.least > 0:
         message = "the mesh has inverted elements: take another element size"
@@ -109,7 +109,7 @@ def _stiffness(elements: Elements, nodes: Array) -> Any:
 
 
 def _moved(pitch: Pitch, geometry: Geometry, tied: Index) -> Array:
-    """Return how far nodes go (3 n, 9) with the scale and the loads while the free masters stay."""
+    """Return the displacements (3 n, 9) of nodes by motions of the scale and loads at fixed free masters."""
     master, turned, rest = pitch.images
     out = np.zeros((len(pitch.nodes), 3, MOTIONS))
     place = np.full(len(rest), -1)
@@ -125,9 +125,9 @@ def _moved(pitch: Pitch, geometry: Geometry, tied: Index) -> Array:
 
 
 def _section(pitch: Pitch, geometry: Geometry) -> tuple[Array, Array]:
-    """Return the mean place and turn of the section z = x tan(alpha) + c, counted from the frame that goes with loads.
+    """Return the mean place and turn of the section z = x tan(alpha) + c in the frame that follows the loads.
 
-    By all nodes (4, 3 n), and by motions and loads besides (4, 9).
+    As matrices by displacements of all nodes (4, 3 n), and directly by motions and loads (4, 9).
     """
     if geometry.lean:
         X, w, N, steps, rigid = _across(pitch, geometry)
@@ -140,7 +140,7 @@ def _section(pitch: Pitch, geometry: Geometry) -> tuple[Array, Array]:
     for i in range(3):
         weights[i, :, i] = w
     weights[3, :, 0], weights[3, :, 1] = w * X[:, 1] / radius, -w * X[:, 0] / radius
-    # what a step does, less what the frame does there: that of the place a step came from
+    # displacement of a step less that of the frame, at the place before the step
     x, y, z = X.T
     z = z - steps
     own = np.zeros((len(X), 3, MOTIONS))
@@ -154,17 +154,17 @@ def _section(pitch: Pitch, geometry: Geometry) -> tuple[Array, Array]:
 
 
 def _functions(points: Index, nodes: Index, values: Array, count: int, size: int) -> Any:
-    """Return values of nodes' shape functions at points as a sparse matrix (points, nodes)."""
+    """Return the sparse matrix (count, size) of shape function values at points by nodes."""
     from scipy import sparse
 
     return sparse.csr_array((values, (points, nodes)), shape=(count, size))
 
 
 def _across(pitch: Pitch, geometry: Geometry) -> tuple[Array, Array, Any, Array, NDArray[np.bool_]]:
-    """Return points (q, 3) of the section, their shares, shape functions (q, n) of the nodes, steps, and the rigid.
+    """Return points (q, 3) of the section, their weights, shape functions (q, n), steps in pitches, and rigid ones.
 
-    Cuts that lean do not have the section for a face: it runs through several pitches and their scales. A point is so
-    many steps further than its place in the meshed pitch; a rigid one lies in a scale, and no function is at it.
+    With leaning cuts the section is no face of the mesh: it runs through several pitches and their scales. ``steps``:
+    number of pitches from the meshed pitch to the point. A rigid point lies in a scale and has no shape functions.
     """
     (u, share_u), (v, share_v) = (np.polynomial.legendre.leggauss(n) for n in _ACROSS)
     x, y = (at.ravel() for at in np.meshgrid(u * geometry.width / 2, v * geometry.lam, indexing="ij"))
@@ -201,7 +201,7 @@ _ACROSS = (32, 16)
 
 
 def near_edges(geometry: Geometry, points: Array) -> list[Array]:
-    """Say which points (e, q, 3) lie near each of :data:`EDGES_OF_TAB`, truths (e, q)."""
+    """Return for points (e, q, 3) whether they lie near each of :data:`EDGES_OF_TAB`, a list of arrays (e, q)."""
     near, half = NEAR * min(geometry.zeta, geometry.beta), geometry.thickness / 2
     X, Y, Z = np.moveaxis(geometry.local(points.reshape(-1, 3)).reshape(points.shape), -1, 0)
     off = np.maximum(np.abs(Z) - half, 0.0)
@@ -215,9 +215,9 @@ def near_edges(geometry: Geometry, points: Array) -> list[Array]:
 
 
 def mean_energies(tets: Index, elements: Elements, fields: Array, parts: list[Array]) -> Array:
-    """Return the forms (k, 9, 9) of the mean of 2 W / E over parts of the elements' Gauss points, truths (e, q) each.
+    """Return the forms (k, 9, 9) of the mean of 2 W / E over Gauss points selected by ``parts``, each (e, q).
 
-    ``fields`` (n, 3, 9) are what nodes do for each of the motions.
+    ``fields`` (n, 3, 9) are the displacements of the nodes for each of the motions.
     """
     used = np.flatnonzero(np.any(parts, axis=(0, 2)))
     slopes = np.einsum("qac,eci->eqai", _RATES, elements.gradients[used])

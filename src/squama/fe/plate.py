@@ -1,4 +1,4 @@
-"""A scale's motion, and points that move with it or bend away.
+"""A scale's rigid motion, and points that move with it or are displaced by its bending.
 
 Lengths in pitches. The six motions are v = (u_X, u_Y, u_Z, w_X, w_Y, w_Z): translation of the base midpoint O and
 rotation vector (finite), both along the scale's axes at rest. A point whose rest position in these axes, from O, is
@@ -46,19 +46,19 @@ class Rest(NamedTuple):
 
     @classmethod
     def at(cls, eta: float, beta: float, lam: float, alpha: float, theta: float) -> Rest:
-        """Place a scale at the inclination theta (theory, section 2; angles in rad)."""
+        """Return a scale at rest at the inclination theta (theory, section 2; angles in rad)."""
         return cls(eta, beta, axes(alpha, theta), np.array([0.0, lam, 0.0]))
 
 
 class Pose(NamedTuple):
-    """Place ``c`` (3,) of the base midpoint and turn ``R`` (3, 3) from the attitude at rest."""
+    """Place ``c`` (3,) of the base midpoint, pitches, and rotation ``R`` (3, 3) from the attitude at rest."""
 
     c: Array
     R: Array
 
 
 class Rotation(NamedTuple):
-    """Matrix of a rotation vector w (3, 3) and its derivatives with respect to w, (3, 3, 3) and (3, 3, 3, 3)."""
+    """Rotation matrix E (3, 3) of a rotation vector w and its derivatives by w, (3, 3, 3) and (3, 3, 3, 3)."""
 
     E: Array
     dE: Array
@@ -66,7 +66,7 @@ class Rotation(NamedTuple):
 
 
 def _series(first: int) -> list[list[float]]:
-    """Coefficients of sum (-q)^n / (2 n + first)!, highest power first, and of two derivatives by q."""
+    """Return coefficients of sum (-q)^n / (2 n + first)!, highest power first, and of two derivatives by q."""
     terms = [(-1) ** n / math.factorial(2 * n + first) for n in range(8)][::-1]
     slopes = [c * n for n, c in zip(range(7, 0, -1), terms, strict=False)]
     return [terms, slopes, [c * n for n, c in zip(range(6, 0, -1), slopes, strict=False)]]
@@ -87,19 +87,19 @@ def _factors(q: float) -> tuple[float, ...]:
 
 
 def turned(w: Array) -> Array:
-    """Return the matrix of a rotation vector (3,) in rad."""
+    """Return the rotation matrix (3, 3) of a rotation vector (3,), rad."""
     W = (w @ _FLAT).reshape(3, 3)
     a, _, _, b, _, _ = _factors(float(w @ w))
     return np.asarray(_ONE + a * W + b * (W @ W))
 
 
 def rotation(w: Array) -> Rotation:
-    """Return the matrix of a rotation vector (3,) in rad with its derivatives (Rodrigues' formula)."""
+    """Return the rotation matrix of a rotation vector (3,), rad, with two derivatives (Rodrigues' formula)."""
     return _with_rates(w, *_factors(float(w @ w)))
 
 
 def translation(w: Array) -> Rotation:
-    """Return the mean of the rotations by s w, s from 0 to 1, with its derivatives: a screw's translation over v."""
+    """Return the mean of the rotations by s w, s from 0 to 1, with derivatives: the matrix of a screw's shift."""
     q = float(w @ w)
     _, _, _, b, b1, b2 = _factors(q)
     if q < 0.1:
@@ -125,13 +125,13 @@ def _with_rates(w: Array, a: float, a1: float, a2: float, b: float, b1: float, b
 
 
 def pose(rest: Rest, v: Array) -> Pose:
-    """Return the pose that six motions (6,) give to a scale."""
+    """Return the pose of a scale for six motions (6,)."""
     A = rest.axes
     return Pose(rest.base + v[:3] @ A, A.T @ turned(v[3:6]) @ A)
 
 
 def inclination(rest: Rest, v: Array) -> float:
-    """Inclination theta, rad: angle of n_X against the beam's face, seen along the width at rest.
+    """Return the inclination theta, rad: angle of n_X to the beam's face, seen along the width at rest.
 
     n_X is projected on the plane normal to n_Y at rest; in that plane theta is measured from the face (y = 0)
     towards y. For a rotation about n_Y alone this is the hinge's angle, also beyond 90 deg.
@@ -140,14 +140,14 @@ def inclination(rest: Rest, v: Array) -> float:
 
 
 def inclined(rest: Rest, x: Array) -> float:
-    """Return the inclination, rad, of a scale whose axis n_X is ``x`` (3,) as its section sees it."""
+    """Return the inclination, rad, of a scale with axis n_X = ``x`` (3,) in the frame of its section."""
     y = rest.axes[1]
     along = np.array([-y[2], 0.0, y[0]])
     return float(np.arctan2(x[1], x @ along))
 
 
 class Attached:
-    """Points that move with a scale.
+    """Points that move with a scale, and with its bending modes if given.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ class Attached:
     points : (n, 3) array
         Their places at rest.
     modes : (n, 3, r) array, optional
-        How the points move along the scale's axes per amplitude; motions are (6 + r,) then.
+        Displacements of the points along the scale's axes per amplitude; motions are then (6 + r,).
     """
 
     def __init__(self, rest: Rest, points: Array, modes: Array | None = None) -> None:
@@ -165,13 +165,13 @@ class Attached:
         self.modes = np.zeros((len(self.local), 3, 0)) if modes is None else modes
 
     def of(self, nodes: Index) -> Attached:
-        """Return some of the points."""
+        """Return the points with these numbers."""
         part = copy.copy(self)
         part.local, part.modes = self.local[nodes], self.modes[nodes]
         return part
 
     def bent(self, v: Array) -> Array:
-        """Return the points (n, 3) in the scale's frame."""
+        """Return the points (n, 3) in the scale's frame, displaced by the modes."""
         return self.local + self.modes @ v[6:] if v.size > 6 else self.local
 
     def places(self, v: Array) -> Array:
@@ -179,7 +179,7 @@ class Attached:
         return np.asarray(self.base + (v[:3] + self.bent(v) @ turned(v[3:6]).T) @ self.axes)
 
     def rates(self, v: Array, turn: Rotation | None = None) -> Array:
-        """Return the derivatives (n, 3, 6 + r) of the places by v; its rotation may be given."""
+        """Return the derivatives (n, 3, 6 + r) of the places by v; ``turn``: its rotation, if known."""
         turn = rotation(v[3:6]) if turn is None else turn
         rates = np.empty((len(self.local), 3, v.size))
         rates[:, :, :3] = self.axes.T
@@ -189,7 +189,7 @@ class Attached:
         return rates
 
     def curvature(self, v: Array, forces: Array, turn: Rotation | None = None) -> Array:
-        """Return the second derivatives (6 + r, 6 + r) of ``sum(forces * places)`` for forces (n, 3) that stay."""
+        """Return the second derivatives (6 + r, 6 + r) of ``sum(forces * places)`` at constant forces (n, 3)."""
         turn = rotation(v[3:6]) if turn is None else turn
         out, along = np.zeros((v.size, v.size)), forces @ self.axes.T
         out[3:6, 3:6] = (turn.ddE.reshape(9, 9) @ (along.T @ self.bent(v)).ravel()).reshape(3, 3)
@@ -200,7 +200,7 @@ class Attached:
 
 
 class Turn(NamedTuple):
-    """Rotations about z and two derivatives by the angle, (.., 3, 3) each; scale 1 + k is turned against scale 1 so."""
+    """Rotations about z with two derivatives by the angle, (.., 3, 3) each: from scale 1 to scale 1 + k."""
 
     Q: Array
     dQ: Array
@@ -208,7 +208,7 @@ class Turn(NamedTuple):
 
     @classmethod
     def at(cls, angle: float | Array) -> Turn:
-        """Clockwise about +z."""
+        """Return the rotations by angles, rad, clockwise seen against +z."""
         angle = np.asarray(angle)[..., None, None]
         c, s = np.cos(angle), np.sin(angle)
         across, along = c * _ACROSS, s * _TURN
@@ -220,7 +220,7 @@ _TURN = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
 
 
 class Carried:
-    """Points that move with a rigid scale whose six motions are counted in a frame that turns with the twist.
+    """Points on a rigid scale whose six motions are counted in a frame that turns with the twist.
 
     Scale k of a beam stands at z = k; its frame is turned by (k - c) phi about z, where c is the place of the section
     that does not turn. In an endless beam all scales have the same motions in their frames.
@@ -232,7 +232,7 @@ class Carried:
     points : (n, 3) array
         Places of the points at rest, on scale k.
     k : int
-        How many pitches the scale stands further along z.
+        Number of pitches from scale 0 along z.
     still : float
         Place c along z of the section that does not turn.
     """
@@ -252,7 +252,7 @@ class Carried:
         return np.concatenate([turn.Q @ self._attached.rates(v), by_phi[..., None]], axis=-1)
 
     def curvature(self, v: Array, phi: float, forces: Array) -> Array:
-        """Return the second derivatives (7, 7) by (v, phi) of ``sum(forces * places)`` for forces (n, 3) that stay."""
+        """Return the second derivatives (7, 7) by (v, phi) of ``sum(forces * places)`` at constant forces (n, 3)."""
         turn, k, own = Turn.at(self._k * phi), self._k, rotation(v[3:])
         out = np.zeros((7, 7))
         out[:6, :6] = self._attached.curvature(v, forces @ turn.Q, own)

@@ -1,4 +1,4 @@
-"""The exposed parts of scales in a row, endless or not, at one state of their motions and the beam's loads."""
+"""Corners of the exposed parts of scales in a row, endless or not, with derivatives by motions and loads."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from squama.types import Array
 class Row:
     """The exposed parts of scales, one pitch apart along z at rest.
 
-    An endless row is kept as scale 0 and its images 1, 2, .. as far as they can touch, which have its motions in their
-    turning frames (see :class:`Carried`). By periodicity every pair of its scales is one of the pairs (0, k), k > 0,
-    turned and moved; so counting these once is counting each pair once per pitch, and the derivatives by v hold the
-    forces from the neighbours on both sides.
+    An endless row is represented by scale 0 and its images 1, 2, .. within reach, which have the same motions in their
+    turning frames (see :class:`Carried`). By periodicity every pair of scales is one of the pairs (0, k), k > 0, turned
+    and moved; so each pair counts once per pitch, and the derivatives by v contain the forces from the neighbours on
+    both sides.
 
     Parameters
     ----------
     rest : Rest
         Scale 0 at rest.
     scales : int, optional
-        How many there are, each with its own motions; an endless row if not given.
+        Number of scales, each with its own motions; an endless row if not given.
     still : float
         Place along z of the section that does not turn.
     exposed : Exposed, optional
         Their exposed parts; rectangles without thickness if not given.
     course : Course, optional
-        How neighbours follow from each other, and along which path; a twist if not given.
+        Moves from scale to scale and their loads; a twist if not given.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class Row:
         self.still = np.array([0.0, 0.0, still])
 
     def own(self, i: int, size: int) -> Index:
-        """Return where the motions and amplitudes of scale i stand among ``size`` motions (6 and r for each scale)."""
+        """Return the numbers of the motions and amplitudes of scale i among ``size`` motions (6 and r per scale)."""
         i, r = (0 if self.endless else i), self.exposed.amplitudes
         last = size - r * (self.moving - i)
         return np.concatenate([np.arange(6 * i, 6 * i + 6), np.arange(last, last + r)])
@@ -70,8 +70,8 @@ class Row:
 class Placed:
     """The scales of a row at one state; ``corners`` (n scales, 3), scale by scale in the order of their surface.
 
-    ``v`` (m,) begins with six motions for each scale that has its own, and ends with r amplitudes for each; what stands
-    between may be loads of the course. ``phi`` is the place on the path.
+    ``v`` (m,) begins with six motions for each scale with motions of its own, and ends with r amplitudes for each;
+    entries between are loads of the course. ``phi`` is the place on the path.
     """
 
     def __init__(self, row: Row, v: Array, phi: float) -> None:
@@ -79,7 +79,7 @@ class Placed:
         self._own = [row.own(i, v.size) for i in range(row.moving)]
         self._v = [v[own] for own in self._own]
         self._moves = row.course.moves(row.course.at(v, phi), row.k)
-        # one for all images, or one for each scale
+        # one array for all images, or one for each scale
         self._x = np.array([row.plate.places(motion) for motion in self._v])
         shift = self._moves.t[:, None] + row.still
         self.corners: Array = (self._x @ self._moves.Q.transpose(0, 2, 1) + shift).reshape(-1, 3)
@@ -89,7 +89,7 @@ class Placed:
         return [rotation(motion[3:6]) for motion in self._v]
 
     def _parts(self, nodes: Index) -> Iterator[tuple[int, int, Index, Index]]:
-        """Yield scale, the number of its motions, places among the nodes, and its own numbers of these."""
+        """Yield for each scale: its number, that of its motions, places among ``nodes``, own numbers of these."""
         scales, own = np.divmod(nodes, len(self._row.plate.local))
         for k in np.unique(scales).tolist():
             at = np.flatnonzero(scales == k)

@@ -1,4 +1,4 @@
-"""Beams twisted by finite elements, in SI units: a beam in, a labelled dataset out."""
+"""Beams twisted by finite elements, in SI units: from a beam to a labelled dataset."""
 
 from __future__ import annotations
 
@@ -42,13 +42,13 @@ if TYPE_CHECKING:
 INCREMENT = 0.01
 """Largest increment of the twist, rad per pitch."""
 SILENCE = 10.0
-"""Most seconds without a word where a run is watched."""
+"""Longest time between reports of progress, s."""
 FAR = 0.1
-"""Deflection of a scale over its length up to which elements that are linear in its frame will do."""
+"""Deflection of a scale over its length up to which elements linear in the scale's frame hold."""
 MOST = 200
 """Largest number of scales of a beam of elements."""
 _SHORT = 0.05
-"""Share of a beam along which grips may run without a word."""
+"""Share of a beam over which oblique grips may extend without a warning."""
 _OBLIQUE = (
     "the gripped end sections run along the scales' bases, over {:.3g} of {} pitches: the beam is stiffer than "
     "between clamps straight across, before contact 1.4 times for 5 scales of stiff_skin.toml (alpha 50 deg); squama "
@@ -121,28 +121,28 @@ def cell(
     mu : float, optional
         Coefficient of friction; the beam's own if not given.
     sense : {"+", "-"}
-        Which way the beam is twisted. Twists and torques are magnitudes.
+        Sense of the twist. Twists and torques are magnitudes.
     mesh : str or (float, float)
         "coarse", "medium", "fine", or sizes of the elements in the bulk and along the embedded scale's edges, pitches.
     increment : float
-        Largest increment of the twist, rad per pitch; it is halved where needed.
+        Largest increment of the twist, rad per pitch; it is halved where one does not converge.
     scales : int, optional
         Number of scales and pitches of a finite beam, 2 to 200; one endless pitch if not given.
     ends : {"free", "held"}
         The end sections (cuts between pitches) of a finite beam are held rigidly, one fixed, the other turned; that one
         may move along the axis, or is held there too. They cannot warp, tilt, or move sideways.
     ideal : bool
-        Scales are rigid and thin, as in the paper.
+        Rigid, thin scales, as in the paper.
     hinged : bool
-        Block roll and yaw of the scales: what a hinge leaves of the joint's motions.
+        Block roll and yaw of the scales, as in a hinge.
     restart : path, optional
-        File that is written after every increment; where it is there already, the run goes on from it.
+        File written after every increment; if it exists, the run continues from it.
     progress : callable, optional
-        Told after every increment, and each ten seconds within one, see :class:`Progress`.
+        Called with a :class:`Progress` after every increment, and every ten seconds within one.
     announce : callable, optional
-        Told in words, before the first increment, how large the run of a finite beam is.
+        Called before the first increment of a finite beam with a text on the size of the run.
     last : callable, optional
-        Given the deformed pitch at the end, see :class:`squama.fe.deformed.Deformed`; of an endless beam only.
+        Called with the deformed pitch at the end, a :class:`squama.fe.deformed.Deformed`; endless beams only.
 
     Returns
     -------
@@ -151,21 +151,22 @@ def cell(
         contact (in words). Of the scale theta, the motions u_X .. w_Z, N, f, and p and s, where the tip edge touches a
         side edge.
 
-        Of an endless beam these are along ``point`` too, with the ``neighbour`` that is touched. Of a finite one they
-        are along ``point`` and ``scale`` (1 to N): motions in the frame that is turned with the section at the scale's
-        base, contact with the next scale (NaN for the last); and ``twist`` of the scale's pitch, the difference of the
-        mean turns about z of the two cuts that bound it. T is that of the turned end, ``u_end`` its move.
+        Of an endless beam these are along ``point`` too, with the number of the touched ``neighbour``. Of a finite one
+        they are along ``point`` and ``scale`` (1 to N): motions in the frame that is turned with the section at the
+        scale's base, contact with the next scale (NaN for the last); and ``twist`` of the scale's pitch, the difference
+        of the mean turns about z of the two cuts that bound it. T is that of the turned end, ``u_end`` its axial
+        displacement.
 
-        Attributes: beam, mesh, ``plates`` (what the scales are), ``reached`` and ``sentence`` for the end of the run,
-        ``energy_error``: (W - U_el - W_fr)/W at the end.
+        Attributes: beam, mesh, ``plates`` (thickness and elasticity of the scales), ``reached`` and ``sentence`` for
+        the end of the run, ``energy_error``: (W - U_el - W_fr)/W at the end.
 
     Raises
     ------
     InputError
-        An argument is out of range, a package is missing, the mesh fails, the memory that is free does not do, or the
-        restart file is of another run.
+        An argument is out of range, a package is missing, the mesh fails, the free memory is too small, or the restart
+        file is of another run.
     KeyboardInterrupt
-        Ctrl-C, after the increment under way; the restart file holds what is done.
+        Ctrl-C, after the present increment; the restart file has all increments so far.
     """
     arguments.beam(beam)
     only_one(beam.faces, "elements")
@@ -226,7 +227,7 @@ def cell(
 
 
 def exposed_part(beam: Beam, shape: Geometry) -> tuple[Exposed, str]:
-    """Return the exposed part of a beam's scales, thick and, where their modulus is known, elastic; and words for it.
+    """Return the exposed part of a beam's scales, thick, elastic if their modulus is known, and its description.
 
     Raises
     ------
@@ -235,7 +236,7 @@ def exposed_part(beam: Beam, shape: Geometry) -> tuple[Exposed, str]:
     """
     eta, beta, h = shape.eta, shape.beta, shape.thickness
     x, y, gap = np.abs(shape.rest.axes[:, 2])
-    # the neighbour at rest is parallel, and so far beside
+    # the neighbour at rest is parallel, displaced by these
     if h >= gap and x < eta and y < 2 * beta:
         reason = f"plates of {h:.4g} pitches touch their neighbours at rest"
         remedy = f"write less than {gap:.4g} pitches, or take thin ones (ideal)"
@@ -264,7 +265,7 @@ def _bent_far(walk: Walk) -> list[str]:
 
 
 def mesh_sizes(mesh: MeshSize) -> tuple[float, float]:
-    """Return the two sizes of a mesh, in pitches, from its name or from themselves."""
+    """Return the sizes of elements in the bulk and along the scale's edges, pitches, of a mesh by name or sizes."""
     if isinstance(mesh, str):
         return MESHES[arguments.one_of("mesh", mesh, tuple(MESHES))]
     if len(mesh) != 2:
@@ -275,7 +276,7 @@ def mesh_sizes(mesh: MeshSize) -> tuple[float, float]:
 def follow(
     walk: Walk, goal: float, increment: float, restart: Path | None, key: dict[str, Any], progress: Listener | None
 ) -> Ended:
-    """Run to a twist with a restart file, progress, and Ctrl-C that keeps what is done.
+    """Run to a twist ``goal`` (rad per pitch) with restart file, progress, and Ctrl-C without loss of increments.
 
     Raises
     ------
@@ -324,13 +325,13 @@ def follow(
 
 
 def print_progress(at: Progress) -> None:
-    """Write a line on standard error."""
+    """Print the state of a run on standard error, as one line."""
     left = "" if at.left_s is None else f", about {at.left_s:.0f} s left"
     place = f"{math.degrees(at.phi):.4g} of {per_pitch(at.goal, 4)}"
     if at.toward is None:
         words = f"{place}: {at.iterations} iterations, largest force left {at.unbalanced:.1e}{left}"
     else:
-        # the time left is that of the pace so far, this increment included
+        # the remaining time follows from the average pace, this increment included
         halved = f", increments halved so far: {at.halvings}" * (at.halvings > 0)
         words = (
             f"{place}, on the way to {at.toward:.4f}: iteration {at.iterations}, {at.rounds} contact steps, "
@@ -340,7 +341,7 @@ def print_progress(at: Progress) -> None:
 
 
 def warnings(shape: Geometry, scales: int) -> list[str]:
-    """Say where the grips, which run along the scales' bases, stiffen the beam, or leave no section of the bar free."""
+    """Return warnings where the oblique grips stiffen the beam, or leave no section of the bar free."""
     skew = shape.width * np.tan(shape.alpha)
     if scales - skew >= 1:
         return [_OBLIQUE.format(skew, scales)] if skew > _SHORT * scales else []
@@ -351,7 +352,7 @@ def warnings(shape: Geometry, scales: int) -> list[str]:
 
 
 def size(walk: Walk, scales: int, goal: float, increment: float) -> str:
-    """Return in words how much there is to do; the time is a guess from this machine's speed at dense products."""
+    """Return a text on the size of a run; its time is a guess from the speed of this machine at dense products."""
     body = walk.body.body if isinstance(walk.body, Bent) else walk.body
     assert isinstance(body, Body)
     assert isinstance(body.elements, Elements)
@@ -372,7 +373,7 @@ def size(walk: Walk, scales: int, goal: float, increment: float) -> str:
 
 
 def _dataset(beam: Beam, walk: Walk, sign: int, scales: int | None) -> xr.Dataset:
-    """Return what was recorded in SI units; twists and torques as magnitudes."""
+    """Return the recorded columns in SI units; twists and torques as magnitudes."""
     import xarray as xr
 
     columns = {name: np.array(values) for name, values in walk.columns.items()}

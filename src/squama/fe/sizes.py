@@ -1,4 +1,4 @@
-"""Meshes by name."""
+"""Names of meshes and their element sizes."""
 
 from collections.abc import Mapping
 from typing import Literal

@@ -1,6 +1,6 @@
-"""Sparse symmetric systems with a border: one factorisation gives the dense rest on the border (Schur complement).
+"""Sparse symmetric systems with a border: one factorisation yields the Schur complement on the border.
 
-The matrix is [[K, B], [B^T, D]] with a small square D of m rows. Wanted are ``D - B^T K^-1 B`` and solutions with K
+The matrix is [[K, B], [B^T, D]] with a small square D of m rows. Results are ``D - B^T K^-1 B`` and solutions with K
 alone. The solver is MKL Pardiso where it is installed, SciPy's SuperLU otherwise. Without multipliers in K, Pardiso
 yields the complement without the m solutions ``K^-1 B``; else these are made a few at a time.
 """
@@ -20,34 +20,34 @@ from squama.types import Array
 
 _ANALYSE, _BOTH, _FACTORISE, _SOLVE, _FORWARD, _DIAGONAL, _BACKWARD = 11, 12, 22, 33, 331, 332, 333
 _CHUNK = 12
-"""Columns of the border that are solved for at once."""
+"""Number of columns of the border solved for at once."""
 _COMMON = ((1, 1), (2, 2), (8, 0), (10, 8), (24, 0))
-"""Nested dissection; no refinement, since Newton's next step does as much."""
+"""Pardiso parameters: nested dissection; no refinement, since the next Newton step corrects as much."""
 _MATCHED = ((11, 1), (13, 1))
-"""Pivots are scaled and matched, as a system with multipliers needs."""
+"""Pardiso parameters of a system with multipliers: scaling and matching of pivots."""
 _COMPLEMENT = ((11, 0), (13, 0), (19, -1), (36, 2))
-"""The Schur complement is returned, and the factors stay for solutions; no matching."""
+"""Pardiso parameters that return the Schur complement and keep the factors for solutions; no matching."""
 _FREE = Path("/proc/meminfo")
 
 
 class Solver:
-    """Factorises matrices of one pattern, one after another, and solves with the last one.
+    """Factorise matrices of one pattern, one after another, and solve with the last one.
 
     Parameters
     ----------
     pattern : scipy.sparse CSR matrix, (n + m, n + m)
-        Upper triangle with every entry of the diagonal stored, columns in order; the border last.
+        Upper triangle, with all diagonal entries stored and columns sorted; the border last.
     border : int
         Number m of rows of the border.
     multipliers : bool
-        Whether K has multipliers' rows, with zeros on its diagonal.
+        Whether K has rows of multipliers, with zeros on its diagonal.
 
     Attributes
     ----------
     needs : int
-        Bytes that factors and factorisation take, by the analysis of MKL; 0 where it is not known.
+        Memory of factors and factorisation, bytes, by the analysis of MKL; 0 if not known.
     work : float
-        Operations of a factorisation, likewise.
+        Floating-point operations of a factorisation; 0 if not known.
     """
 
     def __init__(self, pattern: Any, border: int, *, multipliers: bool = False) -> None:
@@ -75,12 +75,12 @@ class Solver:
         self.work = 1e6 * int(solver.get_iparm(19))
 
     def factorise(self, values: Array) -> Array:
-        """Take the values of the pattern's entries, and return the Schur complement (m, m).
+        """Factorise the matrix with these values of the pattern's entries, and return the Schur complement (m, m).
 
         Raises
         ------
         InputError
-            The matrix is singular, or there is not memory enough.
+            The matrix is singular, or the memory is too small.
         """
         self._A.data = np.ascontiguousarray(values)
         m, n = self._m, self._n
@@ -106,7 +106,7 @@ class Solver:
         return np.asarray((S + S.T) / 2)
 
     def solve(self, f: Array) -> Array:
-        """Return ``K^-1 f`` for f (n,)."""
+        """Return ``K^-1 f`` (n,) for f (n,)."""
         if self._by_columns:
             return self._solved(f)
         half = self._call(_FORWARD, np.append(f, np.zeros(self._m)).reshape(-1, 1))
@@ -115,7 +115,7 @@ class Solver:
         return self._call(_BACKWARD, half)[: self._n, 0]
 
     def spread(self, border: Array) -> Array:
-        """Return ``K^-1 B border`` for unknowns of the border (m,)."""
+        """Return ``K^-1 B border`` (n,) for unknowns (m,) of the border."""
         if self._by_columns:
             return self._solved(self._B @ border)
         half = np.zeros((self._n + self._m, 1))
@@ -145,14 +145,14 @@ class Solver:
         )
 
     def close(self) -> None:
-        """Give the memory of the factors back."""
+        """Free the memory of the factors."""
         if self._pardiso is not None:
             self._pardiso.free_memory(everything=True)
         self._lu = None
 
 
 def available() -> float | None:
-    """Return the bytes of memory that are free, or None where the system does not say."""
+    """Return the free memory in bytes, or None where the system does not report it."""
     try:
         lines = _FREE.read_text().splitlines()
     except OSError:
@@ -161,7 +161,7 @@ def available() -> float | None:
 
 
 def estimate(unknowns: int, scales: int) -> float:
-    """Return about how many bytes a beam of elements takes: matrices, and factors that grow with a pitch's elements.
+    """Return the approximate memory, bytes, of a beam of elements: matrices and factors.
 
     Fitted to runs with MKL Pardiso, 20 000 to 270 000 unknowns, 13 000 to 77 000 a pitch; SuperLU takes several times
     as much.
@@ -170,12 +170,12 @@ def estimate(unknowns: int, scales: int) -> float:
 
 
 def check_memory(scales: int, unknowns: int, needs: float) -> None:
-    """Refuse a beam whose bytes will not fit into the memory that is free.
+    """Refuse a beam whose memory ``needs`` (bytes) exceeds the free memory.
 
     Raises
     ------
     InputError
-        They will not.
+        The free memory is too small.
     """
     room = available()
     if room is not None and needs > room:

@@ -55,14 +55,14 @@ if TYPE_CHECKING:
 
 TabName = Literal["rigid", "elastic"]
 TABS: tuple[str, ...] = get_args(TabName)
-"""What the embedded part of a scale is taken for."""
+"""Models of the embedded part of a scale."""
 LEVELS = 3
-"""Number of sizes, each half the one before."""
+"""Number of meshes; each halves the size of the one before."""
 _MOST = 20_000
 _WHAT = "joint's stiffness"
-"""What the cache keeps."""
+"""Name of the cached results in messages."""
 _SCHEME = 3
-"""Changes whenever the numbers that are kept would mean something else."""
+"""Version of the cached numbers, raised whenever their meaning changes."""
 
 
 class Value(NamedTuple):
@@ -73,7 +73,7 @@ class Value(NamedTuple):
 
 
 class Level(NamedTuple):
-    """A mesh and what it gave: size along the plate's edges (pitches), elements, K (9, 9), seconds (0: from cache).
+    """Results of one mesh: edge size (pitches), number of elements, K (9, 9), seconds (0: from the cache).
 
     ``strain`` (4, 9, 9): see :class:`squama.fe.pitch_stiffness.Response`.
     """
@@ -96,11 +96,11 @@ class Level(NamedTuple):
 
 
 class JointMatrix(NamedTuple):
-    """What the substrate opposes to one scale, to twist, bend and stretch; E = 1 and d = 1.
+    """Stiffness of the substrate over the motions of one scale, twist, bend and stretch; in E = 1 and d = 1.
 
-    ``K`` (9, 9) over (u_X, u_Y, u_Z, w_X, w_Y, w_Z, phi, psi, epsilon), extrapolated to elements of no size; the
-    ``levels`` it comes from; ``bar``: the bare bar's torque per twist per pitch in elements of the same size in the
-    bulk, ``size``; ``exact``: the same by Saint-Venant's series, G J / d; ``unit``: E d^3 of the beam, N m.
+    ``K`` (9, 9) over (u_X, u_Y, u_Z, w_X, w_Y, w_Z, phi, psi, epsilon), extrapolated to elements of zero size, from
+    ``levels``; ``bar``: torque per twist per pitch of the bare bar, in elements of the same size in the bulk, ``size``;
+    ``exact``: the same by Saint-Venant's series, G J / d; ``unit``: E d^3 of the beam, N m.
     """
 
     K: Array
@@ -112,12 +112,12 @@ class JointMatrix(NamedTuple):
 
     @property
     def strain(self) -> Array:
-        """Forms (4, 9, 9) of the strain near the scale's edges, of the finest mesh."""
+        """Forms (4, 9, 9) of the strain near the scale's edges, from the finest mesh."""
         return self.levels[-1].strain
 
     @property
     def stiffness(self) -> Value:
-        """Stiffness against inclination, N m: what a beam file takes under [joint]."""
+        """Stiffness against inclination, N m, as in [joint] of a beam file."""
         return Value(*(self.unit * x for x in self.K_theta))
 
     @property
@@ -127,17 +127,17 @@ class JointMatrix(NamedTuple):
 
     @property
     def C_f(self) -> Value:
-        """Torque per twist of the pitch over that of the bare bar."""
+        """Torque per twist of the pitch without contact over that of the bare bar."""
         return Value(twisting_stiffness(self.K[:7, :7]) / self.bar, _error(self.C_f_levels))
 
     @property
     def C_f_levels(self) -> list[float]:
-        """The same of each mesh."""
+        """C_f of each mesh."""
         return [level.rigidity / self.bar for level in self.levels]
 
     @property
     def order(self) -> float:
-        """Order of convergence of K_theta seen in the last three sizes; NaN where there are fewer, or no order."""
+        """Observed order of convergence of K_theta in the last three sizes; NaN with fewer sizes or no order."""
         K = [level.K_theta for level in self.levels[-3:]]
         if len(K) < 3 or (K[0] - K[1]) * (K[1] - K[2]) <= 0:
             return float("nan")
@@ -156,11 +156,11 @@ def joint(
     fresh: bool = False,
     progress: Listener | None = None,
 ) -> JointMatrix:
-    """Return the stiffness of a beam's joint by finite elements, extrapolated to elements of no size.
+    """Return the stiffness of a beam's joint by finite elements, extrapolated to elements of zero size.
 
-    Small strains; for the scale's six motions, twist, bend and stretch. What the scaling laws approximate, K_theta and
-    C_f, comes with error bars, and goes into a beam by
-    ``beam.replace(joint={"stiffness": found.stiffness.value, "inclusion_factor": found.C_f.value})``.
+    Small strains; over the scale's six motions, twist, bend and stretch. K_theta and C_f, for which the theory has
+    scaling laws, come with error bars; set them in a beam by ``beam.replace(joint={"stiffness": found.stiffness.value,
+    "inclusion_factor": found.C_f.value})``.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ def joint(
     fresh : bool
         Compute anew, without the results of earlier runs in the user's cache, XDG_CACHE_HOME/squama/joints.
     progress : callable, optional
-        Told each `Level` when it is done.
+        Called with each `Level` when it is done.
 
     Returns
     -------
@@ -188,7 +188,7 @@ def joint(
     ------
     InputError
         A package is missing, the scale does not fit into the substrate, has no modulus to bend by, or the mesher or
-        solver fails. Levels that are done are kept in the cache.
+        solver fails. Levels computed before stay in the cache.
     """
     arguments.beam(beam)
     only_one(beam.faces, "elements")
@@ -219,7 +219,7 @@ def joint(
 
 
 def _of_tab(beam: Beam) -> Material:
-    """Return the material of the embedded part, in units of the substrate's modulus."""
+    """Return the material of the embedded part; its modulus is over that of the substrate."""
     if beam.scale.youngs_modulus is None:
         refuse("scale.youngs_modulus", "", "is needed for an elastic tab", 'write e.g. "3 GPa", or ask for a rigid one')
     ratio = beam.scale.youngs_modulus / beam.substrate.youngs_modulus
@@ -230,7 +230,7 @@ def sizes(shape: Geometry, levels: int, edge_size: float | None = None) -> tuple
     """Return the size of elements in the bulk, and those along the scale's edges, each half the one before; pitches."""
     coarse = min(shape.zeta, shape.beta) / 5
     if shape.lean:
-        # between long embedded parts, twice what is left
+        # between long embedded parts, twice the remaining distance
         coarse = min(coarse, 2 * (shape.gap - shape.thickness))
     coarse = coarse if edge_size is None else edge_size
     # in the bulk at least three elements through the thickness and two across, and not too many
@@ -239,7 +239,7 @@ def sizes(shape: Geometry, levels: int, edge_size: float | None = None) -> tuple
 
 
 def extrapolated(levels: Sequence[Level]) -> Array:
-    """Return K (9, 9) for elements of no size along the edges: linear from the last two; the last if there is one."""
+    """Return K (9, 9) for elements of zero size along the edges: linear from the last two levels, or the last."""
     K = levels[-1].K
     if len(levels) > 1:
         K = 2 * K - levels[-2].K
@@ -248,7 +248,7 @@ def extrapolated(levels: Sequence[Level]) -> Array:
 
 
 def _error(values: Sequence[float]) -> float:
-    """Return the error bar of a value that is extrapolated linearly from the last two; the sizes are halved."""
+    """Return the error bar of a value extrapolated linearly from the last two levels, each of half the size before."""
     if len(values) < 2:
         return np.inf
     correction = abs(values[-1] - values[-2])
@@ -258,11 +258,11 @@ def _error(values: Sequence[float]) -> float:
 
 
 def kept(key: tuple[object, ...], fresh: bool, compute: Callable[[], tuple[Array, int]]) -> tuple[Array, int, bool]:
-    """Return an array and a count from the user's cache, computed if they are not there, and whether they were.
+    """Return an array and a count from the user's cache, or by ``compute``, and whether they were computed.
 
-    There is a file for each key, which is all that the numbers depend on. The folder can be deleted at any time; where
-    it cannot be written, which a line says once, or a file is damaged, numbers are computed anew; ``fresh`` neither
-    reads nor writes it.
+    There is a file for each key, which determines the numbers. The folder can be deleted at any time. Where it cannot
+    be written, which is reported once, or a file is damaged, numbers are computed; ``fresh`` neither reads nor writes
+    it.
     """
     if fresh:
         return *compute(), True

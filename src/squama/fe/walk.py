@@ -1,4 +1,4 @@
-"""Scales in frictional contact, led from twist to twist: on a matrix, or on the elements that they are tied to.
+"""Scales in frictional contact along a history of the twist, on a stiffness matrix or on elements of the substrate.
 
 Every increment is a Newton iteration in two levels: the body is condensed onto the motions (elements are factorised
 once an iteration), and on these the contact problem is solved to convergence. The first iteration goes from the last
@@ -30,23 +30,23 @@ from squama.types import Array
 
 ITERATIONS = 12
 TOLERANCE = 1e-7
-"""Change of a place, in pitches, at which an increment has converged."""
+"""Change of a place, pitches, below which an increment has converged."""
 JUMP = 0.02
-"""Largest distance of an equilibrium from where the last ones point; beyond, the increment is halved."""
+"""Largest distance of an equilibrium from its prediction, pitches; beyond, the increment is halved."""
 _FIRST, _HALVINGS = 1e-3, 7
-"""Force that is expected at the first contact; how often an increment is halved."""
+"""Expected force at the first contact, E d^2; largest number of halvings of an increment."""
 _STARTS, _STEPS = (1.0, 0.5, 0.25, 0.0), tuple(0.5**i for i in range(8))
-"""Shares of a prediction and of a Newton step that are tried, lest elements invert."""
+"""Shares of a prediction and of a Newton step that are tried in turn, to avoid inverted elements."""
 _FARTHER = 1 / 16
-"""Share of an increment by which the twist goes on when the scales are let go."""
+"""Share of an increment by which the twist advances before the scales are released."""
 _INVERTED = "elements invert, most likely at a scale's embedded edge: other element sizes may go further"
 _COLUMN = "column_"
 _KEPT = ("numbers", "past_states", "past_phi", "past_corners")
-"""Arrays of a restart file, beside one for every column."""
+"""Arrays of a restart file, besides one for each column."""
 
 
 class Contacts(NamedTuple):
-    """Scales 1 and 1 + ``k`` touch at the features ``pair`` from the twist ``phi`` on; ``k`` = 0, "" where none do."""
+    """Scales 1 and 1 + ``k`` touch at the features ``pair`` from the twist ``phi`` on; ``k`` = 0, "" for none."""
 
     phi: float
     k: int
@@ -54,7 +54,7 @@ class Contacts(NamedTuple):
 
 
 class Doing(NamedTuple):
-    """What an increment is at: the twist ``toward`` which it goes, its iteration, and Newton steps of the contact."""
+    """Progress within an increment: its goal ``toward`` (twist), its iteration, and Newton steps of the contact."""
 
     toward: float
     iteration: int = 0
@@ -62,7 +62,7 @@ class Doing(NamedTuple):
 
 
 class Ended(NamedTuple):
-    """How a run ended: ``reached`` the goal, or the sentence that says why not."""
+    """End of a run: whether it ``reached`` the goal, and a sentence with the reason if not."""
 
     reached: bool
     sentence: str
@@ -70,22 +70,22 @@ class Ended(NamedTuple):
 
 Recorded = dict[str, float | str | Array]
 Recorder = Callable[["Walk"], Recorded]
-"""Says what is recorded of an equilibrium: numbers, arrays of numbers and words by name."""
+"""Return the recorded values of an equilibrium by name: numbers, arrays of numbers, words."""
 
 
 class Walk:
-    """A body with scales on its way along a history of the twist.
+    """A body with scales, and its sequence of equilibria along a history of the twist.
 
     Parameters
     ----------
     body : Body, Matrix or Bent
-        What carries the scales.
+        Substrate that carries the scales.
     contact : RowContact
         Contact between the scales by (v, phi).
     ways : (m, k) array
-        Directions in which the motions can go.
+        Directions of motion, as columns.
     record : callable, optional
-        What goes into the ``columns`` of every equilibrium, the one at rest first.
+        Values for the ``columns`` at every equilibrium, the state at rest first.
     dhat : float
         See :mod:`squama.fe.contact`.
     slack : float
@@ -95,15 +95,15 @@ class Walk:
     ----------
     z, v, phi, T : arrays and floats
         The last equilibrium: free unknowns, motions, twist per pitch, torque. Where a beam is bent and twisted, phi is
-        the way along the path and T the work's rate with it.
+        the way along the path and T the derivative of the work by it.
     reduced, load, touches : Reduced, Load, list of Touch
         The body and the contact there, once a run has begun.
     W, W_fr : float
         Work of the torque and of friction, E d^3.
     contacts : list of Contacts
-        What touched, from where on.
+        Features in contact, with the twist at which they began to touch.
     columns : dict of str to list
-        What was recorded, by name; with ``iterations`` and ``unbalanced``.
+        Recorded values by name, with ``iterations`` and ``unbalanced``.
     """
 
     def __init__(
@@ -134,7 +134,7 @@ class Walk:
 
     @property
     def N(self) -> float:
-        """Normal force of the pair that presses most."""
+        """Normal force of the pair with the largest one, E d^2."""
         return self.load.strongest.N
 
     @property
@@ -144,14 +144,14 @@ class Walk:
 
     @property
     def moved(self) -> Array:
-        """How far the points of the scales' surfaces have moved in a scale's frame, (points, 3, scales)."""
+        """Displacements (points, 3, scales) of the scales' surfaces by bending, in the scales' frames, pitches."""
         row = self.contact.row
         count = row.exposed.amplitudes, row.moving
         return np.asarray(row.exposed.modes @ self.v[self.v.size - count[0] * count[1] :].reshape(count[::-1]).T)
 
     @property
     def deflection(self) -> float:
-        """Farthest that a point of a scale's surface has moved in the scale's frame."""
+        """Largest displacement of a point of a scale's surface by bending, pitches."""
         return float(np.sqrt((self.moved**2).sum(axis=1).max()))
 
     def places(self) -> Array:
@@ -187,7 +187,7 @@ class Walk:
         stop: Callable[[], bool] | None = None,
         watch: Callable[[Doing], None] | None = None,
     ) -> Ended:
-        """Go on to a twist in increments, halved where one does not converge.
+        """Advance to a twist in increments, halved where one does not converge.
 
         Parameters
         ----------
@@ -198,7 +198,7 @@ class Walk:
         told : callable, optional
             Called after each increment.
         stop : callable, optional
-            Asked after each increment whether to stop.
+            Called after each increment; returns whether to stop.
         watch : callable, optional
             Called at each step of an increment.
         """
@@ -225,7 +225,7 @@ class Walk:
         return Ended(True, "the asked twist was reached")
 
     def aim(self, bend: float, twist: float) -> float:
-        """Point the path of a beam that is bent and twisted straight at strains; return the way there."""
+        """Begin a straight leg of the path towards bend and twist (rad per pitch); return the way at its end."""
         leg = self.contact.row.course
         if not isinstance(leg, Leg):
             message = "the beam is not one to be bent: make it by squama.fe.assembly.make_bent"
@@ -241,7 +241,7 @@ class Walk:
         return self.phi + length
 
     def begin(self) -> None:
-        """Take up the state at rest, and how it goes on from there without contact.
+        """Set the state at rest and its derivatives by the twist, without contact.
 
         Raises
         ------
@@ -256,7 +256,7 @@ class Walk:
         self._keep(self.z, self.v, 0.0, reduced, self.contact.load(self.v, 0.0, None, self.kappa))
 
     def _rates(self, reduced: Reduced) -> Array:
-        """Return the rates of the state with the way where nothing was slid before; scales that touch stay."""
+        """Return the derivatives of the state by the way without previous slip; scales in contact do not move."""
         W, rate = self.ways, np.zeros_like(self.v)
         if not self.touches:
             rate = -W @ np.linalg.solve(W.T @ reduced.S @ W, W.T @ reduced.s_phi)
@@ -264,9 +264,9 @@ class Walk:
         return np.append(z_rate, rate)
 
     def _increment(self, phi: float) -> str:
-        """Go to a twist; the reason if that fails, and nothing has changed then."""
+        """Advance to a twist; return the reason if that fails, with the state unchanged, else ""."""
         body = self.body
-        # free unknowns and motions in the same way, or the elements beside the scales are torn
+        # predict free unknowns and motions alike, else elements beside the scales are inverted
         predicted = self.trail.expected(phi)
         z, expected = predicted[: self.z.size], predicted[self.z.size :]
         before = self.trail.before(phi)
@@ -274,7 +274,7 @@ class Walk:
         if start is None:
             return _INVERTED
         z, v, reduced, _ = start
-        # a step that is not a whole one may end within a contact: the way is sought from the last equilibrium again
+        # a shortened step may end within a contact: then start from the last equilibrium again
         short = False
         self._doing = Doing(phi)
         for iteration in range(1, ITERATIONS + 1):
@@ -307,7 +307,7 @@ class Walk:
         return ""
 
     def _beat(self) -> None:
-        """Take note of a Newton step of the contact, and tell whoever watches."""
+        """Count a Newton step of the contact, and report it to the watcher."""
         self._doing = self._doing._replace(rounds=self._doing.rounds + 1)
         if self._watch is not None:
             self._watch(self._doing)
@@ -315,7 +315,7 @@ class Walk:
     def _as_far(
         self, shares: Sequence[float], at: tuple[Array, Array], by: tuple[Array, Array], phi: float
     ) -> tuple[Array, Array, Reduced, bool] | None:
-        """Go the largest share of a step of the unknowns and motions that inverts no element, and say if it is cut."""
+        """Take the largest share of a step of unknowns and motions that inverts no element; return also whether cut."""
         for share in shares:
             z, v = (here + share * step for here, step in zip(at, by, strict=True))
             reduced = self.body.reduce(z, v, phi)
@@ -324,12 +324,12 @@ class Walk:
         return None
 
     def _keep(self, z: Array, v: Array, phi: float, reduced: Reduced, load: Load) -> None:
-        """Take up an equilibrium: the works on the way there, what touches, and its row."""
+        """Store an equilibrium: works up to it, contacts, and recorded values."""
         T, step = reduced.torque + float(load.total[-1]), phi - self.phi
         corners = self.contact.corners(v, phi)
         if step:
             power = load.slid * self.trail.stretch(phi) / step
-            # where the twist turns round the contact does not slide yet
+            # at a reversal of the twist the contact does not slide yet
             past = 0.0 if self.trail.turns(phi) else self._power
             self.W += (self.T + T) / 2 * step
             self.W_fr += (past + power) / 2 * step
@@ -349,10 +349,10 @@ class Walk:
             self.kappa = float(np.clip(stiffness(self.N, self.dhat), self.kappa / 2, self.kappa * 2))
 
     def let_go(self, way: float, increment: float) -> Found | None:
-        """Let go of the scales a little farther on and find where they come to rest; None if that is where they are.
+        """Release the scales a little beyond the last equilibrium; return their state of rest, None if it is unchanged.
 
-        The body's tangent at the last equilibrium carries them. Where they leave, the next equilibrium is a jump away
-        (a limit point): energy is lost on the way, and a curve of equilibria ends there.
+        The body acts by its tangent at the last equilibrium. Where the scales leave, the next equilibrium is a jump
+        away (a limit point): energy is lost in the jump, and the curve of equilibria ends.
 
         Parameters
         ----------
@@ -374,7 +374,7 @@ class Walk:
         return found if np.abs(found.v - self.v).max() > JUMP else None
 
     def explained(self, ended: Ended, goal: float, increment: float) -> Ended:
-        """Return how a run to a twist ended, saying so where the scales snap."""
+        """Return the end of a run to a twist, with a sentence on the snap where the scales jump."""
         if ended.reached or "invert" in ended.sentence or (found := self.let_go(goal - self.phi, increment)) is None:
             return ended
         moved = self.contact.corners(found.v, found.phi) - self.contact.corners(self.v, self.phi)
@@ -387,7 +387,7 @@ class Walk:
         )
 
     def save(self, path: Path, key: dict[str, Any]) -> None:
-        """Write all that is needed to go on, whole or not at all; :meth:`resume` refuses a run with another key."""
+        """Write the state to a restart file, whole or not at all; :meth:`resume` refuses a run with another key."""
         states, twists, corners = zip(*self.trail.past, strict=True)
         arrays: dict[str, Any] = {
             "numbers": np.array([self.phi, self.kappa, self.T, self.W, self.W_fr, self._power, self.halvings]),
@@ -408,12 +408,12 @@ class Walk:
         files.atomic_write(path, write)
 
     def resume(self, path: Path, key: dict[str, Any]) -> None:
-        """Go on from a restart file.
+        """Continue from a restart file.
 
         Raises
         ------
         InputError
-            It is not one, is damaged, or belongs to another run.
+            The file is no restart file, is damaged, or belongs to another run.
         """
         data = files.read_bytes(path, files.regular(path))
         try:

@@ -1,4 +1,4 @@
-r"""From the record of a decay, time and twist, to friction, joint and material damping of a beam.
+r"""Fit of a decay: friction, joint and material damping of a beam from a record of twist against time.
 
 Every point of the record is compared with the motion of a trial beam (:mod:`squama.dynamics.motion`),
 
@@ -7,8 +7,8 @@ Every point of the record is compared with the motion of a trial beam (:mod:`squ
     \ddot Y + 2\zeta\dot Y + Y + q(Y, \mathrm{sign}\,\dot Y) = 0, \quad Y(0) = A, \quad \dot Y(0) = 0
 
 with the branches q of the beam. The frequency f_0 of the bar without contact, the first turning point A, its time t_0
-and the zero y_0 of the reading are found with what is asked for, so that what swings need not be known. The search goes
-over the first swings first: a small error of f_0 turns the phase of the later ones.
+and the zero y_0 of the reading are found, too, so the swinging mass need not be known. The search starts on the first
+swings: a small error of f_0 shifts the phase of later ones.
 """
 
 from __future__ import annotations
@@ -45,9 +45,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 DEFAULT = ("mu", "K_theta", "damping")
-"""What is found if nothing is named."""
+"""Parameters that are found by default."""
 CONTACT = ("mu", "K_theta", "C_f", "E_B", "theta0")
-"""What only a record shows that engages."""
+"""Parameters that show only in a record with contact between scales."""
 OWN = {
     row.name: row
     for row in (
@@ -59,20 +59,19 @@ OWN = {
     )
 }
 _READ = ("f_0", "start", "twist_zero")
-"""What changes the reading of a motion, not the motion."""
+"""Parameters that change the reading of a motion, not the motion."""
 _TURNS = (4, 16)
-"""Turning points over which the search goes first."""
+"""Numbers of turning points up to which the search goes first."""
 _STEP = {"hinge": 1e-5, "compliant": 3e-3}
-"""Steps of the differences, over the sizes of the parameters: motions of thick scales are known to some 1e-6."""
+"""Steps of the differences over the sizes of the parameters: motions of thick scales are known to some 1e-6."""
 _STILL = {"hinge": 1e-8, "compliant": 1e-6}
-"""Relative change of the sum of squares, and of the parameters, at which the search has come to its end."""
+"""Relative change of the sum of squares, and of the parameters, below which the search ends."""
 _STARTS = (0.4, 2.5)
-"""Frictions of further starts, over that of the beam."""
+"""Friction of further starts, over that of the beam."""
 _AGAIN, _MISSES = 1.15, 1.5
-"""Residual over the noise of a point from which on the search goes on from its other starts too, and from which on the
-model is said to miss something."""
+"""Residual over the noise of a point above which other starts are tried, and above which a note reports misfit."""
 _ROUNDING = 1e-6
-"""Residuals over the first turning point that are rounding."""
+"""Residuals over the first turning point that count as rounding."""
 
 
 class Trials(NamedTuple):
@@ -84,22 +83,22 @@ class Trials(NamedTuple):
     names: tuple[str, ...]
 
     def fitted(self, p: Array) -> Beam:
-        """Return the beam with values of the parameters put in."""
+        """Return the beam with the parameters set to values ``p``, SI."""
         values = zip(self.names, p.tolist(), strict=True)
         return self.beam._with({PARAMETERS[n].place: v for n, v in values if n in CONTACT})
 
     def parts(self, p: Array, until: float) -> tuple[State, list[Part]]:
-        """Return the first state of a motion and its parts up to the time ``until``, in 1/omega0."""
+        """Return the first state of a motion and its parts up to the time ``until``, 1/omega0."""
         v = dict(zip(self.names, p.tolist(), strict=True))
         model, sign = self.model._replace(mu=v.get("mu", self.model.mu)), -1 if v["release"] < 0 else 1
         sides = systems.sides(self.fitted(p), model, self.mode, sign, abs(v["release"]))
-        # a trial beam that locks before is let go where it locks
+        # a trial beam that locks before the release angle is released at its lock
         first = State(0.0, sign * min(abs(v["release"]), sides.of(sign).last), 0.0)
         drive = Drive(v.get("damping", 0.0), tolerance=systems.tolerance(model))
         return first, list(motion.follow(sides, drive, first, until, dense=motion.DENSE))
 
     def reading(self, p: Array, t: Array) -> tuple[Array, Array]:
-        """Return what is read at times (s), rad per pitch, and its derivatives to f_0, start and twist_zero."""
+        """Return readings at times t (s), rad per pitch, and their derivatives (n, 3) by f_0, start and twist_zero."""
         from scipy.interpolate import CubicHermiteSpline
 
         f, start, zero = (p[self.names.index(name)] for name in _READ)
@@ -108,16 +107,16 @@ class Trials(NamedTuple):
         x, y, v = motion.joined(first, parts)
         new = np.diff(x, prepend=-1.0) > 0
         way = CubicHermiteSpline(x[new], y[new], v[new])
-        # held before it is let go; a trial that stays or leaves the model, at its end
+        # at rest before the release; after a trial that stops or leaves the model, at its end
         at = np.clip(tau, 0.0, x[-1])
         speed = np.where(at == tau, way(at, 1), 0.0)
         zeros = np.full(t.size, 1 / self.beam.pitches)
         return way(at) + zero / self.beam.pitches, np.array([speed * tau / f, -2 * math.pi * f * speed, zeros]).T
 
     def derivatives(self, p: Array, t: Array, sizes: Array, limits: tuple[Array, Array], *, central: bool) -> Array:
-        """Return the derivatives of what is read to the parameters over their sizes; of the motion by differences.
+        """Return the derivatives of the readings by the parameters over their ``sizes``, (n, parameters).
 
-        Those are of one side, and where they are ``central`` of both; at a limit they are of the other side.
+        Those of the motion are differences, one-sided or with ``central`` two-sided; at a limit from inside.
         """
         low, high = limits
         here, of_reading = self.reading(p, t)
@@ -138,14 +137,12 @@ class Trials(NamedTuple):
 class DecayFit(Estimated):
     """Parameters of a beam found from the record of a decay.
 
-    ``beam`` has the estimates put in, with the rotor (in a mode the density) of the frequency that was found.
-    ``parameters`` are the names of the estimates: the given ones, then ``f_0`` (Hz), ``release`` (first turning point,
-    rad per pitch), ``start`` (its time, s) and ``twist_zero`` (reading at rest, rad over the whole beam). In this order
-    ``estimates``, ``covariance`` and ``correlation``, by name ``values`` and standard ``errors``, SI units.
-
-    Arrays of one length, the points: ``t`` (s), ``angle`` measured, ``fitted`` (rad per pitch). ``noise`` of a point
-    from its neighbours, ``rms`` of the residuals (rad per pitch); ``at_bound`` by parameter; ``notes`` what is to be
-    known.
+    ``beam`` has the estimates, with the rotor (in a mode the density) that gives the fitted frequency. ``parameters``
+    are the names of the estimates: the given ones, then ``f_0`` (Hz), ``release`` (first turning point, rad per pitch),
+    ``start`` (its time, s) and ``twist_zero`` (reading at rest, rad over the whole beam). In this order ``estimates``,
+    ``covariance`` and ``correlation``, by name ``values`` and standard ``errors``, SI units. Arrays of one length, the
+    points: ``t`` (s), measured ``angle`` and ``fitted`` angle (rad per pitch). ``noise`` of a point from its
+    neighbours, ``rms`` of the residuals (rad per pitch); ``at_bound`` by parameter; ``notes`` on the fit.
     """
 
     beam: Beam
@@ -164,7 +161,7 @@ class DecayFit(Estimated):
 
     @property
     def rows(self) -> tuple[Parameter, ...]:
-        """What was found."""
+        """The parameters that were found."""
         return self.found
 
     @property
@@ -174,7 +171,7 @@ class DecayFit(Estimated):
 
     @property
     def attrs(self) -> dict[str, str]:
-        """What the fit is made with, in words."""
+        """Settings of the fit in words: load, law, joint, scales, mode."""
         model = self.model
         return {
             "load": model.load.name,
@@ -203,12 +200,12 @@ class DecayFit(Estimated):
 
     @property
     def sizes(self) -> list[tuple[str, str]]:
-        """Residuals and points in words, each with its name."""
+        """Residuals and number of points as text, each with its name."""
         rms, noise = (per_pitch(v) for v in (self.rms, self.noise))
         return [("residual", f"rms {rms}; noise of a point {noise}"), ("points", f"{self.t.size}")]
 
     def dataset(self) -> xr.Dataset:
-        """Return everything as an ``xarray.Dataset``: dimensions ``point`` and ``parameter``."""
+        """Return all results as an ``xarray.Dataset``: dimensions ``point`` and ``parameter``."""
         load = self.model.load
         return self._labelled(
             f"decay in {load.name}",
@@ -247,10 +244,10 @@ def fit_decay(
     data
         A CSV file with units in its header, "t (s), phi (deg/pitch)", twists named as for :func:`squama.fit`; a dataset
         of :func:`squama.vibrate`, or another mapping with ``t`` (s) and ``Phi`` (rad/m), ``phi`` (rad) or ``total``.
-        The record begins where the beam is held or let go, or on the way to a first turning point.
+        The record begins while the beam is held, at the release, or before a first turning point.
     beam, parameters
-        The beam, and what is to be found, of ``mu``, ``K_theta``, ``damping`` (ratio of the bar's material; 0 if not
-        to be found) and, as for :func:`squama.fit`, ``C_f``, ``E_B`` and, on hinges, ``theta0``. The frequency without
+        The beam, and the parameters to find: ``mu``, ``K_theta``, ``damping`` (ratio of the bar's material; 0 if not
+        found) and, as for :func:`squama.fit`, ``C_f``, ``E_B`` and, on hinges, ``theta0``. The frequency without
         contact, the first turning point, its time and the zero of the reading are found in any case.
     load, law, mode, joint, ideal
         As for :func:`squama.vibrate`.
@@ -262,8 +259,8 @@ def fit_decay(
     Raises
     ------
     InputError
-        An argument is out of range, the record cannot be used, or it does not show what is to be found: friction and
-        joint are not seen by a record that never engages.
+        An argument is out of range, the record cannot be used, or it does not show the parameters: a record without
+        contact shows neither friction nor joint.
 
     Examples
     --------
@@ -297,7 +294,7 @@ def fit_decay(
 
 
 def _started(trials: Trials, p: Array, record: Swings) -> Array:
-    """Return a start whose beam swings, with the frequency that the first two swings ask for."""
+    """Return a start at which the trial beam swings, with f_0 from the first two swings of the record."""
     p, mu = p.copy(), trials.names.index("mu") if "mu" in trials.names else None
     while True:
         turned = [part.last.t for part in trials.parts(p, 4 * math.pi)[1] if part.why == motion.TURNED]
@@ -311,7 +308,7 @@ def _started(trials: Trials, p: Array, record: Swings) -> Array:
 
 
 def _check_engagement(trials: Trials, p: Array, record: Swings, contact: list[str]) -> None:
-    """Refuse parameters of the contact where the record never engages."""
+    """Refuse parameters of the contact for a record without contact."""
     peaks = np.array([record.release, *record.y[record.turns]])
     sides = systems.sides(trials.fitted(p), trials.model, trials.mode, 1, max(doors.FAR, float(peaks.max())))
     if contact and peaks.max() < sides.plus.y_e and -peaks.min() < sides.minus.y_e:
@@ -324,7 +321,7 @@ def _check_engagement(trials: Trials, p: Array, record: Swings, contact: list[st
 
 
 class _Try(NamedTuple):
-    """Where a search comes to: parameters, derivatives over their sizes, sum of squares, whether it came to an end."""
+    """End of a search: parameters, derivatives over their sizes, sum of squares, whether the search converged."""
 
     p: Array
     jacobian: Array
@@ -333,7 +330,7 @@ class _Try(NamedTuple):
 
 
 class _Search(NamedTuple):
-    """What is searched: trials, sizes and limits of the parameters, the record."""
+    """A search: trial beams, sizes and limits of the parameters, the record."""
 
     trials: Trials
     sizes: Array
@@ -341,12 +338,12 @@ class _Search(NamedTuple):
     record: Swings
 
     def descend(self, p: Array, n: int) -> _Try:
-        """Return the least squares over the first n points, from a start."""
+        """Return the least squares over the first n points, from the start ``p``."""
         from scipy.optimize import least_squares
 
         t, y, sizes, limits = self.record.t[:n], self.record.y[:n], self.sizes, self.limits
         unit, joint = abs(self.record.release), self.trials.model.joint
-        # derivatives of one side lead there, but the errors of what resembles another parameter ask for more
+        # one-sided derivatives suffice for the search, but not for the errors of parameters that resemble each other
         central = joint == "compliant" and n == self.record.t.size
 
         def residuals(u: Array) -> Array:
@@ -361,19 +358,19 @@ class _Search(NamedTuple):
         return _Try(fit.x * sizes, np.asarray(fit.jac) * unit, 2 * float(fit.cost) * unit**2, bool(fit.success))
 
     def quiet(self, tried: _Try, n: int) -> bool:
-        """Whether a search over the first n points came to its end and left no more than noise."""
+        """Return whether a search over the first n points converged with residuals of the size of the noise."""
         residual = self.record.y[:n] - self.trials.reading(tried.p, self.record.t[:n])[0]
         least = noise.scatter(residual, np.zeros(n))
         rms = math.sqrt(float(residual @ residual) / n)
         return tried.ended and rms < max(_AGAIN * least, _ROUNDING * abs(self.record.release))
 
     def best(self, p: Array) -> _Try:
-        """Return the best of several starts: the others are tried where residuals are above the noise."""
+        """Return the best search of several starts; the others are tried only where residuals exceed the noise."""
         turns, every = self.record.turns, self.record.t.size
         few, *more = [*(turns[n - 1] for n in _TURNS if n < len(turns)), every]
         found: _Try | None = None
         for first in self.first(p, few):
-            # on over more and more points
+            # from search to search over more points
             tried = functools.reduce(lambda last, n: self.descend(last.p, n), more, first)
             found = tried if found is None or tried.square < found.square else found
             if self.quiet(found, every):
@@ -382,7 +379,7 @@ class _Search(NamedTuple):
         return found
 
     def first(self, p: Array, n: int) -> Iterator[_Try]:
-        """Yield what the first n points say from a start, and from others: the best first where it is above noise."""
+        """Yield searches over the first n points from p, then from other starts; best first where p leaves more."""
         one = self.descend(p, n)
         others = (self.descend(q, n) for q in self.starts(p))
         if self.quiet(one, n):
@@ -392,7 +389,7 @@ class _Search(NamedTuple):
             yield from sorted([one, *others], key=lambda tried: tried.square)
 
     def starts(self, p: Array) -> list[Array]:
-        """Return further starts, with other frictions, where friction is to be found."""
+        """Return further starts with other frictions; none where friction is not to be found."""
         if "mu" not in self.trials.names:
             return []
         found, i = list[Array](), self.trials.names.index("mu")
@@ -422,7 +419,7 @@ def _found(
     residual = y - fitted
     sigma, least = math.sqrt(float(residual @ residual) / (t.size - p.size)), noise.scatter(residual, np.zeros(t.size))
     names, tau = tuple(row.name for row in rows), noise.dependence(residual, np.zeros(t.size))
-    # of slow noise each parameter takes away as much as of tau points, at most half of it in all
+    # with slow noise each parameter absorbs as much as tau points, at most half of the noise in all
     alone = (t.size - p.size) / max(t.size - tau * p.size, t.size / 2)
     covariance = estimate.covariance(tried.jacobian / sizes, sigma, names) * tau * max(alone, 1.0)
     at_bound = np.minimum(p - low, high - p) < 1e-6 * sizes
@@ -438,7 +435,7 @@ def _found(
 
 
 def _swinging(trials: Trials, p: Array) -> Beam:
-    """Return the fitted beam with the rotor, or in a mode the density, of its frequency."""
+    """Return the fitted beam with the rotor, or in a mode the density, that gives the fitted frequency."""
     beam, omega = trials.fitted(p), 2 * math.pi * float(p[trials.names.index("f_0")])
     uniform = trials.mode == "uniform"
     densities = (beam.density, beam.density) if uniform else (1.0, 2.0)
@@ -446,5 +443,5 @@ def _swinging(trials: Trials, p: Array) -> Beam:
     found = unit.inertia * (unit.omega / omega) ** 2
     if uniform:
         return beam.replace(rotor=found - unit.inertia + 1.0)
-    # the mass per length goes linearly with the density of the bar
+    # the mass per length is linear in the density of the bar
     return beam.replace(density=1.0 + (found - unit.inertia) / (twice.inertia - unit.inertia))

@@ -1,9 +1,8 @@
-"""Least squares from several starts, the errors of what is found, and which further measurement would make them less.
+"""Least squares from several starts, errors of the estimates, and further measurements that would reduce them.
 
-Residuals are measured over the largest torque, parameters over their start values. The model is linear in the joint
-stiffness, the rigidity and the zero of the load cell: at every start these are solved for first. What the data tell
-apart the linearised model at the estimates says: the covariance of the parameters, and what it becomes with points
-added that have not been measured.
+Residuals are divided by the largest torque, parameters by their start values. The model is linear in the joint
+stiffness, the rigidity and the zero of the load cell: every start solves for these first. The model, linearised at the
+estimates, gives the covariance of the parameters, also with points that are not measured yet.
 """
 
 from __future__ import annotations
@@ -33,25 +32,25 @@ _AGREE = 1e-4
 _ROUGH = 1e-6
 _AT_BOUND = 1e-6
 EDGE = 1e-4
-"""How near the least friction is found from which on scales stick all along."""
+"""Accuracy of the least friction at which scales stick all along."""
 SINGULAR = 1e-9
-"""Smallest singular value of the scaled derivatives, over the largest, below which parameters are one."""
+"""Smallest singular value of the scaled derivatives, over the largest, below which parameters are inseparable."""
 HARDLY = 0.95
-"""Correlation from which two parameters are called hardly separable."""
+"""Correlation above which two parameters are called hardly separable."""
 UNSEEN = 0.5
-"""Standard error over the estimate from which a parameter is called not determined."""
+"""Standard error over the estimate above which a parameter is called not determined."""
 FEW = 0.2
-"""Part of the points below which more of a kind are proposed."""
+"""Share of the points below which more of a kind are proposed."""
 FAR = 0.5
-"""How far towards the end of the path further points are proposed."""
+"""Distance of the proposed points, as a share of the way from the farthest point to the end of the path."""
 
 
 Points = Hinged | Walked
-"""Points of a test: what the torque of a trial is at them, by a model."""
+"""Points of a test with the torque of a trial at each, by a model."""
 
 
 class Estimate(NamedTuple):
-    """Estimates, residuals (measured - model), sum of squares, derivatives; how many of the starts ended here."""
+    """Estimates, residuals (measured - model, N m), sum of squares, derivatives; starts, and how many ended here."""
 
     values: Array
     residual: Array
@@ -67,8 +66,8 @@ def solve(
 ) -> Estimate:
     """Find the parameters with the least sum of squares within their bounds, from several starts.
 
-    ``torque`` (N m) is what was measured at the points. With ``robust`` (N m) residuals beyond it count linearly. Each
-    start has ``most`` evaluations.
+    ``torque`` (N m): measured at the points. With ``robust`` (N m) larger residuals count linearly. Each start has
+    ``most`` evaluations.
     """
     from scipy.optimize import least_squares
 
@@ -105,7 +104,7 @@ def solve(
 
 
 def _at(points: Points, torque: Array, asked: Asked, p: Array, near: NDArray[np.bool_]) -> Estimate:
-    """Return what holds at values of the parameters, as found from one start."""
+    """Return the estimate with values ``p`` of the parameters, as if from one start; ``near``: which are at a bound."""
     r = torque - modelled(points, asked, p)
     return Estimate(p, r, float(r @ r), derivatives(points, asked, p), 1, 1, near)
 
@@ -113,8 +112,8 @@ def _at(points: Points, torque: Array, asked: Asked, p: Array, near: NDArray[np.
 def sliding(points: Points, torque: Array, asked: Asked, best: Estimate) -> Estimate:
     """Return the least squares where scales slide, for an estimate whose friction makes them stick all along.
 
-    From some friction on they do, and the torque is the same. A search that has stepped there goes on from the least
-    such friction; where it comes back, the estimate is that friction, as if it were a bound.
+    Above some friction scales stick, and the torque no longer depends on it. The search goes on from the least such
+    friction; where it returns there, the estimate is that friction, marked as a bound.
     """
     mu = asked.place("mu")
     if mu is None or best.jacobian[:, mu].any():
@@ -128,7 +127,7 @@ def sliding(points: Points, torque: Array, asked: Asked, best: Estimate) -> Esti
 
 
 def _sticking(points: Points, asked: Asked, p: Array, mu: int) -> Array:
-    """Return the values with the least friction from which on scales stick all along: the torque is the same."""
+    """Return the values with the least friction at which scales stick all along: the torque does not depend on it."""
     at, low, high = p.copy(), float(asked.low[mu]), float(p[mu])
     stuck = points.torque(asked.physical(p))
     while high - low > EDGE:
@@ -140,7 +139,7 @@ def _sticking(points: Points, asked: Asked, p: Array, mu: int) -> Array:
 
 
 def _groups(points: Points, asked: Asked) -> list[tuple[int | None, NDArray[np.bool_]]]:
-    """Return the groups that have parameters of their own, and which of the points are theirs; None for all."""
+    """Return the groups that have parameters of their own, and the mask of their points; None for all points."""
     if not asked.groups:
         return [(None, np.ones(points.index.size, bool))]
     number = points.readings.groups[points.index]
@@ -148,13 +147,13 @@ def _groups(points: Points, asked: Asked) -> list[tuple[int | None, NDArray[np.b
 
 
 def shifts(points: Points, asked: Asked) -> dict[int, tuple[float, Array]]:
-    """Return values of dimensions that have a tolerance, with the torque's derivatives there, by their places."""
+    """Return, by place, the values of dimensions with a tolerance, and the torque's derivatives there (points,)."""
     known = [(i, points.readings.shifts[name]) for i, name in enumerate(asked.names) if name in points.readings.shifts]
     return {i: (value, shift[points.index]) for i, (value, shift) in known}
 
 
 def modelled(points: Points, asked: Asked, p: Array) -> Array:
-    """Return the torque of the model at the points (N m), for values of the parameters."""
+    """Return the torque of the model at the points (N m) for values p of the parameters."""
     out = np.zeros(points.index.size)
     for group, own in _groups(points, asked):
         out[own] = points.of(group).torque(asked.physical(p, group))[own]
@@ -164,7 +163,7 @@ def modelled(points: Points, asked: Asked, p: Array) -> Array:
 
 
 def derivatives(points: Points, asked: Asked, p: Array) -> Array:
-    """Return the derivatives of the torque to the parameters, shape (points, parameters)."""
+    """Return the derivatives of the torque by the parameters, shape (points, parameters)."""
     out = np.zeros((points.index.size, p.size))
     for group, own in _groups(points, asked):
         chain = asked.chain(p, group)
@@ -176,13 +175,13 @@ def derivatives(points: Points, asked: Asked, p: Array) -> Array:
 
 
 def standard_error(points: Points, asked: Asked, p: Array, covariance: Array) -> Array:
-    """Return the standard error of the torque that follows from a covariance of the estimates p."""
+    """Return the standard error of the torque (N m) at the points for a covariance of the estimates p."""
     J = derivatives(points, asked, p)
     return np.asarray(np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", J, covariance, J), 0.0)))
 
 
 def starts(points: Points, torque: Array, asked: Asked, number: int) -> list[Array]:
-    """Return the starts of a search: the beam's own values, then others within the bounds and before every lock."""
+    """Return ``number`` starts of a search: the beam's own values, then others within bounds and before every lock."""
     mu, theta0 = asked.place("mu"), asked.place("theta0")
     least = asked.physical(asked.start)._replace(theta0=asked.bound("theta0", 0))
     lock = points.locks_at(least)
@@ -203,7 +202,7 @@ def starts(points: Points, torque: Array, asked: Asked, number: int) -> list[Arr
 
 
 def _solved_for_linear(points: Points, torque: Array, asked: Asked, start: Array) -> Array:
-    """Return a start with those parameters solved for to which the torque is proportional, within their bounds."""
+    """Return a start with the linear parameters solved for, within their bounds."""
     linear = np.flatnonzero([row.linear for row in asked.rows])
     if {"C_f", "E_B"} <= set(asked.names):
         linear = np.array([i for i in linear if asked.names[i] != "C_f"])
@@ -215,15 +214,15 @@ def _solved_for_linear(points: Points, torque: Array, asked: Asked, start: Array
     norm[norm == 0] = 1.0
     p = start.copy()
     p[linear] = np.linalg.lstsq(J / norm, torque - rest, rcond=None)[0] / norm
-    # a value that the bounds forbid says nothing: keep the beam's own
+    # keep the beam's own value where the solution lies outside the bounds
     outside = (p <= asked.low) | (p >= asked.high)
     return np.where(outside, start, p)
 
 
 def covariance(jacobian: Array, noise: float, names: tuple[str, ...]) -> Array:
-    """Covariance of the estimates, from the derivatives and the standard deviation of a point.
+    """Return the covariance of the estimates, from the derivatives and the standard deviation of a point (N m).
 
-    Derivatives that leave parameters undetermined are refused, in one line that names them.
+    Refuses derivatives that leave parameters undetermined, in one line that names them.
     """
     norm = np.linalg.norm(jacobian, axis=0)
     unseen = [n for n, size in zip(names, norm, strict=True) if not size > 0]
@@ -239,7 +238,7 @@ def covariance(jacobian: Array, noise: float, names: tuple[str, ...]) -> Array:
 
 
 class Remedy(NamedTuple):
-    """A further measurement: what, and the standard errors expected with it, in the order of the parameters."""
+    """A further measurement in words, and the expected standard errors with it, in the order of the parameters."""
 
     what: str
     errors: Array
@@ -248,10 +247,10 @@ class Remedy(NamedTuple):
 def remedies(
     asked: Asked, values: Array, senses: Senses, forward: Forward, jacobian: Array, noise: float
 ) -> list[Remedy]:
-    """Further measurements with as much noise, and the standard errors that they would bring.
+    """Return further measurements with the same noise, and the standard errors with them.
 
-    ``senses`` are both senses at the estimates; ``forward`` the points that are used, with the derivatives there. The
-    nuisances of this test are not those of the further ones.
+    ``senses``: both senses at the estimates; ``forward``: the used points; ``jacobian``: the derivatives there. The
+    further measurements do not have the nuisances of this test.
     """
     found = []
     with np.errstate(all="ignore"):
@@ -264,7 +263,7 @@ def remedies(
 
 
 def _further(asked: Asked, values: Array, senses: Senses, forward: Forward) -> Iterator[tuple[str, Array]]:
-    """Yield further measurements, with the derivatives of their torques to the parameters."""
+    """Yield further measurements in words, each with the derivatives of its torques by the parameters."""
     at, chain = asked.physical(values), asked.chain(values)[:4]
     touching = forward.theta > at.theta0
     loaded, back = touching & (forward.way > 0), touching & (forward.way < 0)
@@ -290,9 +289,9 @@ def _further(asked: Asked, values: Array, senses: Senses, forward: Forward) -> I
 
 
 def _bending(asked: Asked, values: Array, theta: float, forward: Forward, n: int) -> list[tuple[str, Array]]:
-    """Return a bending test up to the largest inclination of these points, with as much noise for its largest moment.
+    """Return a bending test up to the largest inclination of these points; its noise has the same share of its moment.
 
-    Friction, joint and inclination at rest are those of the twisting test; its own rigidity is known.
+    Friction, joint and inclination at rest are those of the twisting test; the bending rigidity is known.
     """
     at = asked.physical(values)
     bent = ask(asked.fitted(values), "bending", asked.names)

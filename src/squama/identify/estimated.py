@@ -1,4 +1,4 @@
-"""Parameters with their estimates and the covariance of these: what a fit of a test and that of a decay share."""
+"""Parameters with their estimates and covariance: the base of the fits of a test and of a decay."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Estimated(ABC):
-    """Parameters with their estimates and the covariance of these."""
+    """Parameters with their estimates and covariance."""
 
     beam: Beam
     estimates: Array
@@ -28,16 +28,16 @@ class Estimated(ABC):
     @property
     @abstractmethod
     def rows(self) -> tuple[Parameter, ...]:
-        """What was found."""
+        """The parameters that were found."""
 
     @property
     def sizes(self) -> list[tuple[str, str]]:
-        """Residuals and points in words, each with its name."""
+        """Residuals and number of points as text, each with its name."""
         return []
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """Names of what was found."""
+        """Names of the parameters that were found."""
         return tuple(row.name for row in self.rows)
 
     @property
@@ -82,14 +82,14 @@ class Estimated(ABC):
         }
 
     def beam_file(self, sources: list[str]) -> str:
-        """Return the text of the beam file with the estimates put in; comments tell where they come from."""
+        """Return the text of the beam file with the estimates; comments name their source."""
         head = f"# Fitted by squama fit to {', '.join(sources)}: estimates and standard errors"
         return "\n".join([head, *(f"# {line}" for line in self.lines)]) + "\n\n" + self.beam.to_toml()
 
     def _labelled(
         self, title: str, table: Mapping[str, tuple[str, object, str, str | None]], attrs: Mapping[str, object]
     ) -> xr.Dataset:
-        """Return estimates, and a table by name of dimensions, values, words and unit, as a dataset."""
+        """Return the estimates and a ``table`` (dimensions, values, words, unit by name) as a dataset."""
         import xarray as xr
 
         names, units = list(self.parameters), np.array([row.unit for row in self.rows])
@@ -107,16 +107,16 @@ class Estimated(ABC):
         return xr.Dataset(data, coords={"parameter": names, "other": names}, attrs=attributes)
 
     def summary(self) -> str:
-        """Return estimates, errors, correlations and what is to be known about them, as text."""
+        """Return estimates, errors, correlations and notes as text."""
         return "\n".join([*self.described(), *(f"{name} {text}" for name, text in self.sizes), *self.more])
 
     @property
     def more(self) -> list[str]:
-        """Sentences on what else is to be known."""
+        """Notes as lines."""
         return [f"note: {note}" for note in self.notes]
 
     def described(self) -> list[str]:
-        """Return a line for each estimate, with its error and its correlation with those before."""
+        """Return a line for each estimate, with its error and its correlations with the estimates above."""
         lines = []
         for i, row in enumerate(self.rows):
             other = [f"{self.correlation[i, j]:+.2f} with {self.parameters[j]}" for j in range(i)]

@@ -1,4 +1,4 @@
-"""The plan of a test: loops with the errors that are expected of them, what is best, and how to say it."""
+"""The plan of a test: loops with their expected errors, the best loop, and the plan in words."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 ENOUGH = 20
-"""Loops that are asked for at most."""
+"""Largest number of repeated loops."""
 _FEW = 4
-"""Loops that are no trouble."""
+"""Number of repeated loops that counts as easy."""
 _TIMES = {1: "once", 2: "twice"}
 _WAYS = {
     "loading": "to {} (loading alone)",
@@ -36,7 +36,7 @@ _WAYS = {
 class Candidate(NamedTuple):
     """A loop: its shape and top (rad per pitch), readings, largest torque (N m), values and covariance of estimates.
 
-    ``problem`` says why there are none.
+    ``problem`` says why there are no estimates.
     """
 
     shape: str
@@ -59,7 +59,7 @@ class Candidate(NamedTuple):
 
     @property
     def worst(self) -> float:
-        """Largest standard error over its value."""
+        """Largest standard error over its value; inf without values."""
         return float(self.shares.max(initial=0.0)) if self.values.size else math.inf
 
     @property
@@ -70,11 +70,11 @@ class Candidate(NamedTuple):
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Plan:
-    """What :func:`squama.plan` returns: loops of a test with the standard errors that are expected of them.
+    """Result of :func:`squama.plan`: loops of a test with their expected standard errors.
 
-    ``candidates`` are the loops, ``best`` the one whose largest relative error is the least. ``noise`` N m,
+    ``candidates`` are the loops, ``best`` the loop whose largest relative error is smallest. ``noise`` N m,
     ``twist_noise`` rad over the whole beam, ``compliance`` of the machine rad/(N m), ``engaged`` rad per pitch.
-    ``free`` are the errors of the best loop where more is found, with words.
+    ``free``: errors of the best loop with further parameters found, each with words.
     """
 
     beam: Beam
@@ -94,25 +94,25 @@ class Plan:
 
     @property
     def parameters(self) -> tuple[str, ...]:
-        """Names of what is to be found."""
+        """Names of the parameters to find."""
         return tuple(row.name for row in self.rows)
 
     @property
     def scales(self) -> str:
-        """How the model takes the scales, in words."""
+        """The model's idealisation of the scales, in words."""
         return idealisation(self.beam, self.joint, ideal=self.joint == "hinge")
 
     def loops(self, one: Candidate) -> int | None:
-        """Return how many times a loop must be gone through for the accuracy; None if more than 20 times."""
+        """Return how often a loop must be repeated for the accuracy; None if more than 20 times."""
         number = math.ceil((one.worst / self.accuracy) ** 2 - 1e-9) if math.isfinite(one.worst) else ENOUGH + 1
         return max(number, 1) if number <= ENOUGH else None
 
     def summary(self) -> str:
-        """Return the verdict, what it rests on, and a table of the loops."""
+        """Return the verdict, a table of the loops, and notes, as text."""
         return "\n".join([*self.verdict(), *self._table(), *self.notes()])
 
     def verdict(self) -> list[str]:
-        """Return which test to make, and the errors that it is expected to leave."""
+        """Return the recommended test and its expected errors, as lines."""
         best, loops = self.best, self.loops(self.best)
         specimen = f"{self.beam.pitches} scales" if self.ends != ENDLESS else self.beam.extent
         what = f"{LOADS[self.load].verb.capitalize()} {specimen} {self._way(best, loops or ENOUGH)}"
@@ -130,7 +130,7 @@ class Plan:
         return lines
 
     def _way(self, one: Candidate, loops: int) -> str:
-        """Return a loop in words, and how often it is gone through."""
+        """Return a loop and its repetitions in words."""
         way = _WAYS[one.shape].format(f"{math.degrees(one.top) * self.beam.pitches:.3g} deg")
         return f"{way}, {_TIMES.get(loops, f'{loops} times')} ({one.readings} readings each time)"
 
@@ -140,7 +140,7 @@ class Plan:
         )
 
     def _errors(self, one: Candidate, loops: int = 1) -> list[str]:
-        """Return the errors of so many loops for people: of a ratio as it is, else in per cent."""
+        """Return the errors after so many loops as text: absolute for a ratio, else in per cent."""
         errors, shares = (v / math.sqrt(loops) for v in (one.errors, one.shares))
         ratio = [row.unit == "1" for row in self.rows]
         return [
@@ -153,7 +153,7 @@ class Plan:
         return f"{100 * self.accuracy:.3g} %"
 
     def table(self) -> tuple[list[str], list[list[str]]]:
-        """Return the head and the rows of a table of the loops that can be followed."""
+        """Return head and rows of a table of the loops that the model can follow."""
         head = ["loop", "top deg", f"largest {LOADS[self.load].torque_words}", *self.parameters]
         head += ["correlation"] * (len(self.rows) > 1) + [f"loops for {self._percent}"]
         rows = []
@@ -181,7 +181,7 @@ class Plan:
         return ["  ".join(f"{cell:{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in [head, *rows]]
 
     def notes(self) -> list[str]:
-        """Return what the errors rest on, which parameters are hardly told apart, and which loops are left out."""
+        """Return the basis of the errors, parameters that are hardly separable, and loops left out, as lines."""
         said = f"standard errors of one loop, by the model's derivatives; noise of a reading {moment(self.noise)}"
         if self.twist_noise:
             said += f" and {math.degrees(self.twist_noise):.3g} deg of the twist"
@@ -235,11 +235,11 @@ class Plan:
         }
 
     def dataset(self) -> xr.Dataset:
-        """Return the loops that can be followed as a dataset.
+        """Return the loops that the model can follow as a dataset.
 
         Dimension ``candidate``: ``loop``, ``top`` (rad per pitch), ``total`` (rad over the whole beam), ``readings``,
-        ``torque`` (N m), ``loops`` (how many reach the accuracy, 0 for none), and for each parameter its standard error
-        in one loop, ``error_mu`` and so on. Dimensions ``parameter`` and ``other``: ``correlation``.
+        ``torque`` (N m), ``loops`` (repetitions for the accuracy, 0 where too many), and for each parameter its
+        standard error in one loop, ``error_mu`` and so on. Dimensions ``parameter`` and ``other``: ``correlation``.
         """
         import xarray as xr
 

@@ -1,4 +1,4 @@
-"""From measured torque and twist to the parameters of a beam: the order of a fit."""
+"""A fit, step by step: from measured torque and twist to the parameters of a beam."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ from squama.types import Array
 from squama.units import shown
 
 _MOST = 0.9
-"""Part of the points that the other model has to cover."""
+"""Least share of the points that the other model must cover."""
 _HOPELESS = 4.0
-"""Residual rms of a search from one start, over that of the fit, beyond which the other model is not fitted further."""
+"""Ratio of residual rms, after a search from one start, above which the other model is not fitted further."""
 
 
 def fit(
@@ -62,8 +62,8 @@ def fit(
 ) -> Fit:
     """Find friction, joint stiffness and other parameters of a beam from measured torque and twist.
 
-    A beam with a number of scales is taken with these and its ends, as :func:`squama.cycle` takes it; ``Fit.endless``
-    has what the endless beam would give.
+    A beam with a number of scales is modelled with all of them and its ends, as by :func:`squama.cycle`;
+    ``Fit.endless`` has the estimates of an endless beam.
 
     Parameters
     ----------
@@ -73,14 +73,14 @@ def fit(
         ``travel`` (m) and ``F`` (N). Rows in the order measured: loading only, or loading and unloading. Several
         specimens: a column ``specimen``, or several files.
     beam, parameters
-        The beam, from which all else is known, and what is to be found, of ``mu``, ``K_theta``, ``C_f``, ``E_B``
-        (Young's modulus of the bar; its shear modulus follows) and ``theta0``, and of the nuisances of a test:
-        ``torque_zero`` and ``twist_zero`` (what is read at no load and no twist), ``backlash`` (twist that is lost at a
+        The beam, which supplies all other values, and the parameters to find: ``mu``, ``K_theta``, ``C_f``, ``E_B``
+        (Young's modulus of the bar; its shear modulus follows) and ``theta0``, and nuisances of the test:
+        ``torque_zero`` and ``twist_zero`` (readings without load and without twist), ``backlash`` (twist lost at a
         reversal) and ``drift`` (change of the load cell's zero over a record); twists over the whole beam.
     load, support
-        "twisting" (if nothing is given) or "bending": of the beam's ends. Or the force on a part, of which the table
-        has force and travel of its place, and the support, both as in :func:`squama.load`: "1 N up at tip",
-        "simple, span 160 mm"; its size does not matter. A :class:`squama.Part` brings both.
+        "twisting" (default) or "bending" of the beam's ends. Or the force on a part, whose table has force and travel
+        of the loaded place, and the support, both as in :func:`squama.load`: "1 N up at tip", "simple, span 160 mm";
+        the size of the force does not matter. A :class:`squama.Part` has both.
     law
         As in :func:`squama.solve`.
     bounds
@@ -89,46 +89,46 @@ def fit(
         Standard deviation of a measured torque, N m or text such as "5 N mm" (of a force, N or "5 mN"); from the
         residuals if not given.
     to
-        Twist beyond which points are not used: rad/m or text such as "0.1 rad/pitch".
+        Largest twist of the used points: rad/m or text such as "0.1 rad/pitch".
     reversal, stick
-        Way back that is taken for noise of the measured twist, not for a reversal, by default six times the noise of
-        the twist where that turns it round; way after a reversal on which points are not used, because the joints
-        still give there.
+        Largest backward twist that counts as noise of the measured twist, not as a reversal (default: six times the
+        noise where noise turns the twist round); twist after a reversal within which points are not used, because the
+        joints still give there.
     starts, posterior, seed
-        Numbers of starts of the search, and of posterior samples to draw (extra ``fit``; 0 for none); their seed. On
-        compliant joints the model is walked at up to 400 of them.
+        Number of starts of the search, number of posterior samples (extra ``fit``; 0 for none), and their seed. On
+        compliant joints up to 400 samples are computed with the full model.
     joint
-        "compliant": thick, elastic scales with six motions each against the substrate, which each trial walks along
-        the record; ``K_theta`` and ``C_f`` change it as a beam's file does, beside its joint; ``theta0`` is not found.
-        "hinge": thin, rigid plates on hinges. By default "compliant", if it covers the
-        parameters and follows the record. The other model is fitted too, and a disagreement is reported.
+        "compliant": thick, elastic scales, each free to move in all six directions, computed along the record for each
+        trial; ``K_theta`` and ``C_f`` scale the joint as in a beam file; ``theta0`` cannot be found. "hinge": thin,
+        rigid plates on hinges. Default: "compliant" where it covers the parameters and the record. The other model is
+        fitted too, and a disagreement is reported.
     nuisances
-        "auto": nuisances that the residual shows are found too; "none": only the given parameters.
+        "auto": find nuisances that the residual shows as well; "none": only the given parameters.
     ends
-        Of a beam with a number of scales, in place of its own ``ends``: "free", "gripped", "equal" or "endless", as in
+        Ends of a beam with a number of scales, in place of its own: "free", "gripped", "equal" or "endless", as in
         :func:`squama.cycle`. Fits on hinges are endless.
     machine
         Torsional (in bending: bending) stiffness of the testing machine in series with the specimen, N m/rad or text
-        such as "2 N m/rad"; "2 +- 0.5 N m/rad" (limits, or "... sd") finds its compliance too, from what is given and
-        from the points. "rigid" for none. If not given, ``Fit.machine`` says what one would change.
+        such as "2 N m/rad"; "2 +- 0.5 N m/rad" (limits, or "... sd") finds its compliance too, from this value and from
+        the points. "rigid" for none. If not given, ``Fit.machine`` has the effect that a machine would have.
     tolerances
-        What is known of parameters before the test, by their name here or in the beam file, as in
-        :func:`squama.uncertainty`: ``{"E_B": "1.5 MPa +- 5 %", "scale.alpha": "+- 1 deg"}``. They are found too, from
-        that and from the points: dimensions to first order, at a joint that stays.
+        Prior knowledge of parameters, by their name here or in the beam file, as in :func:`squama.uncertainty`:
+        ``{"E_B": "1.5 MPa +- 5 %", "scale.alpha": "+- 1 deg"}``. They are found too, from the tolerance and the points:
+        dimensions to first order, with the joint unchanged.
     each
-        Parameters that every loop of a record has of its own, such as "mu", or every specimen where there are several:
-        "mu, twist_zero". A loop is a way in the first sense and the way back. ``beam`` has their mean.
+        Parameters with a value for each loop of a record, or for each of several specimens, such as "mu, twist_zero". A
+        loop is a way in the first sense and the way back. ``beam`` has their mean.
 
     Returns
     -------
     Fit
-        ``beam`` (with the estimates put in), ``values``, ``errors``, ``correlation``, ``residuals``, ``notes``,
-        ``doubts`` (why the errors do not hold), ``summary()``, ``plot()``, ``dataset()`` and more.
+        ``beam`` (with the estimates), ``values``, ``errors``, ``correlation``, ``residuals``, ``notes``, ``doubts``
+        (why the errors do not hold), ``summary()``, ``plot()``, ``dataset()`` and more.
 
     Raises
     ------
     InputError
-        An argument is out of range, the data cannot be used, or they do not show what is to be found.
+        An argument is out of range, the data cannot be used, or they do not show the parameters.
 
     Examples
     --------
@@ -157,12 +157,12 @@ def fit(
     priors, dimensions = known.priors(tolerances, beam, means, parameters)
     parameters += [n for n in priors if n not in parameters]
     asked = ask(beam, load, parameters, bounds, joint="hinge" if joint == "hinge" else "compliant", priors=priors)
-    # samples are drawn at twists that stay
+    # posterior samples need fixed twists
     moved = [n for n in asked.names if n in OF_TWIST]
     if samples and moved:
         refuse("posterior", str(samples), f"no samples are drawn with {' and '.join(moved)}", "leave one out")
     candidates = tuple(n for n in SHOWN if automatic and not (samples and n in OF_TWIST))
-    # before the joint is looked for, which may take finite elements
+    # before the joint, which may need finite elements
     limits = records.Limits.of(beam, load, to, reversal, stick)
     own = _each(each, asked.names, samples)
     given = (limits, sigma, starts, candidates, ENDLESS, means, own, dimensions, priors, part if pushed else None)
@@ -182,9 +182,9 @@ def fit(
     except InputError:
         if not (cause := prepare.wrong_unit(made)):
             raise
-        # what the points seem not to show is a consequence
+        # the wrong unit is the cause of the first error
         refuse("data", "", f"no fit is found: {cause}")
-    # beside a model that leaves rounding alone no other is worth its time
+    # no rival for a model whose residuals are rounding
     exact = shared.square <= selection.rounding(made, made.used[2])
     rival = None if exact else _rival("hinge" if kind == "compliant" else "compliant", wanted, shared)
     found = _apart(made, shared, wanted) if own else shared
@@ -195,7 +195,7 @@ def fit(
 
 
 def _each(given: Sequence[str] | str, names: tuple[str, ...], samples: int) -> tuple[str, ...]:
-    """Return the checked names of what every loop, or specimen, has of its own."""
+    """Return the checked names of parameters with a value for each loop or specimen."""
     each = tuple(named(given, PARAMETERS)) if given else ()
     for name in each:
         if name not in names:
@@ -206,14 +206,14 @@ def _each(given: Sequence[str] | str, names: tuple[str, ...], samples: int) -> t
 
 
 def _apart(made: Prepared, shared: Found, wanted: Wanted) -> Found:
-    """Find what every group has of its own; refuse a record of one group."""
+    """Find the parameters of each group; refuse a record of one group."""
     if len(made.points.readings.words) < 2:
         refuse("each", "", "the record is of one loop", "leave it out, or give a record of several loops or specimens")
     return groups.apart(made, shared, wanted.each, wanted.candidates)
 
 
 def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
-    """Fit the other model to the same points; None where it does not cover what is asked, or not nearly as well."""
+    """Fit the other model to the same points; None where it does not cover the case, or comes nowhere near."""
     alone = {"theta0"} if TESTS[wanted.load].sided else {"theta0", "C_f"}
     if wanted.part or wanted.beam.other or wanted.law != "edge" or alone & {*wanted.names}:
         return None
@@ -222,14 +222,14 @@ def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
             refuse("joint", "", "needs finite elements", f'ask for it by joint="{joint}"')
         made = prepare.prepared(joint, wanted)
         usable = made.usable & found.used
-        # at reversals the models use a few other points
+        # at reversals the models differ in a few points
         if np.count_nonzero(usable) < _MOST * np.count_nonzero(found.used):
             refuse("data", "", f"{np.count_nonzero(found.used & ~usable)} of the points are not covered")
         made = made._replace(usable=usable)
         prepare.enough(made)
         if not selection.comes_near(made, found.added, _HOPELESS * found.rms):
             return None
-        # to look for what hinges would want, too, takes longer than the fit
+        # searching nuisances for compliant joints anew takes longer than the fit
         candidates = found.added if joint == "hinge" else wanted.candidates
         other = selection.find(made, min(wanted.starts, 3), candidates)
     except InputError as error:
@@ -238,7 +238,7 @@ def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
 
 
 def _result(made: Prepared, found: Found, shared: Found, wanted: Wanted, rival: Rival | None, why: str) -> Fit:
-    """Return the result of a fit, and of all groups together; ``why`` says why the model is not the one of choice."""
+    """Return the result of a fit; ``shared``: all groups together, ``why``: reason for a model not the default."""
     rec, points, asked = made.record, made.points, found.asked
     at, beam = asked.physical(found.estimates), asked._replace(beam=wanted.beam).fitted(found.estimates)
     touching, covered = points.touching(at), made.usable | (rec.stuck & rec.asked)
@@ -285,7 +285,7 @@ def _result(made: Prepared, found: Found, shared: Found, wanted: Wanted, rival: 
 
 
 def _endless(made: Prepared, found: Found) -> Alone | None:
-    """Fit the endless beam to the points of a fit with ends; None where the fit itself is of the endless beam."""
+    """Fit the endless beam to the points of a fit with ends; None where the fit is of the endless beam."""
     points = made.points
     if not isinstance(points, Walked) or points.kind is None:
         return None
@@ -303,7 +303,7 @@ def _specimens(made: Prepared, found: Found) -> tuple[Alone, ...]:
 
 
 def _alone(label: str, made: Prepared, start: Array) -> Alone:
-    """Fit some of the points, or all of them by another model, from the estimates of a fit."""
+    """Fit some of the points, or all of them with another model, from the estimates of a fit."""
     try:
         prepare.enough(made)
         one = selection.settle(made, start)
@@ -313,7 +313,7 @@ def _alone(label: str, made: Prepared, start: Array) -> Alone:
 
 
 def _row(made: Prepared, found: Found, beam: Beam) -> Ends | None:
-    """Compare the fitted beam's own number of scales with the endless beam, at the top of the data."""
+    """Compare the fitted beam's number of scales with the endless beam at the farthest point; None where unknown."""
     if beam.scales is None or not TESTS[made.asked.load].sided or beam.friction.mu is None:
         return None
     load = made.record.load[found.used & made.points.touching(found.asked.physical(found.estimates))]

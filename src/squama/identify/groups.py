@@ -1,4 +1,4 @@
-"""Parameters that the groups of a test, its loops or its specimens, have of their own, and whether groups differ."""
+"""Parameters with a value for each group of a test (loops or specimens), and the test whether groups differ."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from squama.identify.unknowns import Asked, Parameter
 from squama.types import Array
 
 _CHANCE = 1e-3
-"""Chance of a difference between groups below which it is told."""
+"""Probability, for equal groups, below which a difference is reported."""
 _TWICE, _OF_GROUP = 2, 8
-"""How often the torque is linearised about values of each group; least points in contact of a group."""
+"""Number of linearisations about the values of each group; least number of points in contact in a group."""
 
 
 def apart(test: Prepared, shared: Found, each: tuple[str, ...], candidates: tuple[str, ...]) -> Found:
-    """Find some of the parameters once for each group of the points, from what is found for all together.
+    """Find the parameters ``each`` once for each group of the points, from the estimates for all together.
 
-    Where the path is walked, the torque is linear about the values of each group, with the derivatives of all.
+    On compliant joints the torque is linearised about the values of each group, with the derivatives for all.
     """
     words = test.points.readings.words
     found, asked = shared, test.asked.apart(each, words)
@@ -40,7 +40,7 @@ def apart(test: Prepared, shared: Found, each: tuple[str, ...], candidates: tupl
 
 
 def about(points: Points, asked: Asked, p: Array) -> Points:
-    """Return points whose torque is linear about values of the parameters, where the path is walked."""
+    """Return points whose torque is linearised about values p, on compliant joints; the same points on hinges."""
     if not isinstance(points, Walked):
         return points
     found = Linear(points, asked.physical(p))
@@ -48,12 +48,12 @@ def about(points: Points, asked: Asked, p: Array) -> Points:
 
 
 def linear(points: Points, found: Found) -> Points:
-    """Return points whose torque is linear about what is found, where the path is walked."""
+    """Return points whose torque is linearised about the estimates, on compliant joints; else the same points."""
     return found.points if isinstance(found.points, Linear) else about(points, found.asked, found.estimates)
 
 
 class Differing(NamedTuple):
-    """Estimates of one parameter for each group alone, their errors, and the chance of that in equal groups."""
+    """Estimates of one parameter for each group, their errors, and the probability of that in equal groups."""
 
     name: str
     rows: tuple[Parameter, ...]
@@ -63,25 +63,25 @@ class Differing(NamedTuple):
 
     @property
     def told(self) -> bool:
-        """Whether they differ by more than chance."""
+        """Whether the difference is significant."""
         return self.chance < _CHANCE
 
     @property
     def way(self) -> str:
-        """How they follow each other: "rises", "falls" or "changes"."""
+        """The order of the values: "rises", "falls" or "changes"."""
         steps = np.sign(np.diff(self.values))
         return {1.0: "rises", -1.0: "falls"}.get(float(steps[0]) if np.ptp(steps) == 0 else 0.0, "changes")
 
     def report(self) -> dict[str, object]:
-        """Return it as plain data."""
+        """Return the result as plain data."""
         return {**self._asdict(), "rows": [row.words for row in self.rows]}
 
 
 def differing(test: Prepared, shared: Found, name: str) -> Differing | None:
-    """Test whether a parameter differs between the groups of a test; None where that cannot be told.
+    """Test whether a parameter differs between the groups of a test; None where the points do not suffice.
 
-    By the F test: the sum of squares with one value of all, over that with one of each, with the noise and the number
-    of independent points of the latter.
+    F test: the sum of squares with one value for all groups, against that with a value for each, with the noise and the
+    number of independent points of the latter.
     """
     from scipy.stats import f
 

@@ -1,8 +1,8 @@
-r"""The model's torque at measured twists as a function of what is to be found, with its derivatives.
+r"""The torque of hinges at measured twists as a function of the parameters, with its derivatives.
 
 The inclination at a given twist is geometry alone: neither friction, joint stiffness, rigidity nor the inclination at
-rest enter the contact condition (paper Eq. 6). So each measured twist is put on the path of the contact once, and with
-the rates and moments there (docs, theory: cycles) every trial is the closed form
+rest enter the contact condition (paper Eq. 6). So each measured twist is located on the path of the contact once; with
+the rates and moments there (docs, theory: cycles) the torque of every trial is the closed form
 
 .. math::
     T = R\,\Phi + T_0 + K_\theta\,\langle\theta-\theta_0\rangle
@@ -11,9 +11,9 @@ the rates and moments there (docs, theory: cycles) every trial is the closed for
 
 with m = mu while the scales are loaded, -mu while they are unloaded, and < > zero before engagement.
 
-Towards a lock D vanishes and the torque grows without bound. So that a trial beyond a lock has a value and a slope too,
-1/D is continued by its tangent where D is below a thousandth of what it is without friction: the torque of such a
-trial is finite, a thousand times too large, and falls towards the lock.
+Towards a lock D vanishes and the torque grows without bound. Where D is below a thousandth of its value without
+friction, 1/D is continued by its tangent, so that a trial beyond a lock has a value and a derivative too: its torque is
+finite, a thousand times too large, and falls towards the lock.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ from squama.model.sensitivity import STEP
 from squama.types import Array
 
 FLOOR = 1e-3
-"""Part of the D without friction below which 1/D is continued by its tangent."""
+"""Share of D without friction below which 1/D is continued by its tangent."""
 _STEP = 1e-5
-"""Steps of the differences by the twist, rad over the whole beam; of the compliance over the largest torque."""
+"""Steps of differences by the twist, rad over the whole beam; for the compliance over the largest torque."""
 
 
 class Physical(NamedTuple):
-    """What the torque depends on.
+    """Physical quantities on which the torque depends.
 
-    Friction, joint stiffness (N m), rigidity (N m2), theta0 (rad); zero of the torque (N m), zero and play of the twist
-    (rad over the whole beam), drift of the torque in a record (N m), compliance of the testing machine (rad/(N m)); the
-    bar's modulus over that of the beam as given, with which all other stiffnesses of a joint's matrix go (hinges have
-    none).
+    Friction, joint stiffness (N m), rigidity (N m2), theta0 (rad); zero of the torque (N m), zero and backlash of the
+    twist (rad over the whole beam), drift of the torque in a record (N m), compliance of the testing machine (rad/(N
+    m)); the bar's modulus over that of the given beam, which scales all other stiffnesses of a joint's matrix (hinges
+    have none).
     """
 
     mu: float
@@ -58,11 +58,11 @@ class Physical(NamedTuple):
 
 
 class Forward(NamedTuple):
-    """Places of n points on the paths of their contacts; arrays of length n.
+    """Points on the paths of their contacts; arrays of length n.
 
-    ``rate`` twist rate or curvature (signed), ``sign`` of the sense, ``way`` +1 loading, -1 unloading; ``theta``
-    inclination there (0 where there is no contact whatever theta0 is), ``lift_rate`` theta'/phi', ``slip_rate``
-    r'/phi', moments ``M_N``, ``M_f``.
+    ``rate``: signed twist rate or curvature (rad/m); ``sign`` of the sense; ``way``: +1 loading, -1 unloading;
+    ``theta``: inclination there (rad; 0 without contact for any theta0); ``lift_rate``: theta'/phi'; ``slip_rate``:
+    r'/phi'; moments ``M_N`` and ``M_f``.
     """
 
     rate: Array
@@ -75,13 +75,13 @@ class Forward(NamedTuple):
     M_f: Array
 
     def take(self, index: Array) -> Forward:
-        """Return some of the points."""
+        """Return the points ``index``."""
         return Forward(*(column[index] for column in self))
 
     def torque(self, v: Physical) -> Array:
-        """Torque or moment (N m); the entries of ``v`` may be columns of many trials, shape (..., 1)."""
+        """Return torque or moment (N m); the entries of ``v`` may be columns of many trials, shape (..., 1)."""
         D = -(self.M_N + self.way * v.mu * self.M_f)
-        # beyond a lock 1/D goes on along its tangent
+        # beyond a lock 1/D continues along its tangent
         safe = np.maximum(D, FLOOR * -self.M_N)
         lift = np.maximum(self.theta - v.theta0, 0.0)
         scales = lift * (self.lift_rate + self.way * v.mu * self.slip_rate * (2 - D / safe) / safe)
@@ -93,16 +93,16 @@ class Forward(NamedTuple):
         return np.stack([self.torque(one).imag for one in moved], axis=1) / STEP
 
     def locks_at(self, theta0: float) -> float:
-        """Smallest friction at which one of the points that are loaded is beyond a lock; inf if there is none."""
+        """Return the smallest friction at which a loaded point lies beyond a lock; inf for none."""
         seen = (self.theta > theta0) & (self.M_f > 0) & (self.way > 0)
         return float(np.min(-self.M_N[seen] / self.M_f[seen], initial=np.inf))
 
 
 def build(senses: Senses, load: Array, way: Array) -> Forward:
-    """Put points on the paths of their contacts.
+    """Locate points on the paths of their contacts.
 
-    ``senses`` are solved for the smallest friction and inclination at rest of all trials; ``load`` are load angles per
-    pitch, signed, none beyond what the senses allow; ``way`` is +1 where their magnitude grew, -1 where it fell.
+    ``senses`` are solved for the smallest friction and inclination at rest of all trials; ``load``: signed load angles
+    (rad per pitch), none beyond the range of the senses; ``way``: +1 where their magnitude grew, -1 where it fell.
     """
     sign = np.where(load < 0, -1.0, 1.0)
     zero = np.zeros(load.size)
@@ -122,7 +122,7 @@ def build(senses: Senses, load: Array, way: Array) -> Forward:
 
 
 class Hinged:
-    """Points of a test on hinged scales: their readings, with the contacts of the twists that these stand for."""
+    """Points of a test of scales on hinges: the readings, and the contacts at the specimen's twists."""
 
     def __init__(self, senses: Senses, readings: Readings) -> None:
         self.senses, self.readings = senses, readings
@@ -130,17 +130,17 @@ class Hinged:
         self._kept: tuple[tuple[float, ...], Forward] | None = None
 
     def take(self, index: Array) -> Hinged:
-        """Return some of the points."""
+        """Return the points ``index`` of these."""
         other = copy.copy(self)
         other.index, other._kept = self.index[index], None
         return other
 
     def of(self, _: int | None) -> Hinged:
-        """Return the points as those of a group see them: all alike."""
+        """Return the points for a group, on hinges the same for all."""
         return self
 
     def at(self, v: Physical) -> Forward:
-        """Return the points on their paths; twists beyond the largest that the senses allow are put there."""
+        """Return the points on their paths; twists beyond the range of the senses are clipped."""
         key = float(v.twist_zero), float(v.backlash), float(v.compliance)
         if self._kept is None or self._kept[0] != key:
             x, way = (column[self.index] for column in self.readings.placed(*key))
@@ -149,15 +149,15 @@ class Hinged:
         return self._kept[1]
 
     def touching(self, v: Physical) -> Array:
-        """Whether plates touch."""
+        """Return whether scales touch, (points,)."""
         return np.asarray(self.at(v).theta > v.theta0)
 
     def torque(self, v: Physical) -> Array:
-        """Torque or moment that is read (N m)."""
+        """Return the torque or moment that the load cell reads (N m)."""
         return np.asarray(self.at(v).torque(v) + v.torque_zero + v.drift * self.readings.order[self.index])
 
     def whole(self, v: Physical) -> Array:
-        """Torque at all readings (N m), without zero and drift."""
+        """Return the torque at all readings (N m), without zero and drift."""
         return self.at(v).torque(v)
 
     def jacobian(self, v: Physical, wanted: Array) -> Array:
@@ -171,25 +171,25 @@ class Hinged:
         return out
 
     def _slope(self, v: Physical, name: str) -> Array:
-        """Return a derivative of the torque by central differences; one-sided where there is no play."""
+        """Return a derivative of the torque by central differences; one-sided at zero backlash."""
         value = getattr(v, name)
         step = _STEP / (float(np.abs(self.readings.torque).max()) or 1.0) if name == "compliance" else _STEP
         low, high = max(value - step, 0.0) if name == "backlash" else value - step, value + step
         ends = [v._replace(**{name: at}) for at in (high, low)]
         up, down = (self.torque(end) for end in ends)
         first, last = (self.at(end).way * self.at(end).sign for end in ends)
-        # where play is just taken up the branch changes: that is no slope
+        # where backlash is just taken up the branch changes: a jump, no derivative
         return np.asarray(np.where(first == last, up - down, 0.0) / (high - low))
 
     def locks_at(self, v: Physical) -> float:
-        """Smallest friction at which one of the points that are loaded is beyond a lock; inf if there is none."""
+        """Return the smallest friction at which a loaded point lies beyond a lock; inf for none."""
         return self.at(v).locks_at(v.theta0)
 
     def engaged(self) -> dict[str, float]:
-        """Twist or bend per pitch at which plates first touch, by sense."""
+        """Return the twist or bend per pitch (rad) at engagement, by sense."""
         return {sign: path.load_e for sign, path in self.senses.paths.items()}
 
     def drawn(self, points: int, *, once: bool) -> tuple[Hinged, Array]:
-        """Return readings of each way to be drawn, and the number of their way."""
+        """Return evenly spaced readings along each way for a drawing, and the number of their way."""
         readings, leg = self.readings.drawn(points, once=once)
         return Hinged(self.senses, readings).take(np.flatnonzero(leg)), leg[leg > 0]

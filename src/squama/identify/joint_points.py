@@ -1,16 +1,16 @@
-r"""The torque or moment of thick elastic scales at the readings of a test: the path is walked with each trial.
+r"""The torque or moment of thick, elastic scales on compliant joints at the readings of a test, along its history.
 
-Scales have six motions on the matrix of their joint, and are thick and, where their modulus is known, elastic. The way
-decides, so that no twist tells the torque alone. Each trial is a beam with the values put in, walked as
-:func:`squama.cycle` walks it: the matrix of its joint goes with the bar's modulus and takes a stiffness and a rigidity
-on as those of a beam's file (:func:`squama.joints.factor.scaled`), so that the fitted beam has the fitted curve.
-The beam is that of its number of scales with its ends, or the endless one.
+Scales have six motions on the matrix of their joint, are thick and, where their modulus is given, elastic. The torque
+depends on the history of the twist, so each trial beam is followed through the record as by :func:`squama.cycle`: the
+matrix of its joint scales with the bar's modulus and takes stiffness and rigidity as in a beam file
+(:func:`squama.joints.factor.scaled`), so that the fitted beam has the fitted curve. The beam has its number of scales
+and its ends, or is endless.
 
 .. math:: T = T_b(\mu, K_\theta, R, E_B) + T_0 + D\,o
 
-with the drift D and the share o of the record up to the point. A walk of a loop takes some milliseconds, one of 25
-scales half a second; derivatives are differences of walks. A search asks hundreds of them, so that one with ends asks
-the endless beam times what the scales have of its torque (:meth:`Walked.shared`).
+with the drift D and the share o of the record up to the point. A loop takes some milliseconds, one of 25 scales half a
+second; derivatives are differences of loops. A search needs hundreds of them, so with ends it takes the torque of the
+endless beam times the share of the finite beam (:meth:`Walked.shared`).
 """
 
 from __future__ import annotations
@@ -31,28 +31,29 @@ from squama.loads import ENDLESS, Load
 from squama.types import Array
 
 NODES = 500
-"""Most twists of a way that are walked to; between them the torque is interpolated."""
+"""Largest number of twists of a way that are computed; the torque is interpolated between them."""
 _APART = 1e-5
-"""Least distance of two of them, over the largest twist."""
+"""Least distance of two of these twists, over the largest twist."""
 _KEPT = 16
 _STEPS = dict.fromkeys(("mu", "twist_zero", "backlash", "compliance"), 2e-3)
 _STEPS |= dict.fromkeys(("stiffness", "rigidity", "modulus"), 1e-3)
 _RELATIVE = ("stiffness", "rigidity", "modulus")
 _OF_TWIST = ("twist_zero", "compliance")
-"""Steps of the differences, that of the compliance over the largest torque; which of them are over the value, and which
-may be below 0."""
+"""Steps of the differences, for the compliance over the largest torque; ``_RELATIVE``: steps over the value;
+``_OF_TWIST``: parameters that may be below 0.
+"""
 _FAR = 1e3
 _SLIGHT = 1e-4
-"""A load angle before any engagement, rad per pitch."""
+"""A load angle before engagement, rad per pitch."""
 _LEAST, _MOST = 1e-3, 20.0
-"""Torque, over the largest, below which a share says nothing; largest share, and one over the least."""
+"""Torque over the largest below which no share is taken; largest share, and inverse of the least."""
 
 
 class Walked:
-    """Points of a test on the joint whose matrix the beam has.
+    """Points of a test of scales on compliant joints, whose matrix is that of the beam.
 
-    Trials on which the contact ends have a torque a thousand times too large; where it ends with the beam as given,
-    the record is refused. ``ends``: of :data:`squama.loads.ENDS`.
+    Trials on which the contact ends have a torque a thousand times too large; a record that the given beam cannot
+    follow is refused. ``ends``: of :data:`squama.loads.ENDS`.
     """
 
     def __init__(self, beam: Beam, load: Load, readings: Readings, v: Physical, ends: str = ENDLESS) -> None:
@@ -63,36 +64,36 @@ class Walked:
 
     @property
     def kind(self) -> int | None:
-        """The ends of a beam with a number of scales, None of the endless one."""
+        """The code of the ends of a beam with a number of scales, None for the endless beam."""
         return KINDS.get(self.ends)
 
     @property
     def finite(self) -> bool:
-        """Whether the scales are a number of them, with ends."""
+        """Whether the beam has a number of scales, with ends."""
         return self.kind is not None
 
     def take(self, index: Array) -> Walked:
-        """Return some of the points; what is walked is shared."""
+        """Return the points ``index`` of these; computed trials are shared."""
         other = copy.copy(self)
         other.index = self.index[index]
         return other
 
     def of(self, _: int | None) -> Walked:
-        """Return the points as those of a group see them: all alike."""
+        """Return the points for a group, the same for all."""
         return self
 
     def changed(self, **changes: object) -> Walked:
-        """Return points with other attributes, which are walked anew."""
+        """Return points with other attributes, without the computed trials."""
         other = copy.copy(self)
         vars(other).update(changes, _walked=functools.lru_cache(_KEPT)(other._walk))
         return other
 
     def endless(self) -> Walked:
-        """Return the points on the endless beam."""
+        """Return the points with an endless beam."""
         return self.changed(ends=ENDLESS)
 
     def shared(self, v: Physical) -> Walked:
-        """Return the points on the endless beam, whose torques are taken times the share that the scales have at v."""
+        """Return the points with an endless beam whose torques are multiplied by the share of the finite beam at v."""
         endless = self.endless()
         whole = endless._at(v)[0]
         known = np.abs(whole) > _LEAST * np.abs(whole).max()
@@ -101,11 +102,11 @@ class Walked:
         return endless
 
     def touching(self, v: Physical) -> Array:
-        """Whether plates touch."""
+        """Return whether scales touch, (points,)."""
         return self._at(v)[1][self.index]
 
     def torque(self, v: Physical) -> Array:
-        """Torque that is read (N m)."""
+        """Return the torque that the load cell reads (N m)."""
         try:
             torque, _ = self._at(v)
         except InputError:
@@ -114,7 +115,7 @@ class Walked:
         return np.asarray((torque + v.drift * self.readings.order)[self.index] + v.torque_zero)
 
     def whole(self, v: Physical) -> Array:
-        """Torque at all readings (N m), without zero and drift; refuse a beam that does not follow them."""
+        """Return the torque at all readings (N m), without zero and drift; refuse a beam that does not follow them."""
         return self._at(v)[0]
 
     def jacobian(self, v: Physical, wanted: Array) -> Array:
@@ -122,7 +123,7 @@ class Walked:
         out = np.zeros((self.index.size, len(Physical._fields)))
         out[:, 4], out[:, 7] = 1.0, self.readings.order[self.index]
         for i, name in enumerate(Physical._fields):
-            # a trial in bending knows no rigidity beside the bar's modulus
+            # in bending the rigidity follows from the bar's modulus
             if wanted[i] and name in _STEPS and (self.load.sided or name != "rigidity"):
                 out[:, i] = self._slope(v, name)
         return out
@@ -146,33 +147,33 @@ class Walked:
         return np.asarray((up - down) / (high - low))
 
     def locks_at(self, _: Physical) -> float:
-        """Smallest friction beyond a lock: not known before it is walked."""
+        """Return inf: no lock is known before a trial is computed."""
         return math.inf
 
     def engaged(self) -> dict[str, float]:
-        """Load angle per pitch at which plates first touch, by sense."""
+        """Return the load angle per pitch (rad) at engagement, by sense."""
         goals = [-1.0, 1.0] if self.load.sided else [1.0]
         both = compliant_cycles.paths(self.beam, self.load, self.start.mu, goals, ideal=False)
         return {sense: one.way.engaged for sense, one in both.items()}
 
     def bar(self) -> float:
-        """Return the slope of the torque before engagement, N m: grips hold the bow that twist brings."""
+        """Return the slope of the torque before engagement, N m per rad of a pitch; grips prevent bowing."""
         torque, _ = self._followed(self.beam, self.start.mu, np.array([0.0, _SLIGHT]))
         return float(torque[-1] / _SLIGHT)
 
     def drawn(self, points: int, *, once: bool) -> tuple[Walked, Array]:
-        """Return readings of each way to be drawn, and the number of their way."""
+        """Return evenly spaced readings along each way for a drawing, and the number of their way."""
         readings, leg = self.readings.drawn(points, once=once)
         share = np.ones(readings.load.size)
         return self.changed(readings=readings, index=np.flatnonzero(leg), share=share), leg[leg > 0]
 
     def _at(self, v: Physical) -> tuple[Array, Array]:
-        """Return torques (N m) without zero and drift, and whether the scales touch, at all readings."""
+        """Return torques (N m) without zero and drift, and whether scales touch, at all readings."""
         torque, touching = self._walked(v._replace(theta0=0.0, torque_zero=0.0, drift=0.0))
         return torque * self.share, touching
 
     def _trial(self, v: Physical) -> Beam:
-        """Return the beam with the values of a trial put in."""
+        """Return the beam with the values of a trial."""
         values = {
             "joint.stiffness": v.stiffness,
             "substrate.youngs_modulus": self.beam.substrate.youngs_modulus * v.modulus,
@@ -191,7 +192,7 @@ class Walked:
         )
 
     def _walk(self, v: Physical) -> tuple[Array, Array]:
-        """Walk the beam of a trial through the load angles (rad per pitch) of the specimen."""
+        """Return torque and contact of a trial beam along the load angles (rad per pitch) of the specimen."""
         beam, x = self._trial(v), self.readings.placed(v.twist_zero, v.backlash, v.compliance)[0]
         torque, touching = np.zeros(x.size), np.zeros(x.size, bool)
         for ways in self.readings.records:
@@ -207,10 +208,10 @@ class Walked:
 
 
 class Linear(Walked):
-    """Points whose torque is linear in all that it depends on, about values at which it is walked.
+    """Points whose torque is linearised about values at which the full model is computed.
 
-    A derivative is walked when it is first asked for, and kept. ``columns`` are some that are known, by name; ``parts``
-    what groups see, about values of their own.
+    A derivative is computed on first use and kept. ``columns``: derivatives already known, by name; ``parts``: points
+    of the groups, linearised about values of their own.
     """
 
     def __init__(self, own: Walked, v: Physical, columns: dict[str, Array] | None = None) -> None:
@@ -220,7 +221,7 @@ class Linear(Walked):
         self._torque, self._touches = own._at(v)
 
     def of(self, group: int | None) -> Linear:
-        """Return the points as those of a group see them."""
+        """Return the points for a group."""
         if group is None or not self.parts:
             return self
         part = copy.copy(self.parts[group])
@@ -228,17 +229,17 @@ class Linear(Walked):
         return part
 
     def apart(self, values: list[Physical]) -> Linear:
-        """Return the points with torques about other values for each group, with the same derivatives."""
+        """Return the points with torques linearised about other values for each group, with the same derivatives."""
         other = copy.copy(self)
         other.parts = tuple(Linear(self.own, v, self.columns) for v in values)
         return other
 
     def touching(self, _: Physical) -> Array:
-        """Whether plates touch at the values about which the torque is linear."""
+        """Return whether scales touch at the values of the linearisation, (points,)."""
         return self._touches[self.index]
 
     def torque(self, v: Physical) -> Array:
-        """Torque that is read (N m); the entries of ``v`` may be columns of many trials, shape (..., 1)."""
+        """Return the torque read (N m); the entries of ``v`` may be columns of many trials, shape (..., 1)."""
         found = self._torque + v.drift * self.readings.order + v.torque_zero
         for name in _STEPS:
             step = getattr(v, name) - getattr(self.about, name)
@@ -256,7 +257,7 @@ class Linear(Walked):
 
 
 def _nodes(x: Array, sense: float) -> Array:
-    """Return the twists of a way that are walked to, in the order in which they come."""
+    """Return the twists of a way at which the model is computed, in their order."""
     found = np.unique(x)
     if found.size > NODES:
         found = np.linspace(found[0], found[-1], NODES)
@@ -268,7 +269,7 @@ def _nodes(x: Array, sense: float) -> Array:
 
 
 def _joined(ways: list[Array]) -> tuple[Array, list[Array]]:
-    """Return the twists of a history from rest, and the places of the twists of each way; through 0 where it passes."""
+    """Return the twists of a history from rest, with 0 where it passes 0, and the places of each way's twists."""
     found, places = [0.0], []
     for way in ways:
         own = []

@@ -1,12 +1,12 @@
-r"""What is known before a test: tolerances of the beam and the machine, as priors of a fit.
+r"""Prior knowledge of a fit: tolerances of the beam and of the machine.
 
-A tolerance of a parameter of :data:`squama.identify.unknowns.PARAMETERS` is its prior. A dimension of the beam, as the
-angle of its scales, is no parameter of a search: within a tolerance the torque is linear in it,
+A tolerance of a parameter of :data:`squama.identify.unknowns.PARAMETERS` is its prior. A dimension of the beam, such as
+the angle of its scales, is no parameter of the search: within its tolerance the torque is linear in it,
 
 .. math:: T = T(p) + \frac{\partial T}{\partial d}\,(d - d_0),
 
-with a difference of two beams about the estimates, and joint and readings as they are. It is then estimated with all
-others, from its prior and from the points, and the torque is linear about that.
+with the derivative as a difference of two beams about the estimates, joint and readings unchanged. The dimension is
+then estimated with all parameters, from its prior and from the points, with the torque linearised about the estimate.
 """
 
 from __future__ import annotations
@@ -34,16 +34,16 @@ from squama.study.tolerances.distributions import Tolerance
 from squama.types import Array
 
 _PLACES = {row.place: name for name, row in PARAMETERS.items() if row.place}
-"""Names of parameters by those of the beam file."""
+"""Names of parameters by their names in the beam file."""
 _WIDE, _STEP = 6.0, 0.5
-"""Standard deviations up to which a dimension is looked for, and of a step of its difference."""
+"""Range of a dimension, and step of its difference, in standard deviations."""
 _ROUNDS, _STAYS = 4, 0.1
-"""How often the torque is linearised at most, and the move of the dimensions over their errors that is none."""
+"""Largest number of linearisations; move of the dimensions over their errors below which they have converged."""
 _NEAR = 1e-9
 
 
 def read(given: Mapping[str, object], beam: Beam, *, bare: bool = True) -> list[Tolerance]:
-    """Return the tolerances of a fit, by the names of a fit or of the beam file; ``bare``: numbers may have no unit."""
+    """Return the tolerances of a fit, by names of the fit or of the beam file; ``bare``: numbers may have no unit."""
     by_place = {PARAMETERS[name].place or name if name in PARAMETERS else name: v for name, v in given.items()}
     found, problems = distributions.tolerances(by_place, beam, bare=bare, joint="compliant", ideal=False), Problems()
     for one in found:
@@ -54,7 +54,7 @@ def read(given: Mapping[str, object], beam: Beam, *, bare: bool = True) -> list[
 
 
 Known = Mapping[str, tuple[float, float]]
-"""Mean and standard deviation by name."""
+"""Mean and standard deviation (SI) by name."""
 
 
 def priors(
@@ -62,7 +62,7 @@ def priors(
 ) -> tuple[Known, Known]:
     """Return the priors of parameters, and those of dimensions of the beam; see :func:`squama.fit`.
 
-    ``names`` of what is to be found: an inclination that is not is a dimension.
+    ``names``: the parameters to find; an inclination that is not among them counts as a dimension.
     """
     found, dimensions = dict[str, tuple[float, float]](), dict[str, tuple[float, float]]()
     for one in [] if given is None else read(given, beam):
@@ -77,9 +77,9 @@ def priors(
 
 
 def tolerated(made: Prepared, found: Found, wanted: Wanted) -> tuple[Prepared, Found]:
-    """Find dimensions of the beam too, from their tolerances and the points: Gauss and Newton's method in them.
+    """Find dimensions of the beam too, from their tolerances and the points, by Gauss-Newton steps.
 
-    The test that is returned is that of the beam with the dimensions found; its points know the derivatives there.
+    The returned test has the beam with the fitted dimensions, and the derivatives by them at its points.
     """
     rows = [_row(name, *wanted.dimensions[name]) for name in wanted.dimensions]
     at = np.array([wanted.dimensions[row.name][0] for row in rows])
@@ -103,14 +103,14 @@ def tolerated(made: Prepared, found: Found, wanted: Wanted) -> tuple[Prepared, F
 
 
 def _row(name: str, mean: float, deviation: float) -> Parameter:
-    """Return a dimension of the beam as a parameter."""
+    """Return a dimension of the beam as a parameter, bounded by some standard deviations."""
     dimension, bounds, symbol = study.PARAMETERS[study.canonical(name)]
     low, high = max(mean - _WIDE * deviation, bounds.low), min(mean + _WIDE * deviation, bounds.high)
     return Parameter(name, dimension, symbol.long_name, (low, high), name)
 
 
 def _with(made: Prepared, rows: list[Parameter], at: Array, law: str) -> Prepared:
-    """Return a test of the beam with other dimensions, at a joint that stays."""
+    """Return a test of the beam with dimensions ``at``, the joint unchanged."""
     asked, points = made.asked, made.points
     beam = asked.beam._with({row.place: value for row, value in zip(rows, at.tolist(), strict=True)})
     rigid = TESTS[asked.load].rigidity
@@ -123,7 +123,7 @@ def _with(made: Prepared, rows: list[Parameter], at: Array, law: str) -> Prepare
 
 
 def _shift(made: Prepared, asked: Asked, p: Array, rows: list[Parameter], at: Array, i: int, wanted: Wanted) -> Array:
-    """Return the derivative of the torque to a dimension at all readings, about values of all."""
+    """Return the derivative of the torque by dimension ``i`` at all readings."""
     _, deviation = wanted.dimensions[rows[i].name]
     ends = []
     for step in (_STEP * deviation, 0.0, -_STEP * deviation):

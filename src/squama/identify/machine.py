@@ -1,10 +1,9 @@
-r"""The testing machine: a stiffness k in series with the specimen, and what an unknown one would change in a fit.
+r"""The testing machine: a stiffness k in series with the specimen, and the effect of an unknown one on a fit.
 
-Of the rotation that is measured at its end T/k is the machine's. Records are corrected for a k that is given (readings,
-:mod:`squama.identify.readings`); with "+-" the compliance c = 1/k is found too, with what is given as its prior.
-
-Where none is given, a compliance c would have changed the torque at the readings by J_c c, with the derivative J_c of
-the torque to c, and so the estimates by
+The measured rotation includes T/k of the machine. Records are corrected for a given k
+(:mod:`squama.identify.readings`); with "+-" the compliance c = 1/k is found too, with the given value as its prior.
+Where no k is given, a compliance c would change the torque at the readings by J_c c, with the derivative J_c of the
+torque by c, and so the estimates by
 
 .. math:: \Delta p = (J^\mathsf{T} J)^{-1} J^\mathsf{T} J_c\, c
 
@@ -29,23 +28,23 @@ from squama.types import Array
 from squama.units import Bounds, Dimension
 
 STIFFNESS = Bounds(1e-12, 1e15, "1e-12 to 1e15 N m/rad", closed=True, example='"2 N m/rad"')
-"""Torsional or bending stiffnesses of machines."""
+"""Bounds of the torsional or bending stiffness of a machine."""
 SHARES = (0.005, 0.01, 0.02)
-"""Parts of the rotation at the top of a record that an unknown machine is thought to take."""
+"""Shares of the rotation at the top of a record that an unknown machine may take."""
 RIGID = "rigid"
 _SEEN = 1.0
-"""Change of an estimate by the last of them, over its error, from which on it is told."""
+"""Change of an estimate by the last of the shares, over its error, above which the machine is reported."""
 
 
 class Machine(NamedTuple):
-    """Compliance of a machine, rad/(N m), and its standard deviation, 0 where it is known."""
+    """Compliance of a machine, rad/(N m), and its standard deviation; 0 where it is exact."""
 
     compliance: float
     deviation: float = 0.0
 
 
 def read(given: object) -> Machine | None:
-    """Return the machine of a fit, None where nothing is known of it; see :func:`squama.fit`."""
+    """Return the machine of a fit, None where it is unknown; see :func:`squama.fit`."""
     if given is None or given == RIGID:
         return None if given is None else Machine(0.0)
     with naming("machine"):
@@ -56,10 +55,10 @@ def read(given: object) -> Machine | None:
 
 
 class Unknown(NamedTuple):
-    """What a machine of which nothing is known might change in a fit.
+    """Effect of an unknown machine on a fit.
 
-    ``stiffness`` N m/rad of a machine that takes 1 % of the rotation at the top; ``changes`` of the estimates by such
-    a machine, in their order: with it they would be larger by that.
+    ``stiffness``: N m/rad of a machine that takes 1 % of the rotation at the top; ``changes``: increases of the
+    estimates, in their order, if this machine were taken into account; ``told``: whether to report them.
     """
 
     stiffness: float
@@ -69,11 +68,11 @@ class Unknown(NamedTuple):
     load: Load
 
     def report(self) -> dict[str, object]:
-        """Return it as plain data."""
+        """Return the effect as plain data."""
         return {"stiffness": self.stiffness, "changes": dict(zip(self.names, self.changes.tolist(), strict=True))}
 
     def sentence(self, values: dict[str, float]) -> str:
-        """Say what the shares of :data:`SHARES` would change in friction and joint stiffness."""
+        """Return a sentence: the effect of the shares of :data:`SHARES` on friction and joint stiffness."""
         parts = []
         for name, change in zip(self.names, self.changes.tolist(), strict=True):
             if name in ("mu", "K_theta"):
@@ -98,9 +97,9 @@ class Unknown(NamedTuple):
 def unknown(
     points: Points, used: NDArray[np.bool_], asked: Asked, estimates: Array, jacobian: Array, deviations: Array
 ) -> Unknown | None:
-    """Return what an unknown machine might change, by the ``jacobian`` of a fit (rows of priors too).
+    """Return the effect of an unknown machine, from the ``jacobian`` of a fit (with the rows of priors).
 
-    None for no torque. ``deviations``: standard errors of the estimates.
+    None without torque. ``deviations``: standard errors of the estimates.
     """
     readings, place = points.readings, Physical._fields.index("compliance")
     size = np.where(used, np.abs(readings.load), -1.0)

@@ -1,4 +1,4 @@
-r"""What the residual of a fit says: its noise, stray points, how many of its points are independent, and the errors.
+r"""Analysis of a fit's residual: noise, stray points, number of independent points, and covariance.
 
 Neighbours on one way of a test resemble each other where the model misses something or the noise is slow. With the
 correlations r_k of residuals k points apart, n points are worth n/tau independent ones,
@@ -23,25 +23,26 @@ from squama.types import Array
 _MAD = 1.4826
 _BESIDE, _WINDOW, _LEAST = 3, 25, 9
 _BRANCHES = 0.25
-"""Distance from a smooth curve within the points above it, and below, over that of all, from which on these are two
-branches; 0.6 and more of a noise."""
+"""Ratio of the distances from smooth curves, within the points above and below to that of all, below which these are
+two branches; noise has 0.6 and more.
+"""
 _STRAY, _MOST = 6.0, 0.03
-"""Standard deviations of a stray point, by its neighbours; largest part of the points that may be stray."""
+"""Standard deviations, by its neighbours, that make a point stray; largest share of the points that may be stray."""
 _LEVEL = 1.65
-"""Correlations of noise alone, times the root of the number of points: below it in 95 of 100."""
+"""Bound of correlations of pure noise, times the root of the number of points: exceeded in 5 of 100 cases."""
 _UNEVEN = 2.33
-"""Rank correlation, times the root of the number of points, that even noise exceeds once in 100."""
+"""Rank correlation, times the root of the number of points, that even noise exceeds once in 100 cases."""
 
 
 def scatter(torque: Array, way: Array) -> float:
-    """Return the noise of a torque, from second differences along the ways, robust."""
+    """Return the noise of a torque (its unit), robustly, from second differences along the ways."""
     inside = (way[2:] == way[1:-1]) & (way[1:-1] == way[:-2])
     second = (torque[2:] - 2 * torque[1:-1] + torque[:-2])[inside]
     return _MAD * float(np.median(np.abs(second))) / math.sqrt(6) if second.size else 0.0
 
 
 def smooth(x: Array, y: Array, turns: list[int]) -> Array:
-    """Return y as running lines over x tell it, of seven neighbours on a way between turns; shorter ways stay."""
+    """Return y smoothed by running lines over x, of seven neighbours on a way between turns; shorter ways unchanged."""
     out, width = y.copy(), 2 * _BESIDE + 1
     for a, b in itertools.pairwise([0, *(i + 1 for i in turns), y.size]):
         if b - a < width:
@@ -56,7 +57,7 @@ def smooth(x: Array, y: Array, turns: list[int]) -> Array:
 
 
 def strays(residual: Array, way: Array, least: float) -> NDArray[np.bool_]:
-    """Tell which points stand out from their neighbours on the same way, by far more than others and ``least``."""
+    """Return which points differ from their neighbours on the same way far more than others do, and by ``least``."""
     apart, local, found = np.zeros(residual.size), np.zeros(residual.size), np.zeros(residual.size, bool)
     for number in np.unique(way):
         own = np.flatnonzero(way == number)
@@ -80,11 +81,11 @@ def _windows(values: Array, reach: int) -> Array:
 
 
 def interleaved(twist: Array, torque: Array, way: Array) -> bool:
-    """Tell whether a record jumps between two branches on its way, as one whose rows are sorted by the twist does.
+    """Return whether a record jumps between two branches along its way, e.g. because its rows are sorted by twist.
 
     In the farther half of a way, where branches lie apart, the torque's distance from a line through its neighbours is
-    that of the branches. Points above and points below such lines are then each a smooth curve: much smoother than the
-    halves of a noise.
+    that of the branches. Points above and points below such lines then each form a smooth curve, much smoother than the
+    halves of pure noise.
     """
     for number in np.unique(way):
         own = np.flatnonzero(way == number)
@@ -116,7 +117,7 @@ def _from_lines(x: Array, y: Array) -> Array:
 
 
 def dependence(residual: Array, way: Array) -> float:
-    """Return tau: how many points are worth one independent one."""
+    """Return tau, the number of points that are worth one independent point."""
     n, square = residual.size, float(np.mean(residual**2))
     if n < 2 * _LEAST or square == 0:
         return 1.0
@@ -135,7 +136,7 @@ def dependence(residual: Array, way: Array) -> float:
 
 
 def uneven(residual: Array, slope: Array) -> bool:
-    """Tell whether residuals grow with the slope, by the correlation of their ranks (Spearman)."""
+    """Return whether residuals grow with the slope, by the correlation of their ranks (Spearman)."""
     from scipy.stats import spearmanr
 
     steep = np.abs(slope)
@@ -146,7 +147,7 @@ def uneven(residual: Array, slope: Array) -> bool:
 
 
 def sandwich(jacobian: Array, residual: Array, inner: Array) -> Array:
-    """Return the covariance HC3; ``inner`` is the inverse of J^T J."""
+    """Return the covariance HC3 (parameters, parameters); ``inner`` is the inverse of J^T J."""
     leverage = np.einsum("ij,jk,ik->i", jacobian, inner, jacobian)
     J = jacobian * (residual / np.maximum(1 - leverage, 1e-3))[:, None]
     return np.asarray(inner @ (J.T @ J) @ inner)

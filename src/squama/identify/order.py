@@ -1,4 +1,4 @@
-"""Whether the rows of a record are in the order measured, or sorted by the twist, both branches mixed up."""
+"""Check whether the rows of a record are in the order measured, or sorted by twist with both branches mixed up."""
 
 from __future__ import annotations
 
@@ -8,14 +8,15 @@ from squama.identify import noise
 from squama.types import Array
 
 _ROWS = 2000
-"""Rows at the farthest twists by which it is told."""
+"""Number of rows at the largest twists that are checked."""
 _PAIRS, _APART = 5, 4.0
-"""Twists with two rows, in the farther half, from which on it is told; distance of their torques over how rough the
-higher ones are."""
+"""Least number of twists with two rows, in the farther half, for a verdict; least distance of their torques over the
+roughness of the higher ones.
+"""
 
 
 def mixed(twist: Array, torque: Array) -> bool:
-    """Say whether rows are sorted by the twist while their torque jumps between two branches.
+    """Return whether rows are sorted by twist while their torque jumps between two branches.
 
     Where the rows of loading and unloading have the same twists, the torques of such pairs lie far apart, and the
     higher ones are a smooth curve; else see :func:`noise.interleaved`.

@@ -1,7 +1,8 @@
-"""A test of a part: which one, and the force that holds its place at the travels of the test.
+"""A test of a part: its support and force, and the force at the travels of the test.
 
-A part is a beam of N scales on its supports (docs, theory: parts) under one force, whose place is led: forces are
-functions of its way, as the torque of a beam is of that of its twist. All else of a fit is as on compliant joints.
+A part is a beam of N scales on its supports (docs, theory: parts) under one force with an imposed travel: the force
+depends on the history of the travel, as the torque of a beam does on that of its twist. The fit is otherwise the same
+as on compliant joints.
 """
 
 from __future__ import annotations
@@ -32,9 +33,9 @@ _ENDS = 'give torque and twist (bend) of its ends, with load="twisting" (--load 
 
 
 def of_test(beam: Beam | Part, load: str | Sequence[str] | None, support: str | None) -> tuple[str, Part]:
-    """Return the kind of loading of a test, and its part, which has a support and a load where it is one under a force.
+    """Return the kind of load of a test, and its part, with support and load where a force acts on it.
 
-    ``load``: a kind of loading by its name, or what loads a part; that of the part if not given, else "twisting".
+    ``load``: the name of a kind of load, or the loads on a part; by default those of the part, else "twisting".
     """
     part = beam if isinstance(beam, Part) else Part(beam)
     words = part.load if load is None else load
@@ -71,35 +72,35 @@ class Loaded(Walked):
 
     @property
     def words(self) -> str:
-        """Support and load in words."""
+        """Support and load as text."""
         given, held = loading.together(self.part.load, self.part.support, self.part.beam, self.part.beam.pitches)
         return f"{self.part.support if held.word == 'simple' else held.word}, {given[0].where}"
 
     @property
     def finite(self) -> bool:
-        """A part has a number of scales."""
+        """True: a part has a number of scales."""
         return True
 
     def shared(self, v: Physical) -> Walked:
-        """Return the points with forces that are linear about v: no endless beam is like a part."""
+        """Return the points with forces linearised about v, because no endless beam resembles a part."""
         return Linear(self, v)
 
     def engaged(self) -> dict[str, float]:
-        """Travel at which scales first touch, by sense."""
+        """Return the travel (m) at engagement, by sense."""
         course, _ = self._course(self.beam, self.start.mu)
         ways = {sense: course.follow(np.array([sign * path.RANGE])) for sense, sign in (("-", -1.0), ("+", 1.0))}
         return {sense: track.engaged * course.share * self.beam.pitch for sense, track in ways.items()}
 
     def straight(self, v: Physical) -> Array:
-        """Return the travels at which a bar of the first slope has the forces that the part as given has here.
+        """Return the travels (m) at which a linear bar of the first slope has the forces of the given part.
 
-        A part bends far before its scales touch: its force is no line.
+        A part bends far before its scales touch, so its force is not linear in the travel.
         """
         placed = {name: getattr(v, name) for name in ("twist_zero", "backlash", "compliance")}
         return self.whole(self.start._replace(**placed)) / self.bar()
 
     def _course(self, beam: Beam, mu: float) -> tuple[loaded.Course, float]:
-        """Return the course of a part, and the unit of its forces, N."""
+        """Return the course of a loaded part, and the unit of its forces, N."""
         n = beam.pitches
         given, held = loading.together(self.part.load, self.part.support, beam, n)
         one = compliant.Path.of(beam, float(mu), (NOTHING,), ideal=False)

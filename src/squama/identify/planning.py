@@ -1,13 +1,13 @@
-r"""Which test would tell the parameters of a beam: the errors that are expected of loops before any is measured.
+r"""Planning of a test: expected errors of a beam's parameters for several loops, before any is measured.
 
-At the beam's own values the derivatives J of the torques of a loop that is not measured yet are those of the fit
+At the beam's own values the derivatives J of the torques of a loop are those of the fit
 (:func:`squama.identify.estimate.derivatives`). With noise s of the torque and t of the twist (over the whole beam) the
 variance of a reading is :math:`s^2 + (T' t)^2`, with the slope T', and the covariance of estimates by least squares
 
 .. math:: C = F^{-1} J^\mathsf{T} V J F^{-1}, \qquad F = J^\mathsf{T} J, \qquad V = \mathrm{diag}(s^2 + T'^2 t^2) .
 
-A machine of compliance c in series reads m = x + c T; at the same readings the derivatives are J/(1 + c T'), and that
-to the compliance is -T T'/(1 + c T'). Loops that are repeated divide C by their number.
+A machine of compliance c in series reads m = x + c T; at the same readings the derivatives are J/(1 + c T'), and the
+derivative by the compliance is -T T'/(1 + c T'). Repeating a loop divides C by the number of repetitions.
 """
 
 from __future__ import annotations
@@ -33,27 +33,27 @@ from squama.progress import steps
 from squama.types import Array
 
 FIND = ("mu", "K_theta", "E_B")
-"""Parameters whose errors are told if none are named."""
+"""Parameters of a plan by default."""
 TIMES = (1.2, 1.5, 2.0, 3.0)
-"""Tops of loops over the twist of the engagement."""
+"""Default tops of loops, over the twist at engagement."""
 SHAPES = {"loading": (0,), "loop": (0, 1), "both senses": (0, 1, 2, 3)}
-"""Ways of a loop, of those to the top, back to 0, to the top in the other sense, and back again."""
+"""Ways of each loop: 0 to the top, 1 back to 0, 2 to the top in the other sense, 3 back again."""
 MOST = 20
-"""Loops, and tops, at most."""
+"""Largest number of tops."""
 _BEFORE_LOCK = 0.8
-"""Way from the engagement to the end of a path on hinges beyond which no loop goes unasked."""
+"""Farthest default top on hinges, as a share of the way from engagement to the end of the path."""
 _LEAST = 10
-"""Readings of a way at least by which its errors are computed."""
+"""Least number of readings of a way for its errors."""
 _FREE = {
     "With zeros of torque and twist found too": ("torque_zero", "twist_zero"),
     "With the compliance of the machine found too": ("compliance",),
 }
 _SLIGHT = 1e-3
-"""A twist by which the engagement is asked, rad per pitch."""
+"""A twist before engagement, rad per pitch."""
 
 
 class _Test(NamedTuple):
-    """What is known of the test: noises (N m, and rad over the whole beam), compliance (rad/(N m)), readings a loop."""
+    """Settings of the test: noises (N m, and rad over the whole beam), compliance (rad/(N m)), readings per loop."""
 
     wanted: Wanted
     kind: str
@@ -64,10 +64,11 @@ class _Test(NamedTuple):
 
 
 class _Walked(NamedTuple):
-    """Readings of the ways of loops to a top, at even steps of the twist.
+    """Readings along the ways of loops to a top, at even steps of the twist.
 
-    ``J`` derivatives of the torque to what is asked, ``zero`` to a zero of the twist, ``torque`` (N m), ``way`` numbers
-    of the readings' ways, of so many ``ways``; ``values`` of what is asked; ``problem`` why there are none.
+    ``J``: derivatives of the torque by the parameters (readings, parameters); ``zero``: by the zero of the twist;
+    ``torque`` (N m); ``way``: numbers of the readings' ways, of ``ways`` in all; ``values`` of the parameters;
+    ``problem``: why there are no readings.
     """
 
     J: Array
@@ -95,12 +96,12 @@ def plan(
     joint: JointName | None = None,
     ends: EndsName | None = None,
 ) -> Plan:
-    """Say which loops would tell the parameters of a beam best: expected standard errors, before anything is measured.
+    """Compare loops of a test by the standard errors of a beam's parameters expected from each.
 
     Parameters
     ----------
     beam, parameters
-        The beam with its expected values, and what is to be found, as for :func:`squama.fit`; friction is 0.25 where
+        The beam with its expected values, and the parameters to find, as for :func:`squama.fit`; friction is 0.25 where
         the beam has none.
     noise
         Standard deviation of a measured torque: N m or text such as "0.2 N mm".
@@ -110,12 +111,12 @@ def plan(
         Stiffness of the testing machine in series with the specimen: N m/rad or text such as "2 N m/rad"; rigid if not
         given.
     to, tops
-        Largest twist of the test, if there is one; tops of the loops, by default 1.2, 1.5, 2 and 3 times the twist of
-        the engagement. Twists are rad/m or texts such as "0.1 rad/pitch" or "140 deg total".
+        Largest twist of the test; tops of the loops, by default 1.2, 1.5, 2 and 3 times the twist at engagement. Twists
+        are rad/m or texts such as "0.1 rad/pitch" or "140 deg total".
     points
         Readings of a loop, at even steps of the twist.
     accuracy
-        Relative standard error that is wanted of each parameter.
+        Required relative standard error of each parameter.
     load, law, joint, ends
         As for :func:`squama.fit`.
 
@@ -146,7 +147,7 @@ def plan(
     engaged, last = _engaged(test)
     given = [_angle(f"tops[{i}]", top, test) for i, top in enumerate(tops if tops is not None else ())]
     limit = math.inf if to is None else _angle("to", to, test)
-    # near a lock no real joint follows its law
+    # near a lock a printed joint no longer follows the model of hinges
     near = engaged + _BEFORE_LOCK * (last - engaged) if math.isfinite(last) else math.inf
     heights = given or [math.copysign(min(times * abs(engaged), abs(near)), engaged) for times in TIMES]
     heights = sorted({math.copysign(min(abs(top), limit), top) for top in heights}, key=abs)
@@ -191,7 +192,7 @@ def _test(
     joint: str | None,
     ends: str | None,
 ) -> _Test:
-    """Check what is told of the test."""
+    """Check the arguments that describe the test."""
     with naming("noise"):
         sigma = units.bounded(noise, "torque", records.TORQUES)
     with naming("machine"):
@@ -205,20 +206,20 @@ def _test(
 
 
 def _angle(name: str, value: float | str, test: _Test) -> float:
-    """Return a load angle per pitch (rad) from a rate or text."""
+    """Return a load angle per pitch (rad) from a rate (rad/m) or text."""
     beam = test.wanted.beam
     with naming(name):
         return LOADS[test.wanted.load].read(value, pitch=beam.pitch, scales=beam.pitches) * beam.pitch
 
 
 def _prepared(test: _Test, angle: Array) -> Prepared:
-    """Return the points of readings of the twist (rad per pitch); their torques do not matter."""
+    """Return the points of readings at twists ``angle`` (rad per pitch); their torques are placeholders."""
     pitch = test.wanted.beam.pitch
     return prepare.prepared(test.kind, test.wanted._replace(specimens=[Measured(angle / pitch, angle, "plan")]))
 
 
 def _engaged(test: _Test) -> tuple[float, float]:
-    """Return the twist of the engagement and the last one, rad per pitch; both negative in the other sense only."""
+    """Return the twists at engagement and at the end, rad per pitch; negative where only the other sense engages."""
     points = _prepared(test, np.array([_SLIGHT / 2, _SLIGHT])).points
     found = {sense: at for sense, at in points.engaged().items() if math.isfinite(at)}
     if not found:
@@ -229,7 +230,7 @@ def _engaged(test: _Test) -> tuple[float, float]:
 
 
 def _walked(test: _Test, top: float) -> _Walked:
-    """Return the ways of loops to a top; those in the other sense are left out where they cannot be gone."""
+    """Return the ways of loops to a top (rad per pitch), without the other sense where the beam cannot follow it."""
     n, problem = max(test.points // 2, _LEAST), ""
     for corners in ((0.0, top, 0.0, -top, 0.0), (0.0, top, 0.0)):
         angle = np.concatenate([np.linspace(a, b, n + 1)[1:] for a, b in itertools.pairwise(corners)])
@@ -248,7 +249,7 @@ def _walked(test: _Test, top: float) -> _Walked:
 
 
 def _candidate(test: _Test, walked: _Walked, shape: str, top: float, more: tuple[str, ...] = ()) -> Candidate:
-    """Return a loop with its errors; ``more``: what is found beside what is asked. What cannot be, is its problem."""
+    """Return a loop with its errors, or with its problem; ``more``: parameters found beside those of the plan."""
     ways, names = SHAPES[shape], test.wanted.names
     own = np.isin(walked.way, ways)
     none = Candidate(shape, top, test.points, math.nan, np.empty(0), np.empty((0, 0)), "")
@@ -258,7 +259,7 @@ def _candidate(test: _Test, walked: _Walked, shape: str, top: float, more: tuple
     steep = 1 - test.compliance * zero
     columns = {"torque_zero": np.ones(zero.size), "twist_zero": zero, "compliance": torque * zero}
     columns = {name: column for name, column in columns.items() if name in more and name not in names}
-    # the readings of a loop are spread over its ways
+    # the readings of a loop are divided among its ways
     weight = test.points / (len(ways) * (walked.way == 0).sum())
     J = np.sqrt(weight) * np.column_stack([walked.J[own], *(columns.values())])
     J[:, : len(names)] /= steep[:, None]

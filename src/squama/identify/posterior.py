@@ -1,12 +1,12 @@
 """Samples of the parameters from their posterior distribution, by the affine-invariant ensemble of emcee.
 
-The prior is that of the tolerances, else uniform within the bounds. Where the noise of a point is not known it has the
-prior 1/noise and is integrated out, which leaves the likelihood S^(-n/2) of n points with the sum of squares S.
+The prior is that of the tolerances, else uniform within the bounds. An unknown noise of a point has the prior 1/noise
+and is integrated out, which leaves the likelihood S^(-n/2) of n points with the sum of squares S.
 
-Where the path of the scales is walked the ensemble draws from the posterior q of torques that are linear about the
-estimates. Then up to :data:`WALKED` of its samples are walked; each counts with the weight w = p/q of the model's own
+On compliant joints the ensemble draws from the posterior q with torques linearised about the estimates. Up to
+:data:`WALKED` of its samples are then computed with the full model; each has the weight w = p/q of the model's
 posterior p (importance sampling), and the samples are drawn anew by these weights. They are worth (sum w)^2/sum w^2
-independent ones (Kish), which says how far the linear torques are from the model's.
+independent samples (Kish), a measure of how far the linear torques are from the model's.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ from squama.types import Array
 
 WALKERS, BURN, THIN, _LEAST = 32, 200, 15, 50
 LINEAR, WALKED, _WORTH = 4000, 400, 0.25
-"""Samples of linear torques at least, and those walked at most; worth of each below which it is said."""
+"""Least number of samples with linear torques; largest number with the full model; worth of each that gets a note."""
 
 
 class Posterior(NamedTuple):
-    """Samples, shape (samples, parameters), and how independent they are.
+    """Samples, shape (samples, parameters), and measures of their independence.
 
-    ``acceptance`` is the part of the proposals that was taken; ``steps`` steps of the chains; ``autocorrelation`` the
-    largest of the integrated autocorrelation times, in steps. ``walked``: samples at which the model itself was walked,
-    0 on hinges, which are worth ``worth`` independent ones.
+    ``acceptance``: share of accepted proposals; ``steps`` steps of the chains; ``autocorrelation`` the largest of the
+    integrated autocorrelation times, in steps. ``walked``: number of samples computed with the full model on compliant
+    joints (0 on hinges), worth ``worth`` independent samples.
     """
 
     samples: Array
@@ -47,11 +47,11 @@ class Posterior(NamedTuple):
 
     @property
     def effective(self) -> float:
-        """Number of independent samples that those are worth."""
+        """Number of independent samples with the same information."""
         return min(self.steps * WALKERS / max(self.autocorrelation, 1.0), float(len(self.samples)), self.worth)
 
     def note(self) -> str | None:
-        """Say that the chains are short, or the model is far from linear, if so."""
+        """Return a note on chains that are too short or a model far from linear; None without."""
         if self.worth < _WORTH * self.walked:
             return (
                 f"{self.walked} samples of linear torques are worth {self.worth:.0f} of the model's own posterior, "
@@ -66,7 +66,7 @@ class Posterior(NamedTuple):
 
 
 def sample(made: Prepared, found: Found, number: int, seed: int) -> Posterior:
-    """Draw samples by the points that a fit uses, from the estimates on; the same seed gives the same."""
+    """Draw samples from the posterior of a fit's used points; equal seeds give equal samples."""
     emcee, asked, estimates, noise = need("emcee"), found.asked, found.estimates, made.noise
     used, torque = np.flatnonzero(found.used), made.record.torque[found.used]
     low, high, size = asked.low, asked.high, float(np.abs(torque).max())
@@ -90,14 +90,14 @@ def sample(made: Prepared, found: Found, number: int, seed: int) -> Posterior:
     p = len(asked.rows)
     walkers = max(WALKERS, 4 * p)
     start = estimates + random.multivariate_normal(np.zeros(p), found.correlation, walkers) * found.deviations
-    # walkers that start outside are put as far inside
+    # walkers that start outside are reflected at the bound
     start = np.where(start < low, np.minimum(2 * low - start, 0.5 * (low + high)), start)
     start = np.where(start > high, np.maximum(2 * high - start, 0.5 * (low + high)), start)
     walked = isinstance(made.points, Walked)
     steps = THIN * math.ceil(max(number, LINEAR * walked) / walkers)
     sampler = emcee.EnsembleSampler(walkers, p, log_probability, vectorize=True)
     state = emcee.State(start, random_state=random.get_state())
-    # emcee prints what it was doing when it is interrupted inside a step
+    # emcee prints its state when it is interrupted inside a step
     with until_interrupted() as stopped:
         for length in (BURN, steps):
             sampler.reset()
@@ -118,7 +118,7 @@ def sample(made: Prepared, found: Found, number: int, seed: int) -> Posterior:
     ratio = weighed(np.array(walks), some) - log_probability(some)
     weights = np.exp(ratio - ratio.max())
     weights /= weights.sum()
-    # evenly spaced over the sum of the weights, from a place that is drawn
+    # evenly spaced over the sum of the weights, from a random offset
     drawn = np.searchsorted(np.cumsum(weights), (np.arange(number) + random.uniform()) / number)
     worth = float(1 / np.sum(weights**2))
     return drawn_from._replace(samples=some[np.minimum(drawn, len(some) - 1)], walked=len(some), worth=worth)

@@ -1,4 +1,4 @@
-"""Predictions from a fit: draws of what it finds, carried through the curve that is asked for, and bands of them."""
+"""Predictions from a fit: draws of its parameters, each followed along a curve, and bands over the draws."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 
 
 _ENDED = 0.5
-"""Part of the draws that may end before the way that is asked."""
+"""Largest share of the draws that may end before the end of the curve."""
 
 
 class Model(NamedTuple):
-    """The fitted beam, and how it is followed: arguments of :func:`squama.cycle`."""
+    """The fitted beam and its model: arguments of :func:`squama.cycle`."""
 
     beam: Beam
     load: str
@@ -36,9 +36,9 @@ class Model(NamedTuple):
 
 
 def draws(fit: Found, posterior: Array | None, number: int, seed: int) -> Array:
-    """Return so many values of the parameters of a fit, within their bounds, shape (number, parameters).
+    """Return draws of the parameters of a fit, within their bounds, shape (number, parameters).
 
-    From its posterior samples where there are some, else from the estimates and their covariance.
+    From the posterior samples where they exist, else from the estimates and their covariance.
     """
     r = np.random.default_rng(seed)
     if posterior is not None:
@@ -88,7 +88,7 @@ def predict(
 
 
 def _on(angle: Array, leg: Array, x: Array, T: Array, own: Array) -> Array:
-    """Return torques at the angles of another curve, way by way; NaN beyond those of the way."""
+    """Return torques T at angles x interpolated to the angles of another curve, way by way; NaN beyond the way."""
     out = np.full(angle.size, np.nan)
     for number in np.unique(leg):
         here, there = np.flatnonzero(leg == number), np.flatnonzero(own == number)
@@ -99,7 +99,7 @@ def _on(angle: Array, leg: Array, x: Array, T: Array, own: Array) -> Array:
 
 
 def _work(x: Array, T: Array) -> float:
-    """Return the work of a torque along its angles, J."""
+    """Return the work (J) of a torque along its angles."""
     return float(np.trapezoid(T, x))
 
 

@@ -1,4 +1,4 @@
-"""What a fit is asked for, and the points of a record by a model: which may be used, whether they are enough."""
+"""Settings of a fit, checked, and the points of a record by a model: which are usable, and whether they suffice."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ _ENGAGED = {"mu", "K_theta", "theta0"}
 
 
 class Wanted(NamedTuple):
-    """What a fit is asked for, checked: arguments of :func:`squama.fit`.
+    """Settings of a fit, checked: arguments of :func:`squama.fit`.
 
-    ``noise`` N m, if given; ``candidates`` nuisances that may be found unasked; ``ends`` of the beam on compliant
-    joints: hinges are endless; ``machine`` None where nothing is known of it; ``each`` what every loop, or
-    specimen, has of its own; ``priors`` by name, those of the beam's ``dimensions`` apart; ``part`` under a force, None
-    where the ends of the beam are twisted or bent.
+    ``noise`` N m, if given; ``candidates``: nuisances that may be added; ``ends`` of the beam on compliant joints
+    (hinges are endless); ``machine``: None where unknown; ``each``: parameters with a value for each loop or specimen;
+    ``priors`` by name, those of the beam's ``dimensions`` apart; ``part`` under a force, None for a beam twisted or
+    bent at its ends.
     """
 
     beam: Beam
@@ -74,7 +74,7 @@ class Wanted(NamedTuple):
 
 
 class Prepared(NamedTuple):
-    """Points of a record by a model, which of them may be used, what is to be found; noise (N m) if given."""
+    """Points of a record by a model, the mask of usable points, the parameters to find; noise (N m) if given."""
 
     record: Record
     asked: Asked
@@ -84,13 +84,13 @@ class Prepared(NamedTuple):
 
     @property
     def used(self) -> tuple[NDArray[np.int64], Points, Array, NDArray[np.int64]]:
-        """Places of the points that may be used, the points, their torques, the numbers of their ways."""
+        """Indices of the usable points, the points, their torques (N m), and the numbers of their ways."""
         index = np.flatnonzero(self.usable)
         return index, self.points.take(index), self.record.torque[index], self.points.readings.numbers[index]
 
 
 def kind(joint: str | None, wanted: Wanted) -> tuple[str, str]:
-    """Return the joint of the fit, and why it is the hinge where no joint is given and the load has both."""
+    """Return the joint of the fit, and why it is the hinge where it was not chosen; else an empty text."""
     load, inclined = TESTS[wanted.load], "theta0" in wanted.names
     if load.pushed:
         if joint == "hinge":
@@ -118,7 +118,7 @@ def kind(joint: str | None, wanted: Wanted) -> tuple[str, str]:
 
 
 def ends(joint: str, wanted: Wanted, word: str | None) -> str:
-    """Return the ends of the beam of a fit on a kind of joint by their word, or as they are by default."""
+    """Return the ends of the beam of a fit: ``word`` checked, or the default for this joint."""
     load = TESTS[wanted.load]
     if load.pushed:
         if word is not None:
@@ -127,16 +127,16 @@ def ends(joint: str, wanted: Wanted, word: str | None) -> str:
     asked = doors.analysis(wanted.beam, Way.of(wanted.load, [1.0]), load, points=3, mu=0.0, law=wanted.law, joint=joint)
     found = doors.ends_of(asked, word, history=True)
     if (ended := KINDS.get(found)) is not None:
-        # the joint may take finite elements
+        # the joint may need finite elements
         rows.check_ends(ended, Held.of(wanted.beam), wanted.beam.pitches)
     return found
 
 
 def prepared(joint: str, wanted: Wanted) -> Prepared:
-    """Return the points of a record by a kind of joint; refuse what no trial covers."""
+    """Return the points of a record by a kind of joint; refuse points that no trial covers."""
     beam = wanted.beam if joint == "hinge" else _held(wanted.beam)
     asked = ask(beam, wanted.load, wanted.names, wanted.bounds, joint=joint, priors=wanted.priors)
-    # a stiffness that the file gives does not go with the bar's modulus
+    # a stiffness given in the file does not scale with the bar's modulus
     follows = asked.follows and wanted.beam.joint.stiffness is None
     asked = asked._replace(follows=follows, base=asked.base._replace(compliance=wanted.compliance))
     record = records.record(wanted.specimens, beam, wanted.limits, wanted.compliance, TESTS[wanted.load])
@@ -149,13 +149,13 @@ def prepared(joint: str, wanted: Wanted) -> Prepared:
 
 
 def placed(record: Record, asked: Asked, law: str) -> Prepared:
-    """Put a record on the paths of its contacts on hinges; refuse what no trial covers."""
+    """Locate a record on the paths of its contacts on hinges; refuse points that no trial covers."""
     # for the smallest friction and inclination at rest of all trials
     start = asked.beam.replace(scale={"theta0": asked.bound("theta0", 0)})
     senses = hinge_cycles.senses(start, asked.load, asked.bound("mu", 0), law, _NEAR)
     records.check_range(record, senses, asked.bound("mu", 0))
     points = Hinged(senses, _readings(record, asked))
-    # what is not asked for and lies beyond the range has no place on a path
+    # points outside the requested range may lie beyond the path
     most = np.where(record.load < 0, senses.most["-"], senses.most["+"])
     covered = np.abs(record.load) <= most * (1 + _NEAR)
     stuck = record.stuck & (points.at(asked.physical(asked.start)).theta > 0)
@@ -168,14 +168,14 @@ def _readings(record: Record, asked: Asked) -> Readings:
 
 
 def _held(beam: Beam) -> Beam:
-    """Return the beam with the matrix of its joint, alone."""
+    """Return the beam with the matrix of its joint as the only joint value."""
     held = Held.of(beam)
     matrix = matrixfile.stored(beam, held.K, tab=held.joint.bends)
     return beam.replace(joint={"matrix": matrix, "stiffness": None, "inclusion_factor": None})
 
 
 def _walked(record: Record, asked: Asked, wanted: Wanted) -> Prepared:
-    """Put a record on the compliant joint; refuse one that the beam does not follow, nor with the least friction."""
+    """Follow a record on compliant joints; refuse a record that the beam cannot follow even with the least friction."""
     start = asked.physical(asked.start)
     readings = _readings(record, asked)
 
@@ -195,7 +195,7 @@ def _walked(record: Record, asked: Asked, wanted: Wanted) -> Prepared:
 
 
 def enough(made: Prepared) -> None:
-    """Refuse too few points, and points that do not show what is to be found."""
+    """Refuse too few points, and points that do not show the parameters."""
     (rec, asked, points, usable, noise), load = made, TESTS[made.asked.load]
     word = load.verb
     need, have = len(asked.rows) + (noise is None), int(np.count_nonzero(usable))
@@ -234,7 +234,7 @@ def enough(made: Prepared) -> None:
 
 
 def bar(made: Prepared) -> tuple[float, float]:
-    """Return the slope of the torque of the beam as given before engagement, N m per rad of a pitch; its E_B, Pa."""
+    """Return the slope of the given beam's torque before engagement, N m per rad of a pitch, and its E_B, Pa."""
     points, modulus = made.points, made.asked.beam.substrate.youngs_modulus
     if isinstance(points, Walked):
         return points.bar(), modulus
@@ -242,7 +242,7 @@ def bar(made: Prepared) -> tuple[float, float]:
 
 
 def wrong_unit(made: Prepared) -> str:
-    """Say what unit the slope of the first part of the twist speaks of; empty where a bar may explain it."""
+    """Return which unit the slope at small twists points to; empty where a bar may explain it."""
     asked = made.asked
     steep = slope(made.record, made.points, made.usable, asked.physical(asked.start), bar(made), None)
     return steep.cause(asked.names, asked.scales, TESTS[asked.load]) if steep is not None and steep.wrong_unit else ""

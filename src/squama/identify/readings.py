@@ -1,18 +1,18 @@
-r"""From what the machine reads to the twist of the specimen: an offset of the twist, and play that reversals take up.
+r"""Twist of the specimen from the readings of the machine: zero of the twist, backlash and compliance.
 
-The reading m of a specimen that is twisted by x (rad per pitch; the parameters are over the whole beam of N scales):
+The reading m of a specimen that is twisted by x (rad per pitch; z and b over the whole beam of N scales) is
 
 .. math::
     m = x + \frac{z - c\,b}{N}
 
-with the zero z of the twist, the backlash b, c = 0 on the ways in the first sense and 1 in the first sense's sign on
-those back. Where the twist turns round the specimen stays until the play is taken up. A testing machine of the
-compliance c (rad per N m) in series takes c T of the rotation at its end:
+with the zero z of the twist, the backlash b, c = 0 on the ways in the first sense, and the sign of the first sense on
+the ways back. After a reversal the specimen rests until the backlash is taken up. A testing machine of the compliance c
+(rad per N m) in series takes c T of the rotation at its end:
 
 .. math:: x = m - \frac{c\,T}{N}
 
-Records are corrected for the compliance c_0 that is given, so that a trial of another one moves them by (c - c_0) T/N.
-T is the measured torque without its noise (:func:`squama.identify.noise.smooth`).
+Records are corrected for the given compliance c_0, so a trial with another one moves them by (c - c_0) T/N. T is the
+measured torque without its noise (:func:`squama.identify.noise.smooth`).
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ from squama.types import Array
 class Readings(NamedTuple):
     """Points of a test, arrays of length n.
 
-    ``load`` the reading, signed, rad per pitch; ``direction`` +1 or -1 in which it moved; ``specimen`` whose it is;
-    ``order`` its share of its record, 0 to 1; ``torque`` N m, without its noise; ``scales`` of the beam; ``compliance``
-    of the machine for which the readings are corrected, rad/(N m). ``shifts``: values of dimensions of
-    the beam that have a tolerance, and the torque's derivatives there, by name.
+    ``load``: the signed reading, rad per pitch; ``direction``: +1 or -1, in which it moved; ``specimen``: index;
+    ``order``: place in the record, 0 to 1; ``torque``: N m, without noise; ``scales`` of the beam; ``compliance`` of
+    the machine for which the readings are corrected, rad/(N m). ``shifts``: by name, values of dimensions with a
+    tolerance and the torque's derivatives there.
     """
 
     load: Array
@@ -50,7 +50,7 @@ class Readings(NamedTuple):
     def of(
         cls, load: Array, way: Array, specimen: Array, scales: int, torque: Array | None = None, compliance: float = 0.0
     ) -> Readings:
-        """Return those of records, one behind the other; ``way`` +1 where the magnitude grew, -1 where it fell."""
+        """Return the readings of records, joined; ``way``: +1 where the magnitude grew, -1 where it fell."""
         order = np.zeros(load.size)
         for number in np.unique(specimen):
             own = specimen == number
@@ -60,7 +60,7 @@ class Readings(NamedTuple):
 
     @property
     def records(self) -> list[list[slice]]:
-        """Ways between two turning points, of each specimen."""
+        """Ways between two turning points as slices, for each specimen."""
         new = np.diff(self.specimen) != 0
         ends = [0, *(np.flatnonzero((np.diff(self.direction) != 0) | new) + 1).tolist(), self.load.size]
         found: list[list[slice]] = []
@@ -72,7 +72,7 @@ class Readings(NamedTuple):
 
     @property
     def groups(self) -> NDArray[np.int64]:
-        """Numbers of the points' loops, each of two ways, or of their specimens where there are several."""
+        """Index of each point's loop (two ways), or of its specimen where there are several."""
         if self.specimen.size and np.ptp(self.specimen) > 0:
             return self.specimen
         found = np.zeros(self.load.size, np.int64)
@@ -82,18 +82,18 @@ class Readings(NamedTuple):
 
     @property
     def words(self) -> tuple[str, ...]:
-        """Words for the groups."""
+        """Names of the groups."""
         kind = "specimen" if np.ptp(self.specimen) > 0 else "loop"
         return tuple(f"{kind} {number + 1}" for number in range(int(self.groups.max()) + 1))
 
     @property
     def numbers(self) -> NDArray[np.int64]:
-        """Numbers of the points' ways."""
+        """Number of each point's way."""
         new = (np.diff(self.direction) != 0) | (np.diff(self.specimen) != 0)
         return np.concatenate([[0], np.cumsum(new)])
 
     def turning(self, share: float) -> NDArray[np.bool_]:
-        """Tell which readings come after a reversal by less than a share of the range."""
+        """Return which readings follow a reversal within a share of the range."""
         found, reach = np.zeros(self.load.size, bool), share * float(np.ptp(self.load))
         for ways in self.records:
             for before, way in itertools.pairwise(ways):
@@ -102,9 +102,9 @@ class Readings(NamedTuple):
         return found
 
     def placed(self, zero: float, backlash: float, compliance: float) -> tuple[Array, Array]:
-        """Return the specimen's twists, and ``way`` there: +1 on the branch of loading, -1 on that of unloading.
+        """Return the specimen's twists (rad per pitch), and ``way`` there: +1 loading, -1 unloading.
 
-        The twist turns round at its farthest reading.
+        Within the backlash the specimen keeps the twist of the reversal.
         """
         x = self.load - (zero + (compliance - self.compliance) * self.torque) / self.scales
         direction = self.direction.copy()
@@ -117,14 +117,14 @@ class Readings(NamedTuple):
                     if sense != first:
                         x[way] += first * backlash / self.scales
                     turned = x[before].max() if sense < 0 else x[before].min()
-                    # in the play the specimen stays as it was when the twist turned round
+                    # within the backlash the specimen keeps the twist of the reversal
                     held = np.flatnonzero(sense * (x[way] - turned) <= 0) + way.start
                     x[held], direction[held] = turned, -sense
                 before = way
         return x, direction * np.where(x < 0, -1.0, 1.0)
 
     def drawn(self, points: int, *, once: bool, same: float = 0.02) -> tuple[Readings, Array]:
-        """Return evenly spaced readings of each way, and the number of their way; 0 for what is not drawn.
+        """Return ``points`` evenly spaced readings of each way, and the number of their way; 0: not drawn.
 
         Repeated ways are drawn once with ``once``; very short ways are left out.
         """
@@ -142,7 +142,7 @@ class Readings(NamedTuple):
                     new &= all(max(abs(start - a), abs(stop - b)) > same * size for a, b in seen)
                 if new:
                     seen.append((start, stop))
-                # where a way begins at a reversal the torque before its drop and after it
+                # two points at the start of a way: the torque before the drop at a reversal, and after it
                 share = np.concatenate([[0.0, 1e-9], np.linspace(0, 1, points)[1:]])
                 load = start + share * (stop - start)
                 rising = np.argsort(own)

@@ -1,7 +1,7 @@
-"""Measured records for a fit: where they come from, what is refused, and how each point was reached.
+"""Measured records of a fit: their sources, the checks, and the direction in which each point was reached.
 
-A rigid scale neither slips nor moves while the contact turns round, so that at the twist of a turning point any torque
-between both branches is possible (docs, theory: cycles). Such points tell the drop, not a branch, and are set apart.
+A rigid scale neither slips nor moves while friction reverses, so at the twist of a turning point any torque between
+both branches is possible (docs, theory: cycles). Such points lie on the drop, not on a branch, and are marked.
 """
 
 from __future__ import annotations
@@ -28,30 +28,29 @@ from squama.types import Array
 from squama.units import Bounds, shown
 
 MOST = 1_000_000
-"""Most points of all specimens."""
+"""Largest number of points of all specimens."""
 _LEAST_LEG = 3
 _SWINGS, _BACK = 20, 0.02
-"""Points of the record of a decay; way back that makes a turning point, over the range of the twist."""
+"""Least number of points of a decay; backward twist that makes a turning point, over the range of the twist."""
 _FEWEST, _TIMES, _WIDEST = 20, 6.0, 0.05
-"""Points from which on the noise of a twist is known, way back over it, and that over the range at most."""
+"""Least number of points for the noise of the twist; backward twist over the noise; its largest share of the range."""
 _SURE = 3.0
-"""Noises of a torque below which a specimen may stick still."""
+"""Noises of a torque within which a specimen may still stick."""
 TORQUES = Bounds(1e-30, 1e30, "1e-30 to 1e30 N m", closed=True, example='"5 N mm"')
 """Magnitudes of torques: squares and ratios of them are finite."""
 FORCES = Bounds(1e-30, 1e30, "1e-30 to 1e30 N", closed=True, example='"5 mN"')
-"""The same of forces."""
+"""Magnitudes of forces, with the same purpose."""
 _TWISTING = LOADS["twisting"]
 _OUTLIER = 1e6
-"""Over the median: beyond what a load cell tells apart, so no torque that was measured."""
+"""Torque over the median of the record that no load cell resolves: a mistake in the row."""
 
 
 class Record(NamedTuple):
-    """Points of all specimens, one behind the other.
+    """Points of all specimens, one after the other.
 
-    ``specimen`` is the place of each point's specimen; ``load`` the signed load angle per pitch, without the part of a
-    machine that is given; ``torque`` N m, ``smooth`` the same without its noise;
-    ``way`` +1 where its magnitude grew, -1 where it fell; ``stuck`` where the contact may stick; ``asked`` whether
-    the point is within the range that is asked for.
+    ``specimen``: index of each point's specimen; ``load``: signed load angle per pitch (rad), corrected for a given
+    machine; ``torque`` N m, ``smooth`` the same without noise; ``way``: +1 where its magnitude grew, -1 where it fell;
+    ``stuck``: where the contact may stick; ``asked``: whether the point is within the requested range.
     """
 
     specimens: list[Measured]
@@ -64,7 +63,7 @@ class Record(NamedTuple):
     asked: NDArray[np.bool_]
 
     def where(self, i: int) -> str:
-        """Name the place of a point in messages."""
+        """Return the place of a point in messages."""
         s = int(self.specimen[i])
         return self.specimens[s].where(i - int(np.argmax(self.specimen == s)))
 
@@ -72,7 +71,8 @@ class Record(NamedTuple):
 def read(given: object, beam: Beam, load: str, ordinate: Ordinate | None = None) -> list[Measured]:
     """Return the specimens of a file, of several files, of a dataset or of arrays; see :func:`squama.fit`.
 
-    A mapping may have ``total`` (rad over the whole beam) in place of a twist rate; the ``ordinate`` is the torque.
+    A mapping may have ``total`` (rad over the whole beam) in place of a twist rate; ``ordinate``: by default the
+    torque.
     """
     beside = ordinate or torque(TESTS[load])
     items = list(given) if isinstance(given, Sequence) and not isinstance(given, str | Measured) else [given]
@@ -121,9 +121,9 @@ def _arrays(item: Any, name: str, beam: Beam, load: Load, ordinate: Ordinate) ->
 
 
 class Limits(NamedTuple):
-    """How far points are used, the way back that is noise (None if not given), and that on which a contact may stick.
+    """Largest twist of used points, backward twist that is noise (None: from the record), twist of sticking.
 
-    All per pitch, rad.
+    All in rad per pitch.
     """
 
     to: float = np.inf
@@ -142,13 +142,13 @@ class Limits(NamedTuple):
 
 
 ALL = Limits()
-"""Limits within which all points are used."""
+"""Limits that use all points."""
 
 
 def record(
     specimens: list[Measured], beam: Beam, limits: Limits = ALL, compliance: float = 0.0, load: Load = _TWISTING
 ) -> Record:
-    """Put specimens one behind the other, and tell how every point was reached; see :func:`squama.fit`.
+    """Join specimens, and find the direction in which every point was reached; see :func:`squama.fit`.
 
     ``compliance`` of the machine, rad/(N m). A record that does not move, whose torque is constant, or that is not in
     the order measured is refused.
@@ -161,7 +161,7 @@ def record(
         place = s.label if s.lines is None else f"{s.file}: specimen {s.label}" if len(specimens) > 1 else s.file
         back = _jitter(reading) if limits.reversal is None else limits.reversal
         per_torque = compliance / load.counted(beam.pitches)
-        # where scales stick the specimen stays, but for the noise of the torque
+        # while scales stick the specimen rests, up to the noise of the torque
         stick = max(limits.stick, _SURE * per_torque * scatter(s.load, np.zeros(s.load.size)))
         turns = turning_points(reading, back)
         smooth = noise.smooth(reading, s.load, turns)
@@ -187,9 +187,9 @@ def _angle(name: str, value: object, beam: Beam, load: str) -> float:
 
 
 def _jitter(values: Array) -> float:
-    """Return the way back that is noise of a twist: some times its noise, where that turns the twist round, else 0.
+    """Return the backward twist that is noise: a multiple of the noise where noise turns the twist round, else 0.
 
-    Where it is a large part of the range the rows are not in the order measured.
+    Also 0 where it is a large share of the range: the rows are then not in the order measured.
     """
     if values.size < _FEWEST:
         return 0.0
@@ -266,9 +266,9 @@ def check_range(rec: Record, senses: Senses, lowest: float) -> None:
 
 
 class Ways(NamedTuple):
-    """For each point: ``direction`` +1 or -1 in which the twist moved last ``stuck`` at a turn.
+    """For each point ``direction`` (+1 or -1) of the last twist, and whether it may be ``stuck`` at a turn.
 
-    ``turns`` are the places of the turning points.
+    ``turns``: indices of the turning points.
     """
 
     direction: NDArray[np.int64]
@@ -277,9 +277,9 @@ class Ways(NamedTuple):
 
 
 def turning_points(values: Array, tolerance: float) -> list[int]:
-    """Places of the turning points of a record: the twist then goes back by more than ``tolerance``."""
+    """Return the indices of the turning points, after which the twist goes back by more than ``tolerance``."""
     found: list[int] = []
-    # the farthest point either way since the last turn; before the first one the way is open
+    # the farthest point in either direction since the last turn; before the first turn both directions are open
     farthest, way = {1: 0, -1: 0}, 0
     for i in range(1, values.size):
         for side in (1, -1) if not way else (way,):
@@ -293,11 +293,11 @@ def turning_points(values: Array, tolerance: float) -> list[int]:
 
 
 def ways(values: Array, own: Array | None = None, *, tolerance: float = 0.0, stick: float = 0.0) -> Ways:
-    """Tell for each point of a record in which direction the twist went, and whether the contact may stick there.
+    """Return for each point of a record the direction of the twist, and whether the contact may stick there.
 
-    ``own`` is the twist of the specimen where it is not the reading, whose ways it follows. ``tolerance`` is the way
-    back that is noise of the twist, ``stick`` the way after a turning point on which the contact sticks (0 if only at
-    the turning point itself).
+    ``own``: twist of the specimen where it differs from the reading, whose directions it takes. ``tolerance``: backward
+    twist that is noise; ``stick``: twist after a turning point within which the contact sticks (0: at the turning point
+    only).
     """
     n, own = values.size, values if own is None else own
     turns = turning_points(values, tolerance)
@@ -305,10 +305,10 @@ def ways(values: Array, own: Array | None = None, *, tolerance: float = 0.0, sti
     starts, ends = [0, *turns], [*turns, n - 1]
     width = max(tolerance, stick)
     for number, (a, b) in enumerate(zip(starts, ends, strict=True)):
-        # a record that does not move has come from rest
+        # a record that does not move came from rest
         way = int(np.sign(values[b] - values[a]) or np.sign(values[a]) or 1)
         direction[a + 1 if number else 0 : b + 1] = way
-        # a record that begins with unloading: nobody saw how its first point was reached
+        # a record that begins with unloading: the history before its first point is unknown
         if number or way * values[a] < 0:
             first = a + 1 if number else a
             away = way * (own[first : b + 1] - own[a]) > width
@@ -317,10 +317,10 @@ def ways(values: Array, own: Array | None = None, *, tolerance: float = 0.0, sti
 
 
 class Swings(NamedTuple):
-    """A record behind its first turning point, or from before that if it is held there.
+    """The record of a decay after its first turning point, or from the start where the beam is held there.
 
-    ``y`` rad per pitch, ``turns`` places of the turning points after the first, ``release`` and
-    ``start`` angle and time of the first one.
+    ``t`` (s), ``y`` (rad per pitch); ``turns``: indices of the turning points after the first; ``release`` (rad per
+    pitch) and ``start`` (s): angle and time of the first.
     """
 
     t: Array
@@ -331,7 +331,7 @@ class Swings(NamedTuple):
 
 
 def swings(specimens: list[Measured], pitch: float) -> Swings:
-    """Find the turning points of the record of a decay; one that is not a decay is refused."""
+    """Find the turning points of the record of a decay; refuse a record of another kind."""
     given, *more = specimens
     place = given.file or given.label
     if more:
@@ -346,7 +346,7 @@ def swings(specimens: list[Measured], pitch: float) -> Swings:
     reach = max(_BACK * float(np.ptp(y)), min(_TIMES * sigma, 0.1 * float(np.ptp(y))))
     turns = turning_points(y, reach)
     if len(turns) > 1 and y[0] * y[turns[0]] < 0 and abs(y[0]) > reach:
-        # let go at the first row, or held until it moves
+        # released at the first row, or held until it moves
         held = np.flatnonzero(np.abs(y[: turns[0]] - y[0]) > reach / 2)
         last = max(int(held[0]) - 1, 0) if held.size else 0
         return Swings(t, y, turns, float(np.median(y[: last + 1])), float(t[last]))

@@ -1,4 +1,4 @@
-"""What is to be known about a fit: whether its errors hold, what its residual and the other model say, notes."""
+"""Remarks on a fit: whether its errors hold, comparison with the other model, and notes."""
 
 from __future__ import annotations
 
@@ -21,34 +21,35 @@ from squama.people import per_pitch
 from squama.units import moment
 
 _WORTH, _EACH = 8.0, 10.0
-"""Points that are worth one, from which on they are no noise; independent points for each parameter at least."""
+"""Points per independent point above which residuals are no noise; least independent points per parameter."""
 _BETTER = 10.0
-"""Growth of n ln(S) from which one model describes the points better than another; BIC calls it very strong."""
+"""Difference of n ln(S) above which one model describes the points better; BIC calls it very strong."""
 _LOUD = 1.5
 _SAME = 2.0
-"""Standard errors of a difference that is one."""
+"""Least difference of two models' estimates, in standard errors."""
 _AS_WELL = 1.5
-"""Residual over that of the fit up to which the other model describes the points as well, and is reported."""
+"""Largest residual rms, over that of the fit, of another model that describes the points as well."""
 _SPARE = 6
-"""Points beyond the number of parameters from which on the residual tells the noise: two standard errors then hold 91
-of 100 truths or more."""
+"""Least number of points beyond the number of parameters for the noise from the residual: two standard errors then
+contain the true value in at least 91 of 100 cases.
+"""
 _ALIKE = 1.5
-"""Points that are worth one independent one, from which on it is said."""
+"""Points per independent point above which a note says so."""
 _FROM_PRIOR = 3.0
-"""Distance of what the points would have from a prior, over its error, from which on they contradict each other."""
+"""Distance of the points' own estimate from a prior, over its error, above which they contradict each other."""
 _INFORMED = 1e-3
-"""Part of a prior's variance that the points take away, below which they say nothing."""
+"""Least share of a prior's variance that the points must remove for a comparison."""
 _HIDDEN = "the residual would hardly show it, but the errors would not hold without"
 _SMALL = 0.05
-"""Standard error of a friction that is known to be small."""
+"""Largest standard error of a friction that is reported as near 0."""
 _GAIN = 0.7
-"""A further measurement is named if it brings one of the errors concerned below this part of it."""
+"""Ratio of a standard error with a further measurement, below which the measurement is proposed."""
 
 
 def disagreement(found: Found, rival: Rival | None) -> str:
-    """Say where the other model finds other values by more than the errors; empty where it does not.
+    """Return a sentence where the other model's estimates differ by more than the errors; else empty.
 
-    It is empty, too, where the other model does not describe the points as well: its values then say nothing.
+    Also empty where the other model does not describe the points as well: its estimates then mean nothing.
     """
     if rival is None or rival.found is None or rival.found.rms > _AS_WELL * found.rms:
         return ""
@@ -56,7 +57,7 @@ def disagreement(found: Found, rival: Rival | None) -> str:
     asked = [n for n in found.parameters if n not in found.added and n in other.parameters]
     here, there = ({n: (one.values[n], one.errors[n]) for n in one.parameters} for one in (found, other))
     better = describes_better(found, other)
-    # where one misses the points its errors say nothing
+    # the errors of a model that misses the points do not count
     counted = {1: (0, 1), 0: (1, 1), -1: (1, 0)}[better]
     errors = {n: math.hypot(counted[0] * here[n][1], counted[1] * there[n][1]) for n in asked}
     apart = [n for n in asked if abs(here[n][0] - there[n][0]) > _SAME * errors[n]]
@@ -75,14 +76,14 @@ def disagreement(found: Found, rival: Rival | None) -> str:
 
 
 def describes_better(found: Found, other: Found) -> int:
-    """Return 1 where the other model describes the same points better, -1 where worse, 0 where none tells."""
+    """Return 1 where the other model describes the same points better, -1 where worse, 0 where undecided."""
     n = np.count_nonzero(found.used) / min(found.dependence, other.dependence)
     gain = 2 * n * math.log(max(found.rms, 1e-150) / max(other.rms, 1e-150))
     return int(gain > _BETTER) - int(gain < -_BETTER)
 
 
 def machine(found: Found, given: Machine | None) -> Unknown | None:
-    """Return what a machine of which nothing is known might change; None where one is given."""
+    """Return the effect of an unknown testing machine; None where its stiffness is given."""
     if given is not None:
         return None
     return unknown(found.points, found.used, found.asked, found.estimates, found.jacobian, found.deviations)
@@ -96,7 +97,7 @@ def doubts(
     given_machine: Machine | None,
     loops: Differing | None,
 ) -> list[str]:
-    """Say why the errors do not hold: what is wrong with the record, or with the bar; what the residual says."""
+    """Return why the errors do not hold, as sentences: faults of the record or of the bar, and of the residual."""
     given, used, out = test.noise, np.flatnonzero(found.used), list[str]()
     scales, load = found.asked.scales, TESTS[found.asked.load]
     if steep is not None and (cause := steep.cause(found.parameters, scales, load, given_machine is not None)):
@@ -128,7 +129,7 @@ def doubts(
 
 
 def _differing(loops: Differing) -> str:
-    """Say that a parameter differs between loops, and what may be behind it."""
+    """Return a sentence on a parameter that differs between loops, with possible causes."""
     values = ", ".join(row.written(v, e) for row, v, e in zip(loops.rows, loops.values, loops.errors, strict=True))
     return (
         f"{loops.name} {loops.way} from loop to loop: {values} (chance {loops.chance:.1g} in equal loops); is it the "
@@ -137,10 +138,10 @@ def _differing(loops: Differing) -> str:
 
 
 def _contradicted(found: Found) -> list[str]:
-    """Return a doubt for each prior that is not what the points alone would have.
+    """Return a doubt for each prior that contradicts the points.
 
-    With the variance s^2 of the prior, and C of the estimate from both, their distance over its error is
-    (p - p_0)/sqrt(s^2 - C) (the pull of a constrained fit).
+    With the variance s^2 of the prior and C of the estimate from both, the distance over its error is (p -
+    p_0)/sqrt(s^2 - C) (the pull of a constrained fit).
     """
     (mean, spread), out = found.asked.known, list[str]()
     if not np.isfinite(spread).any():
@@ -152,7 +153,7 @@ def _contradicted(found: Found) -> list[str]:
         pull = abs(value - given) / math.sqrt(s**2 - error**2)
         if pull > _FROM_PRIOR:
             out.append(
-                f"the points alone would have {row.name} {'above' if value > given else 'below'} what is given "
+                f"the points alone give {row.name} {'above' if value > given else 'below'} the given value "
                 f"({row.written(given, s)}) by {pull:.1f} standard deviations: one of the two is wrong, or the model "
                 "misses something of the test"
             )
@@ -160,7 +161,7 @@ def _contradicted(found: Found) -> list[str]:
 
 
 def notes(fit: Fit, senses: Senses | None) -> list[str]:
-    """Return the notes on a fit; ``senses`` are those of the fitted beam on hinges."""
+    """Return the notes on a fit; ``senses``: those of the fitted beam on hinges, or None."""
     seen = {name: abs(fit.values[name]) > 2 * fit.errors[name] for name in fit.added}
     out = [f"{n} is found too: {'the residual shows it' if yes else _HIDDEN}" for n, yes in seen.items()]
     if fit.rival is not None and fit.rival.problem:
@@ -195,7 +196,7 @@ def notes(fit: Fit, senses: Senses | None) -> list[str]:
     concerned = [i for i, n in enumerate(fit.parameters) if n in {*weak, *(x for a, b, _ in hard for x in (a, b))}]
     for r in fit.remedies:
         if any(r.errors[i] < _GAIN * fit.deviations[i] for i in concerned):
-            # with as many digits as with the estimates
+            # with as many digits as the estimates
             rows = zip(fit.asked.rows, fit.estimates, r.errors, strict=True)
             errors = ", ".join(f"{row.name} {row.written(v, error).partition(' +- ')[2]}" for row, v, error in rows)
             out.append(f"would help: {r.what} (standard errors then {errors})")
@@ -227,7 +228,7 @@ def _locked(fit: Fit, senses: Senses) -> list[str]:
 
 def _scatter(fit: Fit) -> list[str]:
     """Return notes on parameters whose specimens differ by more than their errors."""
-    # what each has of its own is told
+    # values of each group are reported elsewhere
     alone = [] if fit.asked.groups else [s for s in fit.specimens if s.values is not None]
     if len(alone) < 2:
         return []

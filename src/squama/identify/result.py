@@ -1,4 +1,4 @@
-"""The result of a fit: a value with everything that follows from it."""
+"""The result of a fit, with its curve, datasets and texts."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ POINTS = 80
 
 
 class Alone(NamedTuple):
-    """What the same search finds of one specimen alone, or on the endless beam: estimates, errors, rms (N m).
+    """Estimates, errors and rms (N m) from one specimen alone, or with the endless beam.
 
-    None where that is not possible, ``problem`` says why; ``rows`` what is found.
+    None where no fit is possible, with the reason in ``problem``; ``rows``: the parameters.
     """
 
     label: str
@@ -65,32 +65,32 @@ class Alone(NamedTuple):
 class Fit(Found):
     """Parameters of a beam found from a test.
 
-    ``beam`` has the estimates put in. ``parameters`` are the names of the estimates; in this order ``covariance`` and
+    ``beam`` has the estimates. ``parameters`` are the names of the estimates; in this order ``covariance`` and
     ``correlation`` (parameters, parameters), by name ``values`` and their standard ``errors``, SI units; ``condition``
     number of the derivatives to the parameters, columns scaled to one length. ``noise`` standard deviation of a torque,
     N m: from the residuals, or as given; ``rms`` root mean square of the residuals of the points that were used, N m.
 
     Arrays of one length, the points: ``residuals`` measured less fitted torque, N m, of every point that the model
     covers, NaN elsewhere; ``fitted``, ``band`` fitted torque and its standard error, N m; ``branch`` "straight" (before
-    engagement), "loading", "unloading", "stick" (at a reversal) or "stray"; ``used`` which the fit is made from, none
-    of a reversal and none that is stray.
+    engagement), "loading", "unloading", "stick" (at a reversal) or "stray"; ``used``: points of the fit, without
+    reversals and stray points.
 
-    ``ends`` of the beam that is fitted, a word of :func:`squama.cycle`; ``endless`` the fit of the endless beam to
-    the same points, None where the endless beam is fitted: then ``row`` has torque and tangent of the beam's own number
-    of scales over those of the endless beam, at the farthest point, if that is known. ``slope`` slope of the torque
-    before engagement over the beam's own, None where fewer points show none.
+    ``ends`` of the beam that is fitted, a word of :func:`squama.cycle`; ``endless`` the fit of the endless beam to the
+    same points, None where the endless beam is fitted: then ``row`` has torque and tangent of the beam's own number of
+    scales over those of the endless beam, at the farthest point, if that is known. ``slope``: slope of the torque
+    before engagement over the beam's own, None with too few points there.
 
-    ``added`` names of nuisances that were found unasked; ``dependence`` how many points are worth one independent one,
-    and ``uneven`` whether the noise goes with the slope: the errors allow for both. ``rival`` what the other model
-    makes of the same points, ``disagreement`` where it describes them as well, with a residual of 1.5 times as much at
-    most, and finds other values by more than the errors; ``doubts`` why the
-    errors do not hold, empty where they do (:attr:`holds`). ``machine`` what a testing machine that gives in would
-    change, None where its stiffness was given; ``loops`` friction of each loop alone, with the chance that loops of one
-    friction differ so, None of a single loop.
+    ``added``: nuisances that were added because the residual shows them; ``dependence``: points per independent point;
+    ``uneven``: whether the noise grows with the slope (the errors allow for both). ``rival``: fit of the other model to
+    the same points; ``disagreement``: a sentence where that model describes the points as well (residual at most 1.5
+    times as large) and its estimates differ by more than the errors; ``doubts``: why the errors do not hold, empty
+    where they do (:attr:`holds`). ``machine``: effect of a compliant testing machine, None where its stiffness was
+    given; ``loops``: friction of each loop, with the probability of such differences for equal friction, None for a
+    single loop.
 
-    ``specimens`` estimates from each specimen alone, empty for a single one; ``remedies`` further measurements, with
-    the standard errors they would bring; ``notes``: parameters that cannot be told apart, bounds that are
-    reached; ``posterior`` samples, if drawn.
+    ``specimens``: estimates from each specimen alone, empty for a single one; ``remedies``: further measurements with
+    the standard errors expected from them; ``notes``: inseparable parameters, bounds that are reached; ``posterior``:
+    samples, if drawn.
     """
 
     beam: Beam
@@ -119,23 +119,23 @@ class Fit(Found):
 
     @property
     def condition(self) -> float:
-        """Condition number of the scaled derivatives: 1 if no parameter resembles another."""
+        """Condition number of the scaled derivatives: 1 where no parameter resembles another."""
         s = np.linalg.svd(self.jacobian / np.linalg.norm(self.jacobian, axis=0), compute_uv=False)
         return float(s[0] / s[-1])
 
     @property
     def joint(self) -> str:
-        """How the scales were held: "hinge" or "compliant"."""
+        """Kind of joint of the model: "hinge" or "compliant"."""
         return "compliant" if isinstance(self.points, Walked) else "hinge"
 
     @property
     def scales(self) -> str:
-        """How the model of the fit takes the scales, in words."""
+        """The model's idealisation of the scales, in words."""
         return idealisation(self.beam, self.joint, ideal=self.joint == "hinge")
 
     @property
     def holds(self) -> bool:
-        """Whether nothing speaks against the errors."""
+        """Whether the errors hold: there are no doubts."""
         return not self.doubts
 
     def __repr__(self) -> str:
@@ -154,33 +154,33 @@ class Fit(Found):
 
     @property
     def _doubted(self) -> list[str]:
-        """What speaks against the estimates."""
+        """Sentences that question the estimates."""
         return [*self.doubted, *filter(None, [self.of_machine])]
 
     @property
     def doubted(self) -> list[str]:
-        """Sentences on why the errors do not hold, and on what the other model finds."""
+        """Sentences on why the errors do not hold, and on the other model's estimates."""
         doubts = (f"the errors do not hold: {doubt}" for doubt in self.doubts)
         return [*doubts, *filter(None, [self.disagreement])]
 
     @property
     def _outside(self) -> list[str]:
-        """Where the beam leaves the range of the model."""
+        """Warnings where the beam leaves the range of the model."""
         return self.beam.warnings(self.load if self.load in LOADS else "bending", joint=self.joint)
 
     @property
     def warnings(self) -> list[str]:
-        """What speaks against the errors, and what of the beam is outside the range of the model."""
+        """Doubts about the errors, and warnings where the beam leaves the range of the model."""
         return [*self.doubted, *self._outside]
 
     @property
     def of_machine(self) -> str:
-        """A sentence on what a testing machine that gives in would change; empty where that is known."""
+        """A sentence on the effect of a compliant testing machine; empty where its stiffness is given."""
         return self.machine.sentence(self.values) if self.machine is not None and self.machine.told else ""
 
     @property
     def checked(self) -> list[str]:
-        """Sentences on the ends of the beam's own number of scales and on the slope before engagement."""
+        """Sentences on the effect of the beam's own number of scales and on the slope before engagement."""
         steep = self.slope.sentence if self.slope else "slope before engagement: too few points there to check the bar"
         if self.endless is not None:
             return [self._compared(self.endless), steep]
@@ -194,7 +194,7 @@ class Fit(Found):
         return [f"{row} at {per_pitch(load)}, {place} (squama row){biased}", steep]
 
     def _compared(self, other: Alone) -> str:
-        """Say of which scales a fit with ends is, and what the endless beam gives."""
+        """Return a sentence on the scales of a fit with ends, and on the estimates of the endless beam."""
         head = f"fitted as {self.fitted_as}; as an endless beam: "
         if other.values is None or other.errors is None:
             return f"{head}no fit ({other.problem})"
@@ -204,7 +204,7 @@ class Fit(Found):
 
     @property
     def fitted_as(self) -> str:
-        """The beam in words: "25 scales with free ends", "an endless beam"."""
+        """The beam of the model in words: "25 scales with free ends", "an endless beam"."""
         if self.ends == ENDLESS:
             return "an endless beam"
         if TESTS[self.load].pushed:
@@ -212,13 +212,13 @@ class Fit(Found):
         return f"{self.beam.scales} scales {ending(self.ends)}"
 
     def summary(self) -> str:
-        """Return estimates, errors, correlations and what is to be known about them, as text."""
+        """Return estimates, errors, correlations and notes as text."""
         head = [*self.described(), *self._doubted, *self.checked]
         return "\n".join([*head, *(f"{name} {text}" for name, text in self.sizes), *self.more])
 
     @property
     def sizes(self) -> list[tuple[str, str]]:
-        """Residuals and points in words, each with its name."""
+        """Residuals and number of points as text, each with its name."""
         share = 100 * self.rms / float(np.abs(self.record.torque[self.used]).max())
         source = "given" if self.given_noise else "from the residuals"
         counts = {words: np.count_nonzero(self.branch == b) for b, words in BRANCHES.items()}
@@ -232,7 +232,7 @@ class Fit(Found):
 
     @property
     def more(self) -> list[str]:
-        """Sentences on specimens alone, samples and what else is to be known."""
+        """Sentences on single specimens, posterior samples and notes."""
         lines = []
         for s in self.specimens:
             text = s.problem
@@ -301,7 +301,7 @@ class Fit(Found):
         }
 
     def dataset(self) -> xr.Dataset:
-        """Return everything as an ``xarray.Dataset``: dimensions ``point``, ``parameter``, ``curve``, ``sample``."""
+        """Return all results as an ``xarray.Dataset``: dimensions ``point``, ``parameter``, ``curve``, ``sample``."""
         load, rec = TESTS[self.load], self.record
         labels = np.array([s.label for s in rec.specimens])
         error = f"standard error of the fitted {load.torque_words}"
@@ -347,12 +347,12 @@ class Fit(Found):
         return fit_figure(self.dataset())
 
     def predict(self, to: float | str | Sequence[float | str], **how: Any) -> xr.Dataset:
-        """Predict the curve of the fitted beam there and back, with a band: draws of the fit carried through.
+        """Predict the curve of the fitted beam there and back, with a band from draws of the parameters.
 
         Parameters
         ----------
         to
-            As in :func:`squama.cycle`: how far, or a history.
+            As in :func:`squama.cycle`: the largest twist, or a history.
         how
             ``samples`` (100) draws from the estimates and their covariance, or from the posterior samples; ``seed`` (1)
             of them; ``points`` (60) of a way; ``probability`` (0.95) within the band.
@@ -362,12 +362,12 @@ class Fit(Found):
         xarray.Dataset
             Dimension ``point``: angle, ``leg``, torque of the estimates (N m), ``T_low`` and ``T_high``, in bending
             ``M_low`` and ``M_high``; ``T_draws`` (draw, point); ``work`` of the whole history per pitch (J) with its
-            band. A band is NaN where half of the draws have ended.
+            band. A band is NaN where at least half of the draws have ended.
 
         Raises
         ------
         InputError
-            An argument is out of range, or more than half of the draws are not followed so far.
+            An argument is out of range, or the model cannot follow more than half of the draws.
         """
         from squama.identify.predict import Model, predict
 
@@ -377,7 +377,7 @@ class Fit(Found):
         return predict(self, model, None if self.posterior is None else self.posterior.samples, to, **how)
 
     def curve(self) -> Curve:
-        """Return the fitted curve as it is read along the ways of the records; repeated ways stand once.
+        """Return the fitted curve of readings along the ways of the records; repeated ways appear once.
 
         A way that begins at a reversal begins with the drop there.
         """
@@ -389,7 +389,7 @@ class Fit(Found):
 
 
 class Curve(NamedTuple):
-    """Load angles (signed), torques, standard errors, and the way that each point belongs to, counted from 1."""
+    """Load angles (signed, rad per pitch), torques and errors (N m), and the number of each point's way, from 1."""
 
     load: Array
     torque: Array

@@ -1,15 +1,14 @@
-"""The search of a fit: robust first, without stray points then, with the nuisances that the residual shows.
+"""The search of a fit: first robust, then without stray points, with the nuisances that the residual shows.
 
-Schwarz's criterion (BIC) selects the nuisances: all of them are found at once, with their
-covariance C, and what the sum of squares over the noise would grow by without some of them, p, is p^T C_pp^-1 p. Of all
-selections the one is kept for which that plus ln(n) for each that is found is the least. A nuisance that is no less
-than half its error is kept, too, where leaving it out would move what is asked by more than half its error: the points
-would hardly show it, and a narrow interval would not hold.
+Schwarz's criterion (BIC) selects the nuisances: all of them are found at once, with their covariance C. Without some of
+them, p, the sum of squares over the noise would grow by p^T C_pp^-1 p. The selection with the least growth plus ln(n)
+per kept nuisance is taken. A nuisance of at least half its error is kept too where leaving it out would move a
+parameter by more than half its error: the points would hardly show it, and a narrow interval would not hold.
 
-The other selections are not excluded. With the growth g and k nuisances the weight of one is w ~ exp(-(g + k ln n)/2)
-(Hoeting et al., Statist. Sci. 14 (1999) 382), and sum w (C + D D^T), with the distance D of its estimates from those of
-the one that is kept, is their second moment there. The covariance is that of the one that is kept, widened to this
-moment in every direction in which the moment is the larger.
+The other selections are not excluded. With the growth g and k nuisances a selection has the weight w ~ exp(-(g + k ln
+n)/2) (Hoeting et al., Statist. Sci. 14 (1999) 382). With the distance D of its estimates from those of the kept
+selection, sum w (C + D D^T) is the second moment of all. The covariance is that of the kept selection, widened to this
+moment in every direction in which the moment is larger.
 """
 
 from __future__ import annotations
@@ -36,37 +35,40 @@ from squama.loads import HELD
 from squama.types import Array
 
 _EXACT = (1e-9, 1e-5)
-"""Residuals over the largest torque that are rounding: on hinges, and where the path is walked."""
+"""Residuals over the largest torque that count as rounding: on hinges, and on compliant joints."""
 _ALIKE = 1e-4
-"""Part of a nuisance's derivatives that the others do not make up for, below which it is not looked for."""
+"""Least share of a nuisance's derivatives, independent of the others, for which it is considered."""
 _SHARE = 0.05
-"""Largest nuisance that is looked for unasked, over the range of what is measured."""
+"""Largest value of an added nuisance, over the range of the measured quantity."""
 _SEEN = 0.5
-"""Least nuisance, over its error, that is allowed for because what is asked would move without it."""
+"""Least nuisance, over its error, that is kept because the parameters would move without it."""
 _TURNING = 0.01
-"""Way after a reversal on which points do not tell the play, over the range of the twist."""
+"""Distance after a reversal within which points are left out of a fit of backlash, over the range of the twist."""
 _MOVES = 0.5
-"""Move of what is asked, over its error, from which on it would."""
+"""Least such move of a parameter, over its error."""
 _GLANCE = 12
-"""Evaluations after which a search that is to tell whether a model comes near ends."""
+"""Number of evaluations of the short search that compares a model with the fit."""
 _ROBUST, _FLOOR = 3.0, 1e-3
-"""Residuals that count linearly in the first search: over the noise, and over the largest torque at least; less than
-that is no stray point either."""
+"""Residuals above which the first search counts linearly: over the noise, and at least over the largest torque; smaller
+residuals are no stray points either.
+"""
 _SHARES, _NEAR = 3, 1e-2
-"""How often a share of an endless beam's torque is found at most, and the change of it from which on once more."""
+"""Largest number of computations of the finite beam's share; change of the share that calls for another one."""
 _NOISELESS, _WEIGHT = 1e-6, 0.1
-"""Least noise of a point against which a prior counts, over the largest torque; change of it that is none."""
+"""Least noise of a point against which a prior counts, over the largest torque; change that ends the rounds."""
 _ROUNDS, _STAYS, _SMALL, _HALVES = 10, 0.02, 0.5, 6
-"""How often the torque is linearised and a step is halved at most; moves over their errors that are none, and small."""
+"""Largest number of linearisations; move over its error that ends them; move below which derivatives are kept; halvings
+of a step.
+"""
 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Found(Estimated):
-    """What a search finds, of its points.
+    """Estimates of a search, with its points and statistics.
 
-    ``noise`` of a point (N m), ``dependence`` tau, ``uneven`` whether the noise goes with the slope; ``used`` without
-    the ``stray`` points; ``square`` sum of squares of the residuals, ``starts`` how many of them agreed, and all;
-    ``added`` names of nuisances that were not asked for.
+    ``noise`` of a point (N m); ``dependence``: tau; ``uneven``: whether the noise grows with the slope; ``used``: mask
+    without the ``stray`` points; ``square``: sum of squares of the residuals; ``starts``: number that agreed, and of
+    all; ``added``: nuisances that were added.
     """
 
     asked: Asked
@@ -86,7 +88,7 @@ class Found(Estimated):
 
     @property
     def rows(self) -> tuple[Parameter, ...]:
-        """What was found."""
+        """The parameters that were found."""
         return self.asked.rows
 
     @property
@@ -96,7 +98,7 @@ class Found(Estimated):
 
 
 class Rival(NamedTuple):
-    """The other model fitted to the same points: ``joint``; None where that is not possible, ``problem`` says why."""
+    """The other model fitted to the same points: its ``joint`` and fit, or None with the ``problem``."""
 
     joint: str
     found: Found | None
@@ -111,7 +113,7 @@ class Rival(NamedTuple):
 
 
 def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
-    """Find the parameters, from so many starts, and those candidate nuisances that the residual shows."""
+    """Find the parameters, from ``starts`` starts, and those candidate nuisances that the residual shows."""
     if isinstance(test.points, Walked) and test.points.finite:
         return _find_with_ends(test, test.points, starts, candidates)
     test = fit_for(test, test.asked.names)
@@ -120,7 +122,7 @@ def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
 
 
 def chosen(test: Prepared, rough: Estimate, out: NDArray[np.bool_], candidates: tuple[str, ...]) -> Found:
-    """Return the least squares from a robust search, without the points that are ``out``, with nuisances that show."""
+    """Return the least squares after a robust search, without the stray points ``out``, with added nuisances."""
     asked, (index, _, torque, _) = test.asked, test.used
     stray = np.zeros(test.usable.size, bool)
     stray[index[out]] = True
@@ -134,7 +136,7 @@ def chosen(test: Prepared, rough: Estimate, out: NDArray[np.bool_], candidates: 
             whole = settle(fit_for(left, wanted.names)._replace(asked=wanted), start)
             kept, apart = _needed(whole, asked)
         except InputError:
-            # all at once the points do not tell them apart
+            # the points cannot separate all nuisances at once
             kept, apart = (), np.zeros_like(best.covariance)
         if kept:
             some = wanted.without({n for n in wanted.names if n not in (*asked.names, *kept)})
@@ -145,7 +147,7 @@ def chosen(test: Prepared, rough: Estimate, out: NDArray[np.bool_], candidates: 
 
 
 def comes_near(test: Prepared, added: tuple[str, ...], rms: float) -> bool:
-    """Say whether a search from the beam's own values leaves at most an rms (N m), with nuisances added."""
+    """Return whether a short search from the beam's own values leaves at most ``rms`` (N m), with nuisances added."""
     test = fit_for(test, test.asked.names)
     rough, out = robust(test, started(test, 1), _GLANCE)
     square = float(np.mean(rough.residual[~out] ** 2))
@@ -157,13 +159,13 @@ def comes_near(test: Prepared, added: tuple[str, ...], rms: float) -> bool:
 
 
 def started(test: Prepared, number: int) -> list[Array]:
-    """Return so many starts of a search."""
+    """Return ``number`` starts of a search."""
     _, points, torque, _ = test.used
     return estimate.starts(points, torque, test.asked, number)
 
 
 def robust(test: Prepared, starts: Sequence[Array], most: int = 300) -> tuple[Estimate, NDArray[np.bool_]]:
-    """Return what a robust search finds from its starts, and which points it leaves as stray ones."""
+    """Return the estimate of a robust search from its starts, and the mask of stray points."""
     _, points, torque, way = test.used
     size = float(np.abs(torque).max())
     limit = max(_ROBUST * noise.scatter(torque, way), _FLOOR * size)
@@ -172,9 +174,9 @@ def robust(test: Prepared, starts: Sequence[Array], most: int = 300) -> tuple[Es
 
 
 def fit_for(test: Prepared, names: Collection[str]) -> Prepared:
-    """Return the test without its points at reversals where the play is to be found.
+    """Return the test without points at reversals where backlash is to be found.
 
-    Whether a point lies in the play, in the drop behind or beyond it changes its torque by jumps.
+    The torque of such a point jumps between the backlash, the drop after it and the branch beyond.
     """
     if "backlash" not in names:
         return test
@@ -182,12 +184,12 @@ def fit_for(test: Prepared, names: Collection[str]) -> Prepared:
 
 
 def rounding(test: Prepared, torque: Array) -> float:
-    """Return the sum of squares of residuals that are rounding."""
+    """Return the sum of squares of residuals that are rounding, (N m)^2."""
     return (_EXACT[isinstance(test.points, Walked)] * float(np.abs(torque).max())) ** 2 * torque.size
 
 
 def settle(test: Prepared, start: Array) -> Found:
-    """Find the least squares from a start, with the covariance that the residual asks for."""
+    """Find the least squares from a start, with the covariance that suits the residual."""
     asked, best, sigma, tau = _weighed(test, start)
     _, points, torque, _ = test.used
     s, skew = asked.weight or sigma * math.sqrt(tau), False
@@ -198,7 +200,7 @@ def settle(test: Prepared, start: Array) -> Found:
         slope = points.jacobian(asked.physical(best.values), wanted)[:, 5]
         skew = test.noise is None and noise.uneven(best.residual, slope)
     if skew:
-        # the noise of the priors stays as it is
+        # the priors keep their own noise
         own = covariance / asked.known[1]
         covariance = tau * noise.sandwich(best.jacobian, best.residual, covariance / s**2) + own @ own.T
     if not all(np.isfinite(values).all() for values in (best.values, covariance, sigma)):
@@ -222,7 +224,7 @@ def settle(test: Prepared, start: Array) -> Found:
 
 
 def _weighed(test: Prepared, start: Array) -> tuple[Asked, Estimate, float, float]:
-    """Return the least squares with priors that weigh as the noise says, what is asked so, the noise, and tau."""
+    """Return the parameters with priors weighted by the noise, the least squares, the noise (N m), and tau."""
     asked, (index, points, torque, way) = test.asked, test.used
     least = _NOISELESS * float(np.abs(torque).max())
     for _ in range(_ROUNDS):
@@ -239,7 +241,7 @@ def _weighed(test: Prepared, start: Array) -> tuple[Asked, Estimate, float, floa
 
 
 def _with(test: Prepared, values: Array, names: tuple[str, ...]) -> tuple[Asked, Array] | None:
-    """Return what is asked with those nuisances that the points can tell, and a start; None if there are none."""
+    """Return the parameters with the nuisances that the points can show, and a start; None without such nuisances."""
     asked, (index, points, torque, _) = test.asked, test.used
     if index.size < 10 * (len(asked.rows) + len(names)):
         return None
@@ -263,7 +265,7 @@ def _with(test: Prepared, values: Array, names: tuple[str, ...]) -> tuple[Asked,
 
 
 def _own(J: Array) -> Array:
-    """Return the part of each column's square that the other columns do not make up for."""
+    """Return the share of each column's square that is independent of the other columns."""
     norm = np.linalg.norm(J, axis=0)
     unit, left = J / np.where(norm > 0, norm, 1.0), []
     for i, column in enumerate(unit.T):
@@ -273,7 +275,7 @@ def _own(J: Array) -> Array:
 
 
 class _Selection(NamedTuple):
-    """Estimates and covariance with some of the nuisances, 0 of the others; what it costs by Schwarz's criterion."""
+    """Estimates and covariance with some of the nuisances (the others 0), and their cost by Schwarz's criterion."""
 
     values: Array
     covariance: Array
@@ -281,7 +283,7 @@ class _Selection(NamedTuple):
 
 
 def _selections(whole: Found, own: int) -> dict[frozenset[int], _Selection]:
-    """Return all selections of the nuisances, by the places of those that are found; the first ``own`` always are."""
+    """Return all selections of the nuisances by their places; the first ``own`` parameters are always kept."""
     p, C, n = whole.estimates, whole.covariance, np.count_nonzero(whole.used)
     every = np.arange(own, p.size)
     free = [i for i in every.tolist() if not whole.at_bound[i]]
@@ -296,9 +298,9 @@ def _selections(whole: Found, own: int) -> dict[frozenset[int], _Selection]:
 
 
 def _needed(whole: Found, asked: Asked) -> tuple[tuple[str, ...], Array]:
-    """Return the nuisances without which the residual would grow by more than chance, or what is asked would move.
+    """Return the nuisances that the residual shows, or without which the parameters would move.
 
-    The second is what the other selections add to the covariance of what is asked and those nuisances.
+    The second result is the covariance that the other selections add to parameters and kept nuisances.
     """
     from scipy.linalg import eigh
 
@@ -329,15 +331,15 @@ def _needed(whole: Found, asked: Asked) -> tuple[tuple[str, ...], Array]:
 
 
 def _find_with_ends(test: Prepared, own: Walked, starts: int, candidates: tuple[str, ...]) -> Found:
-    """Find the parameters as :func:`find` does, on a beam's own scales with its ends.
+    """Find the parameters as :func:`find` does, for a beam with a number of scales and ends.
 
-    The search begins on the endless beam times the share that the scales have of its torque. From there on the torque
-    of the scales is linear about the estimate, until that stays: Gauss and Newton's method, with halved steps where a
-    whole one makes the residual larger, and derivatives that are kept on a small one.
+    The search begins with the torque of the endless beam times the share of the finite beam. Then the torque is
+    linearised about the estimate until this converges: Gauss-Newton steps, halved where a full step increases the
+    residual; small steps keep the derivatives.
     """
     test = fit_for(test, test.asked.names)
     before = own.shared(own.start)
-    # of forces that are linear all starts find the same
+    # with linear forces all starts find the same
     starts = 1 if isinstance(before, Linear) else starts
     near = test._replace(points=before)
     rough, out = robust(near, started(near, starts))
@@ -347,13 +349,13 @@ def _find_with_ends(test: Prepared, own: Walked, starts: int, candidates: tuple[
         try:
             points = own.shared(test.asked.physical(rough.values))
         except InputError:
-            # the scales do not follow what the endless beam does
+            # the finite beam cannot follow the record
             break
         rough, out = robust(test._replace(points=points), [rough.values])
         if np.abs(points.share / before.share - 1).max() < _NEAR:
             break
         before = points
-    # where the endless beam does not tell a parameter, it may lead away from the beam's own values
+    # the endless beam may lead away from the beam's own values where it does not show a parameter
     values = min([*places, rough.values], key=lambda p: _left(test, test.asked.physical(p), test.usable))
     v, place, columns = test.asked.physical(values), test.asked.place("mu"), dict[str, Array]()
     found: Found | None = None
@@ -364,7 +366,7 @@ def _find_with_ends(test: Prepared, own: Walked, starts: int, candidates: tuple[
             v = own.start
             continue
         if place is not None and not linear.jacobian(v, np.arange(len(v)) == 0).any():
-            # scales stick all along: their torque is not linear in the friction
+            # scales stick all along: the torque is not linear in the friction
             break
         near = test._replace(points=linear)
         rough, out = robust(near, [values])
@@ -379,23 +381,23 @@ def _find_with_ends(test: Prepared, own: Walked, starts: int, candidates: tuple[
         v, columns = nearer, linear.columns if move < _SMALL else {}
     else:
         if found is not None:
-            # two selections of nuisances follow each other, within the errors
+            # two selections of nuisances alternate, within the errors
             return replace(found, starts=(agreed, starts))
     rough, out = robust(test, [values])
     return replace(chosen(test, rough, out, candidates), starts=(agreed, starts))
 
 
 def _left(test: Prepared, at: Physical, used: NDArray[np.bool_]) -> float:
-    """Return the sum of squares of the residuals that the beam itself leaves."""
+    """Return the sum of squares of the residuals of the full model, (N m)^2."""
     return float(np.sum((test.points.torque(at) - test.record.torque)[used] ** 2))
 
 
 def _nearer(test: Prepared, found: Found, v: Physical, goal: Physical) -> Physical | None:
-    """Return a goal, or a place on the way to it where the whole way makes the residual larger; None if all do.
+    """Return ``goal``, or a point on the way to it, where the residual does not grow; None if there is none.
 
-    It is larger, too, where a nuisance is left out, which the linear torque tells.
+    The bound is the residual at ``v`` or that of the linearised fit, which includes nuisances left out.
     """
-    # (more by a tenth of the noise of a point is none)
+    # (with a slack of a tenth of the noise of a point)
     most = max(_left(test, v, found.used), found.square) * (1 + 0.1 / np.count_nonzero(found.used))
     for _ in range(_HALVES):
         if _left(test, goal, found.used) <= most:
@@ -405,7 +407,7 @@ def _nearer(test: Prepared, found: Found, v: Physical, goal: Physical) -> Physic
 
 
 def _move(found: Found, v: Physical, goal: Physical) -> float:
-    """Return how far values lie apart, over the errors of what is found."""
+    """Return the largest move from v to goal over the errors of the estimates."""
     chain = found.asked.chain(found.estimates)
     errors = np.sqrt(np.einsum("ij,jk,ik->i", chain, found.covariance, chain))
     apart = np.abs(np.subtract(goal, v))

@@ -1,7 +1,7 @@
-"""The slope of a record before engagement over the beam's own: it tells wrong units and a bar that is not the file's.
+"""The slope of a record before engagement over the beam's own: a check of units and of the bar's data.
 
-Before engagement the torque is the bar's alone, R times the twist, whatever friction and joint are. R stands in the
-beam file by modulus, section and inclusion factor, so that a record that begins there checks file and units.
+Before engagement the torque is that of the bar, R times the twist, whatever friction and joint. R follows from modulus,
+section and inclusion factor of the beam file, so a record that begins there checks file and units.
 """
 
 from __future__ import annotations
@@ -22,23 +22,23 @@ from squama.loads import Load
 from squama.types import Array
 
 _FEWEST = 6
-"""Spare points from which on the residual of the slope's own line tells its error; below that the fit's noise does."""
+"""Spare points above which the residual of the line itself gives the slope's error; else the fit's noise."""
 _OFF, _LEAST = 3.0, 0.01
-"""Errors, and part of the slope, from which on it is another one."""
+"""Difference of a slope that counts, in errors and as a share of the slope."""
 _UNIT, _NEAR = 5.0, 1.25
-"""Factor from which on no bar explains a slope, and factor within which a unit is named."""
+"""Ratio beyond which no bar explains a slope; factor within which a unit is named."""
 _FIRST = 0.25
-"""Part of the twist that is taken to lie before engagement where that is not known."""
+"""Share of the twist that counts as before engagement where the engagement is unknown."""
 _HALVES, _BENT = 2, 3.0
-"""How often the first half may be taken, and errors from which on its slope is another one."""
+"""How often the range may be halved; errors beyond which the slope of the first half differs."""
 BAR = ("C_f", "E_B")
-"""Parameters with which a fit follows the slope."""
+"""Parameters of a fit that change the slope."""
 
 
 class Slope(NamedTuple):
-    """Slope of the torque before engagement over that of the beam as given, its standard error, number of points.
+    """Slope of the torque before engagement over that of the given beam, its standard error, number of points.
 
-    ``E_B`` of that beam, Pa; ``gives`` the compliance in series that would have that ratio, rad/(N m).
+    ``E_B`` of that beam, Pa; ``gives``: the series compliance that would explain the ratio, rad/(N m).
     """
 
     ratio: float
@@ -49,22 +49,22 @@ class Slope(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The ratio and its error: "0.850 +- 0.004"."""
+        """The ratio and its error as text: "0.850 +- 0.004"."""
         return with_error(self.ratio, self.error, "1")
 
     @property
     def sentence(self) -> str:
-        """What a summary says."""
+        """The line of the summary."""
         bar = "" if self.wrong_unit else f", E_B = {self.modulus}"
         return f"slope before engagement: {self.text} of the beam's own ({self.points} points){bar}"
 
     @property
     def modulus(self) -> str:
-        """Young's modulus of the bar by the slope, with its error, where section, inclusion and machine are right."""
+        """Young's modulus of the bar from the slope, with its error, if section, inclusion and machine are right."""
         return PARAMETERS["E_B"].written(self.ratio * self.E_B, self.error * self.E_B)
 
     def cause(self, names: tuple[str, ...], scales: int, load: Load, machine: bool = False) -> str:
-        """Say why the slope is off by more than its error; empty where it is not, or where the fit follows it.
+        """Return why the slope is off by more than its error; empty where it is not, or where the fit adapts to it.
 
         ``machine``: whether the stiffness of the machine is given.
         """
@@ -87,7 +87,7 @@ class Slope(NamedTuple):
 
     @property
     def wrong_unit(self) -> bool:
-        """Whether no bar explains it."""
+        """Whether the slope is beyond what a bar can explain."""
         return not 1 / _UNIT < self.ratio < _UNIT
 
 
@@ -95,7 +95,7 @@ _OF_PARTS = ((1000.0, "a force in mN", "N"), (1e-3, "a travel in mm", "m"), (9.8
 
 
 def unit(ratio: float, scales: int, load: Load) -> str:
-    """Name the unit that a slope this many times too steep speaks of."""
+    """Return which wrong unit explains a slope this many times too steep."""
     known = {1.0: "a sign is wrong"}
     of_beams = (
         (1000.0, "a torque in N mm", "N m"),
@@ -121,12 +121,12 @@ def slope(
     bar: tuple[float, float],
     least: float | None,
 ) -> Slope | None:
-    """Return the slope before engagement over the bar's, N m per rad of a pitch; None where too few points show it.
+    """Return the slope before engagement over that of the bar; None with too few points.
 
-    ``bar``: that slope, and the bar's modulus. Of the points that are usable, with what is found, ``at``, and the noise
-    ``least`` of a point, N m. Where that is None, of the first part of the twist, since no engagement in a wrong unit
-    is known. Where the slope of the first half is another one the scales touch before the model's do, and the slope of
-    that half is returned.
+    ``bar``: slope of the bar (N m per rad of a pitch) and its modulus (Pa). Usable points before the engagement at the
+    estimates ``at`` count, with the noise ``least`` of a point (N m). ``least`` None: points of the first part of the
+    twist, because a wrong unit hides the engagement. Where the slope of the first half differs, scales touch earlier
+    than in the model, and the slope of that half is returned.
     """
     readings, size = points.readings, np.abs(record.load)
     straight = usable & ~points.touching(at)
@@ -155,9 +155,9 @@ def slope(
 
 
 def _line(x: Array, y: Array, way: NDArray[np.int64], least: float) -> tuple[float, float] | None:
-    """Return the slope of y over x and its error, a zero of its own for each way; None where too few points show it.
+    """Return the slope of y over x and its error, with an offset for each way; None with too few points.
 
-    Play and zeros change no slope. ``least``: noise of a point, where few points tell it.
+    Offsets of the ways absorb backlash and zeros. ``least``: noise of a point, where few points give it.
     """
     numbers, place = np.unique(way, return_inverse=True)
     spare = x.size - numbers.size - 1

@@ -1,8 +1,8 @@
-"""What can be identified: the parameters, their bounds, where they stand in a beam, and how they are written.
+"""Parameters that a fit can find: their bounds, their places in a beam, and their text.
 
-One row of :data:`PARAMETERS` each. Friction and joint stiffness are found unless others are asked for. What belongs to
-the test, not to the beam, are its nuisances. What is known of a parameter beforehand, its value with a standard
-deviation, is a prior: one more observation beside the points, (p - p_0)/s_p.
+Each has a row in :data:`PARAMETERS`. Friction and joint stiffness are found by default. Parameters of the test, not of
+the beam, are nuisances. A value known beforehand, with its standard deviation, is a prior: one more observation besides
+the points, (p - p_0)/s_p.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from squama.types import Array
 from squama.units import Dimension, for_people, prefix, torque_unit
 
 DEFAULT = ("mu", "K_theta")
-"""Parameters that are found if none are named."""
+"""Parameters that are found by default."""
 _WIDE = 1e4
 _ANGLES = 3.0
 TURN = 2 * math.pi
@@ -36,10 +36,10 @@ _STEEP = (1e-4, math.radians(85))
 
 
 class Parameter(NamedTuple):
-    """One row: what it measures, words, limits that always hold, and where it stands in a beam file.
+    """A parameter: dimension, words, limits that always hold, and its place in a beam file.
 
-    ``place`` is "" for what belongs to the test, not to the beam. ``group``: number of the loop, or of the
-    specimen, that has a value of its own; None where all have one.
+    ``place`` is "" for parameters of the test. ``group``: index of the loop or specimen that has this value; None where
+    all share it.
     """
 
     name: str
@@ -51,25 +51,25 @@ class Parameter(NamedTuple):
 
     @property
     def base(self) -> str:
-        """Name without the group: "mu" of "mu[2]"."""
+        """Name without the group: "mu" for "mu[2]"."""
         return self.name.partition("[")[0]
 
     @property
     def unit(self) -> str:
-        """SI unit."""
+        """SI unit of the parameter."""
         return units.si_unit(self.dimension)
 
     @property
     def linear(self) -> bool:
-        """Whether the torque is proportional to it."""
+        """Whether the torque is linear in the parameter."""
         return self.base in _LINEAR
 
     def value(self, beam: Beam, load: str) -> float:
-        """Return its value in a beam under a load; a friction that the beam has not is 0.25 to begin with."""
+        """Return the value (SI) in a beam under a load; friction starts at 0.25 where the beam has none."""
         return 0.25 if self.name == "mu" and beam.friction.mu is None else of_beam(beam, load, self.place)
 
     def of(self, load: str) -> Parameter:
-        """Return the parameter as a test has it: of a part that is pushed zeros are of force and travel."""
+        """Return the parameter for a kind of test: on a part under a force, zeros are of force and travel."""
         if self.place or not TESTS[load].pushed:
             return self
         if self.name == "compliance":
@@ -79,12 +79,12 @@ class Parameter(NamedTuple):
         return self._replace(dimension=kind, words=words)
 
     def written(self, value: float, error: float) -> str:
-        """Write a value and its error: "0.251 +- 0.013 N m"."""
+        """Return a value and its error as text: "0.251 +- 0.013 N m"."""
         return with_error(float(value), float(error), self.unit)
 
 
 def with_error(value: float, error: float, unit: str) -> str:
-    """Write a value and its error with as many digits as the error has two.
+    """Return a value and its error as text, with two digits of the error.
 
     >>> with_error(0.2512, 0.0134, "1"), with_error(1.5123e6, 2.2e4, "Pa")
     ('0.251 +- 0.013', '1.512 +- 0.022 MPa')
@@ -104,7 +104,7 @@ def with_error(value: float, error: float, unit: str) -> str:
 
 
 def written(rows: Sequence[Parameter], values: Array, errors: Array) -> list[str]:
-    """Return values with their errors: "mu = 0.251 +- 0.013"."""
+    """Return values with their errors as text: "mu = 0.251 +- 0.013"."""
     columns = zip(rows, values, errors, strict=True)
     return [f"{row.name} = {row.written(value, error)}" for row, value, error in columns]
 
@@ -124,15 +124,15 @@ PARAMETERS = {
         Parameter("compliance", Dimension.COMPLIANCE, "rotation of the machine per torque", (0.0, 1e15), ""),
     )
 }
-"""Everything that can be identified, by name."""
+"""All parameters of fits, by name."""
 NUISANCES = tuple(name for name, row in PARAMETERS.items() if not row.place)
-"""What belongs to the test."""
+"""Parameters of the test, not of the beam."""
 SHOWN = tuple(name for name in NUISANCES if name != "compliance")
-"""Nuisances that are found where the residual shows them: a compliance looks like another joint."""
+"""Nuisances that may be added where the residual shows them; a compliance resembles a softer joint."""
 _LINEAR = ("K_theta", "C_f", "E_B", "torque_zero", "drift")
-"""Those to which the torque is proportional."""
+"""Parameters in which the torque is linear."""
 OF_TWIST = ("twist_zero", "backlash", "compliance")
-"""Those that change the twist of the specimen."""
+"""Parameters that change the twist of the specimen."""
 _OTHER_NAMES = {
     **dict.fromkeys(("G_B", "E", "G", "youngs_modulus"), "E_B"),
     **dict.fromkeys(("stiffness", "K"), "K_theta"),
@@ -144,12 +144,11 @@ _OTHER_NAMES = {
 
 
 class Asked(NamedTuple):
-    """Parameters to find, in the order asked, with start values of the beam and bounds, arrays of one length.
+    """Parameters to find, in the given order, with start values and bounds, arrays (parameters,).
 
-    ``follows``: whether the joint stiffness is not known and goes with the bar's modulus, by its scaling law.
-    ``groups``: words for the loops or specimens that have parameters of their own, empty where none has.
-    ``priors``: mean and standard deviation by name, of those for which there is one; ``weight``: standard deviation of
-    a point, N m, against which they count.
+    ``follows``: whether the joint stiffness is unknown and scales with the bar's modulus, by its scaling law.
+    ``groups``: names of loops or specimens with values of their own, else empty. ``priors``: mean and standard
+    deviation by name; ``weight``: standard deviation of a point, N m, against which priors count.
     """
 
     beam: Beam
@@ -175,18 +174,18 @@ class Asked(NamedTuple):
         return tuple(p.name for p in self.rows)
 
     def place(self, name: str) -> int | None:
-        """Place of a parameter; None if it is not to be found."""
+        """Return the index of a parameter; None if it is not to be found."""
         return self.names.index(name) if name in self.names else None
 
     def bound(self, name: str, end: int) -> float:
-        """Return the lower (0) or upper (1) bound of a parameter, its value in the beam if it is not to be found."""
+        """Return the lower (0) or upper (1) bound of a parameter; the beam's value if it is not to be found."""
         i = self.place(name)
         return self._of(name) if i is None else float((self.low, self.high)[end][i])
 
     def physical(self, p: Array, group: int | None = None) -> Physical:
-        """Return what the torque of a group depends on, for values of the parameters, shape (..., parameters).
+        """Return the physical quantities of a group from values p of the parameters, shape (..., parameters).
 
-        Without a group it has the mean of what each has of its own.
+        Without a group, parameters with a value for each group have their mean.
         """
         v: dict[str, Any] = {}
         for row, value in zip(self.rows, np.moveaxis(np.asarray(p), -1, 0), strict=True):
@@ -205,7 +204,7 @@ class Asked(NamedTuple):
         )._replace(modulus=modulus)
 
     def chain(self, p: Array, group: int | None = None) -> Array:
-        """Return the derivatives of the physical quantities to the parameters, shape (10, parameters)."""
+        """Return the derivatives of the physical quantities by the parameters, shape (10, parameters)."""
         moved = self.physical(p + 1j * STEP * np.eye(p.size), group)
         return np.array([np.broadcast_to(np.imag(value), p.size) for value in moved]) / STEP
 
@@ -214,30 +213,30 @@ class Asked(NamedTuple):
 
     @property
     def known(self) -> tuple[Array, Array]:
-        """Means of the priors, and their standard deviations: infinite where there is none."""
+        """Means and standard deviations of the priors, (parameters,) each; the deviation is inf without a prior."""
         pairs = [self.priors.get(row.base, (0.0, math.inf)) for row in self.rows]
         mean, spread = np.array(pairs, float).reshape(-1, 2).T
         return mean, spread
 
     def pull(self, p: Array) -> Array:
-        """Return the residuals of the priors, N m, as those of the points, measured - model; 0 where there is none."""
+        """Return the residuals of the priors, N m, with the sign of measured - model; 0 without a prior."""
         mean, spread = self.known
         return np.asarray(self.weight * (mean - p) / spread)
 
     @property
     def pull_slope(self) -> Array:
-        """Derivatives of the priors' "torques" to the parameters, N m, shape (parameters, parameters)."""
+        """Derivatives of the priors' "torques" by the parameters, N m, shape (parameters, parameters)."""
         return np.asarray(np.diag(self.weight / self.known[1]))
 
     def more(self, names: Sequence[str], limits: Mapping[str, tuple[Any, Any]]) -> Asked:
-        """Return what is asked with further names, and limits of all of it."""
+        """Return the parameters with further ``names``, and their limits."""
         rows, *columns = _columns(self.beam, self.load, names, limits, self.priors)
         own = (self.start, self.low, self.high)
         start, low, high = (np.concatenate(pair) for pair in zip(own, columns, strict=True))
         return self._replace(rows=(*self.rows, *rows), start=start, low=low, high=high)
 
     def also(self, rows: Sequence[Parameter], priors: Mapping[str, tuple[float, float]], weight: float) -> Asked:
-        """Return what is asked with further rows that have priors; ``weight`` where there is none yet."""
+        """Return the parameters with further rows that have priors; ``weight`` where none is set yet."""
         mean = np.array([priors[row.name][0] for row in rows])
         ends = zip((self.start, self.low, self.high), (mean, *np.array([row.limits for row in rows]).T), strict=True)
         start, low, high = (np.concatenate(pair) for pair in ends)
@@ -245,7 +244,7 @@ class Asked(NamedTuple):
         return self._replace(rows=(*self.rows, *rows), start=start, low=low, high=high, priors=known, weight=weight)
 
     def apart(self, each: Sequence[str], groups: tuple[str, ...]) -> Asked:
-        """Return what is asked with some of the parameters once for each group, which has a word."""
+        """Return the parameters with those of ``each`` repeated for each of the named groups."""
         rows, places = list[Parameter](), list[int]()
         for i, row in enumerate(self.rows):
             own = [row._replace(name=f"{row.name}[{g + 1}]", words=f"{row.words}, {word}", group=g)
@@ -256,17 +255,17 @@ class Asked(NamedTuple):
         return self._replace(rows=tuple(rows), groups=groups, **columns)
 
     def spread(self, values: Mapping[str, float]) -> Array:
-        """Return values by name of all as the values of each."""
+        """Return values by base name as an array over all rows, groups included."""
         return np.array([values[row.base] for row in self.rows])
 
     def without(self, names: Collection[str]) -> Asked:
-        """Return what is asked but for some of it."""
+        """Return the parameters without some names."""
         kept = [i for i, name in enumerate(self.names) if name not in names]
         rows = tuple(self.rows[i] for i in kept)
         return self._replace(rows=rows, start=self.start[kept], low=self.low[kept], high=self.high[kept])
 
     def fitted(self, p: Array) -> Beam:
-        """Return the beam with values of the parameters put in, the mean of those that each group has of its own."""
+        """Return the beam with values p of the parameters, averaged over groups."""
         found: dict[str, list[float]] = {}
         for row, value in zip(self.rows, p.tolist(), strict=True):
             found.setdefault(row.place, []).append(value)
@@ -282,11 +281,11 @@ def ask(
     joint: str = "compliant",
     priors: Mapping[str, tuple[float, float]] = MappingProxyType({}),
 ) -> Asked:
-    """Check which parameters are to be found, and between which bounds, from the values of the beam.
+    """Check the parameters to find and their bounds; start values are those of the beam.
 
-    One text of names may hold several, set apart by commas; bounds are SI numbers or texts with units. Names that are
-    unknown or given twice, and bounds that are reversed or out of range, are refused together; so is, on a ``joint``
-    "hinge", what no test tells apart there. ``priors``: mean and standard deviation by name.
+    One text may hold several names, separated by commas; bounds are SI numbers or texts with units. Names that are
+    unknown or repeated, bounds that are reversed or out of range, and, on hinges, parameters that no test can separate
+    are refused. ``priors``: mean and standard deviation by name.
     """
     given, problems = named(names, PARAMETERS), Problems()
     follows = beam.joint.stiffness is None and "K_theta" not in given
@@ -316,7 +315,7 @@ def _columns(
     bounds: Mapping[str, tuple[Any, Any]],
     priors: Mapping[str, tuple[float, float]],
 ) -> tuple[tuple[Parameter, ...], Array, Array, Array]:
-    """Return the rows of parameters, start values and bounds; bounds that are wrong are refused together."""
+    """Return rows of parameters, start values and bounds; wrong bounds are refused together."""
     rows, problems, found = tuple(PARAMETERS[n].of(load) for n in names), Problems(), list[tuple[float, float]]()
     for row in rows:
         with problems.caught():
@@ -340,7 +339,7 @@ def named(names: Sequence[str] | str, known: Collection[str]) -> list[str]:
 
 
 def _unknown(where: str, name: str, known: Collection[str] = PARAMETERS.keys()) -> Problem:
-    """Return the mistake of an unknown name: what is meant by it elsewhere, or the likely one, and all there are."""
+    """Return the mistake of an unknown name: the name used here for it, or the most likely one, and all names."""
     listed, meant = ", ".join(known), _OTHER_NAMES.get(name)
     remedy = f"{tabular.guess(name, known)}known are {listed}"
     if meant and meant in known:
@@ -349,7 +348,7 @@ def _unknown(where: str, name: str, known: Collection[str] = PARAMETERS.keys()) 
 
 
 def _bounds(row: Parameter, value: float, given: object) -> tuple[float, float]:
-    """Return the bounds of a parameter; where none is given, or an end is open (None or ""), wide ones."""
+    """Return the bounds of a parameter; wide ones where none is given or an end is open (None or "")."""
     least, most = row.limits
     low, high = least, most
     if row.place and row.name != "mu":

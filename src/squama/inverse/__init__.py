@@ -1,1 +1,1 @@
-"""From what a beam is to do to the beam: inverse design under bounds and limits, and trade-offs (Pareto fronts)."""
+"""Inverse design: from a required response to the dimensions of a beam, under bounds and limits; Pareto fronts."""

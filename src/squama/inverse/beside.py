@@ -1,8 +1,8 @@
-"""A design asked once more by the models that a search leaves out.
+"""Checks of a design by models other than that of the search.
 
-A design with a number of scales is found and judged with that; beside it stands the endless beam. Where hinges answer,
-its scales are thin and rigid and it is held straight: it is asked as everybody asks it (``squama.twist`` or
-``squama.bend`` of the file) and, where it is held straight, free to bow.
+A design with a number of scales is found and judged as a finite beam, and compared with the endless beam. Hinges have
+thin, rigid scales and are held straight; their designs are also computed by ``squama.twist`` or ``squama.bend`` of the
+beam file with default options, and designs held straight also free to bow.
 """
 
 from __future__ import annotations
@@ -29,19 +29,19 @@ from squama.people import per_pitch
 from squama.units import change, moment
 
 OF_BOW = ("torque", "tangent", "stiffness_ratio")
-"""Figures at a twist that are known of a beam that is free to bow."""
+"""Figures at a twist that are computed for a beam that is free to bow."""
 MESH: MeshName = "coarse"
 INCREMENTS = 20
-"""Mesh of the elements that a design is held against, and increments of their twist."""
+"""Mesh of the finite elements that check a design, and the number of increments of their twist."""
 
 
 @dataclass(frozen=True)
 class Beside:
-    """What a design reaches by another model than the one that found it.
+    """Goals of a design by another model than that of the search.
 
-    ``key`` is "door" (``squama.twist`` or ``squama.bend`` of the file, as everybody calls them), "endless" (without
-    ends) or "free_to_bow" (without the bending moment that holds it straight); ``words`` say so; ``goals`` are those
-    that may differ there; ``note``: why a figure is missing.
+    ``key`` is "door" (``squama.twist`` or ``squama.bend`` of the file with default options), "endless" (without ends)
+    or "free_to_bow" (without the bending moment that holds the beam straight); ``words`` describe it; ``goals`` are
+    those that may differ there; ``note``: why a figure is missing.
     """
 
     key: str
@@ -51,11 +51,11 @@ class Beside:
 
     @property
     def agrees(self) -> bool:
-        """Whether every goal is met here, too; what has no ends is told only for comparison."""
+        """Whether every goal is met by this model too; the endless beam is for comparison only and always agrees."""
         return self.key == "endless" or (all(goal.met for goal in self.goals) and bool(self.goals or not self.note))
 
     def says(self, goal: Reached) -> str:
-        """Return what is reached of a goal here, in words: "4.9 with 10 scales"."""
+        """Return the reached value of a goal by this model as text: "4.9 with 10 scales"."""
         value = f"{goal.reached:.3g} {goal.unit}".strip()
         if self.key == "door":
             return f"{self.words} has none" if math.isnan(goal.reached) else f"{self.words} says {value}"
@@ -63,7 +63,7 @@ class Beside:
 
 
 def found_by(target: Target, beam: Beam) -> str:
-    """Name the beam of a design's figures: "(10 scales, free to bow)", "on hinges (endless, held straight)"."""
+    """Return the beam behind a design's figures as text: "(10 scales, free to bow)", "on hinges (endless, ...)"."""
     load = LOADS[target.space.load]
     straight = not target.compliant or holds(target.space.beam.holding, load)
     ends = f"{beam.scales} scales" if target.own else ENDLESS
@@ -72,12 +72,12 @@ def found_by(target: Target, beam: Beam) -> str:
 
 
 def beside(target: Target, beam: Beam, *, elements: bool) -> tuple[Beside, ...]:
-    """Return what a design reaches by other models than that of the search.
+    """Compute the goals of a design by other models than that of the search.
 
-    With ``elements`` of one, too, whose joint is not known without them: they take a minute, and are kept.
+    ``elements`` allows finite elements for a joint outside the joint's law; they take a minute and are cached.
     """
     load = LOADS[target.space.load]
-    # no beam of thick scales on joints that give has a lock: that needs no elements
+    # thick scales on compliant joints never lock, so a lock needs no joint by finite elements
     locks = any(goal.want.at is None and goal.want.figure in OF_LOCKS for goal in target.goals)
     ask = target.compliant or known(beam) or (elements and not locks)
     found = [] if target.compliant else [_door(target, beam, ask=ask)]
@@ -92,10 +92,10 @@ def beside(target: Target, beam: Beam, *, elements: bool) -> tuple[Beside, ...]:
 
 
 def _door(target: Target, beam: Beam, *, ask: bool) -> Beside:
-    """Return what ``squama.twist`` or ``squama.bend`` of the file gives; without ``ask`` why it is not asked."""
+    """Return the goals by ``squama.twist`` or ``squama.bend`` of the file; without ``ask`` why they are unknown."""
     words = f"squama {LOADS[target.space.load].verb} of this file"
     if not ask:
-        return Beside("door", words, (), f"not asked: its joint needs elements, {said(law.outside(shape(beam)))}")
+        return Beside("door", words, (), f"not computed: the joint needs elements, {said(law.outside(shape(beam)))}")
     wants = [goal.want for goal in target.goals]
     try:
         values, answer = joint_figures.followed(beam, wants, target.options, joint=None)
@@ -103,13 +103,13 @@ def _door(target: Target, beam: Beam, *, ask: bool) -> Beside:
         return Beside("door", words, (), str(error))
     goals = tuple(reached(target.goals, np.array(values), Pitches(beam.pitch, beam.pitches), target.accept))
     if answer.attrs["joint"] == "hinge" and all(goal.met for goal in goals):
-        # the same model once more confirms nothing
+        # the model of the search again: no confirmation
         return Beside("door", words, (), "by hinges, too")
     return Beside("door", words, goals)
 
 
 def _at_twists(key: str, words: str, target: Target, beam: Beam, goals: Sequence[Goal]) -> Beside:
-    """Return what the endless beam, or the one that is free to bow, reaches of goals at twists."""
+    """Return the goals at twists by the endless beam, or by the beam that is free to bow."""
     endless = key == ENDLESS
     one, wants = beam if endless else beam.replace(hold=NOTHING), [goal.want for goal in goals]
     try:
@@ -122,9 +122,9 @@ def _at_twists(key: str, words: str, target: Target, beam: Beam, goals: Sequence
 
 
 def by_elements(beam: Beam, sense: str, rates: Sequence[float]) -> list[str]:
-    """Return lines that compare finite elements with the curve of thick scales at twist rates (rad/m).
+    """Return lines that compare finite elements with thick scales on compliant joints at twist rates (rad/m).
 
-    Both are of one pitch that is held straight.
+    Both models are of one pitch that is held straight.
 
     Raises
     ------

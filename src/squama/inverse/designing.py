@@ -1,4 +1,4 @@
-"""From a target to designs: read, screen, refine, choose, report."""
+"""Inverse design: read a target, screen and refine beams, round and select them, report."""
 
 from __future__ import annotations
 
@@ -28,21 +28,22 @@ from squama.types import Array
 from squama.units import Dimension, as_text
 
 ROUNDED = 10
-"""Designs that are rounded, beside two for each that is wanted."""
+"""Number of designs that are rounded, beyond two per wanted design."""
 REFINED = 36
-"""Starts that are refined."""
+"""Number of starting points that are refined."""
 LOCK = "only thin, rigid scales on hinges lock: thick scales bend, and their joints give (squama twist)"
 BROKEN = 1e-7
-"""A limit that is broken by more than this share counts as broken."""
+"""Relative excess above which a limit counts as broken."""
 ACTIVE = 1e-6
-"""Bounds and limits nearer than this, in the unit cube and relative, are active."""
+"""Distance (unit cube, or relative) within which a bound or limit is active."""
 DISTINCT = (0.25, 0.1)
-"""Least distance of two designs that are both returned: the largest difference of a variable, of its range. The second
-holds where there are too few designs as far apart as the first."""
+"""Least distance of two returned designs: the largest difference of a variable as a share of its range. The second
+value holds where the first leaves too few designs.
+"""
 ASKED = 5
-"""Designs whose joint is found by elements, if need be, to ask what `squama.twist` or `squama.bend` says of them."""
+"""Number of designs whose joint may come from finite elements for the check by `squama.twist` or `squama.bend`."""
 WORSE = 2.0
-"""Designs that miss the target are returned up to this times the least merit."""
+"""Designs that miss the target are returned up to this multiple of the least merit."""
 
 
 _SHORT = {name: key for key, name in FULL.items()}
@@ -50,13 +51,13 @@ _SHORT = {name: key for key, name in FULL.items()}
 
 @dataclass(frozen=True)
 class Design:
-    """A beam that was found.
+    """A beam found by the search, with its goals and checks.
 
-    ``values`` of what was varied (SI), ``chosen`` from lists in words, ``active`` bounds and limits that it lies on,
-    ``end`` and ``rate_end`` (rad/m) of its curve as :func:`squama.twist` (:func:`squama.bend`) has them,
-    ``other_contact`` in words, ``refused``: why it cannot be built as it is, or its joint is not known; thick scales of
-    which something is refused have not met the target. ``met`` and ``goals`` are of the beam ``found_by`` in words
-    ("(10 scales, free to bow)"); ``beside`` what other models say of this design, of whom ``confirmed`` tells whether
+    ``values``: varied dimensions (SI); ``chosen``: options of lists in words; ``active``: bounds and limits on which
+    the design lies; ``end`` and ``rate_end`` (rad/m): end of its curve as of :func:`squama.twist`
+    (:func:`squama.bend`); ``other_contact``: another contact in words; ``refused``: why it cannot be printed, or why
+    its joint is not covered (thick scales then do not meet the target). ``met`` and ``goals`` belong to the model in
+    ``found_by`` ("(10 scales, free to bow)"); ``beside`` has the goals by other models, and ``confirmed`` tells whether
     all agree.
     """
 
@@ -76,17 +77,17 @@ class Design:
 
     @property
     def confirmed(self) -> bool:
-        """Whether it meets the target by the model of the search and by all others."""
+        """Whether the design meets the target by the model of the search and by all other models."""
         return self.met and all(other.agrees for other in self.beside)
 
     def said(self, goal: Reached, *, missed: bool = False) -> list[str]:
-        """Return a goal by other models, in words; with ``missed`` only by those that miss it."""
+        """Return the values of a goal by other models as text; with ``missed`` only by models that miss it."""
         pairs = ((other, one) for other in self.beside for one in other.goals if one.name == goal.name)
         return [other.says(one) for other, one in pairs if not (missed and (one.met or other.agrees))]
 
     @property
     def verdict(self) -> str:
-        """Whether the target is reached: by the model of the search, and by the others."""
+        """Sentence on whether the target is reached by the model of the search, and by the other models."""
         if not self.met:
             return f"target not reached, nearest attainable {self.found_by}".strip()
         against = [(goal, self.said(goal, missed=True)) for goal in self.goals]
@@ -98,7 +99,7 @@ class Design:
 
     @property
     def words(self) -> str:
-        """Reached goals, values of the varied dimensions and choices, in one line."""
+        """Reached goals, varied dimensions and choices, in one line."""
         goals = (
             ", ".join([f"{goal.name} {goal.reached:.4g} {goal.unit}".strip(), *self.said(goal)]) for goal in self.goals
         )
@@ -106,7 +107,7 @@ class Design:
         return "; ".join([*goals, *values, *(f"{k} {v}" for k, v in self.chosen.items())])
 
     def to_toml(self, title: str = "") -> str:
-        """Return the text of a beam file; comments name the goals."""
+        """Return the text of a beam file, with the goals in comments."""
         lines = [f"# {title}"] if title else []
         for goal in self.goals:
             unit = f" {goal.unit}" if goal.unit else ""
@@ -117,12 +118,12 @@ class Design:
 
 @dataclass(frozen=True)
 class InverseDesign:
-    """Designs for a target, the best first.
+    """Designs for a target, best first.
 
-    ``met`` tells whether the first one meets the target by the model of the search; if not it is the nearest attainable
-    one and its ``active`` names the bounds and limits that hold it. ``verdict`` says by which model, and what others
-    say; ``confirmed`` whether all agree. ``bounds`` (SI) of what was varied, ``tolerance`` (SI, of the first
-    design) by dimension, ``settings`` of the search. ``notes`` are lines for the reader.
+    ``met`` tells whether the first design meets the target by the model of the search; if not it is the nearest
+    attainable design, and its ``active`` names the bounds and limits that hold it. ``verdict`` names the model and the
+    results of other models; ``confirmed`` tells whether all agree. ``bounds``: SI, by varied dimension; ``tolerance``:
+    SI, of the first design, by dimension; ``settings`` of the search; ``notes``: lines for the reader.
     """
 
     source: str
@@ -155,7 +156,7 @@ class InverseDesign:
         return self.designs[i]
 
     def _repr_html_(self) -> str:
-        """Return the card of a notebook: the designs with their goals."""
+        """Return the HTML card of a notebook: the designs with their goals."""
         rows = [(f"design {i + 1}{'' if d.met else ', not on target'}", d.words) for i, d in enumerate(self.designs)]
         return card(f"{self.verdict}; {self.settings['scales']}", rows, self.notes)
 
@@ -171,29 +172,30 @@ def inverse_design(
 ) -> InverseDesign:
     """Find beams that reach a target: stiffen at a twist, keep within a torque and a stress, follow a curve, lock.
 
-    Designs have thick, elastic scales on the joint by its law; targets with a lock are for hinges. Each design is
-    rounded to dimensions that can be made, computed again with all contacts, and checked for what printer files refuse.
-    Designs with a number of scales are judged with all of them and their ends, others as endless beams.
+    Designs have thick, elastic scales on compliant joints, whose stiffness follows from the joint's law; targets with a
+    lock take hinges. Each design is rounded to dimensions that can be made, computed again with all contacts, and
+    checked against the rules of printer files. Designs with a number of scales are judged with all of them and their
+    ends, others as endless beams.
 
     Parameters
     ----------
     target : path or mapping
-        A TOML file, or the same as nested mappings: ``target`` (the goals), ``vary`` (bounds by dimension),
-        ``choose`` (lists of values or materials), ``limits``, ``rounding``, ``tolerance``; and ``start`` or the tables
-        of a beam. See docs, how-to: design a beam. Also a target that was read.
+        A TOML file, or the same as nested mappings: ``target`` (the goals), ``vary`` (bounds by dimension), ``choose``
+        (lists of values or materials), ``limits``, ``rounding``, ``tolerance``; and ``start`` or the tables of a beam.
+        See docs, how-to: design a beam. Or a :class:`Target`.
     beam, designs : Beam, int, optional
-        In place of the target's: the beam to start from, which gives all values that do not vary; distinct designs at
-        most (5).
+        In place of the target's: the starting beam, which supplies all values that do not vary; largest number of
+        distinct designs (5).
     starts, seed : int
-        Points of the bounds that are screened; seed of their Sobol sequence.
+        Number of points within the bounds that are screened; seed of their Sobol sequence.
     elements : bool
         Compare the first design with finite elements (extra ``fe``, minutes): lines among the notes.
 
     Returns
     -------
     InverseDesign
-        Distinct designs, the best first: those that meet the target ranked by how little their tolerances matter, or,
-        where none does, the nearest attainable ones.
+        Distinct designs, best first: those that meet the target, most robust against their tolerances first, or, where
+        none does, the nearest attainable designs.
 
     Raises
     ------
@@ -229,7 +231,7 @@ def inverse_design(
     look = residuals.look(y, slopes=True, plates=True)
     idle = _idle(look)
     if idle.size:
-        # as in the starting beam, unless the figures are then gone
+        # a variable without effect keeps its starting value, unless figures then vanish
         still = y.copy()
         still[:, idle] = first[idle]
         same = residuals.look(still, slopes=False, plates=True).merit <= look.merit * (1 + 1e-9)
@@ -249,7 +251,7 @@ def inverse_design(
     found = tuple(made[i] for i in chosen)
     asked = steps(enumerate(found), len(found), "designs asked by other models")
     found = tuple(replace(d, beside=beside.beside(target, d.beam, elements=i < ASKED)) for i, d in asked)
-    notes = [f"{space.variables[j].name} has no effect on what is asked" for j in idle.tolist()]
+    notes = [f"{space.variables[j].name} has no effect on the goals" for j in idle.tolist()]
     if any(goal.want.figure == "lock" for goal in target.goals):
         notes.append(LOCK)
     if elements:
@@ -278,7 +280,7 @@ def inverse_design(
 
 
 def _idle(look: Look) -> Array:
-    """Return the variables that no figure depends on, as far as there are starts that have all figures."""
+    """Return the indices of variables on which no figure depends, judged from starts that have all figures."""
     whole = np.isfinite(look.values).all(axis=0)
     if not whole.any():
         return np.empty(0, int)
@@ -286,7 +288,7 @@ def _idle(look: Look) -> Array:
 
 
 class _Refined(NamedTuple):
-    """Designs at the end of the search, and what their tolerances do (goals, dimensions, designs)."""
+    """Designs at the end of the search, and the effects of tolerances on them (goals, dimensions, designs)."""
 
     residuals: Residuals
     look: Look
@@ -294,11 +296,11 @@ class _Refined(NamedTuple):
 
     @property
     def limits(self) -> Array:
-        """Room to the limits alone, without the borders of the figures' domain."""
+        """Room to the limits (limits, designs) without the borders of the figures' domain; negative: broken."""
         return self.look.g[: len(self.look.g) - len(self.residuals.inside)]
 
     def broken(self) -> str:
-        """Name the limits that the nearest beam breaks."""
+        """Return the limits that the nearest beam breaks, with their values, as text."""
         look, target = self.look, self.residuals.target
         least = np.maximum(-self.limits, 0).sum(axis=0)
         i = int(np.argmin(np.where(np.isfinite(look.merit), least, np.inf)))
@@ -316,7 +318,7 @@ class _Refined(NamedTuple):
         return f"the nearest breaks {' and '.join(words)}"
 
     def chosen(self, made: Mapping[int, Design], count: int) -> list[int]:
-        """Return the numbers of the reported designs, the best first, of those that are made."""
+        """Return the indices of the reported designs, best first, among those in ``made``; ``count`` at most."""
         look, kept = self.look, np.array(list(made))
         met = np.array([design.met for design in made.values()])
         near = met if met.any() else look.merit[kept] <= WORSE * look.merit[kept].min()
@@ -330,9 +332,9 @@ class _Refined(NamedTuple):
         return sorted(chosen, key=order.index)
 
     def spread(self) -> Array:
-        """Return by how much tolerances move each design off its target, relative; less is better.
+        """Return the relative deviation from the target that tolerances cause (designs,); less is better.
 
-        What is asked as "at least" or "at most" has room for them: what goes beyond that room counts.
+        Goals "at least" or "at most" leave room for tolerances: only the effect beyond this room counts.
         """
         target, found = self.residuals.target, np.zeros(self.look.merit.size)
         for k, goal in enumerate(target.goals):
@@ -348,7 +350,7 @@ class _Refined(NamedTuple):
         space, target = self.residuals.space, self.residuals.target
         y, load, names = self.look.y[:, i], LOADS[space.load], [FULL.get(key, key) for key in target.tolerance]
         beam = space.beam_of(y)
-        # all contacts, and steps of its own
+        # the single beam: all contacts, its own steps
         wants = [goal.want for goal in target.goals]
         values, answer = joint_figures.followed(beam, wants, target.options, target.options.joint)
         lines = limits.refused(beam, target.printer if target.compliant else {}, sided=load.sided)
@@ -370,7 +372,7 @@ class _Refined(NamedTuple):
         )
 
     def active(self, i: int) -> list[str]:
-        """Name the bounds and limits on which a design lies, and the goals that it just meets."""
+        """Return the bounds and limits on which a design lies, and the goals that it just meets, as text."""
         found, target = [], self.residuals.target
         for v, share in zip(self.residuals.space.variables, self.look.y[:, i], strict=False):
             if share <= ACTIVE or share >= 1 - ACTIVE:
@@ -391,4 +393,4 @@ class _Refined(NamedTuple):
 
 
 design = inverse_design
-"""The same by the name of its command."""
+""":func:`inverse_design` under the name of its command."""

@@ -36,11 +36,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 BATCH = 4
-"""Populations of offspring that are made and evaluated at once, which is quicker with more at a time."""
+"""Populations of offspring that are evaluated together, because larger batches are faster."""
 NEAR = 0.002
-"""A design counts as new on the front where it is better than what is there by this share of the front's range."""
+"""Least improvement of a design that is tested for the front, as a share of the front's range."""
 DECADES = ("tangent", "torque", "stiffness", "stiffness_ratio", "W_fr")
-"""Objectives that span decades: spread over a front by their logarithm."""
+"""Objectives that span decades: the search takes their logarithm."""
 OBJECTIVES = {
     "hinge": {name: AT_TWIST[name] for name in ("tangent", "torque")}
     | {name: OF_BEAM[name] for name in ("stiffness", "engagement")}
@@ -49,14 +49,14 @@ OBJECTIVES = {
 }
 """Figures that may be traded off, by the joint."""
 AGREES = 0.02
-"""Figures of a beam with thick scales on a front are those of its curve with all contacts, up to this share."""
+"""Relative deviation allowed between a figure in the search and in the beam's own curve with all contacts."""
 SCREENED = 256
-"""Points of the bounds among which the first population is chosen; twice the population where that is more."""
+"""Least number of points within the bounds from which the first population is taken; else twice the population."""
 NAMED = 3
-"""Limits and figures that are named where there is no front."""
+"""Number of limits and figures that the message names where there is no front."""
 MOST = 5
 WAYS = {1: "max", -1: "min"}
-"""Which way is better, by the sense of an objective."""
+"""Words for the better direction, by the sense of an objective."""
 
 
 def pareto(
@@ -69,19 +69,19 @@ def pareto(
 ) -> xr.Dataset:
     """Find the beams of which none is better in one objective without being worse in another.
 
-    Figures are those of endless beams, whatever their number of scales.
+    Figures are those of endless beams, whatever the number of scales.
 
     Parameters
     ----------
     target, beam
         As in :func:`squama.inverse_design`; a table ``front`` names the objectives in its lists ``maximise`` and
-        ``minimise``. On the compliant joint ``tangent``, ``torque``, ``stiffness_ratio``, ``stress``,
-        ``strength_share``, ``W_fr``, ``RED`` (at the twist ``at``), ``stiffness``, ``engagement``, ``length``. With one
-        of ``range``, ``lock``, ``critical_mu`` (or ``W_fr``, ``RED`` without ``at``: up to the lock) the model is
-        hinges, which also have ``tangent`` and ``torque`` at ``at``. A table ``target`` is ignored.
+        ``minimise``. On compliant joints ``tangent``, ``torque``, ``stiffness_ratio``, ``stress``, ``strength_share``,
+        ``W_fr``, ``RED`` (at the twist ``at``), ``stiffness``, ``engagement``, ``length``. With one of ``range``,
+        ``lock``, ``critical_mu`` (or ``W_fr``, ``RED`` without ``at``: up to the lock) the model is hinges, which also
+        have ``tangent`` and ``torque`` at ``at``. A table ``target`` is ignored.
     population, generations, seed
-        Of NSGA-II, in place of the target's (200, 100, 1): population times generations beams are evaluated, after a
-        screen of the bounds from which the first population is taken.
+        Settings of NSGA-II in place of the target's (200, 100, 1): population times generations beams are evaluated,
+        after a screen of the bounds that supplies the first population.
 
     Returns
     -------
@@ -89,7 +89,7 @@ def pareto(
         Dimension ``design``, sorted by the first objective: the objectives, the varied dimensions (SI, named
         ``scale.length`` ...), ``end`` and the twist ``rate_end`` there. Every design is a beam that keeps all limits,
         has all figures, and whose plates meet nowhere else before; beams on compliant joints are rounded to dimensions
-        that can be made, and printer files can be written of them. Attributes hold the starting beam.
+        that can be made and obey the rules of printer files. Attributes hold the starting beam.
 
     Raises
     ------
@@ -132,7 +132,7 @@ def pareto(
 
 
 class Objective(NamedTuple):
-    """A figure that is to be large (``sense`` 1) or small (-1)."""
+    """A figure to be maximised (``sense`` 1) or minimised (-1)."""
 
     name: str
     sense: int
@@ -140,7 +140,7 @@ class Objective(NamedTuple):
 
 
 class Settings(NamedTuple):
-    """What is traded off and how long it is searched; ``given`` is the stated twist in words."""
+    """Objectives and settings of NSGA-II; ``at`` is the stated twist, ``given`` its text."""
 
     objectives: tuple[Objective, ...]
     population: int
@@ -151,7 +151,7 @@ class Settings(NamedTuple):
 
 
 def read_settings(table: FrontTable, context: Context, source: str = "") -> Settings:
-    """Read the table [front]; all mistakes are named at once."""
+    """Read the table [front]; one InputError names all mistakes."""
     problems = Problems()
     known = OBJECTIVES[context.joint]
     at_twist = [name for name in known if known[name] == AT_TWIST.get(name)]
@@ -191,10 +191,10 @@ def read_settings(table: FrontTable, context: Context, source: str = "") -> Sett
 
 
 class Seen(NamedTuple):
-    """Designs as the search sees them: objectives (n, k), violations (n,), figures and columns.
+    """Evaluated designs: objectives (n, k), violations (n,), figures and columns.
 
-    A violation is 0 where the design is a beam, has all figures and keeps all limits; ``broken`` says by name which
-    designs break what.
+    A violation is 0 where the design is a valid beam, has all figures and keeps all limits; ``broken`` holds masks (n,)
+    by broken limit or missing figure.
     """
 
     values: Array
@@ -205,10 +205,10 @@ class Seen(NamedTuple):
 
 
 class Trade:
-    """Objectives and limits of many designs.
+    """Objectives and limits of many designs, and the best designs so far.
 
-    ``best`` are all so far that no other dominates, each tested for every contact of its plates: points of the unit
-    cube, costs, objectives.
+    ``best``: points of the unit cube (n, m), costs (n, k) and objectives (n, k) of all designs so far that no other
+    design dominates, each tested for every contact of its plates.
     """
 
     def __init__(self, target: Target, chosen: Settings) -> None:
@@ -220,14 +220,14 @@ class Trade:
         self.best = [np.empty((0, n)) for n in (m, k, k)]
 
     def evaluate(self, y: Array, *, plates: bool) -> Seen:
-        """Evaluate points (n, m) of the unit cube."""
+        """Evaluate points (n, m) of the unit cube; ``plates``: test all plates for contact with each other."""
         c = self.space.cells(y)
         good = valid(c)
         found = self.target.figures(c, [], self.wants, plates=plates)
         k = len(self.chosen.objectives)
         values = found.values[:k].T
         if self.chosen.at is not None:
-            # stiffness is traded off in contact: before engagement it is "stiffness"
+            # stiffness at a twist counts in contact only: "stiffness" is that before engagement
             apart = found.load_e >= self.chosen.at.per_pitch(c.d, c.sizes["beam"]["scales"])
             of_contact = [o.name in ("tangent", "stiffness_ratio") for o in self.chosen.objectives]
             values[np.ix_(apart, of_contact)] = np.nan
@@ -241,7 +241,7 @@ class Trade:
         return Seen(values, violation, found, c, {name: v > 0 for name, v in short.items()} | missing)
 
     def costs(self, values: Array) -> Array:
-        """Return objectives (n, k) as costs: less is better, and those that span decades by their logarithm."""
+        """Return objectives (n, k) as costs, less is better; logarithms of objectives that span decades."""
         columns = []
         for o, column in zip(self.chosen.objectives, values.T, strict=True):
             decades = o.name in DECADES
@@ -251,16 +251,16 @@ class Trade:
         return np.stack(columns, axis=1)
 
     def ask(self, y: Array) -> tuple[Array, Array]:
-        """Return costs (n, k), less is better, and violations (n,) of designs; keep the good ones."""
+        """Return costs (n, k) and violations (n,) of points y (n, m); add good designs to ``best``."""
         values, violation = self.evaluate(y, plates=False)[:2]
         costs, there = self.costs(values), self.best[1]
-        # testing plates against each other takes longest: only what comes to the front by more than NEAR is tested
+        # the test of all plates takes longest: only designs that move the front by more than NEAR get it
         new = np.flatnonzero(violation <= 0)
         known = there - NEAR * np.ptp(there, axis=0) if len(there) else there
         first = undominated(np.vstack([known, costs[new]])) - len(known)
         new = new[first[first >= 0]]
         if new.size and not self.target.compliant:
-            # where another contact comes first, what is left of the design is what counts
+            # where another contact comes first the curve ends earlier, which may break a limit or remove a figure
             violation[new] = self.evaluate(y[new], plates=True).violation
             new = new[violation[new] <= 0]
         if new.size:
@@ -271,20 +271,20 @@ class Trade:
         return costs, violation
 
     def screened(self) -> Array:
-        """Return the starting beam and points all over the bounds, of the unit cube."""
+        """Return the starting beam and points spread over the bounds (n, m), in the unit cube."""
         start = self.space.start
         return np.vstack([start, sobol(max(SCREENED, 2 * self.chosen.population), start.size, self.chosen.seed)])
 
     def in_the_way(self) -> str:
-        """Name the limits and figures that most beams within the bounds break or lack."""
+        """Return the limits and figures that most beams within the bounds break or lack, as text."""
         shares = {name: float(v.mean()) for name, v in self.evaluate(self.screened(), plates=True).broken.items()}
         worst = sorted((name for name in shares if shares[name]), key=lambda name: -shares[name])[:NAMED]
-        return f"in the way all over the bounds: {', '.join(f'{name} ({shares[name]:.0%})' for name in worst)}"
+        return f"most often missed: {', '.join(f'{name} ({shares[name]:.0%})' for name in worst)}"
 
     def made(self, y: Array) -> tuple[Array, Array]:
-        """Return the points of rounded beams that still are on a front (n, m), and their objectives (n, k).
+        """Return the points (n, m) of rounded beams that remain on a front, and their objectives (n, k).
 
-        Each keeps all limits, passes what the printer files ask and has the figures of its curve with all contacts.
+        Each keeps all limits, obeys the rules of printer files and has the figures of its own curve with all contacts.
         """
         y = np.unique(self.space.nearest(y), axis=0)
         values, violation = self.evaluate(y, plates=True)[:2]
@@ -304,7 +304,7 @@ class Trade:
 
 
 def search(trade: Trade, chosen: Settings) -> tuple[Array, Array]:
-    """Return points of the front (n, m) and their objectives (n, k), as many as the population at most."""
+    """Return points (n, m) and objectives (n, k) of the front, at most as many as the population."""
     from pymoo.algorithms.moo.nsga2 import NSGA2
     from pymoo.core.problem import Problem
     from pymoo.optimize import minimize
@@ -333,14 +333,14 @@ def search(trade: Trade, chosen: Settings) -> tuple[Array, Array]:
 
 
 def undominated(costs: Array) -> NDArray[np.int64]:
-    """Return the places of the points (n, k) that no other one dominates, in their order; less is better."""
+    """Return the indices of the points (n, k) that no other point dominates, ascending; less is better."""
     from pymoo.util.nds.non_dominated_sorting import NonDominatedSorting
 
     return np.sort(np.asarray(NonDominatedSorting().do(costs, only_non_dominated_front=True), int))
 
 
 def spread(costs: Array, most: int) -> NDArray[np.int64]:
-    """Return the places of the points to keep: the most crowded are dropped until there are ``most``, none twice."""
+    """Return the indices of the points to keep: duplicates and the most crowded go until ``most`` are left."""
     from pymoo.operators.survival.rank_and_crowding.metrics import get_crowding_function
 
     left = np.sort(np.unique(costs, axis=0, return_index=True)[1])

@@ -1,4 +1,4 @@
-"""What is asked of a beam: goals, each one figure, read from the table [target]; how far a design is from them."""
+"""Goals of a target: figures and required values, read from the table [target]; a design's distance from them."""
 
 from __future__ import annotations
 
@@ -23,33 +23,33 @@ from squama.types import Array
 from squama.units import Dimension, look_up, shown
 
 ACCEPT = 0.01
-"""Largest difference, relative to what is asked, of a goal that counts as reached."""
+"""Largest relative difference at which a goal counts as reached."""
 LABELS = {"tangent": "tangent", "stiffness_ratio": "stiffness ratio", "strength_share": "stress over strength"}
 MOST_POINTS = 24
-"""Points of a measured curve that are used; more are thinned out evenly."""
+"""Largest number of points of a measured curve; longer curves are thinned out evenly."""
 SENSES = {"=": "", ">=": "at least ", "<=": "at most "}
-"""Words before an asked value."""
+"""Words before a required value."""
 
 
 class Pitches(NamedTuple):
-    """Pitch (m) and number of scales of designs."""
+    """Pitch ``d`` (m) and number of scales of designs; numbers or arrays."""
 
     d: Any
     scales: Any
 
     @classmethod
     def of(cls, every: Sequence[Cells], n: int) -> Pitches:
-        """Return pitches and numbers of scales of columns, shape (columns, n)."""
+        """Return pitches and numbers of scales of sets of columns, shape (sets, n)."""
         d, scales = [c.d for c in every], [c.sizes["beam"]["scales"] for c in every]
         return cls(np.reshape(d, (-1, n)), np.reshape(scales, (-1, n)))
 
 
 class Goal(NamedTuple):
-    """One figure that is asked for.
+    """One required figure.
 
-    ``name`` is its place in the file, ``number`` and ``unit`` as they were given. Twists are asked as an :class:`At`,
-    the rest as ``asked`` in SI units. ``sense`` is "=", ">=" or "<=". Differences are divided by ``scale`` (SI; the
-    asked value itself where it is 0), and weigh ``weight``. Goals of one ``group`` are reported together.
+    ``name`` is its place in the file, ``number`` and ``unit`` stand as given. A required twist is an :class:`At` in
+    ``twist``, other values are ``asked`` in SI units. ``sense`` is "=", ">=" or "<=". Differences are divided by
+    ``scale`` (SI; 0: the required value) and multiplied by ``weight``. Goals of one ``group`` are reported together.
     """
 
     name: str
@@ -64,25 +64,25 @@ class Goal(NamedTuple):
     group: str = ""
 
     def value(self, d: Any, scales: Any = 1.0) -> Any:
-        """Asked value in SI units (twists in rad per pitch) for designs with the pitch d and a number of scales."""
+        """Return the required value in SI units (twists: rad per pitch) for pitches d (m) and numbers of scales."""
         return self.asked + 0 * d if self.twist is None else self.twist.per_pitch(d, scales)
 
     def shown(self, reached: float, d: float, scales: float) -> float:
-        """Return a reached figure in the unit of the goal."""
+        """Return a reached figure (SI) in the unit of the goal."""
         return float(self.number * reached / self.value(d, scales))
 
     def met(self, reached: float, d: float, scales: float, accept: float) -> bool:
-        """Whether a reached figure (SI) meets the goal to within the share ``accept``."""
+        """Return whether a reached figure (SI) meets the goal to within the share ``accept``."""
         difference = float(self.relative(reached, d, scales))
         return (difference >= -accept or self.sense == "<=") and (difference <= accept or self.sense == ">=")
 
     def relative(self, reached: Any, d: Any, scales: Any) -> Any:
-        """Difference of a figure (SI) from the goal over ``scale``, or over the goal; complex steps go through it."""
+        """Return the difference of a figure (SI) from the goal, over ``scale`` or the goal; complex steps pass."""
         asked = self.value(d, scales)
         return (reached - asked) / (self.scale or asked)
 
     def slope(self, reached: Array, slopes: Array, moved: Pitches) -> Array:
-        """Return the derivatives (variables, designs) of the relative difference; 0 where there is no figure."""
+        """Return derivatives (variables, designs) of :meth:`relative`; 0 where there is no figure."""
         known = np.where(np.isfinite(reached), reached, 0.0)
         return np.asarray(np.imag(self.relative(known + 1j * STEP * slopes, *moved)) / STEP)
 
@@ -91,8 +91,8 @@ class Goal(NamedTuple):
 class Reached:
     """One goal of a design, in the unit of the target.
 
-    ``difference`` is reached minus asked; ``spread`` the root of the sum of squares of ``effects``, which are
-    derivative times tolerance by dimension. A measured curve is one goal: ``reached`` is then the rms difference of its
+    ``difference`` is reached minus required; ``effects`` by dimension are derivative times tolerance, ``spread`` is the
+    root of the sum of their squares. A measured curve is one goal: ``reached`` is then the rms difference of its
     points. A figure that the design does not have is NaN.
     """
 
@@ -108,7 +108,7 @@ class Reached:
 
     @property
     def wanted(self) -> str:
-        """Goal in words: "at least 5", "45 deg total"."""
+        """The goal as text: "at least 5", "45 deg total"."""
         return f"{SENSES[self.sense]}{self.asked:.5g} {self.unit}".strip()
 
 
@@ -120,10 +120,10 @@ def reached(
     effects: Array | None = None,
     names: Sequence[str] = (),
 ) -> list[Reached]:
-    """Return the reached goals of a design by its figures (goals,) in SI; points of a curve are one goal.
+    """Return the reached goals of one design from its figures (goals,) in SI; points of a curve make one goal.
 
-    ``own`` are the design's pitch and number of scales, ``effects`` (goals, dimensions) what tolerances do, over the
-    asked values, by the ``names`` of the dimensions.
+    ``own``: pitch and number of scales of the design; ``effects`` (goals, dimensions): effects of tolerances over the
+    required values; ``names`` of the dimensions.
     """
     by = np.zeros((len(goals), 0)) if effects is None else effects
     found: list[tuple[tuple[str, str, str, float], float, bool, Array]] = []
@@ -148,7 +148,7 @@ def _rms(values: Array) -> Array:
 
 
 def read_goals(table: TargetTable, context: Context, folder: Path, problems: Problems) -> tuple[Goal, ...]:
-    """Read all goals; add the mistakes to the problems."""
+    """Read all goals; mistakes are added to ``problems``."""
     found: list[Goal] = []
     for name in ("lock", "engagement", "stiffness", "RED", "critical_mu", "length"):
         if (value := getattr(table, name)) is not None:
@@ -177,7 +177,7 @@ def _single(name: str, value: object, context: Context) -> Goal:
 
 
 def _goal(where: str, name: str, want: Want, value: object, weight: float, context: Context) -> Goal:
-    """Read the goal value of a figure."""
+    """Read the required value of a figure."""
     figure = want.figure
     if figure in ("lock", "engagement"):
         got = targetfile.twist(where, value, context)
@@ -215,14 +215,14 @@ def _points(where: str, table: PointTable, kind: str, context: Context) -> list[
 
 
 def _figure(key: str, value: object) -> str:
-    """Return the figure that a key of a point asks for."""
+    """Return the name of the figure for a key of a point."""
     if key == "stress" and isinstance(value, str) and value.strip().endswith("%"):
         return "strength_share"
     return {"stiffness": "tangent", "moment": "torque"}.get(key, key)
 
 
 def _curve(value: object, context: Context, folder: Path) -> list[Goal]:
-    """Read a measured curve; points before any twist are left out."""
+    """Read a measured curve as goals; points without twist or torque are left out."""
     if not isinstance(value, str):
         refuse("target.curve", shown(value), "is no file name", 'write e.g. curve = "test.csv"')
     path = folder / value
@@ -260,7 +260,7 @@ def _weight(where: str, value: object) -> float:
 
 
 def conflicts(found: tuple[Goal, ...], space: Space, problems: Problems) -> None:
-    """Add pairs of goals that no beam can meet, and goals that need friction, to the problems."""
+    """Add contradictory pairs of goals, and goals that need friction, to the problems."""
     if not found and not problems:
         known = "allowed: lock, engagement, stiffness, RED, critical_mu, length, points, tangent, curve"
         problems.add("[target]", "", "asks for nothing", known)

@@ -1,7 +1,7 @@
-r"""Figures of many designs on hinges that a target may name, with their derivatives by whatever was moved.
+r"""Figures of many designs on hinges that a target may name, with their derivatives by the moved variables.
 
-No differences are taken but for the tangent. Along a path the torque at a given twist phi follows from the path
-parameter x with phi(x, p) = phi, so that by the implicit function theorem
+Only the tangent takes differences. Along a path the torque at a given twist phi follows from the path parameter x with
+phi(x, p) = phi, so that by the implicit function theorem
 
 .. math::  \frac{\mathrm d T}{\mathrm d p} = \frac{\partial T}{\partial p}
            - \frac{\partial T/\partial x}{\partial \phi/\partial x} \frac{\partial \phi}{\partial p},
@@ -33,21 +33,21 @@ from squama.types import Array
 
 COLUMNS = (*CONTACT, "ratio", "K", "d", "rigidity")
 GRID = 33
-"""Samples of a path between which a twist is looked for."""
+"""Samples of a path that bracket a twist."""
 NEAR = 1e-5
-"""Step of the central differences along the twist, relative."""
+"""Relative step of the central differences along the twist."""
 _NONE, _OTHER = CODES.index(End.NONE), CODES.index(End.OTHER)
 _OFF = (CODES.index(End.OFF_TIP), CODES.index(End.OFF_SIDE))
 
 Steps = dict[str, Array]
-"""Imaginary parts of a result by the parameters of the path, each moved by the complex step."""
+"""Imaginary parts of a result by the path's parameter that the complex step moves."""
 
 
 def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: Options, *, plates: bool) -> Found:
-    """Evaluate figures of many designs, flat columns.
+    """Evaluate the wanted figures of many designs from flat columns (n,).
 
-    ``moved`` are the same designs, each time with one variable moved by i STEP. With ``plates`` all plates are tested
-    against each other, as :func:`squama.twist` does; else a contact of another kind goes unnoticed.
+    Each entry of ``moved`` holds the same designs with one variable moved by i STEP. With ``plates`` all plates are
+    tested against each other, as :func:`squama.twist` does; without, a contact of another kind goes unnoticed.
     """
     n = c.eta.size
     columns = {name: np.stack([getattr(m, name) for m in moved or [c]]) for name in COLUMNS}
@@ -66,7 +66,7 @@ def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: O
             if want.figure == "stiffness":
                 put(i, np.arange(n), columns["rigidity"])
             elif want.at is not None:
-                # before engagement the beam is straight
+                # before engagement the bar alone resists
                 index = np.flatnonzero(want.at.per_pitch(c.d) <= np.minimum(sol.found.load_e, limit))
                 d, rigidity = columns["d"][:, index], columns["rigidity"][:, index]
                 put(i, index, rigidity * want.at.per_pitch(d) / d if want.figure == "torque" else rigidity)
@@ -81,7 +81,7 @@ def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: O
 
 
 def _follow(c: Cells, options: Options, *, plates: bool, with_work: bool) -> tuple[Solution, Array]:
-    """Return the ends of the designs, and how far their curves go."""
+    """Return the solution of the designs, and the end of their curves (n,) in rad per pitch."""
     load = LOADS[options.load]
     margin = options.margin if with_work else None
     columns = {name: np.asarray(getattr(c, name)) for name in CONTACT}
@@ -96,7 +96,7 @@ def _follow(c: Cells, options: Options, *, plates: bool, with_work: bool) -> tup
 
 
 class _Part:
-    """One track of paths: figures of its designs, arrays (moved, n) with complex steps; ``columns`` have that shape."""
+    """One track of paths: figures of its designs, arrays (moved, n) with complex steps; ``columns`` have this shape."""
 
     def __init__(
         self, columns: Steps, t: Track, options: Options, used: Sequence[str], work: Array, *, with_work: bool
@@ -111,7 +111,7 @@ class _Part:
         self.engaged = np.asarray(start.point(t.row.theta0, "edge", ARRAY).load)
 
     def figure(self, want: Want, limit: Array, code: Array) -> tuple[Array, Array]:
-        """Return the places of the designs that have the figure, and its values."""
+        """Return the indices of the designs that have the figure, and its values (moved, n)."""
         if want.at is not None:
             phi = want.at.per_pitch(self.columns["d"])
             there = (phi[0].real > self.engaged) & (phi[0].real <= limit)
@@ -122,7 +122,7 @@ class _Part:
         if want.figure == "engagement":
             return np.flatnonzero(limit >= self.engaged), self._result(self.engaged, lambda m: m.load_e)
         if want.figure == "reach":
-            # where other plates meet first the derivative is not known
+            # no derivative where other plates meet first
             return np.flatnonzero(code != _OTHER), self._result(limit, lambda m: m.load_end)
         if want.figure == "lock":
             value = self._result(limit, lambda m: m.load_end)
@@ -133,18 +133,18 @@ class _Part:
         return np.flatnonzero(locks), value
 
     def _stepped(self, value: Array, steps: Steps, lanes: Array | slice = slice(None)) -> Array:
-        """Return a result (moved, n) with the steps of all that was moved, from those by the path's parameters."""
+        """Return a result (moved, n) with the steps of the moved variables, from ``steps`` by path parameter."""
         total = np.zeros_like(self.columns["d"][:, lanes].real)
         for p, step in steps.items():
             total += np.where(np.isfinite(step), step, 0.0) * self.columns[p][:, lanes].imag / STEP
         return value + 1j * total
 
     def _result(self, value: Array, of: Callable[[Moved], Array]) -> Array:
-        """Return a result of :class:`Moved`."""
+        """Return ``value`` with the complex steps of a field of :class:`Moved`."""
         return self._stepped(value, {p: np.imag(of(m)) for p, m in self.moved.items()})
 
     def _critical(self) -> Array:
-        """Smallest friction that locks at engagement."""
+        """Return the smallest friction coefficient that locks at engagement, (moved, n)."""
         law, pt, steps = self.options.law, self.t.row.point(self.t.x0, self.options.law, ARRAY), {}
         for p, s in self.seeds.items():
             start = s.row.point(s.row.parameter(s.row.theta0, COMPLEX) + 0j, law, COMPLEX)
@@ -152,7 +152,7 @@ class _Part:
         return self._stepped(np.where(pt.M_f > 0, mechanics.mu_lock(pt), np.nan), steps)
 
     def _room(self, figure: str) -> Array:
-        """Room of the contact to the end of an edge, or what it lacks to a frictional lock, at the end of the path."""
+        """Return the room of the contact to the edge's end, or the moment missing to a lock, at the path's end."""
         law, t, b = self.options.law, self.t, self.base
         pt = t.row.point(t.x_end, law, ARRAY)
         side = np.sign(pt.p) if figure == "tip" else np.where(2 * pt.s < t.row.eta, 1.0, -1.0)
@@ -172,7 +172,7 @@ class _Part:
         return self._stepped(room(t.row, self.mu, pt), steps)
 
     def _dissipated(self, figure: str) -> Array:
-        """RED or frictional work at the cut-off before a lock."""
+        """Return RED or frictional work (J/m) at the cut-off before a lock, (moved, n)."""
         c, t, work = self.columns, self.t, self._result(self.base.work, lambda m: m.W_fr)
         if figure == "W_fr":
             return work * c["K"] / c["d"]
@@ -184,7 +184,7 @@ class _Part:
         return np.where(total.real > 0, work / total, 0.0)
 
     def _at_twist(self, figure: str, phi: Array, lanes: Array) -> Array:
-        """Torque or tangent stiffness at twists (moved, n) in contact; NaN elsewhere."""
+        """Return torque (N m) or tangent stiffness (N m^2) at twists (moved, n) in contact; NaN elsewhere."""
         K, d, rigidity, phi = (v[:, lanes] for v in (*(self.columns[n] for n in ("K", "d", "rigidity")), phi))
         at, turn, value = phi[0].real, 1j * phi.imag, np.full(self.columns["d"].shape, np.nan, complex)
         torque, slope, steps = self._torque(at, lanes)
@@ -200,7 +200,7 @@ class _Part:
         return value
 
     def _torque(self, phi: Array, lanes: Array) -> tuple[Array, Array, Steps]:
-        """Scales' torque in K_theta at a twist, its slope by the twist, and its steps by the path's parameters."""
+        """Return the scales' torque over K_theta at a twist, its slope by the twist, its steps by path parameter."""
         law, mu = self.options.law, self.mu
         x = self._place(phi, lanes)
         row = tracks.take(self.t.row, lanes)
@@ -216,7 +216,7 @@ class _Part:
         return np.real(torque), slope, steps
 
     def _place(self, phi: Array, lanes: Array) -> Array:
-        """Path parameters at which the paths reach their twists: bracketed on a grid, then Newton's method."""
+        """Return the path parameters at twists ``phi``: bracketed on a grid, then by Newton's method."""
         law, t = self.options.law, self.t
         if self.grid is None:
             x = t.x0 + (t.x_end - t.x0) * np.linspace(0.0, 1.0, GRID)[:, None]

@@ -1,6 +1,6 @@
-"""Figures of many beams that a target may name: thick, elastic scales on the joint by its law.
+"""Figures of many beams with thick, elastic scales on compliant joints, with derivatives by the moved variables.
 
-No differences are taken: a complex step goes through the law of the joint and the plates, and through the contact by
+No differences are taken: a complex step passes through the law of the joint and the plates, and through the contact by
 the implicit function theorem (:mod:`squama.contacts.derivatives`).
 """
 
@@ -26,17 +26,18 @@ from squama.study.compliant_columns import Figures
 from squama.types import Array
 
 LEAST = 1e-9
-"""Friction at which its derivative is taken where there is none."""
+"""Friction coefficient at which derivatives by friction are taken for a beam without friction."""
 _LOCK_ROLES = {"lock": "load_end", "RED": "RED_c", "critical_mu": "mu_static"}
-"""Roles of the variables of a response that are figures of a lock."""
+"""Fields of a response that hold the figures of a lock."""
 NEAR_REST = 1e-3
-"""Load angle per pitch at which a response is asked for of which only the figures of no twist are read."""
+"""Load angle (rad per pitch) of a response of which only the figures without a twist are used."""
 
 
 def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: Options, *, plates: bool) -> Found:
     """Evaluate figures of many beams; arguments and result as of :func:`squama.inverse.hinge_figures.evaluate`.
 
-    Contacts of all plates are always followed. Beyond a snap derivatives are not known: they are 0 there.
+    All contacts of the plates are always followed, whatever ``plates``. Beyond a snap derivatives are unknown and set
+    to 0.
     """
     del plates
     n, k = c.d.size, len(moved)
@@ -44,7 +45,7 @@ def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: O
         c = c.changed({"mu": np.maximum(c.mu, LEAST)}, c.sizes)
 
     def together(x: Array, *every: Array) -> Array:
-        # what is moved may not be harmless; each design's steps one after the other
+        # the real part is that of the harmless columns; the steps of one design stand in a row
         return np.asarray(np.real(x)[:, None] + 1j * np.imag(every).T).ravel()
 
     with np.errstate(all="ignore"):
@@ -52,12 +53,12 @@ def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: O
     slopes = np.imag(values).reshape(len(wants), n, -1).swapaxes(1, 2)[:, :k] / STEP
     ends = np.array([last.code, last.load_e, last.load_end])
     values, (code, load_e, load_end) = (np.real(v[:, :: max(1, k)]) for v in (values, ends))
-    # a beam whose joint is not known goes nowhere
+    # a beam whose joint is not covered has a curve of length 0
     return Found(values, np.where(np.isfinite(slopes), slopes, 0.0), code.astype(int), load_e, np.nan_to_num(load_end))
 
 
 def _values(c: Cells, wants: Sequence[Want], options: Options, copies: int) -> tuple[Array, Figures]:
-    """Return the wanted figures (wants, n), and all there are at the farthest twist that is asked for."""
+    """Return the wanted figures (wants, n), and all figures at the largest twist of the wants."""
     twists = list(dict.fromkeys(w.at for w in wants if w.at is not None)) or [At(0.0, path.RANGE)]
     n = c.sizes["beam"]["scales"]
     twists.sort(key=lambda at: float(np.max(at.per_pitch(c.d, n).real)))
@@ -83,10 +84,10 @@ def _figure(c: Cells, name: str, f: Figures) -> Array:
 def followed(
     beam: Beam, wants: Sequence[Want], options: Options, joint: str | None = "compliant", *, endless: bool = False
 ) -> tuple[list[float], Answer]:
-    """Return the wanted figures of one beam as :func:`squama.twist` or :func:`squama.bend` has them, and its response.
+    """Return the wanted figures of one beam as of :func:`squama.twist` or :func:`squama.bend`, and the response.
 
-    All contacts are looked for; figures of scales are the largest of them. With ``joint`` None the door takes what it
-    takes by default; ``endless``: the beam without ends. Figures of a lock are NaN where the curve has none.
+    All contacts are followed; a figure of scales is the largest of all scales. ``joint`` None: the default model of the
+    response; ``endless``: the beam without ends. Figures of a lock are NaN where the curve has none.
     """
     load = LOADS[options.load]
     at = [None if w.at is None else w.at.per_length(beam) for w in wants]
@@ -97,7 +98,7 @@ def followed(
     if not rates and joint != "compliant":
         rates = [NEAR_REST / beam.pitch]
     elif not rates:
-        # as far as the engagement's own figures are read
+        # far enough for the figures at engagement
         engaged = float(doors.respond(beam, options.load, at=[0.0], **common)["Phi_e"])
         rates = [2 * engaged if np.isfinite(engaged) else 0.0]
     answer = doors.respond(beam, options.load, at=rates, **common)
@@ -118,4 +119,4 @@ def followed(
 
 
 EVALUATE: dict[str, Callable[..., Found]] = {"hinge": hinge_figures.evaluate, "compliant": evaluate}
-"""What answers for many designs, by the joint."""
+"""Functions that evaluate figures of many designs, by the joint."""

@@ -1,6 +1,6 @@
-"""What can be made and used: limits on a design, each a measure that has to stay above or below a value.
+"""Limits on a design, for manufacture and use: each a measure that must stay above or below a value.
 
-Measures take columns of many designs, in m and rad; a complex step goes through them.
+Measures take columns of many designs, in m and rad; complex steps pass through.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _LENGTH = Bounds(0.0, 1e6, "0 or more, up to 1000 km", closed=True)
 
 
 class Sizes(NamedTuple):
-    """What limits look at; ``cos`` is cos(alpha); ``rate`` is the farthest twist or curvature, rad/m."""
+    """Sizes that limits use (m); ``cos`` of alpha, ``sin0`` of theta0, ``rate``: twist or curvature (rad/m)."""
 
     length: Array
     embedded: Array
@@ -45,7 +45,7 @@ class Sizes(NamedTuple):
 
     @classmethod
     def of(cls, c: Cells, load: str, rate: Array | float) -> Sizes:
-        """Return the sizes of designs."""
+        """Return the sizes of designs from their columns."""
         s, b = c.sizes["scale"], c.sizes["substrate"]
         cos = np.cos(c.alpha)
         plate = s["length"], s["embedded"], s["width"], s["thickness"], cos, np.sin(c.theta0)
@@ -53,12 +53,12 @@ class Sizes(NamedTuple):
 
     @property
     def apart(self) -> Array:
-        """Distance between the mid-planes of two neighbours."""
+        """Distance between the mid-planes of two neighbouring scales, m."""
         return self.d * self.sin0 * self.cos
 
 
 def farthest(c: Cells, asked: Sequence[At], lock: Array | None) -> Array:
-    """Return the farthest twist rate of designs: the largest that is asked for, or that of the lock."""
+    """Return the largest twist rate (rad/m) of designs (n,), of the goals and of the lock (rad per pitch)."""
     d = c.d
     rates = [0 * d, *(at.per_pitch(d, c.sizes["beam"]["scales"]) / d for at in asked)]
     if lock is not None:
@@ -71,7 +71,7 @@ Measure = Callable[[Sizes], Array]
 
 
 class Limit(NamedTuple):
-    """A limit: its measure, whether it holds from below, bounds of its value with an example, its formula."""
+    """A limit: its measure, whether it is a lower limit, dimension and bounds of its value, its formula."""
 
     measure: Measure
     least: bool
@@ -80,7 +80,7 @@ class Limit(NamedTuple):
     formula: str
 
     def room(self, s: Sizes, value: float) -> Array:
-        """Room left, in pitches or as a share of the value; negative where the limit is broken."""
+        """Return the room to the limit, in pitches or as a share of the value; negative where the limit is broken."""
         size = s.d * (s.scales if self is LIMITS["beam_length"] else 1)
         scale = size if self.dimension is Dimension.LENGTH else max(value, 1e-9)
         return (self.measure(s) - value if self.least else value - self.measure(s)) / scale
@@ -89,8 +89,8 @@ class Limit(NamedTuple):
 def shear_factor(width: Array | float, thickness: Array | float) -> Array:
     """Largest shear strain of a twisted rectangle over twist rate times shorter side (Saint-Venant).
 
-    1 - 8/pi^2 sum over odd n of 1/(n^2 cosh(n pi a/(2 b))), a >= b the sides; at the middle of the longer side. Source:
-    Timoshenko and Goodier, Theory of Elasticity, 3rd ed., section 109.
+    k_1 = 1 - 8/pi^2 sum over odd n of 1/(n^2 cosh(n pi a/(2 b))) for sides a >= b; at the middle of the longer side.
+    Source: Timoshenko and Goodier, Theory of Elasticity, 3rd ed., section 109.
 
     >>> print(f"{shear_factor(1.0, 1.0):.3f} {shear_factor(2.0, 1.0):.3f}")
     0.675 0.930
@@ -104,7 +104,7 @@ def shear_factor(width: Array | float, thickness: Array | float) -> Array:
 
 
 def _sides(width: Array | float, thickness: Array | float) -> tuple[Array, Array]:
-    """Return the longer and the shorter side."""
+    """Return the longer and the shorter side of rectangles."""
     return _most(np.asarray(width), np.asarray(thickness)), -_most(-np.asarray(width), -np.asarray(thickness))
 
 
@@ -124,13 +124,13 @@ def _ratio(measure: Measure, high: float, formula: str, example: str, *, least: 
 
 
 LIMITS: dict[str, Limit] = {
-    # margin of the bar beside the scales
+    # bar beside the scales
     "edge": _length(lambda s: (s.bar - s.width * s.cos) / 2, "(width - 2b cos(alpha))/2", "1 mm"),
     # clear gap between neighbouring plates and between their tabs
     "gap": _length(lambda s: s.apart - s.thickness, "d sin(theta0) cos(alpha) - t_s", "1 mm"),
-    # bar left between two slots, along its surface
+    # bar between two slots, along its surface
     "web": _length(lambda s: s.d * s.cos - s.thickness / s.sin0, "d cos(alpha) - t_s/sin(theta0)", "5 mm"),
-    # bar left under the embedded tabs
+    # bar under the embedded tabs
     "cover": _length(lambda s: s.height - s.embedded * s.sin0, "2t - L sin(theta0)", "4 mm"),
     "scale_thickness": _length(lambda s: s.thickness, "t_s", "0.4 mm"),
     # share of the gap that a plate fills
@@ -143,11 +143,11 @@ LIMITS: dict[str, Limit] = {
 """Limits by name."""
 
 ALWAYS = {"edge": 0.0, "cover": 0.0}
-"""Limits that hold unless others are given: scales no wider than the bar, tabs inside it."""
+"""Default limits: scales no wider than the bar, tabs inside it."""
 
 
 def rooms(s: Sizes, limits: Mapping[str, float], laws: Sequence[str]) -> dict[str, Array]:
-    """Room to every limit by name, and to the ends of the ranges of scaling laws ("joint_law (t_s/d <= 0.016)")."""
+    """Return the room to every limit by name, and to the range of scaling laws ("joint_law (t_s/d <= 0.016)")."""
     ratios = {
         "t_s/d": s.thickness / s.d,
         "L/d": s.embedded / s.d,
@@ -165,17 +165,17 @@ def rooms(s: Sizes, limits: Mapping[str, float], laws: Sequence[str]) -> dict[st
 
 
 def known_rooms(c: Cells) -> dict[str, Array]:
-    """Room to the ends of the range in which the law knows the joint of the beam with thick scales."""
+    """Return the room to the range of the law of compliant joints with thick scales, by name."""
     scale, bar = c.sizes["scale"], c.sizes["substrate"]
     over = bar["width"] / c.d, c.lam, scale["embedded"] / c.d, c.beta, scale["thickness"] / c.d
     return law.rooms(law.Shape(*over, c.alpha, c.theta0, bar["poisson_ratio"]))
 
 
 def printed_rooms(c: Cells, sizes: Plan) -> dict[str, Array]:
-    """Room to what :mod:`squama.fabrication.refuse` refuses of most beams, in pitches; sizes are those of the plan.
+    """Return the room, in pitches, to the rules of :mod:`squama.fabrication.refuse` by name; ``sizes`` of the plan.
 
-    In closed form, for the search; that of the slits of the mould is a little narrow, and what is handed out is asked
-    there.
+    Closed forms for the search, those of most beams; the room of the mould's slits is slightly too small. The designs
+    that are returned are checked by :mod:`squama.fabrication.refuse` itself.
     """
     scale, bar = c.sizes["scale"], c.sizes["substrate"]
     clear, feature = sizes.clearance * 1e-3, sizes.feature * 1e-3
@@ -193,14 +193,14 @@ def printed_rooms(c: Cells, sizes: Plan) -> dict[str, Array]:
 
 
 def _most(a: Array, b: Array) -> Array:
-    """Return the larger of each two; a complex step goes through."""
+    """Return the larger of each two values; complex steps pass through."""
     return np.where(np.real(a) >= np.real(b), a, b)
 
 
 def refused(beam: Beam, sizes: dict[str, float] | None, *, sided: bool = True) -> list[str]:
-    """Return reasons, one a line, why a beam cannot be printed with a workshop's sizes, or its joint is not known.
+    """Return reasons, one a line, why a beam cannot be printed with a workshop's sizes, or its joint is not covered.
 
-    The joint is looked at where the load is ``sided``: the law is that of twisting.
+    The joint is checked where the load is ``sided`` only, because the joint's law is that of twisting.
     """
     unknown = sided and beam.joint.matrix is None
     lines = [f"joint: {p}" for p in law.outside(shape(beam))] if unknown else []

@@ -1,4 +1,4 @@
-"""Figures that a target may name, the twists at which they are wanted, and what many designs have of them."""
+"""Figures that a target may name, the twists at which they are wanted, and their values for many designs."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ AT_TWIST = {
     "W_fr": ("J/m", "frictional work up to the stated twist"),
     "RED": ("1", "share of the work up to the stated twist that friction takes"),
 }
-"""Figures at a twist by name: unit, words. Hinges have the first two only, in contact."""
+"""Figures at a twist by name: unit, meaning. Hinges have tangent and torque only, and only in contact."""
 OF_BEAM = {
     "stiffness": ("N m2", "stiffness before engagement"),
     "engagement": ("rad", "twist per pitch at engagement"),
     "length": ("m", "length of the beam"),
 }
-"""Figures that need no twist; on hinges the length is given."""
+"""Figures without a twist; on hinges the length is fixed."""
 OF_LOCKS = {
     "range": ("rad", "twist per pitch from engagement to the lock"),
     "lock": ("rad", "twist per pitch at the lock"),
@@ -36,14 +36,15 @@ OF_LOCKS = {
     "RED": ("1", "relative energy dissipation at the cut-off before the lock"),
     "critical_mu": ("1", "smallest friction that locks at engagement"),
 }
-"""Figures of the lock, which only hinges have."""
+"""Figures of the lock, which exists on hinges only."""
 FIGURES = OF_LOCKS | OF_BEAM | AT_TWIST
 
 
 class At(NamedTuple):
-    """A twist, ``rate * d + angle + total / N`` in rad per pitch: one of a rate (rad/m), an angle per pitch, or in all.
+    """A twist ``rate * d + angle + total / N`` in rad per pitch, one term of which is set.
 
-    On hinges, the number N of whose scales does not vary, one in all is an angle per pitch.
+    ``rate`` in rad/m, ``angle`` in rad per pitch, ``total`` in rad of the whole beam. On hinges the number of scales N
+    does not vary, and a total twist becomes an ``angle``.
     """
 
     rate: float
@@ -51,20 +52,20 @@ class At(NamedTuple):
     total: float = 0.0
 
     def per_pitch(self, d: Any, scales: Any = 1.0) -> Any:
-        """Twist in rad per pitch of beams with the pitch d (m) and a number of scales."""
+        """Return the twist (rad per pitch) of beams with pitches d (m) and numbers of scales."""
         return self.rate * d + self.angle + self.total / scales
 
     def per_length(self, beam: Beam) -> float:
-        """Twist rate (rad/m) of a beam."""
+        """Return the twist rate (rad/m) of a beam."""
         return float(self.per_pitch(beam.pitch, beam.pitches)) / beam.pitch
 
 
 class Want(NamedTuple):
     """A figure by name, and the twist at which it is wanted.
 
-    Beside these figures the search asks for the borders of their domain: ``reach`` is how far the curve goes; ``tip``
-    and ``side`` are the room of the contact to the end of that edge at the lock, over the scale's half width or length;
-    ``hold`` the moment of friction that lacks for a lock where the contact runs off an edge, over the scale's length.
+    The search adds the borders of their domain: ``reach`` is the end of the curve (rad per pitch); ``tip`` and ``side``
+    are the room of the contact to the end of its edge at the lock, over the scale's half width or length; ``hold`` is
+    the moment of friction missing to a lock where the contact runs off an edge, over the scale's length.
     """
 
     figure: str
@@ -72,7 +73,7 @@ class Want(NamedTuple):
 
 
 class Options(NamedTuple):
-    """What is common to all designs; ``locks`` are the codes of the ends that count as locks.
+    """Options common to all designs; ``locks`` are the codes of the ends that count as locks.
 
     ``joint`` is "hinge" or "compliant", as in :func:`squama.twist`.
     """
@@ -86,10 +87,10 @@ class Options(NamedTuple):
 
 
 class Found(NamedTuple):
-    """Values of the wanted figures (wants, designs), NaN where a design has none, and how the designs end.
+    """Wanted figures of designs: values (wants, designs), NaN where a design has none, and the ends of the curves.
 
-    ``slopes`` (wants, variables, designs) are derivatives by what was moved. ``load_e`` is where a design engages and
-    ``load_end`` how far its curve goes, rad per pitch.
+    ``slopes`` (wants, variables, designs) are derivatives by the moved variables; ``code`` (designs,) is the end,
+    ``load_e`` engagement and ``load_end`` the end of the curve, rad per pitch.
     """
 
     values: Array
@@ -100,7 +101,7 @@ class Found(NamedTuple):
 
 
 def flat(c: Cells, n: int = 1) -> Cells:
-    """Return columns of one length, ``n`` where nothing varies."""
+    """Return columns all of one length (m,): that of the broadcast arrays, ``n`` where nothing varies."""
     every = [*c.arrays.values(), *(v for t in c.sizes.values() for v in t.values())]
     shape = np.broadcast_shapes((n,), *map(np.shape, every))
     n = math.prod(shape)
@@ -112,7 +113,7 @@ def flat(c: Cells, n: int = 1) -> Cells:
 
 
 def harmless(c: Cells, good: Array) -> Cells:
-    """Return columns in which rows that are no beam stand for something that can be computed."""
+    """Return columns in which rows that are no valid beam hold values that can be computed."""
     if good.all():
         return c
     fill = {"eta": 2.0, "lam": 0.5, "alpha": 0.5, "theta0": 0.2, "mu": 0.2}

@@ -1,4 +1,4 @@
-"""A target as least squares: residuals, limits and tolerances of many designs, with their derivatives."""
+"""Least squares of a target: residuals, limits and effects of tolerances for many designs, with derivatives."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from squama.study.parameters import of_beam
 from squama.types import Array
 
 ROOM = 1e-9
-"""Limits are kept with this much room, so that rounding does not break them."""
+"""Room kept to limits, so that rounding does not break them."""
 EDGE = 1e-6
-"""The same for the border of the domain where a figure is there."""
+"""Room kept to the borders of the domain of the figures."""
 MISSING = 100.0
-"""Residual of a design that has no such figure, e.g. does not lock; reached figures are relative to the asked ones."""
+"""Residual of a design that lacks the figure, e.g. does not lock; other residuals are relative differences."""
 PRICE = 1e4
-"""What a broken limit costs, in residuals."""
+"""Merit added per unit of a broken limit."""
 BORDERS = {
     "tip": "the contact at the lock at the end of the tip edge",
     "side": "the contact at the lock at the end of the side edge",
@@ -33,16 +33,16 @@ BORDERS = {
     "engagement": "engagement at the twist of the tangent",
     "reach": "the end of the curve at the farthest twist asked for",
 }
-"""Where the domain ends in which figures are smooth, by the figure that is 0 there."""
+"""Borders of the domain in which figures are smooth, by the figure that marks them."""
 
 
 class Look(NamedTuple):
-    """Designs as the search sees them, the last axis of all: residuals, limits, slopes of both, and the merit.
+    """Evaluated designs (last axis n): residuals, limits, derivatives of both, and merit.
 
-    ``y`` (variables, n) in the unit cube, ``r`` (goals, n), ``J`` (goals, variables, n), ``g`` (limits, n), ``G``
-    (limits, variables, n); of the merit less is better. ``values`` and ``slopes`` of the figures as in :class:`Found`,
-    those of the goals first; ``code`` and ``load_end`` of the curve's end; ``d`` and ``scales`` pitches and numbers of
-    scales.
+    ``y`` (variables, n) in the unit cube; ``r`` (goals, n) and ``J`` (goals, variables, n); ``g`` (limits, n), negative
+    where broken, and ``G`` (limits, variables, n); ``merit`` (n,), less is better. ``values`` and ``slopes`` of the
+    figures as in :class:`Found`, the goals first; ``code`` and ``load_end`` of the curve's end; ``d`` (m) and
+    ``scales`` are pitches and numbers of scales.
     """
 
     y: Array
@@ -60,7 +60,7 @@ class Look(NamedTuple):
 
 
 class Residuals:
-    """The residuals and limits of a target; ``shares`` (goals, 1) multiply the figures of the goals."""
+    """Residuals and limits of a target; ``shares`` (goals, 1) multiply the goals' figures, for beams with ends."""
 
     def __init__(self, target: Target, shares: Array | None = None) -> None:
         self.target, self.space = target, target.space
@@ -72,7 +72,7 @@ class Residuals:
         self.lock = "strain" in target.limits and locks
         self.wants = [*wants, Want("lock")] if self.lock else wants
         self.tangents = [w.at for w in wants if w.figure == "tangent" and w.at is not None]
-        # what keeps a design inside the domain where its figures are smooth
+        # limits that keep a design inside the domain where its figures are smooth
         edges = ("tip", "side", "hold") if locks and LOADS[target.space.load].sided else ()
         names = [*edges, *["reach"] * bool(self.rates), *["engagement"] * len(self.tangents)] if hinge else []
         self.inside = [Want(name) for name in names]
@@ -81,7 +81,7 @@ class Residuals:
         """Names of the limits in the order of ``Look.g``."""
 
     def look(self, y: Array, *, slopes: bool, plates: bool) -> Look:
-        """Evaluate points (n, m) of the unit cube, with derivatives if ``slopes``, and all plates if ``plates``."""
+        """Evaluate points (n, m) of the unit cube, with derivatives if ``slopes``, testing all plates if ``plates``."""
         c = self.space.cells(y)
         moved = self.space.moved(y) if slopes else []
         good = valid(c)
@@ -97,13 +97,13 @@ class Residuals:
         g, G = np.concatenate([g, room]), np.concatenate([G, rising[:, : len(moved)]])
         merit = 0.5 * (r * r).sum(axis=0) + PRICE * np.maximum(-g, 0).sum(axis=0)
         merit = np.where(good & np.isfinite(merit), merit, np.inf)
-        # what is chosen from a list has no slope
+        # choices from lists have no derivative
         still = ((0, 0), (0, m - J.shape[1]), (0, 0))
         J, G = np.pad(J, still), np.pad(G, still)
         return Look(y.T, r, J, g, G, merit, found.values, found.slopes, found.code, found.load_end, *own)
 
     def _inside(self, every: Found, d: Array, d_slopes: Array) -> tuple[Array, Array]:
-        """Room to the borders of the figures' domain, and its derivatives; 1 where there is no border."""
+        """Return the room to the borders of the figures' domain and its derivatives; 1 where there is no border."""
         k = len(self.inside)
         room, slopes = np.array(every.values[:k]), np.array(every.slopes[:k])
         tangents = iter(self.tangents)
@@ -129,7 +129,7 @@ class Residuals:
     def _residuals(self, found: Found, own: Pitches, moved: Pitches) -> tuple[Array, Array]:
         """Return weighted relative differences from the goals (goals, n), and derivatives (goals, variables, n).
 
-        Of a design without the figure the first is MISSING and how much of the twist it lacks.
+        A design without the figure has MISSING plus the share of the twist that its curve does not reach.
         """
         k, inside = len(self.target.goals), self.target.inside
         r, J = np.empty((k, own.d.size)), np.zeros_like(found.slopes[:k])
@@ -148,7 +148,7 @@ class Residuals:
         return r, J
 
     def _limits(self, c: Cells, moved: Sequence[Cells], found: Found) -> tuple[Array, Array]:
-        """Room to every limit (limits, n) and its derivatives."""
+        """Return the room to every limit (limits, n) and its derivatives (limits, variables, n)."""
 
         def every(c: Cells, values: Array) -> Array:
             return np.array([np.broadcast_to(room, c.d.size) for room in self.rooms(c, values).values()])
@@ -158,15 +158,15 @@ class Residuals:
         return g, np.stack(slopes, axis=1).reshape(len(g), -1, c.d.size) if moved else np.zeros((len(g), 0, c.d.size))
 
     def rooms(self, c: Cells, values: Array) -> dict[str, Array]:
-        """Room to every limit by name; ``values`` as in :class:`Found`, with the complex steps of the columns."""
+        """Return the room to every limit by name; ``values`` as in :class:`Found`, with the complex steps of ``c``."""
         return self.target.rooms(c, self.sizes(c, values))
 
     def sizes(self, c: Cells, values: Array) -> Sizes:
-        """Return the sizes that limits look at, up to the farthest twist of a goal, and the lock."""
+        """Return the sizes for limits, at the largest twist of a goal or at the lock."""
         return Sizes.of(c, self.space.load, farthest(c, self.rates, values[-1] if self.lock else None))
 
     def tolerances(self, y: Array) -> dict[str, Array]:
-        """Return the tolerance of every dimension (by key) for designs y (n, m), SI."""
+        """Return the tolerance (n,) of every dimension by key for designs y (n, m), SI."""
         values, (beam, load) = self.space.values(y), self.space[:2]
         found = {}
         for key, size in self.target.tolerance.items():
@@ -177,8 +177,8 @@ class Residuals:
     def effects(self, y: Array) -> Array:
         """Return derivative times tolerance (goals, dimensions, n) of designs y (n, m), for each of the tolerances.
 
-        In units of the asked value (of ``scale`` where a goal has one); a twist that is asked as a rate is compared at
-        the design's own pitch.
+        The unit is the required value (``scale`` where a goal has one); a twist required as a rate is compared at the
+        design's own pitch.
         """
         goals, values = self.target.goals, self.space.values(y)
         moved = [stepped(*self.space[:2], values, key, size, len(y)) for key, size in self.tolerances(y).items()]

@@ -1,12 +1,12 @@
-"""Many starts at once: a screen of points all over the bounds, then Gauss-Newton steps under linearised limits.
+"""Search from many starts: a screen of points over the bounds, then Gauss-Newton steps under linearised limits.
 
-All starts are evaluated together (:mod:`squama.batch`). A step is the least-squares step inside a box around the
-point, inside the bounds, and inside the limits as they are linearised there; it is taken if the merit falls, else the
-box shrinks. So a step that loses the lock, or meets another contact of the plates first, is not taken.
+All starts are evaluated together (:mod:`squama.batch`). A step minimises the linearised residuals inside a box around
+the point, inside the bounds and the linearised limits; it is taken if the merit falls, else the box shrinks. A step
+that loses the lock, or after which other plates meet first, raises the merit and is not taken.
 
-The search asks endless beams, whose end scales lack no neighbour. A figure at a twist of a beam with a number of scales
-is that of the endless beam times the share that its own scales have of it. The share changes little from one design to
-its neighbours, so it is found at a design, kept while that is refined, and found anew.
+The search computes endless beams, whose end scales have all neighbours. A figure at a twist of a beam with N scales is
+that of the endless beam times a share. The share changes little between neighbouring designs: it is computed at a
+design, kept while the design is refined, and computed anew.
 """
 
 from __future__ import annotations
@@ -24,40 +24,40 @@ from squama.progress import steps
 from squama.types import Array
 
 BEST = 400
-"""Points of the screen whose plates are tested against each other."""
+"""Points of the screen whose plates are all tested against each other."""
 SPREAD = 0.06
-"""Least distance of two starts, in the unit cube, per root of the number of variables."""
+"""Least distance of two starts in the unit cube, over the root of the number of variables."""
 ROUNDS = 60
 BEND = 1.0
-"""How far limits may bend, per square of a step."""
+"""Allowance for the curvature of limits, per square of a step."""
 STILL = 1e-12
-"""Relative gain of a step at which a point counts as settled."""
+"""Relative gain of a step below which a point counts as converged."""
 LATE, HOPELESS = 24, 2.0
-"""Steps after which points whose merit is that many times the best are left."""
+"""Number of steps after which points with HOPELESS times the best merit are dropped."""
 DAMPING = 1e-7
 SMALL = 1e-13
 WIDEST, FIRST = 0.5, 0.15
-"""Half widths of the box of a step, of the unit cube."""
+"""Largest and first half width of the box of a step, in the unit cube."""
 CORNERS = 8
-"""Dimensions all of whose roundings up and down are tried together; of more as many are drawn."""
+"""Largest number of dimensions whose roundings up and down are all tried; for more, as many are drawn at random."""
 NEIGHBOURS = 4
-"""How often neighbours on the grid are looked at."""
+"""Number of searches among the neighbours on the grid."""
 GOOD = 1e-12
-"""Merit below which a design does all that is asked."""
+"""Merit below which a design meets all goals."""
 AWAY = 1e-9
-"""Price of the distance from the design before it is rounded, in steps squared: among equals the nearest is taken."""
+"""Merit per squared distance from the unrounded design, in steps: among equal designs the nearest is taken."""
 REPEATS, NEAR = 4, 2e-3
-"""How often a design is refined for its own scales, and the change of a share from which on it is once more."""
+"""Largest number of refinements with a design's own share; the change of a share that calls for another one."""
 TYPICAL, LIKELY = 5, 4
-"""Designs whose shares are taken as typical; designs that are refined, beside two for each that is wanted."""
+"""Number of designs whose shares give the typical share; designs refined, beyond two per wanted design."""
 MOST = 20.0
-"""Largest share, and one over the least."""
+"""Bound of a share, and of its inverse."""
 Move = Callable[[Residuals, Array], Array]
-"""From residuals and a point (1, m) to one that is nearer to the target."""
+"""Function of residuals and a point (1, m) that returns a better point (1, m)."""
 
 
 def sobol(n: int, m: int, seed: int) -> Array:
-    """Return n points of a scrambled Sobol sequence in the unit cube of m dimensions."""
+    """Return n points of a scrambled Sobol sequence in the unit cube of m dimensions, (n, m)."""
     from scipy.stats import qmc
 
     power = int(np.ceil(np.log2(max(n, 2))))
@@ -65,7 +65,7 @@ def sobol(n: int, m: int, seed: int) -> Array:
 
 
 def screen(target: Residuals, first: Array, n: int, keep: int, seed: int) -> Array:
-    """Return the best points of a screen, spread out; ``first`` (m,) is the starting beam."""
+    """Return good points (``keep``, m) of a screen of n points, spread out; ``first`` (m,) is the starting beam."""
     y = np.vstack([first, sobol(n, len(first), seed)])
     merit = target.look(y, slopes=False, plates=False).merit
     y = y[np.argsort(merit, kind="stable")[:BEST]]
@@ -82,8 +82,8 @@ def screen(target: Residuals, first: Array, n: int, keep: int, seed: int) -> Arr
 
 
 def refine(target: Residuals, y: Array) -> Look:
-    """Return the designs at which the search ends, from starts (n, m) in the unit cube."""
-    # arrays of its own, which may be written to
+    """Return the refined designs from starts (n, m) in the unit cube."""
+    # own arrays, because they are overwritten
     best = copy.deepcopy(target.look(y, slopes=True, plates=True))
     radius = np.full(len(y), FIRST)
     live = np.isfinite(best.merit)
@@ -100,7 +100,7 @@ def refine(target: Residuals, y: Array) -> Look:
         size = np.abs(moved).max(axis=1)
         with np.errstate(all="ignore"):
             ratio = np.where(promised > 0, gain / promised, 0.0)
-        # where the border holds a step back the box shrinks too, and lets the next one nearer to it
+        # a step held back by a border shrinks the box, so that the next step can come nearer to it
         wide = np.where(ratio > 0.7, 2.0, 1.0) * np.clip(radius[lanes], size, np.maximum(2 * size, radius[lanes] / 8))
         radius[lanes] = np.where(ratio > 0.2, np.minimum(wide, WIDEST), np.minimum(size, radius[lanes]) / 3)
         for mine, other in zip(best, look, strict=True):
@@ -115,17 +115,17 @@ def refine(target: Residuals, y: Array) -> Look:
 def _step(look: Look, i: int, radius: float) -> Array:
     """Return the step (m,) of point i inside a box of half width ``radius``."""
     m = len(look.y)
-    # a residual without a slope (a figure that is not there) has nothing to say
+    # residuals of missing figures have derivative 0 and do not count
     J, r = look.J[:, :, i], look.r[:, i]
     E = np.vstack([J, np.sqrt(DAMPING) * np.eye(m)])
     f = np.append(-r, np.zeros(m))
     low, high = np.maximum(-look.y[:, i], -radius), np.minimum(1 - look.y[:, i], radius)
     box, edge = np.vstack([np.eye(m), -np.eye(m)]), np.append(low, -high)
-    # limits and the border of the domain may bend: keep off them as far as they may bend within the box
+    # limits and borders are curved: keep off them by their possible curvature within the box
     g, G = look.g[:, i] - BEND * radius**2, look.G[:, :, i]
     step = lsi(E, f, np.vstack([box, G]), np.append(edge, -g))
     if step is None:
-        # the limits cannot all be kept inside the box: as far as they can
+        # no point of the box keeps all limits: penalise the broken ones
         broken = g < 0
         E = np.vstack([E, PRICE * G[broken]])
         f = np.append(f, -PRICE * g[broken])
@@ -134,7 +134,7 @@ def _step(look: Look, i: int, radius: float) -> Array:
 
 
 def _model(look: Look, i: int, step: Array) -> float:
-    """Return the merit of point i after a step, by the linear model."""
+    """Return the merit of point i after a step, by the linearised residuals and limits."""
     r = look.r[:, i] + look.J[:, :, i] @ step
     g = look.g[:, i] + look.G[:, :, i] @ step
     return float(0.5 * r @ r + PRICE * np.maximum(-g, 0).sum())
@@ -158,7 +158,7 @@ def lsi(E: Array, f: Array, G: Array, h: Array) -> Array | None:
         return start
     A = np.linalg.solve(R.T, G.T).T
     b = h - G @ start
-    # rows of one size keep the small problem well scaled; one of nothing but zeros holds anyway, or never
+    # rows of equal norm keep the problem well scaled; a row of zeros always holds, or never
     size = np.linalg.norm(A, axis=1)
     empty = size == 0
     if np.any(h[empty] > 0):
@@ -177,7 +177,7 @@ def lsi(E: Array, f: Array, G: Array, h: Array) -> Array | None:
 
 
 def rounded(residuals: Residuals, y: Array, seed: int = 1) -> Array:
-    """Return designs (n, m) on the grid of the steps: of each the best neighbour."""
+    """Return designs (n, m) on the grid of the steps: the best neighbour of each on the grid."""
     space = residuals.space
     grid = [v for v in space.variables if v.step]
     if not grid:
@@ -188,7 +188,7 @@ def rounded(residuals: Residuals, y: Array, seed: int = 1) -> Array:
     exact = np.stack([values[v.key] for v in grid], axis=1) / sizes
 
     def place(which: Array, multiples: Array) -> Array:
-        """Return points of designs (k,) with multiples (k, g)."""
+        """Return points (k, m) of designs ``which`` (k,) with multiples (k, g) of the steps."""
         at = {key: column[which] for key, column in values.items()}
         return space.place(at | {v.key: column for v, column in zip(grid, (multiples * sizes).T, strict=True)})
 
@@ -215,24 +215,24 @@ def rounded(residuals: Residuals, y: Array, seed: int = 1) -> Array:
 
 
 def _corners(k: int, rng: np.random.Generator) -> Array:
-    """Return roundings down (0) and up (1) of k numbers."""
+    """Return roundings down (0) and up (1) of k numbers, (combinations, k)."""
     if k <= CORNERS:
         return np.array(list(itertools.product((0.0, 1.0), repeat=k)))
     return rng.integers(0, 2, (2**CORNERS, k)).astype(float)
 
 
 def _around(k: int) -> Array:
-    """Return steps of one or two of k numbers."""
+    """Return steps of one or two units of k numbers, (combinations, k)."""
     one = np.concatenate([np.eye(k), -np.eye(k)])
     two = [a + b for a, b in itertools.combinations(one, 2) if np.any(a + b)]
     return np.array([*one, *two])
 
 
 def with_ends(target: Target, look: Look, count: int, seed: int) -> tuple[Look, Array]:
-    """Refine the designs of a search for their own number of scales; ``count`` are wanted.
+    """Refine the designs of a search for their own number of scales; ``count`` designs are wanted.
 
-    All of them once more with the shares that are typical, then the best ones with their own. The second are the shares
-    (goals, n) of the endless beam's figures that they have.
+    First all designs with typical shares, then the best designs each with its own. Returns the designs, and the shares
+    (goals, n) of their figures in those of the endless beam.
     """
     some = np.concatenate([_shares(target, look.y[:, [i]].T) for i in _best(look, TYPICAL)], axis=1)
     some = some[:, np.isfinite(some).all(axis=0)]
@@ -240,7 +240,7 @@ def with_ends(target: Target, look: Look, count: int, seed: int) -> tuple[Look, 
         look = refine(Residuals(target, np.median(some, axis=1, keepdims=True)), look.y.T)
     best = _best(look, LIKELY + 2 * count)
     found = [_with_ends(target, look.y[:, [i]].T, seed) for i in steps(best.tolist(), best.size, "designs refined")]
-    # a design that does not come to the twist cannot be judged, unless there is no other
+    # drop designs whose curves end before the twist, unless there are no others
     found = [one for one in found if np.isfinite(one[1]).all()] or found
     looks, shares = zip(*found, strict=True)
     joined = Look(*(np.concatenate(parts, axis=-1) for parts in zip(*looks, strict=True)))
@@ -248,20 +248,20 @@ def with_ends(target: Target, look: Look, count: int, seed: int) -> tuple[Look, 
 
 
 def _best(look: Look, n: int) -> Array:
-    """Return the numbers of the best designs, n at most."""
+    """Return the indices of the n best designs with finite merit."""
     best = np.argsort(look.merit, kind="stable")[:n]
     return best[np.isfinite(look.merit[best])]
 
 
 def _with_ends(target: Target, y: Array, seed: int) -> tuple[Look, Array]:
-    """Refine a design (1, m) for its own scales, and put it on the grid of what can be made."""
+    """Refine a design (1, m) for its own number of scales, and round it to the grid of the steps."""
 
     def settled(
         y: Array, shares: Array, before: float, move: Callable[[Residuals, Array], Array]
     ) -> tuple[Array, Array]:
         last: Array | float = before
         for _ in range(REPEATS):
-            # (a beam that does not come to a twist stays as it is)
+            # (a beam whose curve ends before the twist has NaN and stays as it is)
             if not np.abs(shares / last - 1).max() >= NEAR:
                 break
             y = move(Residuals(target, shares), y)
@@ -277,9 +277,9 @@ def _with_ends(target: Target, y: Array, seed: int) -> tuple[Look, Array]:
 
 
 def _shares(target: Target, y: Array) -> Array:
-    """Return the shares (goals, 1) of the endless beam's figures that a design (1, m) has; 1 of what has no twist.
+    """Return the figures of a design (1, m) over those of the endless beam, (goals, 1); 1 for goals without a twist.
 
-    NaN where the design does not come to the twist.
+    NaN where the curve of the design ends before the twist.
     """
     wants, beam = [goal.want for goal in target.goals], target.space.beam_of(y[0])
     own, _ = joint_figures.followed(beam, wants, target.options)

@@ -1,4 +1,4 @@
-"""What is varied: dimensions of a beam between bounds, as points of the unit cube."""
+"""Space of designs: dimensions of a beam between bounds, and choices from lists, as points of the unit cube."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from squama.types import Array
 DIMENSIONS = tuple(FULL.get(name, name) for name in PARAMETERS if "." in FULL.get(name, name) and name != FACTOR)
 """Dimensions of a beam file that may be varied."""
 SLACK = 1e-9
-"""Bounds that are multiples of a step up to rounding are such."""
+"""Relative tolerance within which bounds count as multiples of a step."""
 WIDE = 10.0
-"""Bounds farther apart than this factor are divided in equal ratios."""
+"""Ratio of the bounds above which a range is divided geometrically."""
 
 
 class Grid(NamedTuple):
-    """To what a dimension is rounded: multiples of ``step`` units; a step of 0 is none."""
+    """Rounding of a dimension to multiples of ``step`` in ``unit``; no rounding with step 0."""
 
     step: float = 0.0
     unit: str = ""
 
 
 class Variable(NamedTuple):
-    """A dimension (``name`` as in the beam file, ``key`` as in a sweep) and its bounds, SI; what it is rounded to."""
+    """A varied dimension: ``name`` as in the beam file, bounds (SI), and the grid to which it is rounded."""
 
     name: str
     low: float
@@ -46,30 +46,30 @@ class Variable(NamedTuple):
 
     @property
     def geometric(self) -> bool:
-        """Whether the range is divided in equal ratios."""
+        """Whether the range is divided geometrically."""
         return self.low > 0 and self.high / self.low > WIDE
 
     @property
     def step(self) -> float:
-        """Step to which it is rounded, SI; 0 where it is not, or no multiple lies within the bounds."""
+        """Step of the rounding, SI; 0 where there is none, or no multiple lies within the bounds."""
         low, high = self.multiples
         return self.made(1) if high >= low else 0.0
 
     @property
     def multiples(self) -> tuple[int, int]:
-        """Least and largest multiple of the step within the bounds; (1, 0) where there is none."""
+        """Smallest and largest multiple of the step within the bounds; (1, 0) where there is none."""
         if not self.grid.step:
             return 1, 0
         step = self.made(1)
         return math.ceil(self.low / step * (1 - SLACK)), math.floor(self.high / step * (1 + SLACK))
 
     def made(self, multiple: float) -> float:
-        """Return a multiple of the step as the text of a file would be read, SI."""
+        """Return a multiple of the step as read from the text of a file, SI."""
         text = f"{multiple * self.grid.step:.12g} {self.grid.unit}".strip()
         return units.quantity(text, PARAMETERS[self.key].dimension)
 
     def rounded(self, value: float) -> float:
-        """Return the nearest value within the bounds that is a multiple of the step."""
+        """Return the nearest multiple of the step within the bounds, SI."""
         if not self.step:
             return value
         low, high = self.multiples
@@ -77,7 +77,7 @@ class Variable(NamedTuple):
 
 
 class Choice(NamedTuple):
-    """What is chosen from a list: its ``name``, options in words, and what each sets, SI by name in the beam file."""
+    """A choice from a list: its ``name``, options in words, and the values (SI) that each sets, by beam-file name."""
 
     name: str
     words: tuple[str, ...]
@@ -85,16 +85,16 @@ class Choice(NamedTuple):
 
     @property
     def columns(self) -> dict[str, Array]:
-        """Values of all options, by the keys of what they set."""
+        """Values (options,) that the options set, by key."""
         return {ALIASES.get(name, name): np.array([one[name] for one in self.options]) for name in self.options[0]}
 
     def number(self, share: Array) -> Array:
-        """Return which option each share (n,) of the unit cube stands for."""
+        """Return the option's index for shares (n,) of the unit interval."""
         return np.asarray(np.minimum((share * len(self.options)).astype(int), len(self.options) - 1))
 
 
 class Space(NamedTuple):
-    """A beam, what is varied of it, and what is chosen; points of the unit cube have a column for each, in order."""
+    """The starting beam, varied dimensions and choices; points of the unit cube have a column for each, in order."""
 
     beam: Beam
     load: str
@@ -102,7 +102,7 @@ class Space(NamedTuple):
     choices: tuple[Choice, ...] = ()
 
     def values(self, y: Array) -> dict[str, Array]:
-        """Return dimensions (SI, by key) of points (n, m) of the unit cube."""
+        """Return dimensions (n,), SI, by key, of points (n, m) of the unit cube."""
         found: dict[str, Array] = {}
         for choice, share in zip(self.choices, y.T[len(self.variables) :], strict=True):
             found |= {key: column[choice.number(share)] for key, column in choice.columns.items()}
@@ -113,9 +113,9 @@ class Space(NamedTuple):
         return found
 
     def place(self, values: Mapping[str, Array | float]) -> Array:
-        """Return the point (m,), or points (n, m), of the unit cube of dimensions, by key; the nearest within bounds.
+        """Return points (m,) or (n, m) of the unit cube for dimensions (SI) by key; the nearest within bounds.
 
-        Of what is chosen it is the option that is nearest in its first dimension.
+        A choice takes the option that is nearest in its first dimension.
         """
         shares = []
         for v in self.variables:
@@ -130,20 +130,20 @@ class Space(NamedTuple):
 
     @property
     def start(self) -> Array:
-        """The point (m,) of the starting beam."""
+        """Point (m,) of the starting beam in the unit cube."""
         return self.place({key: of_beam(self.beam, self.load, key) for key in self.keys})
 
     @property
     def keys(self) -> list[str]:
-        """Keys of all that is varied or chosen."""
+        """Keys of all varied or chosen dimensions."""
         return [*(v.key for v in self.variables), *(key for choice in self.choices for key in choice.columns)]
 
     def cells(self, y: Array) -> Cells:
-        """Return the columns of the beams of points (n, m)."""
+        """Return the columns of the beams at points (n, m)."""
         return cells_of(self.beam, self.load, self.values(y), len(y))
 
     def moved(self, y: Array) -> list[Cells]:
-        """Return the columns with each variable moved by a complex step; derivatives are by the unit cube."""
+        """Return columns with each variable moved by a complex step, for derivatives by the unit cube's coordinates."""
         values = self.values(y)
         found = []
         for v in self.variables:
@@ -152,7 +152,7 @@ class Space(NamedTuple):
         return found
 
     def beam_of(self, y: Array) -> Beam:
-        """Return the beam of one point (m,), its dimensions rounded to their steps."""
+        """Return the beam at one point (m,), its dimensions rounded to their steps."""
         at = self.values(y[None])
         varied = {v.name: v.rounded(float(at[v.key][0])) for v in self.variables}
         return built(self.beam, {**varied, **{name: x for one in self.chosen(y) for name, x in one[1].items()}})
@@ -164,25 +164,25 @@ class Space(NamedTuple):
         return self.place(values)
 
     def chosen(self, y: Array) -> list[tuple[str, dict[str, float]]]:
-        """Return the chosen options of one point (m,): words, and what they set."""
+        """Return the chosen options at one point (m,): words, and the values that they set."""
         shares = y[len(self.variables) :]
         numbers = [int(choice.number(share)) for choice, share in zip(self.choices, shares, strict=True)]
         return [(c.words[i], c.options[i]) for c, i in zip(self.choices, numbers, strict=True)]
 
 
 def stepped(beam: Beam, load: str, values: dict[str, Array], key: str, rate: Array | float, n: int) -> Cells:
-    """Return the columns with one dimension moved by ``rate`` i STEP."""
+    """Return the columns (n,) with dimension ``key`` moved by ``rate`` i STEP."""
     at = np.broadcast_to(values.get(key, of_beam(beam, load, key)), n)
     return cells_of(beam, load, {**values, key: at + 1j * STEP * rate}, n)
 
 
 def cells_of(beam: Beam, load: str, values: dict[str, Array], n: int) -> Cells:
-    """Return the columns of n designs with some dimensions replaced; the number of their scales among the sizes."""
+    """Return the columns of n designs with dimensions (SI, by key) replaced; scales in ``sizes["beam"]``."""
     c = flat(columns(beam, {key: value for key, value in values.items() if key != SCALES}, load=load), n)
     scales = np.ascontiguousarray(np.broadcast_to(values.get(SCALES, float(beam.pitches)), n))
     return c.changed(c.arrays, {**c.sizes, "beam": {"scales": scales}})
 
 
 def built(beam: Beam, values: Mapping[str, float]) -> Beam:
-    """Return a beam with some values replaced, SI, by their names in the beam file."""
+    """Return a beam with some values (SI) replaced, by their names in the beam file."""
     return beam._with({name: round(value) if name == SCALES else value for name, value in values.items()})

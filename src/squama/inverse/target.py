@@ -1,4 +1,4 @@
-"""A target: starting beam, what is asked, what may be varied and within which limits; from a file or a mapping."""
+"""A target, read from a file or a mapping: starting beam, goals, varied dimensions and limits."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from squama.units import Dimension, shown
 
 MOST_DESIGNS = 100
 DEFAULTS = {Dimension.LENGTH: 1e-4, Dimension.ANGLE: 0.017453292519943295}
-"""Tolerances of lengths (m) and angles (rad) unless given; of the rest: SHARE of the value."""
+"""Default tolerances of lengths (m) and angles (rad); other values have the share SHARE."""
 SHARE = 0.05
 _LOCKS = {
     "any": LOCKS,
@@ -42,11 +42,11 @@ LOCK_GOALS = ("lock", "lock_by", "RED", "critical_mu")
 
 
 class Target(NamedTuple):
-    """A target that was read and checked.
+    """A target, read and checked.
 
-    ``limits`` by name, SI; ``laws`` whose ranges hold as limits; ``tolerance`` by key, SI or (below 0) as minus the
-    share of the value; ``front`` as it stands in the file; ``printer``: sizes in m and rad with which thick scales have
-    to be printable, or None.
+    ``limits`` by name, SI; ``laws``: scaling laws whose ranges are limits; ``tolerance`` by key, SI, or minus the share
+    of the value; ``front`` as in the file; ``printer``: sizes (m, rad) with which thick scales must be printable, or
+    None.
     """
 
     source: str
@@ -63,33 +63,33 @@ class Target(NamedTuple):
 
     @property
     def compliant(self) -> bool:
-        """Whether the figures are those of thick, elastic scales."""
+        """Whether figures are those of thick, elastic scales on compliant joints."""
         return self.options.joint == "compliant"
 
     @property
     def own(self) -> bool:
-        """Whether designs have a number of scales, and are judged with that."""
+        """Whether designs have a number of scales and are judged as finite beams."""
         return self.compliant and (self.space.beam.scales is not None or SCALES in self.space.keys)
 
     @property
     def inside(self) -> float:
-        """By how much "at least" and "at most" are sought within: rounding takes some of it."""
+        """Margin inside "at least" and "at most" that the search keeps, because rounding uses some of it."""
         return self.accept if self.compliant else 0.0
 
     def figures(self, c: Cells, moved: Sequence[Cells], wants: Sequence[Want], *, plates: bool) -> Found:
-        """Evaluate figures of designs; rows that are no beam are computed as something harmless.
+        """Evaluate figures of designs; rows that are no valid beam get harmless values first.
 
         Arguments as of :func:`squama.inverse.hinge_figures.evaluate`.
         """
         return EVALUATE[self.options.joint](harmless(c, valid(c)), moved, wants, self.options, plates=plates)
 
     def rooms(self, c: Cells, s: Sizes) -> dict[str, Array]:
-        """Room to every limit by name, to what the law of the joint knows, and to what can be printed."""
+        """Return the room to every limit, to the range of the joint's law, and to the rules of printing, by name."""
         found = rooms(s, self.limits, self.laws)
         if self.compliant and self.space.beam.joint.matrix is None:
             found |= known_rooms(c)
         if self.printer is not None:
-            # of a slot and its neighbour
+            # two scales: a slot and its neighbour
             found |= printed_rooms(c, plan(self.space.beam, 2, self.printer))
         return found
 
@@ -101,10 +101,10 @@ def read_target(
     need: str = "target",
     overrides: Mapping[str, Mapping[str, Any]] | None = None,
 ) -> Target:
-    """Read a target: a TOML file, or the same as nested mappings (numbers without a unit are then SI).
+    """Read a target from a TOML file, or from nested mappings (numbers without a unit are then SI).
 
-    ``beam`` stands in place of the starting beam of the file, ``overrides`` (by table and key) in place of its values;
-    ``need`` is the table that has to be there, "target" or "front". All mistakes are named at once.
+    ``beam`` replaces the starting beam of the file, ``overrides`` (by table and key) replace its values; ``need`` is
+    the required table, "target" or "front". One InputError names all mistakes.
     """
     if isinstance(target, Mapping):
         source, data, folder, bare = "", dict(target), Path(), True
@@ -129,7 +129,7 @@ def read_target(
     assert start is not None
     locks = _of_locks(file, need)
     joint = _joint(file, common, locks, problems)
-    # the keys for which hinges answer
+    # the keys that select hinges
     keys = [f'{key} = "{value}"' for key, value in _HINGED.items() if getattr(file, key) == value]
     context = Context(start.pitches, common["load"], bare, joint, (*keys, *locks))
     found = _read(source, file, start, common, context, folder, problems)
@@ -140,7 +140,7 @@ def read_target(
 def _start(
     start: object, tables: dict[str, Any], folder: Path, overrides: Mapping[str, Mapping[str, Any]], *, bare: bool
 ) -> Beam:
-    """Return the starting beam: of a file, of the tables of the target, or the file's with values of the tables."""
+    """Return the starting beam from a file, from tables of the target, or from the file with values of the tables."""
     wrong = Problems()
     for table, content in tables.items():
         if not isinstance(content, Mapping):
@@ -159,7 +159,7 @@ def _start(
 
 
 def _of_locks(file: File, need: str) -> list[str]:
-    """Return the places in the file of goals or objectives that only hinges have."""
+    """Return the places in the file of goals or objectives that exist on hinges only."""
     if need == "target":
         return [f"target.{k}" for k in LOCK_GOALS if file.target is not None and getattr(file.target, k) is not None]
     table = file.front or FrontTable()
@@ -207,7 +207,7 @@ def _common(file: File, problems: Problems) -> dict[str, Any]:
 def _read(
     source: str, file: File, beam: Beam, common: dict[str, Any], context: Context, folder: Path, problems: Problems
 ) -> Target:
-    """Read the tables of a target."""
+    """Read the tables of a target; mistakes are added to ``problems``."""
     compliant, load = context.joint == "compliant", context.load
     choices = targetfile.choices(file.choose, problems, context)
     space = Space(beam, load, targetfile.variables(file, problems, context), choices)
@@ -252,7 +252,7 @@ def _read(
 def _limits(
     file: File, beam: Beam, varied: set[str], context: Context, problems: Problems
 ) -> tuple[dict[str, float], list[str]]:
-    """Read the limits, SI, and the laws whose ranges hold as limits."""
+    """Read the limits (SI), and the scaling laws whose ranges are limits."""
     found, laws = dict(ALWAYS), list[str]()
     words = {
         "joint_law": "hinges; a compliant joint is always within its law",
@@ -282,7 +282,7 @@ def _limits(
 
 
 def _tolerances(table: dict[str, object], space: Space, problems: Problems, context: Context) -> dict[str, float]:
-    """Return tolerances by key; a share of the value as minus that share."""
+    """Return tolerances by key: SI, or minus the share of the value."""
     compliant = context.joint == "compliant"
     has = (ALIASES.get(name, name) for name in DIMENSIONS if own(space.beam, name) is not None)
     keys = dict.fromkeys([*has, *(v.key for v in space.variables)])

@@ -1,4 +1,4 @@
-"""What stands in a target file: its tables and keys, its values with their units, and what does not fit."""
+"""Target files: tables and keys, values with their units, and the messages for mistakes."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ _SENSE = re.compile(r"\s*(at least|at most|>=|<=)\s+(.*)", re.DOTALL | re.IGNORE
 
 
 AT_POINTS = ("stiffness_ratio", "stress", "RED", "W_fr")
-"""Figures of the beam with thick scales that may be asked at a point, beside the torque."""
+"""Figures at a point, besides the torque, that exist with thick scales only."""
 MATERIAL = ("youngs_modulus", "poisson_ratio", "strength")
 GROUPS = {str(kind): kind for kind in (Dimension.LENGTH, Dimension.ANGLE, Dimension.PRESSURE, Dimension.RATIO)}
 FINEST = 1e-9
 ROUNDED = {"length": Grid(0.1, "mm"), "angle": Grid(0.5, "deg")}
-"""To what beams with thick scales are rounded unless the file says else."""
+"""Default rounding of beams with thick scales."""
 
 
 class _Table(BaseModel):
@@ -50,7 +50,7 @@ class PointTable(_Table):
 
 
 class TargetTable(_Table):
-    """What is asked."""
+    """The table [target]: goals."""
 
     lock: object = None
     lock_by: object = None
@@ -66,7 +66,7 @@ class TargetTable(_Table):
 
 
 class FrontTable(_Table):
-    """What is traded off."""
+    """The table [front]: objectives and settings of NSGA-II."""
 
     maximise: object = []
     minimise: object = []
@@ -118,11 +118,11 @@ _KEYS = {
 
 
 def parse(data: Mapping[str, Any]) -> tuple[File | None, dict[str, Any], list[Problem]]:
-    """Split a target file into its own part (None if its shape is wrong) and the tables of the beam as they stand.
+    """Split a target file into its own part (None if its structure is wrong) and the unread tables of the beam.
 
-    The third are mistakes of shape.
+    The third part of the result lists mistakes of structure.
     """
-    # a word is the kind of joint, a table that of the beam
+    # joint = "..." is the kind of joint, [joint] a table of the beam
     beam = {key: value for key, value in data.items() if key in TABLES and (key, type(value)) != ("joint", str)}
     try:
         return File.model_validate({key: value for key, value in data.items() if key not in beam}), beam, []
@@ -132,7 +132,7 @@ def parse(data: Mapping[str, Any]) -> tuple[File | None, dict[str, Any], list[Pr
 
 
 def _misfit(kind: str, path: list[int | str], value: object) -> Problem:
-    """Say what does not fit at a place such as target.points[1].twist."""
+    """Return the mistake of structure at a place such as target.points[1].twist."""
     where = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path).removeprefix(".")
     names = [part for part in path if isinstance(part, str)]
     if kind == "extra_forbidden":
@@ -148,14 +148,14 @@ def _misfit(kind: str, path: list[int | str], value: object) -> Problem:
 
 
 def unknown(where: str, name: str, known: Iterable[str], reason: str, also: str = "") -> Problem:
-    """Return the mistake of an unknown name: the likely one, and those that are allowed."""
+    """Return the mistake of an unknown name: the likely name, and the allowed ones."""
     known = list(known)
     meant = guess(name, [*known, *TABLES] if also else known)
     return Problem(where, "", reason, f"{meant}allowed: {', '.join(known)}{also}")
 
 
 class Given(NamedTuple):
-    """A value as given: SI, number and unit as they stand there, and the sense "=", ">=" or "<="; a twist is ``at``."""
+    """A value as given: SI, number and unit as written, and the sense "=", ">=" or "<="; a twist is in ``at``."""
 
     si: float
     number: float
@@ -165,9 +165,9 @@ class Given(NamedTuple):
 
 
 class Context(NamedTuple):
-    """What reading depends on: number of scales, kind of loading, whether bare numbers are SI, kind of joint.
+    """Context of reading: number of scales, kind of load, whether bare numbers are SI, kind of joint.
 
-    ``hinged``: the keys of the file for which hinges answer, if one may leave them out.
+    ``hinged``: the keys of the file that select hinges, where the user may leave them out.
     """
 
     scales: int
@@ -178,12 +178,12 @@ class Context(NamedTuple):
 
     @property
     def beams(self) -> tuple[tuple[float, int], ...]:
-        """Pitch (m) and number of scales of three beams, on which a rate, an angle per pitch and one in all differ."""
+        """Pitch (m) and number of scales of three beams that tell a rate, an angle per pitch and a total apart."""
         return (1.0, self.scales), (2.0, self.scales), (1.0, 2 * self.scales)
 
 
 def quantity(where: str, value: object, dimension: Dimension, context: Context) -> Given:
-    """Read a positive quantity."""
+    """Read a positive quantity; ``where`` is its place for messages."""
     sense, rest = _sense(value)
     with naming(where):
         si = units.quantity(rest, dimension, bare=context.bare)
@@ -194,7 +194,7 @@ def quantity(where: str, value: object, dimension: Dimension, context: Context) 
 
 
 def twist(where: str, value: object, context: Context) -> Given:
-    """Read a twist (curvature): a rate, or an angle per pitch or over the beam, which then hold for every pitch."""
+    """Read a twist (curvature): a rate, or an angle per pitch or of the beam, which then holds for every pitch."""
     sense, rest = _sense(value)
     load = LOADS[context.load]
     with naming(where):
@@ -210,7 +210,7 @@ def twist(where: str, value: object, context: Context) -> Given:
 
 
 def common_twist(rates: Sequence[float], context: Context) -> At:
-    """Return a twist from its rates (rad/m) on the beams of :attr:`Context.beams`: a rate, one per pitch, or in all."""
+    """Return a twist from its rates (rad/m) on the beams of :attr:`Context.beams`."""
     rate, shorter, more = rates
     if more != rate and context.joint == "compliant":
         return At(0.0, 0.0, rate * context.scales)
@@ -225,7 +225,7 @@ def _sense(value: object) -> tuple[str, object]:
 
 
 def _split(value: object, unit: str) -> tuple[float, str]:
-    """Return number and unit as given."""
+    """Return number and unit as written; ``unit`` for a bare number."""
     if isinstance(value, str) and len(value) <= LONGEST and (match := units.NUMBER.fullmatch(value)):
         return float(match[1]), match[2]
     if isinstance(value, int | float) and not isinstance(value, bool):
@@ -259,7 +259,7 @@ def variables(file: File, problems: Problems, context: Context) -> tuple[Variabl
 
 
 def choices(table: dict[str, object], problems: Problems, context: Context) -> tuple[Choice, ...]:
-    """Read what is chosen from lists: values of a dimension, or materials."""
+    """Read the table [choose]: lists of values of a dimension, or of materials."""
     found: list[Choice] = []
     for name, listed in flattened(table):
         where = f"choose.{name}"
@@ -280,7 +280,7 @@ def choices(table: dict[str, object], problems: Problems, context: Context) -> t
 
 
 def _material(where: str, table: str, given: object, context: Context) -> tuple[str, dict[str, float]]:
-    """Read a material: its name, and what it sets of a table of the beam."""
+    """Read a material: its name, and the values (SI) that it sets in a table of the beam."""
     allowed = [key for key in MATERIAL if f"{table}.{key}" in PARAMETERS]
     if not isinstance(given, Mapping) or not isinstance(given.get("name"), str) or "youngs_modulus" not in given:
         refuse(where, shown(given), "is no material", 'write { name = "PETG", youngs_modulus = "2.1 GPa" }')
@@ -293,7 +293,7 @@ def _material(where: str, table: str, given: object, context: Context) -> tuple[
 
 
 def _variable(where: str, name: str, bounds: object, context: Context) -> Variable:
-    """Read the bounds of a dimension."""
+    """Read the bounds of a varied dimension."""
     key = key_of(where, name)
     if not isinstance(bounds, list | tuple) or len(bounds) != 2:
         table, _, own = name.partition(".")
@@ -311,7 +311,7 @@ def _variable(where: str, name: str, bounds: object, context: Context) -> Variab
 
 
 def _values(where: str, key: str, given: Sequence[object], context: Context) -> list[float]:
-    """Read values of a dimension, SI; numbers of scales are whole, and those of beams with thick scales."""
+    """Read values of a dimension, SI; numbers of scales must be whole and cannot vary on hinges."""
     if key == SCALES and context.joint == "hinge":
         refuse(where, "", "cannot be varied on hinges", "put it into the beam")
     kind = PARAMETERS[key]
@@ -323,7 +323,7 @@ def _values(where: str, key: str, given: Sequence[object], context: Context) -> 
 
 
 def key_of(where: str, name: str) -> str:
-    """Return the key of a dimension of the beam file, or refuse a name that is none."""
+    """Return the key of a dimension of the beam file; refuse other names."""
     if name in DIMENSIONS:
         return ALIASES.get(name, name)
     full = [f for f in DIMENSIONS if f.rpartition(".")[2] == name and name not in ("width", "thickness")]

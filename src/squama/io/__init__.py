@@ -1,1 +1,1 @@
-"""Files: tables of text, datasets, measured points; written beside their place and moved."""
+"""Files: tables of text, datasets and measured points; each file is written beside its place and then renamed."""

@@ -1,4 +1,4 @@
-"""Columns of a table of measured points: which is which, and the factors that bring them to SI units."""
+"""Columns of a table of measured points: which column holds which quantity, and its factor to SI units."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from squama.units import Dimension, shown
 
 
 class Ordinate(NamedTuple):
-    """The quantity beside the twist: noun, names of its column, dimension, and a cell of a header as example."""
+    """The quantity measured over the twist: noun, names of its column, dimension, and an example of its header cell."""
 
     noun: str
     names: tuple[str, ...]
@@ -25,14 +25,14 @@ TIME = Ordinate("time", ("t", "time"), Dimension.TIME, "t (s)")
 
 
 def torque(load: Load) -> Ordinate:
-    """Return the ordinate of a test: the torque or bending moment."""
+    """Return the ordinate of a test: torque or bending moment, of a part the force."""
     names = (load.torque, load.torque_words, *([] if load.pushed else [f"{load.name} {load.torque_words}"]))
     kind = Dimension.FORCE if load.pushed else Dimension.TORQUE
     return Ordinate(load.torque_words, names, kind, f"{load.torque} ({load.force})")
 
 
 class Reading(NamedTuple):
-    """How columns are read: the load, the ordinate, pitch (m) and number of scales, the decimal sign if it is given."""
+    """Settings for reading columns: load, ordinate, pitch (m), number of scales, and the decimal sign or None."""
 
     load: Load
     ordinate: Ordinate
@@ -42,13 +42,13 @@ class Reading(NamedTuple):
 
     @property
     def example(self) -> str:
-        """A header."""
+        """An example of a header."""
         unit = "mm" if self.load.pushed else "rad/m" if self.load.sided else "1/m"
         return f"{self.load.rate} ({unit}), {self.ordinate.cell}"
 
 
 def over(load: Load) -> dict[str, str]:
-    """Return the names of an abscissa, each with the length that its angle belongs to."""
+    """Return the names of an abscissa, each with the suffix of its unit: the length over which the angle is counted."""
     if load.pushed:
         return {load.angle: ""}
     found = {load.rate: "", load.rate_words: "", load.angle: "/pitch", load.angle_words: "/pitch"}
@@ -56,12 +56,12 @@ def over(load: Load) -> dict[str, str]:
 
 
 def _kinds(load: Load) -> tuple[Dimension, ...]:
-    """Return what an abscissa may measure."""
+    """Return the dimensions that an abscissa may have."""
     return (Dimension.LENGTH,) if load.pushed else (Dimension.ANGLE, Dimension.TWIST_RATE)
 
 
 def places(table: tabular.Table, how: Reading) -> tuple[list[int], str, list[str]]:
-    """Find the columns of abscissa and ordinate, what the abscissa is over, and what was guessed of them in words."""
+    """Return the columns of abscissa and ordinate, the length suffix of the abscissa, and the guesses in words."""
     load, ordinate, lengths = how.load, how.ordinate, over(how.load)
     names: dict[str, list[int]] = {}
     dimensions, called_as, bare = list[str](), list[str](), set[int]()
@@ -69,14 +69,14 @@ def places(table: tabular.Table, how: Reading) -> tuple[list[int], str, list[str
         name, unit = headers.split(cell)
         called_as.append(name)
         bare |= set() if unit else {i}
-        # phi and Phi are two things, words may begin with a capital
+        # phi and Phi are different quantities, but words may begin with a capital
         names.setdefault(name if len(name) < 4 else name.casefold(), []).append(i)
         dimensions.append("" if unit.endswith(("/rad", "/deg")) else str(headers.dimension(unit) or ""))
     for name in (*lengths, *ordinate.names, "specimen"):
         if len(names.get(name, [])) > 1:
             twice = headers.split(table.header.cells[names[name][1]])[0]
             raise table.error(None, f"the column {shown(twice)} is given twice", "keep one")
-    # what is named as of another loading is not guessed to be of this one; any torque may be called a moment
+    # columns named after another load are not guessed to belong to this one; any torque may be called a moment
     others = [name for other in LOADS.values() for part in (over(other), torque(other).names) for name in part]
     taken = {i for name in others if name not in ("M", "moment") for i in names.get(name, [])}
     found, length, guessed, problems, several = list[int](), "", list[str](), Problems(), False
@@ -85,12 +85,12 @@ def places(table: tabular.Table, how: Reading) -> tuple[list[int], str, list[str
         (ordinate.noun, ordinate.names, (ordinate.dimension,)),
     ):
         there = [name for name in known if name in names]
-        # T may be a temperature, where another column is the torque
+        # T may be a temperature where another column is the torque
         right = (name for name in there if names[name][0] in bare or dimensions[names[name][0]] in kinds)
         own = next(right, next(iter(there), None))
         alike = [i for i, d in enumerate(dimensions) if d in kinds and i not in taken]
         called = [i for i, name in enumerate(called_as) if i not in taken and headers.means(name, kinds)]
-        # of several with a unit the one that is called so; without any unit the error says that it has none
+        # of several columns with the unit take the one with the name; without any unit the error says so
         alike = [i for i in alike if i in called] if len(alike) > 1 and set(alike) & set(called) else alike
         if not alike and ordinate.dimension not in dimensions:
             alike = called
@@ -117,7 +117,7 @@ def places(table: tabular.Table, how: Reading) -> tuple[list[int], str, list[str
 
 
 def no_header(table: tabular.Table, how: Reading) -> InputError:
-    """Return the error for a table without a header that names any of the columns."""
+    """Return the error for a table whose header names none of the needed columns."""
     text, ordinate = shown(table.delimiter.join(table.header.cells)), how.ordinate
     what = f"the header {text} has none of the columns that are needed"
     if any(map(numerals.is_number, table.header.cells)):
@@ -131,7 +131,7 @@ def no_header(table: tabular.Table, how: Reading) -> InputError:
 
 
 def factor(cell: str, over: str | Dimension, how: Reading) -> float:
-    """Return the factor from a column to SI units; ``over``: an ordinate's dimension, or what an angle is over."""
+    """Return the factor from a column to SI units; ``over``: the ordinate's dimension, or an angle's length suffix."""
     name, unit = headers.split(cell)
     where, remedy = f"column {shown(cell)}", f"write a header like: {how.example}"
     if not unit:

@@ -1,14 +1,14 @@
-"""Datasets to and from files; the extension chooses the format, a row of :data:`FORMATS`.
+"""Datasets in files; the extension selects the format, a row of :data:`FORMATS`.
 
-A CSV file has one row per point (of N scales one per scale) for people, and all the rest in comments that a program
+A CSV file has a row for each point (for N scales a row for each scale), and all other data in comments that a program
 reads back. It begins with ``# squama file: 1``. Then follow, one JSON value to a line, the sizes of the rows'
-dimensions, the attributes (among them the beam), every single figure and table of its own, what belongs to each column,
-and the hash of all other lines; then the header with units, such as ``Phi (rad/m)``, and the rows, curve after curve:
-first the load, then the number of the scale, then what belongs to the point, then to the scale. Numbers have all their
+dimensions, the attributes (among them the beam), values and tables that are no columns, dimensions and attributes of
+each column, and the hash of all other lines; then the header with units, such as ``Phi (rad/m)``, and the rows, curve
+after curve: the load, the number of the scale, variables of the point, variables of the scale. Numbers have all their
 digits.
 
-A netCDF file ends with the hash of all bytes before it: damage is found before the library for HDF5 sees it, which
-may hang on it. Files of before have no hash; they are read as they are.
+A netCDF file ends with the hash of all bytes before it, so damage is found before the HDF5 library reads the file and
+possibly hangs. Older files have no hash and are read as they are.
 """
 
 from __future__ import annotations
@@ -41,18 +41,19 @@ if TYPE_CHECKING:
 CSV_MARK = "# squama file: 1"
 """First line of CSV files."""
 CSV_HASH = "# sha256: "
-"""Begin of the line with the hash of all others."""
+"""Start of the line with the hash of all other lines."""
 NETCDF_MARK = "squama_file"
-"""Global attribute that marks netCDF files: 2 if the file ends with a hash, 1 in files of before."""
+"""Global attribute that marks netCDF files: 2 for a file that ends with a hash, 1 for older files."""
 LARGEST = 1_000_000_000
-"""Bytes that values may take which take less in the file."""
+"""Largest size of values in memory, bytes, where the file is smaller."""
 _HANGS = 120.0
-"""Seconds after which reading a file without a hash is given up."""
+"""Seconds after which reading a file without a hash is abandoned."""
 NETCDF_LISTS = "squama_lists"
-"""Global attribute with the names of those that are lists, twice for lists of lists: HDF5 does not tell a list of one
-item from the item."""
+"""Global attribute with the names of attributes that are lists (twice for lists of lists), because HDF5 does not
+distinguish a list of one item from the item.
+"""
 _POINT = "point"
-"""Dimension of a curve."""
+"""Dimension along a curve."""
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _LINE = re.compile(r"# (?:(sizes|sha256)|(attribute|coordinate|variable) (.+?)): (.+)")
 _JOINED = re.compile(r"([,;])([=+@-])")
@@ -63,8 +64,8 @@ _CAST: dict[str, Callable[[Any], object]] = {"f": float, "i": int, "u": int, "U"
 def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     """Write a response to a file; the extension chooses the format (.nc, .csv).
 
-    A file that is there is replaced when the new one is complete. Returned is the path as given. Raises InputError: the
-    extension is not known, or the place cannot take the file.
+    An existing file is replaced when the new one is complete. Returns the path as given. Raises InputError for an
+    unknown extension, or a place that cannot hold the file.
 
     >>> import squama, tempfile
     >>> r = squama.twist(squama.Beam.from_ratios(), mu=0.5)
@@ -79,22 +80,22 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
 
 
 def read(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Read a response that :func:`save` or the command line has written (.nc, .csv), identical to what was written.
+    """Read a dataset written by :func:`save` or the command line (.nc, .csv), identical to the one written.
 
-    Raises InputError: the extension is not known, there is no such file, it is damaged or was changed, or squama did
-    not write it. Of files that were written without a hash not every damage is found.
+    Raises InputError for an unknown extension, and for a file that is missing, damaged, changed or not written by
+    squama. In files without a hash some damage stays unnoticed.
     """
     arguments.place(path, "curve.nc")
     reader = FORMATS[extension(path, FORMATS)][1]
     with warnings.catch_warnings():
-        # what libraries say of a damaged file is no news beside what is wrong with it
+        # warnings of libraries about a damaged file add nothing to the error
         warnings.simplefilter("ignore")
         warnings.simplefilter("error", RuntimeWarning)
         return reader(path)
 
 
 def extension(path: str | os.PathLike[str], allowed: Iterable[str]) -> str:
-    """Return the extension of a path in small letters, or refuse it and name the allowed ones."""
+    """Return the extension of a path in lower case; refuse one that is not allowed."""
     found = Path(path).suffix.lower()
     known = list(allowed)
     if found in known:
@@ -104,19 +105,19 @@ def extension(path: str | os.PathLike[str], allowed: Iterable[str]) -> str:
 
 
 def check_place(path: str | os.PathLike[str], allowed: Iterable[str] = ()) -> None:
-    """Refuse a path that could not be written, before any work is done for it; ``allowed`` extensions, any if empty."""
+    """Refuse a path that could not be written, before any work for it; ``allowed`` extensions, all if empty."""
     if known := list(allowed):
         extension(path, known)
     files.try_place(path)
 
 
 def write_csv(dataset: xr.Dataset, place: Path) -> None:
-    """Write a dataset to a new file; refused as by :func:`csv_text`."""
+    """Write a dataset to a new CSV file; refusals as of :func:`csv_text`."""
     place.write_text(csv_text(dataset), encoding="utf-8", newline="")
 
 
 def csv_text(dataset: xr.Dataset) -> str:
-    """Return a dataset as CSV, or refuse one without rows or of types without a text form, such as dates."""
+    """Return a dataset as CSV; refuse one without rows, or with types that have no text form, such as dates."""
     sizes = _rows(dataset)
     if not sizes or not all(sizes.values()):
         refuse("", "", "the dataset has no points, so a CSV file of it would have no rows", "write a .nc file")
@@ -155,7 +156,7 @@ def csv_text(dataset: xr.Dataset) -> str:
 
 
 def _rows(dataset: xr.Dataset) -> dict[str, int]:
-    """Return the dimensions of a table's rows: those of points and their scales; all of a dataset without points."""
+    """Return the dimensions of a table's rows: points and their scales; all dimensions of a dataset without points."""
     every = [v.dims for v in dataset.variables.values() if _POINT in v.dims]
     every = [dims for dims in every if "scale" in dims] or every
     over = {dim for dims in every for dim in dims} or {*dataset.dims}
@@ -168,14 +169,14 @@ def _json(value: object) -> str:
 
 
 def _hash(text: str) -> str:
-    """Return the hash of the lines of a CSV file without the line of the hash; line ends do not matter."""
+    """Return the hash of a CSV file's lines without the line of the hash; independent of the kind of line ends."""
     lines = re.sub(r"\r\n?", "\n", text).rstrip().split("\n")
     kept = "\n".join(line for line in lines if not line.startswith(CSV_HASH))
     return hashlib.sha256(kept.encode()).hexdigest()
 
 
 def read_csv(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Read what :func:`write_csv` has written; errors as from :func:`squama.read`, with the line."""
+    """Read a file of :func:`write_csv`; errors as from :func:`squama.read`, with the line."""
     text = files.read_text(path, limit=tabular.LARGEST_TABLE)
     table = tabular.parse(text, files.label(path))
     if not table.comments or table.comments[0] != CSV_MARK:
@@ -220,7 +221,7 @@ def _damage(table: tabular.Table, line: int) -> Iterator[None]:
 
 
 def _check_rows(table: tabular.Table, sizes: dict[str, int]) -> None:
-    """Refuse a table that is cut off."""
+    """Refuse a truncated table."""
     rows = math.prod(sizes.values())
     if len(table.rows) != rows:
         last = (table.rows or [table.header])[-1].line
@@ -233,7 +234,7 @@ def _check_rows(table: tabular.Table, sizes: dict[str, int]) -> None:
 def _variable(
     table: tabular.Table, about: dict[str, Any], sizes: dict[str, int], most: int
 ) -> tuple[list[str], Array, dict[str, object]]:
-    """Return dimensions, values and attributes of a variable from its comment line (``most`` values) and its column."""
+    """Return dimensions, values and attributes of a variable from its comment (``most`` values) and its column."""
     dims, dtype = list(about["dims"]), np.dtype(about["dtype"])
     cast = _CAST[dtype.kind]
     if dtype.itemsize * max(most, len(table.rows)) > LARGEST:
@@ -249,38 +250,38 @@ def _variable(
         except (KeyError, ValueError):
             reason, cell = "is not as squama wrote it", tabular.shown_cell(row.cells[place])
             raise table.error(row.line, reason, "write the file anew", about["header"], cell) from None
-    # what belongs to a point stands in the row of each of its scales
+    # values of a point are repeated in the row of each of its scales
     values = np.array(cells, dtype).reshape(list(sizes.values()))[tuple(slice(None) if d in dims else 0 for d in sizes)]
     order = [dim for dim in sizes if dim in dims]
     return dims, values.transpose([order.index(dim) for dim in dims]), about["attrs"]
 
 
 def _finite(value: object) -> object:
-    """Return nested numbers with NaN and infinity as text, for JSON has no numbers for them."""
+    """Return nested numbers with NaN and infinity as text, because JSON has no numbers for them."""
     if isinstance(value, list):
         return [_finite(item) for item in value]
     return repr(value) if isinstance(value, float) and not np.isfinite(value) else value
 
 
 def write_netcdf(dataset: xr.Dataset, place: Path) -> None:
-    """Write a dataset to a new file."""
+    """Write a dataset to a new netCDF file."""
     lists = [str(key) for key, v in dataset.attrs.items() if isinstance(v, list) for _ in range(np.ndim(v))]
     marked = dataset.assign_attrs({NETCDF_MARK: 2, **({NETCDF_LISTS: " ".join(lists)} if lists else {})})
-    # what an earlier file wanted (chunks, fill values) does not belong to the data
-    # on a disk that is full HDF5 would end the process
+    # the encoding of an earlier file (chunks, fill values) is no part of the data; on a full disk HDF5 would end the
+    # process
     made = io.BytesIO()
     marked.drop_encoding().to_netcdf(made, engine="h5netcdf", format="NETCDF4")
-    # readers of HDF5 do not look behind its end
+    # readers of HDF5 ignore bytes after its end
     place.write_bytes(files.sealed(made.getvalue()))
 
 
 def read_netcdf(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Read what :func:`write_netcdf` has written; errors as from :func:`squama.read`."""
+    """Read a file of :func:`write_netcdf`; errors as from :func:`squama.read`."""
     size = files.regular(path)
     head = files.read_bytes(path, 64)
     if head[: len(_SIGNATURE)] != _SIGNATURE:
         raise _refused(path, "is no netCDF-4 file")
-    # where the end of the file is noted depends on the version of its first block
+    # the place of the file's end address depends on the version of the superblock
     noted = {0: 40, 1: 44}.get(head[8], 28) if len(head) == 64 else 64
     if noted == 64 or int.from_bytes(head[noted : noted + 8], "little") > size:
         raise _refused(path, "is damaged: it is cut off")
@@ -293,7 +294,7 @@ def read_netcdf(path: str | os.PathLike[str]) -> xr.Dataset:
         raise _refused(path, "is damaged: squama did not write it like this, by its hash")
     try:
         if not sealed:
-            # damage makes the library hang, which only another process can end
+            # damage may make the library hang, so a process that can be killed reads first
             code = "import sys; from squama.io import datasets; datasets.stored(sys.argv[1])"
             subprocess.run([sys.executable, "-c", code, path], check=True, capture_output=True, timeout=_HANGS)
         dataset = stored(path)
@@ -310,7 +311,7 @@ def read_netcdf(path: str | os.PathLike[str]) -> xr.Dataset:
 
 
 def stored(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Return the dataset of a netCDF file with the mark of squama; refuse far more values than the file is large."""
+    """Return the dataset of a netCDF file with squama's mark; refuse values far larger than the file."""
     import h5netcdf
     import xarray as xr
 
@@ -333,7 +334,7 @@ def stored(path: str | os.PathLike[str]) -> xr.Dataset:
 
 
 def _plain(value: object) -> object:
-    """Return an attribute as it was saved; HDF5 returns NumPy scalars."""
+    """Return an attribute as it was saved, because HDF5 returns NumPy scalars."""
     return value.item() if isinstance(value, np.generic | np.ndarray) and value.ndim == 0 else value
 
 
@@ -346,4 +347,4 @@ FORMATS: dict[str, tuple[Callable[[xr.Dataset, Path], None], Callable[[str | os.
     ".nc": (write_netcdf, read_netcdf),
     ".csv": (write_csv, read_csv),
 }
-"""Writer and reader by extension; whoever adds a row adds a format."""
+"""Writer and reader by extension; a new row adds a format."""

@@ -1,4 +1,4 @@
-"""Reading and writing files: an error is one clear line, and no file is left half-written."""
+"""Reading and writing of files: an error is one clear line, and no file is left half-written."""
 
 from __future__ import annotations
 
@@ -23,37 +23,37 @@ from squama.units import shown
 
 LARGEST_TEXT = 1_000_000
 STANDARD, INPUT = "-", "/dev/stdin"
-"""Names of the standard output, and of the standard input; on a command line the first is either."""
+"""Names of the standard output and the standard input; on a command line "-" is either."""
 _MOST_INPUT = 100_000_001
-"""Bytes of the standard input that are read at most: more than any reader takes."""
+"""Largest number of bytes read from the standard input: more than any reader accepts."""
 SEAL = b"\nsquama sha256 %s\n"
-"""End of binary files, behind the data: the hash of all before it."""
+"""End of binary files, after the data: the hash of all bytes before it."""
 SEALED = len(SEAL % bytes(64))
-"""Bytes of the seal."""
+"""Length of the seal, bytes."""
 _WRITE_BITS = 0o222
 _HIDDEN = ".squama-"
 _LEFT = re.compile(re.escape(_HIDDEN) + r"[0-9a-f]{12}.{0,20}", re.DOTALL)
-"""Temporary names of files that are being written."""
+"""Pattern of temporary names of files."""
 _TRIES, _PAUSE = 50, 0.02
-"""How often, and after how many seconds each, a folder is asked for that another writer tidies up."""
+"""Number of attempts, and seconds between them, to lock a folder in which another writer removes leftovers."""
 _CONTROL = re.compile(r"[\x00-\x08\x0e-\x1b]")
-"""Characters that no table of text has."""
+"""Characters that do not occur in tables of text."""
 _PLACE = (OSError, ValueError, RuntimeError)
-"""What looking at a place may raise; Path.resolve tells of a loop of links by a RuntimeError."""
+"""Errors of inspecting a place; Path.resolve raises RuntimeError for a loop of links."""
 PATIENCE = 30.0
-"""Seconds without a byte after which a pipe is given up."""
+"""Seconds without a byte after which a pipe is abandoned."""
 _HEAD = 1000
-"""Bytes by which an encoding is told."""
+"""Number of bytes from which an encoding is guessed."""
 _ODD = "is not an ordinary file"
 _WIDE = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 _PLAIN, _ELSEWHERE = "save it as plain text in UTF-8", "give another path"
 Known = Mapping[int, tuple[str, str]]
-"""Reasons and remedies by the number of an error of the system."""
+"""Reason and remedy by system error number."""
 _ALWAYS: Known = {
     errno.ELOOP: ("is a loop of symbolic links", "give the name of a file"),
     errno.ENAMETOOLONG: ("is too long for a name", "give a shorter one"),
 }
-"""What is wrong with a name, in reading and in writing."""
+"""Errors of a name, in reading and writing."""
 _TO_READ: Known = {
     errno.EISDIR: ("is a folder", "give the name of a file in it"),
     errno.EACCES: ("may not be read", "check its permissions"),
@@ -65,20 +65,20 @@ _TO_WRITE: Known = {
 
 
 def label(path: str | os.PathLike[str]) -> str:
-    """Return a path as it is printed in a message, without quotes and on one line."""
+    """Return a path as printed in messages, without quotes and on one line."""
     return "standard input" if os.fspath(path) == INPUT else shown(os.fspath(path), limit=200).strip('"')
 
 
 def folder_of(path: str | os.PathLike[str]) -> Path:
-    """Return the folder from which the names in a file count: of the standard input the current one."""
+    """Return the folder to which names in a file are relative; for the standard input the current one."""
     return Path() if os.fspath(path) == INPUT else Path(path).parent
 
 
 def read_text(path: str | os.PathLike[str], *, limit: int = LARGEST_TEXT, missing: str = "check the name") -> str:
-    """Read a text file in UTF-8 (with or without a byte order mark); the text holds more than white space.
+    """Return the text of a UTF-8 file (with or without a byte order mark).
 
-    Refused: no such file (``missing`` says what to do then), a folder, not readable, empty, larger than the limit in
-    bytes, binary, or not UTF-8.
+    Refuses a missing file (remedy: ``missing``), a folder, and a file that is not readable, empty, larger than the
+    limit in bytes, binary, or not UTF-8.
     """
     data = _text_bytes(path, limit, missing)
     try:
@@ -89,9 +89,9 @@ def read_text(path: str | os.PathLike[str], *, limit: int = LARGEST_TEXT, missin
 
 
 def any_text(path: str | os.PathLike[str], data: bytes, *, limit: int = LARGEST_TEXT) -> tuple[str, str]:
-    """Return text and encoding of a file's bytes: UTF-8, UTF-16, or else latin-1.
+    """Return text and encoding of a file's bytes: UTF-8, UTF-16, else latin-1.
 
-    Refused as by :func:`read_text`, and what holds control characters.
+    Refuses files as :func:`read_text` does, and text with control characters.
     """
     encoding = "utf-16" if data.startswith(_WIDE) else _unmarked(data) or "utf-8"
     _check_text(path, data, limit, wide=encoding.startswith("utf-16"))
@@ -107,7 +107,7 @@ def any_text(path: str | os.PathLike[str], data: bytes, *, limit: int = LARGEST_
 
 
 def _unmarked(data: bytes) -> str:
-    """Return the encoding of UTF-16 text without a byte order mark, whose every second byte is nearly always 0."""
+    """Return the encoding of UTF-16 text without a byte order mark, nearly every second byte of which is 0; else ""."""
     head = data[:_HEAD]
     for encoding, low, high in (("utf-16-le", head[::2], head[1::2]), ("utf-16-be", head[1::2], head[::2])):
         if len(data) % 2 == 0 and b"\0" not in low and high.count(0) > 0.8 * len(high) > 0:
@@ -116,7 +116,7 @@ def _unmarked(data: bytes) -> str:
 
 
 def _text_bytes(path: str | os.PathLike[str], limit: int, missing: str) -> bytes:
-    """Return the bytes of a text; refuse one that is empty, too large or binary."""
+    """Return the bytes of a text file; refuse an empty, too large or binary one."""
     data = read_bytes(path, limit + 1, missing=missing)
     _check_text(path, data, limit, missing)
     return data
@@ -125,7 +125,7 @@ def _text_bytes(path: str | os.PathLike[str], limit: int, missing: str) -> bytes
 def _check_text(
     path: str | os.PathLike[str], data: bytes, limit: int, missing: str = "check the name", *, wide: bool = False
 ) -> None:
-    """Refuse bytes of a text that are too many, none or binary (``wide``: UTF-16 is text)."""
+    """Refuse bytes of a text that are too many, empty or binary (``wide``: UTF-16 is allowed)."""
     if len(data) > limit:
         raise _error(path, f"is larger than {limit:,} bytes", "check the name")
     if not data.strip():
@@ -135,10 +135,10 @@ def _check_text(
 
 
 def read_bytes(path: str | os.PathLike[str], most: int, *, missing: str = "check the name") -> bytes:
-    """Return the first bytes of a file or a pipe, at most so many; errors as from :func:`read_text`.
+    """Return the first ``most`` bytes of a file or a pipe; errors as from :func:`read_text`.
 
-    A pipe is waited for, :data:`PATIENCE` seconds for each of its parts; a device is refused, for it may have no end.
-    The standard input may be read again.
+    Waits for a pipe, up to :data:`PATIENCE` seconds for each part; refuses a device, which may have no end. The
+    standard input may be read repeatedly.
     """
     if os.fspath(path) == INPUT:
         return _standard_input(sys.stdin)[:most]
@@ -156,23 +156,23 @@ def read_bytes(path: str | os.PathLike[str], most: int, *, missing: str = "check
             elif not select.select([file], [], [], PATIENCE)[0]:
                 reason = f"is a pipe into which nothing was written for {PATIENCE:g} s"
                 raise _error(path, reason, "give the name of a file")
-            # the first end of a pipe may be that nobody has begun to write
+            # an empty read at first may mean that no process has opened the pipe for writing yet
             waited = True
         return bytes(found)
 
 
 @functools.lru_cache(maxsize=1)
 def _standard_input(stream: TextIO | None) -> bytes:
-    """Return the bytes of the standard input, once for a stream."""
+    """Return the bytes of the standard input, read once per stream."""
     if stream is None or not hasattr(stream, "buffer"):
         raise _error(INPUT, "is closed", "give the name of a file")
     return stream.buffer.read(_MOST_INPUT)
 
 
 def read_ordinary(path: str | os.PathLike[str], most: int) -> bytes:
-    """Return the bytes of an ordinary file of at most so many.
+    """Return the bytes of an ordinary file of at most ``most`` bytes.
 
-    Raises OSError, at once: there is no such file, or it is a pipe, a device, a folder or larger.
+    Raises OSError at once for a missing file, a pipe, a device, a folder, or a larger file.
     """
     with open(path, "rb", buffering=0, opener=_at_once) as file:
         found = os.fstat(file.fileno())
@@ -195,14 +195,14 @@ def sealed(data: bytes) -> bytes:
 
 
 def unsealed(data: bytes) -> bytes:
-    """Return the data without their seal. Raises ValueError: they do not agree with it, or have none."""
+    """Return the data without their seal. Raises ValueError for a wrong or missing seal."""
     if data != sealed(data[:-SEALED]):
         raise ValueError(SEAL)
     return data[:-SEALED]
 
 
 def regular(path: str | os.PathLike[str]) -> int:
-    """Return the size of an ordinary file in bytes; refuse all else, and what may not be read."""
+    """Return the size of an ordinary file in bytes; refuse anything else, and files that cannot be read."""
     read_bytes(path, 0)
     with _reading(path, "check the name"):
         found = Path(path).stat()
@@ -212,10 +212,10 @@ def regular(path: str | os.PathLike[str]) -> int:
 
 
 def exists(path: str | os.PathLike[str]) -> bool:
-    """Say whether a file or folder is there; a name that cannot be one is refused."""
+    """Return whether a file or folder exists; refuse an impossible name."""
     with _reading(path, "check the name"):
         try:
-            # a loop of links is there and is refused; Path.exists says that it is not
+            # a loop of links is refused; Path.exists would return False
             Path(path).stat()
         except (FileNotFoundError, NotADirectoryError):
             return False
@@ -223,7 +223,7 @@ def exists(path: str | os.PathLike[str]) -> bool:
 
 
 def _at_once(path: str, flags: int) -> int:
-    """Open a file without waiting for whoever is to write into a pipe."""
+    """Open a file without waiting for the writer of a pipe."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
@@ -231,7 +231,7 @@ def _at_once(path: str, flags: int) -> int:
 def naming(
     path: str | os.PathLike[str], known: Known, other: tuple[str, str], kinds: tuple[type[Exception], ...] = _PLACE
 ) -> Iterator[None]:
-    """Turn an error of the system into an InputError that names the path: with a known reason, or the other one."""
+    """Turn a system error into an InputError that names the path, with a known reason or ``other``."""
     try:
         yield
     except InputError:
@@ -245,7 +245,7 @@ def naming(
 
 
 def _reading(path: str | os.PathLike[str], missing: str) -> AbstractContextManager[None]:
-    """Name the path in errors of reading; ``missing`` is the remedy where there is no such file."""
+    """Name the path in errors of reading; ``missing``: remedy for a missing file."""
     none = "no such file", missing
     return naming(path, {**_TO_READ, errno.ENOENT: none, errno.ENOTDIR: none}, ("cannot be read", ""))
 
@@ -256,11 +256,11 @@ def _writing(path: str | os.PathLike[str], kinds: tuple[type[Exception], ...] = 
 
 
 def atomic_write(path: str | os.PathLike[str], writer: Callable[[Path], object]) -> Path:
-    """Write a file beside its place and move it there when it is complete; return its path as given.
+    """Write a file beside its place and rename it when it is complete; return its path as given.
 
-    The writer is given a temporary name in the same folder, of the same ending; such files of killed writers are taken
-    away. Where the place cannot take the file (a folder, read-only, disk full, ...) that is an InputError and an old
-    file is as it was; an error of the writer that is no OSError passes unchanged.
+    ``writer`` gets a temporary path in the same folder with the same extension; leftovers of killed writers are
+    removed. A place that cannot hold the file (a folder, read-only, disk full, ...) raises InputError and leaves an old
+    file unchanged; errors of the writer other than OSError pass unchanged.
 
     Examples
     --------
@@ -280,7 +280,7 @@ def atomic_write(path: str | os.PathLike[str], writer: Callable[[Path], object])
 
 
 def try_place(path: str | os.PathLike[str]) -> None:
-    """Refuse a path that could not be written, as :func:`atomic_write` would; nothing is left there."""
+    """Refuse a path that :func:`atomic_write` could not write; nothing is left there."""
     beside = _places(path)[1]
     with _writing(path, (OSError,)):
         beside.touch()
@@ -288,7 +288,7 @@ def try_place(path: str | os.PathLike[str]) -> None:
 
 
 def make_folder(path: str | os.PathLike[str]) -> Path:
-    """Make a folder if it is not there, and return it; refuse a place that cannot take one or its files."""
+    """Make a folder if it is missing, and return it; refuse a place that cannot hold it or its files."""
     with _writing(path):
         target = Path(path).resolve()
         if target.exists() and not target.is_dir():
@@ -300,7 +300,7 @@ def make_folder(path: str | os.PathLike[str]) -> Path:
 
 @contextmanager
 def folder_for(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Make a folder for results; a new one is removed if an input is refused before it holds a file."""
+    """Make a folder for results; remove a new empty one where an input is refused."""
     made = not Path(path).exists()
     place = make_folder(path)
     try:
@@ -313,9 +313,9 @@ def folder_for(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def _places(path: str | os.PathLike[str]) -> tuple[Path, Path]:
-    """Return the file that is to be, and a temporary name beside it, or refuse the place."""
+    """Return the final path of a file and a temporary path beside it; refuse an impossible place."""
     with _writing(path):
-        # a link stays a link: the file it points to is replaced
+        # a link stays a link: its target is replaced
         target = Path(path).resolve()
         _check_place(target, path)
         return target, target.with_name(f"{_HIDDEN}{secrets.token_hex(6)}{target.suffix[-20:]}")
@@ -323,9 +323,10 @@ def _places(path: str | os.PathLike[str]) -> tuple[Path, Path]:
 
 @contextmanager
 def _at_work(folder: Path) -> Iterator[None]:
-    """Remove what killed writers left in a folder, unless another writer is at work there; hold a lock meanwhile.
+    """Remove leftovers of killed writers from a folder, unless another writer works there; hold a lock meanwhile.
 
-    A writer has a lock on the folder, which ends with its process. Where the system has no such locks all is left.
+    A writer holds a lock on the folder, which ends with its process. Where the system has no such locks, leftovers
+    stay.
     """
     handle = None
     with suppress(ImportError, OSError):
@@ -342,7 +343,7 @@ def _at_work(folder: Path) -> Iterator[None]:
                 for entry in entries:
                     if _LEFT.fullmatch(entry.name) and entry.is_file(follow_symlinks=False):
                         Path(entry).unlink(missing_ok=True)
-        # whoever takes away has the folder for itself for a moment
+        # a process that removes leftovers has an exclusive lock for a moment
         for _ in range(_TRIES):
             with suppress(OSError):
                 flock(handle, LOCK_SH | LOCK_NB)
@@ -354,7 +355,7 @@ def _at_work(folder: Path) -> Iterator[None]:
 
 
 def _check_place(target: Path, path: str | os.PathLike[str]) -> None:
-    """Refuse a place that cannot take the file; mode bits are looked at because root may write anything."""
+    """Refuse a place that cannot hold the file; mode bits count too, because root may write anything."""
     folder = target.parent
     name = label(folder)
     if target.is_dir():
@@ -376,7 +377,7 @@ def _error(path: str | os.PathLike[str], reason: str, remedy: str) -> InputError
 
 
 def table_place(problems: Problems, flag: str, path: str | None, *, as_json: bool) -> str | None:
-    """Return the path of a flag's table, None where it is printed; that JSON is printed too is kept as a mistake."""
+    """Return the path of a flag's table, None if it is printed; add a mistake where JSON is printed too."""
     if path == STANDARD and as_json:
         problems.add(flag, path, "is printed, and so is --json", f"give {flag} a file, or leave out --json")
     return None if path == STANDARD else path

@@ -24,24 +24,24 @@ NAMES = {
     Dimension.FORCE: "force, load, F, kraft, standardkraft, charge",
     Dimension.TIME: "time, elapsed time, t, zeit, laufzeit, temps",
 }
-"""Names of columns in laboratories, by what they measure."""
+"""Names of columns in laboratories, by dimension."""
 _WORDS: dict[Dimension, frozenset[str]] = {
     kind: frozenset(word.strip() for word in words.split(",")) for kind, words in NAMES.items()
 }
 _LONGEST = 200
-"""Characters of a cell that may have a unit."""
+"""Largest number of characters of a cell with a unit."""
 _BRACKETS = re.compile(r"[(\[{<](.*)[)\]}>]")
 _CELL = re.compile(r"(.*?)\s*(?:\((.*)\)|\[(.*)\]|\{(.*)\}|<(.*)>)")
 _BEFORE_UNIT = re.compile(r"\s+in\s+|\s*[/,:_]\s*|\s+|(?=\u00b0)")
 _TIMES = ("s", "ms", "us", "\u00b5s", "min", "h")
-"""Units of time; others, as a and d, are letters rather."""
+"""Units of time; others, such as a and d, are more likely letters."""
 _SYMBOLS = {"U": "rev", "Umdr": "rev", "Umdr.": "rev", "tr": "rev", "Grad": "deg", "grad": "deg", "degr\u00e9s": "deg"}
 _SYMBOLS |= {"Sekunden": "s", "Sek.": "s", "sec": "s"}
-"""Units in other words, which as symbols would mean something else or nothing."""
+"""Other spellings of units that as symbols would have another meaning or none."""
 
 
 def split(cell: str) -> tuple[str, str]:
-    """Return name and unit of a header's cell; no unit is empty.
+    """Return name and unit of a header's cell; the unit is empty if missing.
 
     >>> split("Phi (deg/mm)"), split("Winkel in Grad"), split("Drehmoment_Nm"), split("T")
     (('Phi', 'deg/mm'), ('Winkel', 'deg'), ('Drehmoment', 'Nm'), ('T', ''))
@@ -59,7 +59,7 @@ def split(cell: str) -> tuple[str, str]:
 
 
 def symbol(text: str) -> str:
-    """Return a unit without brackets, by its symbol."""
+    """Return the symbol of a unit, without brackets."""
     text = text.strip()
     match = _BRACKETS.fullmatch(text) if len(text) <= _LONGEST else None
     text = (match[1] if match else text).strip()
@@ -68,7 +68,7 @@ def symbol(text: str) -> str:
 
 @lru_cache(1000)
 def dimension(unit: str) -> Dimension | None:
-    """Return the dimension of a unit: one of :data:`MEASURED`; None for any other."""
+    """Return the dimension of a unit, one of :data:`MEASURED`; None for any other."""
     found = look_up(unit) if unit else None
     if not found or found[0] not in MEASURED or (found[0] is Dimension.TIME and unit not in _TIMES):
         return None
@@ -76,22 +76,22 @@ def dimension(unit: str) -> Dimension | None:
 
 
 def means(name: str, kinds: Sequence[Dimension]) -> bool:
-    """Say whether a name is that of one of these quantities, in a language that is known."""
-    # T and t, M and m are two things
+    """Return whether a name belongs to one of the quantities, in a known language."""
+    # T and t, M and m are different quantities
     return any((name if len(name) < 3 else name.casefold()) in _WORDS[kind] for kind in kinds)
 
 
 def is_time(name: str, unit: str) -> bool:
-    """Say whether a column of this name and unit is one of time."""
+    """Return whether a column of this name and unit holds times."""
     return dimension(unit) is Dimension.TIME or (not unit and means(name, [Dimension.TIME]))
 
 
 def named(cell: str) -> bool:
-    """Say whether a header's cell names a quantity, or has a unit of one."""
+    """Return whether a header's cell names a quantity, or has the unit of one."""
     name, unit = split(cell)
     return bool(name and dimension(unit)) or means(name, MEASURED)
 
 
 def units(cells: Sequence[str]) -> bool:
-    """Say whether a row holds units, and no numbers."""
+    """Return whether a row holds units and no numbers."""
     return not any(map(numerals.is_number, cells)) and any(dimension(symbol(cell)) for cell in cells)

@@ -1,7 +1,7 @@
-"""Tables as laboratories write them, brought to one form: a header with units, rows of cells, and their blocks.
+"""Tables as laboratories write them, in one form: a header with units, rows of cells, and their blocks.
 
-What a file does not say is guessed from its text, and the guess is kept in words: encoding, lines above the header, a
-second line of units. Line numbers stay those of the file. Blocks are rows between blank lines or repeated headers.
+Missing information is guessed from the text, and the guess is kept in words: encoding, lines above the header, a second
+line of units. Line numbers stay those of the file. Blocks are rows between blank lines or repeated headers.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from squama.io.tabular import Row, Table
 from squama.units import shown
 
 LARGEST, ROWS = 100_000_000, 1_000_000
-"""Bytes and lines of a table at most."""
+"""Largest number of bytes, and of lines, of a table."""
 COMMENTS = ("#", "%", "//")
-"""What a line of comment begins with."""
+"""Marks at the start of a comment line."""
 LOOK = 100
-"""Lines among which a header is looked for."""
+"""Number of lines that are searched for a header."""
 COLUMNS = 256
-"""Columns of a table at most."""
+"""Largest number of columns of a table."""
 SPACES = " "
-"""Stands for any white space between cells."""
+"""Delimiter that stands for any white space between cells."""
 _LONGEST = 100_000
-"""Characters of a line by which a header is looked for."""
+"""Largest number of characters of a line in the search for a header."""
 _SEPARATOR = re.compile(r'"?sep=(.)"?\s*', re.IGNORECASE)
 _FIRST = re.compile(r"[;,\t\s]")
 _APART = re.compile(r"\s{2,}|\t")
@@ -38,10 +38,10 @@ _PART = re.compile(r",\s*(?=[^,=]+=)")
 
 
 class Sheet(NamedTuple):
-    """A table with a unit in each cell of its header, where the file gives one.
+    """A table with a unit in each cell of its header, where the file has one.
 
-    ``blocks`` are the numbers of the rows' blocks; ``said`` the guesses in words; ``title`` the name of a workbook's
-    sheet; ``headless`` whether the file has no header, and the header's cells are the columns' numbers.
+    ``blocks``: number of each row's block; ``said``: guesses in words; ``title``: name of a workbook's sheet;
+    ``headless``: whether the file has no header (its cells are then the columns' numbers).
     """
 
     table: Table
@@ -52,18 +52,18 @@ class Sheet(NamedTuple):
 
 
 class _Asked(NamedTuple):
-    """Names of columns by which a header is known, and new names of columns."""
+    """Names of columns that identify a header, and new names of columns by old name or number."""
 
     known: set[str]
     renamed: dict[str, str]
 
     @property
     def numbered(self) -> bool:
-        """Whether columns are named anew, all by their numbers."""
+        """Whether columns get new names, all by their numbers."""
         return bool(self.renamed) and all(old.isdecimal() for old in self.renamed)
 
     def knows(self, cells: Sequence[str]) -> bool:
-        """Say whether cells name a quantity, have a unit of one, or are named anew."""
+        """Return whether cells name a quantity, have a unit of one, or get new names."""
         names = {split(cell)[0] for cell in cells} | {cell.strip() for cell in cells}
         if names & {old for old in self.renamed if not old.isdecimal()}:
             return True
@@ -73,11 +73,10 @@ class _Asked(NamedTuple):
 
 
 def read(path: str | os.PathLike[str], known: set[str], columns: str | Mapping[str, str] | None = None) -> list[Sheet]:
-    """Read a table, in UTF-8, UTF-16 or latin-1, or the sheets of a workbook that have tables.
+    """Read a table in UTF-8, UTF-16 or latin-1, or the sheets of a workbook that hold tables.
 
-    Lines of comment may stand anywhere in text. ``known`` are names of columns by which a header is told, ``columns``
-    names columns anew, by their name or number (from 1): "Winkel=total (deg), 3=T (N mm)", or the same as a mapping;
-    without a unit that of the file stays.
+    Comment lines may stand anywhere in text. ``known``: names of columns that identify a header; ``columns``: new names
+    by name or number (from 1): "Winkel=total (deg), 3=T (N mm)", or a mapping; without a unit the file's unit stays.
     """
     name, data, asked = files.label(path), files.read_bytes(path, LARGEST + 1), _Asked(known, _columns(columns))
     if workbook.is_one(data) and len(data) <= LARGEST:
@@ -112,7 +111,7 @@ def read(path: str | os.PathLike[str], known: set[str], columns: str | Mapping[s
 
 
 def _of_workbook(grids: Sequence[workbook.Grid], asked: _Asked) -> list[Sheet]:
-    """Return the sheets of a workbook that have the header of a table; the first sheet if none has."""
+    """Return the sheets of a workbook that have a table's header; the first sheet if none has."""
     sheets, others = list[Sheet](), list[str]()
     for grid in grids:
         looked = grid.rows[:LOOK]
@@ -134,7 +133,7 @@ def _of_workbook(grids: Sequence[workbook.Grid], asked: _Asked) -> list[Sheet]:
 
 
 def _few(looked: Sequence[Row], name: str) -> None:
-    """Refuse a table of too many columns: each cell may be a name with a unit."""
+    """Refuse a table with too many columns, each of whose cells would be searched for a unit."""
     row = max(looked, key=lambda row: len(row.cells))
     if len(row.cells) > COLUMNS:
         reason = f"has {len(row.cells):,} cells in line {row.line} ({COLUMNS} at most)"
@@ -142,13 +141,13 @@ def _few(looked: Sequence[Row], name: str) -> None:
 
 
 def _comment(line: str) -> bool:
-    """Say whether a line is a comment; an error of a spreadsheet (#N/A) is none."""
+    """Return whether a line is a comment; an error of a spreadsheet (#N/A) is none."""
     text = line.lstrip()
     return text.startswith(COMMENTS) and not numerals.is_gap(_FIRST.split(text, maxsplit=1)[0])
 
 
 def _delimiter(lines: Sequence[str]) -> str:
-    """Return what sets cells apart: of what gives most rows of numbers, or stands in most lines, the first."""
+    """Return the delimiter: the first of those that give most rows of numbers, or occur in most lines."""
 
     def numbers(delimiter: str) -> tuple[int, int]:
         rows = list(_cells(lines, delimiter))
@@ -160,7 +159,7 @@ def _delimiter(lines: Sequence[str]) -> str:
 
 
 def _cells(lines: Sequence[str], delimiter: str) -> Iterator[list[str]]:
-    """Yield the cells of each line on its own; where white space parts them, by the width of the lines of numbers."""
+    """Yield the cells of each line; for white space, as many as the lines of numbers have."""
     if delimiter != SPACES:
         for line in lines:
             yield next(csv.reader([line[:_LONGEST]], delimiter=delimiter), [])
@@ -183,12 +182,12 @@ def _value(cell: str) -> bool:
 
 
 def _numeric(cells: Sequence[str]) -> bool:
-    """Say whether a row has two numbers, or words for none."""
+    """Return whether a row has two or more numbers, or marks of missing values."""
     return sum(bool(cell.strip()) and _value(cell) for cell in cells) > 1
 
 
 def _numbers(cells: Sequence[str]) -> bool:
-    """Say whether a row has numbers, or words for none, in all of several cells."""
+    """Return whether all of several cells of a row are numbers, or marks of missing values."""
     return len(cells) > 1 and all(map(_value, cells))
 
 
@@ -198,9 +197,9 @@ def _first(looked: Sequence[Row]) -> int:
 
 
 def _header(looked: Sequence[Row], asked: _Asked) -> int | None:
-    """Return the line of the header: the first that may be one and has numbers below, or units and numbers.
+    """Return the line of the header: the first candidate with numbers below, or with units and numbers.
 
-    Else the first that may be one, or the text above the first numbers; None if there is none.
+    Else the first candidate, or the text above the first numbers; None without a header.
     """
     texts = [(i, row) for i, row in enumerate(looked) if not any(map(numerals.is_number, row.cells))]
     for sure in (True, False):
@@ -208,7 +207,7 @@ def _header(looked: Sequence[Row], asked: _Asked) -> int | None:
             below = [one.cells for one in looked[i + 1 : i + 3]]
             if sure and not (below and (_numeric(below[0]) or (headers.units(below[0]) and _numeric(below[-1])))):
                 continue
-            # what stands in the line of units is named above
+            # the names of a line of units stand above it
             if headers.units(row.cells) and not (i and _is_text(looked[i - 1])) and len(row.cells) > 1:
                 return row.line
             if not headers.units(row.cells) and asked.knows(row.cells) and (sure or len(row.cells) > 1):
@@ -220,12 +219,12 @@ def _header(looked: Sequence[Row], asked: _Asked) -> int | None:
 
 
 def _is_text(row: Row) -> bool:
-    """Say whether a row has several cells, and no numbers."""
+    """Return whether a row has several cells and no numbers."""
     return sum(bool(cell.strip()) for cell in row.cells) > 1 and not any(map(numerals.is_number, row.cells))
 
 
 def _sheet(table: Table, looked: Sequence[Row], head: int | None, blank: set[int], asked: _Asked) -> Sheet:
-    """Return a table whose rows begin with the header, if there is one, in one form."""
+    """Return the sheet of a table whose rows begin with the header, if there is one."""
     first, *rows = table.rows
     if head is None:
         width = max(len(row.cells) for row in table.rows) if asked.numbered else 0
@@ -251,7 +250,7 @@ def _sheet(table: Table, looked: Sequence[Row], head: int | None, blank: set[int
 
 
 def _blocks(rows: Sequence[Row], header: list[str], units: list[str], blank: set[int]) -> tuple[list[Row], list[int]]:
-    """Return the rows of values and the numbers of their blocks; repeated headers and titles of blocks are left out."""
+    """Return the rows of values and their block numbers, without repeated headers and titles of blocks."""
     kept, numbers, number = list[Row](), list[int](), 0
     heads = [_folded(cells) for cells in (header, units) if cells]
     line = rows[0].line if rows else 0
@@ -259,7 +258,7 @@ def _blocks(rows: Sequence[Row], header: list[str], units: list[str], blank: set
         apart = any(between in blank for between in range(line, row.line))
         line = row.line
         if _folded(row.cells) in heads:
-            # what stands above a repeated header is its preamble
+            # text above a repeated header is its preamble
             while kept and numbers[-1] == number and not _numeric(kept[-1].cells):
                 kept.pop()
                 numbers.pop()
@@ -278,7 +277,7 @@ def _folded(cells: Sequence[str]) -> list[str]:
 
 
 def _columns(given: str | Mapping[str, str] | None) -> dict[str, str]:
-    """Return the new names of columns by their names or numbers."""
+    """Return new names of columns by their names or numbers."""
     if isinstance(given, str):
         parts = [part.partition("=") for part in _PART.split(given)]
         if not all(old.strip() and new.strip() for old, _, new in parts):
@@ -288,7 +287,7 @@ def _columns(given: str | Mapping[str, str] | None) -> dict[str, str]:
 
 
 def _renamed(sheet: Sheet, wanted: Mapping[str, str]) -> Sheet:
-    """Return a table whose header has the names that the user gives."""
+    """Return a sheet with the user's names in its header."""
     table = sheet.table
     cells = list(table.header.cells)
     own = [{str(i + 1), cell, split(cell)[0]} for i, cell in enumerate(table.header.cells)]
@@ -300,7 +299,7 @@ def _renamed(sheet: Sheet, wanted: Mapping[str, str]) -> Sheet:
             raise table.error(None, reason, f"give names or numbers from 1 to {len(cells)}", "columns")
         name, unit = split(new)
         unit = unit or split(cells[places[0]])[1]
-        # another column of this name is not the one that is meant
+        # drop another column of the same name
         cells = ["" if split(cell)[0] == name else cell for cell in cells]
         cells[places[0]] = f"{name} ({unit})" if unit else name
     return sheet._replace(table=table._replace(header=table.header._replace(cells=cells)))

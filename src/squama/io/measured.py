@@ -1,7 +1,7 @@
 """Measured points of a test: a table of twist and torque, or of curvature and moment, in SI units.
 
-The header names each column and its unit: ``Phi (deg/mm), T (N mm)``. What the abscissa is measured over
-may be a length (``Phi``), one pitch (``phi``) or the whole beam (``total``).
+The header names each column and its unit: ``Phi (deg/mm), T (N mm)``. The abscissa is an angle per length (``Phi``),
+per pitch (``phi``) or of the whole beam (``total``).
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ from squama.types import Array
 from squama.units import Dimension, shown
 
 SHOWN, _NAMED = 8, 5
-"""Mistakes of a file, and rows that are left out, that are named one by one."""
+"""Largest number of mistakes of a file, and of rows left out, that are named one by one."""
 _REST, _FEW = 0.02, 3
-"""Twist, over the largest, at which a loop begins; rows of a block at least."""
+"""Twist over the largest at which a loop may begin; least number of rows of a block."""
 _GAP = "leave the cell empty where nothing was measured"
 
 
 class Measured(NamedTuple):
     """Points in the order in which they were measured, of a whole file or of one specimen.
 
-    ``rate`` is the twist rate or curvature (rad/m), ``load`` the torque or bending moment (N m), of a decay its time
-    (s); ``label`` names the specimen or, for legends, the file; ``file`` and ``lines`` say where the rows stand ("" and
-    None if in no file), ``names`` whose they are in a table that tells specimens apart.
+    ``rate``: twist rate or curvature (rad/m); ``load``: torque or bending moment (N m), for a decay time (s);
+    ``label``: specimen or, for legends, file; ``file`` and ``lines``: source of the rows ("" and None without a file);
+    ``names``: specimen of each row, where the table has several.
     """
 
     rate: Array
@@ -48,13 +48,13 @@ class Measured(NamedTuple):
     names: Array | None = None
 
     def where(self, i: int) -> str:
-        """Name the place of a point in messages."""
+        """Return the place of a point in messages."""
         if self.lines is None:
             return f"{self.label}: point {i}"
         return f"{self.file}: line {self.lines[i]}"
 
     def specimens(self) -> list[Measured]:
-        """Return the points of each specimen, in the order in which they first occur; all are one if none is named."""
+        """Return the points of each specimen, in the order of first occurrence; one specimen if none is named."""
         if self.names is None or self.lines is None:
             return [self]
         empty = (
@@ -67,7 +67,7 @@ class Measured(NamedTuple):
 
 
 def swings(path: str | os.PathLike[str], columns: str | Mapping[str, str] | None = None) -> bool:
-    """Say whether a table is the record of a decay: it has a column of time and none of a torque."""
+    """Return whether a table is the record of a decay: a column of time and no torque or force."""
     names = {name for load in TESTS.values() for name in (*quantities.over(load), *torque(load).names)} | {*TIME.names}
     cells = [headers.split(cell) for cell in laboratory.read(path, names, columns)[0].table.header.cells]
     found = {headers.dimension(unit) for _, unit in cells}
@@ -87,17 +87,19 @@ def read_measured(
     Parameters
     ----------
     path
-        A table in UTF-8, UTF-16 with its mark, or latin-1, cells set apart by semicolons, tabs or commas. Its header
-        names each column and its unit, which may stand in a line below; lines of comment begin with #, % or //.
+        A table in UTF-8, UTF-16 or latin-1, with cells separated by semicolons, tabs, commas, bars or white space, or a
+        workbook (.xlsx). Its header names each column and its unit, which may stand in a line below; comment lines
+        begin with #, % or //.
     beam : Beam
         Its pitch and number of scales turn angles per pitch or of the whole beam into rates.
     load
         "twisting" or "bending".
     decimal
-        What sets decimals off, "." or ","; guessed if not given.
+        Decimal sign, "." or ","; default: guessed.
     columns
-        What columns are, by their names or numbers (from 1): "Winkel=total (deg), 3=T (N mm)", or as a mapping. Without
-        it columns are known by name, else by their units; an angle is then the twist (bend) of the whole beam.
+        Names and units of columns by their names or numbers (from 1) in the file: "Winkel=total (deg), 3=T (N mm)", or
+        a mapping. Default: columns are identified by name, else by unit; an angle is then the twist (bend) of the whole
+        beam.
 
     Returns
     -------
@@ -107,12 +109,12 @@ def read_measured(
     Raises
     ------
     InputError
-        The table cannot be read so; every mistake with file and line.
+        The table cannot be read; every mistake with file and line.
 
     Warns
     -----
     TableWarning
-        Something was guessed; what, in one line.
+        One line that lists the guesses.
 
     Examples
     --------
@@ -140,13 +142,13 @@ def read(
     columns: str | Mapping[str, str] | None = None,
     ordinate: Ordinate | None = None,
 ) -> Measured:
-    r"""Read measured points of a beam of so many scales at this pitch (m), or name every mistake with file and line.
+    r"""Read measured points of a beam of ``scales`` scales at a ``pitch`` (m); mistakes name file and line.
 
     Columns of twisting: ``Phi`` or ``twist rate`` (rad/m, deg/mm ...), or ``phi`` or ``twist per pitch`` (deg ...), or
     ``total`` or ``total twist`` (deg ...), and ``T`` or ``torque`` (N m, N mm ...). Bending: ``kappa`` or
     ``curvature``, ``psi`` or ``bend per pitch``, ``total`` or ``total bend``, and ``M`` or ``moment``. A column
-    ``specimen`` tells specimens apart. With :data:`TIME` for ``ordinate`` a column ``t`` or ``time`` stands in place of
-    the torque. The rest is as for :func:`read_measured`.
+    ``specimen`` names the specimens. With :data:`TIME` as ``ordinate`` a column ``t`` or ``time`` replaces the torque.
+    Otherwise as :func:`read_measured`.
 
     Examples
     --------
@@ -175,7 +177,7 @@ def read(
 
 
 def _points(sheet: laboratory.Sheet, how: Reading, label: str) -> tuple[Measured, list[str]]:
-    """Return the points of a sheet, and what was guessed."""
+    """Return the points of a sheet, and the guesses in words."""
     table = sheet.table
     if sheet.headless:
         raise quantities.no_header(table, how)
@@ -204,7 +206,7 @@ def _points(sheet: laboratory.Sheet, how: Reading, label: str) -> tuple[Measured
 def _values(
     sheet: laboratory.Sheet, places: Mapping[str, int], style: numerals.Style
 ) -> tuple[list[tabular.Row], list[int], list[list[float]], list[str]]:
-    """Return the rows that have values, their blocks and values; and how many rows are left out, in words.
+    """Return the rows with values, their blocks and values (as written), and the rows left out in words.
 
     Rows without a value, and rows that repeat the row before, are left out.
     """
@@ -244,16 +246,16 @@ def _values(
 
 
 def _count(lines: list[int]) -> str:
-    """Return how many rows there are, and where: "3 rows (lines 4, 5, 9)"."""
+    """Return the number of rows and their lines as text: "3 rows (lines 4, 5, 9)"."""
     where = ", ".join(map(str, lines[:_NAMED])) + " ..." * (len(lines) > _NAMED)
     return f"{len(lines)} row{'s' * (len(lines) > 1)} (line{'s' * (len(lines) > 1)} {where})"
 
 
 def _loops(rate: Array, blocks: Array) -> Array:
-    """Return the numbers of the loops, from 0, to which points belong, from those of their blocks.
+    """Return the loop number (from 0) of each point, from the numbers of their blocks.
 
-    A block begins a loop where it begins near no twist, or nearer to it than to the end of the block before; else it
-    goes on with that. Where a block has a few rows only, blank lines mean nothing.
+    A block begins a loop where its first twist is near 0, or nearer to 0 than to the end of the block before; else it
+    continues that block. Where any block has only a few rows, blank lines are ignored.
     """
     starts = np.flatnonzero(np.diff(blocks, prepend=blocks[0] - 1))
     loops, near = np.zeros(rate.size, np.int64), _REST * float(np.abs(rate).max())
@@ -267,7 +269,7 @@ def _loops(rate: Array, blocks: Array) -> Array:
 
 
 def _in_order(table: tabular.Table, rows: Sequence[tabular.Row], blocks: Array, rate: Array) -> Array:
-    """Return the blocks of rows; each begins anew where a column of time does. Refuse rows that go back in time."""
+    """Return block numbers of rows; a block is split where time restarts. Refuse rows that go back in time."""
     cells = _column(table, rows, headers.is_time)
     if cells is None or not all(map(numerals.is_number, cells)):
         return blocks
@@ -288,7 +290,7 @@ def _in_order(table: tabular.Table, rows: Sequence[tabular.Row], blocks: Array, 
 def _column(
     table: tabular.Table, rows: Sequence[tabular.Row], wanted: Callable[[str, str], bool]
 ) -> NDArray[np.object_] | None:
-    """Return the cells of the first column whose name and unit are wanted; None if there is none."""
+    """Return the cells of the first column whose name and unit satisfy ``wanted``; None without one."""
     place = next((i for i, cell in enumerate(table.header.cells) if wanted(*headers.split(cell))), None)
     if place is None:
         return None
@@ -296,7 +298,7 @@ def _column(
 
 
 def _joined(parts: list[Measured], titles: list[str], file: str) -> Measured:
-    """Return the points of several sheets; each is a specimen of its title, its own specimens or loops beside it."""
+    """Return the points of several sheets; a specimen is named by its sheet, and by its specimen or loop there."""
     rate, load = (np.concatenate([getattr(part, name) for part in parts]) for name in ("rate", "load"))
     lines, names = list[str](), list[str]()
     for part, title in zip(parts, titles, strict=True):
@@ -307,7 +309,7 @@ def _joined(parts: list[Measured], titles: list[str], file: str) -> Measured:
 
 
 def _settle(problems: Problems, file: str) -> None:
-    """Raise the mistakes; of very many the first ones, and how many more there are."""
+    """Raise the mistakes; of very many only the first, and the number of others."""
     if (more := len(problems) - SHOWN) > 0:
         problems[SHOWN:] = [Problem(reason=f"and {more} more mistakes of this kind", source=file)]
     problems.settle()

@@ -13,7 +13,7 @@ from squama.units import shown
 _WORDS = "nan na n/a n.a. null none - -- --- \N{EN DASH} \N{EM DASH} *"
 _ERRORS = "#n/a #na #nv #value! #wert! #valeur! #div/0! #ref! #bezug! #num! #zahl! #nombre! #name? #null!"
 GAPS = frozenset(f"{_WORDS} {_ERRORS}".split())
-"""What stands, apart from nothing, in a cell that has no value; small letters."""
+"""Marks of a missing value in a cell, besides an empty cell; lower case."""
 _ALIKE = str.maketrans(
     {"\N{MINUS SIGN}": "-", "\N{RIGHT SINGLE QUOTATION MARK}": "'"}
     | dict.fromkeys("\N{NO-BREAK SPACE}\N{NARROW NO-BREAK SPACE}\N{THIN SPACE}", " ")
@@ -28,19 +28,19 @@ DecimalName = Literal[".", ","]
 
 
 class Style(NamedTuple):
-    """How numbers are written: the decimal sign, and what stands between thousands ("" if nothing does)."""
+    """Number format: the decimal sign, and the mark between thousands ("" for none)."""
 
     decimal: str = "."
     group: str = ""
 
     def said(self, *, given: bool) -> list[str]:
-        """Return what was guessed, in words; the decimal sign may be ``given``."""
+        """Return the guesses in words; the decimal sign may be ``given``."""
         commas = ["with decimal commas"] * (self.decimal == "," and not given)
         return commas + ([f"with {_MARKS[self.group]} between thousands"] if self.group else [])
 
 
 def is_gap(cell: str) -> bool:
-    """Say whether a cell has no value.
+    """Return whether a cell has no value.
 
     >>> [is_gap(cell) for cell in ("", " - ", "#N/A", "NaN", "0", "-1")]
     [True, True, True, True, False, False]
@@ -50,7 +50,7 @@ def is_gap(cell: str) -> bool:
 
 
 def is_number(cell: str) -> bool:
-    """Say whether a cell is a number in some style.
+    """Return whether a cell is a number in some format.
 
     >>> [is_number(cell) for cell in ("1.5e3", "1.234,5", "1 234,5", "1'234.5", "1,23,4", "T")]
     [True, True, True, True, False, False]
@@ -60,10 +60,10 @@ def is_number(cell: str) -> bool:
 
 
 def style(columns: Sequence[Sequence[str]], given: DecimalName | None = None) -> Style:
-    """Return how the numbers of columns are written; the decimal sign may be ``given``.
+    """Return the number format of columns; the decimal sign may be ``given``.
 
-    One mark before three digits may be either: it separates thousands where a whole number of three digits stands in
-    the same column, as in 900, 950, 1,000.
+    A single mark before three digits is ambiguous: it separates thousands where the column also has a whole number of
+    three digits, as in 900, 950, 1,000.
 
     >>> style([["0", "12,5"]]), style([["900", "1,000"]]), style([["1.234,5", "0,125"]])
     (Style(decimal=',', group=''), Style(decimal='.', group=','), Style(decimal=',', group='.'))
@@ -88,7 +88,7 @@ def style(columns: Sequence[Sequence[str]], given: DecimalName | None = None) ->
 
 
 def _decimal(decimals: set[str], groups: set[str], either: set[str]) -> str:
-    """Return the decimal sign from signs that are decimal, that group thousands, and that may do either."""
+    """Return the decimal sign from sets of marks: decimal, between thousands, ambiguous."""
     if decimals:
         return "," if decimals == {","} else "."
     if "." in groups or "," in groups:
@@ -97,7 +97,7 @@ def _decimal(decimals: set[str], groups: set[str], either: set[str]) -> str:
 
 
 def number(cell: str, written: Style, gap: str = "") -> float:
-    """Read a number; ``gap`` as in :func:`tabular.number`.
+    """Return the number in a cell; ``gap`` as in :func:`tabular.number`.
 
     >>> number("1,25e3", Style(",")), number("-.5", Style()), number("1 234,5", Style(",", " "))
     (1250.0, -0.5, 1234.5)

@@ -1,4 +1,4 @@
-"""Reading tables of text: header, delimiter, and rows that know the line they stand in."""
+"""Reading and writing of tables of text: header, delimiter, and rows with their line numbers."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from squama.units import is_number, shown
 
 LARGEST_TABLE = 500_000_000
 DELIMITERS = (";", "\t", ",")
-"""What sets cells apart; of two that are as frequent the first: a comma may belong to numbers or names."""
+"""Marks between cells; of two that are equally frequent the first, because a comma may belong to numbers or names."""
 _FORMULA = re.compile(r"'*[=+\-@\t\r\n](?s:.)")
 DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+(?:[eE][+-]?\d+)?\s*")
 
 
 class Row(NamedTuple):
-    """The cells of one row, and the line it begins in (1 is the first line of the file)."""
+    """The cells of a row, and its first line in the file (from 1)."""
 
     line: int
     cells: list[str]
 
 
 class Table(NamedTuple):
-    """A table of text: its file's name for messages, its leading comments, header and rows."""
+    """A table of text: its file's name for messages, delimiter, leading comments, header and rows."""
 
     name: str
     delimiter: str
@@ -38,28 +38,28 @@ class Table(NamedTuple):
     rows: list[Row]
 
     def line(self, number: int | None = None) -> str:
-        """Name the file and a line, that of the header if none is given, as the source of a problem."""
+        """Return file and line (by default the header's) as the source of a problem."""
         return f"{self.name}: line {self.header.line if number is None else number}"
 
     def error(self, line: int | None, reason: str, remedy: str = "", where: str = "", value: str = "") -> InputError:
-        """Return the error that names the file and the line."""
+        """Return an error that names the file and the line."""
         return InputError(Problem(where, value, reason, remedy, self.line(line)))
 
 
 def read(path: str | os.PathLike[str], *, missing: str = "check the name") -> Table:
-    """Read a table of text: leading comments ("#"), a line of header, cells set apart by comma, semicolon or tab.
+    """Read a table of text: leading comments ("#"), a header line, cells separated by comma, semicolon or tab.
 
-    Header cells are stripped, others are as they stand in the file, but for the ' that :func:`write` puts before a
-    formula; rows without any text are left out. ``missing``
-    says what to do if there is no such file. Refused: no text, no header, a quote that is not closed.
+    Header cells are stripped; other cells stay as in the file, without the ' that :func:`write` puts before a formula.
+    Rows without text are left out. ``missing``: remedy for a missing file. Refuses an empty file, a missing header, an
+    open quote.
     """
     return parse(files.read_text(path, limit=LARGEST_TABLE, missing=missing), files.label(path))
 
 
 def parse(text: str, name: str, delimiter: str = "") -> Table:
-    """Read a table from the text of a file; ``name`` is the file's in messages, the rest as :func:`read`.
+    """Read a table from the text of a file; ``name``: the file in messages; otherwise as :func:`read`.
 
-    Without a ``delimiter`` it is the most frequent one of the header.
+    Default ``delimiter``: the most frequent one of the header.
     """
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     first = next((i for i, line in enumerate(lines) if line.strip() and not line.startswith("#")), None)
@@ -72,7 +72,7 @@ def parse(text: str, name: str, delimiter: str = "") -> Table:
 
 
 def rows(lines: list[str], first: int, delimiter: str, name: str) -> Iterator[Row]:
-    """Yield the rows with text, from a line on (0 is the first), quotes closed; ``name`` is the file's in messages."""
+    """Yield the rows with text from line ``first`` (from 0) on; refuse an open quote. ``name``: file in messages."""
     reader = csv.reader((f"{line}\n" for line in lines[first:]), delimiter=delimiter, strict=True)
     begins = first + 1
     try:
@@ -85,9 +85,9 @@ def rows(lines: list[str], first: int, delimiter: str, name: str) -> Iterator[Ro
 
 
 def write(file: TextIO, rows: Iterable[Iterable[object]], delimiter: str = ",") -> None:
-    """Write rows of cells, the header among them.
+    """Write rows of cells, the header included.
 
-    Text that a spreadsheet would run as a formula gets a ' before it, which :func:`read` takes off again; numbers stay.
+    Text that a spreadsheet would run as a formula gets a leading ', which :func:`read` removes; numbers stay.
     """
     writer = csv.writer(file, delimiter=delimiter, lineterminator="\n")
     writer.writerows(map(_guarded, row) for row in rows)
@@ -99,7 +99,7 @@ def _guarded(cell: object) -> str:
 
 
 def no_header(table: Table, wanted: str) -> InputError:
-    """Return the error for a table whose first line names none of the columns that are needed."""
+    """Return the error for a table whose first line names none of the needed columns."""
     cells = table.header.cells
     text = shown(table.delimiter.join(cells))
     what, remedy = f"the header {text} has none of the columns that are needed", "write a header like:"
@@ -109,7 +109,7 @@ def no_header(table: Table, wanted: str) -> InputError:
 
 
 def ragged(table: Table, row: Row) -> list[Problem]:
-    """Return the mistake of a row that has not as many cells as the header; none if it has."""
+    """Return the mistake of a row with another number of cells than the header; else an empty list."""
     width, have = len(table.header.cells), len(row.cells)
     if have == width:
         return []
@@ -118,9 +118,9 @@ def ragged(table: Table, row: Row) -> list[Problem]:
 
 
 def number(cell: str, example: str = "0.25", gap: str = "") -> float:
-    """Return a finite number, or refuse the cell; its place in a message is the caller's (`squama.errors.naming`).
+    """Return a finite number from a cell, or refuse it; the caller adds its place (`squama.errors.naming`).
 
-    ``gap`` says what to do about a cell that is empty or not finite, in place of the example.
+    ``gap``: remedy for a cell that is empty or not finite, in place of the example.
     """
     remedy = f"write e.g. {example}"
     try:
@@ -135,7 +135,7 @@ def number(cell: str, example: str = "0.25", gap: str = "") -> float:
     elif DECIMAL_COMMA.fullmatch(cell):
         reason, remedy = "has a decimal comma", f"write {cell.strip().replace(',', '.')}"
     elif gap and reason != "is not a number":
-        # a gap in a record is not filled by an example
+        # an example would not help with a missing value
         remedy = gap
     raise InputError(Problem("", shown_cell(cell), reason, remedy))
 
@@ -143,10 +143,10 @@ def number(cell: str, example: str = "0.25", gap: str = "") -> float:
 def numbers(
     table: Table, columns: Mapping[str, tuple[int, Callable[[str], float]]], noun: str
 ) -> tuple[list[Row], list[list[float]], Problems]:
-    """Read columns of numbers, of which each has its place and the function that reads a cell.
+    """Read columns of numbers; ``columns``: by name, the place and the function that reads a cell.
 
-    Returned are the rows without a mistake, their numbers, a list a row, and what is wrong with the others, by line. A
-    table without rows is refused; ``noun`` says what a row is for.
+    Returns the rows without mistakes, their numbers (a list for each row), and the mistakes of the others. Refuses a
+    table without rows; ``noun``: the object of a row.
     """
     if not table.rows:
         refuse("", "", "has a header but no rows", f"give one for each {noun}", table.name)
@@ -166,13 +166,13 @@ def numbers(
 
 
 def shown_cell(cell: str) -> str:
-    """Return a cell for a message: a number as it is, text in quotes."""
+    """Return a cell for a message: a number unchanged, text in quotes."""
     text = cell.strip()
     return text if is_number(text) else shown(text)
 
 
 def close(name: str, known: Iterable[str]) -> str:
-    """Return the known name that is most like a misspelt one, or ""."""
+    """Return the known name most similar to a misspelt one, or ""."""
     by_fold = {other.casefold(): other for other in known}
     return next((by_fold[found] for found in difflib.get_close_matches(name.casefold(), list(by_fold), n=1)), "")
 

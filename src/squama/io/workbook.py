@@ -1,6 +1,6 @@
-"""Sheets of an Excel workbook (.xlsx) as rows of text, by openpyxl; what a file may ask of the machine is bounded.
+"""Sheets of an Excel workbook (.xlsx) as rows of text, by openpyxl; memory and size are bounded.
 
-openpyxl hands the rows on as it reads them. A sheet with two cells far apart costs nothing then.
+openpyxl yields the rows as it reads them, so a sheet with two cells far apart needs little memory.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from squama.needs import need
 from squama.units import shown
 
 LARGEST = 100_000_000
-"""Bytes of all parts of a workbook, unpacked."""
+"""Largest size of all parts of a workbook, unpacked, bytes."""
 ROWS, CELLS = 200_000, 2_000_000
-"""Rows of a sheet down to the last one, and cells of all sheets."""
+"""Largest row number of a sheet, and largest number of cells of all sheets."""
 _DAMAGED: tuple[type[Exception], ...] = (
     KeyError,
     ValueError,
@@ -31,12 +31,12 @@ _DAMAGED: tuple[type[Exception], ...] = (
     SyntaxError,
 )
 _DAMAGED += (EOFError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error)
-"""What openpyxl and its readers of XML and zip files raise on what is no workbook."""
+"""Errors that openpyxl and its readers of XML and zip files raise for a damaged workbook."""
 _ZIP, _OLD = b"PK\x03\x04", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 
 
 class Grid(NamedTuple):
-    """The rows of a sheet that have text; ``name`` is that of file and sheet in messages."""
+    """The rows of a sheet with text; ``name``: file and sheet in messages."""
 
     name: str
     title: str
@@ -44,12 +44,12 @@ class Grid(NamedTuple):
 
 
 def is_one(data: bytes) -> bool:
-    """Say whether the bytes of a file are those of a workbook."""
+    """Return whether the bytes of a file begin as those of a workbook."""
     return data.startswith((_ZIP, _OLD))
 
 
 def read(data: bytes, name: str) -> list[Grid]:
-    """Return the sheets of a workbook that have text; refuse what is none, and what is too large."""
+    """Return the sheets of a workbook that have text; refuse other files, and workbooks that are too large."""
     if data.startswith(_OLD):
         refuse("", "", "is a workbook of an old Excel (.xls)", "save it as .xlsx or as CSV", name)
     openpyxl = need("openpyxl")
@@ -65,7 +65,7 @@ def read(data: bytes, name: str) -> list[Grid]:
         refuse("", "", f"unpacks to {size:,} bytes ({LARGEST:,} at most)", "save the table alone, as CSV", name)
     try:
         with warnings.catch_warnings():
-            # of styles, validation rules and pictures, which are not read
+            # warnings about styles, validation rules and pictures, which are not read
             warnings.simplefilter("ignore")
             book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True, keep_links=False)
             sheets = [sheet for sheet in book.worksheets if sheet.sheet_state == "visible"]
@@ -84,7 +84,7 @@ def read(data: bytes, name: str) -> list[Grid]:
 
 
 def _rows(sheet: Any, place: str) -> Iterator[Row]:
-    """Yield the rows of a sheet that have values, as text; refuse one that goes too far down."""
+    """Yield the rows of a sheet with values, as text; refuse a sheet with too many rows."""
     sheet.reset_dimensions()
     for number, values in enumerate(sheet.iter_rows(values_only=True), 1):
         if number > ROWS:

@@ -1,1 +1,1 @@
-"""Figures and claims of published papers, computed anew."""
+"""Figures and claims of published papers, recomputed."""

@@ -1,4 +1,4 @@
-"""The claims of the paper on twisting, each with the numbers that show whether it holds."""
+"""Claims of the paper on twisting, each with computed numbers and a verdict."""
 
 from __future__ import annotations
 
@@ -19,34 +19,34 @@ from squama.types import Array
 
 FRICTIONAL, STATIC = CODES.index(End.FRICTIONAL), CODES.index(End.STATIC)
 LOW_ALPHAS = (1.0, 5.0, 10.0, 15.0, 20.0)
-"""Below about 23 deg there is no kinematic lock, deg."""
+"""Values of alpha, deg, below about 23 deg, where there is no kinematic lock."""
 MU_GRID = np.round(np.arange(0.0, 6.0, 0.01), 2)
 FLAT = 0.25
-"""RED counts as nearly flat in eta if it varies over eta by less than this part of its variation over mu."""
+"""Largest variation of RED over eta, as a share of that over mu, with which RED counts as nearly flat in eta."""
 
 
 def numbers(values: Sequence[float] | Array, form: str = ".3g") -> tuple[str, ...]:
-    """Write numbers; "none" for NaN."""
+    """Return numbers as text; "none" for NaN."""
     return tuple("none" if math.isnan(v) else format(float(v), form) for v in values)
 
 
 def at(name: str, values: Sequence[float] | Array, unit: str = "") -> tuple[str, ...]:
-    """Say where numbers were taken: "mu = 0.2" ..."""
+    """Return the places of values as text: "mu = 0.2", ..."""
     return tuple(f"{name} = {text} {unit}".strip() for text in numbers(values, "g"))
 
 
 def yes(flag: bool | np.bool | Array) -> str:
-    """Return "yes" or "no"; of an array whether all hold."""
+    """Return "yes" or "no"; "yes" for an array if all entries are true."""
     return "yes" if np.all(flag) else "no"
 
 
 def falls(values: Array) -> str:
-    """Return "yes" or "no": whether numbers fall from one to the next."""
+    """Return "yes" if numbers decrease from one to the next, else "no"."""
     return yes(np.diff(values) < 0)
 
 
 def fig4(data: xr.Dataset) -> Iterator[Claim]:
-    """f0 rises without bound towards one asymptote for each mu, which moves to smaller twist as mu grows."""
+    """Claim: f0 rises without bound towards one asymptote for each mu, at smaller twist for larger mu."""
     mus = [float(mu) for mu in data["mu"].values]
     r: dict[str, Any] = par.main().ratios
     for law in par.LAWS:
@@ -66,7 +66,7 @@ def fig4(data: xr.Dataset) -> Iterator[Claim]:
 
 
 def fig5a(drops: dict[str, xr.Dataset]) -> Iterator[Claim]:
-    """Frictional envelopes lie below the kinematic one, are no translates of it and meet the axis at high mu."""
+    """Claim: frictional envelopes lie below the kinematic one, are no translates of it and meet the axis at high mu."""
     etas = np.array(par.FIG5_ETAS)
     for law in par.LAWS:
         twisting = drops[law].sel(loading="twisting")
@@ -91,9 +91,9 @@ def fig5a(drops: dict[str, xr.Dataset]) -> Iterator[Claim]:
 
 
 def least_lock(alpha: float, law: str, *, plates: bool) -> float:
-    """Least mu of a grid from which on the beam locks by friction at this alpha (rad); NaN if it does not.
+    """Return the least mu of a grid from which the beam locks by friction at alpha (rad); NaN for none.
 
-    ``plates``: a lock counts only if no other pair of plates touches before it.
+    ``plates``: whether a lock counts only if no other pair of plates touches before it.
     """
     r = maps.sweep(par.main(), "alpha", np.full(MU_GRID.size, alpha))
     sol = maps.ends(r, MU_GRID, law).found
@@ -106,7 +106,7 @@ def least_lock(alpha: float, law: str, *, plates: bool) -> float:
 
 
 def fold_alpha() -> float:
-    """Return the alpha (rad, to .01 deg) below which the path of the main case without friction passes a fold."""
+    """Return alpha (rad, to .01 deg) below which the frictionless path of the main case passes a fold."""
     r = maps.sweep(par.main(), "alpha", np.radians(np.arange(5.0, 25.0, 0.01)))
     e = edge_contacts.ends(**r, mu=0.0)
     before = edge_contacts.contact(np.maximum(e.theta_end, r.pop("theta0")), **r).phi
@@ -115,7 +115,7 @@ def fold_alpha() -> float:
 
 
 def fig5b() -> Iterator[Claim]:
-    """Higher alpha engages, steepens and locks earlier; locks at low alpha; static locks."""
+    """Claim: higher alpha engages, steepens and locks earlier; locks at low alpha; static locks."""
     alphas = np.radians([30.0, 40.0, 50.0, 60.0, 70.0])
     r = maps.sweep(par.main(), "alpha", alphas)
     phi_e = maps.ends(r, 0.0, "edge").found.load_e
@@ -160,7 +160,7 @@ def fig5b() -> Iterator[Claim]:
 
 
 def fig6a(data: xr.Dataset) -> Iterator[Claim]:
-    """Torque and stiffness of the scales rise with mu."""
+    """Claim: torque and stiffness of the scales rise with mu."""
     mus = [float(mu) for mu in data["mu"].values]
     for law in par.LAWS:
         part = data.sel(law=law)
@@ -178,7 +178,7 @@ def fig6a(data: xr.Dataset) -> Iterator[Claim]:
 
 
 def bending(data: xr.Dataset) -> Iterator[Claim]:
-    """In bending the lock line is a translate by arctan(mu); in twisting it is not."""
+    """Claim: in bending the lock line is translated by arctan(mu); in twisting it is not."""
     mus = data["mu"].values[1:]
     for loading, law, text in (
         ("bending", "both", "the lock line is a translate by arctan(mu) in theta + psi/2"),
@@ -193,7 +193,7 @@ def bending(data: xr.Dataset) -> Iterator[Claim]:
 
 
 def fig7a(data: xr.Dataset) -> Iterator[Claim]:
-    """RED rises with mu and saturates, nearly flat in eta; without a margin it is no number."""
+    """Claim: RED rises with mu and saturates, nearly flat in eta; without a margin it is not defined."""
     mu, etas = data["mu"].values, data["value"].values
     for law in par.LAWS:
         part = data.sel(law=law)
@@ -229,7 +229,7 @@ def fig7a(data: xr.Dataset) -> Iterator[Claim]:
 
 
 def fig7b(data: xr.Dataset) -> Iterator[Claim]:
-    """Lock statically at low alpha and high mu; RED not monotonic in mu there; alpha of the largest RED."""
+    """Claim: static lock at low alpha and high mu; RED not monotonic in mu there; alpha of the largest RED."""
     alpha, mu = np.degrees(data["value"].values), data["mu"].values
     low = int(np.argmin(abs(alpha - 10)))
     for law in par.LAWS:

@@ -1,4 +1,4 @@
-"""Figs. 4 and 6: friction force and torque against twist rate, both force laws."""
+"""Figs. 4 and 6: friction force and torque over twist rate, for both force laws."""
 
 from __future__ import annotations
 
@@ -34,15 +34,15 @@ from squama.plot.style import (
 
 POINTS = 300
 NEAR = 1e-3
-"""Curves are drawn to this margin before a lock."""
+"""Margin before a lock at which curves end."""
 ABOVE = 2.0
 MARKERS = "osD^v<>p"
 COMPLIANT: Any = (0, (5, 1.5, 1, 1.5))
-"""Line of the compliant joint."""
+"""Line style of the compliant joint."""
 
 
 def both_laws(beam: Beam, mus: Sequence[float], laws: Sequence[LawName]) -> xr.Dataset:
-    """Twist a beam with each coefficient of friction and each force law (dimensions ``law``, ``mu``, ``point``)."""
+    """Return the twisting of a beam for each friction and each force law (dimensions ``law``, ``mu``, ``point``)."""
     runs = [doors.twist(beam, mu=mus, law=law, margin=NEAR, points=POINTS, joint="hinge", ideal=True) for law in laws]
     data = xr.concat(runs, dim=xr.Variable("law", list(laws)), combine_attrs="drop_conflicts")
     return data.assign(
@@ -58,7 +58,7 @@ def _lines(ax: Axes, data: xr.Dataset, x: str, y: str, *, asymptotes: bool = Fal
     for law in data["law"].values:
         for i, colour in enumerate(colours):
             line = data.sel(law=law).isel(mu=i)
-            # where the laws give the same curve the one below is broad and pale, so that the dashes above it are seen
+            # where the laws coincide the curve below is broad and pale, so that the dashes above it are visible
             values = data[y].isel(mu=i).values
             same = len(values) > 1 and bool(np.allclose(values[0], values[1], rtol=1e-9, equal_nan=True))
             below: dict[str, Any] = {"linewidth": 3.2, "alpha": 0.35} if same and law == "plate" else {}
@@ -75,7 +75,7 @@ def _keys(data: xr.Dataset) -> list[Line2D]:
 
 @styled
 def fig4(data: xr.Dataset) -> Figure:
-    """Draw the friction force against the twist rate over that at engagement."""
+    """Draw the friction force over the twist rate, relative to that at engagement."""
     figure = new_figure(1.45 * COLUMN, 3.1)
     ax = figure.subplots()
     _lines(ax, data, "ratio", "f0", asymptotes=True)
@@ -107,10 +107,10 @@ def fig6a(data: xr.Dataset) -> Figure:
 def fig6b(
     parts: dict[float, xr.Dataset], points: FePoints | None, own: dict[float, xr.Dataset] | None = None
 ) -> Figure:
-    """Draw torque over G_B I against twist rate for each overlap ratio, with finite element points if there are any.
+    """Draw torque over G_B I against twist rate for each overlap ratio, with finite element points if given.
 
-    ``own``: curves of the edge law with the elements' own K_theta and C_f; they make a second row of panels, with the
-    compliant joint where the points hold it.
+    ``own``: curves of the edge law with K_theta and C_f of the elements; drawn in a second row of panels, with the
+    compliant joint if the points include it.
     """
     n, rows = len(parts), 2 if own else 1
     figure = new_figure(PAGE if n > 1 else 0.6 * PAGE, 3.4 if rows == 1 else 5.8)
@@ -126,7 +126,7 @@ def fig6b(
                 if not End(last["end"].item()).locks:
                     ax.plot(float(last["Phi"][-1]), float(last["T_GI"][-1]), "x", color=colour)
             letter(ax, rf"({'abcd'[row * n + column]}) $\eta$ = {eta:g}{words}")
-        # twice the torque of the curve with the least friction is seen, or less if all stay below
+        # the axis ends at twice the torque of the curve with the least friction, or at the largest torque
         torque = data["T_GI"].values
         top = max(top, min(ABOVE * finite_max(torque[:, 0]), finite_max(torque)))
         if points is not None:
@@ -159,7 +159,7 @@ def fig6b(
 
 
 def _draw_points(axes: Any, data: xr.Dataset, points: FePoints, eta: float) -> float:
-    """Draw the points of one overlap ratio into panels, the compliant joint into the lower; return the largest load."""
+    """Draw the points of one overlap ratio, and the compliant joint in the lower panel; return the largest load."""
     look: Look = {"linestyle": "", "markersize": 3.5, "markeredgecolor": INK, "markeredgewidth": 0.6, "zorder": 4}
     top = 0.0
     for i, (mu, colour) in enumerate(zip(data["mu"].values, shades(data.sizes["mu"]), strict=True)):

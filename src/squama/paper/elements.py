@@ -1,4 +1,4 @@
-"""The finite element points of Fig. 6b (``make fig6b`` makes them): read from a file, and set beside the model."""
+"""The finite element points of Fig. 6b (from ``make fig6b``): read from a file, and compared with the models."""
 
 from __future__ import annotations
 
@@ -23,22 +23,23 @@ STORED = Path(__file__).with_name("fig6b_elements.csv")
 COLUMNS = ("eta", "mu", "Phi (rad/m)", "T/(G_B I) (rad/m)")
 """Header of the file: overlap ratio, coefficient of friction, twist rate, torque over G_B times the polar moment."""
 COMPLIANT = "compliant joint T/(G_B I) (rad/m)"
-"""Column that may be there too: torque of the compliant joint with the stiffness of the same mesh; may be empty."""
+"""Optional column, with empty cells allowed: torque of the compliant joint with the stiffness of the same mesh."""
 K_THETA, C_F = "K_theta/(E_B d^3)", "C_f"
-"""Comments that may stand at the head, each with a number after a colon: the hinge that the elements make."""
+"""Optional comments of the head, each with a number after a colon: stiffness and inclusion factor of the elements."""
 LEAST = {COLUMNS[0]: 1.0, COLUMNS[1]: 0.0, COLUMNS[2]: 0.0}
 CLOSE = 0.1
 """Relative difference of torques that counts as agreement."""
 HELD_MU, HELD_AT = 0.2, (0.1, 0.15, 0.2)
-"""Friction, and twists per pitch (rad), at which the moment that holds a beam straight is told."""
+"""Friction, and twists per pitch (rad), of the claims on the moment that holds a beam straight."""
 MOST = 4
-"""Panels (overlap ratios) that the figure has room for."""
+"""Largest number of overlap ratios, one panel each."""
 
 
 class FePoints(NamedTuple):
     """Points in the order of the file; ``source`` is its name.
 
-    ``compliant`` is the compliant joint's load, and ``joint`` K_theta (E_B d^3) and C_f of the elements, if given.
+    ``eta``, ``mu``, ``rate`` (rad/m) and ``load``, T/(G_B I) (rad/m), are (n,). ``compliant`` (n,) is the load of the
+    compliant joint, and ``joint`` K_theta (E_B d^3) and C_f of the elements, if given.
     """
 
     eta: Array
@@ -54,8 +55,8 @@ def read_points(path: str | os.PathLike[str]) -> FePoints:
     """Read finite element points from a CSV file with the columns :data:`COLUMNS` in any order, one point a row.
 
     I is the polar moment of the section. A column :data:`COMPLIANT`, and the comments :data:`K_THETA` and :data:`C_F`
-    among leading lines that start with #, are read too. Every mistake is refused with its line, and more overlap ratios
-    than panels.
+    among leading lines that start with #, are read too. Mistakes are refused with their lines, as are more overlap
+    ratios than panels.
     """
     wanted = ", ".join(COLUMNS)
     table = tabular.read(path, missing=f"give a CSV file with the columns {wanted}")
@@ -84,7 +85,7 @@ def _joint(table: tabular.Table) -> tuple[float, float] | None:
 
 
 def _value(column: str, cell: str) -> float:
-    """Return the number in a cell, or refuse it; one of the compliant joint may be empty."""
+    """Return the number in a cell, or refuse it; cells of the compliant joint may be empty."""
     if column == COMPLIANT and not cell.strip():
         return math.nan
     value = tabular.number(cell)
@@ -94,9 +95,9 @@ def _value(column: str, cell: str) -> float:
 
 
 def compare(points: FePoints | None) -> Iterator[Claim]:
-    """Set the points beside both force laws and, if they hold it, the compliant joint.
+    """Yield the differences of the points from both force laws and, if included, the compliant joint.
 
-    The largest difference, and up to which twist the two agree.
+    For each: the largest difference of the torque, and the twist rate up to which it is below :data:`CLOSE`.
     """
     text = "the model agrees with finite elements"
     if points is None:
@@ -133,7 +134,7 @@ def compare(points: FePoints | None) -> Iterator[Claim]:
 
 
 def straight(etas: Sequence[float]) -> Iterator[Claim]:
-    """Tell what holds the beams straight, and what their torque is without that, at friction :data:`HELD_MU`."""
+    """Yield the moment that holds the beams straight, and the torque without it, at friction :data:`HELD_MU`."""
     phi = np.array(HELD_AT)
     places = tuple(f"eta = {eta:g}, phi = {angle:g} rad" for eta in etas for angle in HELD_AT)
     rows = []
@@ -153,5 +154,5 @@ def straight(etas: Sequence[float]) -> Iterator[Claim]:
 
 
 def stored() -> FePoints | None:
-    """Return the points that come with the package."""
+    """Return the points stored in the package, or None."""
     return read_points(STORED) if STORED.exists() else None

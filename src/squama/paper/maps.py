@@ -1,4 +1,4 @@
-"""Sweeps over eta, alpha and mu: regime maps, lock lines, and maps of the relative energy dissipation."""
+"""Sweeps over eta, alpha and mu: regime maps, lock lines, and maps of the relative energy dissipation (RED)."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from squama.symbols import SYMBOLS
 from squama.types import Array
 
 POINTS = 200
-"""Points of a path."""
+"""Number of points of a path."""
 LOCKS = (CODES.index(End.FRICTIONAL), CODES.index(End.KINEMATIC))
 
 
 Ratios = dict[str, Any]
-"""What the contact of many designs depends on: eta, beta, lam, alpha, theta0 in this order; arrays alike, rad."""
+"""Ratios of many designs that determine the contact: eta, beta, lam, alpha, theta0 (rad), in this order, each (n,)."""
 
 
 def known(axes: str | tuple[str, ...], **arrays: Array) -> dict[str, Any]:
-    """Return variables of a dataset by their symbols."""
+    """Return arrays as variables of a dataset, with the attributes of their symbols."""
     return {name: (axes, array, SYMBOLS[name].attrs) for name, array in arrays.items()}
 
 
@@ -41,15 +41,15 @@ def sweep(beam: Beam, over: str, values: Sequence[float] | Array) -> Ratios:
 
 
 def ends(r: Ratios, mu: float | Array, law: str) -> solution.Solution:
-    """Solve the first tip-side contact of each design."""
+    """Solve the first tip-side contact of each design (n,), with one mu or mu (n,)."""
     mus = np.broadcast_to(np.asarray(mu, float), r["eta"].shape)
     return solution.solve({**r, "mu": mus}, law=law, sense="+")
 
 
 def touch(r: Ratios) -> tuple[Array, Array]:
-    """Twist per pitch and inclination at which a pair of plates other than the tip-side one touches.
+    """Return twist per pitch and inclination (n,), rad, at the first contact of other plates than the tip-side pair.
 
-    Looked for along the whole geometric path, which friction and force law do not change. inf and NaN for none.
+    Sought along the whole geometric path, on which friction and force law have no effect. inf and NaN for none.
     """
     e = edge_contacts.ends(**r, mu=0.0, law="edge", contacts="all")
     hit = np.isin(e.end, (str(End.OTHER), str(End.NONE)))
@@ -57,13 +57,13 @@ def touch(r: Ratios) -> tuple[Array, Array]:
 
 
 def mu_static(r: Ratios, law: LawName) -> Array:
-    """Coefficient of friction that locks at engagement, for the nearest neighbour; inf for none."""
+    """Return the coefficient of friction (n,) that locks at engagement, for the nearest neighbour; inf for none."""
     found = edge_contacts.forces(r["theta0"], **r, mu=0.0, law=law).mu_lock
     return np.where(found > 0, found, np.inf)
 
 
 def kinematic_lock(r: Ratios) -> tuple[Array, Array]:
-    """Twist per pitch and inclination at which dphi/dtheta = 0 for the nearest neighbour; NaN if it is not reached."""
+    """Return twist per pitch and inclination (n,), rad, at dphi/dtheta = 0, nearest neighbour; NaN for none."""
     eta, beta, lam, alpha, theta0 = r.values()
     row = Twist(eta, beta, lam, np.sin(alpha), np.cos(alpha), theta0)
     x = theta0 + (np.pi * (1 - 1e-9) - theta0) * np.linspace(0, 1, 401)[:, None]
@@ -86,7 +86,7 @@ def kinematic_lock(r: Ratios) -> tuple[Array, Array]:
 
 
 def _coords(over: str, laws: Sequence[str], mus: Any, **along: Any) -> dict[str, Any]:
-    """Return the coordinates ``law`` and ``mu``, and others that hold values of the ratio ``over``."""
+    """Return the coordinates ``law`` and ``mu``, and those in ``along``, values of the ratio ``over``."""
     found = {name: (name, np.asarray(values, float), SYMBOLS[over].attrs) for name, values in along.items()}
     return {**found, **known("mu", mu=np.asarray(mus, float)), "law": list(laws)}
 
@@ -99,13 +99,13 @@ def regimes(
     mus: Sequence[float],
     laws: Sequence[str] = ("plate", "edge"),
 ) -> xr.Dataset:
-    """Compute a regime map, see :func:`squama.plot.regime_figure`: paths of a few designs, lock lines over one ratio.
+    """Compute a regime map for :func:`squama.plot.regime_figure`: paths of a few designs, lock lines over one ratio.
 
     ``over`` names the ratio that is varied ("eta" or "alpha"), ``values`` are its values for the paths,
     ``scan`` those along the lock lines, increasing; ``mus`` (above 0) and ``laws`` of the frictional lines.
     """
     r, free = sweep(beam, over, scan), ends(sweep(beam, over, values), 0.0, "edge")
-    # each geometric path goes to its kinematic lock or to where the contact goes
+    # each geometric path ends at its kinematic lock or where the contact leaves
     phi, theta = free.sampled(POINTS)
     found = [[ends(r, mu, law).found for mu in mus] for law in laws]
     along = ("load_end", "theta_end", "end")
@@ -134,9 +134,9 @@ def regimes(
 def lock_lines(beam: Beam, mus: Sequence[float], etas: Array, law: str, points: int = 120) -> xr.Dataset:
     """Compute the lock lines of bending and twisting as eta varies, and their distance from the kinematic line.
 
-    ``mus`` are above 0, ``etas`` increase, ``law`` holds in twisting; ``points`` of a line are even in the load angle.
-    Returns ``load``, ``theta`` and ``drop`` over ``loading``, ``mu`` (0 for the kinematic line) and ``point``;
-    ``drop`` is NaN where a line has no kinematic point at the same load angle or locks statically.
+    ``mus`` are above 0, ``etas`` increase, ``law`` is the force law in twisting; ``points`` of a line are equidistant
+    in the load angle. Returns ``load``, ``theta`` and ``drop`` over ``loading``, ``mu`` (0 for the kinematic line) and
+    ``point``; ``drop`` is NaN where a line has no kinematic point at the same load angle or locks statically.
     """
     all_mus = [0.0, *mus]
     shape = (2, len(all_mus), points)
@@ -175,7 +175,7 @@ def lock_lines(beam: Beam, mus: Sequence[float], etas: Array, law: str, points: 
 
 
 def _line(x: Array, y: Array, at: Array) -> Array:
-    """Interpolate a smooth line; NaN outside."""
+    """Return a cubic spline through x, y at ``at``; NaN outside."""
     from scipy.interpolate import CubicSpline
 
     outside = (at < x[0] - 1e-12) | (at > x[-1] + 1e-12)
@@ -183,9 +183,9 @@ def _line(x: Array, y: Array, at: Array) -> Array:
 
 
 def dissipation(beam: Beam, r: Ratios, mu: Array, law: str, margin: float) -> tuple[Solved, Array]:
-    """Solve many designs on one substrate up to the cut-off (RED: paper Eqs. 15, 16).
+    """Solve many designs on one substrate up to the margin before a lock (RED: paper Eqs. 15, 16).
 
-    Returned beside: whether each path has passed a fold at its end; the margin counts otherwise there, and RED jumps.
+    Return also whether each path has passed a fold at its end; the margin counts otherwise there, and RED jumps.
     """
     softness = np.full(mu.size, beam.torsional_rigidity / (beam.joint_stiffness * beam.pitch))
     a = answers((*r.values(), mu), law=law, sense="+", margin=margin, load="twisting")
@@ -195,7 +195,7 @@ def dissipation(beam: Beam, r: Ratios, mu: Array, law: str, margin: float) -> tu
 def red_map(
     beam: Beam, over: str, values: Array, mus: Array, laws: Sequence[LawName] = ("plate", "edge"), margin: float = 0.01
 ) -> xr.Dataset:
-    """Compute RED over one ratio and the coefficient of friction; the substrate and the joint stay as they are.
+    """Compute RED over one ratio and the coefficient of friction, with constant substrate and joint stiffness.
 
     Returns ``RED``, ``end``, ``phi_end``, ``folded`` over ``law``, ``value`` (of the ratio ``over``) and ``mu``;
     ``mu_static`` over ``law`` and ``value``; ``phi_touch`` over ``value``.

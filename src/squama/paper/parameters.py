@@ -1,4 +1,4 @@
-"""Parameters of the paper's figures, with choices where its text leaves them open; the record of a claim."""
+"""Parameters of the paper's figures, with choices where the paper leaves them open, and the record of a claim."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from squama.beam.design import Beam
 from squama.loads import LawName
 
 LAWS: tuple[LawName, ...] = ("plate", "edge")
-"""The paper's law first; the energy-consistent one beside it."""
+"""Force laws: that of the paper, and the energy-consistent one."""
 MARGIN = 0.01
-"""Cut-off before a lock of every RED (docs, theory: energy); the paper does not say where it stopped."""
+"""Margin before a lock at which every RED is taken (docs, theory: energy); the paper does not state its own."""
 
 FIG4_MUS = (0.2, 0.4, 0.6, 0.8, 1.0)
 FIG5_ETAS = (2.0, 3.0, 4.0, 6.0)
@@ -27,8 +27,7 @@ FIG6A_MUS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
 FIG6B_ETAS = (2.0, 3.0)
 FIG6B_MUS = (0.0, 0.2, 0.5)
 FIG6B_REACH = {2.0: 0.38, 3.0: 0.3}
-"""Twist of the elements' points for each overlap ratio, rad per pitch: about where the model's contact leaves the tip
-edge."""
+"""Twist of the elements' points for each overlap ratio, rad per pitch: about the end of tip edge contact."""
 FIG7_MUS = np.linspace(0.0, 6.0, 121)
 FIG7_ETAS = np.linspace(1.5, 8.0, 91)
 FIG7_ALPHAS = np.radians(np.linspace(1.0, 75.0, 112))
@@ -39,9 +38,9 @@ PLA_ON_PLA = (0.12, 0.38)
 
 
 class Claim(NamedTuple):
-    """One statement of the paper and the numbers computed for it; ``holds`` is yes, no, in part or open.
+    """One statement of the paper, with numbers computed for it; ``holds`` is yes, no, in part or open.
 
-    ``at`` says for each of the ``values`` where it was taken; they become a row each.
+    ``at`` has the place of each of the ``values``, such as "mu = 0.2"; each makes a row.
     """
 
     figure: str
@@ -55,14 +54,14 @@ class Claim(NamedTuple):
     at: tuple[str, ...] = ("",)
 
     def rows(self) -> list[dict[str, str]]:
-        """Return a row for each number, by column."""
+        """Return one row for each value, as a dict by column."""
         about, said = self._asdict(), list(zip(self.at, self.values, strict=True))
         columns = ("figure", "claim", "law", "quantity", "at", "value", "unit", "holds", "note")
         return [{c: {**about, "at": at, "value": value}[c] for c in columns} for at, value in said]
 
 
 def _beam(**ratios: Any) -> Beam:
-    """Return a beam of these ratios with the angles and the bar of all figures."""
+    """Return a beam of these ratios with the angles and the substrate common to all figures."""
     return Beam.from_ratios(
         **ratios,
         alpha="45 deg",
@@ -82,12 +81,12 @@ def main() -> Beam:
 
 @functools.cache
 def fig6b(eta: float) -> Beam:
-    """Return a beam of Fig. 6b, whose overlap ratios the paper does not name."""
+    """Return a beam of Fig. 6b, whose overlap ratios the paper does not state."""
     return _beam(eta=eta, beta=0.6, lam=0.32, zeta=0.18, slenderness=45)
 
 
 def fixed(beam: Beam, *varied: str) -> dict[str, str]:
-    """Return the ratios and angles of a beam that a figure does not vary, by symbol."""
+    """Return as text, by symbol, the ratios and angles of a beam that a figure does not vary."""
     own = {"eta": beam.eta, "beta": beam.beta, "lam": beam.lam, "zeta": beam.scale.embedded / beam.pitch}
     shown = {name: f"{value:.4g}" for name, value in own.items()}
     shown |= {name: f"{math.degrees(getattr(beam.scale, name)):.4g} deg" for name in ("alpha", "theta0")}

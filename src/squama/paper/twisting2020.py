@@ -1,8 +1,8 @@
 """Figures 4 to 7 of the paper on twisting with friction, and the lock lines of twisting beside bending.
 
-H. Ebrahimi, H. Ali, R. Ghosh, Coulomb friction in twisting of biomimetic scale-covered substrate, Bioinspir. Biomim.
-15 (2020), arXiv 2001.11054. The paper's force law (``plate``) is drawn as in the paper, the ``edge`` law beside it.
-Values that the paper's text leaves open are chosen in :mod:`squama.paper.parameters`.
+H. Ebrahimi, H. Ali, R. Ghosh, Coulomb friction in twisting of biomimetic scale-covered substrate, Bioinspir. Biomim. 15
+(2020), arXiv 2001.11054. The paper's force law (``plate``) is drawn as in the paper, the ``edge`` law beside it. Values
+that the paper leaves open are chosen in :mod:`squama.paper.parameters`.
 """
 
 from __future__ import annotations
@@ -39,14 +39,14 @@ if TYPE_CHECKING:
 Table = Mapping[str, Any]
 """Columns by their headers (name and unit), all of one length."""
 MODEL = f"{THIN} on {HELD['hinge']}"
-"""Model of all figures; the law is told by each line."""
+"""Model of all figures; each line names its force law."""
 _OVER = {"eta": "eta (1)", "alpha": "alpha (deg)"}
-"""Headers of what is varied."""
+"""Headers of the varied ratios."""
 _CURVE = {"law": "law", "mu (1)": "mu", "Phi/Phi_e (1)": "ratio", "Phi (rad/m)": "Phi"}
 
 
 class Made(NamedTuple):
-    """A figure, the columns of its CSV file, the claims it bears on, and what it does not vary, by symbol."""
+    """A figure, the columns of its CSV file, its claims, and the ratios it does not vary, by symbol."""
 
     figure: Figure
     table: dict[str, Any]
@@ -55,7 +55,7 @@ class Made(NamedTuple):
 
 
 def _stacked(pieces: Sequence[Table]) -> dict[str, Any]:
-    """Return tables of the same columns, one below the other; a value that is no column holds in every row."""
+    """Return tables of the same columns stacked; a scalar in place of a column is repeated in every row."""
     sizes = [max(np.size(column) for column in p.values()) for p in pieces]
     return {
         header: np.concatenate([np.broadcast_to(np.asarray(p[header]), n) for p, n in zip(pieces, sizes, strict=True)])
@@ -64,14 +64,14 @@ def _stacked(pieces: Sequence[Table]) -> dict[str, Any]:
 
 
 def fig4(_points: FePoints | None = None) -> Made:
-    """Friction force against twist rate."""
+    """Make the figure of friction force against twist rate."""
     data = curves.both_laws(par.main(), par.FIG4_MUS, par.LAWS)
     table = flat(data, {**_CURVE, "theta (deg)": "theta", "f0 (1)": "f0"})
     return Made(curves.fig4(data), table, claims.fig4(data), par.fixed(par.main()))
 
 
 def _regimes(over: str, values: Any, scan: Any, mus: Any, claims: Iterable[Claim]) -> Made:
-    """Regimes for several values of a ratio or an angle."""
+    """Make a regime map for several values of a ratio or an angle."""
     data = maps.regimes(par.main(), over, values, scan, mus, par.LAWS)
 
     def piece(part: xr.Dataset, words: str, law: str, mu: float, at: str, name: str, end: Any = "") -> Table:
@@ -97,14 +97,14 @@ def _drops() -> dict[str, xr.Dataset]:
 
 
 def fig6a(_points: FePoints | None = None) -> Made:
-    """Torque and stiffness of the scales against twist rate."""
+    """Make the figure of torque and stiffness of the scales against twist rate."""
     data = curves.both_laws(par.main(), par.FIG6A_MUS, par.LAWS)
     table = flat(data, {**_CURVE, "T_scales/K_theta (1)": "T_K", "dT_scales/dphi/K_theta (1)": "K_K"})
     return Made(curves.fig6a(data), table, claims.fig6a(data), par.fixed(par.main()))
 
 
 def fig6b(points: FePoints | None = None) -> Made:
-    """Torque over G_B I against twist rate, with finite element points: those of the package if none are given."""
+    """Make the figure of torque over G_B I against twist rate, with points given or stored in the package."""
     points = elements.stored() if points is None else points
     etas = par.FIG6B_ETAS if points is None else tuple(np.unique(points.eta))
     mus = par.FIG6B_MUS if points is None else tuple(np.unique(points.mu))
@@ -137,7 +137,7 @@ def fig6b(points: FePoints | None = None) -> Made:
 
 
 def _red(over: str, values: Any, claims: Callable[[xr.Dataset], Iterable[Claim]]) -> Made:
-    """RED over mu and a ratio or an angle."""
+    """Make a map of RED over mu and a ratio or an angle."""
     data = maps.red_map(par.main(), over, values, par.FIG7_MUS, par.LAWS, par.MARGIN)
     data["touched"] = data["phi_end"] > data["phi_touch"]
     columns = {"law": "law", _OVER[over]: "value", "mu (1)": "mu", f"RED at margin {par.MARGIN:g} (1)": "RED"}
@@ -146,7 +146,7 @@ def _red(over: str, values: Any, claims: Callable[[xr.Dataset], Iterable[Claim]]
 
 
 def bending(_points: FePoints | None = None) -> Made:
-    """Lock lines of twisting beside those of bending (edge law in twisting)."""
+    """Make the figure of lock lines of twisting beside those of bending (edge law in twisting)."""
     data = maps.lock_lines(par.main(), par.BENDING_MUS, par.BENDING_ETAS, "edge")
     columns = {"loading": "loading", "mu (1)": "mu", "psi or phi (rad)": "load", "theta (deg)": "theta"}
     table = flat(data, {**columns, "below the kinematic line (deg)": "drop"})
@@ -167,7 +167,7 @@ FIGURES: dict[str, Callable[[FePoints | None], Made]] = {
 
 
 FORMATS = tuple(ending[1:] for ending in ENDINGS)
-"""What figures can be written as."""
+"""File formats of the figures."""
 
 
 def write(
@@ -176,12 +176,12 @@ def write(
     fe_points: str | os.PathLike[str] | None = None,
     formats: Sequence[str] = ("png",),
 ) -> list[Path]:
-    """Write figures, their data (CSV), and the claims they bear on as ``claims.csv`` and ``claims.md``.
+    """Write figures, their data (CSV), and their claims as ``claims.csv`` and ``claims.md``; return the paths.
 
-    ``figures`` are names from :data:`FIGURES`, none means all; ``fe_points`` a CSV file of finite element points for
+    ``figures`` are names from :data:`FIGURES`, all if empty; ``fe_points`` a CSV file of finite element points for
     fig6b in place of those in the package, see :func:`squama.paper.elements.read_points`; ``formats`` some of
-    :data:`FORMATS`. Figures and tables tell the model, the ratios that they do not vary and the version. The directory
-    is made if it is not there, its own folder must be.
+    :data:`FORMATS`. Figures and tables state the model, the ratios they do not vary and the version. The directory is
+    made if missing; its parent must exist.
     """
     for name in figures:
         if name not in FIGURES:
@@ -203,7 +203,7 @@ def write(
 
 
 def write_table(table: Table, path: str | os.PathLike[str], about: str) -> Path:
-    """Write columns to a CSV file under a comment on what they are of; numbers have 12 digits, NaN is an empty cell."""
+    """Write columns to a CSV file under a comment line ``about``; numbers have 12 digits, NaN is an empty cell."""
     out = io.StringIO()
     out.write(f"# {about}; squama {__version__}\n")
     rows = zip(*(np.asarray(column).ravel() for column in table.values()), strict=True)
@@ -220,9 +220,9 @@ def _cell(value: Any) -> str:
 
 
 def flat(data: xr.Dataset, columns: Mapping[str, str]) -> dict[str, Any]:
-    """Lay variables of a dataset side by side, one row for each cell of their common dimensions.
+    """Return variables of a dataset as columns, one row for each cell of their common dimensions.
 
-    ``columns`` maps headers to the variables' names; under a header with "(deg)" angles are in degrees.
+    ``columns`` maps headers to the variables' names; angles under a header with "(deg)" are converted to degrees.
     """
     arrays = xr.broadcast(*(data[name] for name in columns.values()))
     flat = {header: array.values.ravel() for header, array in zip(columns, arrays, strict=True)}
@@ -230,7 +230,7 @@ def flat(data: xr.Dataset, columns: Mapping[str, str]) -> dict[str, Any]:
 
 
 def write_claims(claims: Sequence[Claim], directory: Path) -> list[Path]:
-    """Write ``claims.csv`` and ``claims.md``, a number a row."""
+    """Write ``claims.csv`` and ``claims.md``, one value a row; return both paths."""
     rows = [row for claim in claims for row in claim.rows()]
     about = f"{MODEL}; {par.words(par.fixed(par.main()))} where nothing else is said"
     done = write_table({column: [row[column] for row in rows] for column in rows[0]}, directory / "claims.csv", about)

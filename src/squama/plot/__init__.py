@@ -1,7 +1,7 @@
-"""Figures of results, ready to print, and their panels for axes of one's own. Nothing is computed here.
+"""Figures of results, ready to print, and their panels for axes of your own. Nothing is computed here.
 
-Figures are made without pyplot, so they leave no state behind and need no display. matplotlib is loaded when one
-of the names is first used.
+Figures are made without pyplot, so they leave no state behind and need no display. matplotlib is loaded on first use of
+a name.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""``result.squama``: what a dataset of squama says and how it is drawn, in notebooks and scripts."""
+"""``result.squama``: summary and figure of a squama dataset, in notebooks and scripts."""
 
 from __future__ import annotations
 
@@ -39,12 +39,12 @@ FIGURES = {
     "phi_end": "response_figure",
     "psi_end": "response_figure",
 }
-"""A name that only one kind of result has, by the function that draws it; of a result with several, the first."""
+"""Figure functions by a name that only one kind of result has; for several the first counts."""
 
 
 @xr.register_dataset_accessor("squama")  # type: ignore[no-untyped-call]
 class Result:
-    r"""What squama knows of a dataset that it made.
+    r"""Summary, beam and figures of a dataset made by squama.
 
     Examples
     --------
@@ -61,14 +61,14 @@ class Result:
 
     @property
     def beam(self) -> Beam | None:
-        """The beam that the result is of; None if it names none."""
+        """The beam of the result; None if the dataset has none."""
         text = self._dataset.attrs.get("beam")
         return None if text is None else Beam.from_toml_text(text)
 
     def plot(self, *given: Any, **options: Any) -> Figure:
-        """Return the figure of this kind of result, with the arguments of its function in :mod:`squama.plot`.
+        """Return the figure for this kind of result, with the arguments of its function in :mod:`squama.plot`.
 
-        Raises InputError: squama has no figure of such a dataset.
+        Raises InputError for a dataset without a figure.
         """
         there = {*map(str, self._dataset.variables), *map(str, self._dataset.dims)}
         name = next((figure for mark, figure in FIGURES.items() if mark in there), None)
@@ -78,7 +78,7 @@ class Result:
         return figure
 
     def line(self, name: str, ax: Axes | None = None, **options: Any) -> Axes:
-        """Draw one variable into axes, as :func:`squama.plot.line`."""
+        """Draw one variable into axes, as :func:`squama.plot.line` does."""
         return plot.line(self._dataset, name, ax, **options)
 
     def summary(self) -> str:
@@ -99,7 +99,7 @@ class Result:
         return f"{attrs.get('title', 'dataset')}{about}"
 
     def _rows(self) -> list[tuple[str, str]]:
-        """Return what has one value, or a few, such as one for each friction; what says nothing is left out."""
+        """Return words and values of variables with one or a few values (at most 8), without empty ones."""
         rows = []
         for name, v in self._dataset.variables.items():
             if "point" in v.dims or v.size > 8:

@@ -1,4 +1,4 @@
-"""A history in two panels: the loops of the torque, and where the work goes."""
+"""A history of loading in two panels: loops of the torque, and energies."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ def cycle_figure(dataset: xr.Dataset) -> Figure:
     """Draw the loops of a history of loading and unloading from :func:`squama.cycle`, and its energies.
 
     Left: torque (moment) against twist (bend) per pitch, loading dark, unloading blue, drops at a reversal dashed, the
-    beam without contact grey; engagement, and twist that is left when the beam is let go, marked. Right: elastic energy
-    and frictional work along the way.
+    beam without contact grey; engagement and residual twist after release marked. Right: elastic energy and frictional
+    work along the path.
     """
     figure = style.new_figure(style.PAGE, 3.1)
     left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))
@@ -32,7 +32,7 @@ def cycle_figure(dataset: xr.Dataset) -> Figure:
 def loops(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the loops of :func:`squama.cycle`, torque (moment) against twist (bend) per pitch; the left of its figure.
 
-    Ways up and down in colours of their own, with engagement and what is left when the beam is let go.
+    Loading and unloading have their own colours; engagement and residual twist after release are marked.
     """
     ax, names = style.panel(ax, dataset, "loop", "squama.cycle")
     angle = names.angle
@@ -81,7 +81,7 @@ def loops(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
 
 
 def energies(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw elastic energy and frictional work along the way of a history of :func:`squama.cycle`."""
+    """Draw elastic energy and frictional work along the path of a history of :func:`squama.cycle`."""
     ax, names = style.panel(ax, dataset, "loop", "squama.cycle")
     load = dataset[names.angle].values
     way = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(load)))])

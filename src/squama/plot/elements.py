@@ -1,4 +1,4 @@
-"""Curves by finite elements, models beside them, and the deformed pitch with its strain, drawn from behind forward."""
+"""Finite elements: curves, comparison with the models, and the deformed pitch with its strain."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LINES: tuple[style.Dash, ...] = ((0, (4, 1.6)), "-", (0, (1, 1.1)), (0, (5, 1.5, 1, 1.5)), (0, (7, 2)))
-"""Lines of the models, in their order."""
+"""Line styles of the models, in their order."""
 VARIANTS = ("plate", "own")
-"""Models that differ from the hinge's edge law by less than a line's width."""
+"""Variants of the hinge that differ from its edge law by less than a line's width."""
 _FINITE: tuple[tuple[str, str, style.Dash], ...] = (("beam", GREY, "-"), ("row", GREY, (0, (3, 1.5))))
-"""Names, colours and lines of finite beams."""
+"""Names, colours and line styles of finite beams."""
 MARKS: tuple[style.Dash, ...] = (":", (0, (5, 2)), (0, (4, 1.5, 1, 1.5)))
-"""Vertical lines where the contact changes."""
+"""Styles of the vertical lines at changes of the contact."""
 SCALE = (0.62, 0.60, 0.56, 0.45)
 
 
@@ -39,8 +39,8 @@ def elements_figure(data: xr.Dataset) -> Figure:
     """Draw a run of finite elements of one pitch, from :func:`squama.fe.runs.cell`.
 
     Four panels over the twist rate: torque with the start's slope dashed; inclination; normal and friction force;
-    energies per length. Ticks at the foot of the inclination: increments. Vertical lines: from there on another pair
-    touches.
+    energies per length. Ticks on the axis of the inclination: increments. Vertical lines: changes of the pair in
+    contact.
     """
     figure = style.new_figure(style.PAGE, 5.2)
     axes = figure.subplots(2, 2, sharex=True)
@@ -100,11 +100,10 @@ def elements_figure(data: xr.Dataset) -> Figure:
 
 @style.styled
 def compare_figure(table: xr.Dataset) -> Figure:
-    """Draw models beside a curve by finite elements, from :func:`squama.fe.agreement.compare`.
+    """Draw models and finite elements together, from :func:`squama.fe.agreement.compare`.
 
-    Torque, its difference from the elements' with the band within which a model counts as holding, inclination and its
-    difference, all over the twist per pitch. Finite beams have no differences; variants of the hinge that lie on its
-    edge law (:data:`VARIANTS`) are in the table only.
+    Torque, its difference from the elements with the band of agreement, inclination and its difference, all over the
+    twist per pitch. Finite beams have no differences; :data:`VARIANTS` of the hinge appear in the table only.
     """
     figure = style.new_figure(style.PAGE, 5.4)
     axes = figure.subplots(2, 2, sharex=True)
@@ -131,7 +130,7 @@ def compare_figure(table: xr.Dataset) -> Figure:
     share = 100 * float(table.attrs["share"])
     off.axhspan(-share, share, color=GREY, alpha=0.18, linewidth=0)
     apart.axhline(0, color=GREY, linewidth=0.7)
-    # the whole of the elements' curve is shown; a model that runs away leaves the panel
+    # the whole curve of the elements is shown; a model that diverges leaves the panel
     torque.set_ylim(0, min(1.6 * factor * highest, torque.get_ylim()[1]))
     percent = 100 * np.asarray(table["dT"].sel(model=endless).values, float)
     top, low = (min(40.0, 1.1 * style.finite_max(np.maximum(s * percent, 0), share)) for s in (1, -1))
@@ -149,13 +148,13 @@ def compare_figure(table: xr.Dataset) -> Figure:
 
 @style.styled
 def deformed_figure(state: Deformed) -> Figure:
-    """Draw a deformed pitch (a run's ``last``) with its images before and behind, and the scales on them.
+    """Draw a deformed pitch (``last`` of a run) with its periodic images on both sides, and the scales.
 
-    Coloured by the largest principal stretch less 1, in percent, averaged at nodes.
+    Colours: largest principal stretch less 1, in per cent, averaged at nodes.
     """
     figure = style.new_figure(0.78 * style.PAGE, 4.4)
     ax = figure.subplots()
-    # right, up and towards the eye as rows; y is up, and one looks from 38 deg beside the x axis, raised by 32 deg
+    # rows: right, up, towards the eye; y is up, the eye 38 deg beside the x axis and 32 deg above the plane
     (ca, ce), (sa, se) = (f(np.radians([-38.0, 32.0])) for f in (np.cos, np.sin))
     eye, right = np.array([ce * ca, se, ce * sa]), np.array([sa, 0.0, -ca])
     view = np.array([right, np.cross(eye, right), eye])
@@ -163,7 +162,7 @@ def deformed_figure(state: Deformed) -> Figure:
     outer = ~state.walls
     a, b, c = (state.moved[state.surface[outer, i]] for i in range(3))
     areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    # the scale's embedded edges are strained far more than the rest of the surface
+    # the strain at the scale's embedded edges is far above that of the rest of the surface
     norm = Normalize(0.0, max(float(np.percentile(strain[outer], 97.0, method="inverted_cdf", weights=areas)), 1e-6))
     colours = mpl.colormaps["viridis"](norm(strain))
     # the scale fills its slot
@@ -184,7 +183,7 @@ def deformed_figure(state: Deformed) -> Figure:
     faces = np.concatenate(fills)[order]
     behind = [polygons[i] for i in order]
     ax.add_collection(PolyCollection(behind, facecolors=faces, edgecolors=faces, linewidths=0.15))
-    # what stands out of the substrate is in front of it, seen from above
+    # seen from above, the exposed scales lie in front of the substrate
     plates, share = state.scales_moved.copy(), state.exposed / np.linalg.norm(state.scales[0, 1] - state.scales[0, 0])
     for i, j in ((0, 1), (3, 2)):
         plates[:, i] = plates[:, j] + share * (plates[:, i] - plates[:, j])
@@ -205,7 +204,7 @@ def deformed_figure(state: Deformed) -> Figure:
 
 
 def _lit(colours: Array, normal: Array, strength: float) -> Array:
-    """Shade colours (n, 4) by the angle of their faces to the light; pale for a strength below 1."""
+    """Shade colours (n, 4) by the angle of their faces (normals (n, 3)) to the light; pale for a strength below 1."""
     unit, light = normal / np.linalg.norm(normal, axis=1, keepdims=True), np.array([0.35, 0.85, 0.4])
     bright = 0.72 + 0.28 * np.abs(unit @ (light / np.linalg.norm(light)))
     out = colours.copy()

@@ -1,4 +1,4 @@
-"""Beams of so many scales: a row, a beam of finite elements, a part under load; each scale, and the load beside."""
+"""Finite beams: a row, a beam of finite elements, a part under load; figures of each scale, and of the load."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def row_figure(dataset: xr.Dataset) -> Figure:
     """Draw the inclinations along a finite row of :func:`squama.row` at some twists, and its torque.
 
     Left: inclination against the scale's number, a line per twist; ticks at the right: the endless beam. Right: torque
-    of the row, of the endless beam dashed, and where the scales engage.
+    of the row, of the endless beam (dashed), and engagement.
     """
     figure = style.new_figure(style.PAGE, 3.3)
     left, right = figure.subplots(1, 2)
@@ -49,7 +49,7 @@ def row_figure(dataset: xr.Dataset) -> Figure:
 
 
 def inclinations(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw the inclination of every scale of :func:`squama.row`, a line per twist, beside the endless beam's."""
+    """Draw the inclination of every scale of :func:`squama.row`, a line per twist, and that of the endless beam."""
     ax, _ = style.panel(ax, dataset, "theta_periodic", "squama.row")
     touching = np.flatnonzero(dataset["phi"].values >= float(dataset["phi_e"]))
     mark: style.Look = {"marker": "_", "markersize": 8}
@@ -63,7 +63,7 @@ def inclinations(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
 
 
 def _beside(ax: Axes, x: Array, y: Array, words: str, engaged: float, touch: str) -> None:
-    """Draw another load dashed beside one with its labels, mark where the scales engage, and say which is which."""
+    """Draw a reference curve dashed, with labels ``words`` and ``touch`` of the engagement, and the legend."""
     ax.plot(x, y, color=GREY, linestyle="--", label=words)
     if np.isfinite(engaged):
         ax.axvline(engaged, color=ACCENT, linewidth=0.7, linestyle=":", label=touch)
@@ -99,7 +99,7 @@ def finite_figure(data: xr.Dataset) -> Figure:
 
 
 def _inclinations(ax: Axes, dataset: xr.Dataset, places: Array) -> tuple[list[tuple[int, style.Colour]], list[Artist]]:
-    """Draw the inclination of every scale at some points, evenly chosen; return these with colours, and a legend."""
+    """Draw the inclination of every scale at some points, evenly chosen; return points with colours, and a legend."""
     some = np.unique(places[np.linspace(0, places.size - 1, 6).round().astype(int)]).tolist()
     chosen, handles = list(zip(some, style.shades(len(some)), strict=True)), list[Artist]()
     for i, colour in chosen:
@@ -115,8 +115,8 @@ def _inclinations(ax: Axes, dataset: xr.Dataset, places: Array) -> tuple[list[tu
 def part_figure(dataset: xr.Dataset) -> Figure:
     """Draw a part of :func:`squama.load`: left its shape at some points, right the load over the travel.
 
-    The shape is seen from the side, or from above where it moves more sideways. Right: the same without contact
-    dashed, and where scales first touch.
+    The shape is seen from the side, or from above where it moves more sideways. Right: also the load without contact
+    (dashed), and engagement.
     """
     figure = style.new_figure(style.PAGE, 3.4)
     left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))
@@ -128,7 +128,7 @@ def part_figure(dataset: xr.Dataset) -> Figure:
 
 
 def shape(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw the bar's axis and its scales at some points of :func:`squama.load`, mm."""
+    """Draw the bar's axis and its scales at some points of :func:`squama.load`, in mm."""
     ax, _ = style.panel(ax, dataset, "x_axis", "squama.load")
     part = Part.from_toml_text(dataset.attrs["beam"])
     beams = part.graded(dataset.sizes["scale"])
@@ -150,7 +150,7 @@ def shape(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
 
 
 def _from_the_side(ax: Axes, beams: Sequence[Beam], theta: Array, y: Array, z: Array, colour: style.Colour) -> None:
-    """Draw the outline of the bar and its scales as seen from the side."""
+    """Draw the outline of the bar and its scales in side view; y and z of the axis in mm."""
     along_z, along_y = np.gradient(z), np.gradient(y)
     half = 1e3 * beams[0].substrate.thickness / 2 / np.hypot(along_z, along_y)
     low, high = (np.array([z, y]) + side * half * [along_y, -along_z] for side in (1, -1))
@@ -159,11 +159,10 @@ def _from_the_side(ax: Axes, beams: Sequence[Beam], theta: Array, y: Array, z: A
 
 
 def part_animation(dataset: xr.Dataset, path: str | os.PathLike[str], *, frames: int = 40) -> Path:
-    """Write how a part of :func:`squama.load` deforms, beside its load over the travel, as an animation (.gif).
+    """Write the deformation of a part of :func:`squama.load`, with its load over the travel, as a GIF.
 
-    ``frames`` at most, evenly along its points, seen as in :func:`part_figure`. Returns the path as given.
-
-    Raises InputError: the dataset is of another kind, another ending, or the file cannot be written.
+    At most ``frames`` frames, evenly along its points, in the view of :func:`part_figure`. Returns the path as given.
+    Raises InputError for another kind of dataset, another extension, or a file that cannot be written.
     """
     if Path(path).suffix.lower() != ".gif":
         refuse("", "", "is no name of an animation", "write a name that ends in .gif", files.label(path))
@@ -198,7 +197,7 @@ def part_animation(dataset: xr.Dataset, path: str | os.PathLike[str], *, frames:
 
 
 def _scales(beams: Sequence[Beam], theta: Array, y: Array, z: Array) -> tuple[Array, Array]:
-    """Return lines of all scales as seen from the side: from the bar's face along the bar, and away from it."""
+    """Return coordinates of all scales as lines in side view, mm: along the bar, and across it, NaN between scales."""
     along = np.gradient(z), np.gradient(y)
     size = np.hypot(*along)
     t_z, t_y = (np.interp(np.arange(theta.size) + 0.5, np.arange(z.size), v / size) for v in along)
@@ -213,7 +212,7 @@ def _scales(beams: Sequence[Beam], theta: Array, y: Array, z: Array) -> tuple[Ar
 
 
 def load_curve(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw the load of :func:`squama.load` over its travel, beside that without contact."""
+    """Draw the load of :func:`squama.load` over its travel, and that without contact."""
     ax, _ = style.panel(ax, dataset, "x_axis", "squama.load")
     name, way, factor, unit = ("F", "travel", 1e3, "mm") if "F" in dataset else ("moment", "turn", 180 / np.pi, "deg")
     travel = factor * dataset[way].values

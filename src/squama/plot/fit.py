@@ -1,4 +1,4 @@
-"""A fit in two panels: measured points with the fitted curve, and what is left."""
+"""A fit in two panels: measured points with the fitted curve, and residuals; a prediction; posterior samples."""
 
 from __future__ import annotations
 
@@ -46,9 +46,9 @@ NAMES = {
     "damping": r"$\zeta$ of the material",
     "f_0": "$f_0$",
 }
-"""What parameters are called in pictures."""
+"""Words for parameters in figures."""
 NO_BREAK = "\u00a0"
-"""Space at which a title is not broken: a value stays with its unit."""
+"""Non-breaking space, between a value and its unit in titles."""
 
 
 @styled
@@ -71,7 +71,7 @@ def fit_figure(dataset: xr.Dataset) -> Figure:
 def fitted(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw measured points with the fitted curve, from :meth:`squama.Fit.dataset`; the upper panel of its figure.
 
-    About the curve twice its standard error (dark) and twice the noise of a point (light).
+    Around the curve: twice its standard error (dark) and twice the noise of a point (light).
     """
     ax, names = panel(ax, dataset, "residual", "Fit.dataset()")
     angle, torque = names.angle, names.torque
@@ -83,7 +83,7 @@ def fitted(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
         x, y = one[f"{angle}_curve"].values, factor * one[f"{torque}_curve"].values
         error = factor * one[f"{torque}_curve_error"].values
         ax.plot(x, y, color=ACCENT, zorder=3, linewidth=1.1)
-        # the drop at the start of a way has no width
+        # no band along the drop at the start of a way
         for wide, alpha, zorder in ((np.full_like(error, noise), 0.12, 1), (error, 0.35, 2)):
             ax.fill_between(
                 x[1:], (y - 2 * wide)[1:], (y + 2 * wide)[1:], color=ACCENT, alpha=alpha, linewidth=0, zorder=zorder
@@ -100,7 +100,7 @@ def fitted(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax.legend(handles=handles, loc="upper left")
     used = dataset["used"].values
     if not used.all() and (dataset["branch"].values == "beyond").any():
-        # points beyond the range that is used may be far above, and would press the others together
+        # the axes follow the used points; points beyond the range may lie far above
         for limits, v in ((ax.set_xlim, dataset[angle].values), (ax.set_ylim, values)):
             low, high = float(v[used].min()), float(v[used].max())
             space = 0.15 * (high - low)
@@ -128,7 +128,7 @@ def prediction_figure(dataset: xr.Dataset) -> Figure:
 
 
 def residuals(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw measured less fitted torque (moment), with twice the noise of a point, from :meth:`squama.Fit.dataset`."""
+    """Draw measured less fitted torque (moment) and twice the noise of a point, from :meth:`squama.Fit.dataset`."""
     ax, names = panel(ax, dataset, "residual", "Fit.dataset()")
     noise = float(dataset["noise"])
     small, words = prefixed(names.torque, float(np.nanmax(np.abs(dataset["residual"].values), initial=2 * noise)))
@@ -141,20 +141,20 @@ def residuals(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
 
 
 def _across(ax: Axes, load: Load) -> None:
-    """Label the axis of the load angle per pitch, or of the travel, in mm."""
+    """Label the axis with the load angle per pitch, or with the travel in mm."""
     ax.set_xlabel(label("travel", "mm") if load.pushed else angle_label(load.name))
     if load.pushed:
         ax.xaxis.set_major_formatter(lambda x, _: f"{1e3 * x:g}")
 
 
 def noise_band(ax: Axes, noise: float) -> None:
-    """Draw twice the noise of a point on either side of a fit."""
+    """Draw the band of twice the noise of a point around zero residual."""
     ax.axhspan(-2 * noise, 2 * noise, color=ACCENT, alpha=0.12, linewidth=0)
     ax.axhline(0, color=ACCENT, linewidth=0.8)
 
 
 def found(dataset: xr.Dataset, left_out: str = "") -> str:
-    """Return the estimates of a fit in words, for its title; without that of one name."""
+    """Return the estimates of a fit as text for its title, without that of ``left_out``."""
     estimates = (line.split(" = ") for line in dataset.attrs["estimates"].replace("+-", "±").split(", "))
     return ", ".join(
         f"{NAMES[name]} = {value.replace(' ', NO_BREAK)}"
@@ -173,10 +173,10 @@ def _points(ax: Axes, dataset: xr.Dataset, angle: str, values: Array) -> None:
 
 @styled
 def corner_figure(dataset: xr.Dataset) -> Figure:
-    """Draw the posterior samples of a fit, each parameter against each, from :meth:`squama.Fit.dataset`.
+    """Draw the posterior samples of a fit, each parameter against each other, from :meth:`squama.Fit.dataset`.
 
-    On the diagonal the histograms with the estimate and its standard error as a normal distribution; below it the
-    samples, with the ellipse that holds 95 % of the normal distribution of estimates and covariance.
+    Diagonal: histograms, with the normal distribution of estimate and standard error. Below: samples, with the 95 %
+    ellipse of the normal distribution of estimates and covariance.
     """
     samples, names = dataset["sample_value"].values, [str(n) for n in dataset["parameter"].values]
     estimate, error = dataset["estimate"].values, dataset["error"].values

@@ -1,4 +1,4 @@
-"""Designs for a target with what was asked, and a Pareto front."""
+"""Designs for a target with its goals, and a Pareto front."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from squama.inverse.target import Target
 
 MOST = 8
-"""Curves that are drawn, and dimensions whose tolerances are, at most."""
+"""Largest number of curves, and of dimensions with tolerances."""
 SYMBOL = {
     "tangent": r"Tangent stiffness (N m$^2$)",
     "stiffness_ratio": "Stiffness over that without contact",
@@ -58,19 +58,19 @@ SYMBOL = {
     "RED": "Relative energy dissipation RED",
     "critical_mu": "Friction that locks at engagement",
 }
-"""Labels of the objectives."""
+"""Axis labels of the objectives."""
 _LOCK: Look = {"linewidth": 0.9, "linestyle": (0, (1, 1.5))}
 _GOAL: Look = {"linewidth": 1.0, "zorder": 0}
 _DASHES: tuple[Dash, ...] = (DASHED, (0, (1, 1.2)), (0, (5, 1.5, 1, 1.5)), (0, (8, 2)))
-"""Lines of what was asked, in its order."""
+"""Line styles of the goals, in their order."""
 
 
 @styled
 def inverse_figure(found: InverseDesign, target: Target) -> Figure:
-    """Draw what :func:`squama.inverse_design` has found for a target.
+    """Draw the designs of :func:`squama.inverse_design` for a target.
 
-    Left: torque (moment) against the twist over the whole beam, a curve for each design, with the goals. Right: by
-    how much the tolerance of each dimension changes the figures of the first design.
+    Left: torque (moment) against the twist over the whole beam, a curve for each design, with the goals. Right: change
+    of a goal's figure by the tolerance of each dimension, for the first design (a missed goal first).
     """
     figure = new_figure(PAGE, 3.8)
     left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))
@@ -81,15 +81,15 @@ def inverse_figure(found: InverseDesign, target: Target) -> Figure:
 
 
 def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
-    """Draw the curves with what was asked; return the model they are of in words."""
+    """Draw the curves with the goals; return the model of the curves in words."""
     kind, options, first = LOADS[target.space.load], target.options, found[0].beam
-    # twists of the whole beam, the numbers of whose scales may differ
+    # twists of whole beams, whose numbers of scales may differ
     degrees, own = 180 / np.pi * first.pitches, (first.pitch, first.pitches)
     how: Look = {name: getattr(options, name) for name in ("law", "sense", "margin", "joint")} | {"ends": ENDLESS}
     lines, handles, which = [], [], ""
     ats = [at for goal in target.goals for at in (goal.want.at, goal.twist) if at is not None]
     for i, (d, colour) in enumerate(zip(found.designs[:MOST], shades(min(len(found), MOST)), strict=False)):
-        # a hinge's curves are drawn to their ends, those of thick scales a little beyond the target
+        # curves on hinges are drawn to their ends, those of thick scales a little beyond the target
         most = 1.1 * max((float(at.per_pitch(d.beam.pitch, d.beam.pitches)) for at in ats), default=0.0)
         to = f"{most!r} rad/pitch" if target.compliant and most else None
         curve = doors.respond(d.beam, kind.name, to=to, **how)
@@ -98,11 +98,11 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
         handles.append(
             key(f"design {i + 1}{'' if target.compliant and d.end == End.RANGE else f': {d.end}'}", color=colour)
         )
-    # what is asked as "at most" may be far above the curves: it is told, not drawn
+    # a bound "at most" may lie far above the curves: it is in the legend only
     at = {i: float(goal.want.at.per_pitch(*own)) * degrees for i, goal in enumerate(target.goals) if goal.want.at}
     drawn = [i for i, goal in enumerate(target.goals) if goal.want.figure == "torque" and goal.sense == "="]
     points = np.array([[at[i], target.goals[i].asked] for i in drawn if i in at]).reshape(-1, 2)
-    # curves climb without bound towards a lock: show where the target lies
+    # curves rise without bound towards a lock: the axis follows the target
     part, room = (1.0, 1.1) if target.compliant else (0.9, 1.0)
     least = room * max((float(np.interp(part * x[-1], x, y)) for x, y, _, _ in lines), default=1.0)
     top = 1.6 * float(points[:, 1].max()) if points.size else least
@@ -138,7 +138,7 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
 
 
 def _bars(ax: Axes, found: InverseDesign) -> None:
-    # what is missed matters most
+    # a missed goal first
     goal = min(found[0].goals, key=lambda goal: goal.met)
     rows = sorted(goal.effects.items(), key=lambda item: -abs(item[1]))[:MOST]
     rows = [row for row in rows if row[1]][::-1]
@@ -188,15 +188,15 @@ def _objectives(front: xr.Dataset) -> list[str]:
 
 
 def _wide(values: Array) -> bool:
-    """Say whether values span so much that their axis is logarithmic."""
+    """Return whether values span more than a factor of 30, so that their axis is logarithmic."""
     return bool(values.min() > 0 and values.max() > 30 * values.min())
 
 
 def tradeoff(front: xr.Dataset, x: str, y: str, ax: Axes | None = None, *, by: str | None = None) -> Axes:
-    """Draw two objectives of a Pareto front from :func:`squama.pareto` against each other, with a bar of colours.
+    """Draw two objectives of a Pareto front from :func:`squama.pareto` against each other, with a colour bar.
 
-    The colour is that of ``by``: an objective or a dimension; another objective if not given, or the dimension that
-    changes most along the front.
+    The colour shows ``by``, an objective or a dimension; default: another objective, else the dimension that changes
+    most along the front.
     """
     ax, _ = panel(ax, front, "design", "squama.pareto")
     names = _objectives(front)

@@ -1,4 +1,4 @@
-"""The maps of the paper: relative energy dissipation (Fig. 7), regimes (Fig. 5), lock lines beside those of bending."""
+"""Maps of the paper: relative energy dissipation (Fig. 7), regimes (Fig. 5), lock lines of twisting and bending."""
 
 from __future__ import annotations
 
@@ -35,34 +35,34 @@ HATCHES = {
     "no engagement": ("++", "no engagement"),
     "joint unknown": ("xx", "joint unknown"),
 }
-"""Regions that end without a lock, or at once: hatching and name."""
+"""Hatching and name of regions that end without a lock, or at once."""
 TOUCH: style.Look = {"color": ENDS[End.OTHER], "linewidth": 1.3}
-"""Line below which other plates touch first; on a white one, so that it is seen on every ground."""
+"""Line below which other plates touch first; drawn on a white line, to be visible on every colour."""
 HALO: list[patheffects.AbstractPathEffect] = [patheffects.withStroke(linewidth=1.5, foreground="white")]
-"""Around the numbers of lines, so that they are read on dark grounds."""
+"""White outline of the numbers of lines, for dark colours."""
 CASING = [patheffects.Stroke(linewidth=2.6, foreground="white"), patheffects.Normal()]
 BLANK = ("static lock", "no engagement")
 """Regions without a value, on white."""
 SWATCH: style.Look = {"handlelength": 2.4, "handleheight": 1.3}
-"""Size of the handles of a legend, so that a hatching is seen."""
+"""Size of legend handles that makes a hatching visible."""
 ROTATION = r"Rotation of the scales $(\theta-\theta_0)/\pi$ (1)"
 SHOWN = ("frictional lock", "static lock")
 STOPS: dict[str, tuple[style.Look, str]] = {
     "other": ({"marker": "o", "markersize": 3.2}, "beyond: ends without a lock"),
     "range": ({"marker": "o", "markersize": 3.6, "markerfacecolor": "white"}, "drawn so far: {}"),
 }
-"""Marks where an envelope stops, by why: another end takes over, or the range of the drawing; and their words."""
+"""Marks at the end of an envelope, by cause (another end, or the end of the drawn range), and their words."""
 
 THIN = 40
-"""Cells along the shorter side of a map from which on slivers of regions have no line around them."""
+"""Number of cells along the shorter side of a map above which slivers of regions get no outline."""
 
 
 @style.styled
 def red_figure(dataset: xr.Dataset) -> Figure:
     """Draw the relative energy dissipation to the end of each curve, from :func:`squama.paper.maps.red_map`.
 
-    A panel for each force law, contours of RED; the region of static lock blank, hatched and named, regions that end
-    without a lock hatched and named; a line where other pairs of plates touch before the end.
+    A panel for each force law with contours of RED. The region of static lock is blank, hatched and named; regions that
+    end without a lock are hatched and named; a line marks where other pairs of plates touch before the end.
     """
     laws = [str(law) for law in dataset["law"].values]
     over = str(dataset.attrs["over"])
@@ -90,7 +90,7 @@ def red_figure(dataset: xr.Dataset) -> Figure:
 
 
 def hatched(end: str, *, blank: bool | None = None, words: str = "") -> Patch:
-    """Return a handle for a region that is hatched, on the ground of its map; its words unless others are given."""
+    """Return a legend handle for a hatched region on the colour of its map; ``words`` replace its name."""
     hatch, own = HATCHES[end]
     # dissipation is small where a curve ends without a lock
     ground, line = ("white", GREY) if (end in BLANK if blank is None else blank) else (COLOURS(1), "white")
@@ -99,7 +99,7 @@ def hatched(end: str, *, blank: bool | None = None, words: str = "") -> Patch:
 
 
 def hatch_region(ax: Axes, x: Array, y: Array, inside: Array, end: str, *, blank: bool | None = None) -> None:
-    """Hatch a region (rows along y) that ends without a lock, or at once, with a line around it."""
+    """Hatch a region (mask ``inside``, rows along y) that ends without a lock, or at once, with an outline."""
     blank = end in BLANK if blank is None else blank
     ground, line = ("white", GREY) if blank else ("none", "white")
     look: style.Look = {"levels": [0.5, 1.5], "colors": ground, "hatches": [HATCHES[end][0]]}
@@ -109,7 +109,7 @@ def hatch_region(ax: Axes, x: Array, y: Array, inside: Array, end: str, *, blank
 
 
 def _outline(ax: Axes, x: Array, y: Array, inside: Array) -> None:
-    """Draw a line around a region; where it is thinner than a few cells it would be debris, and is left out."""
+    """Draw a line around a region, but not around slivers a few cells wide."""
     from scipy.ndimage import binary_dilation, binary_opening
 
     if not inside.any() or inside.all():
@@ -123,7 +123,7 @@ def _outline(ax: Axes, x: Array, y: Array, inside: Array) -> None:
 
 
 def hatch_ground(ax: Axes, x: Array, y: Array, inside: Array, end: str) -> None:
-    """Hatch the ground of a region of whose cells nothing is known, up to the cells beside it, which lie over it."""
+    """Hatch the ground of a region of unknown cells, below the adjacent cells."""
     look: style.Look = {"levels": [1e-6, 1.5], "colors": "white", "hatches": [HATCHES[end][0]]}
     with mpl.rc_context({"hatch.color": GREY}):
         ax.contourf(x, y, inside.astype(float), zorder=0.5, **look)
@@ -137,11 +137,11 @@ def contours(
     avoid: Array | None = None,
     unknown: Array | None = None,
 ) -> None:
-    """Fill contours of a ``grid`` (x, y, values by y and x) in each group of cells by itself, with lines and numbers.
+    """Fill contours of a ``grid`` (x, y, values by y and x) in each group of cells separately, with lines and numbers.
 
-    Values jump from group to group: each runs on beyond its border as it is nearest to it, and is cut off there, so
-    that nothing is interpolated across; beside cells that are ``unknown`` it ends with its own. ``look`` has
-    ``levels``, ``norm`` and ``cmap``; no number stands at the points ``avoid`` (n, 2). The limits of ``ax`` are set.
+    Values jump between groups: each group is extended beyond its border by its nearest values and clipped there, so
+    that nothing is interpolated across the border; next to ``unknown`` cells it ends with its own cells. ``look`` has
+    ``levels``, ``norm`` and ``cmap``; numbers keep off the points ``avoid`` (n, 2). The limits of ``ax`` must be set.
     """
     from scipy.ndimage import binary_dilation, binary_opening, distance_transform_edt
 
@@ -153,8 +153,8 @@ def contours(
             continue
         border, near = None, kept_free
         if not own.all():
-            # halfway to other cells, and no farther than its own where nothing is known; lines of cells, and cells,
-            # between unknown ones, which would have no area, reach halfway too
+            # the border lies halfway to other cells, and at its own cells next to unknown ones; single cells and lines
+            # of cells between unknown ones would have no area, so they reach halfway too
             known = np.ones_like(own) if unknown is None else ~unknown
             single = known & ~binary_opening(known, np.ones((2, 2), bool))
             near_single = binary_dilation(single, np.ones((3, 3), bool))
@@ -198,7 +198,7 @@ def _number(ax: Axes, x: Array, y: Array, lines: QuadContourSet, own: Array, bor
         place = line * size + low
         column, row = (abs(place[:, j, None] - grid).argmin(axis=1) for j, grid in enumerate((x, y)))
         room[~own[row, column]] = 0
-        # rather where the line is level, and the number upright
+        # prefer places where the line is level, and the number upright
         best = int((room * (0.3 + abs(way[:, 0]) / np.maximum(np.hypot(*way.T), 1e-300))).argmax())
         if room[best] > 0.03:
             placed.append(line[best])
@@ -218,7 +218,7 @@ def _panel(ax: Axes, x: Array, y: Array, part: xr.Dataset) -> list[str]:
         first = ax.contour(x, y, ahead, levels=[0.0], colors=TOUCH["color"], linewidths=TOUCH["linewidth"], zorder=4.5)
         first.set(path_effects=CASING)
         avoid = np.asarray(first.get_paths()[0].vertices)
-    # RED goes to 0 at the static lock: contours run on to the line, and the region is covered after
+    # RED goes to 0 at the static lock: contours run on beyond the line, and the region is covered afterwards
     ends = [e for e in np.unique(end) if e not in LOCKS and e != "no engagement"]
     look: style.Look = {"levels": LEVELS, "norm": NORM, "cmap": COLOURS}
     locks, folded = np.isin(end, LOCKS), part["folded"].values.T
@@ -229,7 +229,7 @@ def _panel(ax: Axes, x: Array, y: Array, part: xr.Dataset) -> list[str]:
         if name != End.STATIC:
             hatch_region(ax, x, y, end == name, name)
             continue
-        # above its line, with its name where that is highest and there is room
+        # the region above its line, with its name where there is most room
         line, top = part["mu_static"].values, float(y[-1])
         own: style.Look = {"facecolor": "white", "edgecolor": GREY, "hatch": HATCHES[name][0], "linewidth": 0}
         ax.fill_between(x, line, top, zorder=5, **own)
@@ -276,11 +276,11 @@ def regime_figure(dataset: xr.Dataset) -> Figure:
             line = dataset.sel(law=law, mu=mu)
             x, y = scaled(line["phi_end"], line["theta_end"])
             keep = np.isin(line["end"].values, SHOWN)
-            # at a static lock the line runs on the axis: its first point there is enough
+            # at a static lock the line runs along the axis: only its first point is drawn
             still = line["end"].values == "static lock"
             keep &= ~(still & np.roll(still, 1) & np.roll(still, -1))
             ax.plot(np.where(keep, x, np.nan), np.where(keep, y, np.nan), color=colour, linestyle=style.DASHES[law])
-            # off the axis it stops beside designs that end without a lock, and at the ends of the range
+            # off the axis an envelope stops next to designs that end without a lock, and at the ends of the range
             locked, sliding = np.isin(line["end"].values, SHOWN), line["end"].values == "frictional lock"
             beside = np.r_[False, ~locked[:-1]] | np.r_[~locked[1:], False]
             outer = np.arange(locked.size) % (locked.size - 1) == 0
@@ -317,30 +317,30 @@ def regime_figure(dataset: xr.Dataset) -> Figure:
 
 
 def tag(ax: Axes, x: Array, y: Array, text: str, pad: float = 0.8) -> None:
-    """Write beside the end of a path which one it is."""
+    """Write a label near the end of a path."""
     box = {"facecolor": "white", "edgecolor": "none", "pad": pad, "alpha": 0.85}
     i = int(np.argmin(abs(y - 0.62 * y.max())))
     ax.text(x[i], y[i], text, fontsize=6.5, color=INK, ha="center", va="center", bbox=box, zorder=6)
 
 
 def over_pi(load: str) -> str:
-    """Return the label of an axis of load angles over pi."""
+    """Return the axis label of a load angle over pi."""
     of = LOADS[load]
     return rf"{of.verb.capitalize()} per pitch ${SYMBOLS[of.angle].tex}/\pi$ (1)"
 
 
 @style.styled
 def lock_lines_figure(dataset: xr.Dataset) -> Figure:
-    """Set the lock lines of twisting beside those of bending, from :func:`squama.paper.maps.lock_lines`.
+    """Draw the lock lines of twisting and of bending side by side, from :func:`squama.paper.maps.lock_lines`.
 
-    Above, the lock lines; below, their distance from the kinematic line. In bending it is arctan(mu) everywhere, so the
-    line is a translate; in twisting it is not.
+    Above: the lock lines; below: their distance from the kinematic line. In bending the distance is arctan(mu)
+    everywhere, so the lines are translates; in twisting they are not.
     """
     figure = style.new_figure(style.PAGE, 5.2)
     axes = figure.subplots(2, 2, sharex="col", sharey="row")
     mus = [float(mu) for mu in dataset["mu"].values]
     fixed = rf"$\eta$ varies along a line from {dataset.attrs['eta_low']:g} (right) to {dataset.attrs['eta_high']:g}"
-    # the first is 0, the kinematic lock
+    # the first friction is 0, the kinematic lock
     colours = dict(zip(mus[1:], style.shades(len(mus) - 1), strict=True))
     for column, loading in enumerate(("bending", "twisting")):
         part = dataset.sel(loading=loading)

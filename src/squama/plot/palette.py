@@ -1,6 +1,6 @@
-"""The colours of every picture, one table for all: figures, the beam in space, the explorer and its page.
+"""The colours of all pictures, in one table: figures, the beam in space, the explorer and its page.
 
-Nothing is loaded with it; scripts and style sheets of pages are handed what they need.
+This module imports no plotting library; scripts and style sheets of pages get their colours from it.
 """
 
 from __future__ import annotations
@@ -8,11 +8,11 @@ from __future__ import annotations
 from squama.model.outcome import End
 
 INK, GREY, ACCENT = "#1a1a1a", "#7a7a7a", "#b2182b"
-"""Lines and text of a figure; what stands behind; what is marked."""
+"""Colours of lines and text in figures, of background items, of marks."""
 UNLOADED = "#2166ac"
-"""Ways back, of falling load."""
+"""Colour of unloading."""
 KEPT = ("#0072b2", "#b5651d", "#8a63b0")
-"""Designs beside each other, told apart by colour-blind readers too (each has its own dashes as well)."""
+"""Colours of designs in comparison, distinguishable for colour-blind readers (each has its own dashes as well)."""
 ENDS = {
     End.FRICTIONAL: "#4477aa",
     End.KINEMATIC: "#1d2d50",
@@ -30,19 +30,21 @@ ENDS = {
     "joint unknown": "#bbbbbb",
     "not computed": "#f4e3e3",
 }
-"""Ends of curves on a map; blue ones lock after sliding, grey at once; and where there is none to tell."""
+"""Colours of the ends of curves on a map: blue for a lock after sliding, grey for a lock at engagement; unknown and
+uncomputed cells.
+"""
 DARK_ENDS = ENDS | {End.KINEMATIC: "#9db2e8", End.LINE: "#9a86d0", End.STOPPED: "#b3875a", End.NONE: "#3a4047"}
-"""The same on a dark ground."""
+"""The same on a dark background."""
 STEPS = ("#7e4fb3", "#b0408f", "#dd5e66", "#f2914a", "#f7c64b", "#f2ef6b")
-"""Classes of a figure on a map, from small to large, on either ground."""
+"""Colours of the classes of a figure on a map, from small to large, on either background."""
 SOFTER, ENDED = "#1b9e9e", "#858c94"
-"""Of a stiffness below that of the bar, and of curves that end before, on either ground."""
+"""Colours of a stiffness below that of the bar, and of curves that end before, on either background."""
 LOCKS = (End.FRICTIONAL, End.KINEMATIC, End.STATIC)
-"""Ends towards which the load grows without bound."""
+"""Ends at which the load grows without bound."""
 STATES = {"free": "#4a90c2", "sliding": "#e0a030", "locked": "#c8323c", "ended": "#8a63b0"}
-"""Scales by their state."""
+"""Colours of scales by their state."""
 WORDS = {"free": "not in contact", "sliding": "sliding", "locked": "locked", "ended": "at the end of the curve"}
-"""What the states are called."""
+"""Words for the states."""
 _PAGE = {
     "ink": ("#1d2125", "#e8eaed"),
     "page": ("#ffffff", "#16191d"),
@@ -63,9 +65,9 @@ _PAGE = {
     "friction": ("#c2185b", "#ff5fa2"),
 }
 THEMES = {theme: {name: pair[i] for name, pair in _PAGE.items()} for i, theme in enumerate(("light", "dark"))}
-"""A light and a dark page: its text, ground and lines; its plots; the bar, edges and arrows of the beam in space."""
+"""A light and a dark theme: text, background and lines of a page; its plots; colours of the beam in space."""
 SCENE = {"states": STATES, "words": WORDS, "themes": THEMES}
-"""What the scripts of the beam in space are handed."""
+"""Colours and words for the scripts of the beam in space."""
 
 
 def variables(theme: str) -> str:

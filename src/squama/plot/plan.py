@@ -1,4 +1,4 @@
-"""The plan of a test: the standard error that is expected of each parameter over the top of the loop."""
+"""The plan of a test: expected standard error of each parameter over the top of the loop."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def plan_figure(dataset: xr.Dataset) -> Figure:
 def expected_errors(dataset: xr.Dataset, name: str, ax: Axes | None = None) -> Axes:
     """Draw the standard error of one parameter over the top of the loops, from :meth:`squama.Plan.dataset`.
 
-    An error of a ratio is as it is, else in per cent; the dashed line is the accuracy that is wanted.
+    Errors of ratios are absolute, others in per cent; the dashed line is the required accuracy.
     """
     ax, load = panel(ax, dataset, "loops", "Plan.dataset()")
     names = [str(each) for each in dataset["parameter"].values]

@@ -1,4 +1,4 @@
-"""The plane of bend and twist: regimes, moment and torque over it, paths in it, and what the beam opposes to a path."""
+"""The plane of bend and twist: regimes, moment and torque over it, paths in it, and the loads along a path."""
 
 from __future__ import annotations
 
@@ -26,23 +26,23 @@ from squama.types import Array
 from squama.units import shown
 
 CONTACTS = {"": GREY, "TS": KEPT[0], "CF": KEPT[0], "BF": KEPT[1], "TA": KEPT[2], "TF": INK}
-"""Colours of contacts; those at the base have another."""
+"""Colours of contacts; contacts at the base have another."""
 PAIRS = {"BF and TF": "#7f5fa8", "BF and TS": "#2f8f5b", "TF and TS": "#8c2d4f"}
-"""Colours of two contacts at once."""
+"""Colours of pairs of simultaneous contacts."""
 BOX: style.Look = {"loc": "best", "frameon": True, "framealpha": 0.85, "edgecolor": "none"}
-"""A legend that lies over lines."""
+"""Settings of a legend that lies over lines."""
 WAY = "Length of the path (rad per pitch)"
 
 
 def said(name: str) -> str:
-    """Return a contact in words; two at once by their letters."""
+    """Return a contact in words; two simultaneous contacts by their letters."""
     return (
         " and ".join(sorted(name.split("+"))) if "+" in name else f"{WORDS[name]} ({name})" if name in WORDS else name
     )
 
 
 def coloured(name: str) -> str:
-    """Return the colour of a contact, or of two at once."""
+    """Return the colour of a contact, or of two simultaneous contacts."""
     return CONTACTS.get(name) or PAIRS.get(said(name), UNLOADED)
 
 
@@ -50,8 +50,8 @@ def coloured(name: str) -> str:
 def plane_figure(dataset: xr.Dataset, paths: Sequence[xr.Dataset] = ()) -> Figure:
     """Draw a map from :func:`squama.bend_twist_map`: (a) contacts, locks, inclination; (b) moment; (c) torque.
 
-    Axes in rad/m below and left, in deg per pitch above and right; the line on which a scale's tip edge lies flush in
-    the next face dashed; ``paths`` of :func:`squama.bend_twist` are drawn in, their events marked.
+    Axes in rad/m below and left, in deg per pitch above and right. Dashed: the line on which a scale's tip edge lies
+    flush in the next face. ``paths`` of :func:`squama.bend_twist` are added, with marks at their events.
 
     >>> import squama
     >>> beam = squama.Beam.from_ratios(mu=0.2)
@@ -84,16 +84,16 @@ def plane_figure(dataset: xr.Dataset, paths: Sequence[xr.Dataset] = ()) -> Figur
 
 
 def plane_contacts(dataset: xr.Dataset, ax: Axes | None = None, *, paths: Sequence[xr.Dataset] = ()) -> Axes:
-    """Draw contacts, locks and inclinations of :func:`squama.bend_twist_map`, with paths of ``bend_twist`` in them."""
+    """Draw contacts, locks and inclinations of :func:`squama.bend_twist_map`, and paths of ``bend_twist``."""
     ax, _ = style.panel(ax, dataset, "state", "squama.bend_twist_map")
     style.legend_under(ax, _contacts(ax, dataset, paths))
     return ax
 
 
 def plane_load(dataset: xr.Dataset, name: str, ax: Axes | None = None, *, paths: Sequence[xr.Dataset] = ()) -> Axes:
-    """Draw moment ``"M"`` or torque ``"T"`` of :func:`squama.bend_twist_map` as contours with a bar of colours.
+    """Draw moment ``"M"`` or torque ``"T"`` of :func:`squama.bend_twist_map` as contours with a colour bar.
 
-    ``paths`` of :func:`squama.bend_twist` are drawn in.
+    ``paths`` of :func:`squama.bend_twist` are added.
     """
     ax, _ = style.panel(ax, dataset, "state", "squama.bend_twist_map")
     if name not in ("M", "T"):
@@ -115,7 +115,7 @@ def plane_load(dataset: xr.Dataset, name: str, ax: Axes | None = None, *, paths:
 
 
 def _contacts(ax: Axes, dataset: xr.Dataset, paths: Sequence[xr.Dataset]) -> list[Patch]:
-    """Draw contacts over the rates of bend and twist; return what a legend says of them."""
+    """Draw contacts over the rates of bend and twist, and paths; return the handles of the legend."""
     handles = _regimes(ax, dataset, (dataset["kappa"].values, dataset["Phi"].values))
     _frame(ax, dataset, paths)
     return handles
@@ -128,7 +128,7 @@ def _flush(ax: Axes, dataset: xr.Dataset, look: style.Look) -> None:
 
 
 def _frame(ax: Axes, dataset: xr.Dataset, paths: Sequence[xr.Dataset]) -> None:
-    """Draw the flush line, paths with their events (an end that is not the path's own crossed), and the axes."""
+    """Draw the flush line, paths with their events (an early end crossed), and the axes."""
     _flush(ax, dataset, {"color": INK, "linewidth": 0.7})
     for path in paths:
         line: style.Look = {"color": ACCENT, "zorder": 4}
@@ -142,13 +142,13 @@ def _frame(ax: Axes, dataset: xr.Dataset, paths: Sequence[xr.Dataset]) -> None:
 
 
 def _regimes(ax: Axes, plane: xr.Dataset, where: tuple[Array, Array]) -> list[Patch]:
-    """Draw contacts, what ends the way to a state, and inclinations, at places along both axes; return the legend."""
+    """Draw contacts, ends before a state, and inclinations, at coordinates ``where``; return the legend's handles."""
     state, contact = plane["state"].values.T, plane["contact"].values.T
     ended = ~np.isin(state, ("open", "sliding"))
     word = np.where(ended, state, np.where(state == "open", "no contact", contact))
     colours = {"no contact": to_rgba("white")}
     for name in np.unique(word[~ended]).tolist():
-        # faint behind a path
+        # faint, as a background of paths
         colours.setdefault(name, to_rgba(coloured(name), 0.18))
     colours |= {name: to_rgba(ENDS.get(name, GREY), 0.55) for name in np.unique(word[ended]).tolist()}
     ground = np.array([[colours[name] for name in row] for row in word.tolist()])
@@ -167,12 +167,12 @@ def _regimes(ax: Axes, plane: xr.Dataset, where: tuple[Array, Array]) -> list[Pa
 def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.Dataset | None = None) -> Figure:
     """Draw a path from :func:`squama.bend_twist`: in the plane of bend and twist, and moment and torque along it.
 
-    Left: the path in the colours of its contacts (those of the scaled face), the line on which a scale's tip edge lies
-    flush in the next face dashed, events marked; behind it, where ``plane`` is given (:func:`squama.bend_twist_map`),
-    the contacts all over the plane, lines of equal inclination, and where straight ways from rest end before. Right:
-    moment and torque over the way gone, with their jumps (the axis ends before a lock), and the inclination, of N
-    scales each thin, with their mean, and dotted those of the endless beam; ``hinge``,
-    the answer of hinges for the same path, is drawn thin beside them, as far as the axes of the dataset alone go.
+    Left: the path in the colours of its contacts (those of the scaled face), dashed the line on which a scale's tip
+    edge lies flush in the next face, events marked; with ``plane`` (:func:`squama.bend_twist_map`) also the contacts
+    over the plane, lines of equal inclination, and states that straight paths from rest do not reach. Right: moment and
+    torque along the path, with their jumps (the axis ends before a lock), and the inclination: for N scales each scale
+    thin, their mean, and the endless beam dotted. ``hinge``, the response on hinges to the same path, is drawn thin
+    within the axes of the dataset alone.
 
     >>> import squama
     >>> r = squama.bend_twist(squama.Beam.from_ratios(), "bend 0.1 rad/pitch; twist 0.15 rad/pitch", mu=0.2)
@@ -210,16 +210,16 @@ def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.
 
 
 def _path_length(dataset: xr.Dataset) -> Array:
-    """Return the length (n,) of the path in the strains that the path names, rad per pitch."""
+    """Return the length (n,) of the path in its prescribed strains, rad per pitch."""
     strains = np.column_stack([dataset["psi"].values, dataset["phi"].values])
     steps = np.diff(strains, axis=0, prepend=0.0) * np.any(np.reshape(dataset.attrs["path"], (-1, 2)), axis=0)
     return np.cumsum(np.hypot(*steps.T))
 
 
 def plane_path(dataset: xr.Dataset, ax: Axes | None = None, *, plane: xr.Dataset | None = None) -> Axes:
-    """Draw a path of :func:`squama.bend_twist` in the plane of bend and twist per pitch, in colours of its contacts.
+    """Draw a path of :func:`squama.bend_twist` in the plane of bend and twist per pitch, coloured by contact.
 
-    Behind it, if ``plane`` is given, what :func:`squama.bend_twist_map` found; the left of its figure.
+    With ``plane`` (:func:`squama.bend_twist_map`) also the regimes of the plane; the left panel of :func:`path_figure`.
     """
     ax, _ = style.panel(ax, dataset, "event", "squama.bend_twist")
     if plane is not None:
@@ -247,9 +247,9 @@ def plane_path(dataset: xr.Dataset, ax: Axes | None = None, *, plane: xr.Dataset
 
 
 def path_loads(dataset: xr.Dataset, ax: Axes | None = None, *, hinge: xr.Dataset | None = None) -> Axes:
-    """Draw moment and torque of :func:`squama.bend_twist` along the way; the axis ends before a lock.
+    """Draw moment and torque of :func:`squama.bend_twist` along the path; the axis ends before a lock.
 
-    ``hinge``, the answer of hinges for the same path, is drawn thin as far as these axes go.
+    ``hinge``, the response on hinges to the same path, is drawn thin within these axes.
     """
     ax, _ = style.panel(ax, dataset, "event", "squama.bend_twist")
     way, colours = _path_length(dataset), {"M": UNLOADED, "T": INK}
@@ -270,6 +270,6 @@ def path_loads(dataset: xr.Dataset, ax: Axes | None = None, *, hinge: xr.Dataset
             for name, colour in colours.items():
                 words = f"${name}$ on hinges"
                 ax.plot(_path_length(hinge), factor * hinge[name].values, color=colour, label=words, **BESIDE)
-    # over the hinge's lines, which leave the axes early
+    # above the lines of hinges, which leave the axes early
     ax.legend(**BOX | ({"loc": "upper left"} if hinge is None else {}))
     return ax

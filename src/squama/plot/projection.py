@@ -1,6 +1,6 @@
-"""Solids for the printer: the assembled beam from above, from the side, cut along its middle, and its mould.
+"""Solids of an export: the assembled beam in views from above, from the side and cut, and its mould.
 
-Parallel projection and plain shading; edges are drawn where the depth or the face changes.
+Parallel projection with flat shading; edges are drawn where the depth or the face changes.
 """
 
 from __future__ import annotations
@@ -36,18 +36,18 @@ NAMES = {
     "lid": "mould: lid",
     "blade": "mould: blade, which leaves the slot of a scale",
 }
-"""What the colours are called."""
+"""Words for the colours."""
 SHOWN = 6
-"""Pitches of the views from close by."""
+"""Number of pitches in close views."""
 LIGHT = np.array([-0.35, -0.5, 0.8])
 EDGE = (0.1, 0.1, 0.1)
 
 
 @styled
 def solids_figure(made: Export) -> Figure:
-    """Draw what an export has made: the beam from above and cut along its middle, and the mould taken apart.
+    """Draw the solids of an export: the beam from above and cut along its middle, and the mould taken apart.
 
-    Raises InputError: neither the assembly nor the mould is among its parts.
+    Raises InputError if the export has neither the assembly nor the mould.
     """
     columns = [drawn(made) for part, drawn in (("assembly", _beam), ("mould", _mould)) if part in made.solids]
     if not columns:
@@ -105,7 +105,7 @@ def _kind(mesh: Mesh) -> str:
 
 
 class View(NamedTuple):
-    """Directions to the right, up and to the eye, as rows of ``axes``; the picture's extent there, mm."""
+    """Directions to the right, up and to the eye, as rows of ``axes`` (3, 3), and the extent of the picture, mm."""
 
     axes: Array
     left: float
@@ -118,7 +118,7 @@ Panel = tuple[str, list[Mesh], View]
 
 
 def look(azimuth: float, elevation: float) -> Array:
-    """Return the directions to the right, up and to the eye; angles in degrees, 0 looks along across."""
+    """Return the directions to the right, up and to the eye, rows (3, 3); angles in degrees, 0, 0 is the side view."""
     a, e = np.radians([azimuth, elevation])
     eye = np.array([np.sin(a) * np.cos(e), -np.cos(a) * np.cos(e), np.sin(e)])
     right = np.array([np.cos(a), np.sin(a), 0.0])
@@ -126,7 +126,7 @@ def look(azimuth: float, elevation: float) -> Array:
 
 
 def fitted(meshes: Sequence[Mesh], axes: Array) -> View:
-    """Return the view that shows all solids, with some room around them."""
+    """Return the view of all solids, with a margin."""
     seen = np.concatenate([m.vertices for m in meshes]) @ axes[:2].T
     low, high = seen.min(axis=0), seen.max(axis=0)
     room = 0.03 * float((high - low).max())
@@ -140,9 +140,9 @@ def halved(meshes: Sequence[Mesh]) -> list[Mesh]:
 
 
 def picture(meshes: Sequence[Mesh], colours: Sequence[Sequence[float]], view: View, pixels: int) -> Array:
-    """Return an image (rows, ``pixels``, 4) of the solids, the first row at the top; nothing is transparent white.
+    """Return an image (rows, ``pixels``, 4) of the solids, the first row at the top; empty pixels are transparent.
 
-    ``colours`` are red, green, blue of each, 0 to 1; ``view`` is what is seen.
+    ``colours``: red, green, blue of each solid, 0 to 1.
     """
     # every pixel is drawn as 2 x 2, which smooths edges
     fine = 2
@@ -162,13 +162,13 @@ def picture(meshes: Sequence[Mesh], colours: Sequence[Sequence[float]], view: Vi
     for number, window, front, _ in raster.fill(depth, np.concatenate(seen)):
         face[window][front] = number
     shade = np.concatenate(shades)
-    # one row more, for what is not seen (face -1)
+    # one more row for empty pixels (face -1)
     colour = np.append(np.c_[shade[:, :3], np.ones(len(shade))], [[1.0, 1, 1, 0]], axis=0).astype(np.float32)
     _, kind = np.unique(np.round(shade[:, 3:7], 3), axis=0, return_inverse=True)
     kind = np.append(kind.ravel(), -1)[face]
     slope = np.append(1 / np.maximum(shade[:, 7], 0.02), 1.0).astype(np.float32)[face]
     flat = np.where(face >= 0, depth, -1e9)
-    # a line stands where the solid, the direction of its face or the depth changes
+    # edges: changes of solid, direction of the face or depth
     line = np.zeros(face.shape, bool)
     for p, q in ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1])):
         jump = np.abs(flat[p] - flat[q]) > size * (1.5 * np.maximum(slope[p], slope[q]) + 1)

@@ -1,4 +1,4 @@
-"""Triangles to pixels with a depth buffer: enough for thin plates that lie over each other in turns."""
+"""Rasterisation of triangles with a depth buffer, for thin plates that overlap each other cyclically."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from squama.types import Array
 
 
 def fill(near: Array, corners: Array) -> Iterator[tuple[int, tuple[slice, slice], Array, Array]]:
-    """Draw triangles one after another into a buffer (rows, columns) of how near the nearest point of each pixel is.
+    """Draw triangles one after the other into a depth buffer ``near`` (rows, columns) of nearness to the eye.
 
-    ``corners`` (n, 3, 3) are column, row and nearness, which must be linear in the picture: the inverse of the
-    distance in perspective, the place along the view in a parallel projection. Yields of each triangle that covers
-    the middle of a pixel its number, the window of pixels around it, and those of them where nothing drawn before is
-    nearer, and the others.
+    ``corners`` (n, 3, 3): column, row and nearness, which must be linear in the picture: the inverse of the distance in
+    perspective, the coordinate along the view in a parallel projection. For each triangle that covers the middle of a
+    pixel, yields its number, the window of pixels around it, and the masks of its pixels in front of all drawn before,
+    and behind.
     """
     rows, columns = near.shape
     low = np.maximum(np.floor(corners[..., :2].min(axis=1)).astype(int), 0)

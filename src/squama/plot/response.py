@@ -1,4 +1,4 @@
-"""A response in four panels (load, friction force, inclination, dissipation), and a single variable of a result."""
+"""A response in four panels (load, friction force, inclination, dissipation), and single variables of a result."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ from squama.types import Array
 from squama.units import look_up, shown
 
 BEYOND = 1.3
-"""Axes end this far beyond the measured points, over their own size."""
+"""Length of the axes over the range of the measured points."""
 READABLE = 0.9
-"""Near a lock the load grows without bound: axes end at this fraction of the way from engagement to the lock."""
+"""End of the axes near a lock, where the load grows without bound, as a share of the way from engagement to it."""
 BESIDE: style.Look = {"linewidth": 0.7, "zorder": 1.5}
 SQUARE: style.Look = {"markerfacecolor": "white", "markersize": 3, "zorder": 4}
-"""The hinge's curve beside another one, and where it engages."""
+"""Styles of the curve on hinges, and of its engagement."""
 EACH: style.Look = {"linewidth": 0.4, "alpha": 0.3, "zorder": 1.2}
-"""The curve of each of N scales."""
+"""Style of the curve of each of N scales."""
 WITHOUT_ENDS: style.Look = {"linewidth": 0.9, "linestyle": ":"}
-"""The endless beam's curve beside that of N scales."""
+"""Style of the endless beam's curve."""
 RISING = {"N", "f", "f0", "K_t", "K_b", "T_scales", "M_scales", "W_fr"}
 """Variables that grow without bound towards a lock."""
 
 
 class _Curve(NamedTuple):
-    """One curve, taken out of the dataset: ``data`` has the dimension ``point`` only, ``each`` those of N scales."""
+    """One curve of the dataset: ``data`` with the dimension ``point`` only, ``each`` with those of N scales."""
 
     data: xr.Dataset
     each: xr.Dataset
@@ -55,17 +55,17 @@ class _Curve(NamedTuple):
 
     @property
     def engages(self) -> bool:
-        """Whether part of it is in contact."""
+        """Whether part of the curve is in contact."""
         return bool(np.isfinite(self.rate_e) and self.rate_e <= self.rate_end)
 
     @property
     def stops(self) -> bool:
-        """Whether it ends without a lock; where nothing ever touches it has no end."""
+        """Whether the curve ends without a lock; a curve without any contact has no end."""
         return self.end not in LOCKS and (self.end != "no engagement" or bool(self.data["other_contact"].item()))
 
 
 class _Shown(NamedTuple):
-    """What a response is drawn from; the axes end at the rate ``right``, ``others`` are the hinge's curves."""
+    """Contents of a figure of a response; the axes end at the rate ``right``, ``others``: curves on hinges."""
 
     kind: Load
     beam: Beam
@@ -78,14 +78,12 @@ class _Shown(NamedTuple):
 
 @style.styled
 def response_figure(dataset: xr.Dataset, measured: Measured | None = None, hinge: xr.Dataset | None = None) -> Figure:
-    """Draw what a beam does when it is twisted or bent: one curve, or a family over ``mu``, with ``measured`` points.
+    """Draw the response of a beam to twist or bend: one curve, or a family over ``mu``, with ``measured`` points.
 
-    ``hinge`` is the curve of the same beam on hinges, drawn as a thin line within the axes of ``dataset``.
-
-    With measured points the axes follow them: a curve that goes far beyond, or climbs to a lock, leaves the picture.
-    Four panels: torque or moment with the beam without contact dashed, engagement and end marked; friction force;
-    inclination; relative energy dissipation (the tangent stiffness if there is no friction). The load grows without
-    bound towards a lock, so its axis ends before.
+    ``hinge``: the response of the same beam on hinges, drawn thin within the axes of ``dataset``. With measured points
+    the axes follow them, and curves may leave the picture. Four panels: torque or moment with the beam without contact
+    (dashed), engagement and end marked; friction force; inclination; relative energy dissipation (tangent stiffness
+    without friction). The load grows without bound towards a lock, so its axis ends before.
 
     >>> import squama
     >>> r = squama.twist(squama.Beam.from_ratios(), mu=[0.2, 0.5], points=50)
@@ -119,16 +117,16 @@ def curve(
     measured: Measured | None = None,
     hinge: xr.Dataset | None = None,
 ) -> Axes:
-    """Draw a variable of :func:`squama.twist` or ``bend`` over the rate, one curve or a family over ``mu``, with marks.
+    """Draw a variable of :func:`squama.twist` or ``bend`` over the rate, one curve or a family over ``mu``.
 
     Engagement, ends and locks are marked; where a variable grows without bound towards a lock the axis ends before.
-    Beside torque and moment stands the beam without contact; ``measured`` points belong to them, and the axes follow
-    them. ``hinge``, the answer of hinges for the same beam and frictions, is drawn thin as far as these axes go.
+    Torque and moment have the beam without contact and ``measured`` points, which the axes follow. ``hinge``, the
+    response on hinges of the same beam and frictions, is drawn thin within these axes.
 
     Raises
     ------
     InputError
-        There is no such number along the curve, or the dataset is no curve of one load.
+        The variable is no number along the curve, or the dataset is no curve of one load.
 
     Examples
     --------
@@ -166,20 +164,20 @@ def line(
     Parameters
     ----------
     dataset
-        What :func:`squama.twist`, ``bend``, ``bend_twist``, ``cycle``, ``row`` or ``vibrate`` returned.
+        Result of :func:`squama.twist`, ``bend``, ``bend_twist``, ``cycle``, ``row`` or ``vibrate``.
     name, x
-        Variables along ``point``: what is drawn, and over what (time, or the rate of the load).
+        Variables along ``point`` for the vertical and horizontal axis (default: time, or the rate of the load).
     ax
-        Where; axes of a new figure if not given. Labels that it has are kept.
+        Axes to draw into; default: a new figure. Existing labels are kept.
     unit, x_unit
-        Other units than those of SI, such as "N mm", "deg".
+        Units other than SI, such as "N mm", "deg".
     look
-        As for ``Axes.plot``.
+        Keywords of ``Axes.plot``.
 
     Raises
     ------
     InputError
-        There is no such variable along ``point``, or it has no such unit.
+        The variable is not along ``point``, or the unit has another dimension.
 
     Examples
     --------
@@ -191,7 +189,7 @@ def line(
     """
     there = _along(dataset, name)
     load = LOADS.get(dataset.attrs.get("load", ""))
-    # what a variable is drawn over if nothing is named: the first that the result has for every point
+    # default horizontal axis: the first of these variables that the result has
     first = ("t", load.rate) if load else ("t",)
     over = x or next((key for key in (*first, "Phi", "kappa", "phi", "psi") if key in there), "")
     _along(dataset, over, "x")
@@ -210,7 +208,7 @@ def line(
 
 
 def _along(dataset: xr.Dataset, name: str, where: str = "name") -> list[str]:
-    """Return the numbers along the points of a result; another name is refused."""
+    """Return the names of numbers along the points of a result; another name is refused."""
     there = [str(key) for key, v in {**dataset.coords, **dataset}.items() if "point" in v.dims and v.dtype.kind in "fi"]
     if name not in there:
         refuse(where, shown(name), "is no number along the points of this result", f"allowed: {', '.join(there)}")
@@ -218,7 +216,7 @@ def _along(dataset: xr.Dataset, name: str, where: str = "name") -> list[str]:
 
 
 def _unit(dataset: xr.Dataset, name: str, unit: str | None) -> tuple[float, str]:
-    """Return the factor to a unit, and the label of the axis."""
+    """Return the factor to a unit, and the axis label."""
     attrs, factor = dataset[name].attrs, 1.0
     own = attrs.get("units", "1")
     if unit is not None:
@@ -233,18 +231,18 @@ def _unit(dataset: xr.Dataset, name: str, unit: str | None) -> tuple[float, str]
 
 
 def _read(dataset: xr.Dataset, measured: Measured | None, hinge: xr.Dataset | None) -> _Shown:
-    """Return what is drawn of a response; the hinge's friction force over the stiffness of the response's joint."""
+    """Return the contents of the figure; the friction force on hinges is scaled by the response's joint stiffness."""
     kind, beam = LOADS[dataset.attrs["load"]], Beam.from_toml_text(dataset.attrs["beam"])
     curves, others = _curves(dataset, kind), []
     if hinge is not None:
         own = beam.joint_stiffness
         others = _curves(hinge.assign(f0=hinge["f0"] * (own / dataset.attrs.get("K_theta", own))), kind)
     if measured is not None:
-        # past the measured points and the first engagement
+        # the axis ends beyond the measured points and the first engagement
         engaged = min((c.rate_e for c in curves if c.engages), default=0.0)
         right = BEYOND * max(style.finite_max(np.asarray(measured.rate, float), 0.0), engaged) or 1.0
     else:
-        # past every end, as far as the curves go
+        # the axis ends beyond every end, as far as the curves go
         far = [style.finite_max(c.rate) for c in curves]
         ends = [min(c.rate_end, 1.05 * v) if np.isfinite(c.rate_end) else v for c, v in zip(curves, far, strict=True)]
         right = 1.08 * max(*ends, 0.0) or 1.0
@@ -253,7 +251,7 @@ def _read(dataset: xr.Dataset, measured: Measured | None, hinge: xr.Dataset | No
 
 
 def _curves(dataset: xr.Dataset, names: Load) -> list[_Curve]:
-    """Return the curves of a response, one for each coefficient of friction, their points in the order of the rate."""
+    """Return the curves of a response, one for each coefficient of friction, with points sorted by the rate."""
     mus = np.atleast_1d(dataset["mu"].values)
     colours = style.shades(mus.size) if mus.size > 1 else [INK]
     out = []
@@ -270,7 +268,7 @@ def _curves(dataset: xr.Dataset, names: Load) -> list[_Curve]:
 
 
 def _limit(curves: list[_Curve], name: str, right: float) -> float:
-    """Largest value to be seen: all of a curve that stays bounded; of those that lock, the typical readable part."""
+    """Return the largest value to be visible: of a bounded curve its largest, of curves that lock the readable part."""
     bounded, locking = [0.0], [0.0]
     for c in curves:
         v = np.where(c.rate <= right, c.values(name), np.nan)
@@ -284,7 +282,7 @@ def _limit(curves: list[_Curve], name: str, right: float) -> float:
 
 
 def _draw(ax: Axes, shown: _Shown, name: str, letter: str = "") -> None:
-    """Draw a variable with its marks, then the hinge's within the same axes; without a name say why there is none."""
+    """Draw a variable with its marks, then hinges within the same axes; without a name, why the panel is empty."""
     ax.set_xlim(0, shown.right)
     if name:
         factor = _variable(ax, shown, name)
@@ -314,7 +312,7 @@ def _draw(ax: Axes, shown: _Shown, name: str, letter: str = "") -> None:
 
 
 def _variable(ax: Axes, shown: _Shown, name: str) -> float:
-    """Draw a variable and set the height of its axes; return the factor of its unit."""
+    """Draw a variable and set the height of its axes; return the factor to its unit."""
     curves, right = shown.curves, shown.right
     factor, text, most = 1.0, style.label(name), _limit(curves, name, right)
     if name == shown.kind.torque:
@@ -338,7 +336,7 @@ def _variable(ax: Axes, shown: _Shown, name: str) -> float:
             ax.plot(c.rate, factor * c.values(f"{name}_periodic"), color=c.colour, **WITHOUT_ENDS)
         good = np.flatnonzero(np.isfinite(v))
         if good.size and c.stops and c.rate[good[-1]] <= right:
-            # on the axis the mark of the end is not cut in half
+            # a mark on the axis is not clipped
             ax.plot(c.rate[good[-1]], v[good[-1]], "x", color=c.colour, zorder=4, clip_on=bool(v[good[-1]]))
     ax.set_ylabel(text)
     if name == shown.kind.torque:
@@ -359,7 +357,7 @@ def _variable(ax: Axes, shown: _Shown, name: str) -> float:
 
 
 def _span(ax: Axes) -> tuple[float, float]:
-    """Return the lowest and the highest value of the curves within the axes, with some room."""
+    """Return the lowest and the highest value of the curves within the axes, with a margin."""
     every = np.concatenate([np.asarray(line.get_xydata(), float) for line in ax.lines])
     seen = every[(every[:, 0] <= ax.get_xlim()[1]) & np.isfinite(every[:, 1]), 1]
     low, high = (float(seen.min()), float(seen.max())) if seen.size else (0.0, 0.0)
@@ -368,7 +366,7 @@ def _span(ax: Axes) -> tuple[float, float]:
 
 
 def _keys(shown: _Shown, *, load: bool = True) -> list[Line2D]:
-    """Return what a legend says, of marks that stand beside the ``load`` only if it is drawn."""
+    """Return the legend's handles; ``load``: include the marks of torque and moment."""
     curves, others, handles = shown.curves, shown.others, []
     if others:
         attrs = (c.data.attrs for c in (curves[0], others[0]))
@@ -408,6 +406,6 @@ def _title(dataset: xr.Dataset, beam: Beam, curves: list[_Curve]) -> str:
         where = f" at {np.degrees(float(c.data['phi_touch'])) * beam.pitches:.3g} deg" if "phi_touch" in c.data else ""
         return f"{text}: {c.end}; {touching} touches{where}"
     at = f" at {np.degrees(c.rate_end * beam.length):.3g} deg" if np.isfinite(c.rate_end) else ""
-    # on hinges the other contact is what ends the curve
+    # on hinges the other contact ends the curve
     other = str(c.data["other_contact"].values) if dataset.attrs["joint"] == "hinge" else ""
     return f"{text}: {c.end}{at}{f' ({other})' if other else ''}"

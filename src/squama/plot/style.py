@@ -1,4 +1,4 @@
-"""The one look of all figures, and how they are saved."""
+"""The common style of all figures, and their saving."""
 
 from __future__ import annotations
 
@@ -32,22 +32,22 @@ from squama.units import prefix
 P = ParamSpec("P")
 
 FORMATS = (".png", ".svg", ".pdf")
-"""Endings of the files that can be written."""
+"""File extensions of figures."""
 DPI = 200
 """Resolution of a PNG, dots per inch."""
 COLUMN, PAGE = 3.5, 7.2
 """Widths of a figure in one and in two columns, inches."""
 
 LABELS = 1.2
-"""Width of a panel with its labels over that of its axes, about."""
+"""Approximate width of a panel with its labels over that of its axes."""
 TICKS = 6
-"""Most steps along an axis of half a page: numbers of many digits would run into each other."""
+"""Largest number of steps along an axis of half a page: longer series of many digits would overlap."""
 
 Look = dict[str, Any]
-"""Keywords of what is drawn."""
+"""Keyword arguments of matplotlib's artists."""
 Colour = str | tuple[float, float, float]
 Dash = str | tuple[float, tuple[float, ...]]
-"""A line's dashes as matplotlib reads them."""
+"""Dashes of a line in matplotlib's form."""
 
 _SETTINGS: Any = mpl.rc_params_from_file(Path(__file__).with_name("figure.mplstyle"), use_default_template=False)
 _SETTINGS |= {"axes.edgecolor": INK, "hatch.color": GREY, "figure.dpi": DPI, "savefig.dpi": DPI}
@@ -61,20 +61,20 @@ AXIS = {
     "K_t": r"Tangent stiffness $\mathrm{d}T/\mathrm{d}\Phi$ (N m^2)",
     "K_b": r"Tangent stiffness $\mathrm{d}M/\mathrm{d}\kappa$ (N m^2)",
 }
-"""Labels where that of the table of symbols is too long for an axis or has its formula in words."""
+"""Axis labels, where that of the table of symbols is too long or has its formula in words."""
 
 DASHED: Dash = (0, (4, 2))
 BARE: Look = {"color": GREY, "linestyle": DASHED, "linewidth": 1}
-"""The beam without contact."""
+"""Style of the beam without contact."""
 ENGAGED: Look = {"linestyle": "", "marker": "o", "markerfacecolor": "white", "markersize": 4}
-"""Where scales engage."""
+"""Style of the mark of engagement."""
 DASHES: dict[str, Dash] = {"plate": "-", "edge": (0, (4, 1.6))}
 LAWS = {"plate": "plate law (the paper's)", "edge": "edge law"}
-"""Line and name of each force law."""
+"""Line style and name of each force law."""
 
 
 def styled(make: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Run a function that makes a figure under the common style, whatever the user's own settings are."""
+    """Run a function that makes a figure with the common style, whatever the user's settings."""
 
     @functools.wraps(make)
     def wrapped(*args: P.args, **kwargs: P.kwargs) -> Figure:
@@ -87,14 +87,14 @@ def styled(make: Callable[P, Figure]) -> Callable[P, Figure]:
 
 
 class _Shown(Figure):
-    """A figure that shows itself at the end of a notebook's cell, though it is made without pyplot."""
+    """A figure that displays itself at the end of a notebook's cell, though it is made without pyplot."""
 
     def _repr_png_(self) -> bytes:
         return written(self, "png")
 
 
 def written(figure: Figure, kind: str) -> bytes:
-    """Return a figure as the bytes of a file ("png", "svg", "pdf"); the same figure gives the same bytes."""
+    """Return a figure as the bytes of a file ("png", "svg", "pdf"); equal figures give equal bytes."""
     made, undated = io.BytesIO(), {"png": "Software", "svg": "Date", "pdf": "CreationDate"}[kind]
     with mpl.rc_context():
         mpl.rcParams.update(_SETTINGS)
@@ -103,16 +103,16 @@ def written(figure: Figure, kind: str) -> bytes:
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure (inches) that can be drawn without a display."""
+    """Return an empty figure (inches) that needs no display."""
     figure = _Shown(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
 
 def panel(ax: Axes | None, dataset: xr.Dataset, mark: str, made_by: str) -> tuple[Axes, Load]:
-    """Return the axes to draw a result into, those of a new figure if none are given, and the kind of its load.
+    """Return the axes for a result, by default those of a new figure, and the kind of its load.
 
-    Raises InputError: the dataset lacks the name ``mark``, so it is of another kind.
+    Raises InputError where the dataset lacks the name ``mark``, so it is of another kind.
     """
     if mark not in {*map(str, dataset.variables), *map(str, dataset.dims)}:
         refuse("", "", f"this dataset is no result of {made_by}", "its .squama.plot() draws what it is")
@@ -122,33 +122,33 @@ def panel(ax: Axes | None, dataset: xr.Dataset, mark: str, made_by: str) -> tupl
 
 @contextmanager
 def within(ax: Axes) -> Iterator[None]:
-    """Draw into axes that stay as high as they are."""
+    """Draw into axes without changing their height."""
     limits = ax.get_ylim()
     yield
     ax.set_ylim(limits)
 
 
 def about(dataset: xr.Dataset) -> str:
-    """Return model and friction of a result, for its title."""
+    """Return model and friction of a result as text for its title."""
     return f"{model(dataset.attrs)}, $\\mu$ = {float(dataset['mu']):g}"
 
 
 def save_figure(figure: Figure, path: str | os.PathLike[str]) -> Path:
-    """Write a figure (.png, .svg, .pdf); return the path as given. The same figure gives the same bytes.
+    """Write a figure (.png, .svg, .pdf); return the path as given. Equal figures give equal bytes.
 
-    Raises InputError: another ending, or the file cannot be written; a file that was there is then as it was.
+    Raises InputError for another extension, or a file that cannot be written; an old file then stays unchanged.
     """
     ending = Path(path).suffix.lower()
     if ending not in FORMATS:
         what = f'the ending "{ending}" is not known' if ending else "has no ending"
         refuse("", "", what, "write a name that ends in .png, .svg or .pdf", files.label(path))
-    # as a whole: of a disk that is full matplotlib makes errors of its own kinds
+    # written as a whole, because matplotlib reports a full disk by errors of its own kinds
     made = written(figure, ending[1:])
     return files.atomic_write(path, lambda place: place.write_bytes(made))
 
 
 def shades(n: int) -> list[Colour]:
-    """Return n colours from dark to light, in equal steps of grey, that colour-blind readers tell apart too."""
+    """Return n colours from dark to light, in equal steps of grey, distinguishable for colour-blind readers too."""
     table = np.asarray(mpl.colormaps["viridis"](np.linspace(0.0, 0.82, 256)))[:, :3]
     grey = table @ (0.299, 0.587, 0.114)
     steps = np.linspace(grey[0], grey[-1], max(n, 2))[:n]
@@ -156,18 +156,18 @@ def shades(n: int) -> list[Colour]:
 
 
 def prefixed(name: str, largest: float) -> tuple[float, str]:
-    """Return the factor and the axis label that bring a quantity to a readable size (N m to mN m, kN m ...)."""
+    """Return the factor and the axis label of a quantity with a readable prefix (N m to mN m, kN m ...)."""
     factor, sign = prefix(largest)
     return factor, label(name, sign + SYMBOLS[name].unit)
 
 
 def unit_of(text: str) -> str:
-    """Return the unit at the end of an axis label, in its brackets."""
+    """Return the unit at the end of an axis label, with its brackets."""
     return text[text.rindex("(") :]
 
 
 def label(name: str, unit: str | None = None) -> str:
-    """Return the label of an axis, with another unit than the SI one if it is given."""
+    """Return the axis label of a quantity, in SI or another unit."""
     symbol = SYMBOLS[name]
     text = AXIS.get(name, symbol.axis)
     return text.replace(f"({symbol.unit})", f"({unit or symbol.unit})").replace("N m^2", "N m$^2$")
@@ -179,12 +179,12 @@ def key(text: str, **line: Any) -> Line2D:
 
 
 def legend_below(figure: Figure, handles: Sequence[Artist], most: int, **look: Any) -> None:
-    """Put a legend under all panels, in as many columns (``most``) as the figure is wide enough for."""
+    """Add a legend below all panels, in as many columns (at most ``most``) as fit the figure."""
     legend_within(figure, most, handles=handles, loc="outside lower center", **look)
 
 
 def legend_under(ax: Axes, handles: Sequence[Artist], title: str = "") -> None:
-    """Put a legend under a panel and the label of its axis, which is there already."""
+    """Add a legend below a panel and the label of its axis, which must be set."""
     lines = 3.2 + 1.2 * ax.get_xlabel().count("\n")
     under = ScaledTranslation(0, -lines * mpl.rcParams["font.size"] / 72, ax.figure.dpi_scale_trans)
     look: Look = {"columnspacing": 1.2, "title": title, "alignment": "left", "bbox_to_anchor": (0.5, 0)}
@@ -192,7 +192,7 @@ def legend_under(ax: Axes, handles: Sequence[Artist], title: str = "") -> None:
 
 
 def legend_within(place: Figure | Axes, most: int, **look: Any) -> None:
-    """Put a legend of ``handles`` in as many columns (``most``) as a figure, or axes with their labels, are wide."""
+    """Add a legend of ``handles`` in as many columns (at most ``most``) as fit a figure, or axes with labels."""
     room = place.bbox.width * (1.0 if isinstance(place, Figure) else LABELS)
     for columns in range(min(most, len(look["handles"])), 0, -1):
         legend = place.legend(ncols=columns, **look)
@@ -202,7 +202,7 @@ def legend_within(place: Figure | Axes, most: int, **look: Any) -> None:
 
 
 def law_keys(laws: Sequence[str]) -> list[Line2D]:
-    """Return handles that tell the force laws apart."""
+    """Return legend handles of the force laws."""
     return [key(LAWS[law], linestyle=DASHES[law]) for law in laws]
 
 
@@ -218,13 +218,13 @@ def letters(axes: Iterable[Axes]) -> None:
 
 
 def headline(figure: Figure, text: str, panels: Iterable[Axes] = ()) -> Figure:
-    """Write what a figure shows above it, in lines that it has room for, and letters above panels; return it."""
+    """Write the title of a figure, wrapped to its width, and letters above panels; return the figure."""
     letters(panels)
     title = figure.suptitle("", fontsize=8, x=0.01, ha="left")
     lines = []
     for part in text.splitlines():
         line = ""
-        # a unit is not torn apart
+        # units are not broken
         for word in part.replace("N m", "N\u00a0m").split(" "):
             title.set_text(f"{line} {word}".strip())
             if line and title.get_window_extent().width > 0.98 * figure.bbox.width:
@@ -238,7 +238,7 @@ def headline(figure: Figure, text: str, panels: Iterable[Axes] = ()) -> Figure:
 
 
 def scaled_above(ax: Axes, factor: float, text: str) -> SecondaryAxis:
-    """Draw an axis above a panel that shows ``factor`` times what the one below shows."""
+    """Draw an axis above a panel with ``factor`` times the values of the axis below."""
     top = ax.secondary_xaxis("top", functions=(lambda x: np.multiply(x, factor), lambda x: np.divide(x, factor)))
     top.set_xlabel(text)
     top.tick_params(labelsize=7)
@@ -246,11 +246,11 @@ def scaled_above(ax: Axes, factor: float, text: str) -> SecondaryAxis:
 
 
 def angle_label(load: str) -> str:
-    """Return the label of the load angle's axis."""
+    """Return the axis label of the load angle."""
     return label(TESTS[load].angle)
 
 
 def finite_max(values: Array, default: float = 1.0) -> float:
-    """Return the largest finite value."""
+    """Return the largest finite value, or the default."""
     good = values[np.isfinite(values)]
     return float(good.max()) if good.size else default

@@ -31,17 +31,17 @@ from squama.units import for_people, shown
 
 _UNDONE = "not computed"
 _UNKNOWN = ("joint unknown", _UNDONE)
-"""Cells of which nothing is known."""
+"""Ends of cells without figures."""
 _NAMES = re.compile(r"\b(?:nu|[A-Z]|t)_\w+")
-"""Symbols in the words of a beam file's keys, such as t_s."""
+"""Symbols in the descriptions of the beam file's keys, such as t_s."""
 _ENVELOPES: dict[str, tuple[tuple[End, ...], style.Look]] = {
     "kinematic lock": ((End.KINEMATIC,), {"linewidth": 2.4}),
     "frictional lock; on the axis static": ((End.FRICTIONAL, End.STATIC), {"linewidth": 1.3}),
     "contact leaves its edge": ((End.OFF_TIP, End.OFF_SIDE), {"color": GREY, "linewidth": 1.2, "linestyle": "-."}),
 }
-"""Ends whose lines are drawn."""
+"""Ends whose envelopes are drawn, and their line styles."""
 Paths = Mapping[float, tuple[Array, Array]]
-"""Load angle and inclination along the paths of some beams, by a value of each."""
+"""Load angle and inclination along the paths of some beams, by their value of x."""
 
 
 @style.styled
@@ -57,9 +57,9 @@ def map_figure(
 ) -> Figure:
     """Draw a slice of a sweep: a dataset with the dimensions ``x``, ``y`` and ``panels`` and no other.
 
-    The dimensions may be in any order. ``variable``: ``end`` gives a regime map, ``lock`` the lock envelopes: where the
-    beams along x lock, a line for each of the values ``lines`` of y, with the ``paths`` of single beams. Without y a
-    line is drawn; with panels a panel for each value of that dimension.
+    The dimensions may be in any order. ``variable``: ``end`` gives a regime map; ``lock`` gives the locks of the beams
+    along x as a line for each of the values ``lines`` of y, with the ``paths`` of single beams. Without y a line is
+    drawn; with panels a panel for each value of that dimension.
     """
     dataset = _ordered(dataset, variable, (panels, y, x))
     parts = [dataset] if panels is None else [dataset.isel({panels: i}) for i in range(dataset.sizes[panels])]
@@ -83,7 +83,7 @@ def map_figure(
         ax.label_outer(remove_inner_ticks=False)
         if i + columns >= count:
             ax.xaxis.set_tick_params(labelbottom=True)
-            # side by side, long labels would run into each other
+            # long labels of adjacent panels would overlap
             ax.set_xlabel("\n".join(wrap(across, 200 if columns < 2 else 96 // columns)))
     return style.headline(figure, _title(dataset, variable, (x, y, panels)))
 
@@ -100,8 +100,8 @@ def map_slice(
 ) -> Axes:
     """Draw a slice of a sweep with the dimensions ``x`` and ``y`` and no other, as :func:`map_figure` draws a panel.
 
-    Contours with a bar of colours, ``end`` as named colours, ``lock`` as envelopes; a line without ``y``. The legend
-    stands under it.
+    Contours with a colour bar, ``end`` as named colours, ``lock`` as envelopes; a line without ``y``. The legend is
+    below the panel.
     """
     ax, _ = style.panel(ax, dataset, "status", "squama.sweep")
     dataset = _ordered(dataset, variable, (y, x))
@@ -113,7 +113,7 @@ def map_slice(
 
 
 def _ordered(dataset: xr.Dataset, variable: str, names: tuple[str | None, ...]) -> xr.Dataset:
-    """Return a slice with its dimensions in this order; another one, or no such variable, is refused."""
+    """Return a slice with its dimensions in this order; refuse other dimensions, and an unknown variable."""
     order = [name for name in names if name]
     if variable not in (known := ["lock", *map(str, dataset.data_vars)]):
         refuse("variable", shown(variable), "is not in this sweep", f"allowed: {', '.join(known)}")
@@ -126,7 +126,7 @@ def _ordered(dataset: xr.Dataset, variable: str, names: tuple[str | None, ...]) 
 def _drawn(
     axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, y: str | None, lines: list[float], paths: Paths
 ) -> list[Artist]:
-    """Draw a slice into each of some axes; return what a legend says of them."""
+    """Draw a slice into each of the axes; return the legend's handles."""
     if variable == "lock":
         assert y is not None
         return _envelopes(axes, parts, x, y, lines, paths)
@@ -136,7 +136,7 @@ def _drawn(
 
 
 def axis_values(part: xr.Dataset, name: str) -> tuple[Array, str]:
-    """Return the values of a dimension in units for people, and the label of its axis."""
+    """Return the values of a dimension in the unit of texts, and the axis label."""
     factor, text = for_people(part[name].attrs.get("units", "1"))
     words = _NAMES.sub(r"$\g<0>$", part[name].attrs.get("long_name", name))
     # Greek letters of symbols
@@ -153,7 +153,7 @@ def _label(dataset: xr.Dataset, variable: str) -> str:
 
 
 def _values(part: xr.Dataset, variable: str) -> Array:
-    """Return the values of a variable, in the unit of its label."""
+    """Return the values of a variable in the unit of its label."""
     factor = 1e-6 if part[variable].attrs.get("units") == "Pa" else 1.0
     return factor * np.asarray(part[variable].values, float)
 
@@ -166,7 +166,7 @@ def _word(name: str | None, part: xr.Dataset) -> str:
 
 
 def _wrapped(text: str, ax: Axes, room: float) -> str:
-    """Break a label into lines that fit a length beside axes, pixels."""
+    """Break a label into lines that fit a length (pixels) along the axes."""
     letter = 0.5 * mpl.rcParams["font.size"] * ax.figure.dpi / 72
     return "\n".join(wrap(text, min(48, max(1, int(room / letter)))))
 
@@ -203,7 +203,7 @@ def _frame(ax: Axes, part: xr.Dataset, x: str, y: str) -> tuple[Array, Array]:
 
 
 def levels_of(values: Array, variable: str) -> Array:
-    """Return the levels of the contours: those of all maps of RED, else round numbers without the rare extremes."""
+    """Return contour levels: the fixed ones of RED, else round numbers without the rare extremes."""
     if variable == "RED":
         return np.array(maps.LEVELS)
     good = values[np.isfinite(values)]
@@ -224,7 +224,7 @@ def levels_of(values: Array, variable: str) -> Array:
 def _contours(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, y: str) -> list[Artist]:
     grids = [_values(part, variable) for part in parts]
     codes = [ends(part) for part in parts]
-    # without contact a hinge's figures are those of rest
+    # on hinges figures without contact are those of the bar
     blank = [_UNDONE] if "at" in parts[0].attrs else [_UNDONE, End.NONE]
     for grid, code in zip(grids, codes, strict=True):
         grid[np.isin(code, blank)] = np.nan
@@ -233,7 +233,7 @@ def _contours(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, 
     levels = levels_of(every if variable == "phi_e" else every[code != End.STATIC], variable)
     norm = BoundaryNorm(levels, len(levels) - 1 if variable == "RED" else 256)
     colours = maps.COLOURS if variable == "RED" else maps.COLOURS.resampled(256)
-    # regions without a value stand on white
+    # regions without a value are white
     empty = {end for end in maps.HATCHES if end == End.STATIC or not np.isfinite(every[code == end]).any()}
     jumps = False
     for ax, part, grid, code in zip(axes, parts, grids, codes, strict=True):
@@ -242,7 +242,7 @@ def _contours(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, 
         unknown, touching = np.isin(code, _UNKNOWN), np.ones(code.shape, bool)
         if variable in ("tangent", "stiffness_ratio") and "N" in part:
             touching = np.asarray(part["N"].values > 0)
-        # the kinds of locks go over into each other; at other ends, and where scales begin to touch, values jump
+        # values are continuous between kinds of locks, and jump at other ends and where scales begin to touch
         locks = np.isin(code, LOCKS)
         groups = [locks, *(code == c for c in np.unique(code[~locks]))]
         groups = [group & side for group in groups for side in (touching, ~touching)]
@@ -281,7 +281,7 @@ def _regimes(axes: list[Axes], parts: list[xr.Dataset], x: str, y: str) -> list[
     codes = [np.vectorize(names.index, otypes=[int])(ends(part)) for part in parts]
     for ax, part, code in zip(axes, parts, codes, strict=True):
         xs, ys = _frame(ax, part, x, y)
-        # beneath regions with slanted borders, so that no gap is left where three of them meet
+        # below regions with slanted borders, so that no gap is left where three of them meet
         ax.pcolormesh(xs, ys, code, shading="nearest", cmap=colours, norm=norm, rasterized=True)
         for c in np.unique(code):
             if not (own := code == c).all():
@@ -341,7 +341,7 @@ def _lines(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str) -> 
         v = _values(part, variable)
         for c in np.unique(code[code != _UNDONE]):
             where = code == c
-            # one cell more joins the pieces
+            # one more cell joins the pieces
             joined = where | np.r_[False, where[:-1]]
             ax.plot(xs, np.where(joined & np.isfinite(v), v, np.nan), color=colours[c])
         ax.set(xlabel=across, ylabel="Code of the end" if variable == "end" else _label(part, variable))

@@ -1,4 +1,4 @@
-"""What tolerances do, in panels: histogram of the end twist by end, cumulative probability, Sobol indices."""
+"""Effect of tolerances, in panels: histogram of the end twist by end, cumulative probability, Sobol indices."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from squama.study.models import Twist
 from squama.symbols import SYMBOLS
 
 SHOWN = ("load_e", "load_end", "torque_c", "RED_c", "W_fr_c", "K_e")
-"""Figures of hinges whose indices are drawn, by role."""
+"""Figures of hinges whose indices are drawn, by field."""
 SHOWN_REAL = ("phi_e", "torque", "stiffness_ratio", "stress", "RED")
-"""Those of compliant joints."""
+"""Figures of compliant joints whose indices are drawn."""
 _WORDS = {"K_e": "$K_e$", "RED_c": "RED", "engaged": "engages", "locked": "locks", "locked before": "locks\nbefore"}
 _ROOM = 1.06
-"""Height of an axis over that of what is drawn."""
+"""Height of an axis over that of its contents."""
 _MARK: style.Look = {"color": ACCENT, "linewidth": 0.9, "linestyle": (0, (3, 2))}
 
 
 @style.styled
 def uncertainty_figure(dataset: xr.Dataset) -> Figure:
-    """Draw what tolerances do to where a beam ends, and which of them matter, from :func:`squama.uncertainty`.
+    """Draw the scatter of a beam within its tolerances, and the influence of each, from :func:`squama.uncertainty`.
 
-    Left: histogram of the end twist, by named end. Then: probability that the beam has locked (solid), or that its
-    curve has ended in any way (dashed), before a twist. On compliant joints: histogram of the stiffness ratio at the
-    twist, and the probability that it is so large at least. If there are Sobol indices: the total index of each
-    tolerance, with its 95 % interval, and the first-order index inside it.
+    On hinges, left: histogram of the end twist, by named end; right: probability that the beam has locked (solid), or
+    that its curve has ended in any way (dashed), before a twist. On compliant joints: histogram of the stiffness ratio
+    at the twist, and the probability that the ratio is at least this large. With Sobol indices: the total index of each
+    tolerance with its 95 % interval, and the first-order index inside it.
     """
     indexed = "S1" in dataset and dataset.sizes["indexed"]
     figure = style.new_figure(style.PAGE, 6.2 if indexed else 3.3)
@@ -46,7 +46,7 @@ def uncertainty_figure(dataset: xr.Dataset) -> Figure:
 
 
 def _ends(dataset: xr.Dataset) -> list[str]:
-    """Return the ends that have a place, the commonest first."""
+    """Return the ends with an end twist, the most frequent first."""
     ends = [e for e in dataset["end"].values if e != End.NONE]
     return sorted(ends, key=lambda e: -float(dataset["probability"].sel(end=e)))
 
@@ -58,7 +58,7 @@ def _percent(share: float) -> str:
 def histogram(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the histogram of :func:`squama.uncertainty`: end twists by named end, or stiffness ratios at the twist."""
     ax, kind = style.panel(ax, dataset, "bin", "squama.uncertainty")
-    # no more bars than the samples fill evenly
+    # as many bars as the samples fill evenly
     wide = max(1, round(dataset.sizes["bin"] / (2 * dataset.attrs["samples"] ** (1 / 3))))
     low, high = dataset["bin_low"].values[::wide], dataset["bin_high"].values[wide - 1 :: wide]
     high = np.append(high, dataset["bin_high"].values[-1:])[: low.size]
@@ -92,7 +92,7 @@ def histogram(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
 def cumulative(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the probability of :func:`squama.uncertainty` that a beam has locked, or ended, before a twist.
 
-    On compliant joints: that its stiffness ratio is so large at least.
+    On compliant joints: the probability that the stiffness ratio is at least this large.
     """
     ax, kind = style.panel(ax, dataset, "bin", "squama.uncertainty")
     edges = np.append(dataset["bin_low"].values, dataset["bin_high"].values[-1:])
@@ -111,7 +111,7 @@ def cumulative(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
             ax.plot(edges, ended, color=GREY, linestyle=style.DASHED, label="beams whose curve has ended")
     beam, before = Beam.from_toml_text(dataset.attrs["beam"]), dataset.attrs["before"]
     twist = Twist.read("before", before, dataset.attrs["load"], beam) if before else None
-    # a rate is no twist per pitch where the pitch varies
+    # a rate has no single twist per pitch where the pitch varies
     if twist and not (twist.unit == "rad/m" and "beam.pitch" in dataset["parameter"].values):
         p, place = float(dataset["P_locked_before"]), float(twist.per_pitch(beam.pitch))
         ax.axvline(place, 0, 1 / _ROOM, label=f"{before}: {100 * p:.3g} % locked", **_MARK)

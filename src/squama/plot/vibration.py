@@ -1,4 +1,4 @@
-"""A beam that swings: its record with the envelope, damping against amplitude, phase plane; response to shaking."""
+"""Vibrations: record with envelope, damping against amplitude, phase plane; steady states under shaking."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from squama.plot.style import BARE, PAGE, Look, about, angle_label, headline, la
 def vibration_figure(dataset: xr.Dataset) -> Figure:
     """Draw a free vibration from :func:`squama.vibrate`.
 
-    Above the record with the envelope of its peaks; below the damping of every cycle against its amplitude, never one
-    number alone, and the phase plane. Grey is the load angle at which scales engage.
+    Above: the record with the envelope of its peaks. Below: the damping of every cycle against its amplitude, and the
+    phase plane. Grey: the load angle at engagement.
     """
     figure = new_figure(PAGE, 4.6)
     axes = figure.subplot_mosaic([["record", "record"], ["damping", "plane"]])
@@ -60,13 +60,13 @@ def _engaged(dataset: xr.Dataset, names: Load, line: Callable[..., object], ways
 
 
 def damping(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
-    """Draw the damping ratio of every cycle of :func:`squama.vibrate` against the peak at which it begins."""
+    """Draw the damping ratio of every cycle of :func:`squama.vibrate` against its first peak."""
     ax, names = panel(ax, dataset, "turn", "squama.vibrate")
     turns = dataset[f"{names.angle}_turn"].values
     zeta = dataset["zeta_cycle"].values
     ax.plot(np.abs(turns[0 : 2 * zeta.size : 2]), zeta, color=ACCENT, linestyle="", marker="o", markersize=3)
     ax.set(xlabel="Peak at which a cycle begins (rad per pitch)", ylabel="Damping ratio of the cycle $\\zeta_n$")
-    # less than this is no damping in a picture
+    # a damping below this is invisible
     ax.set_ylim(0, max(1e-6, 1.15 * float(np.nanmax(zeta, initial=0.0))))
     _engaged(dataset, names, ax.axvline, (1,))
     if np.isfinite(float(dataset[f"{names.angle}_e"])):
@@ -86,7 +86,7 @@ def phase_plane(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
 
 @styled
 def decay_figure(dataset: xr.Dataset) -> Figure:
-    """Draw the record of a decay with the fitted motion, and what is left, from :meth:`squama.DecayFit.dataset`.
+    """Draw the record of a decay with the fitted motion and the residuals, from :meth:`squama.DecayFit.dataset`.
 
     Below: measured less fitted, with twice the noise of a point.
     """
@@ -110,9 +110,9 @@ def decay_figure(dataset: xr.Dataset) -> Figure:
 def shaken_figure(dataset: xr.Dataset) -> Figure:
     """Draw steady states from :func:`squama.shake`.
 
-    Left: largest and smallest load angle over the frequency, gone through upwards and downwards, beside the bare bar's.
-    Right: share of the torque's work that friction takes. States that did not settle are hollow on the left, and
-    left out on the right.
+    Left: largest and smallest load angle over the frequency, with rising and falling frequency, and those of the bare
+    bar. Right: share of the torque's work that friction dissipates. States that did not settle are hollow on the left,
+    and omitted on the right.
     """
     names = LOADS[dataset.attrs["load"]]
     figure = new_figure(PAGE, 3.1)

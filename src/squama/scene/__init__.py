@@ -1,1 +1,1 @@
-"""Pictures of a beam in three dimensions: its motion, its geometry, still pictures, animations, a page of its own."""
+"""A beam in three dimensions: its motion, geometry, still pictures, animations and a standalone page."""

@@ -1,4 +1,4 @@
-"""The beam in space: bar, scales, contact points and forces, in pitches; ``js/geometry.js`` states the same.
+"""The beam in space: bar, scales, contact points and forces, in pitches; ``js/geometry.js`` has the same functions.
 
 Axes: z along the beam, y out of the scaled face, as in docs, theory: geometry. The middle of the beam stays where it
 is. A design is what :func:`squama.scene.motion.shape` returns; ``S`` maps the scaled face's places to those of its
@@ -24,13 +24,13 @@ Design = Mapping[str, Any]
 Cells = tuple[tuple[float, ...], ...]
 Load = float | Sequence[float] | Cells
 Attitude = float | Sequence[Sequence[float]]
-"""How a scale stands: its inclination on a hinge, or place of its base, n_X and n_Y in the cross-section's axes."""
+"""Attitude of a scale: its inclination on a hinge (rad), or place of its base, n_X and n_Y in the section's axes."""
 STEPS = 6
-"""Pieces of the bar per pitch."""
+"""Segments of the bar per pitch."""
 PIECES = 6, 2
-"""Pieces of a bent plate along its length and across it."""
+"""Segments of a bent plate along its length and across it."""
 LONGEST = 2.6
-"""Length that an arrow comes near to as its force grows, in pitches."""
+"""Asymptotic length of an arrow for large forces, in pitches."""
 
 
 class Frame(NamedTuple):
@@ -54,7 +54,7 @@ class Scale(NamedTuple):
 
 
 class Contact(NamedTuple):
-    """Where tip edge and side edge meet: point on the side edge, point on the tip edge, places ``p`` and ``s``."""
+    """Contact of tip edge and side edge: points on side edge and tip edge, coordinates ``p`` and ``s`` along them."""
 
     point: Array
     on_tip: Array
@@ -119,7 +119,7 @@ def frame(d: Design, load: Load, k: float) -> Frame:
 
 
 def scale(d: Design, load: Load, theta: Attitude, k: float) -> Scale:
-    """Return the scale ``k`` pitches from the middle; corners D, A, B, C as rows."""
+    """Return the scale ``k`` pitches from the beam's middle; corners D, A, B, C as rows."""
     f = frame(d, load, k)
     section = np.array([f.x, f.y, f.z])
     own = [(0.0, 0.0, 0.0), *axes(d["alpha"], theta)[:2]] if isinstance(theta, int | float) else theta
@@ -134,10 +134,10 @@ def contact(
 ) -> Contact:
     """Return the contact of scale ``k``'s tip with its neighbour, as the common normal of the two edges.
 
-    The neighbour stands alike, or as ``beside`` says. Edges are those of the flat middle surfaces; ``point`` lies on
-    the surface of the thick, ``bent`` plate. In bending the tip's corner B meets the neighbour's face (where edges lie
-    across the beam the tip edge does, and its middle stands for it); ``s`` and ``p`` are its place along and across the
-    face.
+    ``beside``: attitude and deflection of the neighbour, by default those of the scale. Edges are those of the flat
+    middle surfaces; ``point`` lies on the surface of the thick, ``bent`` plate. In bending the tip's corner B meets the
+    neighbour's face (where edges lie across the beam the tip edge does, and its middle stands for it); ``s`` and ``p``
+    are its place along and across the face.
     """
     beside = beside or Stand(theta, bent)
     one, two = scale(d, load, theta, k), scale(d, load, beside.attitude, k + d["neighbour"])
@@ -164,9 +164,9 @@ def directions(
 ) -> tuple[Array, Array]:
     """Return the unit vectors of the normal and the friction force on scale ``k`` where it rests on its neighbour.
 
-    The neighbour stands alike, or as ``beside`` says. ``slip`` are the sliding rates along the side edge and along the
-    tip edge, in bending along and across the face. By the plate law the normal is the plate's and friction lies in the
-    plate (docs, theory: forces).
+    ``beside``: attitude and deflection of the neighbour, by default those of the scale. ``slip`` are the sliding rates
+    along the side edge and along the tip edge, in bending along and across the face. By the plate law the normal is the
+    plate's and friction lies in the plate (docs, theory: forces).
     """
     other = beside.attitude if beside else theta
     one, two = scale(d, load, theta, k), scale(d, load, other, k + d["neighbour"])
@@ -182,7 +182,7 @@ def directions(
 
 
 class Plate(NamedTuple):
-    """A scale as a body in its own axes, in pitches: points (n, 3), faces (m, 4) and edges (e, 2) by their numbers."""
+    """A scale as a body in its own axes, in pitches: points (n, 3), faces (m, 4) and edges (e, 2) by point index."""
 
     points: Array
     faces: Array
@@ -194,16 +194,16 @@ class Plate(NamedTuple):
 
 
 def lift(d: Design, bent: Sequence[float], x: Array, y: Array) -> Array:
-    """Return how far a bent plate lies above its flat middle surface at places of it, pitches.
+    """Return the deflection of a bent plate from its flat middle surface at coordinates x, y, all in pitches.
 
-    ``bent``: 24 powers, X^2 X^i Y^j by i (6) and j (4), of the shares X of the length and Y of the half width.
+    ``bent``: 24 coefficients of X^2 X^i Y^j by i (6) and j (4), for shares X of the length and Y of the half width.
     """
     X, Y = np.asarray(x / d["eta"]), np.asarray(y / d["beta"])
     return np.asarray(X**2 * np.polynomial.polynomial.polyval2d(X, Y, np.reshape(bent, (6, 4))))
 
 
 def plate(d: Design, bent: Sequence[float] | None) -> Plate:
-    """Return the body of a scale: a thin one is a surface, one that bends is made of :data:`PIECES`."""
+    """Return the body of a scale: a thin scale is a surface, a bent one has :data:`PIECES` segments."""
     n, m = PIECES if bent else (1, 1)
     x, y = (v.ravel() for v in np.meshgrid(np.linspace(0, d["eta"], n + 1), d["beta"] * np.linspace(-1, 1, m + 1)))
     middle = np.column_stack([x, y, _lifted(d, bent, x, y)])
@@ -224,12 +224,12 @@ def plate(d: Design, bent: Sequence[float] | None) -> Plate:
 
 
 def arrow(x: float) -> float:
-    """Return the length of the arrow of a force ``x`` in units of its own: it grows and stays below `LONGEST`."""
+    """Return the length (pitches) of the arrow of a force ``x`` (without unit): it grows and stays below `LONGEST`."""
     return LONGEST * x / (1 + x)
 
 
 def bar(d: Design, load: Load) -> tuple[Array, Array]:
-    """Return the vertices (n, 4, 3) of the bar's cross-sections, and their places along it in pitches (n).
+    """Return the corners (n, 4, 3) of the bar's cross-sections, and their positions along it in pitches (n,).
 
     The corners of a section are at (-w, 0), (w, 0), (w, -2 lambda), (-w, -2 lambda) from the middle of its scaled edge.
     """
@@ -241,5 +241,5 @@ def bar(d: Design, load: Load) -> tuple[Array, Array]:
 
 
 def first(d: Design) -> float:
-    """Place of the first scale; the others follow at distances of one pitch."""
+    """Return the position of the first scale in pitches; the others follow at distances of one pitch."""
     return -(int(d["scales"]) - 1) / 2 + float(d["shift"])

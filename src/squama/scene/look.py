@@ -1,4 +1,4 @@
-"""How a beam is looked at: the camera, as ``js/scene.js`` has it, and the picture that is drawn through it."""
+"""The camera, equal to that of ``js/scene.js``, and the canvas on which a beam is drawn."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from squama.scene.geometry import Attitude, Design, Load, bar, first, scale
 from squama.types import Array
 
 LOOK = np.array([-0.75, 0.72, -0.16])
-"""From where one looks."""
+"""Direction from the beam to the eye."""
 AWAY = 1.1
-"""How much farther away one stands than the beam needs."""
+"""Factor on the least distance from which the whole beam is visible."""
 SAMPLES = 2
-"""Every pixel is drawn as SAMPLES x SAMPLES, which smooths edges."""
+"""Subpixels per pixel in each direction, for smooth edges."""
 NEARER = 0.999
-"""Lines are drawn this much nearer than the faces they bound."""
+"""Factor on the distance of lines, which are drawn in front of their faces."""
 
 
 class Camera(NamedTuple):
-    """Where one stands, and the ``middle`` one looks at; unit vectors ``right``, ``up``, ``back``.
+    """Position of the eye and ``middle`` of the view; unit vectors ``right``, ``up``, ``back``.
 
     ``slope``: tangent of half the angle of view.
     """
@@ -35,7 +35,7 @@ class Camera(NamedTuple):
     aspect: float
 
     def seen(self, points: Array) -> Array:
-        """Return places in the picture: across and up from -1 to 1, and distance from the eye along the view."""
+        """Return picture coordinates, across and up from -1 to 1, and the distance from the eye along the view."""
         q = points - self.eye
         depth = -(q @ self.back)
         across, up = q @ self.right / (depth * self.slope * self.aspect), q @ self.up / (depth * self.slope)
@@ -43,9 +43,9 @@ class Camera(NamedTuple):
 
 
 def outline(d: Design, load: Load, *stands: Attitude) -> Array:
-    """Return points (n, 3) that surround the beam: bar and scales, straight and as it is.
+    """Return points (n, 3) that enclose the beam: bar and scales, undeformed and deformed.
 
-    ``stands``: how the scales stand, all alike or each by itself.
+    ``stands``: attitude of all scales, or of each scale.
     """
     seen = []
     every: tuple[Load, ...] = (0.0, load)
@@ -57,7 +57,7 @@ def outline(d: Design, load: Load, *stands: Attitude) -> Array:
 
 
 def fitted(points: Array, aspect: float) -> Camera:
-    """Return the camera that sees all points from `LOOK`, as near as can be, in a picture of this width over height."""
+    """Return the nearest camera in direction `LOOK` that sees all points, in a picture of this width over height."""
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
     back = LOOK / np.linalg.norm(LOOK)
     right = np.cross([0.0, 1.0, 0.0], back)
@@ -77,7 +77,7 @@ def halves(quads: Array) -> Array:
 
 
 class Canvas:
-    """A picture of ``width`` x ``height`` pixels that is being drawn, on a ground of one colour (3), 0 to 1."""
+    """A picture of ``width`` x ``height`` pixels, on a background of one colour (3,), 0 to 1."""
 
     def __init__(self, width: int, height: int, camera: Camera, background: Array) -> None:
         self.size = np.array([width, height]) * SAMPLES
@@ -91,7 +91,7 @@ class Canvas:
         return np.stack([(across + 1) / 2 * self.size[0], (1 - up) / 2 * self.size[1], depth], axis=-1)
 
     def triangles(self, corners: Array, colours: Array, *, through: bool = False) -> None:
-        """Fill triangles (n, 3, 3) in space with colours (n, 3); ``through``: pale where something is in front."""
+        """Fill triangles (n, 3, 3) in space with colours (n, 3); ``through``: pale where hidden."""
         self.fill(self.place(corners), colours, through=through)
 
     def lines(self, starts: Array, ends: Array, colour: Array, thick: float, *, through: bool = False) -> None:
@@ -107,7 +107,7 @@ class Canvas:
         self.fill(halves(np.stack([p - aside, p + aside, q + aside, q - aside], axis=1)), colour, through=through)
 
     def discs(self, centres: Array, radius: float, colour: Array, *, through: bool = False) -> None:
-        """Draw discs around points (n, 3) that face the eye; the radius is a length in space."""
+        """Draw discs at points (n, 3), facing the eye; the radius is a length in space."""
         middle = self.place(centres) * np.array([1, 1, NEARER])
         turn = np.linspace(0, 2 * np.pi, 13)
         across = self.size[1] / (2 * self.camera.slope * middle[:, 2]) * radius
@@ -116,7 +116,7 @@ class Canvas:
         self.fill(fans.reshape(-1, 3, 3), colour, through=through)
 
     def fill(self, placed: Array, colours: Array, *, through: bool) -> None:
-        """Fill triangles that are already placed in the picture, with a colour for each or for all."""
+        """Fill triangles in picture coordinates, with a colour for each or for all."""
         ahead = (placed[..., 2] > 0).all(axis=1)
         colours = np.broadcast_to(colours, (len(placed), 3))[ahead]
         # the inverse of the distance is linear in the picture

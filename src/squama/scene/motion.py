@@ -1,4 +1,4 @@
-"""What a picture of a loaded beam needs to know: inclination, contact, slip and forces at any load."""
+"""Motion of a loaded beam for pictures: inclination, contact, slip and forces at any load."""
 
 from __future__ import annotations
 
@@ -30,26 +30,26 @@ from squama.types import Array
 from squama.units import moment, number
 
 MOST_SCALES = 60
-"""A longer beam is drawn with this many scales."""
+"""Largest number of drawn scales of a beam."""
 FREE, SLIDING, LOCKED, ENDED = "free", "sliding", "locked", "ended"
-"""States of the scales: not in contact; in contact; locked; at an end that is no lock."""
+"""States of scales: not in contact; in contact; locked; at an end without a lock."""
 ROOM = 1.1
-"""How far beyond its end a beam may be asked to go, over the load of the end."""
+"""Largest load angle that may be entered, over that of the end."""
 POINTS = 121
-"""Points of a curve that is walked; states between them are interpolated."""
+"""Points of a curve on compliant joints; states between them are interpolated."""
 _STATE = ("load", "theta", "N", "f", "torque")
 
 _NOT_MOVED = (None,) * 4
-"""Pose, other face, strains and deflections of scales on hinges."""
+"""Pose, other face, strains and deflections of scales on hinges: none."""
 SCALED = {"S": [1, 1, 1], "bend": 1, "shift": 0.0}
-"""What is of the scaled face in a design."""
+"""Entries of a design for the scaled face."""
 
 
 class Setting(NamedTuple):
-    """A beam and how it is loaded; ``joint`` and ``ideal`` as of :func:`squama.twist`.
+    """A beam and its load; ``joint`` and ``ideal`` as of :func:`squama.twist`.
 
-    ``bend``: per pitch, rad, signed, held before the beam is twisted. ``ends`` as of :func:`squama.twist`;
-    with ends the curve goes to the load angle ``to``, or as far as the model of every cell does.
+    ``bend``: bend held while the beam is twisted, rad per pitch, signed. ``ends`` as of :func:`squama.twist`; with ends
+    the curve goes to the load angle ``to`` (rad per pitch), by default to the limit of the model in any cell.
     """
 
     beam: Beam
@@ -66,15 +66,14 @@ class Setting(NamedTuple):
 
 
 class State(NamedTuple):
-    """One state: load angle per pitch and inclination (rad), normal and friction force (N), slip, what it is called.
+    """A state: load angle per pitch and inclination (rad), normal and friction force (N), slip, name.
 
-    ``slip`` are the rates along the side edge and along the tip edge; by ``x`` arrows are drawn: N d/K_theta on the
-    hinge, where N grows without bound, else N over half of the largest along the curve;
-    ``pose`` of scales that move and turn in more ways than on a hinge: place of the base, n_X and n_Y, in pitches in
-    the axes of the cross-section; ``other`` the state of the other face's scales. ``strains`` of the bar per pitch
-    (bend, twist, lateral bend, stretch) where some of them are free, and ``bent``, 24 powers of the plate's deflection
-    (:func:`squama.scene.geometry.lift`). Of a beam with ends ``strains`` are those of each cell, and ``each`` has the
-    states of its scales.
+    ``slip``: rates along the side edge and along the tip edge; ``x``: force for the length of arrows, N d/K_theta on
+    hinges, where N grows without bound, else N over half of the largest along the curve; ``pose`` of scales on
+    compliant joints: place of the base (pitches), n_X and n_Y, in the axes of the cross-section; ``other``: state of
+    the other face's scales. ``strains`` of the bar per pitch (bend, twist, lateral bend, stretch) where some are free;
+    ``bent``: 24 coefficients of the plate's deflection (:func:`squama.scene.geometry.lift`). A beam with ends has the
+    ``strains`` of each cell, the largest forces, the mean inclination, and in ``each`` the states of its scales.
     """
 
     load: float
@@ -97,30 +96,30 @@ class State(NamedTuple):
 
     @property
     def at(self) -> Load:
-        """How the cross-sections stand, as the geometry takes it."""
+        """Strains or load angle, for the functions of the geometry."""
         return self.load if self.strains is None else self.strains
 
     @property
     def attitude(self) -> Attitude:
-        """How the scales stand, as the geometry takes it."""
+        """Attitude of the scales, for the functions of the geometry."""
         return self.theta if self.pose is None else self.pose
 
 
 class Motion:
     """A beam's curve, and its state at any load.
 
-    ``curve`` (of a model that is walked states between its points are interpolated) with its ``figures``, by their
-    roles in :mod:`squama.loads`: why it ends, ``neighbour`` whose contact is followed (0 for none), load angle
-    ``load_e`` at engagement (inf for none). ``engaged``: part of it is in contact; ``last`` load angle that is drawn:
-    the cut-off before a lock, or the end; ``most`` that may be asked for; ``model`` it was found by in words,
-    ``joint`` and ``ideal`` as of :func:`squama.twist`, and ``notes`` on where that is not the one that is meant, or
-    leaves its range.
+    ``curve`` (on compliant joints, with states interpolated between its points) and its ``figures``, by their fields in
+    :mod:`squama.loads`: ``end``, ``neighbour`` whose contact is followed (0 for none), load angle ``load_e`` at
+    engagement (inf for none). ``engaged``: whether part of it is in contact; ``last``: the last drawn load angle, the
+    cut-off before a lock or the end; ``most``: the largest that may be entered; ``model`` in words, ``joint`` and
+    ``ideal`` as of :func:`squama.twist`, and ``notes`` where the model differs from the chosen one or leaves its range.
 
-    Of scales on both faces these are those of the scaled face, and ``other`` is the other one's (``own``: it is looked
-    for); ``last`` and ``end`` are those of the face that ends first. ``whole``: both are followed at once, and the
-    curve's torque is the beam's.
+    With scales on both faces these belong to the scaled face, and ``other`` is the motion of the other face (computed
+    if ``own``); ``last`` and ``end`` are those of the face that ends first. ``whole``: both faces are followed
+    together, and the curve's torque is that of the beam.
 
-    Raises InputError: the law, margin, sense, friction or joint is out of range, or they do not go together.
+    Raises InputError for a law, margin, sense, friction or joint that is out of range, or for an impossible
+    combination.
     """
 
     def __init__(self, setting: Setting, *, own: bool = True) -> None:
@@ -166,7 +165,7 @@ class Motion:
             self.drawn, self.other_drawn = path.hinged[0], path.hinged[-1]
             self.shapes = path.shapes(self.curve["load"])
             if path.exchanged:
-                # its curve begins with the face that touches first
+                # the curve lists the face that touches first
                 self.curve = compliant_figures.exchanged(self.curve, where=True)
         self.figures: dict[str, Any] = found.figures
         self.end, self.neighbour = End(str(found.figures["end"])), int(found.figures["neighbour"])
@@ -189,41 +188,41 @@ class Motion:
         self.most = ROOM * self.last
 
     def along(self, points: int) -> dict[str, Array]:
-        """Every variable along the curve, from no load to the cut-off."""
+        """Return every variable at ``points`` load angles, from no load to the cut-off."""
         if self.hinge:
             return self.hinge.curve(points=points).along
         loads = np.linspace(0.0, self.last, points)
         return {role: np.interp(loads, self.curve["load"], v) for role, v in self.curve.items()}
 
     def shape(self) -> dict[str, Any]:
-        """Return what the geometry needs of the design, see :func:`shape`."""
+        """Return the design for the geometry, see :func:`shape`."""
         beam = self.setting.beam
         flat = thin(self.kind, self.setting.law, self.joint, ideal=self.ideal)
         return shape(self.setting, self.neighbour, 0.0 if flat else beam.scale.thickness / beam.pitch)
 
     @property
     def flat(self) -> bool:
-        """Whether scales that bend are drawn flat."""
+        """Whether elastic scales are drawn flat."""
         return not self.hinge and not self.ideal and not self.shapes
 
     def value(self, role: str, load: float) -> float:
-        """Return a variable of a model that is walked at a load angle; NaN where it has none."""
+        """Return a variable of the curve at a load angle; NaN where the curve does not have it."""
         loads = self.curve["load"]
         return float(np.interp(min(load, self.last), loads, self.curve[role])) if role in self.curve else np.nan
 
     def state(self, load: float) -> State:
-        """Return the state at a load angle per pitch; beyond the last one, the last one."""
+        """Return the state at a load angle per pitch (rad), or the last state if it is beyond."""
         if self.other is None:
             return self._alone(load)
         own, other = (motion._alone(min(load, self.last)) for motion in (self, self.other))
         if self.whole:
             return own._replace(other=other)
-        # each face's has the bar's torque in it
+        # each face's torque includes that of the bar
         torque = own.torque + other.torque - self.rigidity * own.load / self.setting.beam.pitch
         return own._replace(torque=torque, other=other)
 
     def touches(self, load: float) -> bool:
-        """Say whether the scales of this face are in contact at a load angle of a first loading."""
+        """Return whether the scales of this face are in contact at a load angle of a first loading."""
         if self.whole:
             # engagement is that of the face that touches first
             return self.value("N", load) > 0
@@ -236,13 +235,13 @@ class Motion:
         if self.hinge is None:
             return self._between(min(load, self.own_last), name)
         if not touching:
-            # a beam that locks as it engages goes no further than that
+            # a beam that locks at engagement ends there
             return self._straight(min(load, self.own_last), name)
         x = np.array([self.hinge.x_c]) if held else self.hinge.place(np.array([load]))
         return self._states(self.hinge, x, name)[0]
 
     def words(self, state: State) -> str:
-        """Say in words what a state is: loads, inclination, torque, friction."""
+        """Return a state as text: loads, inclination, torque, friction."""
         beam, bend = self.setting.beam, self.setting.bend
         turns = {"bend": bend, "twist": state.load} if bend else {self.kind.verb: state.load}
         load = ", ".join(f"{verb} {turned(v, beam)}" for verb, v in turns.items()) + over(beam)
@@ -251,7 +250,7 @@ class Motion:
         return f"{load[0].upper()}{load[1:]}, {torque}, inclination {theta}, µ = {self.setting.mu:g}"
 
     def samples(self, points: int) -> list[State]:
-        """Return states from no load to the last one, closer together where the inclination changes fast."""
+        """Return states from no load to the last one, denser where the inclination changes fast."""
         if self.hinge and self.other is None:
             load, x = hinge.samples(self.hinge, points)
             states = [self._straight(float(v), FREE) for v in load]
@@ -263,7 +262,7 @@ class Motion:
         return states
 
     def _named(self) -> str:
-        """Return what scales are called at the end of their curve."""
+        """Return the name of the scales' state at the end of their curve."""
         if self.own_end.locks:
             return LOCKED
         if self.own_end is End.NONE:
@@ -275,7 +274,7 @@ class Motion:
         return State(load, beam.scale.theta0, 0.0, 0.0, self.rigidity * load / beam.pitch, 0.0, (0.0, 0.0), name)
 
     def _states(self, path: hinge.Path, x: Array, name: str) -> list[State]:
-        """States at path parameters."""
+        """Return states at path parameters x (n,) on hinges."""
         v = hinge.evaluate(path, np.empty(0), x)
         force = v["N"] * self.setting.beam.pitch / self.stiffness if self.stiffness else 0 * x
         # sliding rates along the side edge and the tip edge, of a corner along and across the face, per unit of x
@@ -291,7 +290,7 @@ class Motion:
         return [State._make((*v[:6], (v[6], v[7]), name, *_NOT_MOVED)) for v in columns.tolist()]
 
     def _between(self, load: float, name: str) -> State:
-        """State between the points of a walked curve; the slip follows from the places of its contact."""
+        """Return a state interpolated on the curve; the slip follows from the coordinates of its contact."""
         if self.each:
             return self._of_each(load, name)
         v = self.curve
@@ -346,7 +345,7 @@ class Motion:
 
 
 def shapes(motion: Motion) -> list[tuple[dict[str, Any], Callable[[State], State]]]:
-    """Return the design of each face with scales, and its part of a state; the scaled face first."""
+    """Return the design of each face with scales, the scaled face first, and a selector of its part of a state."""
     design, other = motion.shape(), motion.setting.beam.other
     found: list[tuple[dict[str, Any], Callable[[State], State]]] = [(design, lambda state: state)]
     if motion.other and other:
@@ -358,9 +357,9 @@ def shapes(motion: Motion) -> list[tuple[dict[str, Any], Callable[[State], State
 
 
 def shape(setting: Setting, neighbour: int = 1, thick: float = 0.0) -> dict[str, Any]:
-    """Return what the geometry needs of a design: ratios (lengths in pitches, rad), kind of loading, sense, law.
+    """Return the design for the geometry: ratios (lengths in pitches, rad), kind of load, sense, law.
 
-    ``thick``: thickness of a scale, 0 where they are taken as thin.
+    ``thick``: thickness of a scale in pitches, 0 for thin scales.
     """
     beam, kind = setting.beam, LOADS[setting.load]
     return {

@@ -31,28 +31,28 @@ if TYPE_CHECKING:
     from PIL import Image
 
 FORMATS = (".png", ".gif", ".html")
-"""Endings of the files that can be written."""
+"""File extensions."""
 SIZE, SMALL = (1600, 760), (800, 400)
 """Width and height of a picture and of an animation, pixels."""
 WORDS_ROOM = 8
-"""The words below the beam take this part of the height, one over, and those above it half as much."""
+"""Share of the height for the text below the beam, as its inverse; the text above has half of it."""
 FRAMES = 36
-"""Pictures of an animation, there and back."""
+"""Frames of an animation, loading and unloading."""
 HEAD, SHAFT, DOT = 0.13, 0.042, 0.07
 """Sizes of arrows and contact points, in pitches."""
 FIRST = 0.7
-"""A beam is first shown at this fraction of the way to its end."""
+"""Default load, as a share of that of the end."""
 Faces = Sequence[tuple[geometry.Design, State]]
 """Design and state of each face with scales."""
 
 
 class View(NamedTuple):
-    """What :func:`view` shows.
+    """Result of :func:`view`.
 
-    ``files`` that were written; the ``state`` that is shown; the given load angle per pitch (``asked``) and that of
-    the ``last`` state before the ``end`` of the curve, rad; the ``model`` in words, and ``notes`` on where it is
-    another model than the given one, or leaves its range. In a notebook it shows the beam as it turns under the mouse,
-    or a still picture where NiceGUI is not installed.
+    ``files`` that were written; the displayed ``state``; the given load angle per pitch (``asked``) and that of the
+    ``last`` state before the ``end`` of the curve, rad; the ``model`` in words, and ``notes`` where it differs from the
+    given one or leaves its range. In a notebook it displays a beam that can be turned with the mouse, or a still
+    picture where NiceGUI is not installed.
     """
 
     files: tuple[Path, ...]
@@ -65,7 +65,7 @@ class View(NamedTuple):
     motion: Motion
 
     def _repr_html_(self) -> str:
-        """Return the page in a frame of its own, which fetches nothing."""
+        """Return the page in an isolated frame, which loads nothing from elsewhere."""
         try:
             page = standalone.page(self.motion, self.asked)
         except InputError:
@@ -97,29 +97,30 @@ def view(
     forces: bool = True,
     frames: int = FRAMES,
 ) -> View:
-    """Draw a beam in space under load: pictures, animations from rest and back, pages that turn it.
+    """Draw a beam in space under load: pictures, animations of loading and unloading, pages to turn it.
 
-    So many scales as the beam has are drawn, each as it stands between the beam's ends: see ``ends``.
+    All scales of the beam are drawn, each with its own motion between the ends (``ends``).
 
     Parameters
     ----------
     *paths
-        Where to write: .png, .gif or .html (needs the extra ``web``); with none only the view is returned.
+        Files to write: .png, .gif or .html (needs the extra ``web``); without any only the view is returned.
     to
-        How far: a rate in rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total"; if not given, 0 where a
-        bend is held, else 0.7 of the way to the end. Beyond the end of the curve the last state is shown.
+        Twist or curvature: a rate in rad/m or text such as "5 rad/m", "0.2 rad/pitch", "90 deg total"; default: 0 where
+        a bend is held, else 0.7 of that at the end. Beyond the end of the curve the last state is shown.
     bend
-        Curvature that is held while the beam is twisted, as ``to``, signed: towards the scaled face above 0. Forces are
-        not drawn then.
+        Curvature held while the beam is twisted, in the form of ``to``; positive towards the scaled face. Forces are
+        then not drawn.
     load, mu, law, sense, margin, joint, ideal
         "twisting" or "bending", the rest as in :func:`squama.twist`. On the compliant joint each scale has the pose of
         its six motions and is bent by its contacts, and the bar bows; with a held bend scales are drawn flat.
     ends
-        As in :func:`squama.twist`; with a held bend, or more than 60 scales, the beam is drawn as an endless one.
+        As in :func:`squama.twist`. With a held bend, on hinges, with scales on both faces, or with more than 60 scales, each
+        scale has the motion of an endless beam.
     name
-        Of the beam, written above it.
+        Name of the beam, written above it.
     dark, forces, frames
-        On a dark ground; with contact forces; number of pictures of an animation, 2 to 500.
+        Dark background; contact forces; number of frames of an animation, 2 to 500.
 
     Raises
     ------
@@ -164,16 +165,16 @@ def view(
 def save(
     motion: Motion, load: float, path: str | os.PathLike[str], *, name: str = "", frames: int = FRAMES, **looks: bool
 ) -> Path:
-    """Write a picture (.png), an animation there and back (.gif) or a page (.html) at a load angle per pitch (rad).
+    """Write a picture (.png), an animation there and back (.gif) or a page (.html) at a load angle (rad per pitch).
 
-    ``name``: of the beam; ``looks``: ``dark`` (False) and ``forces`` (True), as in :func:`view`.
+    ``name`` of the beam; ``looks``: ``dark`` (False) and ``forces`` (True), as in :func:`view`.
     """
     ending = Path(path).suffix.lower()
     if ending == ".html":
         text = standalone.page(motion, load, name)
         return files.atomic_write(path, lambda place: place.write_text(text, encoding="utf-8"))
     if ending == ".gif":
-        # loaded and let back, evenly in load, seen from one place
+        # loading and unloading in equal steps of the load, with a fixed camera
         last, there = motion.state(load), max(1, frames // 2)
         states = [*(motion.state(last.load * i / there) for i in range(there)), last]
         pictures = _drawn(motion, states, SMALL, name, **looks)
@@ -185,14 +186,14 @@ def save(
 
 
 def draw(motion: Motion, load: float, name: str = "", **looks: bool) -> Image.Image:
-    """Return the picture of a beam under load, with its name."""
+    """Return the picture of a beam at a load angle (rad per pitch), with its name."""
     return _drawn(motion, [motion.state(load)], SIZE, name, **looks)[0]
 
 
 def _drawn(
     motion: Motion, states: list[State], size: tuple[int, int], name: str = "", **looks: bool
 ) -> list[Image.Image]:
-    """Return the pictures of states, from where every beam and every arrow is seen whole."""
+    """Return the pictures of states, with one camera that sees every beam and arrow."""
     around = []
     for state, (design, of) in itertools.product(states, shapes(motion)):
         one = of(state)
@@ -205,19 +206,19 @@ def _drawn(
 
 
 def _stage(size: tuple[int, int]) -> tuple[int, int]:
-    """Return width and height of the beam in a picture, without the words, pixels."""
+    """Return width and height of the beam's part of a picture, without text, pixels."""
     return size[0], size[1] - size[1] // WORDS_ROOM - size[1] // WORDS_ROOM // 2
 
 
 def render(faces: Faces, mu: float, camera: Camera, size: tuple[int, int], **looks: bool) -> Array:
-    """Return the pixels (height, width, 3) of a beam by the design and the state of each face with scales."""
+    """Return the pixels (height, width, 3) of a beam from design and state of each face with scales."""
     theme = {name: _rgb(value) for name, value in THEMES["dark" if looks.get("dark") else "light"].items()}
     canvas = Canvas(*size, camera, theme["background"])
     sections, _ = geometry.bar(faces[0][0], faces[0][1].at)
     a, b, ends = sections[:-1], sections[1:], sections[[0, -1]]
     quads = np.stack([a, b, np.roll(b, -1, axis=1), np.roll(a, -1, axis=1)], axis=2).reshape(-1, 4, 3)
     quads = np.concatenate([quads, ends])
-    # one colour a quadrilateral: twisted ones are not flat, and stripes would show
+    # one colour for a quadrilateral, because twisted ones are not flat and would show stripes
     normals = np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1])
     canvas.triangles(halves(quads), np.repeat(_lit(normals, theme["bar"], camera), 2, axis=0))
     for start, stop in ((a, b), (ends, np.roll(ends, -1, axis=1))):
@@ -237,7 +238,7 @@ def render(faces: Faces, mu: float, camera: Camera, size: tuple[int, int], **loo
         if name == "normal":
             canvas.discs(points, DOT, theme["point"], through=True)
         elif i == 0:
-            # within the plates that rub: it is drawn over them, when the normal forces of all faces are there
+            # friction lies within the plates: it is drawn over everything, after the normal forces of all faces
             canvas.near[:] = 0.0
         for tips in [tips for one, tips in arrows if one == name and looks.get("forces", True)]:
             long = np.linalg.norm(tips - points, axis=1, keepdims=True)
@@ -275,7 +276,7 @@ def _arrows(design: geometry.Design, state: State, mu: float) -> tuple[Array, li
 
 
 def _lit(normal: Array, colour: Array, camera: Camera) -> Array:
-    """Return the colour of faces with these normals (n, 3) by their angle to the light, on whichever side."""
+    """Return the colours of faces with normals (n, 3), shaded by their angle to the light, equal on both sides."""
     size = np.linalg.norm(normal, axis=1, keepdims=True)
     normal = np.divide(normal, size, out=np.zeros_like(normal), where=size > 0)
     normal = normal * np.where(normal @ camera.back < 0, -1.0, 1.0)[:, None]
@@ -292,7 +293,7 @@ def _rgb(text: str) -> Array:
 def _framed(
     motion: Motion, state: State, camera: Camera, size: tuple[int, int], name: str, **looks: bool
 ) -> Image.Image:
-    """Return the picture, with the name of the beam and its model above, what is shown and a scale bar below."""
+    """Return the picture with the name of the beam and its model above, and state, legend and scale bar below."""
     import matplotlib as mpl
     from PIL import Image, ImageDraw, ImageFont
 
@@ -343,7 +344,7 @@ def _keys(motion: Motion, faces: Faces, theme: Mapping[str, str], **looks: bool)
 
 
 def _scale_bar(pitch: float, camera: Camera, size: tuple[int, int]) -> tuple[str, float]:
-    """Return the words of a scale bar and its length in pixels, which holds in the middle of the beam."""
+    """Return the text of a scale bar and its length in pixels, valid at the middle of the beam."""
     away = float(camera.eye @ camera.back - camera.middle @ camera.back)
     pixels = size[1] / (2 * camera.slope * away) / pitch
     most = size[0] / 7 / pixels

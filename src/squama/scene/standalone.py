@@ -1,4 +1,4 @@
-"""The view as one HTML file that opens without a server: inside are the scripts and the three.js of NiceGUI."""
+"""The view as one HTML file that opens without a server, with the scripts and NiceGUI's three.js inside."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from squama.plot.palette import SCENE, variables
 from squama.scene.motion import Motion, State, shapes
 
 LIBRARY = Path("elements", "scene", "dist")
-"""Folder of the module inside NiceGUI."""
+"""Folder of the three.js module inside NiceGUI."""
 SAMPLES, OF_EACH = 240, 80
-"""States inside the file, and fewer where each scale has its own; between them the slider has nothing to show."""
+"""Number of states in the file, and that where each scale has its own."""
 
 
 def find() -> Path:
-    """Return the file with three.js as a module.
+    """Return the path of three.js as a module.
 
-    Raises InputError: NiceGUI is not installed, or it has no such file.
+    Raises InputError where NiceGUI is not installed or lacks the file.
     """
     spec = find_spec("nicegui")
     places = spec.submodule_search_locations if spec is not None else None
@@ -37,13 +37,13 @@ def find() -> Path:
 
 
 def page(motion: Motion, load: float, name: str = "") -> str:
-    """Return the HTML of a motion, which first shows a load angle per pitch (rad); nothing in it is fetched.
+    """Return the HTML of a motion, which first shows a load angle per pitch (rad) and loads nothing from elsewhere.
 
-    ``name``: of the beam.
+    ``name`` of the beam.
 
-    Raises InputError: three.js is not installed.
+    Raises InputError where three.js is not installed.
     """
-    # inside a data address a module has no folder: its neighbours are named in the import map
+    # a module in a data address has no folder, so its imports are named in the import map
     imports = {"nicegui-scene": _data(find().read_bytes())}
     for script in ("geometry.js", "scene.js", "standalone.js"):
         imports[f"squama/{script}"] = _data(_own(script).replace('from "./', 'from "squama/').encode())

@@ -1,1 +1,1 @@
-"""The law of a section, for rod programs and section programs of others: an object, a table, files."""
+"""The law of a section for rod and section programs: an object with memory, a table, files."""

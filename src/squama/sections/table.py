@@ -37,12 +37,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SNAP = "snap"
-"""What a node is called behind a jump of the scales: there is no one potential any more."""
+"""State of a node behind a jump of the scales, where there is no single potential."""
 BRANCHES = ("loading", "unloading")
 WITHIN = 10.0
-"""Number of scales times (1 - decay) from which on the endless beam is right within 10 %."""
+"""Number of scales times (1 - decay) from which the endless beam is accurate to 10 %."""
 MOST_EACH, MOST = 1001, 40_000
-"""Largest numbers of values of a load, and of nodes."""
+"""Largest numbers of values of one strain, and of nodes."""
 _WORDS: dict[str, tuple[str, str]] = {
     "kappa": ("rad/m", "curvature, positive towards the scaled face"),
     "Phi": ("rad/m", "twist rate"),
@@ -62,16 +62,16 @@ _WORDS: dict[str, tuple[str, str]] = {
 class LawTable:
     """A table of a section's law, made by :func:`law_table`.
 
-    ``data``: an ``xarray.Dataset`` in SI units. Of a plane dimensions ``kappa`` and ``Phi``, variables ``w``, ``M``,
-    ``T``, ``dM_dkappa``, ``dM_dPhi``, ``dT_dPhi``, ``state``. Of loads alone ``M`` over ``branch`` and ``kappa``, ``T``
-    over ``branch`` and ``Phi``. Attributes say from how many scales on it is good, how far, and for which beam.
+    ``data``: an ``xarray.Dataset`` in SI units. Over the plane: dimensions ``kappa`` and ``Phi``, variables ``w``,
+    ``M``, ``T``, ``dM_dkappa``, ``dM_dPhi``, ``dT_dPhi``, ``state``. Of single loads: ``M`` over ``branch`` and
+    ``kappa``, ``T`` over ``branch`` and ``Phi``. Attributes: beam, number of scales for 10 % accuracy, strain limit.
     """
 
     data: xr.Dataset
 
     @property
     def plane(self) -> bool:
-        """Whether it is a potential over bend and twist, which loads alone have not."""
+        """Whether the table is a potential over bend and twist; tables of single loads are not."""
         return "w" in self.data
 
     def potential(self, kappa: ArrayLike, Phi: ArrayLike) -> Array:
@@ -79,11 +79,11 @@ class LawTable:
         return self._slope(kappa, Phi, 0, 0)
 
     def loads(self, kappa: ArrayLike, Phi: ArrayLike) -> tuple[Array, Array]:
-        """Return moment and torque, N m: the slopes of :meth:`potential`."""
+        """Return moment and torque (..), N m, the derivatives of :meth:`potential`."""
         return self._slope(kappa, Phi, 1, 0), self._slope(kappa, Phi, 0, 1)
 
     def tangent(self, kappa: ArrayLike, Phi: ArrayLike) -> Array:
-        """Return the second slopes (.., 2, 2) of :meth:`potential`, N m^2: symmetric."""
+        """Return the second derivatives (.., 2, 2) of :meth:`potential`, N m^2: symmetric."""
         mixed = self._slope(kappa, Phi, 1, 1)
         rows = [[self._slope(kappa, Phi, 2, 0), mixed], [mixed, self._slope(kappa, Phi, 0, 2)]]
         return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
@@ -95,7 +95,7 @@ class LawTable:
         return writers.write(self.data, place, format)
 
     def _slope(self, kappa: ArrayLike, Phi: ArrayLike, i: int, j: int) -> Array:
-        """Return a derivative of the potential by curvature and twist rate."""
+        """Return the derivative of the potential of orders i and j by curvature and twist rate."""
         if not self.plane:
             refuse("", "", "a table of loads alone has no potential", "give kappa and Phi, and leave uncoupled out")
         x, y = np.broadcast_arrays(np.asarray(kappa, float), np.asarray(Phi, float))
@@ -110,11 +110,11 @@ class LawTable:
 
 
 _NODES = {(0, 0): "w", (1, 0): "M", (0, 1): "T", (1, 1): "dM_dPhi"}
-"""What a node knows of the potential, by derivatives."""
+"""Variables at a node, by the orders of the derivative of the potential."""
 
 
 def _hermite(nodes: Array, at: Array, order: int) -> tuple[Array, Array]:
-    """Return intervals (..) and weights (2, 2, ..) of the values and slopes at both their ends; NaN beyond."""
+    """Return intervals (..) and weights (2, 2, ..) of values and slopes at both ends; NaN outside the nodes."""
     k = np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, nodes.size - 2)
     h = nodes[k + 1] - nodes[k]
     t = np.where((at >= nodes[0]) & (at <= nodes[-1]), (at - nodes[k]) / h, np.nan)
@@ -129,7 +129,7 @@ _CUBICS = (
     np.array([0.0, 0.0, 3.0, -2.0]),
     np.array([0.0, 0.0, -1.0, 1.0]),
 )
-"""Hermite's polynomials on 0..1: value and slope at 0, value and slope at 1."""
+"""Coefficients of Hermite's polynomials on 0..1: value and slope at 0, value and slope at 1."""
 
 
 def law_table(
@@ -142,19 +142,19 @@ def law_table(
     ideal: bool | None = None,
     hold: str | None = None,
 ) -> LawTable:
-    """Tabulate the law of a beam's section: moment and torque by curvature and twist rate, of the endless beam.
+    """Tabulate the law of the section of an endless beam: moment and torque over curvature and twist rate.
 
     Parameters
     ----------
     beam
         The beam.
     kappa, Phi
-        Curvatures and twist rates, rad/m, rising, 3 at least, 1001 at most. Both: a potential over the plane; one:
-        loading and unloading by that load alone.
+        Curvatures and twist rates, rad/m, increasing, 3 to 1001 values. Both: a potential over the plane; one: loading
+        and unloading by that load alone.
     mu
-        Coefficient of friction, 0 for a plane.
+        Coefficient of friction, 0 for a table over the plane.
     uncoupled
-        Loading and unloading by each load alone where both are given, as uncoupled section formats want them. The other
+        With both given, loading and unloading by each load alone, as needed for uncoupled section formats. The other
         load's strain is free, as in :func:`squama.twist` and :func:`squama.bend`, or as ``hold`` says.
     ideal, hold
         As in :func:`squama.twist`.
@@ -200,7 +200,7 @@ def law_table(
 
 
 def _grid(name: str, value: ArrayLike) -> Array:
-    """Return rising values of a load."""
+    """Return the increasing values (n,) of a strain, or refuse them."""
     grid = arguments.numbers(name, value)
     if grid.ndim != 1 or not 3 <= grid.size <= MOST_EACH:
         refuse(name, "", f"must be 3 to {MOST_EACH} values", "write e.g. numpy.linspace(-5, 5, 41)")
@@ -210,7 +210,7 @@ def _grid(name: str, value: ArrayLike) -> Array:
 
 
 def _plane(one: compliant.Path, kappa: Array, Phi: Array) -> xr.Dataset:
-    """Return the table over the plane: rows of cells, each of a curvature, go from the least twist both ways."""
+    """Return the table over the plane, from the least twist in both senses, with one cell for each curvature."""
     shape = kappa.size, Phi.size
     found = {name: np.full(shape, np.nan) for name in ("w", "M", "T", "dM_dkappa", "dM_dPhi", "dT_dPhi")}
     state, least = np.full(shape, "", "U40"), int(np.abs(Phi).argmin())
@@ -235,7 +235,7 @@ def _plane(one: compliant.Path, kappa: Array, Phi: Array) -> xr.Dataset:
 
 
 def _alone(beam: Beam, grids: dict[str, Array], mu: float, ideal: bool | None, hold: str | None) -> xr.Dataset:
-    """Return loading and unloading by each load alone."""
+    """Return the branches of loading and unloading by each load alone."""
     values: dict[str, Any] = {"branch": np.array(BRANCHES)}
     dims: dict[str, tuple[str, ...]] = {"branch": ("branch",)}
     for name, grid in grids.items():
@@ -248,7 +248,7 @@ def _alone(beam: Beam, grids: dict[str, Array], mu: float, ideal: bool | None, h
 
 
 def _branches(one: compliant.Path, load: Load, grid: Array) -> tuple[Array, Array]:
-    """Return a load (2, n) on the way out from 0 in both senses, and back from the ends; and why it ended (2,)."""
+    """Return a load (2, n) on loading from 0 in both senses and on unloading from the ends; and end reasons (2,)."""
     out, ends = np.full((2, grid.size), np.nan), np.full(2, "", "U40")
     out[:, grid == 0] = 0.0
     column = path.COLUMNS.index("M" if load.torque == "M" else "torque")
@@ -270,7 +270,7 @@ def _branches(one: compliant.Path, load: Load, grid: Array) -> tuple[Array, Arra
 def _labelled(
     values: dict[str, Any], dims: dict[str, tuple[str, ...]], one: compliant.Path, title: str, grids: dict[str, Array]
 ) -> xr.Dataset:
-    """Return the dataset of a table, with what the files of it say."""
+    """Return the dataset of a table, with the attributes used by its files."""
     import xarray as xr
 
     beam, d = one.beam, one.beam.pitch
@@ -298,22 +298,22 @@ def _labelled(
 
 
 def _bare(one: compliant.Path, load: Load) -> float:
-    """Return the rigidity (N m^2) of the beam without contact against a load alone."""
+    """Return the rigidity (N m^2) of the beam without contact for a load alone."""
     held = compliant.Held.of(one.beam, load.verb)
     way = path.Path.at_rest(one.way.scale, held.K, 0.0, **held.bar)
     return compliant.Path(one.beam, held, way, (0.0, 0.0)).case(load).rigidity
 
 
 def _attrs(name: str) -> dict[str, str]:
-    """Return units and words of a variable."""
+    """Return units and long name of a variable."""
     units, words = _WORDS.get(name, ("", ""))
     return {key: v for key, v in (("units", units), ("long_name", words)) if v}
 
 
 def _enough(one: compliant.Path, grids: dict[str, Array]) -> float:
-    """Return from how many scales on the endless beam is right within 10 %: of the load for which they are most.
+    """Return the number of scales from which the endless beam is accurate to 10 %, largest over the loads.
 
-    NaN where nothing touches, or with scales on both faces, of which it is not known.
+    NaN without contact, and with scales on both faces, for which it is not known.
     """
     if one.way.other is not None:
         return math.nan

@@ -1,8 +1,8 @@
-"""The law of a section as an object with a memory: ``squama.law``; what a rod program asks of its cells.
+"""The law of a section as an object with memory: ``squama.law``, for the integration points of a rod program.
 
 Each cell is an endless beam in a state of its own. A trial is one straight leg of the contact solver in bend and twist
-from the committed state (:mod:`squama.contacts.onward`); a state is kept as a snapshot, so a trial costs its own leg
-alone, however long the history.
+from the committed state (:mod:`squama.contacts.onward`); a state is stored as a snapshot, so the cost of a trial is
+that of its own leg, whatever the history.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from squama.errors import refuse
 from squama.types import Array
 
 OUT = "out of range"
-"""End of a trial to half a turn per pitch or more, or to what is no number."""
+"""End of a trial with half a turn per pitch or more, or with strains that are not finite."""
 MOST = 100_000
 """Largest number of cells."""
 _APART = 1e-5
-"""Distance, rad per pitch, of states whose difference is a slope where derivatives are not known."""
+"""Step, rad per pitch, of differences where derivatives are not available."""
 _TOLD = ("energy", "W_fr", "W_snap", "contacts")
 
 
 class _State(NamedTuple):
     """States of n cells: snapshots (n, size), bend and twist per pitch (n, 2), moment and torque (n, 2).
 
-    ``told`` (n, 4): energies and number of contacts. ``before``, ``begin``: snapshots and strains at which the leg
-    began that led there.
+    ``told`` (n, 4): energies, J/m, and number of contacts. ``before``, ``begin``: snapshots and strains at the begin of
+    the leg that led to the state.
     """
 
     snapshots: Array
@@ -46,15 +46,15 @@ class _State(NamedTuple):
     begin: Array
 
     def where(self, cells: Array, other: _State) -> _State:
-        """Return the states with those of some cells (n,) in their place."""
+        """Return the states, with those of ``other`` in cells where ``cells`` (n,) is true."""
         return _State._make(np.where(cells[:, None], new, own) for own, new in zip(self, other, strict=True))
 
 
 class Law:
-    """Moment and torque of an array of cells by bend and twist, with friction's memory; made by :func:`law`.
+    """Moment and torque of an array of cells over bend and twist, with the memory of friction; made by :func:`law`.
 
-    ``pitch`` (m) and ``mu``: of the beam; ``cells``: how many; ``end`` (n,): why a cell of the last trial has no
-    state, "" if it has. Arrays that are returned are copies.
+    ``pitch`` (m) and ``mu``: of the beam; ``cells``: number of cells; ``end`` (n,): reason why a cell has no state in
+    the last trial, else "". Returned arrays are copies.
     """
 
     def __init__(self, one: compliant.Path, cells: int) -> None:
@@ -65,7 +65,7 @@ class Law:
         self._trial, self.end = self._committed, np.full(cells, "", "U40")
 
     def trial(self, kappa: ArrayLike, Phi: ArrayLike) -> tuple[Array, Array]:
-        """Try strains, straight from those that are committed.
+        """Compute the state at strains reached in a straight leg from the committed ones.
 
         Parameters
         ----------
@@ -80,7 +80,8 @@ class Law:
         Raises
         ------
         InputError
-            The arrays have the wrong shape, or are no numbers. NaN, inf and half a turn per pitch are ends.
+            The arrays have the wrong shape, or are no numbers. NaN, inf and half a turn per pitch are no errors but
+            ends.
         """
         goals = self.pitch * np.column_stack([self._of_cells("kappa", kappa), self._of_cells("Phi", Phi)])
         here = self._committed
@@ -106,10 +107,10 @@ class Law:
     def tangent(self) -> Array:
         """Return the derivatives (n, 2, 2) of the trial's moment and torque by curvature and twist rate, N m^2.
 
-        [[dM/dkappa, dM/dPhi], [dT/dkappa, dT/dPhi]] of all that the leg of the trial does, which is what Newton's
-        method needs: the committed state stays, the leg's end moves. Symmetric without friction. Without a trial that
-        moves, of the leg that was committed last; at rest of the beam without contact. Where the scales have snapped on
-        the leg or an event stands at its end, by differences; NaN where there is no state.
+        [[dM/dkappa, dM/dPhi], [dT/dkappa, dT/dPhi]] over the whole leg of the trial at a fixed committed state, as
+        needed for Newton's method. Symmetric without friction. Without a trial, or with one at the committed strains,
+        those of the leg committed last; at rest those of the beam without contact. By differences where the scales have
+        snapped on the leg or an event coincides with its end; NaN where there is no state.
         """
         state, beams = self._trial, self._beams
         bare = self._one.rigidities[::-1, ::-1] / (self._unit * self.pitch)
@@ -126,17 +127,17 @@ class Law:
         return out * (self._unit * self.pitch)
 
     def commit(self) -> None:
-        """Make the trial's state the committed one; cells without a state stay where they are."""
+        """Make the state of the trial the committed one; cells without a state keep theirs."""
         self._committed = self._committed.where(self.end == "", self._trial)
         self._trial = self._committed
 
     def revert(self) -> None:
-        """Forget the trial."""
+        """Discard the trial; the committed state remains."""
         self._trial = self._committed
         self.end = np.full(self.cells, "", "U40")
 
     def copy(self) -> Law:
-        """Return a law in the same states that goes its own way."""
+        """Return an independent law in the same states."""
         other = Law.__new__(Law)
         vars(other).update(vars(self))
         return other
@@ -168,11 +169,11 @@ class Law:
 
     @property
     def contacts(self) -> Array:
-        """Number of contacts of a scale (n,) in the trial, with scales further on; NaN where there is no state."""
+        """Number of contacts of a scale (n,) with scales further along the beam, in the trial; NaN without a state."""
         return self._trial.told[:, 3].copy()
 
     def _of_cells(self, name: str, value: ArrayLike) -> Array:
-        """Return numbers of all cells (n,); numbers that are not finite are kept."""
+        """Return values for all cells (n,); values that are not finite are kept."""
         try:
             array = np.asarray(value, float)
             return np.broadcast_to(array, self.cells)
@@ -180,7 +181,7 @@ class Law:
             refuse(name, "", f"must be a number or an array of {self.cells} numbers", "give one for each cell")
 
     def _differences(self, before: Array, begin: Array, strains: Array) -> Array:
-        """Return derivatives (n, 2, 2) over E d^3 by central differences, one-sided where there is no other state."""
+        """Return derivatives (n, 2, 2) over E d^3 by central differences, one-sided next to a missing state."""
         out = np.empty((len(strains), 2, 2))
         for axis in range(2):
             off = np.zeros(2)
@@ -195,18 +196,17 @@ class Law:
 def law(
     beam: Beam, *, mu: float | None = None, cells: int = 1, ideal: bool | None = None, hold: str | None = None
 ) -> Law:
-    """Return the law of a beam's section for a rod program of your own: moment and torque by curvature and twist.
+    """Return the law of a beam's section for use in a rod program: moment and torque over curvature and twist.
 
-    It is the endless beam's, so it stands for a part of many scales: its ``decay`` r, which :func:`squama.row` tells,
-    says from which number on within 10 %, about 10/(1 - r). The lateral bend and the stretch are free, with no moment
-    and force, unless they are held.
+    It is the law of an endless beam, accurate to 10 % from about 10/(1 - r) scales on, with the ``decay`` r of
+    :func:`squama.row`. The lateral bend and the stretch are free, with no moment and force, unless they are held.
 
     Parameters
     ----------
     beam
         The beam.
     mu
-        Coefficient of friction; the beam's own if not given. 0 has no memory, but for snaps.
+        Coefficient of friction; the beam's own if not given. With 0 there is no memory, except of snaps.
     cells
         Number of cells, each in a state of its own.
     ideal
@@ -241,7 +241,7 @@ def law(
 def compliant_path(
     beam: Beam, mu: float | None, *, loaded: tuple[str, ...], ideal: bool | None, hold: str | None
 ) -> compliant.Path:
-    """Return a beam for the contact solver with strains ``loaded``; refuse one whose joint is not known in bend."""
+    """Return a beam for the contact solver with strains ``loaded``; refuse one without a joint matrix in bend."""
     arguments.beam(beam)
     analysis = doors.analysis(beam, Way(()), None, points=3, mu=mu, ideal=ideal, hold=hold)
     if analysis.joint != COMPLIANT:

@@ -29,14 +29,14 @@ if TYPE_CHECKING:
     from squama.beam.design import Beam
 
 POINTS = 20
-"""Most points of a load in an Ansys section."""
+"""Largest number of points of a load in an Ansys section."""
 _LOADS = {"M": "kappa", "T": "Phi"}
 
 
 class Format(NamedTuple):
-    """A format: extension, how a line of comment begins, what a table is as text.
+    """A file format: extension, prefix of comment lines, function from a table to lines of text.
 
-    ``alone``: it takes loads alone; ``smooth``: without friction.
+    ``alone``: only for tables of single loads; ``smooth``: only for tables without friction.
     """
 
     extension: str
@@ -47,9 +47,9 @@ class Format(NamedTuple):
 
 
 class Bar(NamedTuple):
-    """What is linear in a section: stiffness in tension, in both shears (N), in lateral bend (N m^2); mass, kg/m.
+    """Linear properties of a section: stiffness in tension and in both shears (N), in lateral bend (N m^2); mass, kg/m.
 
-    Tension and shear are those of the bar alone.
+    Tension and shear are those of the bar without scales.
     """
 
     axial: float
@@ -59,7 +59,7 @@ class Bar(NamedTuple):
 
     @classmethod
     def of(cls, data: xr.Dataset) -> Bar:
-        """Return that of a table's beam; the mass is 0 where a density is not known."""
+        """Return the properties of a table's beam; the mass is 0 where a density is not known."""
         beam = _beam(data)
         bar, scale = beam.substrate, beam.scale.density
         area, lateral = bar.width * bar.thickness, float(data.attrs["lateral_rigidity"])
@@ -73,10 +73,10 @@ def write(data: xr.Dataset, place: str | Path, format: str | None = None) -> Pat
     Parameters
     ----------
     data
-        The table's dataset; ``abaqus``, ``ansys`` and ``dyna`` take loads alone (``uncoupled=True``), the first two
+        The table's dataset; ``abaqus``, ``ansys`` and ``dyna`` need single loads (``uncoupled=True``), the first two
         without friction.
     place
-        The file; one that is there is replaced when the new one is complete.
+        The file; an existing one is replaced once the new one is complete.
     format
         A key of :data:`FORMATS`; by the extension if not given (.csv, .npz, .inp, .mac, .k).
 
@@ -106,7 +106,7 @@ def write(data: xr.Dataset, place: str | Path, format: str | None = None) -> Pat
 
 
 def check(name: str, *, alone: bool, mu: float) -> None:
-    """Refuse a format that cannot hold a table: ``alone`` of loads alone, by a coefficient of friction."""
+    """Refuse a format that cannot hold a table of single loads (``alone``) or of the plane, or with friction ``mu``."""
     made = FORMATS[name]
     if made.alone and not alone:
         refuse("format", f'"{name}"', "takes each load alone, not a plane", "write uncoupled=True")
@@ -115,7 +115,7 @@ def check(name: str, *, alone: bool, mu: float) -> None:
 
 
 def _npz(at: Path, arrays: dict[str, Array]) -> None:
-    """Write arrays to a new file, whatever its extension."""
+    """Write arrays to a new file of any extension."""
     with at.open("wb") as file:
         np.savez(file, allow_pickle=False, **arrays)
 
@@ -128,7 +128,7 @@ def _beam(data: xr.Dataset) -> Beam:
 
 
 def _about(data: xr.Dataset) -> Iterator[str]:
-    """Return what every file says of the table."""
+    """Yield the lines on beam, model and range of a table that every file begins with."""
     attrs, enough = data.attrs, data.attrs["scales_for_10_percent"]
     many = f"{enough:.0f} scales" if math.isfinite(enough) else "a number of scales that is not known"
     kind = "bend and twist coupled by one potential w" if "w" in data else "uncoupled: each load alone, the other's "
@@ -146,7 +146,7 @@ def _about(data: xr.Dataset) -> Iterator[str]:
 
 
 def _csv(data: xr.Dataset) -> Iterator[str]:
-    """Return a header and a row for each node, or for each point of each branch."""
+    """Yield a header and a row for each node, or for each point of each branch."""
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
     if "w" in data:
@@ -165,7 +165,7 @@ def _csv(data: xr.Dataset) -> Iterator[str]:
 
 
 def _curves(data: xr.Dataset) -> dict[str, tuple[list[float], list[list[float]]]]:
-    """Return strains and loads of branches, by the load's name; those points alone at which both are known."""
+    """Return strains and both branches of each load by its name, at points where both are known."""
     found = {}
     for name, strain in _LOADS.items():
         if name in data:
@@ -176,7 +176,7 @@ def _curves(data: xr.Dataset) -> dict[str, tuple[list[float], list[list[float]]]
 
 
 def _section(data: xr.Dataset, name: str) -> tuple[list[float], list[float]]:
-    """Return strains and loads of the loading branch; a straight line where the table has another load alone."""
+    """Return strains and loads of the loading branch; a straight line for a load that the table does not have."""
     curves = _curves(data)
     if name in curves:
         strains, (loading, _) = curves[name]
@@ -191,7 +191,7 @@ def _section(data: xr.Dataset, name: str) -> tuple[list[float], list[float]]:
 
 
 def _abaqus(data: xr.Dataset) -> Iterator[str]:
-    """Return a section; the second data line, the direction of the 1-axis, is left to its default."""
+    """Yield the lines of a section; the second data line, the direction of the 1-axis, is left to its default."""
     beam, bar = _beam(data), Bar.of(data)
     b, t = beam.substrate.width, beam.substrate.thickness
     across, up = b * t**3 / 12, t * b**3 / 12
@@ -209,7 +209,7 @@ def _abaqus(data: xr.Dataset) -> Iterator[str]:
 
 
 def _ansys(data: xr.Dataset) -> Iterator[str]:
-    """Return a section: strains above 0 alone, which Ansys takes as those below, too."""
+    """Yield the lines of a section: strains above 0 only, which Ansys mirrors to negative ones."""
     bar = Bar.of(data)
     yield "! for BEAM188 and BEAM189; BSM1 is the bend across the scales, positive towards them"
     yield f"! strains above 0 alone, {POINTS} points at most; tension and shear are the bar's alone"
@@ -230,7 +230,7 @@ def _ansys(data: xr.Dataset) -> Iterator[str]:
 
 
 def _thinned(x: Array, y: Array, most: int) -> tuple[Array, Array]:
-    """Return so many points of a curve at most: always the next one that is farthest from the line so far."""
+    """Return at most ``most`` points of a curve, added in turn where the polygon so far is farthest off."""
     kept = [0, len(x) - 1]
     while len(kept) < min(most, len(x)):
         off = np.abs(y - np.interp(x, x[kept], y[kept]))
@@ -240,7 +240,7 @@ def _thinned(x: Array, y: Array, most: int) -> tuple[Array, Array]:
 
 
 def _dyna(data: xr.Dataset) -> Iterator[str]:
-    """Return a material of discrete beams, each as long as a pitch, with its curves of loading and unloading."""
+    """Yield a material of discrete beams, each one pitch long, with its curves of loading and unloading."""
     d, bar, mu = float(data.attrs["pitch"]), Bar.of(data), float(data.attrs["mu"])
     line = {"TR": bar.axial / d, "TS": bar.shear / d, "TT": bar.shear / d, "RT": bar.lateral / d}
     curves = {name: ([-1.0, 0.0, 1.0], [-k, 0.0, k]) for name, k in line.items()}
@@ -269,7 +269,7 @@ def _dyna(data: xr.Dataset) -> Iterator[str]:
     yield "$#  lcidtr    lcidts    lcidtt    lcidrr    lcidrs    lcidrt"
     yield card(*(number[way] for way in order))
     yield card(*(other[way] for way in order))
-    # no damping, no failure, no displacement at first
+    # no damping, no failure, no initial displacement
     yield from [card(*[0] * 6)] * 2
     yield from (card(*[0.0] * 7), card(*[0.0] * 6), card(*[0.0] * 6))
     for way in order:
@@ -279,7 +279,7 @@ def _dyna(data: xr.Dataset) -> Iterator[str]:
 
 
 def _curve(number: int, x: list[float], y: list[float]) -> Iterator[str]:
-    """Return a curve of LS-DYNA."""
+    """Yield the lines of a curve of LS-DYNA."""
     yield "*DEFINE_CURVE"
     yield f"{number:>10}"
     yield from (f"{a:>20.12g}{b:>20.12g}" for a, b in zip(x, y, strict=True))
@@ -292,4 +292,4 @@ FORMATS = {
     "ansys": Format(".mac", "!", _ansys, alone=True, smooth=True),
     "dyna": Format(".k", "$", _dyna, alone=True),
 }
-"""Formats by name."""
+"""Formats by their names."""

@@ -1,7 +1,8 @@
-"""The chunks of a store: each is checked against its checksums when it is read and when a sweep is resumed.
+"""Checks of the chunks of a store against their CRC-32C checksums, on reading and on resuming a sweep.
 
-The last four bytes of a chunk are the CRC-32C of those before. Of each chunk of a finished tile the array of checksums
-keeps the same sum with the name of its place after the chunk, so a chunk in the place of another is noticed too.
+The last four bytes of a chunk are the CRC-32C of the bytes before. For a finished tile the array ``checksums`` holds,
+for each chunk, the CRC-32C of the chunk followed by the name of its place, so a chunk in the wrong place is noticed
+too.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ _SUM = 4
 _DONE = b"\x01"
 _ANEW = "run the same sweep again: it does this tile anew"
 _MOST = 2**20
-"""Bytes of a chunk beyond those of its numbers, at most."""
+"""Largest size of a chunk beyond the bytes of its numbers, bytes."""
 
 
 def sum_at(place: str, chunk: bytes) -> bytes:
@@ -39,12 +40,12 @@ def sum_at(place: str, chunk: bytes) -> bytes:
 
 
 def sums_of(tile: str) -> str:
-    """Return the place of the checksums of a tile; their array has one more dimension, the variables."""
+    """Return the place of a tile's checksums (``checksums/c.0.1.0``), with one more index, of the variables."""
     return f"{CHECKSUMS}/{tile}.0"
 
 
 def check(path: Path, plan: Plan, tile: str, only: str | None = None) -> None:
-    """Refuse a damaged tile (``c.0.1``) that is marked as done; ``only``: check this variable alone."""
+    """Refuse a damaged tile (``c.0.1``) that is marked as done; ``only``: check the chunk of this variable alone."""
     names = list(plan.variables)
     mark, sums = (_sound(path, plan, tile, place)[:-_SUM] for place in (f"{STATUS}/{tile}", sums_of(tile)))
     if mark != _DONE or len(sums) != _SUM * len(names):
@@ -77,7 +78,7 @@ def _refuse(path: Path, tile: str, what: str, remedy: str = _ANEW) -> NoReturn:
 
 
 class Checked(LocalStore):
-    """A store for reading: hides tiles that are not marked and foreign files, and refuses damaged chunks."""
+    """A read-only zarr store that hides unmarked tiles and foreign files and refuses damaged chunks."""
 
     def __init__(self, root: Path, plan: Plan) -> None:
         super().__init__(root, read_only=True)
@@ -85,7 +86,7 @@ class Checked(LocalStore):
         self._own = {"zarr.json", *arrays(plan), *coordinates(plan)}
 
     def with_read_only(self, read_only: bool = True) -> Checked:  # noqa: ARG002 - the shape of a store
-        """Return the store: it is for reading."""
+        """Return this store, which is always read-only."""
         return self
 
     async def list_dir(self, prefix: str) -> AsyncIterator[str]:
@@ -95,7 +96,7 @@ class Checked(LocalStore):
                 yield name
 
     def _there(self, key: str) -> bool:
-        """Say whether a file may be read: it follows from the plan, and its tile is done."""
+        """Say whether a file may be read: the plan has it, and its tile is marked as done and undamaged."""
         name, _, tile = key.rpartition("/")
         if key.partition("/")[0] not in self._own:
             return False
@@ -109,11 +110,11 @@ class Checked(LocalStore):
     async def get(
         self, key: str, prototype: BufferPrototype | None = None, byte_range: ByteRequest | None = None
     ) -> Buffer | None:
-        """Return a file, None if there is none."""
+        """Return the content of a file, None for a missing file."""
         return await super().get(key, prototype, byte_range) if await asyncio.to_thread(self._there, key) else None
 
     def get_sync(
         self, key: str, *, prototype: BufferPrototype | None = None, byte_range: ByteRequest | None = None
     ) -> Buffer | None:
-        """Return a file, None if there is none."""
+        """Return the content of a file, None for a missing file."""
         return super().get_sync(key, prototype=prototype, byte_range=byte_range) if self._there(key) else None

@@ -1,4 +1,4 @@
-"""Tiles of a sweep on dask.distributed: workers write them into a folder that all of them see."""
+"""Tiles of a sweep solved by dask.distributed: the workers write them into one shared folder."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from squama.units import shown
 
 MOST_WORKERS = 1024
 WAIT = 10
-"""Seconds in which a scheduler has to answer."""
+"""Seconds within which a scheduler must answer."""
 
 
 def check(address: object) -> None:
@@ -37,13 +37,13 @@ def check(address: object) -> None:
 
 
 def remote(address: object) -> bool:
-    """Say whether a cluster exists already, so that it is contacted and not started."""
+    """Say whether the cluster exists already: a scheduler's address or a client, not "local:n"."""
     return not (isinstance(address, str) and address.startswith("local:"))
 
 
 @contextmanager
 def client(address: Any) -> Iterator[Any]:
-    """Yield a client of the cluster and stop afterwards what was started; refuse an address that does not answer."""
+    """Yield a client of a cluster; stop a local cluster and close the client afterwards, refuse a silent address."""
     check(address)
     if not isinstance(address, str):
         yield address
@@ -69,8 +69,8 @@ def client(address: Any) -> Iterator[Any]:
 
 @contextmanager
 def _silent() -> Iterator[None]:
-    """Keep dask's log off the error stream: squama reports an error in one line."""
-    # the client's logger has a level of its own, all others take that of the first
+    """Silence dask's log on the error stream: squama reports an error in one line."""
+    # the client's logger has its own level, all other loggers inherit the level of "distributed"
     loggers = [logging.getLogger(name) for name in ("distributed", "distributed.client")]
     before = [logger.level for logger in loggers]
     for logger in loggers:
@@ -83,7 +83,7 @@ def _silent() -> Iterator[None]:
 
 
 def _knock(address: str) -> None:
-    """Connect to a scheduler; a client would wait for ever for one that accepts and never answers."""
+    """Connect to a scheduler within ``WAIT`` seconds; a client would wait for ever for a silent scheduler."""
     connect = import_module("distributed.comm").connect
     how = import_module("distributed.security").Security().get_connection_args("client")
 
@@ -91,14 +91,14 @@ def _knock(address: str) -> None:
         comm = await asyncio.wait_for(connect(address, timeout=WAIT, **how), WAIT)
         await comm.close()
 
-    # in a thread, for a notebook has a loop of its own in this one
+    # in another thread, because a notebook runs an event loop in this thread
     with ThreadPoolExecutor(1) as pool:
         pool.submit(asyncio.run, ask()).result()
 
 
 @contextmanager
 def _deaf() -> Iterator[None]:
-    """Start processes that ignore Ctrl-C: the process that hands out the tiles handles it."""
+    """Start child processes that ignore Ctrl-C: the process that hands out the tiles handles it."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -117,11 +117,11 @@ def run(
     finished: Callable[[Tile, bool], None],
     stopped: Callable[[], bool],
 ) -> None:
-    """Run a task for every tile, a few ahead of the workers; another worker takes the tile of one that dies.
+    """Run a task for every tile, a few ahead of the workers; the tile of a worker that dies goes to another one.
 
-    Workers may come and go meanwhile, or come only later. The task takes the store and a tile and says whether it wrote
-    it; ``finished`` is told of each, and once ``stopped`` says so no new tile is begun. A tile that fails on its
-    worker, and a scheduler that has gone, become an error of one line.
+    Workers may join and leave at any time. ``task(store, tile)`` returns whether it wrote the tile; ``finished(tile,
+    wrote)`` is called after each; no new tile is begun once ``stopped()`` is true. A tile that kills its workers, and a
+    lost scheduler, raise InputError with one line.
     """
     distributed: Any = import_module("distributed")
     killed: type[Exception] = import_module("distributed.scheduler").KilledWorker
@@ -134,7 +134,7 @@ def run(
     def fill() -> None:
         try:
             ahead = max(2, 2 * sum(found.nthreads().values()))
-        except OSError as error:  # a call that is not taken, while the client has not seen yet that its own line is cut
+        except OSError as error:  # the connection is cut, and the client has not noticed yet
             raise gone from error
         while len(running) < ahead and not stopped() and (tile := next(tiles, None)) is not None:
             future = found.submit(task, store, tile, pure=False)

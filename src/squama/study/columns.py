@@ -1,8 +1,8 @@
-"""From dimensions of a beam to the columns of :mod:`squama.batch`, for many designs at once.
+"""Columns of :mod:`squama.batch` from the dimensions of a beam, for many designs at once.
 
-:func:`columns` says for arrays what :class:`squama.Beam` says of one. Every array is an open mesh: it spans only the
-dimensions that it depends on, so the laws of joint and section are evaluated once for each combination that they see.
-:func:`valid` tells which rows are a beam at all, :func:`beam_at` builds one.
+:func:`columns` does for arrays what :class:`squama.Beam` does for one beam. Every array is an open mesh: it spans only
+the dimensions on which it depends, so the laws of joint and section are evaluated once for each combination of their
+arguments. :func:`valid` tells which rows are valid beams, :func:`beam_at` builds the beam of one row.
 """
 
 from __future__ import annotations
@@ -22,16 +22,17 @@ from squama.study.parameters import BEND, FACTOR, Axis, canonical, text_of
 from squama.types import Array
 
 _OPTIONAL = {"scale": ("youngs_modulus", "poisson_ratio", "strength"), "substrate": ("strength", "strain_limit")}
-"""Numbers that a beam may do without."""
+"""Optional numbers of a beam, by its tables."""
 
 
 class Cells(NamedTuple):
-    """All that the response of many beams depends on: arrays that broadcast against each other, SI units, radians.
+    """Dimensions and ratios of many beams: arrays that broadcast against each other, SI units, radians.
 
-    ``lam`` is :meth:`squama.loads.Load.height`, ``K`` stiffness of a joint, ``d`` pitch, ``rigidity`` of the beam
-    without contact; the rest are sizes and ratios.
-    Moduli and strengths that a beam has not are not among the ``sizes``; ``given`` says what K and rigidity are from,
-    ``joint_factor`` multiplies the K_theta of a compliant joint, ``psi`` is the bend in which a beam is held.
+    ``lam`` is the contact height from :meth:`squama.loads.Load.height`, ``K`` the joint's stiffness (N m), ``d`` the
+    pitch (m), ``rigidity`` that of the beam without contact (N m^2), ``sizes`` the dimensions by table and key. Moduli
+    and strengths that the beam does not state are missing from ``sizes``; ``given`` holds the stated stiffness,
+    inclusion factor or matrix from which K and rigidity follow, ``joint_factor`` multiplies the K_theta of a compliant
+    joint, ``psi`` (rad per pitch) is the bend in which a beam is held while it is twisted.
     """
 
     eta: Array
@@ -50,16 +51,16 @@ class Cells(NamedTuple):
 
     @property
     def arrays(self) -> dict[str, Array]:
-        """All but the sizes and what is given; the joint's factor and the bend where there is one."""
+        """All arrays by name but ``sizes`` and ``given``; ``joint_factor`` and ``psi`` only where they are set."""
         found = {name: value for name, value in self._asdict().items() if name not in ("sizes", "given")}
         return {name: value for name, value in found.items() if value is not None}
 
     def changed(self, arrays: Mapping[str, Any], sizes: dict[str, dict[str, Array]]) -> Cells:
-        """Return cells with other arrays and sizes."""
+        """Return cells with some arrays, and all sizes, replaced."""
         return self._replace(**arrays, sizes=sizes)
 
     def mapped(self, f: Callable[..., Array], *others: Cells) -> Cells:
-        """Return cells whose columns are a function of these, and of those of others beside them."""
+        """Return cells each column of which is ``f`` of this column and of the same column of the ``others``."""
         every = (self, *others)
         sizes = {
             table: {key: f(*(c.sizes[table][key] for c in every)) for key in content}
@@ -69,7 +70,7 @@ class Cells(NamedTuple):
 
     @property
     def ratio(self) -> Array:
-        """Rigidity over K d; 0 where the joint has no stiffness."""
+        """Rigidity over K d, without unit; 0 where the joint has no stiffness."""
         soft = self.K * self.d
         return np.asarray(np.where(soft > 0, self.rigidity / np.where(soft > 0, soft, 1.0), 0.0))
 
@@ -78,12 +79,12 @@ class Cells(NamedTuple):
 def columns(
     beam: Beam, values: Mapping[str, object], *, load: str = "twisting", each: joint_law.Each = joint_law.whole
 ) -> Cells:
-    """Return the columns of a beam with some values replaced; complex where values are complex.
+    """Return the columns of a beam with some values replaced; the columns are complex where values are complex.
 
-    ``values`` are numbers or arrays that broadcast, by the names of :data:`squama.study.parameters.PARAMETERS` or its
-    aliases, SI units. Nothing is checked; see :func:`valid`. ``each`` says how the laws of joint and section are
-    evaluated: whole arrays, a million designs a second, or with :func:`squama.beam.joint_law.one_by_one` one element
-    after the other, to the last bit as :class:`squama.Beam`.
+    ``values``: numbers or arrays that broadcast, SI units, by the names of :data:`squama.study.parameters.PARAMETERS`
+    or its aliases. They are not checked; see :func:`valid`. ``each`` selects how the laws of joint and section are
+    evaluated: whole arrays (a million designs a second) or :func:`squama.beam.joint_law.one_by_one`, one element after
+    the other, equal to :class:`squama.Beam` to the last bit.
 
     >>> c = columns(Beam.from_ratios(mu=0.3), {"beam.pitch": np.array([0.0177, 0.02])})
     >>> print(c.eta.round(3), c.rigidity.shape)
@@ -102,7 +103,7 @@ def columns(
     grown = d / pitch if "lam" in values else 1.0
 
     def sized(ratio: str, size: Array) -> tuple[Array, Array]:
-        """Return a ratio and the size behind it: as swept, or the beam's own, which keeps its ratio to the pitch."""
+        """Return a ratio and its size (m): as swept, or the beam's own size, which keeps its ratio to the pitch."""
         if ratio in values:
             return v(ratio), np.asarray(v(ratio) * d)
         return np.asarray(size / pitch), np.asarray(size * grown)
@@ -140,16 +141,16 @@ def columns(
 
 
 def _numbers(value: object) -> Array:
-    """Return an array of floats; complex numbers stay."""
+    """Return an array of floats, or of complex numbers where the value is complex."""
     array = np.asarray(value)
     return array if np.iscomplexobj(array) else array.astype(float)
 
 
 def check(beam: Beam, load: str, swept: Sequence[Axis]) -> None:
-    """Refuse a sweep some of whose cells are no valid beam, in one line with the corner and what is wrong there.
+    """Refuse a sweep with cells that are no valid beam: one line with the corner of the grid and the fault there.
 
-    Every size of a cell, and the depth of its tab, grows or falls with each parameter, so the corners of the grid
-    are the worst cells: each is built as a :class:`squama.Beam`, with all its checks.
+    Every size of a cell, and the depth of its embedded tab, grows or falls monotonically with each parameter, so the
+    corners of the grid are the worst cells: each corner is built as a :class:`squama.Beam`, with all checks.
     """
     for here in _corners({axis.name: (axis.values[0], axis.values[-1]) for axis in swept}):
         try:
@@ -168,7 +169,7 @@ def _corners(limits: Mapping[str, tuple[float, float]]) -> Iterator[dict[str, fl
 
 
 def matrix_warnings(beam: Beam, load: str, limits: Mapping[str, tuple[float, float]]) -> list[str]:
-    """Return the warnings about a joint's matrix at the corners of a range: it stays that of its own shape."""
+    """Return warnings at the corner of the ranges where a joint's matrix, which is kept, does not fit the shape."""
     if beam.joint.matrix is None:
         return []
     for here in _corners(limits):
@@ -178,7 +179,7 @@ def matrix_warnings(beam: Beam, load: str, limits: Mapping[str, tuple[float, flo
 
 
 def at(values: Mapping[str, float]) -> str:
-    """Return values of parameters as text with units."""
+    """Return values of parameters (SI) as text with units."""
     return ", ".join(f"{name} = {text_of(canonical(name), value)}" for name, value in values.items())
 
 
@@ -190,7 +191,7 @@ def beam_at(beam: Beam, load: str, values: Mapping[str, float]) -> Beam:
 
 
 def beam_of(beam: Beam, c: Cells, shape: tuple[int, ...] = (), cell: tuple[int, ...] = ()) -> Beam:
-    """Return the validated beam of one cell of a shape, with the friction of ``beam``."""
+    """Return the validated beam of one cell of an array of shape ``shape``, with the friction of ``beam``."""
 
     def number(v: Any) -> float:
         return float(np.broadcast_to(v, shape)[cell])
@@ -203,7 +204,7 @@ def beam_of(beam: Beam, c: Cells, shape: tuple[int, ...] = (), cell: tuple[int, 
 
 
 def valid(c: Cells) -> Array:
-    """Say which rows :class:`squama.Beam` accepts: every number and ratio within its bounds, the tab inside the bar."""
+    """Return which rows are valid beams, bool: numbers and ratios within bounds, the tab inside the bar, K finite."""
     with np.errstate(all="ignore"):
         good = (c.eta <= reach.MOST) & (c.beta <= reach.MOST)
         good = good & (c.sizes["scale"]["embedded"] * np.sin(c.theta0) < c.sizes["substrate"]["thickness"])
@@ -211,6 +212,6 @@ def valid(c: Cells) -> Array:
         for name, value in (numbers | {"friction.mu": c.mu, "beam.pitch": c.d}).items():
             low, high, _, closed, _ = beamfile.NUMBERS[name][1]
             good = good & ((value >= low) & (value <= high) if closed else (value > low) & (value < high))
-        # a soft joint may be 0 with no embedded part; one that is not finite is none
+        # K is 0 without an embedded part; a K that is not finite is no joint
         good = good & np.isfinite(c.K) & np.isfinite(c.rigidity) & (c.K >= 0)
     return np.asarray(np.broadcast_to(good, np.broadcast_shapes(good.shape, c.eta.shape, c.K.shape)))

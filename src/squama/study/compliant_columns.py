@@ -1,6 +1,6 @@
-"""Columns of thick, elastic scales on a joint that gives, followed to a twist, with figures in SI units.
+"""Figures at a twist, in SI units, of many beams with thick, elastic scales on compliant joints.
 
-The counterpart of :mod:`squama.study.hinge_columns` for thick scales on compliant joints.
+The counterpart of :mod:`squama.study.hinge_columns`: the contact path of each beam is followed up to the twist.
 """
 
 from __future__ import annotations
@@ -18,34 +18,34 @@ from squama.study.columns import Cells
 from squama.types import Array
 
 STEPS = 41
-"""Steps of a curve up to the twist at which figures are taken; one more tells the slope there.
+"""Steps of a curve up to the twist at which figures are taken; one more step gives the slope there.
 
-An odd number: a beam that engages at half the twist, or near it, does so between two of them.
+An odd number, so that an engagement at or near half the twist falls between two steps.
 """
 UNKNOWN = "joint unknown"
-"""How a beam ends whose joint the law does not know."""
+"""End of a beam whose joint the law does not cover."""
 ENDS = (*path.WORDS.tolist(), UNKNOWN)
-"""Ends in words, by their codes."""
+"""Ends of curves in words; the index is the code."""
 _RANGE, _NONE = ENDS.index(End.RANGE), ENDS.index(End.NONE)
 AT_ONCE = 4096
-"""Beams that are followed at once."""
+"""Number of beams that are followed together."""
 _GRID = np.arange(STEPS + 2) / STEPS
 _BEHIND = 1e-3 / STEPS
-"""First place of the curve of a beam that is held bent, as a part of the twist: behind the corner of its path."""
+"""First point of the curve of a bent beam, as a share of the twist: just beyond the corner of its path."""
 LEVELS = {"twofold": 2.0, "fivefold": 5.0}
-"""Tangent stiffness over that without contact whose twist is a figure."""
+"""Ratios of the tangent stiffness to that without contact whose twist is reported."""
 
 
 class Figures(NamedTuple):
-    """What is known of n beams with thick scales, arrays (n,); NaN where a beam has no such figure.
+    """Figures of n beams with thick scales, arrays (n,); NaN where a beam does not have the figure.
 
-    ``load_e`` (inf: no engagement), ``load_end`` and the ``load_*`` at which the tangent stiffness is twice and
-    five times that without contact, and at which a scale reaches its strength, in rad per pitch, no further than
-    the twist asked for, 0 of a beam that is held bent where that is while it is bent; ``code`` of :data:`ENDS`; at
-    that twist ``torque`` (N m), ``tangent`` (N m^2), ``stiffness_ratio``, ``N`` (N), ``stress`` (Pa), ``W_fr``,
-    ``U_el`` (J/m; without what snaps lost), ``RED``; with the beam's own scales ``finite_torque``
-    (N m) and ``finite_stiffness_ratio``, and ``finite_ratio`` of torques to the endless beam's. ``K_theta`` (N m) and
-    ``rigidity`` (N m^2) of the joint.
+    In rad per pitch, up to the twist asked for: ``load_e`` at engagement (inf: none), ``load_end`` at the end,
+    ``load_twofold`` and ``load_fivefold`` where the tangent stiffness is two and five times that without contact,
+    ``load_strength`` where a scale reaches its strength; 0 for a beam held bent that is there before it is twisted.
+    ``code`` is an index of :data:`ENDS`. At the twist: ``torque`` (N m), ``tangent`` (N m^2), ``stiffness_ratio``,
+    ``N`` (N), ``stress`` (Pa), ``W_fr`` and ``U_el`` (J/m; ``U_el`` without the energy lost in snaps), ``RED``. For the
+    beam's own number of scales: ``finite_torque`` (N m), ``finite_stiffness_ratio`` and ``finite_ratio``, its torque
+    over that of the endless beam. Of the joint: ``K_theta`` (N m) and ``rigidity`` (N m^2).
     """
 
     load_e: Array
@@ -82,13 +82,13 @@ def solved(
 ) -> Figures:
     """Follow beams to the twists, or bends, ``at`` (rad per pitch); all arrays broadcast, the result is flat.
 
-    Cells are those of twisting whatever the load is: the joint's matrix knows both.
+    ``c`` holds the columns of twisting whatever the load is: the joint's matrix covers both loads.
 
-    The joint is that of the beam's matrix or the law's, with a stiffness and an inclusion factor as they are given, its
-    K_theta times the cells' ``joint_factor``; ``ideal``: scales are thin and rigid. Memory is that of
-    :data:`AT_ONCE` curves, whatever n is. With complex steps, each beam ``copies`` times, one after the other, figures
-    are complex. Without ``along`` a stress is known at the twist only, and no ``load_strength``; without
-    ``own``, the beam's own number of scales and its ends, none of these three.
+    The joint is the beam's matrix or that of the law, with stiffness and inclusion factor replaced where the beam
+    states them and K_theta multiplied by ``c.joint_factor``; ``ideal``: scales are thin and rigid. At most
+    :data:`AT_ONCE` curves are in memory at a time. For complex-step derivatives each beam comes ``copies`` times in a
+    row, and figures are complex. ``along=False`` computes the stress at the twist only, without ``load_strength``;
+    without ``own`` (the beam's number of scales and its ends) the three ``finite_*`` figures are NaN.
     """
     scale, bar = c.sizes["scale"], c.sizes["substrate"]
     E, d = bar["youngs_modulus"], c.d
@@ -112,7 +112,7 @@ def solved(
     there = {name: v for name, v in columns.items() if v is not None}
     flat = dict(zip(there, (v.ravel() for v in np.broadcast_arrays(*there.values())), strict=True))
     kind, n = np.result_type(*flat.values()), flat["to"].size
-    # the last place of a curve is behind the twist
+    # the last point of a curve lies beyond the twist
     own = own and own._replace(states=slice(-1))
     most = AT_ONCE // max(1, copies) * max(1, copies)
 
@@ -121,7 +121,7 @@ def solved(
         designs = Designs(**{name: some.pop(name) for name in Designs._fields if name in some})
         to, strength = some["to"], some["strength"]
         twists = to[:, None] * (_GRID if designs.psi is None else np.maximum(_GRID, _BEHIND))
-        # a curve of stresses is for the twist at which a scale reaches its strength
+        # stresses along the curve serve only to find the twist at which a scale reaches its strength
         stressed = slice(None if along and np.isfinite(strength).any() else STEPS, STEPS + 1)
         r = follow(
             designs,
@@ -142,10 +142,10 @@ def solved(
 
 
 def _figures(r: Response, twists: Array, strength: Array, unit: Array, pitch: Array) -> Figures:
-    """Return the figures of curves at ``STEPS`` twists and two more; ``unit`` of torque, strength over E."""
+    """Return figures from curves at ``STEPS`` + 2 twists (n, m); ``unit``: N m per unit of torque; strength over E."""
     to = twists[:, STEPS]
     code = np.array([ENDS.index(word or UNKNOWN) for word in r.end.tolist()])
-    # what comes behind the twist is of no interest
+    # an end beyond the twist does not count
     code = np.where(r.phi_end.real >= to.real, np.where(np.isfinite(r.phi_e), _RANGE, _NONE), code)
     names = ("torque", "stiffness_ratio", "N", "stress", "W_fr", "W_snap", "W")
     last = {name: getattr(r, name)[:, STEPS] for name in names}
@@ -176,9 +176,9 @@ def _figures(r: Response, twists: Array, strength: Array, unit: Array, pitch: Ar
 
 
 def first(x: Array, y: Array, level: Array, start: Array) -> Array:
-    """Return where y (n, m) first comes to a level (n,), linear between the x (n, m or more); NaN where it does not.
+    """Return where y (n, m) first reaches a level (n,), linear between points x (n, m or more); NaN where it does not.
 
-    Where it is known from there on only, that is ``start`` (n,).
+    Where y is known only from there on, the result is ``start`` (n,).
     """
     above, rows = np.real(y) >= np.real(level)[:, None], np.arange(len(y))
     i = above.argmax(axis=1)

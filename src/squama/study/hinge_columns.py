@@ -1,6 +1,6 @@
-"""Columns of beams of thin or thick, rigid scales on hinges: the counterpart of :mod:`squama.study.compliant_columns`.
+"""Figures of many beams with thin or thick, rigid scales on hinges; compare :mod:`squama.study.compliant_columns`.
 
-Straight beams are solved together, in closed form; of those that are held bent each path is followed alone.
+Straight beams are solved together, in closed form; of beams that are held bent each path is followed alone.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ def solved(
     few: int | None = None,
     ideal: bool = True,
 ) -> dict[str, Array]:
-    """Solve columns; arguments as of :func:`squama.solve`; ``ideal``: scales are thin.
+    """Solve the beams of columns; arguments as of :func:`squama.solve`; ``ideal``: scales are thin.
 
-    Returned are the fields of its result with their units: torque in N m, energies in J/m; twists stay in rad per pitch
-    (divide by ``c.d`` for rates). A joint without stiffness leaves the beam as it is without contact.
+    Returns the fields of the result of :func:`squama.solve` in SI units: torque in N m, energies in J/m, twists in rad
+    per pitch (divide by ``c.d`` for rates). A beam whose joint has no stiffness responds as without contact.
 
-    Up to ``few`` rows are solved by Python, more by its compiled copy, whose last digits differ: what is solved in
-    parts says by its whole size which (0: compiled) for answers that do not depend on the parts. Rows that are no beam
-    (see :func:`squama.study.columns.valid`) are refused.
+    Up to ``few`` rows are solved in Python, more in compiled code, whose last digits differ. A caller that solves in
+    parts sets ``few`` by the size of the whole (0: compiled), so that results do not depend on the parts. Rows that are
+    no valid beam (see :func:`squama.study.columns.valid`) are refused.
     """
     given = {name: getattr(c, name) for name in _CONTACT} | {"stiffness_ratio": c.ratio}
     if not ideal:
@@ -56,10 +56,10 @@ def solved(
 
 
 def bent(beam: Beam, c: Cells, shape: tuple[int, ...], *, sense: str, margin: float) -> dict[str, Array]:
-    """Return the figures of cells that are held bent while they are twisted, in arrays of a shape.
+    """Return figures of beams that are twisted while they are held bent, arrays of shape ``shape``.
 
-    By the names and units of :func:`solved`, but for those of no variable of a sweep; twists count from the bent beam
-    on, 0 where it comes to no twist; NaN at the cut-off then.
+    Names and units as of :func:`solved`, only the variables of a sweep. Twists count from the bent, untwisted beam; a
+    beam that ends before any twist has ``load_e`` = ``load_end`` = 0 and NaN at the cut-off.
     """
     found: dict[str, Array] = {name: np.full(shape, math.nan) for name in (*_ENDS, "code", "f0", *_AT_CUT)}
     psi, mu = (np.broadcast_to(np.asarray(v), shape) for v in (c.psi, c.mu))
@@ -71,7 +71,7 @@ def bent(beam: Beam, c: Cells, shape: tuple[int, ...], *, sense: str, margin: fl
 
 
 def _figures(beam: Beam, psi: float, mu: float, sense: str, margin: float) -> dict[str, float]:
-    """Return the figures of one beam; NaN is left out."""
+    """Return the figures of one beam by name; figures that are NaN are left out."""
     path = Twisted.tried(beam, psi, mu=mu, sense=sense, margin=margin, joint="hinge")
     if not path.bent:
         theta, end = float(path.answer["theta_end"]), str(path.answer["end"])

@@ -1,4 +1,4 @@
-"""The files of a store that its plan determines: metadata of arrays, and coordinates, as zarr writes them."""
+"""Files of a store that follow from its plan: metadata of arrays, and coordinates, as zarr writes them."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 
 def fill(place: object, plan: Plan) -> None:
-    """Write an empty store to a folder, or to a store of zarr."""
+    """Write an empty store of a plan to a folder or to a zarr store."""
     library = need("zarr")
     group = library.create_group(place, zarr_format=3, attributes=attributes(plan))
     for name, about in arrays(plan).items():
-        # a mark and checksums are the same bytes whatever compresses
+        # marks and checksums stay uncompressed: the same bytes with every codec version
         plain = name in {STATUS, CHECKSUMS}
         codecs = [*([] if plain else [library.codecs.ZstdCodec(level=1)]), library.codecs.Crc32cCodec()]
         how = {"chunk_key_encoding": {"name": "default", "separator": "."}, "config": {"write_empty_chunks": True}}
@@ -30,14 +30,14 @@ def fill(place: object, plan: Plan) -> None:
 
 
 def following(plan: Plan) -> dict[str, bytes]:
-    """Return the files that the plan determines, by place: of each array, but not of the group."""
+    """Return the contents of all files that follow from the plan, by place; without the group's own metadata."""
     made: dict[str, Buffer] = {}
     fill(need("zarr").storage.MemoryStore(store_dict=made), plan)
     return {name: data.to_bytes() for name, data in made.items() if "/" in name}
 
 
 def alike(found: Mapping[str, bytes], plan: Plan, name: str) -> bool:
-    """Say whether files of an array mean what the plan says, though another version of zarr wrote them."""
+    """Say whether the stored files of an array mean the same as the plan, though another version of zarr wrote them."""
     library = need("zarr")
     made = library.storage.MemoryStore()
     fill(made, plan)

@@ -1,7 +1,7 @@
-"""The model of a study: the kind of joint, thin or thick scales, and the twist at which figures are taken.
+"""The model of a study: kind of joint, thin or thick scales, and the twist at which figures are taken.
 
-Many beams on compliant joints are followed by :mod:`squama.study.compliant_columns`, which knows the joint by a beam's
-matrix or the law; those on hinges are solved by :mod:`squama.study.hinge_columns`.
+Beams on compliant joints are solved by :mod:`squama.study.compliant_columns`, with the joint of a beam's matrix or of
+the law; beams on hinges by :mod:`squama.study.hinge_columns`.
 """
 
 from __future__ import annotations
@@ -31,38 +31,38 @@ from squama.types import Array
 from squama.units import shown
 
 AHEAD = 2.0
-"""Twist at which figures are taken unless another is given, over that at which the beam itself engages."""
+"""Default twist at which figures are taken, over the twist at which the beam engages."""
 
 
 class Twist(NamedTuple):
-    """A twist (curvature in bending) above 0: ``unit`` "rad/pitch", for all pitches, or "rad/m"."""
+    """A twist (curvature in bending) above 0: ``unit`` "rad/pitch", the same for every pitch, or "rad/m"."""
 
     value: float
     unit: str
 
     @classmethod
     def read(cls, name: str, given: float | str, load: str, beam: Beam) -> Twist:
-        """Read a rate in rad/m or a text, of an argument's name; an angle per pitch or in total is one per pitch."""
+        """Read a rate (rad/m) or a text under the name of an argument; a twist in total becomes one per pitch."""
         with naming(name):
             one, two = (float(LOADS[load].read(given, pitch=d, scales=beam.pitches)) for d in (1.0, 2.0))
         if one <= 0:
             refuse(name, shown(given), "must be more than 0", 'write e.g. "0.2 rad/pitch"')
-        # what depends on the pitch is an angle over it
+        # a rate that changes with the pitch was given as an angle
         return cls(one, "rad/m" if one == two else "rad/pitch")
 
     @classmethod
     def from_text(cls, text: str) -> Twist:
-        """Read back :attr:`text`."""
+        """Read a twist from its :attr:`text`."""
         value, unit = text.split()
         return cls(float(value), unit)
 
     @property
     def text(self) -> str:
-        """The twist to the last digit."""
+        """The twist as text, to the last digit."""
         return f"{self.value!r} {self.unit}"
 
     def words(self, scales: int) -> str:
-        """Return the twist as text, per pitch or of the whole beam of some scales, whichever is the rounder number.
+        """Return the twist as text, per pitch or of a whole beam of ``scales`` scales, whichever number is rounder.
 
         >>> Twist(math.radians(130) / 25, "rad/pitch").words(25), Twist(0.08, "rad/pitch").words(25)
         ('130 deg total', '0.08 rad/pitch')
@@ -79,14 +79,14 @@ class Twist(NamedTuple):
         return f"{number:.{6 if digits((number, unit)) < 7 else 4}g} {unit}"
 
     def per_pitch(self, d: Array | float) -> Array:
-        """Return the load angle (rad) per pitch; ``d``: pitches (m)."""
+        """Return the load angle per pitch (rad) for pitches ``d`` (m)."""
         return np.asarray(self.value * d if self.unit == "rad/m" else self.value)
 
 
 class Model(NamedTuple):
-    """A kind of joint, whether scales are thin and rigid, and where figures are taken (None: at the cut-off).
+    """Kind of joint, whether scales are thin and rigid, and the twist at which figures are taken (None: the cut-off).
 
-    ``own``: number of scales and ends with which endless beams are compared, where the beam has such.
+    ``own``: number of scales and ends of the finite beam that is compared with the endless beam; None without.
     """
 
     joint: str = "hinge"
@@ -107,7 +107,7 @@ class Model(NamedTuple):
         *,
         bent: bool = False,
     ) -> Model:
-        """Return the model for a load, laws and options as of :func:`squama.twist`; ``bent``: beams are held bent, too.
+        """Return the model for a load, laws and options as of :func:`squama.twist`; ``bent``: beams are held bent too.
 
         Raises
         ------
@@ -142,13 +142,13 @@ class Model(NamedTuple):
         return self.joint == "compliant"
 
     def cells(self, beam: Beam, load: str, values: Mapping[str, Any], each: joint_law.Each = joint_law.whole) -> Cells:
-        """Return the columns of a beam with some values replaced; thick scales need those of twisting, too."""
+        """Return the columns of a beam with some values replaced; for compliant joints those of twisting always."""
         return columns(beam, values, load="twisting" if self.compliant else load, each=each)
 
     def solved(
         self, beam: Beam, c: Cells, shape: tuple[int, ...], *, load: str, law: str, sense: str, margin: float, few: int
     ) -> dict[str, Array]:
-        """Return the figures of cells of a beam in arrays of a shape, by role, SI units; ``few`` as for batches."""
+        """Return figures of cells in arrays of a shape, by field, SI units; ``few`` as of the hinges' ``solved``."""
         if self.at is not None:
             at = np.broadcast_to(self.at.per_pitch(c.d), shape)
             found = compliant_columns.solved(c, at, load=load, sense=sense, ideal=self.ideal, own=self.own)._asdict()
@@ -160,7 +160,7 @@ class Model(NamedTuple):
 
     @property
     def record(self) -> dict[str, object]:
-        """The model as plain data; empty for the paper's, thin scales on hinges."""
+        """The model as plain data; empty for the paper's model, thin scales on hinges."""
         if self == Model():
             return {}
         own = {"own": [self.own.scales, self.own.kind]} if self.own else {}
@@ -168,7 +168,7 @@ class Model(NamedTuple):
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any]) -> Model:
-        """Read back :attr:`record`, from among other data."""
+        """Read a model from its :attr:`record`, which may stand among other data."""
         if "joint" not in record:
             return cls()
         at = record["at"]
@@ -183,7 +183,7 @@ class Model(NamedTuple):
         return found | ({"finite": self.own.words} if self.own else {})
 
     def warnings(self, beam: Beam, load: str, sense: str) -> list[str]:
-        """Return warnings about where the beam itself leaves the range in which the model was verified."""
+        """Return warnings where the beam leaves the range in which the model was verified."""
         lines = beam.warnings(load, sense, self.joint)
         if self.at and choice.known(beam):
             far = float(self.at.per_pitch(beam.pitch))
@@ -192,18 +192,18 @@ class Model(NamedTuple):
 
 
 def note(beam: Beam, load: str, laws: Sequence[str], joint: str | None, *, bent: bool = False) -> str:
-    """Return why hinges answer where the compliant joint is the default and is not known; empty elsewhere."""
+    """Return why hinges replace the default compliant joint, which does not cover this case; else an empty text."""
     return _chosen(beam, load, laws, joint, None, bent=bent).note
 
 
 def _chosen(beam: Beam, load: str, laws: Sequence[str], joint: str | None, ideal: bool | None, *, bent: bool) -> Chosen:
-    """Choose the model of many beams; no elements make their joints, and of two laws the plate law decides."""
+    """Choose the model of many beams: no joints by finite elements, and of two laws the plate law decides."""
     kind = LOADS[load]
     return chosen(beam, None if bent else kind, law=kind.law(max(laws)), joint=joint, ideal=ideal, elements=False)
 
 
 def own_scales(beam: Beam, load: str, *, bent: bool) -> Own | None:
-    """Return the number of scales and the ends of a beam that has such; grips are of one that is twisted alone."""
+    """Return number of scales and ends of a finite beam, None for others; grips count only in twisting alone."""
     if beam.scales is None or beam.scales > loads.MANY_SCALES or beam.other:
         return None
     loose = bent or beam.ends is None or (beam.ends == loads.GRIPPED and not LOADS[load].sided)
@@ -211,9 +211,9 @@ def own_scales(beam: Beam, load: str, *, bent: bool) -> Own | None:
 
 
 def _engagement(beam: Beam, load: str, sense: str, *, ideal: bool) -> float:
-    """Return the load angle per pitch at which a beam engages, inf: not below :data:`squama.contacts.path.RANGE`.
+    """Return the load angle per pitch (rad) at engagement; inf: none below :data:`squama.contacts.path.RANGE`.
 
-    Raises InputError: its joint is not known.
+    Raises InputError where the joint is not known.
     """
     if why := choice.unknown(beam):
         refuse("joint", '"compliant"', why, "give at, the twist at which figures are taken")
@@ -221,7 +221,7 @@ def _engagement(beam: Beam, load: str, sense: str, *, ideal: bool) -> float:
 
 
 def shares(counts: Array) -> list[str]:
-    """Return notes on the share of beams with thick scales that lack figures, from the counts of each end's code."""
+    """Return notes on the share of beams with thick scales that lack figures, from the counts (codes,) of the ends."""
     lines = []
     of = {
         compliant_columns.UNKNOWN: "the law of the joint does not know them: they have no figures",

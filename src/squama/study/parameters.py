@@ -1,4 +1,4 @@
-"""Parameters of sweeps: their names, bounds and meaning, and how ranges of values are read.
+"""Parameters of sweeps: names, bounds and meaning, and the reading of their ranges.
 
 A ratio keeps the other ratios and the substrate's section as they are, like ``Beam.from_ratios``: eta changes the
 scale's length, beta its width, zeta its embedded length and its thickness, slenderness its thickness, lam the pitch
@@ -23,7 +23,7 @@ from squama.types import Array
 from squama.units import MARGIN, Bounds, Dimension, as_text, bounded, for_people, shown, si_unit
 
 MOST_VALUES, LONGEST_LIST = 10_000_000, 100_000
-"""Values of a range, and of a list."""
+"""Largest number of values of a range, and of a list."""
 
 
 class Parameter(NamedTuple):
@@ -43,17 +43,17 @@ def _key(name: str) -> Parameter:
 
 
 UNUSED = ("substrate.strength", "substrate.strain_limit", "scale.density", "beam.density", "beam.rotor")
-"""Numbers of a beam file on which no figure of many beams depends."""
+"""Numbers of a beam file that change no figure of many beams."""
 ELASTIC = ("scale.youngs_modulus", "scale.poisson_ratio", "scale.strength")
-"""Those on which figures of elastic scales alone depend."""
+"""Numbers that change only figures of elastic scales."""
 FACTOR = "joint.factor"
-"""Factor on the K_theta of a compliant joint: how far the law of the joint may be off."""
+"""Factor on the K_theta of a compliant joint: the error of the joint's law."""
 BEND = "psi"
-"""Bend per pitch in which a beam is held while it is twisted: of sweeps alone."""
+"""Bend per pitch in which a beam is held while it is twisted; for sweeps only."""
 SCALES = "beam.scales"
-"""Number of scales: of designs alone, figures of sweeps do not depend on it."""
+"""Number of scales; for designs only, because figures of sweeps do not depend on it."""
 FULL = {"alpha": "scale.alpha", "theta0": "scale.theta0", "mu": "friction.mu"}
-"""Names as in the beam file of the parameters that have a shorter one."""
+"""Names in the beam file of the parameters that have a shorter name."""
 PARAMETERS: dict[str, Parameter] = {
     **{n: Parameter(Dimension.RATIO, bounds, SYMBOLS[n]) for n, bounds in parts.RATIOS.items()},
     **{n: Parameter(*beamfile.NUMBERS[name], SYMBOLS[n]) for n, name in FULL.items()},
@@ -101,12 +101,12 @@ class Axis(NamedTuple):
 
     @property
     def span(self) -> str:
-        """The range, with units."""
+        """The range as text with units."""
         return f"{self.name} = {text_of(self.name, self.values[0])} to {text_of(self.name, self.values[-1])}"
 
     @property
     def record(self) -> list[float] | dict[str, float]:
-        """The values for the configuration: both ends and the count if they are evenly spaced."""
+        """The values for the configuration: both ends and the count where they are evenly spaced, else a list."""
         low, high, count = float(self.values[0]), float(self.values[-1]), self.values.size
         if count > 2 and np.array_equal(self.values, np.linspace(low, high, count)):
             return {"low": low, "high": high, "count": count}
@@ -114,14 +114,14 @@ class Axis(NamedTuple):
 
     @classmethod
     def from_record(cls, name: str, record: Any) -> Axis:
-        """Read back :attr:`record`."""
+        """Read an axis from its :attr:`record`."""
         if isinstance(record, Mapping):
             return cls(name, np.linspace(record["low"], record["high"], record["count"]))
         return cls(name, np.asarray(record, float))
 
 
 def text_of(name: str, value: float) -> str:
-    """Return a value of a parameter (SI) as text with a handy unit."""
+    """Return a value of a parameter (SI) as text with a suitable unit."""
     dimension = PARAMETERS[name].dimension
     text = as_text(float(value), dimension)
     if len(text) <= 14 and dimension is not Dimension.RATIO:
@@ -131,12 +131,12 @@ def text_of(name: str, value: float) -> str:
 
 
 def people(name: str) -> tuple[float, str]:
-    """Return the factor from SI, and the unit, in which texts show a parameter."""
+    """Return the unit in which texts show a parameter, after its factor from SI."""
     return for_people(PARAMETERS[ALIASES.get(name, name)].symbol.unit)
 
 
 def own(beam: Beam, name: str) -> float | None:
-    """Return a dimension that a beam states (SI), by any of its names; None where it states none."""
+    """Return a value that a beam states (SI), by any name of the parameter; None where it states none."""
     if name == FACTOR:
         return 1.0
     table, _, key = FULL.get(name, name).partition(".")
@@ -147,7 +147,7 @@ def own(beam: Beam, name: str) -> float | None:
 
 
 def of_beam(beam: Beam, load: str, name: str) -> float:
-    """Return a dimension of a beam (SI), of its joint by law or matrix if not stated; 0 for none."""
+    """Return a value of a beam (SI); a joint's value not stated comes from law or matrix, any other is 0."""
     if name == "joint.stiffness":
         return beam.joint_stiffness
     if name == "joint.inclusion_factor":
@@ -156,7 +156,7 @@ def of_beam(beam: Beam, load: str, name: str) -> float:
 
 
 def canonical(name: str) -> str:
-    """Return the name of a parameter for any of its names; refuse an unknown name with a suggestion."""
+    """Return the canonical name of a parameter; refuse an unknown name with a suggestion."""
     if name in _NO_EFFECT:
         refuse(name, "", _NO_EFFECT[name])
     if name in PARAMETERS:
@@ -169,14 +169,14 @@ def canonical(name: str) -> str:
 
 
 def meant(name: str, known: Iterable[str], short: Mapping[str, str] = MappingProxyType({})) -> str:
-    """Return "did you mean ...? " with the known names of that ending, or the most similar one; else ""."""
+    """Return "did you mean ...? " with the known names that end in ``name``, or the most similar name; else ""."""
     near = close(name, [*known, *short])
     names = [full for full in known if full.endswith(f".{name}")] or [short.get(near, near)]
     return f"did you mean {' or '.join(names)}? " if names != [""] else ""
 
 
 def effective(name: str, joint: str, *, ideal: bool, load: str = "twisting") -> None:
-    """Refuse a parameter on which no figure of a model depends."""
+    """Refuse a parameter that changes no figure of the model."""
     rigid = ideal or joint == "hinge"
     if name == BEND and load != "twisting":
         refuse(name, "", "is what bending changes", 'leave it out, or write load="twisting"')
@@ -193,10 +193,10 @@ def effective(name: str, joint: str, *, ideal: bool, load: str = "twisting") -> 
 def axes(
     over: Mapping[str, object], *, bare: bool = True, joint: str = "hinge", ideal: bool = True, load: str = "twisting"
 ) -> list[Axis]:
-    """Read all swept parameters, in the order given.
+    """Read all swept parameters, in the given order.
 
-    A value is ``(low, high, count)``, a list or an array of values, or text such as ``"15deg:75deg:601"`` or
-    ``"0.1,0.2,0.5"``; a number without a unit is SI (``bare``) or refused. All mistakes are named at once.
+    A value is ``(low, high, count)``, a list or an array, or text such as ``"15deg:75deg:601"`` or ``"0.1,0.2,0.5"``; a
+    number without a unit is SI (``bare``) or refused. One InputError names all mistakes.
     """
     found: dict[str, Axis] = {}
     first: dict[str, str] = {}
@@ -221,7 +221,7 @@ def axes(
 
 
 def flattened(table: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str, object]]:
-    """Yield ``"scale.length", ...`` and the value of nested tables."""
+    """Yield dotted names (``"scale.length"``) and values of nested tables."""
     for key, value in table.items():
         if isinstance(value, Mapping):
             yield from flattened(value, f"{prefix}{key}.")
@@ -230,7 +230,7 @@ def flattened(table: Mapping[str, object], prefix: str = "") -> Iterator[tuple[s
 
 
 def read_value(name: str, value: object, *, bare: bool) -> float:
-    """Return one value of a parameter in SI units, or refuse it under its name."""
+    """Return one value of a parameter in SI units; an InputError names ``name``."""
     parameter = PARAMETERS[ALIASES.get(name, name)]
     with naming(name):
         return bounded(value, parameter.dimension, parameter.bounds, bare=bare)
@@ -243,11 +243,11 @@ EXAMPLES = {
     Dimension.TORQUE: ('"0.01 N m:0.05 N m:101"', "0.02 N m", "10 %"),
     Dimension.RATIO: ("0.2:0.4:401", "0.25", "0.03"),
 }
-"""What to write by dimension: a range, a value and its tolerance."""
+"""Examples for messages by dimension: a range, a value and its tolerance."""
 
 
 def _values(name: str, given: str, value: object, *, bare: bool) -> Array:
-    """Return the values of a parameter, which was ``given`` by another name: a range low:high:count or a list."""
+    """Return the values of a parameter (named ``given`` by the user) from a range low:high:count or a list."""
     example = "0.001,0.01,0.1" if name == "margin" else EXAMPLES[PARAMETERS[name].dimension][0]
     spaced = isinstance(value, tuple) or (isinstance(value, str) and ":" in value)
     said = value

@@ -1,4 +1,4 @@
-"""A part under load by finite elements, and `squama.load` beside it: the part of `squama verify`."""
+"""A finite part under load: finite elements and :func:`squama.load` side by side, for `squama verify --load`."""
 
 from __future__ import annotations
 
@@ -30,18 +30,18 @@ if TYPE_CHECKING:
     from squama.beam.design import Beam
 
 MOST = 25
-"""Largest number of scales of a part of elements."""
+"""Largest number of scales of a part of finite elements."""
 IMPOSED = '"10 mm up at tip", "60 deg bend", "90 deg twist"'
-"""Loads of parts of elements."""
+"""Examples of loads that finite elements can impose."""
 _POINTS = 100
 _BLANK_LENGTH = 0.01
-"""Length of a scale that cannot touch, pitches."""
+"""Length of the scales of blank pitches, so short that they cannot touch, in pitches."""
 _NAMES = {True: ("turn", "moment"), False: ("travel", "F")}
-"""Deformation and load, as of :func:`squama.load`; of turns, and of shifts."""
+"""Names of deformation and load in :func:`squama.load`, by whether the load is a turn."""
 
 
 class Led(NamedTuple):
-    """How a part of elements is led: its deformation (SI) at the end of the way, and the way there."""
+    """Imposed deformation of a part of finite elements: its ``size`` (m or rad), the end of the ``way``, its text."""
 
     lead: Lead
     size: float
@@ -51,12 +51,12 @@ class Led(NamedTuple):
 
 
 def led(load: str, support: str | None, beam: Beam, scales: int) -> Led:
-    """Read how the far end of a part of elements is led.
+    """Read the imposed deformation of the far end of a part of finite elements.
 
     Raises
     ------
     InputError
-        The load is none, or none that elements take.
+        The text is no load, or no load that finite elements can impose.
     """
     pitches = scales + 2 * BLANK
     found = loading.loads(load, beam, pitches)
@@ -75,7 +75,7 @@ def led(load: str, support: str | None, beam: Beam, scales: int) -> Led:
 
 
 class Run(NamedTuple):
-    """A part of elements: number of scales, how it is led, friction, mesh, largest increment, thin rigid scales."""
+    """Settings of a part of finite elements; ``increment``: largest step; ``ideal``: thin, rigid scales."""
 
     scales: int
     led: Led
@@ -106,16 +106,16 @@ def elements(
     progress: runs.Listener | None = None,
     announce: Callable[[str], None] = lambda _: None,
 ) -> xr.Dataset:
-    """Load a part of N scales by finite elements: clamped on average at one end, led at the other.
+    """Load a part of N scales by finite elements: clamped on average at one end, deformation imposed at the other.
 
-    Beside its N pitches there is one of bar without exposed scales at each end, see :mod:`squama.fe.loaded`.
+    Each end has one more pitch of bar without exposed scales, see :mod:`squama.fe.loaded`.
 
     Returns
     -------
     xarray.Dataset
         Along ``point`` the deformation ``travel`` (m) and force ``F`` (N), or ``turn`` (rad) and ``moment`` (N m);
-        ``U_el``, ``W_fr``, ``W`` (J); along ``scale``, too, ``theta``, ``N`` and ``f`` on the next scale; ``contact``.
-        Attributes as of :func:`squama.cell`.
+        ``U_el``, ``W_fr``, ``W`` (J); along ``scale`` too: ``theta`` (rad), ``N`` and ``f`` (N) on the next scale,
+        ``contact`` (kind of contact). Attributes as of :func:`squama.cell`.
 
     Raises
     ------
@@ -174,14 +174,14 @@ def elements(
 
 
 def beside(beam: Beam, data: xr.Dataset, run: Run) -> xr.Dataset:
-    """Set `squama.load` of the same part beside its elements.
+    """Compare :func:`squama.load` with finite elements of the same part.
 
     Returns
     -------
     xarray.Dataset
-        Along ``point``: the deformation, ``elements`` (the load by elements); along ``model``, too, ``load`` and
-        ``off`` = load/elements - 1: "law", the beam's own joint, and "mesh", the joint that the elements' mesh makes.
-        ``touch`` (m or rad) by model, ``touch_elements``: where scales first touch.
+        Along ``point``: the deformation, ``elements`` (the load by finite elements); along ``model`` too: ``load`` and
+        ``off`` = load/elements - 1, for the beam's own joint ("law") and the joint stiffness of the elements' mesh
+        ("mesh"). ``touch`` by model and ``touch_elements``: deformation (m or rad) at which scales first touch.
     """
     import xarray as xr
 
@@ -227,13 +227,13 @@ def beside(beam: Beam, data: xr.Dataset, run: Run) -> xr.Dataset:
 
 
 def touched(data: xr.Dataset, by: str) -> float:
-    """Return the deformation from which on scales of the elements touch; inf where they do not."""
+    """Return the deformation (m or rad) at which scales of the finite elements first touch; inf where they do not."""
     pressed = np.nan_to_num(np.asarray(data["N"].values, float)).max(axis=1) > 0
     return float(data[by].values[pressed].min(initial=math.inf))
 
 
 def verdict(table: xr.Dataset, by: str) -> str:
-    """Say how far the loads of the beam's own joint are from the elements', before contact and beyond it."""
+    """Return a sentence: largest deviation of the beam's own joint from the elements, before and after contact."""
     factor, unit = (math.degrees(1.0), "deg") if by == "turn" else (1e3, "mm")
     x, off = table[by].values, table["off"].values[0]
     ours, theirs = float(table["touch"][0]), float(table["touch_elements"])

@@ -1,4 +1,4 @@
-"""The plan of a sweep: what is computed, where it lies in the arrays, and how two plans differ."""
+"""The plan of a sweep: beam, model and axes, the layout of its arrays, and the differences between two plans."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Tile = tuple[int, ...]
 
 
 class Variable(NamedTuple):
-    """A variable of the store: the field of the answers behind it, its type and its attributes."""
+    """A variable of the store: the field of the figures that it holds, its data type and its attributes."""
 
     field: str
     dtype: str
@@ -72,9 +72,9 @@ def _real(load: str) -> dict[str, Variable]:
 
 
 VARIABLES = {(joint, load): of(load) for joint, of in (("hinge", _hinged), ("compliant", _real)) for load in LOADS}
-"""Variables of a store by the joint and the load."""
+"""Variables of a store by joint and load."""
 OWN = ("finite_torque", "finite_stiffness_ratio", "finite_ratio")
-"""Those of beams with a number of scales."""
+"""Fields for beams with a number of scales only."""
 MARK = "squama_sweep"
 """Attribute of the group that marks a store; its value is the version of the layout."""
 STATUS = "status"
@@ -84,12 +84,12 @@ _STATUS_ATTRS = {"long_name": "state of each tile", "flag_values": [0, 1], "flag
 
 
 def variables(model: Model, load: str) -> dict[str, Variable]:
-    """Return the variables of a model's answers under a load, by name."""
+    """Return the variables of a model's figures under a load, by name."""
     return {name: v for name, v in VARIABLES[model.joint, load].items() if model.own or v.field not in OWN}
 
 
 class Plan(NamedTuple):
-    """All that determines the numbers in a store, and nothing else: equal plans give equal bytes."""
+    """All settings that determine the numbers in a store, and no others: equal plans give equal bytes."""
 
     beam_toml: str
     load: str
@@ -133,17 +133,17 @@ class Plan(NamedTuple):
         return tuple(-(-n // m) for n, m in zip(self.shape, self.tile, strict=True))
 
     def tiles(self, shard: tuple[int, int] = (1, 1)) -> Iterator[Tile]:
-        """Tiles in order; shard (i, n) has every n-th tile from the i-th on."""
+        """Return the tiles in order; shard (i, n) takes every n-th tile from the i-th on."""
         every = itertools.product(*(range(n) for n in self.grid))
         return itertools.islice(every, shard[0] - 1, None, shard[1])
 
     def place(self, tile: Tile) -> tuple[slice, ...]:
-        """Where a tile lies in the arrays."""
+        """Return the slices that a tile takes in the arrays."""
         sides = zip(tile, self.tile, self.shape, strict=True)
         return tuple(slice(i * m, min((i + 1) * m, n)) for i, m, n in sides)
 
     def size(self, tile: Tile) -> int:
-        """Cells of a tile."""
+        """Return the number of cells of a tile."""
         return math.prod(s.stop - s.start for s in self.place(tile))
 
     @property
@@ -174,7 +174,7 @@ class Plan(NamedTuple):
 
     @classmethod
     def from_text(cls, text: str) -> Plan:
-        """Read back :attr:`text`."""
+        """Read a plan from its :attr:`text`."""
         c = json.loads(text)
         swept = tuple(Axis.from_record(name, v) for name, v in c["over"])
         alike = {key: c[key] for key in ("load", "sense", "margin", "versions")}
@@ -184,7 +184,7 @@ class Plan(NamedTuple):
 
 
 def arrays(plan: Plan) -> dict[str, dict[str, object]]:
-    """Return the arguments of every array of the store, but for its codecs."""
+    """Return the keyword arguments that create every array of the store, without its codecs."""
     keys = ("shape", "chunks", "dtype", "dimension_names", "attributes", "fill_value")
     found: dict[str, tuple[object, ...]] = {}
     for name, (_, dtype, attrs) in plan.variables.items():
@@ -199,7 +199,7 @@ def arrays(plan: Plan) -> dict[str, dict[str, object]]:
 
 
 def coordinates(plan: Plan) -> dict[str, tuple[Array, Mapping[str, object]]]:
-    """Return values and attributes of the coordinates."""
+    """Return values and attributes of the coordinates by name."""
     found: dict[str, tuple[Array, Mapping[str, object]]] = {}
     if len(plan.laws) > 1:
         codes = np.arange(len(plan.laws), dtype="int8")
@@ -242,17 +242,17 @@ def tile_shape(shape: tuple[int, ...], dims: tuple[str, ...], most: int) -> tupl
 
 
 def versions() -> dict[str, str]:
-    """Versions of the packages on which the last digits depend."""
+    """Return the versions of the packages on which the last digits depend."""
     return {**{name: metadata.version(name) for name in ("numba", "numpy", "scipy")}, "squama": __version__}
 
 
 def differences(stored: Plan, asked: Plan) -> list[str]:
-    """Name every entry in which two plans differ, the stored value first."""
+    """Return a line for every entry in which two plans differ, the stored value first."""
     old, new = _entries(stored), _entries(asked)
     lines = []
     for key in {**old, **new}:
         (was, before), (wanted, now) = (entries.get(key, (None, "not given")) for entries in (old, new))
-        # of other parameters the names say enough
+        # where the parameters differ, their names suffice
         if was != wanted and (key[0] != "over" or (key in old and key in new)):
             lines.append(f"{key[0]} {before} against {now}")
     return lines

@@ -1,6 +1,6 @@
 """Slices of a sweep: two dimensions, a panel for each value of a third, and one value of all others.
 
-And the paths of single beams of a slice: inclination against load angle, without friction.
+Also the paths of single beams of a slice: inclination against load angle, without friction.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ POINTS = 200
 
 
 class Slice(NamedTuple):
-    """A slice: ``data`` over ``y``, ``x`` and ``panels`` (None for one); ``y`` is None for a line."""
+    """A slice of a sweep: ``data`` over the dimensions ``panels`` (or None), ``y`` (None for a line) and ``x``."""
 
     data: xr.Dataset
     x: str
@@ -45,12 +45,12 @@ def take(
     at: Mapping[str, object] | None = None,
     bare: bool = True,
 ) -> Slice:
-    """Choose a slice of a sweep by the names of its dimensions; no value is read from the store yet.
+    """Choose a slice of a sweep by the names of its dimensions, without reading values from the store.
 
-    ``x`` and ``y`` are the last and the first dimension that are left over unless they are named, ``panels`` is ``law``
-    if there are several. ``at`` holds the others at the values of the grid that lie nearest; a number without a unit is
-    SI (``bare``) or refused, as are names that are no dimension of the sweep, values out of its range, and dimensions
-    that are neither shown nor held.
+    ``x`` is by default the last remaining dimension, ``y`` the first, ``panels`` is ``law`` where there are two laws.
+    ``at`` fixes other dimensions at the nearest value of the grid; a number without a unit is SI (``bare``) or refused.
+    Names that are no dimension of the sweep, values outside its ranges, and dimensions neither shown nor fixed are
+    refused.
     """
     dims = [str(dim) for dim in dataset["RED"].dims]
     fixed = {_dimension(name, dims, "at"): value for name, value in (at or {}).items()}
@@ -84,36 +84,36 @@ def take(
 
 
 def thinned(part: Slice, most: int) -> Slice:
-    """Return a slice with at most ``most`` values along x and y, read from the store."""
+    """Return a slice with at most ``most`` values along x and along y, loaded from the store."""
     steps = {dim: slice(None, None, -(-part.data.sizes[dim] // most)) for dim in (part.x, part.y) if dim}
     return part._replace(data=part.data.isel(steps).load())
 
 
 def ends(data: xr.Dataset) -> Array:
-    """Return the ends of a sweep's cells in words; "not computed" of tiles that are not done."""
+    """Return the ends of a sweep's cells in words; "not computed" in unfinished tiles."""
     words = np.array([word.replace("_", " ") for word in data["end"].attrs["flag_meanings"].split()])
     return np.asarray(words[data["end"].values + 1])
 
 
 def worded(data: xr.Dataset) -> xr.Dataset:
-    """Return a slice with the ends in words, for files."""
+    """Return a slice with the codes of the ends replaced by words, for files."""
     end = data["end"]
     attrs = {"long_name": end.attrs["long_name"], "units": ""}
     return data.assign(end=(end.dims, ends(data), attrs))
 
 
 def values_of(part: Slice, texts: Sequence[object], *, bare: bool) -> list[float]:
-    """Return the values of y on the grid that lie nearest to the given ones."""
+    """Return the values of y on the grid that are nearest to the given values (SI), without repetitions."""
     assert part.y is not None
     places = dict.fromkeys(_index(part.data, part.y, text, bare) for text in texts)
     return [float(part.data[part.y].values[i]) for i in places]
 
 
 def paths(part: Slice, texts: Sequence[str], *, bare: bool) -> dict[float, tuple[Array, Array]]:
-    """Return load angle and inclination (rad) along the paths of beams, by their values of x, on the grid or not.
+    """Return load angle and inclination (rad) along the path of each beam, by its value of x, on the grid or not.
 
-    Friction and force law do not change a path, only where on it a lock comes: it is drawn up to its end at mu = 0. The
-    slice has mu as y, and panels of law or margin alone, so that all lines of it lie on the same paths.
+    Friction and force law do not change a path, only the place of a lock on it: paths end where they would at mu = 0.
+    The slice needs y = mu, and panels of law or margin only, so that all its lines lie on the same paths.
     """
     if part.data.attrs["joint"] != PAPER["joint"] or part.data.attrs["scales"] != PAPER["scales"]:
         refuse("paths", "", "are for thin, rigid scales on hinges, and this sweep has others")
@@ -140,7 +140,7 @@ def _dimension(name: str, dims: Sequence[str], role: str) -> str:
 
 
 def _index(dataset: xr.Dataset, name: str, value: object, bare: bool) -> int:
-    """Place of the value of the grid that lies nearest."""
+    """Return the index of the nearest value of the grid."""
     there = dataset[name].values
     if name == "law":
         if value not in there:

@@ -1,11 +1,10 @@
 """The store of a sweep: a zarr group (format 3) of labelled arrays, a chunk per tile, and a mark per finished tile.
 
-A store is made in a hidden folder beside its place and moved there when it is whole. zarr writes each chunk beside its
-place and moves it there; the mark of a tile (its chunk of ``status``) comes last, when the disk has all its data and
-their checksums. Whatever kills a run, the marks therefore name whole tiles only, and the next run overwrites or takes
-away whatever a dead one left. It also holds every tile with a mark against its checksums and does damaged ones anew.
-Nothing in a store tells when or where it was written.
-A writer claims a tile by a lock, so no tile has two writers on one machine or one file system with locks.
+A store is made in a hidden folder beside its place and renamed when it is complete. zarr writes each chunk beside its
+place and renames it; the mark of a tile (its chunk of ``status``) follows when its data and their checksums are on the
+disk. However a run is killed, the marks name complete tiles only, and the next run overwrites or removes leftovers. It
+also checks every marked tile against its checksums and computes damaged tiles anew. A store holds no time, machine or
+path of its making.
 """
 
 from __future__ import annotations
@@ -44,9 +43,9 @@ if TYPE_CHECKING:
 _WRITE_BITS = 0o222
 _TRIES = 5
 _MOST = 2**26
-"""Bytes of the plan of a store, and of a file that follows from it beyond those that it should have, at most."""
+"""Largest size of a store's plan, and of a file that follows from it beyond its expected size, bytes."""
 _PARTIAL = ".partial"
-"""Ending of a chunk that zarr has not finished, and of the claim on a tile."""
+"""Suffix of a chunk that zarr has not finished, and of the claim on a tile."""
 _TROUBLE: files.Known = {
     **dict.fromkeys(
         (errno.ENOSPC, errno.EDQUOT),
@@ -57,17 +56,17 @@ _TROUBLE: files.Known = {
     ),
 }
 _AGAIN = "remove it and run the sweep again"
-"""What to do about a store that cannot be mended."""
+"""Remedy for a store that cannot be repaired."""
 _REWRITE = "run the same sweep again: it writes this anew"
 
 
 class Writer:
-    """Writes the tiles of one store; one per process."""
+    """Writes the tiles of one store; one writer per process."""
 
     def __init__(self, path: Path, plan: Plan) -> None:
         self.path, self.plan = path, plan
         library = need("zarr")
-        # a chunk of nothing but NaN is one, too
+        # chunks that hold only NaN are written too
         with library.config.set({"array.write_empty_chunks": True}):
             self._arrays = {
                 name: library.open_array(path / name, mode="r+", zarr_format=3)
@@ -76,10 +75,10 @@ class Writer:
 
     @contextlib.contextmanager
     def claim(self, tile: Tile) -> Iterator[bool]:
-        """Lock a tile and unmark a damaged one; False if it is done or another writer has it."""
+        """Lock a tile and remove the mark of a damaged one; yield False where it is done or another writer has it."""
         mark = self.path / STATUS / key(tile)
         claimed = mark.with_name(mark.name + _PARTIAL)
-        # while any writer holds the store nobody sweeps it
+        # while a writer holds the store, no process removes leftovers from it
         with _opened(self.path / "zarr.json") as store, _opened(claimed, os.O_RDWR | os.O_CREAT) as handle:
             _locked(store, wait=True)
             mine = _locked(handle) is not False and _same(handle, claimed)
@@ -93,7 +92,7 @@ class Writer:
                     claimed.unlink(missing_ok=True)
 
     def write(self, tile: Tile, values: Mapping[str, Array]) -> None:
-        """Write data and checksums of a tile, then its mark; if that fails remove all of them."""
+        """Write data and checksums of a tile, then its mark; remove all of them on failure."""
         from squama.study.chunks import sum_at, sums_of
 
         data = [f"{name}/{key(tile)}" for name in self.plan.variables]
@@ -117,27 +116,27 @@ class Writer:
 
 
 def sweep_orphans(path: Path, plan: Plan) -> None:
-    """Remove what killed writers left in a store, unless another writer is at work there."""
+    """Remove the leftovers of killed writers from a store, unless another writer is at work there."""
     with contextlib.suppress(OSError), _opened(path / "zarr.json") as store:
         if not _locked(store):
             return
         for name in arrays(plan):
             with contextlib.suppress(OSError), os.scandir(path / name) as entries:
                 for entry in entries:
-                    # a mark without content is one that a machine had not on its disk when it went down
+                    # an empty mark is one whose content had not reached the disk at a power failure
                     with contextlib.suppress(OSError):
                         if entry.name.endswith(_PARTIAL) or (name == STATUS and not entry.stat().st_size):
                             Path(entry).unlink(missing_ok=True)
 
 
 def key(tile: Tile) -> str:
-    """Name of the file of a chunk."""
+    """Return the file name of a tile's chunk, such as ``c.0.1``."""
     return ".".join(("c", *map(str, tile)))
 
 
 @contextlib.contextmanager
 def _opened(path: Path, how: int = os.O_RDWR) -> Iterator[int | None]:
-    """Open a file, or a folder; None for a folder where the system opens none."""
+    """Open a file or a folder; yield None for a folder where the system cannot open folders."""
     if os.name == "nt" and path.is_dir():
         yield None
         return
@@ -149,7 +148,7 @@ def _opened(path: Path, how: int = os.O_RDWR) -> Iterator[int | None]:
 
 
 def _same(handle: int | None, path: Path) -> bool:
-    """Say whether an open file is still the one of that name."""
+    """Say whether an open file is still the file at a path."""
     try:
         return handle is not None and os.path.samestat(os.fstat(handle), path.stat())
     except FileNotFoundError:
@@ -157,7 +156,7 @@ def _same(handle: int | None, path: Path) -> bool:
 
 
 def _locked(handle: int | None, *, wait: bool = False) -> bool | None:
-    """Lock an open file, alone or (``wait``) shared; False if another has it, None where there are no locks."""
+    """Lock an open file, exclusively or shared (``wait``); False if another has it, None where there are no locks."""
     if handle is None:
         return None
     library = need("portalocker")
@@ -173,24 +172,24 @@ def _locked(handle: int | None, *, wait: bool = False) -> bool | None:
 
 def flush(place: Path) -> None:
     """Wait until a file or a folder is on the disk."""
-    # Windows flushes only what may be written
+    # Windows flushes only files opened for writing
     with _opened(place, os.O_RDWR if os.name == "nt" else os.O_RDONLY) as handle:
         if handle is not None:
             os.fsync(handle)
 
 
 def _writable(path: Path) -> bool:
-    """Say whether files can be made in a folder; mode bits are looked at because root may write anything."""
+    """Say whether files can be created in a folder; mode bits count too, because root may write anything."""
     return bool(stat.S_IMODE(path.stat().st_mode) & _WRITE_BITS) and os.access(path, os.W_OK)
 
 
 def writing(path: Path) -> contextlib.AbstractContextManager[None]:
-    """Name the store in errors of writing it."""
+    """Name the store in errors of writing."""
     return files.naming(path, _TROUBLE, ("cannot be written", "check the place"), (OSError,))
 
 
 def _create(path: Path, plan: Plan) -> None:
-    """Make an empty store; another process may be first, and then it is that one's."""
+    """Make an empty store; if another process is first, its store stays."""
     for attempt in range(_TRIES):
         beside = path.with_name(f".{path.name}.{secrets.token_hex(6)}.new")
         try:
@@ -202,7 +201,7 @@ def _create(path: Path, plan: Plan) -> None:
                     flush(place)
                 try:
                     beside.rename(path)
-                except OSError as error:  # another run was first
+                except OSError as error:  # another run made the store first
                     if error.errno not in {errno.ENOTEMPTY, errno.EEXIST}:
                         raise
             flush(path.parent)
@@ -217,7 +216,7 @@ def _create(path: Path, plan: Plan) -> None:
 
 
 def _clear(path: Path) -> None:
-    """Remove the unfinished copies of this store that killed runs left beside it; a living run has its copy locked."""
+    """Remove unfinished copies of this store that killed runs left beside it; the copy of a living run is locked."""
     ours = re.compile(re.escape(f".{path.name}.") + r"[0-9a-f]{12}\.new")
     with contextlib.suppress(OSError):
         for beside in path.absolute().parent.iterdir():
@@ -255,9 +254,9 @@ def read_plan(path: Path) -> Plan:
 
 
 def check(path: Path, plan: Plan, remedy: str = _REWRITE) -> Array:
-    """Check all of a store but the tiles; return which tiles are marked as done, in the shape of the grid.
+    """Check all files of a store but the tiles; return which tiles are marked as done, bool in the shape of the grid.
 
-    A damaged store is refused; ``remedy`` is for a file that follows from the plan.
+    A damaged store is refused; ``remedy`` is the advice for a file that follows from the plan.
     """
     found: dict[str, bytes] = {}
     for place, data in following(plan).items():
@@ -274,7 +273,7 @@ def check(path: Path, plan: Plan, remedy: str = _REWRITE) -> Array:
 
 
 def _mend(path: Path, plan: Plan) -> None:
-    """Rewrite damaged files that the plan determines, where the place can be written."""
+    """Rewrite damaged files that follow from the plan, where the folder is writable."""
     for place, data in following(plan).items():
         file = path / place
         with contextlib.suppress(OSError):
@@ -287,7 +286,7 @@ def _mend(path: Path, plan: Plan) -> None:
 
 
 def whole(path: Path, plan: Plan, tile: Tile) -> bool:
-    """Say whether a tile is marked as done and undamaged; refuse a folder in the place of a chunk."""
+    """Say whether a tile is marked as done and undamaged; refuse a folder in place of a chunk."""
     from squama.study import chunks
 
     name = key(tile)
@@ -304,12 +303,12 @@ def whole(path: Path, plan: Plan, tile: Tile) -> bool:
 
 
 def marked(path: Path, plan: Plan) -> Array:
-    """Say of each tile whether it is marked as done."""
+    """Return which tiles are marked as done, bool in the shape of the grid."""
     return _chunks(path / STATUS, plan.grid)
 
 
 def _chunks(folder: Path, grid: tuple[int, ...]) -> Array:
-    """Say of each tile whether a folder holds its chunk; a byte a tile, however many names there are."""
+    """Return for which tiles a folder holds a chunk, bool in the shape of the grid (1 byte per tile)."""
     there = np.zeros(grid, bool)
     chunk = re.compile("c" + r"\.(\d{1,9})" * len(grid))
     with os.scandir(folder) as entries:
@@ -322,7 +321,7 @@ def _chunks(folder: Path, grid: tuple[int, ...]) -> Array:
 
 
 def there(path: Path) -> bool:
-    """Say whether a path exists; refuse one that cannot become a store."""
+    """Say whether a store's path exists; refuse a path that cannot become a store."""
     need("zarr")
     if path.suffix.lower() != ".zarr":
         refuse(files.label(path) or '""', "", "has not the extension .zarr", "write e.g. map.zarr")
@@ -333,10 +332,10 @@ def there(path: Path) -> bool:
 
 
 def prepare(path: Path, plan: Plan, shard: tuple[int, int] = (1, 1)) -> Array:
-    """Make the store of a plan, or open it to resume; return which tiles are done.
+    """Make the store of a plan, or open it to resume; return which tiles are done, bool in the shape of the grid.
 
-    Those of the shard are held against their checksums. A place that cannot take the store, or that holds anything
-    else, is refused and left as it was.
+    Done tiles of the shard are checked against their checksums. A place that cannot hold the store, or that holds
+    something else, is refused and left unchanged.
     """
     if not there(path):
         _clear(path)
@@ -348,7 +347,7 @@ def prepare(path: Path, plan: Plan, shard: tuple[int, int] = (1, 1)) -> Array:
     _clear(path)
     sweep_orphans(path, plan)
     _mend(path, plan)
-    # what could be written anew has been
+    # all files that could be rewritten have been
     done = check(path, plan, "make it writable and run the same sweep again")
     for tile in plan.tiles(shard):
         done[tile] = done[tile] and whole(path, plan, tile)
@@ -358,9 +357,9 @@ def prepare(path: Path, plan: Plan, shard: tuple[int, int] = (1, 1)) -> Array:
 
 
 def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
-    """Open the store of a sweep, finished or not, as from :func:`squama.sweep`; values are read when they are used.
+    """Open the store of a sweep, finished or not, as :func:`squama.sweep` returns it; values are read on use.
 
-    Raises InputError: there is no store, squama did not write it, or it is damaged.
+    Raises InputError where there is no store, or one that squama did not write, or a damaged one.
     """
     arguments.place(path, "map.zarr")
     place = Path(path)
@@ -374,17 +373,17 @@ def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
         for missing in np.argwhere(done & ~_chunks(place / variable, plan.grid))[:1]:
             chunks.check(place, plan, key(tuple(missing)), variable)
     with warnings.catch_warnings():
-        # what else lies in the folder does no harm
+        # zarr warns of foreign files in the folder, which do no harm
         warnings.simplefilter("ignore")
         found: Any = xr.open_zarr(chunks.Checked(place, plan), consolidated=False, zarr_format=3, chunks=None)
-    # in the order of the plan: that of a folder is any
+    # in the order of the plan, because a folder has none
     coords = {dim: found.variables[dim] for dim in plan.dims}
     if "law" in coords:
         coords["law"] = xr.Variable("law", list(plan.laws), {"long_name": "force law"})
     data = {name: found.variables[name] for name in (*plan.variables, STATUS)}
     beam = Beam.from_toml_text(plan.beam_toml)
     limits = {axis.name: (float(axis.values[0]), float(axis.values[-1])) for axis in plan.axes}
-    # those of the beam as it is, and those of its joint's matrix where its shape varies
+    # warnings about the beam itself, and about its joint's matrix where the shape varies
     lines = dict.fromkeys(
         [*plan.model.warnings(beam, plan.load, plan.sense), *matrix_warnings(beam, plan.load, limits)]
     )

@@ -1,6 +1,6 @@
-"""Sweeps: a response for every combination of some parameters, tile by tile, into a store that can be resumed.
+"""Sweeps: figures of beams for every combination of parameters, tile by tile, into a store that can be resumed.
 
-Memory is that of one tile and of what works on it, however large the sweep is.
+Memory holds one tile and its intermediate arrays, whatever the size of the sweep.
 """
 
 from __future__ import annotations
@@ -42,12 +42,12 @@ if TYPE_CHECKING:
 Ranges = Mapping[str, object]
 _FAR = np.iinfo(np.int16).max
 SMALLEST_TILE, LARGEST_TILE, PARTS = 1024, 65536, 16
-"""Cells of a tile unless asked for: a sixteenth of the sweep within these bounds."""
+"""Bounds of the default number of cells of a tile, a sixteenth of the sweep."""
 MOST_TILES = 1_000_000
 
 
 class State(NamedTuple):
-    """Progress of a run: tiles and cells of its share, those done (by earlier runs too), seconds elapsed and left."""
+    """Progress of a run: tiles and cells of its shard, those done (also by earlier runs), seconds elapsed and left."""
 
     tiles: int
     tiles_done: int
@@ -79,9 +79,8 @@ def sweep(
 ) -> xr.Dataset:
     """Solve a beam for every combination of some parameters, into a zarr store.
 
-    Beams are taken as endless, whatever their number of scales.
-
-    The same call goes on where an earlier one was stopped or killed; the store is in the end the same, byte for byte.
+    Beams are endless, whatever their number of scales. The same call resumes a sweep that was stopped or killed; the
+    final store is the same, byte for byte.
 
     Parameters
     ----------
@@ -91,22 +90,22 @@ def sweep(
         the beam file such as ``scale.length``, ``joint.factor`` (on K_theta of the compliant joint), margin (hinge);
         ``psi``, the bend per pitch in which the beam is held while it is twisted, free to stretch.
     joint, ideal : str, bool, optional
-        As in :func:`squama.twist`: the compliant joint of thick, elastic scales where it covers load and law, or
-        "hinge". The compliant joint is the law's or that of the beam's matrix.
+        As in :func:`squama.twist`: thick, elastic scales on compliant joints where this model covers load and law, or
+        "hinge". The compliant joint is that of the law or of the beam's matrix.
     at : float or str, optional
-        Twist at which the figures of compliant joints are taken: a rate in rad/m or text such as "90 deg total",
-        "0.1 rad/pitch"; by default twice that at which the beam itself engages.
+        Twist at which the figures of compliant joints are taken: a rate in rad/m or text such as "90 deg total", "0.1
+        rad/pitch"; by default twice the twist at which the beam engages.
     law : str or sequence of str
-        "edge", "plate", or both, which adds a dimension ``law``; plate is the hinge's. Without effect in bending.
+        "edge", "plate", or both, which adds a dimension ``law``; "plate" is for hinges only. No effect in bending.
     sense : str
         As in :func:`squama.twist`.
     margin : float
-        Where a hinge's curve that locks is cut off, as in :func:`squama.twist`.
+        Cut-off before a lock on hinges, as in :func:`squama.twist`.
     load : {"twisting", "bending"}
     out : path
-        The store, ending in .zarr: made, or continued.
+        Path of the store, ending in .zarr; an existing store is continued.
     tile : int, optional
-        Largest number of cells of a tile, which is solved and written at once.
+        Largest number of cells of a tile, the part that is solved and written at once.
     shard : str, optional
         "1/4": only every fourth tile, beginning with the first; for job arrays.
     dask : str or distributed.Client, optional
@@ -127,7 +126,7 @@ def sweep(
     Raises
     ------
     InputError
-        An argument or a cell is not usable, or the store is not this sweep's; it is then as it was.
+        An argument or a cell is not valid, or the store belongs to another sweep and stays unchanged.
     KeyboardInterrupt
         After Ctrl-C, when the running tile is done.
 
@@ -197,14 +196,14 @@ def make_plan(
 def run(
     plan: Plan, path: Path, *, shard: str | None = None, dask: object = None, progress: str | Listener | None = None
 ) -> tuple[int, int]:
-    """Compute the tiles of a plan that are not done; return how many of the store's tiles are done, and of how many."""
+    """Compute the unfinished tiles of a plan's shard; return the number of finished tiles of the store, and of all."""
     mine = read_shard(shard)
     if dask is not None:
         cluster.check(dask)
         need("distributed")
     shown_by = listener(progress)
     with ExitStack() as stack:
-        # a cluster that does not answer and a tile that cannot be solved leave no store behind
+        # no store is made before the cluster answers and a first tile is solved
         new = not store.there(path)
         found = None
         if dask is not None and (new or cluster.remote(dask)):
@@ -266,7 +265,7 @@ def compute(plan: Plan, tile: Tile) -> dict[str, Array]:
 
 
 def notes(plan: Plan, joint: str | None, data: xr.Dataset) -> list[str]:
-    """Return notes: why hinges answer instead of the joint, or which share of the cells lacks figures and why."""
+    """Return notes: why hinges replace the compliant joint, or which share of the cells lacks figures and why."""
     if not plan.model.compliant:
         note = models.note(_beam(plan.beam_toml), plan.load, plan.laws, joint, bent=parameters.BEND in plan.dims)
         return [note] if note else []
@@ -283,14 +282,14 @@ def _writer(path: str, digest: str) -> store.Writer:  # noqa: ARG001 - another s
     plan = store.read_plan(place)
     here = versions()
     if here != plan.versions:
-        # on another machine; a store must not mix them
+        # a worker on another machine; a store must not mix versions
         both = "; ".join(f"{n} {v} against {here[n]}" for n, v in plan.versions.items() if v != here[n])
         refuse(files.label(place), "", f"a worker has other versions: {both} (stored against the worker's)")
     return store.Writer(place, plan)
 
 
 def one_tile(path: str, tile: Tile, values: Mapping[str, Array] | None = None) -> bool:
-    """Solve (if no values are given) and write one tile; False if it is done or another writer has it."""
+    """Write one tile, solved here unless ``values`` are given; False if it is done or another writer has it."""
     place = Path(path)
     with store.writing(place):
         writer = _writer(path, store.read_plan(place).digest)
@@ -301,7 +300,7 @@ def one_tile(path: str, tile: Tile, values: Mapping[str, Array] | None = None) -
 
 
 def read_shard(text: str | None) -> tuple[int, int]:
-    """Read a shard "i/n", 1 <= i <= n."""
+    """Read a shard "i/n", 1 <= i <= n; without text 1/1."""
     match = re.fullmatch(r"\s*(\d{1,9})\s*/\s*(\d{1,9})\s*", str(text or "1/1"))
     if match is None:
         refuse("shard", shown(text), "is not i/n", "write e.g. 1/4")
@@ -322,19 +321,19 @@ def _json_lines(state: State) -> None:
 
 @contextmanager
 def _bar() -> Iterator[Listener]:
-    """Show a bar on standard error, with the time left."""
+    """Show a progress bar on standard error, with the time left."""
     with bars(0.0) as listen:
         yield lambda state: listen("tiles", state.tiles_done, state.tiles)
 
 
 def known(name: str) -> None:
-    """Refuse a name other than bar, json and none."""
+    """Refuse a kind of progress other than bar, json and none."""
     if name not in ("bar", "json", "none"):
         refuse("progress", shown(name), "must be bar, json or none")
 
 
 def listener(progress: str | Listener | None) -> AbstractContextManager[Listener]:
-    """Return a context in which progress is reported: by a bar, lines of JSON, a function, or not at all."""
+    """Return a context whose value takes each :class:`State`: a bar, lines of JSON, a function, or nothing."""
     if callable(progress):
         return nullcontext(progress)
     known(progress or "none")

@@ -1,4 +1,4 @@
-"""A beam by every model there is, beside finite elements: what `squama verify` does."""
+"""Comparison of the models of a beam with finite elements, for `squama verify`."""
 
 from __future__ import annotations
 
@@ -33,15 +33,15 @@ if TYPE_CHECKING:
     from squama.beam.design import Beam
 
 REACH = 0.3
-"""Farthest twist to go to unless asked otherwise, rad per pitch."""
+"""Largest default twist, rad per pitch."""
 _HINGED = [0, 1, 2, 4, 6]
 
 
 class Verified(NamedTuple):
-    """What was found: ``table`` as from :func:`squama.fe.agreement.compare`, the ``elements``' run, and all files.
+    """Result of a verification: ``table`` of :func:`squama.fe.agreement.compare`, the ``elements``' dataset, all files.
 
-    ``touched``: twist per pitch, or deformation of a part, from which on there is contact, in the elements or a model;
-    inf for none. Then nothing but the bar was compared, and no model is ``tested``. ``verdict`` says so.
+    ``touched``: twist per pitch (rad), or deformation of a part (m or rad), at the first contact in the elements or a
+    model; inf for none. Without contact only the bar was compared, no model is ``tested``, and ``verdict`` says so.
     """
 
     table: xr.Dataset
@@ -56,12 +56,12 @@ class Verified(NamedTuple):
 
     @property
     def verdict(self) -> str:
-        """What was tested, in words."""
+        """The result of the comparison in words."""
         return str(self.table.attrs["verdict"])
 
 
 def default_reach(beam: Beam, mu: float, sense: SenseName = "+") -> float:
-    """Return the twist rate (rad/m) to go to: where the hinge's curve is cut off, at most 0.3 rad per pitch."""
+    """Return the default twist rate (rad/m): the cut-off of the curve on hinges, at most 0.3 rad per pitch."""
     last = float(doors.twist(beam, mu=mu, sense=sense, points=3, joint="hinge")["Phi"].values[-1])
     return min(last, REACH / beam.pitch) if last > 0 else REACH / beam.pitch
 
@@ -84,37 +84,36 @@ def verify(
     progress: runs.Listener | None = None,
     announce: Callable[[str], None] | None = None,
 ) -> Verified:
-    """Twist a beam of finite elements and set the compliant joint, the hinge and, if asked, finite beams beside it.
+    """Twist a beam of finite elements and compare compliant joints, hinges and, if asked, finite beams with it.
 
-    Elements of one pitch, and the models beside them, are held straight. With ``load`` a part of N scales is set beside
-    :func:`squama.load`, see :mod:`squama.study.parts`. Where no scale touches up to ``to`` nothing is tested, see
-    :class:`Verified`.
+    Elements of one pitch, and the models compared with them, are held straight. With ``load`` a part of N scales is
+    compared with :func:`squama.load`, see :mod:`squama.study.parts`. Where no scale touches up to ``to``, no model is
+    tested, see :class:`Verified`.
 
     Parameters
     ----------
     folder : path
-        Where all files go; made if need be. Runs of elements leave their restart files there, and the same call goes
-        on from them.
+        Folder of all files, made if missing. Runs of finite elements keep their restart files there, and the same call
+        continues from them.
     mu, to, sense, mesh, increment, hinged, ideal, progress
         As for :func:`squama.cell`; without ``to`` see :func:`default_reach`. The hinge's scales are thin and rigid, but
         thick with ``hinged`` elements that are not ``ideal``.
     load, support : str, optional
-        Deformation of a part in place of ``to``: "10 mm up at tip", "60 deg bend", "90 deg twist"; "clamped" (if not
-        given), or "gripped" with a twist.
+        Imposed deformation of a part, in place of ``to``: "10 mm up at tip", "60 deg bend", "90 deg twist"; "clamped"
+        (if not given), or "gripped" with a twist.
     scales : int, optional
-        Run the elements' beam of so many scales too, and the row of as many hinges (theta: the middle scale, the one
-        nearer to the turned end where there are two). Of a part the beam's own number if not given.
-    beam_mesh : str or (float, float)
-        Its mesh.
-    announce : callable, optional
-        Told in words what comes next.
+        Number of scales of a finite beam of elements, computed as well with a row of as many hinges (theta: that of the
+        middle scale; of two middle scales, the one nearer to the turned end). For a part: the beam's own number by
+        default.
+    beam_mesh : str or (float, float) Mesh of the finite beam or part. announce : callable, optional
+        Called with the name of each step in words.
 
     Raises
     ------
     InputError
         As from :func:`squama.cell`, or the folder cannot be used.
     KeyboardInterrupt
-        Ctrl-C; what is done stays in the folder.
+        Ctrl-C; finished results stay in the folder.
     """
     arguments.beam(beam)
     only_one(beam.faces, "elements")
@@ -130,7 +129,7 @@ def verify(
         refuse("support", "", "is of a part", "give load too")
     if to is None:
         to = default_reach(beam, friction, sense)
-    # a twist "total" is one of the beam that is described, not of fewer scales
+    # a twist "total" refers to the beam as described, not to one of fewer scales
     with naming("to"):
         to = units.twist(to, pitch=beam.pitch, scales=beam.pitches)
     common: dict[str, Any] = {"mu": friction, "to": to, "sense": sense, "increment": increment}
@@ -176,12 +175,12 @@ def _curves(
     ideal: bool,
     say: Callable[[str], None],
 ) -> dict[str, tuple[str, xr.Dataset]]:
-    """Return the models' curves at the elements' twists by name, and what sets those of one model apart, in words."""
+    """Return the models' curves at the elements' twists by name, each with what its title adds to the model's name."""
     rates = np.asarray(elements["Phi"].values, float)
     points: dict[str, Any] = {"mu": mu, "sense": sense, "at": rates, "ends": ENDLESS}
     K = own_matrix(beam, mesh)
     own = beam.replace(joint=hinge_of(K, beam, hinged=hinged))
-    # hinges hold thick scales as well, where the elements have nothing else either
+    # with hinged elements the hinge model takes thick scales too
     hinge: dict[str, Any] = {"joint": "hinge", "ideal": ideal or not hinged, **points}
     curves = {
         "edge": ("", doors.twist(beam, **hinge)),
@@ -190,7 +189,7 @@ def _curves(
     }
     if not hinged:
         say("compliant joint")
-        # a periodic cell of elements is held straight, its length too
+        # a periodic cell of elements is held straight and at constant length
         straight: dict[str, Any] = {"joint": "compliant", "ideal": ideal, "hold": STRAIGHT, **points}
         if not ideal:
             curves["thin"] = "", doors.twist(beam, **straight | {"ideal": True})
@@ -200,17 +199,17 @@ def _curves(
 
 
 def _touched(data: xr.Dataset) -> float:
-    """Return the twist per pitch from which on scales touch; inf where they do not."""
+    """Return the twist per pitch (rad) at which scales first touch; inf where they do not."""
     force = np.nan_to_num(np.asarray(data["N"].transpose("point", ...).values, float))
-    # of a finite beam any scale
+    # in a finite beam the first of all scales counts
     pressed = force.reshape(data.sizes["point"], -1).max(axis=1) > 0
     return float(np.abs(data["phi"].values[pressed]).min(initial=math.inf))
 
 
 def verdict(touched: float, last: float, meets: float, degrees: float) -> str:
-    """Say what was tested up to the twist ``last``, rad per pitch, of which one is so many ``degrees`` in total.
+    """Return a sentence on the comparison up to the twist ``last`` (rad per pitch); ``degrees``: total twist per rad.
 
-    ``touched``: twist from which on scales touch; ``meets``: where the first model has them touch, inf for nowhere.
+    ``touched``: twist per pitch at which scales touch; ``meets``: the first contact by the models; inf for none.
     """
     reach = f"{last * degrees:.3g} deg ({per_pitch(last)})"
     if touched < math.inf:
@@ -220,7 +219,7 @@ def verdict(touched: float, last: float, meets: float, degrees: float) -> str:
 
 
 def flat(table: xr.Dataset) -> xr.Dataset:
-    """Return a table in which every row has its twist and the elements' values, as a CSV file wants them."""
+    """Return a table with the twist and the elements' values in every row, for a CSV file."""
     loose = table.reset_coords("phi")
     along = [name for name in ("phi", "T_elements", "theta_elements") if loose[name].dims == ("point",)]
     first = {name: loose[name].broadcast_like(table["dT"]) for name in along}
@@ -228,13 +227,13 @@ def flat(table: xr.Dataset) -> xr.Dataset:
 
 
 def own_matrix(beam: Beam, mesh: MeshSize) -> Array:
-    """Return the stiffness (7, 7) that one mesh (as for :func:`squama.cell`) gives, E = 1 and d = 1."""
+    """Return the stiffness matrix (7, 7) of one pitch from one mesh (as for :func:`squama.cell`), E = 1, d = 1."""
     shape = geometry(beam)
     return response(pitch_mesh(shape, *runs.mesh_sizes(mesh)), shape).K[:7, :7]
 
 
 def hinge_of(K: Array, beam: Beam, *, hinged: bool = False) -> dict[str, float]:
-    """Stiffness (N m) and inclusion factor of the hinge that a matrix (7, 7) makes; roll and yaw blocked or not."""
+    """Return stiffness (N m) and inclusion factor of the hinge from a matrix (7, 7), roll and yaw blocked or not."""
     if hinged:
         K = K[np.ix_(_HINGED, _HINGED)]
     unit = beam.unit_moment
@@ -246,5 +245,5 @@ def hinge_of(K: Array, beam: Beam, *, hinged: bool = False) -> dict[str, float]:
 
 
 def with_matrix(beam: Beam, K: Array) -> Beam:
-    """Return the beam on a stiffness matrix (7, 7)."""
+    """Return the beam with its joint replaced by a stiffness matrix (7, 7)."""
     return beam.replace(joint={"matrix": matrixfile.stored(beam, K), "stiffness": None, "inclusion_factor": None})

@@ -1,1 +1,1 @@
-"""The explorer: one page in the browser on which a beam is turned, changed, loaded and compared (extra ``web``)."""
+"""The explorer: a web page on which a beam is changed, loaded, viewed and compared (extra ``web``)."""

@@ -1,4 +1,4 @@
-"""Work beside the event loop: few at a time, in time, and none that holds up the end of the process."""
+"""Background work off the event loop: few threads, a time limit, and no thread that delays the end of the process."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from typing import Generic, ParamSpec, TypeVar
 P = ParamSpec("P")
 T = TypeVar("T")
 NAME = "aside"
-"""Of the threads."""
+"""Name of the threads."""
 
 
 class Aside(Generic[P, T]):
-    """A function, run on threads of its own, at most ``most`` at a time.
+    """A function that runs on its own threads, at most ``most`` at a time.
 
-    The threads are daemons, which those of executors are not: whatever they compute, the process ends when it is to
-    end. One that was given up after ``limit`` seconds (waiting for its turn included) keeps its place until it is done.
+    The threads are daemons, unlike those of executors, so they do not delay the end of the process. A call is abandoned
+    after ``limit`` seconds, waiting included; its thread keeps its place until it is done.
     """
 
     def __init__(self, work: Callable[P, T], most: int, limit: float | None = None) -> None:
@@ -27,7 +27,7 @@ class Aside(Generic[P, T]):
         self.places = asyncio.Semaphore(most)
 
     async def __call__(self, *given: P.args, **named: P.kwargs) -> T:
-        """Return what the function gives. Raises what it raises, and TimeoutError."""
+        """Return the result of the function. Raises its exceptions, and TimeoutError."""
         loop = asyncio.get_running_loop()
         answer: asyncio.Future[T] = loop.create_future()
 
@@ -41,7 +41,7 @@ class Aside(Generic[P, T]):
                 settle = partial(answer.set_result, self.work(*given, **named))
             except Exception as error:
                 settle = partial(answer.set_exception, error)
-            # the loop may have ended meanwhile
+            # the event loop may have ended meanwhile
             with suppress(RuntimeError):
                 loop.call_soon_threadsafe(leave, settle)
 
@@ -52,5 +52,5 @@ class Aside(Generic[P, T]):
 
 
 def busy() -> bool:
-    """Whether one of the threads computes still."""
+    """Return whether a background thread is still computing."""
     return any(thread.name == NAME for thread in threading.enumerate())

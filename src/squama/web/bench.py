@@ -1,4 +1,4 @@
-"""The beam that is shown as a part under load: a cantilever or a three-point bend, by :func:`squama.load`."""
+"""The displayed beam as a part under load, a cantilever or a three-point bend, by :func:`squama.load`."""
 
 from __future__ import annotations
 
@@ -23,28 +23,28 @@ CASES = {
     "cantilever": ("Cantilever, force at the tip", "clamped", "tip"),
     "three-point": ("Three-point bend, force in the middle", "simple", "middle"),
 }
-"""How a part is held and loaded: words, support, place of the force."""
+"""Cases of a part: words, support, place of the force."""
 WAYS = {"up": "up, towards the scales", "down": "down", "right": "to the side"}
 """Directions of the force."""
 MOST = 25
-"""Scales of a part that is loaded on the page."""
+"""Largest number of scales of a part on the page."""
 POINTS = 16
-"""Of the curve."""
+"""Points of the curve."""
 WHOLE = 0.999
-"""Share of the force that is taken for all of it."""
+"""Share of the force that counts as all of it."""
 
 
 class Loaded(NamedTuple):
-    """What a part does: sentences, and a picture (SVG) of its shape, its force over the travel and its scales."""
+    """Result of a part under load: sentences, and a picture (SVG) of its shape, force over travel, and scales."""
 
     words: tuple[str, ...]
     picture: str
 
 
 def followed(state: State, case: str, force: str, way: str) -> xr.Dataset:
-    """Load the beam of a state, with its friction and number of scales (25 of an endless one), as :func:`squama.load`.
+    """Load the beam of a state, with its friction and number of scales (25 if endless), as :func:`squama.load`.
 
-    ``force`` has a unit, "0.2 N". Raises InputError: it cannot be so, the beam is on hinges, or it has more than 25
+    ``force`` is a text with unit, "0.2 N". Raises InputError for an invalid argument, a beam on hinges, or more than 25
     scales.
     """
     from squama.part.door import load
@@ -67,19 +67,19 @@ def followed(state: State, case: str, force: str, way: str) -> xr.Dataset:
 
 
 def told(data: xr.Dataset, state: State) -> Loaded:
-    """Return words and picture of the beam of a state under load."""
+    """Return sentences and picture for the beam of a state under load."""
     from squama.plot.style import styled, written
 
     return Loaded((_model(state), *_words(data)), written(styled(_figure)(data), "svg").decode())
 
 
 def follows(state: State) -> tuple[object, ...]:
-    """Return what a part under load depends on, of a state."""
+    """Return the values of a state on which a part under load depends."""
     return state.beam, state.mu, state.joint, state.ideal, state.bent
 
 
 def _model(state: State) -> str:
-    """Say what was loaded, and how it differs from the beam that is shown."""
+    """Return a sentence on the part's model, and its differences from the displayed beam."""
     beam = state.beam
     scales = idealisation(beam, "compliant", ideal=state.ideal == "yes")
     more = [f"{scales} on {HELD['compliant']}"]
@@ -89,7 +89,7 @@ def _model(state: State) -> str:
 
 
 def _words(data: xr.Dataset) -> list[str]:
-    """Say how far the part goes, what it bears, and where that is doubtful."""
+    """Return sentences on the travel, the largest contact force, and the warnings."""
     top = data.isel(point=int(data["share"].values.argmax()))
     newtons, travel, bare = (float(top[name]) for name in ("F", "travel", "F_bare"))
     ratio = newtons / bare if bare else math.nan
@@ -99,7 +99,7 @@ def _words(data: xr.Dataset) -> list[str]:
     engaged = float(data["share_e"])
     touch = f"The scales touch from {number(engaged * newtons / float(top['share']), 'N')} on"
     loads = top["N"].values
-    # the last scale has no neighbour to bear on
+    # the last scale has no neighbour
     borne = np.nan_to_num(loads)
     most = f"scale {int(borne.argmax()) + 1} of {loads.size} bears most, {number(float(borne.max()), 'N')}"
     found = [f"{number(newtons, 'N')} at {number(1e3 * travel, 'mm')}{stiffer}"]
@@ -111,7 +111,7 @@ def _words(data: xr.Dataset) -> list[str]:
 
 
 def _figure(data: xr.Dataset) -> Figure:
-    """Draw the shape at some points, the force over the travel, and what each scale bears under all of the force."""
+    """Draw the shape at some points, the force over the travel, and the contact force on each scale under full load."""
     from squama.plot import finite, style
     from squama.plot.palette import UNLOADED
 

@@ -1,4 +1,4 @@
-"""The line plots: torque, inclination and friction force against twist; what is in them, and how a browser draws it."""
+"""Line plots of torque, inclination and friction force against twist: their contents, and options for the browser."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from squama.web.state import State
 from squama.web.tables import Fitted, Table
 
 Options = dict[str, Any]
-"""What a chart is drawn from, for the browser."""
+"""Options of an ECharts chart."""
 DASHES = ([8, 4], [3, 3], [10, 3, 2, 3])
-"""Lines of the kept designs: lengths of dashes and gaps, pixels."""
+"""Dashes of the kept designs: lengths of strokes and gaps, pixels."""
 ROOM = {"left": 58, "right": 16, "top": 26, "bottom": 36}
-"""Pixels around the curves; the mark of the current point lies over them."""
+"""Margins around the curves, pixels; the mark of the current point lies over them."""
 PLOTS = ("torque", "theta", "f")
-"""Variables that are drawn, of a curve and of a state."""
+"""Variables of a curve and of a state that are plotted."""
 OWN = "this design (endless beam)"
-"""The line of the design that is shown."""
+"""Name of the displayed design's line."""
 RESIDUAL = "residual"
-"""The plot of measured less computed torque."""
+"""Name of the plot of measured less computed torque."""
 FARTHEST = 3.0
-"""What is drawn beside the design that is shown widens an axis to so many times its own range at most."""
+"""Largest factor by which other curves may extend an axis beyond the range of the displayed design."""
 FLAT = 4.0
-"""Degrees that the axis of the inclination spans at least."""
+"""Least span of the axis of the inclination, deg."""
 
 
 class Line(NamedTuple):
-    """A curve in a plot, or measured ``points``: SI and deg; dashes in pixels, none for a solid line."""
+    """A curve in a plot, or measured ``points``: x in rad, y in SI or deg; dashes in pixels, none for a solid line."""
 
     name: str
     x: Array
@@ -46,7 +46,7 @@ class Line(NamedTuple):
 
 
 class Frame(NamedTuple):
-    """Ends of the axes of a plot: the load angle goes from 0 to ``right``, values from ``low`` to ``top``."""
+    """Ends of a plot's axes: the load angle from 0 to ``right`` (rad per pitch), values from ``low`` to ``top``."""
 
     right: float
     low: float
@@ -54,13 +54,13 @@ class Frame(NamedTuple):
 
 
 def ground(words: str, room: Mapping[str, int]) -> Options:
-    """Return what every plot has: what it shows in words, and the room around it."""
+    """Return the options common to all plots: description and margins."""
     aria = {"enabled": True, "label": {"description": words}}
     return {"animation": False, "aria": aria, "backgroundColor": "transparent", "grid": dict(room)}
 
 
 def axis(name: str, look: Mapping[str, str], **more: Any) -> Options:
-    """Return a value axis with its name in the middle."""
+    """Return the options of a value axis with its name in the middle."""
     return {
         "type": "value",
         "name": name,
@@ -74,9 +74,9 @@ def axis(name: str, look: Mapping[str, str], **more: Any) -> Options:
 
 
 def lines(state: State, plot: str, *, dark: bool, table: Table | None = None, fit: Fitted | None = None) -> list[Line]:
-    """Return what a plot shows, the curve of the design that is shown last.
+    """Return the lines of a plot, the displayed design last.
 
-    ``fit``: what was found from the table; its loop is drawn as long as its beam is shown.
+    ``fit``: the fit to the table; its loop is drawn while its beam is displayed.
     """
     look, found = THEMES["dark" if dark else "light"], []
 
@@ -108,10 +108,10 @@ def lines(state: State, plot: str, *, dark: bool, table: Table | None = None, fi
 
 
 def frame(state: State, plot: str, table: Table | None = None, fit: Fitted | None = None) -> Frame:
-    """Return the ends of the axes of a plot: what can be read of the design that is shown, and of what is beside it.
+    """Return the ends of a plot's axes: the readable range of the displayed design and of the curves with it.
 
-    Beside a measured table they are those of its points. The other model has no say in it, nor has a kept design that
-    locks where the one that is shown does not.
+    With a measured table they follow its points. The other model does not count, nor does a kept design that locks
+    where the displayed one does not.
     """
     own, back = live.along(state.setting), live.back(state)
     kept = [live.along(one.setting) for one in state.kept if one.load == state.load]
@@ -128,7 +128,7 @@ def frame(state: State, plot: str, table: Table | None = None, fit: Fitted | Non
         return Frame(right, min(low, 0.0) - room * (low < 0), top + room)
     low, top = own.span(plot)
     if back:
-        # below the way up; from near a lock as far as that can be read
+        # unloading may lie below loading; near a lock only its readable part counts
         low = max(min(low, back.span(plot)[0]), -top)
     if plot == "torque":
         top = max(top, own.bare * right / 1.03)
@@ -143,7 +143,7 @@ def frame(state: State, plot: str, table: Table | None = None, fit: Fitted | Non
 
 
 class Axis(NamedTuple):
-    """An axis: what it shows, its unit, and the factor from SI (or deg, of an inclination) to it."""
+    """An axis: its words, its unit, and the factor from SI (inclination: deg) to the unit."""
 
     words: str
     unit: str
@@ -151,12 +151,12 @@ class Axis(NamedTuple):
 
     @property
     def label(self) -> str:
-        """What it shows, with the unit."""
+        """Words with the unit."""
         return f"{self.words} ({self.unit})"
 
 
 def axes(state: State, plot: str, ends: Frame) -> tuple[Axis, Axis]:
-    """Return the axes of a plot, across and up."""
+    """Return the horizontal and the vertical axis of a plot."""
     factor, sign = (1.0, "") if plot == "theta" else prefix(ends.top)
     words, unit = {
         "torque": (live.torque_label(state.load), "N m"),
@@ -173,20 +173,20 @@ def axes(state: State, plot: str, ends: Frame) -> tuple[Axis, Axis]:
 def line_options(
     state: State, plot: str, *, dark: bool, table: Table | None = None, fit: Fitted | None = None
 ) -> Options:
-    """Return the options of one plot."""
+    """Return the ECharts options of a plot."""
     look, ends = THEMES["dark" if dark else "light"], frame(state, plot, table, fit)
     across, up = axes(state, plot, ends)
     drawn = lines(state, plot, dark=dark, table=table, fit=fit)
     up_axis = axis("", look, max=_short(ends.top * up.factor), min=_short(ends.low * up.factor))
-    # an axis that begins at no round number
+    # the lower end of the axis may be no round number
     up_axis["axisLabel"]["showMinLabel"] = not ends.low
-    # the axis across stays at the lower border where values are negative
+    # the horizontal axis stays at the lower border where values are negative
     below = {"show": True, "onZero": False, "lineStyle": {"color": look["ink"]}}
     return {
         **ground(f"{up.label} against {across.label}", ROOM),
         "title": {"text": up.label, "left": 4, "top": 2, "textStyle": {"color": look["ink"], "fontSize": 12}},
         "tooltip": {"trigger": "axis", "confine": True, "axisPointer": {"type": "line"}},
-        # what the browser says of the points under the pointer (chart.js)
+        # units of the tooltip (chart.js)
         "words": {"units": [across.unit, up.unit]},
         "xAxis": axis(across.label, look, nameGap=20, min=0, max=_short(ends.right * across.factor), axisLine=below),
         "yAxis": up_axis,
@@ -195,7 +195,7 @@ def line_options(
 
 
 class Point(NamedTuple):
-    """Where the current point lies, from left and top (0 to 1); an ``arrow`` to it at a border that it is beyond."""
+    """Position of the current point from left and top (0 to 1), with an ``arrow`` at a border if it lies beyond."""
 
     left: float
     top: float
@@ -207,7 +207,7 @@ UP, RIGHT = "\N{UPWARDS ARROW}", "\N{RIGHTWARDS ARROW}"
 
 
 def point(state: State, plot: str, table: Table | None = None) -> Point:
-    """Return where the current point lies in a plot."""
+    """Return the position of the current point in a plot."""
     ends, now = frame(state, plot, table), live.motion(state.setting).state(state.twist)
     value = float(np.degrees(now.theta)) if plot == "theta" else getattr(now, plot)
     up = (value - ends.low) / (ends.top - ends.low)
@@ -225,5 +225,5 @@ def _series(line: Line, across: float, up: float) -> Options:
 
 
 def _short(value: float) -> float:
-    """Return a number with six digits, for the way to the browser."""
+    """Return a number with six digits, for transmission to the browser."""
     return float(f"{value:.6g}")

@@ -1,4 +1,4 @@
-"""The fields of the page: what each is called, its unit, its range, and how it is read and set."""
+"""The number fields of the page: label, unit, range, reading and setting."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ MEASURES: dict[str, tuple[Dimension, Bounds]] = {
     "margin": (Dimension.RATIO, MARGIN),
     "beam.scales": (Dimension.RATIO, Bounds(2, 1e6, "a whole number from 2 to 1000000", closed=True, example="25")),
 }
-"""What the numbers of the page measure, and their bounds, by their places."""
+"""Dimension and bounds of the page's numbers, by their places."""
 TURNS = {"twist": (0.0, 10.0), "bend": (-1.0, 1.0)}
-"""Smallest and largest twist, and bend that is held, rad per pitch; a curve ends before."""
+"""Smallest and largest twist and held bend, rad per pitch; a curve ends before."""
 
 
 class Field(NamedTuple):
-    """A number on the page: shown in ``unit``, its slider from ``low`` to ``high`` (shown units).
+    """A number on the page: displayed in ``unit``, its slider from ``low`` to ``high`` (displayed unit).
 
-    ``place`` is "table.key" of the beam file, the name of a ratio, or one of :data:`PLAIN`; ``group`` the part of the
-    page. ``turn``: of a twist or bend (rad per pitch) its factor to the unit that is shown, see :func:`of`.
+    ``place`` is "table.key" of the beam file, the name of a ratio, or one of :data:`PLAIN`; ``group``: the section of
+    the page. ``turn``: for a twist or bend, the factor from rad per pitch to the displayed unit, see :func:`of`.
     """
 
     label: str
@@ -56,7 +56,7 @@ class Field(NamedTuple):
 
     @property
     def factor(self) -> float:
-        """SI units in the unit that is shown."""
+        """Size of the displayed unit in SI units."""
         if self.turn:
             return 1 / self.turn
         _, factor, divisor = UNITS.get(self.unit, UNITS[""])
@@ -64,7 +64,7 @@ class Field(NamedTuple):
 
     @property
     def allowed(self) -> str:
-        """The range in words: what is allowed, and where the slider goes."""
+        """The allowed range and that of the slider, as text."""
         if self.turn:
             low, high = (number(self.turn * limit) for limit in TURNS[self.place])
             words = f"{low} to {high} {self.unit}"
@@ -74,13 +74,13 @@ class Field(NamedTuple):
 
     @property
     def slider(self) -> str:
-        """Where the slider goes, in words."""
+        """The range of the slider, as text."""
         return f"slider {self.low:g} to {self.high:g}"
 
     def read(self, text: str) -> float | int | None:
-        """Return the SI value of what was entered: a number in the field's unit, or a number with its own unit.
+        """Return the SI value of an entry: a number in the field's unit, or a number with its own unit.
 
-        Raises InputError: it is no number, of another kind, or out of range.
+        Raises InputError for an entry that is no number, has another dimension, or is out of range.
         """
         text = text.strip()
         if self.optional and not text:
@@ -90,12 +90,12 @@ class Field(NamedTuple):
         return bounded(f"{text} {self.unit}".strip() if is_number(text) else text, *MEASURES[self.place], bare=False)
 
     def shown(self, value: float | None) -> str:
-        """Return an SI value as it stands in the field."""
+        """Return an SI value as displayed in the field."""
         return "" if value is None else f"{value / self.factor:.6g}"
 
 
 def of(name: str, *beams: Beam, load: str = "twisting") -> Field:
-    """Return a field as it is shown of beams: a twist or bend in degrees, over all scales or per pitch."""
+    """Return a field as displayed for beams: a twist or bend in degrees, of the whole beam or per pitch."""
     field = FIELDS[name]
     if name not in TURNS:
         return field
@@ -109,11 +109,10 @@ def of(name: str, *beams: Beam, load: str = "twisting") -> Field:
 
 
 def turn(name: str, text: str, beam: Beam, load: str) -> float:
-    """Return the twist or bend (rad per pitch) that was entered, "300", "20 deg/pitch", "5 rad/m", "90 deg total".
+    """Return the twist or bend (rad per pitch) of an entry: "300", "20 deg/pitch", "5 rad/m", "90 deg total".
 
-    A number, and an angle without a length, is what the field shows: over all scales, or per pitch of an endless beam.
-
-    Raises InputError: it is no twist or bend, or out of range.
+    A number, or an angle without a length, has the meaning of the field: of the whole beam, or per pitch of an endless
+    beam. Raises InputError for an entry that is no twist or bend, or out of range.
     """
     kind = LOADS[load if name == "twist" else "bending"]
     given = f"{text} deg" if is_number(text) else text
@@ -126,7 +125,7 @@ def turn(name: str, text: str, beam: Beam, load: str) -> float:
 
 
 def within(name: str, angle: float, text: str, beam: Beam, load: str) -> float:
-    """Return a twist or bend (rad per pitch), given as this text, that is in range. Raises InputError: it is not."""
+    """Return a twist or bend (rad per pitch) that is in range; raises InputError with the entry ``text`` otherwise."""
     low, high = TURNS[name]
     if not low <= angle <= high:
         field = of(name, beam, load=load)
@@ -170,11 +169,11 @@ FIELDS: dict[str, Field] = {
     "stiffness": _given("Joint stiffness", "K_θ", "N m", 1e-4, 1e4, "joint.stiffness", log=True),
     "inclusion": _given("Inclusion factor", "C_f", "", 1, 5, "joint.inclusion_factor"),
 }
-"""Every number of the page, in its order."""
+"""All numbers of the page, in its order."""
 PLAIN = ("margin", "twist", "bend")
-"""Numbers that are not of the beam."""
+"""Numbers that do not belong to the beam."""
 LABELS = {field.place: field.label for field in FIELDS.values() if "." in field.place}
-"""What the page calls the keys of a beam file."""
+"""Labels of the beam file's keys on the page."""
 CHOICES: dict[str, tuple[str, dict[str, str]]] = {
     "load": ("Loading", {"twisting": "twisting", "bending": "bending towards the scales"}),
     "path": ("Load path", {"loading": "loading", "cycle": "loading and unloading", "decay": "loading, then let go"}),
@@ -183,7 +182,7 @@ CHOICES: dict[str, tuple[str, dict[str, str]]] = {
     "joint": ("Joint", {"compliant": "compliant (six motions)", "hinge": "hinge (the paper's)"}),
     "ideal": ("Scales", {"no": "thick, as they are made", "yes": "thin, rigid (the paper's)"}),
 }
-"""Choices of the page: label, and words of each value."""
+"""Choices of the page: label, and words for each value."""
 
 MATERIALS: dict[str, tuple[str, tuple[str, float, str] | None]] = {
     "pla": ("PLA, 3 GPa", ("3 GPa", 0.35, "50 MPa")),
@@ -192,19 +191,19 @@ MATERIALS: dict[str, tuple[str, tuple[str, float, str] | None]] = {
     "steel": ("spring steel, 200 GPa", ("200 GPa", 0.3, "1 GPa")),
     "rigid": ("rigid", None),
 }
-"""Typical materials of scales: words; Young's modulus, Poisson's ratio and strength, none of them if rigid."""
+"""Typical materials of scales: words; Young's modulus, Poisson's ratio and strength, or None for rigid scales."""
 OTHER = {"other": "by the numbers below"}
-"""What stands in the list of materials where the beam's is none of them."""
+"""Entry of the list of materials for a beam with another material."""
 
 
 def made_of(name: str) -> dict[str, str | float | None]:
-    """Return the values of a beam file's table ``scale`` that a material gives."""
+    """Return the values of the beam file's table ``scale`` for a material."""
     values = MATERIALS[name][1] or (None, None, None)
     return dict(zip(("youngs_modulus", "poisson_ratio", "strength"), values, strict=True))
 
 
 def material(scale: Scale) -> str:
-    """Return which material of the list a scale is of; its strength may be another."""
+    """Return the material of the list with the modulus and Poisson's ratio of a scale, else "other"."""
     for name in MATERIALS:
         modulus, ratio, _ = made_of(name).values()
         wanted = None if modulus is None else quantity(modulus, Dimension.PRESSURE)
@@ -214,7 +213,7 @@ def material(scale: Scale) -> str:
 
 
 def placed(beam: Beam, name: str, new: Any) -> tuple[str, Any]:
-    """Return the key of the beam file that a field changes, and its values. A ratio changes a size: the pitch stays."""
+    """Return the key of the beam file that a field changes, and its value. A ratio changes a size, never the pitch."""
     d = beam.pitch
     sizes = {"eta": ("scale.length", d), "beta": ("scale.width", 2 * d)}
     sizes |= {"lam": ("substrate.thickness", 2 * d), "zeta": ("scale.embedded", d)}

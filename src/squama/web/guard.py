@@ -1,10 +1,10 @@
-"""Who may talk to the explorer: the browser that was given the printed address, on this machine.
+"""Access control of the explorer: only the browser that was given the printed address, on this machine.
 
-A page of another site can send requests to this machine from the browser that shows it, under a name of its own that
-leads here as well (DNS rebinding). So every request, of a page or of a websocket, must name this machine as its host,
-come from a page of that host if it comes from one, and bear the secret: once that of the address, from then on another
-one in a cookie, so that neither tells the other. A page takes scripts, styles and pictures from here alone, and talks
-to nobody else. Heads of requests come in time, and strangers do not take the owner's place.
+A page of another site can send requests from the user's browser to this machine, also under a host name of its own that
+resolves to this machine (DNS rebinding). So every request, of a page or of a websocket, must name this machine as its
+host, have no other origin, and carry a secret: first that of the address, then another one in a cookie, so that neither
+reveals the other. A page loads scripts, styles and pictures from this server only, and connects to no other. Heads of
+requests must arrive in time, and connections without the cookie cannot displace those of the owner.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ if TYPE_CHECKING:
 TOKEN = "token"
 """Name of the secret in the address."""
 HOSTS = re.compile(r"(127\.0\.0\.1|localhost|\[::1\])(:[0-9]{1,5})?", re.IGNORECASE)
-"""Names of this machine; any port, for a tunnel has one of its own."""
+"""Names of this machine; with any port, because a tunnel has its own."""
 FOREIGN = "The explorer answers for 127.0.0.1, localhost and [::1] only."
 OTHER_PAGE = "The explorer answers its own page only."
 UNKNOWN = "Open the address that squama explore printed, with its ?token=...: this browser has not been there yet."
 KNOWN = "squama.known"
-"""What the guard writes into the scope of a request that has the cookie."""
+"""Key that the guard sets in the scope of a request with the cookie."""
 HEAD = 10.0
-"""Seconds within which the head of a request must be there, and what is left of one that is answered."""
+"""Seconds within which the head of a request, and the rest of an answered one, must arrive."""
 MOST_STRANGERS = 128
-"""Connections at most of which none has shown the cookie; of more the oldest one goes."""
+"""Largest number of connections without the cookie; the oldest is closed beyond it."""
 MOST = 384
-"""Connections at most."""
+"""Largest number of connections."""
 _NUMBERS = itertools.count()
 _HEADERS = [(b"cache-control", b"no-store"), (b"content-type", b"text/plain; charset=utf-8")]
 _SHUT = [
@@ -47,19 +47,19 @@ _SHUT = [
     (b"x-content-type-options", b"nosniff"),
     (b"x-frame-options", b"DENY"),
 ]
-"""What every answer says to browsers: nothing of it is for other pages."""
+"""Headers of every answer that close it to other pages."""
 POLICY = (
     "default-src 'none'; script-src 'self' 'unsafe-inline' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
     "img-src 'self' data: blob:; font-src 'self' data:; connect-src 'self' ws://{host} wss://{host}; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
-"""What a page at a host may load and talk to. NiceGUI writes scripts into its pages and compiles templates there."""
+"""Content security policy of the page. NiceGUI writes scripts into its pages and compiles templates there."""
 
 
 class Guard:
-    """An ASGI application that lets through to another one what may pass, and answers the rest with 403.
+    """An ASGI application that passes permitted requests on to another one, and answers the rest with 403.
 
-    ``port`` tells the cookies of several explorers on a machine apart; ``secret`` is that of the address, ``pass_``
+    ``port`` distinguishes the cookies of several explorers on a machine; ``secret``: that of the address; ``pass_``:
     that of the cookie.
     """
 
@@ -83,7 +83,7 @@ class Guard:
                 message = {**message, "headers": [*kept, *_SHUT, (b"content-security-policy", policy)]}
             await send(message)
 
-        # a host that is no name of this machine is refused below
+        # another host is refused below
         host = b"".join(_values(scope, b"host")).decode("latin-1")
         policy = POLICY.format(host=host if HOSTS.fullmatch(host) else "localhost").encode()
         start, parts = f"{TOKEN}=".encode(), (scope["query_string"] if scope["path"] == "/" else b"").split(b"&")
@@ -101,13 +101,13 @@ class Guard:
             await self.app(scope, receive, shut)
 
     def _known(self, scope: Scope) -> bool:
-        """Say whether a request has the cookie."""
+        """Return whether a request has the cookie."""
         start = f"{self.cookie}=".encode()
         pairs = (pair.strip() for one in _values(scope, b"cookie") for pair in one.split(b";"))
         return any(_same(pair[len(start) :], self.pass_) for pair in pairs if pair.startswith(start))
 
     def _refusal(self, scope: Scope, known: bool) -> str:
-        """Return why a request is not answered; nothing if it is."""
+        """Return why a request is refused; "" for a permitted one."""
         hosts, origins = _values(scope, b"host"), _values(scope, b"origin")
         if len(hosts) != 1 or not HOSTS.fullmatch(host := hosts[0].decode("latin-1")):
             return FOREIGN
@@ -122,7 +122,7 @@ def _values(scope: Scope, name: bytes) -> list[bytes]:
 
 
 def _same(given: bytes, secret: str) -> bool:
-    # in constant time: how long the answer takes must not tell how much of a guess is right
+    # in constant time, so that the duration does not reveal how much of a guess is right
     return hmac.compare_digest(given, secret.encode())
 
 
@@ -134,7 +134,7 @@ async def _answer(send: Send, status: int, headers: Sequence[tuple[bytes, bytes]
 
 
 class Patient(H11Protocol):
-    """HTTP for the :class:`Guard`, patient with its owner and not with others."""
+    """The HTTP protocol of the :class:`Guard`: time limits for requests, priority for connections with the cookie."""
 
     def __init__(self, *given: Any, **named: Any) -> None:
         super().__init__(*given, **named)
@@ -143,11 +143,11 @@ class Patient(H11Protocol):
 
     @property
     def known(self) -> bool:
-        """Whether the last request showed the cookie."""
+        """Whether the last request had the cookie."""
         return self.scope is not None and KNOWN in self.scope
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-        """Wait for a request, in the place of the oldest stranger where there are too many."""
+        """Wait for a request; close the oldest connections without the cookie where there are too many."""
         super().connection_made(transport)
         strangers = [one for one in self.connections if isinstance(one, Patient) and not one.known]
         for one in sorted(strangers, key=lambda one: one.number)[:-MOST_STRANGERS]:
@@ -155,22 +155,22 @@ class Patient(H11Protocol):
         self._watch()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Wait no longer."""
+        """Stop the timer."""
         self._rest()
         super().connection_lost(exc)
 
     def handle_events(self) -> None:
-        """Take what has come in."""
+        """Process received data."""
         super().handle_events()
         self._watch()
 
     def on_response_complete(self) -> None:
-        """Wait for what is left of the request, or for the next one."""
+        """Wait for the rest of the request, or for the next one."""
         super().on_response_complete()
         self._watch()
 
     def _watch(self) -> None:
-        """Wait so long for a head, or the rest of what is answered already; the time does not begin anew."""
+        """Start the timer for a head or the rest of an answered request, unless it runs already."""
         asked, answered = self.conn.their_state, self.conn.our_state
         if asked is not h11.IDLE and (asked is not h11.SEND_BODY or answered is not h11.DONE):
             self._rest()

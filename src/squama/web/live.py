@@ -1,4 +1,4 @@
-"""The numbers and words behind the page: all that one state shows, as plain data."""
+"""Numbers and texts of the page for one state, as plain data."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ if TYPE_CHECKING:
 POINTS = 140
 """Points of a curve."""
 READABLE = 0.9
-"""Near a lock the load grows without bound: axes end at this fraction of the way from engagement to the lock."""
+"""End of the axes near a lock, where the load grows without bound, as a share of the way from engagement to it."""
 NEAR = 1e-9
 PERIOD, STEP = 1500.0, 50.0
-"""Time in which a period of the bare bar is played in a decay, and between two pictures, ms."""
+"""Duration of the bare bar's period in the played decay, and time between two pictures, ms."""
 NAMES = "ABC"
-"""Kept designs."""
+"""Letters of the kept designs."""
 RATIOS, SIZES = ("eta", "beta", "lam", "zeta"), ("length", "width", "bar_thickness", "embedded")
-"""Fields that are each other's ratio and size."""
+"""Fields of a ratio, and of the size that it determines."""
 THRESHOLDS = {
     "load_twofold": "twice as stiff as the bar from",
     "load_fivefold": "five times from",
@@ -54,21 +54,21 @@ THRESHOLDS = {
     "load_strength": "stress reaches the strength at",
     "load_strain": "strain reaches its limit at",
 }
-"""What replaces a lock on a joint that gives, by its role."""
+"""Load angles reported on compliant joints, which have no lock, by figure."""
 KINDS = {"toml": "beam.toml", "csv": "curve.csv", "html": "beam.html"}
-"""Names of the files that the page hands out, by their kind."""
+"""Names of the files for download, by kind."""
 
 
 def torque_label(load: str) -> str:
-    """Return what the load is called: "Torque T"."""
+    """Return words and symbol of the load: "Torque T"."""
     names = LOADS[load]
     return f"{names.torque_words.capitalize()} {names.torque}"
 
 
 class Along(NamedTuple):
-    """Variables along a curve (deg, N m, N); ``bare`` is torque per load angle without contact.
+    """Variables along a curve: ``load`` (rad per pitch), ``torque`` (N m), ``theta`` (deg), ``f`` (N).
 
-    ``locks``: towards its end the load grows without bound.
+    ``bare``: torque per load angle without contact; ``locks``: whether the load grows without bound towards the end.
     """
 
     load: Array
@@ -80,7 +80,7 @@ class Along(NamedTuple):
     locks: bool = False
 
     def span(self, plot: str) -> tuple[float, float]:
-        """Return the smallest and largest value that can be read."""
+        """Return the smallest and the largest readable value of a variable."""
         values: Array = getattr(self, plot)
         if self.locks and plot != "theta":
             values = values[self.load <= self.load_e + READABLE * (self.load[-1] - self.load_e)]
@@ -89,13 +89,13 @@ class Along(NamedTuple):
 
 @functools.lru_cache(maxsize=32)
 def motion(setting: Setting) -> Motion:
-    """Return the curve of a setting; the last ones are kept."""
+    """Return the motion of a setting, cached."""
     return Motion(setting)
 
 
 @functools.lru_cache(maxsize=32)
 def along(setting: Setting) -> Along:
-    """Return the variables of the plots."""
+    """Return the variables of the plots, cached."""
     m = motion(setting)
     v, bare = m.along(POINTS), m.rigidity / setting.beam.pitch
     locks = m.end.locks and m.engaged
@@ -103,13 +103,13 @@ def along(setting: Setting) -> Along:
 
 
 def own_joint(state: State) -> dict[str, float]:
-    """Return the joint stiffness and the inclusion factor that the shown model takes, by the names of their fields."""
+    """Return joint stiffness and inclusion factor of the displayed model, by field."""
     m, kind, beam = motion(state.setting), LOADS[state.load], state.beam
     return {"stiffness": m.stiffness, "inclusion": m.rigidity / kind.rigidity(beam) * kind.inclusion(beam)}
 
 
 def beside(state: State) -> Along | None:
-    """Return the curve of the other model; None where there is none at once."""
+    """Return the curve of the other model; None where it is not available at once."""
     other = state.beside
     try:
         return along(other.setting) if other and motion(other.setting).joint != motion(state.setting).joint else None
@@ -118,16 +118,16 @@ def beside(state: State) -> Along | None:
 
 
 def _model(setting: Setting) -> dict[str, Any]:
-    """Return friction, loading and model of a setting as the package's functions take them."""
+    """Return friction, load and model of a setting as arguments of the package's functions."""
     s = setting
     return {"mu": s.mu, "load": s.load, "joint": motion(s).joint, "ideal": s.ideal, "ends": ENDLESS}
 
 
 @functools.lru_cache(maxsize=16)
 def history(setting: Setting, values: tuple[float, ...]) -> Answer:
-    """Return the answer along load angles per pitch (signed), from rest.
+    """Return the response to a history of load angles per pitch (signed, rad), from rest.
 
-    Raises InputError: the contact is not followed so far, or does not slide back.
+    Raises InputError where the model does not follow the history.
     """
     s = setting
     if s.bend:
@@ -137,7 +137,7 @@ def history(setting: Setting, values: tuple[float, ...]) -> Answer:
 
 
 def loop(state: State) -> Answer | str:
-    """Return the answer to the load that is shown and back, or why there is none."""
+    """Return the response to loading to the displayed twist and unloading, or the reason why there is none."""
     m = motion(state.setting)
     top = reached(state)
     if not top:
@@ -149,11 +149,11 @@ def loop(state: State) -> Answer | str:
 
 
 def back(state: State) -> Along | None:
-    """Return the curve of unloading; None where the load path has none."""
+    """Return the curve of unloading; None where the load path has no unloading."""
     if state.path != "cycle" or isinstance(found := loop(state), str):
         return None
     names, way = LOADS[state.load], found["leg"] == 2
-    # the last point of the way up begins the way down
+    # the last point of loading is the first of unloading
     way[np.flatnonzero(way)[0] - 1] = True
     load, torque, theta, f = (found[name][way] for name in (names.angle, names.torque, "theta", "f"))
     sign = 1 if load.max() > 0 else -1
@@ -161,14 +161,14 @@ def back(state: State) -> Along | None:
 
 
 def reached(state: State) -> float:
-    """Return the load angle from which a way back begins: a hair before the end, where it would be refused."""
+    """Return the load angle at which unloading begins: just before the end, where it would be refused."""
     return min(state.twist, (1 - NEAR) * motion(state.setting).last)
 
 
 class Swing(NamedTuple):
     """A decay to be played: pictures, each with design and state of the view, ``step`` ms apart.
 
-    ``words`` tell its damping, and what the page does not warn of already.
+    ``words``: its damping, and warnings that the page does not show already.
     """
 
     frames: list[dict[str, dict[str, Any]]]
@@ -178,9 +178,9 @@ class Swing(NamedTuple):
 
 @functools.lru_cache(maxsize=4)
 def swing(state: State) -> Swing:
-    """Let the beam go from the load that is shown; the bar's material takes nothing from it.
+    """Release the beam from the displayed load; damping is by friction alone.
 
-    Raises InputError: nothing moves, or a swing leaves the model.
+    Raises InputError where nothing moves, or a swing leaves the range of the model.
     """
     from squama.dynamics.doors import vibrate
 
@@ -192,12 +192,12 @@ def swing(state: State) -> Swing:
     turn = found["t"].values * float(found["f_0"])
     times = np.arange(0.0, turn[-1], STEP / PERIOD)
     angles = np.interp(times, turn, found[m.kind.angle].values)
-    # in the other sense of twist it is the curve of that sense; bent away from its scales nothing touches
+    # twist in the other sense follows that sense's curve; bending away from the scales has no contact
     other = motion(s._replace(sense="-" if s.sense == "+" else "+")) if m.kind.sided else None
     frames = []
     for angle in (sign * angles).tolist():
         one, load = (m, angle) if angle >= 0 or not other else (other, -angle)
-        # scales stand as on the way up, coloured by contact alone; forces change with the way and are left out
+        # scales are drawn as in loading and coloured by contact only; forces differ in unloading and are omitted
         name = SLIDING if one.touches(load) else FREE
         now = one.state(max(load, 0.0))._replace(load=load, x=0.0, name=name)
         if load < 0:
@@ -214,13 +214,13 @@ def swing(state: State) -> Swing:
 
 
 def prepare(state: State) -> None:
-    """Solve all that a state shows, to be kept; where a joint needs elements this takes seconds."""
+    """Compute and cache all curves of a state; a joint that needs finite elements takes seconds."""
     for one in (state, *state.kept):
         along(one.setting)
 
 
 def linked(link: str) -> State:
-    """Return the state of a link, and solve what is drawn of it first. Raises InputError: as :func:`state.read`."""
+    """Return the state of a link with its curves computed. Raises InputError as :func:`state.read`."""
     found = read(link)
     for one in (found, *found.kept):
         along((one if one.quick else one.hinged).setting)
@@ -228,11 +228,11 @@ def linked(link: str) -> State:
 
 
 def scene(state: State) -> dict[str, object]:
-    """Return what the three-dimensional view needs: design and state, no vertices."""
+    """Return the data of the three-dimensional view: design and state, no vertices."""
     m = motion(state.setting)
     now, design, many = m.state(state.twist), m.shape(), state.beam.pitches
     count = f"{many} scales" if design["scales"] == many else f"{design['scales']} of {many} scales"
-    # what the view shows, for those who do not see it
+    # description of the view for screen readers
     bent = f"bent by {turned(state.bend, state.beam)} and " if state.bent else ""
     words = (
         f"Beam of {count}, {bent}{LOADS[state.load].done} by {turned(now.load, state.beam)}; "
@@ -242,7 +242,7 @@ def scene(state: State) -> dict[str, object]:
 
 
 def readings(state: State) -> list[tuple[str, str]]:
-    """Return the figures of the current point and of the loop to it and back, as label and value."""
+    """Return the figures of the current point and of its loop, as label and value."""
     m = motion(state.setting)
     now, names = m.state(state.twist), LOADS[state.load]
     stress = m.value("stress", state.twist)
@@ -261,12 +261,12 @@ def readings(state: State) -> list[tuple[str, str]]:
 
 
 def angles(state: State) -> tuple[float, str]:
-    """Return factor and unit of twists or bends (rad per pitch) of a state and its kept designs in one place."""
+    """Return the unit of twists or bends of a state and its kept designs, after its factor from rad per pitch."""
     return degrees(state.beam, *(one.beam for one in state.kept))
 
 
 def verdict(state: State) -> str:
-    """Say until where the endless beam is free, and how stiff it is at what is shown, or where it locks."""
+    """Return a sentence: free range of the endless beam, and its stiffness at the displayed load, or its lock."""
     m, kind = motion(state.setting), LOADS[state.load]
     if not math.isfinite(engaged := float(m.figures["load_e"])):
         return f"Endless beam: the scales never touch; {kind.done}, it is as soft as its bar"
@@ -276,7 +276,7 @@ def verdict(state: State) -> str:
         return f"{free}, locks at {turned(float(m.figures['load_end']), state.beam)}"
     now = min(state.twist, m.last)
     ratio = m.value("stiffness_ratio", now) if now > engaged else math.nan
-    # per pitch it stands in the line below
+    # the value per pitch is in the line below
     factor, unit = degrees(state.beam)
     shown = number(factor * now, unit)
     if not math.isfinite(ratio):
@@ -288,22 +288,22 @@ def verdict(state: State) -> str:
 
 @functools.lru_cache(maxsize=64)
 def share(setting: Setting, load: float) -> float:
-    """Return the torque of the beam's own number of scales over the endless beam's, at a load angle per pitch.
+    """Return the torque of the beam's own number of scales over that of the endless beam, at a load angle per pitch.
 
-    NaN where it is not known: of an endless beam, on hinges, with a held bend, where elements give the joint.
+    NaN for an endless beam, on hinges, with a held bend, and where the joint comes from finite elements.
     """
     s, m = setting, motion(setting)
     own = models.own_scales(s.beam, s.load, bent=False)
     if own is None or m.hinge or s.bend:
         return math.nan
-    # thin under the law and the joint of the curve, as on the map
+    # thin scales where law and joint of the curve require them, as on the map
     ideal = thin(m.kind, s.law, m.joint, ideal=m.ideal)
     how: dict[str, Any] = {"load": s.load, "sense": s.sense, "ideal": ideal, "along": False, "own": own}
     return float(compliant_columns.solved(columns.columns(s.beam, {}), load, **how).finite_ratio[0])
 
 
 def own_scales(state: State) -> str:
-    """Say by how much the load of the beam's own number of scales differs at what is shown; "" where not known."""
+    """Return a sentence on the load of the beam's own number of scales at the displayed load; "" where unknown."""
     m, beam = motion(state.setting), state.beam
     now = min(state.twist, m.last)
     if not now > m.load_e or not math.isfinite(part := share(state.setting, now)):
@@ -315,7 +315,7 @@ def own_scales(state: State) -> str:
 
 
 def outcome(state: State) -> tuple[str, str, str]:
-    """Return the name of the end, where it and what comes before it is, and its sentence."""
+    """Return the name of the end, its load angle and earlier thresholds, and its sentence."""
     m = motion(state.setting)
     p, where = m.figures, []
     if m.end is not End.NONE:
@@ -333,20 +333,20 @@ def outcome(state: State) -> tuple[str, str, str]:
 
 
 def _differing(states: Sequence[State]) -> list[str]:
-    """Return the fields in which designs differ, without those that follow from others; the usual ones if in none."""
-    # a ratio is changed at a fixed pitch, and sizes stay as the pitch is changed
+    """Return the fields in which designs differ, without dependent ones; the usual fields if there are none."""
+    # at equal pitch the ratios describe the difference, else the sizes
     left_out = {*(SIZES if len({one.beam.pitch for one in states}) == 1 else RATIOS), "slenderness", "twist"}
     own = (name for name in FIELDS if name not in left_out)
     return [n for n in own if len({one.value(n) for one in states}) > 1] or ["mu", "eta", "alpha"]
 
 
 def _described(state: State, names: Sequence[str], states: Sequence[State]) -> str:
-    """Return fields of one of some designs as symbol and value, and its sense where that differs."""
+    """Return the values of some fields of one design as text, and its sense where that differs."""
     words = []
     for name in names:
         field = fields.of(name, *(one.beam for one in (state, *states)), load=state.load)
         values = [one.value(name) for one in (state, *states)]
-        # as short as tells them apart
+        # as few digits as distinguish the designs
         for digits in (3, 4, 6):
             own, *every = ("not given" if v is None else f"{v / field.factor:.{digits}g}" for v in values)
             if len({*every}) == len({*values}):
@@ -359,7 +359,7 @@ def _described(state: State, names: Sequence[str], states: Sequence[State]) -> s
 
 
 def compared(state: State) -> list[dict[str, str]]:
-    """Return a row of figures for each kept design and for the one that is shown."""
+    """Return a row of figures for each kept design and for the displayed one."""
     rows, alike = [], all(one.load == state.load for one in state.kept)
     every = [*state.kept, state]
     differing, turn = _differing(every), angles(state)[0]
@@ -383,7 +383,7 @@ def compared(state: State) -> list[dict[str, str]]:
 
 
 def warnings(state: State) -> list[str]:
-    """Return where the beam leaves the range of the model."""
+    """Return warnings where the beam leaves the range of the model, and on limits of the page."""
     m = motion(state.setting)
     found = [*dict.fromkeys([*m.notes, *state.beam.warnings(state.load, state.sense, m.joint)])]
     most = m.shape()["scales"]
@@ -397,13 +397,13 @@ def warnings(state: State) -> list[str]:
 
 
 def quantity(value: float, unit: str) -> str:
-    """Return a number with the prefix of its unit."""
+    """Return a number with a prefixed unit."""
     factor, sign = prefix(value)
     return f"{number(value * factor)} {sign}{unit}"
 
 
 def make_file(state: State, kind: str) -> tuple[str, bytes]:
-    """Return name and content of a file. Raises InputError: no such kind."""
+    """Return name and content of a file for download. Raises InputError for an unknown kind."""
     arguments.one_of("kind", kind, tuple(KINDS))
     if kind == "html":
         text = standalone.page(motion(state.setting), state.twist)
@@ -416,7 +416,7 @@ def make_file(state: State, kind: str) -> tuple[str, bytes]:
 
 
 def _table(state: State) -> xr.Dataset:
-    """Return the curve up to what is shown, or the loop."""
+    """Return the curve up to the displayed load, or the loop."""
     m, how = motion(state.setting), state.setting._asdict()
     if state.bent:
         del how["load"], how["law"]

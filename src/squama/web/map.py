@@ -1,4 +1,4 @@
-"""The map over two parameters: how stiff beams are at the twist that is shown or, on hinges, how their curves end."""
+"""The map over two parameters: stiffness of the beams at the displayed twist or, on hinges, ends of their curves."""
 
 from __future__ import annotations
 
@@ -27,21 +27,21 @@ from squama.web.fields import FIELDS, placed
 from squama.web.state import State, preset
 
 AXES = {"mu": "friction", "alpha": "slant", "eta": "overlap", "theta0": "inclination", "beta": "width", "lam": "bar"}
-"""Fields that can be an axis, each in a word."""
+"""Fields that can be an axis, each with a word."""
 SIZE = (37, 29)
-"""Designs along the axes."""
+"""Number of designs along the axes."""
 RANGES = {"eta": (1.0, 8.0), "theta0": (2.0, 40.0), "alpha": (2.0, 80.0), "mu": (0.0, 2.0)}
-"""Ranges of axes that differ from those of the sliders, in shown units."""
+"""Ranges of axes that differ from those of the sliders, in displayed units."""
 ROOM = {"left": 58, "right": 16, "top": 8, "bottom": 36}
-"""Pixels around the cells; the marks lie over the cells."""
+"""Margins around the cells, pixels; marks lie over the cells."""
 SHIFTS = (0, *(sign * 20 * i for i in range(1, 7) for sign in (1, -1)))
-"""Pixels by which marks stand apart that would hide each other."""
+"""Horizontal shifts of marks that would hide each other, pixels."""
 WIDTH = 300
-"""Of a small map, pixels."""
+"""Width of a small map, pixels."""
 LEVELS = (1.25, 1.6, 2.5, 4.0, 8.0)
-"""Tangent stiffness over that of the bar: ends of the classes of a map."""
+"""Bounds of the classes of a map: tangent stiffness over that of the bar."""
 SOFT = 1 - 1e-6
-"""Below it a beam is softer than its bar: behind a peak, or where its contacts hold it less."""
+"""Ratio below which a beam counts as softer than its bar: beyond a peak, or where contacts soften it."""
 CLASSES = [
     "not in contact",
     "softer than the bar",
@@ -54,14 +54,14 @@ _FIGURES = {
     True: ["ends at {end}, RED = {{5}}"],
     False: ["ends at {end}", "{{5}} times as stiff as the bar"],
 }
-"""What is said of a cell: on hinges, and of compliant joints."""
+"""Lines of a cell's tooltip, on hinges and on compliant joints."""
 _ELASTIC = ("scale_modulus", "scale_poisson")
 _STIFF = ("embedded", "thickness", "pitch", "bar_width", "modulus", "poisson", "stiffness", "inclusion")
-"""Fields on which only the share of the bar in the energy depends."""
+"""Fields that affect only the bar's share of the energy."""
 
 
 class Axis(NamedTuple):
-    """A field as an axis: its range (shown units) and how many cells it has."""
+    """A field as an axis: its range (displayed unit) and number of cells."""
 
     name: str
     low: float
@@ -70,12 +70,12 @@ class Axis(NamedTuple):
 
     @property
     def values(self) -> Array:
-        """The middles of the cells, in shown units."""
+        """Centres of the cells, in displayed units."""
         return np.linspace(self.low, self.high, self.cells)
 
     @property
     def step(self) -> float:
-        """Width of a cell."""
+        """Width of a cell, in displayed units."""
         return (self.high - self.low) / (self.cells - 1)
 
     @property
@@ -85,7 +85,7 @@ class Axis(NamedTuple):
         return shown.symbol + (f" ({shown.unit})" if shown.unit else "")
 
     def place(self, state: State) -> float:
-        """Return where a design lies, from the left or lower border (0 to 1)."""
+        """Return the position of a design from the left or lower border (0 to 1)."""
         value = float(state.value(self.name) or 0.0) / FIELDS[self.name].factor
         return (value - self.low + self.step / 2) / (self.high - self.low + self.step)
 
@@ -99,10 +99,10 @@ def drawn(x: str, y: str) -> tuple[Axis, Axis]:
 
 @dataclass(frozen=True)
 class Key:
-    """What a map depends on: its axes, what else is fixed of the ``beam``, loading, law, sense, margin.
+    """All values on which a map depends: its axes, the fixed values of the ``beam``, load, law, sense, margin.
 
-    ``at``: twist or bend (rad per pitch) at which beams on compliant joints are shown, None of hinges. ``ideal``: the
-    scales are thin, as those of the outcome beside the map are.
+    ``at``: twist or bend (rad per pitch) for beams on compliant joints, None for hinges. ``ideal``: thin scales, as in
+    the curve.
     """
 
     x: str
@@ -118,21 +118,21 @@ class Key:
 
     @property
     def scales(self) -> str:
-        """How the scales of the map are taken, in words."""
+        """The model's idealisation of the scales, in words."""
         return idealisation(self.beam, "hinge" if self.at is None else "compliant", ideal=self.ideal)
 
     @property
     def title(self) -> str:
-        """What the map shows."""
+        """Title of the map."""
         turn, unit = degrees(self.beam)
         return "Ends on hinges" if self.at is None else f"Stiffness at {number(turn * self.at, unit)}"
 
 
 class Grid(NamedTuple):
-    """Values along the axes (shown units), and by y and x: numbers of the classes, load angles, and a ``figure``.
+    """Values along the axes (displayed units), and by y and x: class numbers, load angles (rad per pitch), ``figure``.
 
-    On hinges classes are ends and the figure is RED. On compliant joints the figure is the tangent stiffness over the
-    bar's; ``load_end`` is NaN where a curve goes on.
+    On hinges classes are ends and the figure is RED. On compliant joints the figure is the tangent stiffness over that
+    of the bar; ``load_end`` is NaN where the curve does not end before.
     """
 
     x: Array
@@ -144,20 +144,20 @@ class Grid(NamedTuple):
 
 
 def key(state: State, x: str, y: str) -> Key:
-    """Return what the map of a state depends on; values of its own axes are left out."""
+    """Return the key of a state's map, without the values of the map's own axes."""
     m = live.motion(state.setting)
     names = (*AXES, *_STIFF) if m.joint == "hinge" else (*AXES, *_STIFF, *_ELASTIC)
     fixed = [state.value(name) for name in names if name not in (x, y)]
     ideal = thin(LOADS[state.load], state.law, m.joint, ideal=m.ideal)
     at = None if m.joint == "hinge" else min(state.twist, m.last)
     beam = state.beam
-    # the number of scales: angles are said over all of them
+    # the number of scales counts, because angles are those of the whole beam
     return Key(x, y, (*fixed, beam.scales, beam.joint.matrix, beam.neutral, beam.held), *state[2:6], ideal, at, beam)
 
 
 @functools.lru_cache(maxsize=8)
 def grid(wanted: Key) -> Grid:
-    """Solve the designs of a map."""
+    """Compute the designs of a map."""
     w, (x, y) = wanted, (axis.values for axis in drawn(wanted.x, wanted.y))
     over = {w.x: x[None, :], w.y: y[:, None]}
     values = dict(placed(w.beam, name, FIELDS[name].factor * v) for name, v in over.items())
@@ -178,11 +178,11 @@ def grid(wanted: Key) -> Grid:
 
 
 def warm_up() -> threading.Thread:
-    """Load or compile the code of map and curves on a thread of its own, so that the first ones need not wait."""
+    """Load or compile the code of map and curves on a background thread, before the first use."""
 
     def compiled() -> None:
         designs = tuple(np.full(1, v) for v in (3.0, 1.25, 0.45, 0.8, 0.2, 0.5, 1.0))
-        # without a limit below which Python would answer
+        # few=0: compiled code, not Python
         solved(designs, law="edge", sense="+", margin=0.01, load="twisting", few=0)
         preset("pla")
 
@@ -194,7 +194,7 @@ def warm_up() -> threading.Thread:
 def take(state: State, x: str, y: str, cell: tuple[int, int]) -> State:
     """Return the state with the design of a cell of the map.
 
-    Raises InputError: the beam cannot be so; the message names what is in the way.
+    Raises InputError for an impossible beam.
     """
     for axis, i in zip(drawn(x, y), cell, strict=True):
         state = state.change(axis.name, f"{axis.values[i]:.6g}")
@@ -202,7 +202,7 @@ def take(state: State, x: str, y: str, cell: tuple[int, int]) -> State:
 
 
 def options(wanted: Key, found: Grid, *, dark: bool) -> charts.Options:
-    """Return the options of the map."""
+    """Return the ECharts options of the map."""
     look, sides = THEMES["dark" if dark else "light"], drawn(wanted.x, wanted.y)
     values = []
     for axis, gap, place in zip(sides, (20, 30), ("bottom", "left"), strict=True):
@@ -212,15 +212,15 @@ def options(wanted: Key, found: Grid, *, dark: bool) -> charts.Options:
     names = [{"type": "category", "show": False, "data": list(range(n))} for n in SIZE]
     every, colours = _words(wanted), classes(wanted, found, dark=dark)
     pieces = [{"value": every.index(name), "color": colour} for name, colour in colours.items()]
-    # column, row, class, engagement and end, figure, engagement and end per pitch; what is not finite is left out
+    # column, row, class, engagement and end, figure, engagement and end per pitch; null where not finite
     cells, (turn, unit) = [], degrees(wanted.beam)
     for (j, i), code in np.ndenumerate(found.code):
         loads = [v[j, i] for v in (found.load_e, found.load_end)]
         each = [math.degrees(v) for v in loads] if wanted.beam.scales else []
         figures = [float(f"{v:.3g}") for v in (*(turn * v for v in loads), found.figure[j, i], *each)]
         cells.append([i, j, int(code), *(v if math.isfinite(v) else None for v in figures)])
-    # what the browser says of a cell under the pointer (chart.js): symbol, unit, first value and step of the axes; a
-    # number in braces is a place in the cell, and a line whose number is missing is left out
+    # tooltip of a cell (chart.js): symbol, unit, first value and step of the axes; a number in braces is an index into
+    # the cell's values, and a line with a missing value is left out
     first, end = (f"{{{i}}} {unit}" + f" ({{{i + 3}}} {PITCH})" * bool(wanted.beam.scales) for i in (3, 4))
     words = {
         "axes": [[FIELDS[a.name].symbol, FIELDS[a.name].unit, a.low, a.step] for a in sides],
@@ -246,7 +246,7 @@ def _words(wanted: Key) -> list[str]:
 
 
 def classes(wanted: Key, found: Grid, *, dark: bool) -> dict[str, str]:
-    """Return the classes that a map shows, in words, and their colours."""
+    """Return the classes present on a map, in words, with their colours."""
     of_ends = DARK_ENDS if dark else ENDS
     if wanted.at is None:
         colours = [of_ends[end] for end in CODES]
@@ -256,9 +256,9 @@ def classes(wanted: Key, found: Grid, *, dark: bool) -> dict[str, str]:
 
 
 class Mark(NamedTuple):
-    """A mark over a plot: letter (none for the design that is shown), colour, place from left and top (0 to 1).
+    """A mark over a plot: letter ("" for the displayed design), colour, position from left and top (0 to 1).
 
-    ``shift``: pixels to the right of it, where it would hide another one.
+    ``shift``: horizontal shift in pixels, where it would hide another mark.
     """
 
     letter: str
@@ -269,14 +269,14 @@ class Mark(NamedTuple):
 
 
 def marks(state: State, wanted: Key) -> list[Mark]:
-    """Return the marks of the kept designs and, last, of the one that is shown; those off the map are left out."""
+    """Return the marks of the kept designs and, last, of the displayed one, without those off the map."""
     every = [(live.NAMES[i], KEPT[i], one) for i, one in enumerate(state.kept) if one.load == state.load]
     found: dict[str, Mark] = {}
     for letter, colour, one in (("", THEMES["light"]["point"], state), *reversed(every)):
         left, bottom = (axis.place(one) for axis in drawn(wanted.x, wanted.y))
         if 0 <= left <= 1 and 0 <= bottom <= 1:
             found[letter] = Mark(letter, colour, left, 1 - bottom)
-    # none hides another: those that stand apart stay where they are, and first that of the design that is shown
+    # no mark hides another: marks with enough distance keep their place, the displayed design's first
     placed: list[Mark] = []
     for shifts in (SHIFTS[:1], SHIFTS):
         for mark in found.values():
@@ -288,6 +288,6 @@ def marks(state: State, wanted: Key) -> list[Mark]:
 
 
 def check_axes(x: str, y: str) -> None:
-    """Refuse axes that the loading does not have, or one twice. Raises InputError: with the ones that can be chosen."""
+    """Refuse a pair of axes with equal or unknown fields, with the allowed ones."""
     if x == y or not {x, y} <= set(AXES):
         refuse("map", "", f"{x} and {y}", f"choose two of {', '.join(AXES)}")

@@ -1,4 +1,4 @@
-"""The memory of pages that nobody looks at."""
+"""Memory of pages without a connected browser."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from nicegui import Client
 
 
 def make_room() -> None:
-    """Let go of the oldest pages to which no browser has connected: at most eight wait."""
+    """Delete the oldest pages to which no browser has connected, beyond eight."""
     every = (one for one in Client.instances.values() if one._response_built)
     waiting = [one for one in every if not one.has_socket_connection and not one._delete_tasks]
     for one in sorted(waiting, key=lambda client: client.created)[:-8]:
@@ -20,15 +20,15 @@ def make_room() -> None:
 
 
 class Sweep:
-    """Gives the memory of ended pages back to the system."""
+    """Returns the memory of ended pages to the system."""
 
     def __init__(self) -> None:
         self.due = False
-        # what is there already stays, and need not be looked through each time
+        # objects that exist now stay, and need not be scanned each time
         gc.freeze()
 
     def soon(self) -> None:
-        """Do so in a second, once for all pages that end until then."""
+        """Schedule a collection in a second, once for all pages that end until then."""
         if not self.due:
             self.due = True
             asyncio.get_running_loop().call_later(1.0, self._now)
@@ -38,6 +38,6 @@ class Sweep:
         # a page's elements and handlers refer to each other
         gc.collect()
         if sys.platform == "linux":
-            # what was freed in small pieces stays with the process otherwise; only glibc has this
+            # otherwise memory freed in small pieces stays with the process; glibc only
             with suppress(AttributeError):
                 ctypes.CDLL(None).malloc_trim(0)

@@ -1,4 +1,4 @@
-"""The page: its parts, and what happens when something in them is changed."""
+"""The page: its parts, and the actions on changes."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from squama.web.widgets import BeamView, Chart, FileButton, button, put, receive
 
 
 def _printed(state: State, table: Table | None, kind: str, fit: Fitted | None) -> tuple[str, bytes]:
-    """Draw the plots for print; matplotlib is loaded for it."""
+    """Draw the plots for print; matplotlib is imported here."""
     from squama.web import prints
 
     return prints.made(state, table, kind, fit)
 
 
 def _drawn(make: Callable[[], Any]) -> Any:
-    """Make what matplotlib draws: its settings are those of the whole process."""
+    """Call a function that draws with matplotlib, whose settings are global to the process (one call at a time)."""
     return make()
 
 
 WAIT = 0.3
-"""Seconds without a change after which the link is written, and the map computed anew."""
+"""Seconds without a change after which the link is written and the map computed."""
 T = TypeVar("T")
 SOLVING = Aside(live.prepare, most=2)
 LOADING = Aside(bench.followed, most=1, limit=300)
@@ -44,7 +44,7 @@ PRINTING = Aside(_drawn, most=1, limit=60)
 MAPPING = Aside(map.grid, most=1)
 SWINGING = Aside(live.swing, most=1, limit=30)
 LINKING = Aside(live.linked, most=2, limit=5)
-"""Reads links; seconds that it may take."""
+"""Reads links, within a time limit in seconds."""
 SCRIPT = """
 for (const name of ["keydown", "pointerdown"])
   addEventListener(name, ({ key, target }) => {
@@ -62,14 +62,14 @@ addEventListener("keydown", (event) => {
   history.back();
 });
 """
-"""Shuts open menus by Escape and by a click elsewhere; the browser's way back undoes, and so does Ctrl+Z."""
+"""Closes open menus on Escape and on a click elsewhere; Back of the browser, and Ctrl+Z, undo."""
 LET_GO, STOP = "Let go", "Stop"
-"""The button that plays a decay, before and meanwhile."""
+"""Labels of the button that plays a decay, before and while it plays."""
 
 
 @contextmanager
 def telling(tell: Callable[[str], None]) -> Iterator[None]:
-    """Tell what is wrong with what was asked for inside."""
+    """Pass the message of an InputError raised inside to ``tell``."""
     try:
         yield
     except InputError as error:
@@ -77,10 +77,10 @@ def telling(tell: Callable[[str], None]) -> Iterator[None]:
 
 
 class Explorer:
-    """One open page: its state, and the elements that show it."""
+    """One open page: its state, and the elements that display it."""
 
     def __init__(self, state: State, notice: str = "") -> None:
-        # what is asked for, and what is solved and drawn: where a joint needs elements they differ for seconds
+        # the wanted state and the displayed one differ for seconds where a joint needs finite elements
         self.wanted = state
         if not all(one.quick for one in (state, *state.kept)):
             state = state.hinged._replace(kept=())
@@ -88,13 +88,13 @@ class Explorer:
         self.solving = self.working = self.pending = cast("asyncio.Task[None] | None", None)
         self.table: Table | None = None
         self.found: Fitted | None = None
-        # the file of a table, which may be read anew
+        # the file of a table, which may be read again
         self.file = "", b""
         self.dark, self.map_axes = False, ("mu", "alpha")
         self.map_key: map.Key | None = None
-        # the address that the browser shows, and how many it has gone through
+        # the browser's address, and its number in the history
         self.link, self.step = "", 0
-        # kept here: what is clicked may be gone before all is drawn
+        # kept, because a clicked element may be gone before everything is drawn
         self.client = ui.context.client
         ui.add_css(files("squama.web").joinpath("page.css").read_text(encoding="utf-8"))
         ui.add_css(f":root {{ {variables('light')} }} body.body--dark {{ {variables('dark')} }}")
@@ -129,7 +129,7 @@ class Explorer:
         ui.on("went", self.go_back)
         self.say(notice)
         self.draw()
-        # a page that nobody looks at costs no more than its making
+        # a page without a browser computes nothing
         self.client.on_connect(self.begin)
         self.client.on_delete(self.end)
 
@@ -151,36 +151,36 @@ class Explorer:
             self.map.on("picked", self.clicked)
 
     def begin(self) -> None:
-        """Solve and draw what takes longer, as somebody looks at the page."""
+        """Compute and draw the slow parts, once a browser is connected."""
         self.draw_plots()
         wanted, self.wanted = self.wanted, self.drawn
         if wanted != self.drawn:
             self.change_to(wanted, self.say)
 
     def end(self) -> None:
-        """Let go of what is under way: nobody looks at the page any more."""
+        """Cancel running work of a closed page."""
         for one in (self.pending, self.solving, self.working):
             if one is not None:
                 one.cancel()
 
-    # ---- what people do ------------------------------------------------------------------------------------
+    # ---- actions of the user ------------------------------------------------------------------------------------
 
     def enter(self, name: str, words: str) -> None:
-        """Take what was entered in a field; what cannot be used is explained there and changes nothing."""
+        """Apply an entry of a field; an invalid entry is explained at the field and changes nothing."""
         explain = self.controls.fields[name].explain
         with telling(explain):
             self.change_to(self.state.change(name, words), explain)
 
     def attempt(self, make: Callable[[State], State]) -> None:
-        """Go to what is made of the state, or say why that cannot be."""
+        """Show the state that ``make`` returns for the present one, or the reason why it is impossible."""
         with telling(self.say):
             self.say("")
             self.change_to(make(self.state), self.say)
 
     def change_to(self, state: State, refuse: Callable[[str], None]) -> None:
-        """Show a state: at once where no elements are needed, else when it is solved; ``refuse`` is told why not.
+        """Show a state, at once unless its joint needs finite elements; ``refuse`` gets the message of a failure.
 
-        Raises InputError: it cannot be shown, found at once.
+        Raises InputError for a failure that is found at once.
         """
         solved = {one.setting for one in (self.drawn, *self.drawn.kept)}
         if all(one.quick or one.setting in solved for one in (state, *state.kept)):
@@ -193,7 +193,7 @@ class Explorer:
             self.solving = asyncio.get_running_loop().create_task(self._solve(refuse))
 
     async def _solve(self, refuse: Callable[[str], None]) -> None:
-        """Solve what is asked for away from the event loop; of changes that come in meanwhile the last one counts."""
+        """Compute the wanted state off the event loop; of several changes the last counts."""
         while (aim := self.state) != self.drawn:
             self.say("Elements are being solved for the joint ...")
             try:
@@ -212,14 +212,14 @@ class Explorer:
                 self.draw()
 
     def clicked(self, event: Any) -> None:
-        """Take the design of a cell of the map."""
+        """Show the design of a clicked cell of the map."""
         sent = received(event.args, value=list, seriesId=str)
         cell = sent["value"][:2] if sent else []
         if all(type(i) is int and 0 <= i < n for i, n in zip(cell, map.SIZE, strict=False)) and len(cell) == 2:
             self.attempt(lambda now: map.take(now, *self.map_axes, (cell[0], cell[1])))
 
     def choose_axis(self, i: int, name: str) -> None:
-        """Draw the map over another parameter; the one that is there already changes places."""
+        """Draw the map over another parameter; choosing the other axis's parameter swaps the axes."""
         axes = {i: name, 1 - i: self.map_axes[i if self.map_axes[1 - i] == name else 1 - i]}
         with telling(self.say):
             map.check_axes(axes[0], axes[1])
@@ -232,7 +232,7 @@ class Explorer:
         write(self.arrows, "Hide forces" if self.view.props["arrows"] else "Show forces")
 
     def let_go(self) -> None:
-        """Play the decay from the load that is shown, or stop it."""
+        """Play the decay from the displayed load, or stop it."""
         if self.release.props["textContent"] == STOP:
             self.view.run_method("rest")
             return
@@ -247,13 +247,13 @@ class Explorer:
         self.beside("The vibration is being computed ...", SWINGING(shown), play)
 
     def rest(self) -> None:
-        """Offer to let go again, as the view shows the state."""
+        """Reset the button after a decay, when the view shows the state again."""
         write(self.release, LET_GO)
 
     def go_back(self, event: Any) -> None:
-        """Show the state of an address that the browser has gone back, or forth, to."""
+        """Show the state of an address of the browser's history."""
         if sent := received(event.args, link=str, step=int):
-            # the browser is there already; where the state is not shown its address gives way to the one of what is
+            # the browser has changed the address already; if the state cannot be shown, the address is corrected
             self.link, self.step = sent["link"].removeprefix("?"), sent["step"]
             if self.pending is not None:
                 self.pending.cancel()
@@ -266,19 +266,19 @@ class Explorer:
             self.beside("", LINKING(sent["link"]), show, self.draw)
 
     def darken(self, dark: bool) -> None:
-        """Draw the plots for a dark or a light page."""
+        """Redraw the plots for a dark or a light page."""
         if dark != self.dark:
             self.dark = dark
             self.map_key = None
             self.draw_plots()
 
     def say(self, words: str) -> None:
-        """Show a line above the figures, or take it away."""
+        """Show a notice above the figures, or hide it."""
         write(self.notice, words)
         self.notice.classes(remove="shown" if not words else "", add="shown" if words else "")
 
     def save(self, kind: str) -> None:
-        """Hand a file to the browser."""
+        """Send a file to the browser."""
         if kind == "png":
             self.view.run_method("save", "beam.png", *SIZE)
             return
@@ -293,7 +293,7 @@ class Explorer:
 
     @property
     def busy(self) -> bool:
-        """Whether something is being computed still, which is then said."""
+        """Whether a computation is running; if so, show a notice."""
         if self.working is None or self.working.done():
             return False
         self.say("something else is being computed still: wait a moment")
@@ -303,9 +303,9 @@ class Explorer:
         self, words: str, work: Coroutine[Any, Any, T], then: Callable[[T], object],
         failed: Callable[[], object] = lambda: None,
     ) -> None:  # fmt: skip
-        """Do something away from the event loop, one at a time, and then something with what comes of it, or nothing.
+        """Run ``work`` off the event loop, one at a time, and pass its result to ``then``.
 
-        ``failed`` is called where nothing comes of it.
+        ``failed`` is called where ``work`` fails or cannot start.
         """
         if self.busy:
             work.close()
@@ -347,29 +347,29 @@ class Explorer:
         self.beside("The file is being read ...", READING(name, content, self.state, GUESSED), show)
 
     def read(self, how: How) -> None:
-        """Read the table that was opened by columns and decimals that are chosen."""
+        """Read the opened table again with chosen columns and decimal sign."""
 
         def show(found: State | Table) -> None:
             if isinstance(found, Table):
                 self.measure(found)
 
         if self.file[0] and not self.busy:
-            # not to be taken for what the choices give
+            # the old points do not belong to the new choices
             self.measure(None)
             self.beside("The table is being read ...", READING(*self.file, self.state, how), show)
 
     def measure(self, table: Table | None) -> None:
-        """Show a measured table beside the curves, or none."""
+        """Show a measured table with the curves, or none."""
         self.table, self.found = table, None
         self.draw()
 
     def remove(self) -> None:
-        """Take the measured table away."""
+        """Remove the measured table."""
         self.file = "", b""
         self.measure(None)
 
     def fit(self) -> None:
-        """Fit the model that is shown to the measured table, and show the beam that is found."""
+        """Fit the displayed model to the measured table, and show the fitted beam."""
         if (table := self.table) is None:
             return
 
@@ -380,7 +380,7 @@ class Explorer:
         self.beside("A fit is being computed ...", FITTING(table, self.drawn), show)
 
     def bear(self, case: str, force: str, way: str) -> None:
-        """Load the beam that is shown as a part."""
+        """Load the displayed beam as a part."""
         shown = self.drawn
 
         async def made() -> bench.Loaded:
@@ -393,10 +393,10 @@ class Explorer:
 
         self.beside("The part is being loaded ...", made(), show)
 
-    # ---- what is drawn -------------------------------------------------------------------------------------
+    # ---- drawing -------------------------------------------------------------------------------------
 
     def draw(self) -> None:
-        """Draw everything that the state changes; map and link follow when nothing more comes in."""
+        """Draw everything that depends on the state; map and link follow after a pause."""
         if self.release.props["textContent"] == STOP:
             self.view.run_method("rest")
         self.release.set_visibility(self.drawn.path == "decay")
@@ -405,12 +405,12 @@ class Explorer:
         self.outcome.show(self.drawn)
         self.compared.show(self.drawn)
         self.part.fade(self.drawn)
-        # in the same message as the view: the page is laid out and painted once
+        # in the same message as the view, so that the page is painted once
         if self.client.has_socket_connection:
             self.draw_plots()
 
     def draw_plots(self) -> None:
-        """Draw the three curves; one whose point alone has moved is not drawn again."""
+        """Draw the curves; a curve of which only the point has moved is not sent again."""
         colour = THEMES["dark" if self.dark else "light"]["mark"]
         for plot, (chart, place) in self.plots.items():
             put(chart, options=charts.line_options(self.drawn, plot, dark=self.dark, table=self.table, fit=self.found))
@@ -424,7 +424,7 @@ class Explorer:
         self.draw_map()
 
     def draw_map(self) -> None:
-        """Move the mark of the design; the map itself follows where it depends on what has changed."""
+        """Move the mark of the design; compute the map again where its key has changed."""
         wanted = map.key(self.drawn, *self.map_axes)
         self.map_choices(self.map_axes, wanted.title)
         panels.show_marks(self.marks, map.marks(self.drawn, wanted))
@@ -435,7 +435,7 @@ class Explorer:
 
     async def _settle(self, wanted: map.Key) -> None:
         await asyncio.sleep(WAIT)
-        # the browser draws its own window anew for another address
+        # changing the address makes the browser redraw its window
         if (link := query(self.drawn)) != self.link:
             self.step, how = (self.step + 1, "push") if self.link else (self.step, "replace")
             self.link = link

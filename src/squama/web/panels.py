@@ -1,4 +1,4 @@
-"""Parts of the page: presets and tools, parameters, outcome, comparison."""
+"""Parts of the page: presets and tools, parameters, outcome, comparison, measured table, part under load."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from squama.web.tables import Table
 from squama.web.widgets import Choice, Entry, NumberField, anew, button, text, write
 
 Attempt = Callable[[Callable[[State], State]], None]
-"""Goes from the state that is shown to another one, or says why that cannot be."""
+"""Function that shows the state returned by its argument, or the reason why it is impossible."""
 
 
 def presets(attempt: Attempt) -> None:
-    """Make the list of beams to start from."""
+    """Make the list of initial beams."""
 
     def go(name: str) -> None:
         if name:
@@ -40,11 +40,11 @@ FILES = {
     "png": "view as a picture (PNG)",
     "html": "view as a page of its own (HTML)",
 }
-"""What can be downloaded."""
+"""Files for download."""
 
 
 def tools(save: Callable[[str], None], brightness: Callable[[], object]) -> None:
-    """Make the menu of downloads and the buttons of link and brightness."""
+    """Make the menu of downloads and the buttons for undo, link and brightness."""
     with ui.element("nav").props('aria-label="Files and page"'):
         with ui.element("details").classes("menu"):
             text("summary", "Save", "button")
@@ -65,21 +65,21 @@ def tools(save: Callable[[str], None], brightness: Callable[[], object]) -> None
 
 
 def legend() -> None:
-    """Say what the colours of the view mean."""
+    """Make the legend of the view's colours."""
     with ui.element("ul").classes("legend"):
         for name, words in (WORDS | {"normal": "normal force on the tip", "friction": "friction on the tip"}).items():
             _key(words, STATES.get(name, ""), name)
 
 
 def _key(words: str, colour: str, name: str = "") -> None:
-    """Say what a colour means; without one the name is a class of the page's style."""
+    """Add an entry to a legend; without a colour ``name`` is a class of the style sheet."""
     with ui.element("li"):
         ui.element("b").classes(f"key {name}").style(f"background: {colour}" if colour else "")
         text("span", words)
 
 
 class Controls:
-    """All parameters in groups that can be folded."""
+    """All parameters in collapsible groups."""
 
     def __init__(self, attempt: Attempt, enter: Callable[[str, str], None]) -> None:
         self.fields: dict[str, NumberField] = {}
@@ -129,7 +129,7 @@ class Outcome:
                 self.verdict, self.own, self.model = text("strong"), text("span", "", "own"), text("span")
             self.readings = ui.element("dl")
             self.sentence = text("p", "", "sentence").props('aria-live="polite"')
-            # within reach of the keyboard, for it scrolls where there are many
+            # focusable, because a long list scrolls
             self.list = ui.element("ul").classes("warnings").props('aria-label="Warnings" tabindex="0"')
             self.list.set_visibility(False)
         self.shown: list[ui.element] = []
@@ -168,11 +168,11 @@ HEADS = {
     "torque": "load there",
     "RED": "RED",
 }
-"""Columns of the table of kept designs, by what a row calls them, with the unit of their angles."""
+"""Columns of the table of kept designs, by the keys of a row, with a place for the unit of angles."""
 
 
 class Compared:
-    """The table of the kept designs beside the one that is shown."""
+    """The table of the kept designs and the displayed one."""
 
     def __init__(self, attempt: Attempt) -> None:
         self.attempt = attempt
@@ -180,17 +180,17 @@ class Compared:
             with ui.element("p"):
                 text("strong", "Compare")
                 button("Keep this design", partial(attempt, State.keep), "Keep it to compare, up to three", "keep")
-            # within reach of the keyboard, for it scrolls where there is little room
+            # focusable, because a wide table scrolls
             with ui.element("div").classes("rows").props('tabindex="0" aria-label="Kept designs"') as self.place:
                 self.table = ui.element("table")
             self.place.set_visibility(False)
 
     def show(self, now: State) -> None:
-        """Show a state; with nothing kept there is no table."""
+        """Show a state; without kept designs there is no table."""
         rows = live.compared(now) if now.kept else []
         if not anew(self.table, (rows, live.angles(now))):
             return
-        # the model that is the same for all stands above, with the outcome
+        # a model common to all designs is shown with the outcome
         columns = [name for name in HEADS if name != "model" or len({row["model"] for row in rows}) > 1]
         self.place.set_visibility(bool(rows))
         with self.table:
@@ -209,18 +209,18 @@ class Compared:
                             for word, act in (("Show", State.show), ("Remove", State.drop)):
                                 go = partial(self.attempt, partial(act, i=i))
                                 button(word, go, f"{word} design {row['name']}")
-                        # letters stay in ink, which can be read on every ground
+                        # letters stay in the text colour, legible on every background
                         name.style(f"box-shadow: inset 0 -3px {KEPT[i]}; font-weight: bold")
 
 
 DECIMALS = {"": "as guessed", ".": "point", ",": "comma"}
-"""What sets decimals of a table off."""
+"""Decimal signs of a table."""
 ENDLESS_ENDS, ENDS = {"": "endless"}, {"free": "free", "couple": "under a couple", "gripped": "gripped"}
-"""How a specimen is held, without and with a number of scales."""
+"""Ends of a specimen, without and with a number of scales."""
 
 
 class Measured:
-    """The measured table that was opened: how it is read, what is left of it beside the curve, a fit."""
+    """The opened measured table: settings of its reading, residual, fit."""
 
     def __init__(
         self, attempt: Attempt, read: Callable[[tables.How], object], fit: Callable[[], object],
@@ -250,13 +250,13 @@ class Measured:
         self.place.set_visibility(False)
 
     def forget(self) -> None:
-        """Read the next table as is guessed."""
+        """Reset the reading of the next table to guesses."""
         self.how = tables.GUESSED
         self.columns.empty()
         self.decimal.set(DECIMALS, "")
 
     def show(self, name: str, table: Table | None, now: State, found: tables.Fitted | None) -> None:
-        """Show a table, or only the name of one that could not be read, beside a state, and what a fit found."""
+        """Show a table (or only the name of an unreadable one), its residual for a state, and the result of a fit."""
         self.place.set_visibility(bool(name))
         write(self.name, name)
         self.ends.set(*(ENDS, now.beam.ends or FREE) if now.beam.scales else (ENDLESS_ENDS, ""))
@@ -284,7 +284,7 @@ class Measured:
 
 
 class PartUnderLoad:
-    """The beam as a part: a cantilever or a three-point bend, its shape, its force, what each scale bears."""
+    """The beam as a part, a cantilever or a three-point bend: shape, force, contact force of each scale."""
 
     def __init__(self, bear: Callable[[str, str, str], object]) -> None:
         self.state: State | None = None
@@ -312,7 +312,7 @@ class PartUnderLoad:
             self.picture.set_visibility(False)
 
     def show(self, found: bench.Loaded, state: State) -> None:
-        """Show what a part does under load."""
+        """Show the result of a part under load."""
         self.state = state
         self.words.clear()
         with self.words:
@@ -325,7 +325,7 @@ class PartUnderLoad:
             one.classes(remove="old")
 
     def fade(self, now: State) -> None:
-        """Grey what was found of another beam, or by another model."""
+        """Grey out a result for another beam or model."""
         if self.state is not None and bench.follows(now) != bench.follows(self.state):
             self.state = None
             for one in (self.words, self.picture):
@@ -333,7 +333,7 @@ class PartUnderLoad:
 
 
 def show_lines(place: ui.element, wanted: Sequence[Line]) -> None:
-    """Say which line of the plots is which, the design that is shown first."""
+    """Make the legend of the plots' lines, the displayed design first."""
     last, *others = {line.name: line for line in reversed(wanted)}.values()
     looks = [(line.name, _sample(line)) for line in (last, *reversed(others))]
     if not anew(place, looks):
@@ -346,7 +346,7 @@ def show_lines(place: ui.element, wanted: Sequence[Line]) -> None:
 
 
 def _sample(line: Line) -> str:
-    """Return the style of a piece of a line."""
+    """Return the CSS style of a sample of a line."""
     if line.points:
         return f"height: 6px; width: 6px; border-radius: 50%; background: {line.colour}"
     ends = itertools.pairwise(itertools.accumulate(line.dashes, initial=0))
@@ -356,7 +356,7 @@ def _sample(line: Line) -> str:
 
 
 def map_choices(choose: Callable[[int, str], None]) -> Callable[[tuple[str, str], str], None]:
-    """Make the title of the map and the two lists of its axes, 0 and 1; return what shows others in them."""
+    """Make the title of the map and the lists of its two axes; return a function that updates them."""
     options = {name: f"{FIELDS[name].symbol} {word}" for name, word in map.AXES.items()}
     with ui.element("p").classes("axes"):
         title = text("strong")
@@ -371,7 +371,7 @@ def map_choices(choose: Callable[[int, str], None]) -> Callable[[tuple[str, str]
 
 
 def list_classes(place: ui.element, classes: Mapping[str, str], wanted: map.Key) -> None:
-    """Say what the colours of the map mean."""
+    """Make the legend of the map's colours."""
     place.clear()
     with place:
         for words, colour in classes.items():
@@ -381,7 +381,7 @@ def list_classes(place: ui.element, classes: Mapping[str, str], wanted: map.Key)
 
 
 def marks(room: Mapping[str, int]) -> ui.element:
-    """Make the place for the marks over a plot with this room around it."""
+    """Make the container of the marks over a plot with these margins."""
     inset = " ".join(f"{room[side]}px" for side in ("top", "right", "bottom", "left"))
     return ui.element("div").classes("marks").style(f"inset: {inset}").props('aria-hidden="true"')
 
@@ -391,7 +391,7 @@ RIM = 8
 
 
 def show_marks(place: ui.element, wanted: Sequence[map.Mark]) -> None:
-    """Show marks where they belong."""
+    """Show marks at their positions."""
     old = list(place.default_slot.children)
     if len(old) != len(wanted):
         place.clear()
@@ -403,7 +403,7 @@ def show_marks(place: ui.element, wanted: Sequence[map.Mark]) -> None:
         style = f"left: {100 * mark.left:.2f}%; top: {100 * mark.top:.2f}%; margin-left: {mark.shift}px"
         style += f"; border-color: {mark.colour}"
         if mark.shift:
-            # a leader to its place, from the rim of the mark
+            # a leader line from the rim of the mark to its place
             start = -mark.shift if mark.shift > 0 else RIM
             style += f"; --start: {start}px; --lead: {abs(mark.shift) - RIM}px; --place: {-mark.shift}px"
         if element.props.get("data-style") != style:

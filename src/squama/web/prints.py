@@ -1,4 +1,4 @@
-"""The plots of the page as one figure for print, with what its lines are and the model they are of."""
+"""The plots of the page as one figure for print, with a legend of lines and models."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from squama.web.state import State
 from squama.web.tables import Fitted, Table
 
 NOW = {"color": THEMES["light"]["mark"], "markersize": 4}
-"""The current point."""
+"""Style of the current point."""
 MARKS = {"": "o", charts.UP: "^", charts.RIGHT: ">"}
-"""Its marker, by the arrow to it where it is beyond an axis."""
+"""Marker of the current point, by the arrow to it where it lies beyond an axis."""
 
 
 def made(state: State, table: Table | None, kind: str, fit: Fitted | None = None) -> tuple[str, bytes]:
@@ -27,9 +27,9 @@ def made(state: State, table: Table | None, kind: str, fit: Fitted | None = None
 
 @styled
 def figure(state: State, table: Table | None = None, fit: Fitted | None = None) -> Figure:
-    """Draw the plots of a state in the width of a page, their axes as on the screen, with one legend.
+    """Draw the plots of a state in the width of a page, with the axes of the screen and one legend.
 
-    The current point is marked; of a kept design and the one that is shown the legend tells the values.
+    The current point is marked; the legend has the values of kept designs and of the displayed one.
     """
     plots = (*charts.PLOTS, *[charts.RESIDUAL] * bool(table))
     drawn = new_figure(PAGE, 4.6 if table else 2.9)
@@ -60,6 +60,6 @@ def figure(state: State, table: Table | None = None, fit: Fitted | None = None) 
 def _look(line: Line) -> Look:
     if line.points:
         return {"color": line.colour, "linestyle": "", "marker": ".", "markersize": 3}
-    # points of a printed line for a pixel of the page's
+    # 0.75 pt in print for a pixel of the page
     width, *dashes = (0.75 * n for n in (line.width, *line.dashes))
     return {"color": line.colour, "linewidth": width, "linestyle": (0, dashes) if dashes else "-"}

@@ -25,12 +25,12 @@ TITLE = "squama explorer"
 
 
 def free_port(port: int | None) -> int:
-    """Return a port that can be had: the asked one, or any.
+    """Return a free port: the given one, or any.
 
-    Raises InputError: the asked port is taken or may not be used.
+    Raises InputError where the given port is taken or not permitted.
     """
     with socket.socket() as trial:
-        # a port whose last page was closed a moment ago is free
+        # a port that was closed a moment ago is free
         trial.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             trial.bind((HOST, port or 0))
@@ -41,9 +41,10 @@ def free_port(port: int | None) -> int:
 
 
 def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None]) -> None:
-    """Show the page at a port (see `free_port`) until it is interrupted; ``start`` where its link says nothing else.
+    """Serve the page at a port (see `free_port`) until it is interrupted; ``start``: state without a link.
 
-    ``browser``: whether to open one; ``ready`` is told the address, with its secret, when it can be opened.
+    ``browser``: whether to open a browser; ``ready`` is called with the address, its secret included, once it can be
+    opened.
     """
     import uvicorn
     from fastapi import FastAPI
@@ -68,14 +69,14 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
         Explorer(state, notice)
 
     ui.page("/", title=TITLE, response_timeout=20)(page)
-    # in place of NiceGUI's, which is a page of its own that stays in memory
+    # NiceGUI's own would be a page that stays in memory
     app.add_exception_handler(404, lambda *_: PlainTextResponse("There is nothing here.\n", 404))
     outer = FastAPI(openapi_url=None)
     guard = Guard(outer, port)
     address = f"http://{HOST}:{port}/?{TOKEN}={guard.secret}"
 
     async def announce() -> None:
-        # the server listens a moment after it has started
+        # the server starts to listen shortly after its start
         while True:
             try:
                 _, writer = await asyncio.open_connection(HOST, port)
@@ -90,7 +91,7 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
 
     app.on_startup(lambda: background_tasks.create(announce()))
     app.on_startup(map.warm_up)
-    # messages that socket.io or NiceGUI cannot read are dropped; each would print a traceback
+    # unreadable messages of socket.io or NiceGUI are dropped, because each would print a traceback
     logging.getLogger("engineio.server").setLevel(logging.CRITICAL)
     handlers = core.sio.handlers["/"]
     # a connection is refused by an exception
@@ -115,28 +116,28 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
         port=port,
         http=Patient,
         ws="wsproto",
-        # bytes of a request's head and of a message, connections, seconds for what is under way at the end
+        # bytes of a request's head and of a message, connections, seconds for running requests at the end
         h11_max_incomplete_event_size=2**16,
         ws_max_size=2**20,
         limit_concurrency=MOST,
         timeout_graceful_shutdown=1,
         proxy_headers=False,
         server_header=False,
-        # what strangers send fills no terminal
+        # invalid requests must not fill the terminal
         log_level="error",
     )
     try:
-        # the browser draws on the other cores: a second thread of BLAS waits for one longer than the work takes
+        # the browser uses the other cores: waiting for a second thread of BLAS takes longer than the work
         with threadpool_limits(1, user_api="blas"):
             Server(config).run()
     finally:
         if aside.busy():
-            # the end of the interpreter would abort in the compiled code of such a thread
+            # a running thread in compiled code would make the interpreter abort at its end
             os._exit(128 + signal.SIGINT)
 
 
 def _borne(handler: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a handler of messages that fails at none; what people do on the page has handlers of its own inside."""
+    """Return a message handler that ignores its exceptions; actions of the user have their own handlers inside."""
 
     @functools.wraps(handler)
     async def bear_it(*given: object) -> object:

@@ -1,6 +1,6 @@
-"""What the page shows: a beam, how it is loaded, and the designs that were kept to compare; checked at the door.
+"""State of the page: a beam, its load, and the kept designs, validated.
 
-A state is also the query of a link, and back: exact to the last bit, readable, checked as a beam file is.
+A state can be written as the query of a link and read back, exact to the last bit and validated like a beam file.
 """
 
 from __future__ import annotations
@@ -28,17 +28,16 @@ from squama.web.fields import CHOICES, FIELDS, LABELS, MATERIALS, PLAIN, TURNS, 
 from squama.web.fields import of as of_field
 
 MOST_KEPT = 3
-"""Designs that can be compared."""
+"""Largest number of kept designs."""
 LONGEST, MOST_VALUES = 20_000, 64
-"""Characters and values of a query at most; a link has some thirty values."""
+"""Largest number of characters, and of values, of a query; a link has some thirty values."""
 
 
 class State(NamedTuple):
-    """A beam and its loading; ``twist`` is the twist or bend per pitch that is asked for, rad.
+    """A beam and its load; ``twist``: the wanted twist or bend, rad per pitch.
 
-    ``bend``: that is held while the beam is twisted, per pitch, rad, signed.
-    ``ideal``, "yes" or "no": thin, rigid scales; ``path``: loading only, "cycle": to the
-    load and back, or "decay": let go from there.
+    ``bend``: bend held while the beam is twisted, rad per pitch, signed. ``ideal``, "yes" or "no": thin, rigid scales;
+    ``path``: "loading", "cycle" (loading and unloading) or "decay" (release from the load).
     """
 
     beam: Beam
@@ -55,7 +54,7 @@ class State(NamedTuple):
 
     @property
     def mu(self) -> float:
-        """Coefficient of friction; that of the beam, or a usual one if it has none."""
+        """Coefficient of friction of the beam, or 0.25 if it has none."""
         return 0.25 if self.beam.friction.mu is None else self.beam.friction.mu
 
     @property
@@ -65,34 +64,34 @@ class State(NamedTuple):
 
     @property
     def setting(self) -> Setting:
-        """What the curve depends on."""
+        """Setting of the curve."""
         ideal, law, bend = self.ideal == "yes", "edge" if self.bent else self.law, self.bend if self.bent else 0.0
         sided = LOADS[self.load].sided
         how = self.beam, self.mu, self.load, law, self.margin, self.sense
         if self.joint == "compliant" and (sided or self.path != "decay"):
-            # where it is not known the beam is on hinges, and the page says so; bent ones are let go on hinges
+            # a joint outside the law is replaced by hinges, and the page says so; in bending a decay takes hinges
             return Setting(*how, None, ideal or None, bend)
-        # bent hinges have thin scales alone
+        # held bent, and in bending, hinges have thin scales only
         return Setting(*how, "hinge", ideal or self.bent or not sided, bend)
 
     @property
     def quick(self) -> bool:
-        """Whether the curve is there at once: no elements are needed first."""
+        """Whether the curve is available at once, without finite elements for the joint."""
         return self.joint == "hinge" or LOADS[self.load].law(self.law) == "plate" or choice.known(self.beam)
 
     @property
     def hinged(self) -> State:
-        """The same on the paper's hinges."""
+        """The same state with the paper's model: thin scales on hinges."""
         return self._replace(joint="hinge", ideal="yes")
 
     @property
     def beside(self) -> State | None:
-        """The same by the other model, where that is there at once: hinges beside thick scales, and the reverse."""
+        """The same state with the other model (hinges or thick scales), None where that needs finite elements."""
         other = self.hinged if self.joint == "compliant" else self._replace(joint="compliant", ideal="no", law="edge")
         return other if other.quick else None
 
     def value(self, name: str) -> float | int | None:
-        """Return what a field holds, in SI units."""
+        """Return the value of a field, SI."""
         if name in PLAIN:
             return float(getattr(self, name))
         if name == "scales":
@@ -101,14 +100,14 @@ class State(NamedTuple):
         return getattr(getattr(self.beam, table, self.beam), key)  # type: ignore[no-any-return]
 
     def change(self, name: str, text: str) -> State:
-        """Return the state with what was entered in a field or chosen: a number in the field's unit or with its own.
+        """Return the state with an entry of a field or a choice: a number in the field's unit or with its own.
 
-        Raises InputError: it cannot be used; one line with what is allowed.
+        Raises InputError for an invalid entry, in one line with the allowed values.
         """
         if name in CHOICES:
             new = self._with(name, arguments.one_of(name, text, tuple(CHOICES[name][1])))
             if name == "joint":
-                # only the hinge's scales are ideal unless asked, and only it knows the plate law
+                # hinges have ideal scales by default, and only they have the plate law
                 return new.hinged if text == "hinge" else new._replace(ideal="no", law="edge")
             if text == "plate":
                 return new.hinged
@@ -129,16 +128,16 @@ class State(NamedTuple):
         return self._replace(**{name: value})
 
     def started(self) -> State:
-        """Return the state part of the way to its end, or to that of hinges where its own is not there at once."""
+        """Return the state at a share of the way to its end (on hinges, where its own end is not available at once)."""
         one = self if self.quick else self.hinged
-        # a round number in the unit that is shown
+        # a round number in the displayed unit
         factor, _ = degrees(self.beam)
         return self._replace(twist=float(f"{factor * FIRST * Motion(one.setting).last:.3g}") / factor)
 
     def keep(self) -> State:
-        """Return the state with the design kept to compare.
+        """Return the state with the displayed design kept for comparison.
 
-        Raises InputError: three are kept already, or this one is.
+        Raises InputError where three are kept already, or this one is.
         """
         alone = self._replace(kept=())
         if alone in self.kept:
@@ -175,21 +174,20 @@ PRESETS: dict[str, tuple[str, Callable[[], Beam], dict[str, float]]] = {
     "fig6b3": ("Paper, Fig. 6b (η = 3)", partial(parameters.fig6b, 3.0), {"mu": 0.2}),
     "fig6b2": ("Paper, Fig. 6b (η = 2)", partial(parameters.fig6b, 2.0), {"mu": 0.2}),
 }
-"""Beams to start from: words, what makes them, and the friction that is shown first in place of the beam's own.
-
-Those of the paper, which have one, are shown by its model.
+"""Initial beams: words, function that makes the beam, and a friction in place of the beam's own. Beams of the paper
+have one and are shown with the paper's model.
 """
 
 
 def preset(name: str, kept: tuple[State, ...] = ()) -> State:
-    """Return a state to start from. Raises InputError: no such preset."""
+    """Return an initial state. Raises InputError for an unknown preset."""
     _, make, friction = PRESETS[arguments.one_of("preset", name, tuple(PRESETS))]
     beam = make().replace(friction=friction)
     return (State(beam, 0.0).hinged.started() if friction else of(beam))._replace(kept=kept)
 
 
 def query(state: State) -> str:
-    """Return the query of the link that shows a state.
+    """Return the query of a state's link.
 
     >>> link = query(preset("main"))
     >>> link[:56], read(link) == preset("main")
@@ -207,9 +205,9 @@ def query(state: State) -> str:
 
 
 def read(text: str, *, kept: bool = True) -> State:
-    """Return the state of a query; ``kept``: it may hold designs that were kept.
+    """Return the state of a query; ``kept``: whether it may hold kept designs.
 
-    Raises InputError: something in it cannot be used: one line per mistake.
+    Raises InputError with one line per mistake.
     """
     if len(text) > LONGEST:
         refuse("", "", f"the link is longer than {LONGEST} characters", "copy it anew")
@@ -238,14 +236,14 @@ def read(text: str, *, kept: bool = True) -> State:
     beam = Beam._build(beamfile.merge({}, tables), source="link", bare=False)
     state = State(beam, 0.0)
     state = state._replace(beam=beam.replace(friction={"mu": state.mu}))
-    # the idealisation comes after the joint, which has one of its own
+    # the idealisation comes after the joint, which sets its own
     for name in sorted(plain, key=[*CHOICES, *PLAIN].index):
-        # links are in rad per pitch, whatever the page shows
+        # links are in rad per pitch, whatever unit the page shows
         if name in TURNS and is_number(given := plain[name]):
             with naming(name):
                 state = state._with(name, within(name, float(given), given, beam, state.load))
             continue
         other = state.change(name, plain[name])
-        # a load of a link has not the start of its own that a change on the page has
+        # a load in a link does not reset the twist, unlike a change on the page
         state = state._replace(load=plain[name]) if name == "load" else other
     return state._replace(kept=tuple(read(one, kept=False) for one in keeps))

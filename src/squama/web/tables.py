@@ -1,7 +1,7 @@
-"""Files that are opened on the page: a beam, or a measured table beside the curve; what they bring is bounded.
+"""Files opened on the page: a beam, or a measured table for comparison with the curve; size and time are bounded.
 
-A file comes from the person at the page as bytes; it is read here under a name of its own in a folder of its own, and
-names no other file. A fit runs in a process of its own, which is ended when it takes too long.
+A file arrives as bytes; it is read under a cleaned name in a temporary folder, and cannot refer to other files. A fit
+runs in its own process, which is killed when it takes too long.
 """
 
 from __future__ import annotations
@@ -30,17 +30,17 @@ from squama.web import live
 from squama.web.state import State, of
 
 LARGEST = {"beam": 64 * 1024, "table": 512 * 1024}
-"""Bytes of a file at most; the script that sends it says so first."""
+"""Largest size of a file, bytes; the sending script checks it first."""
 MOST_POINTS = 600
-"""Points that are drawn; of more every n-th."""
+"""Largest number of drawn points; of more every n-th is drawn."""
 SECONDS = 60
-"""Within which a fit must be found."""
+"""Time limit of a fit, s."""
 
 
 class Table(NamedTuple):
-    """Measured points and what they are called; ``load`` is the kind of loading in which they were read.
+    """Measured points and their name; ``load``: the kind of load with which they were read.
 
-    ``said`` is what was guessed in reading them.
+    ``said``: guesses made in reading, in words.
     """
 
     name: str
@@ -50,11 +50,10 @@ class Table(NamedTuple):
 
 
 class Fitted(NamedTuple):
-    """What a fit found: the beam, its ``values`` (name, words, value with error), ``doubts`` of the errors, a summary.
+    """Result of a fit: beam, ``values`` (name, words, value with error), ``doubts`` about the errors, summary lines.
 
-    ``model``: how the scales were taken, ``specimen``: their number and their ends. Over the points, in the order of
-    specimens: load angles per pitch (rad), fitted torque and what is left of the measured one (N m), NaN where it is
-    not covered.
+    ``model``: idealisation of the scales, ``specimen``: their number and ends. For the points, in the order of
+    specimens: load angles per pitch (rad), fitted torque and residual (N m), NaN where the model does not cover them.
     """
 
     beam: Beam
@@ -69,14 +68,14 @@ class Fitted(NamedTuple):
 
 
 class How(NamedTuple):
-    """How a table is read, as of :func:`squama.io.measured.read`; empty: as is guessed."""
+    """Settings for reading a table, as of :func:`squama.io.measured.read`; empty values are guessed."""
 
     columns: str = ""
     decimal: str = ""
 
 
 class Residual(NamedTuple):
-    """Measured less computed torque (N m) at load angles per pitch, of the points that the curve covers."""
+    """Measured less computed torque (N m) at load angles per pitch (rad), for the points that the curve covers."""
 
     load: Array
     torque: Array
@@ -87,9 +86,9 @@ GUESSED = How()
 
 
 def opened(name: str, content: bytes, state: State, how: How = GUESSED) -> State | Table:
-    """Return the state that shows a beam file (.toml), or the points of a measured table.
+    """Return the state of a beam file (.toml), or the points of a measured table.
 
-    Raises InputError: the file is too large, or cannot be read; one line.
+    Raises InputError for a file that is too large or unreadable, in one line.
     """
     plain = re.sub(r"[^\w.+-]+", "_", Path(name).name)[-60:].lstrip("._") or "table.csv"
     kind = "beam" if plain.lower().endswith(".toml") else "table"
@@ -108,7 +107,7 @@ def opened(name: str, content: bytes, state: State, how: How = GUESSED) -> State
                 chosen = {name: value for name, value in how._asdict().items() if value}
                 points = measured.read(place, pitch=beam.pitch, scales=beam.pitches, load=state.load, **chosen)
         except InputError as error:
-            # where the file lies for a moment is nobody's business
+            # messages name the file, not its temporary path
             first, *more = (p._replace(source=p.source.replace(str(place), plain)) for p in error.problems)
             others = f"; and {len(more)} more mistakes" if more else ""
             raise InputError(first._replace(remedy=first.remedy + others)) from None
@@ -117,13 +116,13 @@ def opened(name: str, content: bytes, state: State, how: How = GUESSED) -> State
 
 
 def _signed(table: Table, state: State) -> Array:
-    """Return the load angles per pitch, positive in the sense that is shown."""
+    """Return the load angles per pitch (rad), positive in the displayed sense."""
     sided = LOADS[state.load].sided
     return table.points.rate * state.beam.pitch * (-1 if sided and state.sense == "-" else 1)
 
 
 def shown(table: Table, state: State) -> tuple[Array, Array]:
-    """Return load angles and torques of the points in the sense that is shown, to be drawn."""
+    """Return load angles and torques of the points in the displayed sense, for drawing."""
     load = _signed(table, state)
     torque = np.copysign(1.0, table.points.rate * load) * table.points.load
     there = np.flatnonzero((load >= 0) & (table.load == state.load))[:: 1 + load.size // MOST_POINTS]
@@ -131,14 +130,14 @@ def shown(table: Table, state: State) -> tuple[Array, Array]:
 
 
 def looped(found: Fitted, state: State) -> tuple[Array, Array, Array]:
-    """Return load angles, fitted torque and what is left, in the sense that is shown, of what a fit covers."""
+    """Return load angles, fitted torque and residual in the displayed sense, for the points that a fit covers."""
     sign = -1 if LOADS[state.load].sided and state.sense == "-" else 1
     there = np.isfinite(found.torque) & (sign * found.load >= 0)
     return sign * found.load[there], sign * found.torque[there], sign * found.left[there]
 
 
 def residual(table: Table, state: State, found: Fitted | None = None) -> Residual | None:
-    """Return what is left of the measured torque: of the fitted loop, or of the curve along the measured history."""
+    """Return the residual of the measured torque from the fitted loop, or from the curve along the same history."""
     if found and found.beam == state.beam and table.load == state.load:
         x, _, y = looped(found, state)
         return _told(x, y, found.load.size, float(np.abs(table.points.load).max(initial=0.0)))
@@ -146,7 +145,7 @@ def residual(table: Table, state: State, found: Fitted | None = None) -> Residua
     if table.load != state.load or not load.size:
         return None
     sign = -1 if state.sense == "-" and m.kind.sided else 1
-    # a way back of so little is noise of the twist; a table is followed up to so many turns
+    # smaller backward twists are noise; a table is followed up to 13 turning points
     ways = records.ways(load, tolerance=0.02 * float(np.abs(load).max()))
     ends, most = [*ways.turns[:12], load.size - 1], (1 - live.NEAR) * m.last
     goals = np.clip(load[ends], 0.0, most).tolist()
@@ -163,13 +162,13 @@ def residual(table: Table, state: State, found: Fitted | None = None) -> Residua
         part, start = slice(start, end + 1), end + 1
         leg += goal != before
         before = goal
-        # a leg begins where the one before it ended
+        # a leg begins at the end of the previous one
         mine = np.flatnonzero(answer["leg"] == leg)
         mine = np.concatenate([[max(mine[0] - 1, 0)], mine])
         x, y = (sign * answer[name][mine] for name in (m.kind.angle, m.kind.torque))
         order = np.argsort(x, kind="stable")
         left[part] = sign * table.points.load[part] - np.interp(load[part], x[order], y[order])
-    # where the contact may stick any torque between both branches is possible
+    # where the contact may stick, any torque between both branches is possible
     covered = np.isfinite(left) & (load <= most) & (load >= 0) & ~ways.stuck
     x, y = load[covered], left[covered]
     if not x.size:
@@ -179,7 +178,7 @@ def residual(table: Table, state: State, found: Fitted | None = None) -> Residua
 
 
 def _told(x: Array, y: Array, of: int, largest: float) -> Residual:
-    """Return residuals (n,) of so many points, and their size in words."""
+    """Return residuals (n,) out of ``of`` points, with their size in words."""
     there = np.isfinite(y)
     if not there.any():
         return Residual(x[:0], y[:0], "no point lies on the curve")
@@ -191,9 +190,10 @@ def _told(x: Array, y: Array, of: int, largest: float) -> Residual:
 
 
 def fitted(table: Table, state: State) -> Fitted:
-    """Return what :func:`squama.fit` finds for a table by the model that is shown, with the specimen's own scales.
+    """Return the fit of :func:`squama.fit` to a table with the displayed model and the specimen's own scales.
 
-    It runs in another process, which ends with this one. Raises InputError: there is no fit, or it takes too long.
+    The fit runs in another process, which ends with this one. Raises InputError where there is no fit, or it takes too
+    long.
     """
     if state.bent:
         refuse("", "", "a fit needs a beam without bend", "set the held bend to 0")
@@ -233,7 +233,7 @@ def fitted(table: Table, state: State) -> Fitted:
 
 
 def answer() -> None:
-    """Fit what one line of the standard input asks for; as soon as the input is closed this process ends."""
+    """Run the fit requested in one line of the standard input; the process ends when the input is closed."""
     import os
 
     from squama.identify.fitting import fit
@@ -251,12 +251,12 @@ def answer() -> None:
             "model": found.scales,
             "specimen": found.fitted_as,
             "lines": found.summary().splitlines(),
-            # what is not covered is no number in JSON
+            # null for points that the model does not cover
             "torque": [v if np.isfinite(v) else None for v in found.fitted.tolist()],
             "left": [v if np.isfinite(v) else None for v in found.residuals.tolist()],
         }
     except InputError as error:
         reply = {"error": str(error)}
     print(json.dumps(reply), flush=True)
-    # reading the input ends with the process only
+    # the reading thread ends only with the process
     os._exit(0)

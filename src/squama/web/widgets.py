@@ -1,6 +1,6 @@
-"""The page's own elements: parameter fields, plots and the three-dimensional view.
+"""Elements of the page: parameter fields, plots and the three-dimensional view.
 
-ECharts and three.js are those that NiceGUI brings.
+ECharts and three.js are those of NiceGUI.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ ECHARTS = Path(nicegui.__file__).parent / "elements" / "echart" / "dist"
 
 
 def received(args: object, **kinds: type) -> dict[str, Any]:
-    """Return what an event of the page brings by these names and kinds; nothing where it is no event of this page."""
+    """Return the data of an event of the page if they have these names and types, else an empty dict."""
     found = args if isinstance(args, dict) else {}
     return found if all(type(found.get(name)) is kind for name, kind in kinds.items()) else {}
 
 
 class BeamView(ui.element, component="view.js", esm={"nicegui-scene": str(THREE), "squama-view": str(SCRIPTS)}):
-    """The beam in three dimensions; it is given design and state, never vertices."""
+    """The beam in three dimensions; the browser gets design and state, never vertices."""
 
     def __init__(
         self, shown: Mapping[str, object], on_dark: Callable[[bool], None], on_rest: Callable[[], None]
@@ -44,7 +44,7 @@ class BeamView(ui.element, component="view.js", esm={"nicegui-scene": str(THREE)
 
 
 class Chart(ui.element, component="chart.js", esm={"nicegui-echart": str(ECHARTS)}):
-    """A plot of these options of ECharts, as "svg" or on a "canvas"; a click on it comes as the event "picked"."""
+    """A plot with ECharts options, as "svg" or on a "canvas"; a click raises the event "picked"."""
 
     def __init__(self, options: Mapping[str, object], renderer: str) -> None:
         super().__init__()
@@ -52,13 +52,13 @@ class Chart(ui.element, component="chart.js", esm={"nicegui-echart": str(ECHARTS
 
 
 def _parts(field: Field) -> dict[str, object]:
-    """Return what the browser draws a field from."""
+    """Return the properties of a field for the browser."""
     parts = ("label", "symbol", "unit", "allowed", "low", "high", "log", "whole", "optional")
     return {part: getattr(field, part) for part in parts}
 
 
 class NumberField(ui.element, component="field.js"):
-    """A parameter: slider, number, unit, range, and what is wrong with an entry."""
+    """A parameter: slider, number, unit, range, and the message for an invalid entry."""
 
     def __init__(self, name: str, on_change: Callable[[str, str], None]) -> None:
         super().__init__()
@@ -74,7 +74,7 @@ class NumberField(ui.element, component="field.js"):
         self.on("change", changed)
 
     def show(self, value: float | None, f: Field, *, hint: float | None = None) -> None:
-        """Show a value (SI) of a field; ``hint`` is the value while it is empty."""
+        """Show a value (SI) of a field; ``hint``: the value (SI) of an empty field."""
         new: dict[str, Any] = {**_parts(f), "shown": f.shown(value), "error": ""}
         if f.unit == "deg" and f.turn and value is not None:
             new["allowed"] = f"{per_pitch(value)} ({f.slider})"
@@ -86,12 +86,12 @@ class NumberField(ui.element, component="field.js"):
         put(self, **new, at=(place - low) / (top - low) if top > low else 0.0)
 
     def explain(self, message: str) -> None:
-        """Say what is wrong with the entry."""
+        """Show the message for an invalid entry."""
         self._props["error"] = message
 
 
 class FileButton(ui.element, component="open.js"):
-    """A button that opens a file of at most so many bytes; ``opened`` is given its name and its bytes."""
+    """A button that opens a file of at most ``largest`` bytes; ``opened`` gets its name and its bytes."""
 
     def __init__(
         self, label: str, accept: str, largest: int, opened: Callable[[str, bytes], None], tell: Callable[[str], None]
@@ -114,7 +114,7 @@ class FileButton(ui.element, component="open.js"):
 
 
 class Choice(ui.element):
-    """A native list of choices, which keyboards and screen readers know."""
+    """A native list of choices, usable with keyboards and screen readers."""
 
     def __init__(self, label: str, options: dict[str, str], value: str, on_change: Callable[[str], None]) -> None:
         super().__init__("label")
@@ -127,7 +127,7 @@ class Choice(ui.element):
         self.set(options, value)
 
     def set(self, options: dict[str, str], value: str) -> None:
-        """Offer these options, and show the value."""
+        """Show these options, and select the value."""
         if not anew(self.list, (options, value)):
             return
         with self.list:
@@ -139,7 +139,7 @@ class Choice(ui.element):
 
 
 class Entry(ui.element):
-    """A native field for a line of text, which keeps what is typed while the page is drawn anew around it."""
+    """A native field for a line of text, which keeps the typed text while the page is redrawn around it."""
 
     def __init__(
         self, label: str, value: str, on_change: Callable[[str], None], *, most: int, mark: str, hint: str = "",
@@ -153,12 +153,12 @@ class Entry(ui.element):
         with self:
             text("span", label)
             self.field = ui.element("input").on("change", changed, js_handler="(e) => emit(e.target.value)")
-        # an attribute, not a property: the latter would be written again at each drawing, over what is typed
+        # an attribute, not a property, which would overwrite the typed text at each drawing
         self.field.props.update({"type": "text", "^value": value, "maxlength": most, "placeholder": hint})
         self.field.props["data-do"] = mark
 
     def empty(self) -> None:
-        """Take away what was typed."""
+        """Clear the field."""
         self.field.client.run_javascript(f"getHtmlElement({self.field.id}).value = ''")
 
 
@@ -179,12 +179,12 @@ def text(tag: str, words: str = "", classes: str = "") -> ui.element:
 
 
 def write(element: ui.element, words: str) -> None:
-    """Change the text of an element."""
+    """Set the text of an element."""
     put(element, textContent=words)
 
 
 def anew(place: ui.element, wanted: object) -> bool:
-    """Empty a place that shows something else than is wanted; say whether it is to be filled."""
+    """Empty an element whose contents differ from ``wanted``; return whether it must be filled."""
     if getattr(place, "wanted", None) == wanted:
         return False
     place.wanted = wanted  # type: ignore[attr-defined]
@@ -193,7 +193,7 @@ def anew(place: ui.element, wanted: object) -> bool:
 
 
 def put(element: ui.element, **props: Any) -> None:
-    """Change properties of an element; what is there already is not sent to the browser again."""
+    """Set properties of an element; unchanged ones are not sent to the browser again."""
     if any(element.props.get(key) != value for key, value in props.items()):
         element.props.update(props)
         element.update()

@@ -1,1 +1,1 @@
-"""What tolerances do to a beam: distributions, samples, statistics, and all of it as one dataset."""
+"""Effect of tolerances on a beam's response: distributions, samples, statistics, and the dataset that holds them."""

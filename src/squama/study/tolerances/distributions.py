@@ -1,7 +1,7 @@
-"""Distributions of the dimensions of a beam, and how they are read from text.
+"""Distributions of the dimensions of a beam, and their text form.
 
-"60 deg +- 1 deg" are limits, between which every value is as likely as any other (the rule of the Guide to the
-Expression of Uncertainty in Measurement, 4.3.7, where nothing else is known); a word behind tells otherwise.
+"60 deg +- 1 deg" are limits, between which all values are equally likely (Guide to the Expression of Uncertainty in
+Measurement, 4.3.7, for quantities of which only limits are known); a word after the limits names another distribution.
 """
 
 from __future__ import annotations
@@ -37,9 +37,9 @@ MOST_CUT = 0.1
 """Largest share of a normal distribution that may lie outside a parameter's bounds."""
 _NOTED = 1e-9
 KINDS = {"normal": "mean, sd", "uniform": "low, high", "triangular": "low, most likely, high"}
-"""Distributions, and the values by which each is given."""
+"""Distributions and their numbers."""
 KEYS = (*(name for name in beamfile.NUMBERS if name not in UNUSED), FACTOR)
-"""What may scatter: every number of a beam file on which a figure depends, and the error of the joint's law."""
+"""Numbers that may scatter: every number of a beam file that changes a figure, and the error of the joint's law."""
 _SHORT = {**FULL, "pitch": "beam.pitch"}
 _CALL = re.compile(r"\s*([A-Za-z]+)\s*\((.*)\)\s*", re.DOTALL)
 _PLUS_MINUS = re.compile(r"(.*?)\s*(?:\+-|\+/-|\N{PLUS-MINUS SIGN})\s*(.*?)", re.DOTALL)
@@ -51,8 +51,8 @@ class Tolerance(NamedTuple):
     """Distribution of one parameter, SI units.
 
     ``name`` as in the beam file; ``kind`` of :data:`KINDS`; ``numbers``: mean and sd, limits, or limits with the most
-    likely value in between; ``low``, ``high``: what the parameter may be at all, to which a normal distribution is
-    truncated; ``outside``: share of the normal distribution that this leaves out.
+    likely value in between; ``low``, ``high``: bounds of the parameter, at which a normal distribution is truncated;
+    ``outside``: share of the normal distribution beyond them.
     """
 
     name: str
@@ -63,7 +63,7 @@ class Tolerance(NamedTuple):
     outside: float = 0.0
 
     def at(self, u: Array) -> Array:
-        """Return the quantiles at the probabilities ``u``, above 0 and below 1."""
+        """Return the quantiles (SI) at the probabilities ``u``, above 0 and below 1."""
         if self.kind == "uniform":
             a, b = self.numbers
             return a + (b - a) * u
@@ -80,7 +80,7 @@ class Tolerance(NamedTuple):
 
     @property
     def moments(self) -> tuple[float, float]:
-        """Mean and standard deviation."""
+        """Mean and standard deviation, SI; of a normal distribution before it is truncated."""
         if self.kind == "normal":
             return self.numbers[0], self.numbers[1]
         a, c, b = self.numbers if self.kind == "triangular" else (*self.numbers[:1], *self.numbers)
@@ -90,13 +90,13 @@ class Tolerance(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The distribution with units, such as "normal(0.25, 0.02)"."""
+        """The distribution as text with units, such as "normal(0.25, 0.02)"."""
         factor, unit = people(self.name)
         return f"{self.kind}({', '.join(f'{v * factor:.6g} {unit}'.strip() for v in self.numbers)})"
 
     @property
     def notes(self) -> list[str]:
-        """Return a note on what the bounds cut off a normal distribution, if anything."""
+        """A note on the share of a normal distribution that the bounds cut off, if any."""
         if self.outside < _NOTED:
             return []
         bounds = PARAMETERS[canonical(self.name)].bounds
@@ -106,10 +106,10 @@ class Tolerance(NamedTuple):
 def tolerances(
     given: Mapping[str, object], beam: Beam, *, bare: bool = True, joint: str = "hinge", ideal: bool = True
 ) -> list[Tolerance]:
-    """Read distributions of numbers of the beam file, by name; nested tables count as dotted names.
+    """Read distributions of numbers of the beam file, by name; nested tables give dotted names.
 
-    A value is text as in the module's head or ``(kind, number, ..)``; "+- 1 deg" alone refers to the beam's own value,
-    and a number without a unit is SI (``bare``) or refused. All mistakes are named at once.
+    A value is text as in the module's head or ``(kind, number, ..)``; "+- 1 deg" alone is about the beam's own value,
+    and a number without a unit is SI (``bare``) or refused. One InputError names all mistakes.
     """
     found: dict[str, Tolerance] = {}
     problems = Problems()
@@ -127,7 +127,7 @@ def tolerances(
 
 
 def spread(given: object, dimension: Dimension, bounds: Bounds) -> tuple[float, float]:
-    """Return a value within bounds, and its standard deviation: "2 +- 0.5 N m/rad" (limits), "... sd"; else 0."""
+    """Return a value within bounds (SI) and its standard deviation: "2 +- 0.5 N m/rad" (limits), "... sd"; else 0."""
     if not (isinstance(given, str) and _PLUS_MINUS.fullmatch(given)):
         return bounded(given, dimension, bounds), 0.0
 
@@ -144,7 +144,7 @@ def spread(given: object, dimension: Dimension, bounds: Bounds) -> tuple[float, 
 
 
 def _key(name: str) -> str:
-    """Return the name of the beam file for any name of a number that may scatter, or refuse it."""
+    """Return the beam file's name of a number that may scatter, from any of its names; refuse other names."""
     key = _SHORT.get(name, name)
     if name in PARAMETERS and key not in KEYS and "." not in name:
         instead = "give tolerances of lengths, e.g. scale.length"
@@ -156,7 +156,7 @@ def _key(name: str) -> str:
 
 
 def _read(key: str, name: str, given: object, beam: Beam, *, bare: bool) -> Tolerance:
-    """Return the distribution of a parameter, by the user's ``name`` for it; a bare number is SI or refused."""
+    """Return the distribution of parameter ``key``, which the user calls ``name``; a bare number is SI or refused."""
     dimension, bounds, _ = PARAMETERS[canonical(key)]
     _, value, spread = EXAMPLES[dimension]
     example = f'write e.g. "{value} +- {spread}" (limits), "{value} +- {spread} sd" or "normal({value}, {spread})"'
@@ -205,7 +205,7 @@ def _read(key: str, name: str, given: object, beam: Beam, *, bare: bool) -> Tole
 
 
 def _form(value: object, no: Callable[..., NoReturn]) -> tuple[str, list[Any], float | None]:
-    """Return kind and values; of "a +- b" also how many standard deviations b is (0: a limit), else None."""
+    """Return kind and values of a tolerance, then for "a +- b" the standard deviations in b (0: a limit), else None."""
     if isinstance(value, str) and len(value) > LONGEST:
         no(f"is longer than {LONGEST} characters")
     if isinstance(value, list | tuple) and value and isinstance(value[0], str):
@@ -233,7 +233,7 @@ def _form(value: object, no: Callable[..., NoReturn]) -> tuple[str, list[Any], f
 
 
 def _numbers(items: list[Any], dimension: Dimension, bare: bool, spread: bool) -> list[float]:
-    """Return values in SI units; a unit serves those without one, and a spread may be in % of the first."""
+    """Return values in SI units; one unit serves all values without a unit, a spread may be in % of the first."""
     texts = [item for item in items if isinstance(item, str) and not item.endswith("%")]
     units = [unit for text in texts if (unit := _NUMBER.sub("", text, count=1).strip())]
     found: list[float] = []
@@ -243,12 +243,12 @@ def _numbers(items: list[Any], dimension: Dimension, bare: bool, spread: bool) -
         elif isinstance(item, str) and units and _NUMBER.fullmatch(item):
             found.append(quantity(f"{item} {units[-1]}", dimension, bare=bare))
         else:
-            # what the beam has is in SI units already
+            # the beam's own value is in SI units already
             found.append(quantity(item, dimension, bare=bare or not isinstance(item, str)))
     return found
 
 
 def nominal(tolerance: Tolerance, beam: Beam) -> float:
-    """Return the beam's own value of a parameter, or the median of its distribution where the beam has none."""
+    """Return the beam's own value of a parameter (SI), or the median of its distribution where the beam states none."""
     value = own(beam, tolerance.name)
     return float(tolerance.at(np.array([0.5]))[0]) if value is None else value

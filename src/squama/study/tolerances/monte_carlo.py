@@ -1,8 +1,8 @@
 """Monte Carlo over the tolerances of a beam's dimensions, joint and friction.
 
-Samples come in :data:`REPLICATES` independent sets, so that the scatter between the sets gives the standard error of
-every statistic, for scrambled Sobol points as for random ones. A sample depends on the seed and its number alone, not
-on chunks or threads.
+Samples come in :data:`REPLICATES` independent sets; the scatter between the sets gives the standard error of every
+statistic, for scrambled Sobol points and for random points. A sample depends on the seed and its number only, not on
+chunks or threads.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ if TYPE_CHECKING:
 
 LEVELS = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 SAMPLES = {"hinge": 2**17, "compliant": 2**15}
-"""Samples unless asked for otherwise, by the joint."""
+"""Default number of samples, by the joint."""
 FEWEST = 3200
 CHUNK = 65_536
-"""Samples that are computed at a time; what is kept of them is 8 bytes a figure."""
+"""Samples that are computed at a time; each figure of a sample then takes 8 bytes."""
 MOST = 2**24
 SamplerName = Literal["sobol", "random"]
 SAMPLERS: tuple[str, ...] = get_args(SamplerName)
@@ -73,8 +73,8 @@ def uncertainty(
 ) -> xr.Dataset:
     """Compute how the tolerances of a beam scatter its engagement, end, torque, stiffness and dissipation.
 
-    Samples are taken as endless, whatever their number of scales; of a beam with a number of scales the nominal figures
-    are there with all of them, too.
+    Samples are endless beams; for a beam with a number of scales the nominal figures are also computed with all of
+    them.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ def uncertainty(
 
 
 def _of_law(beam: Beam, known: Sequence[Tolerance], model: Model) -> tuple[Tolerance, ...]:
-    """Return the scatter of K_theta where it is the law's; none where it is stated, measured or given a tolerance."""
+    """Return the scatter of K_theta from the joint's law; empty where K_theta is stated, measured or varied."""
     better = beam.joint.matrix is not None or beam.joint.stiffness is not None
     if not model.compliant or better or {t.name for t in known} & {FACTOR, "joint.stiffness"}:
         return ()
@@ -203,9 +203,9 @@ def _limit(given: float | str, load: str, beam: Beam, model: Model) -> Limit:
 
 
 def _run(case: Case, chunks: Iterable[Array], total: int, what: str, *, keep: bool = False) -> dict[str, Array]:
-    """Solve samples at points (n, parameters) of the unit cube, chunk after chunk; ``total`` of them.
+    """Solve samples at points (n, parameters) of the unit cube, chunk by chunk; ``total``: their number, for progress.
 
-    Figures come by role, with ``keep`` the dimensions by name too.
+    Returns figures (n,) by field, with ``keep`` also the dimensions by name.
     """
     parts, done = [], 0
     with work(what, total) as tell:
@@ -213,7 +213,7 @@ def _run(case: Case, chunks: Iterable[Array], total: int, what: str, *, keep: bo
             dimensions = {t.name: t.at(points[:, i]) for i, t in enumerate(case.tolerances)}
             parts.append(solved(case, dimensions) | (dimensions if keep else {}))
             tell(done := done + len(points))
-    # one figure after the other is taken out of the parts, so that memory does not hold all of them twice
+    # figures leave the parts one by one, so that memory does not hold all of them twice
     return {name: np.concatenate([part.pop(name) for part in parts]) for name in list(parts[0])}
 
 
@@ -223,7 +223,7 @@ def _indices(case: Case, base: int) -> Indices:
         found = _run(case, parts, len(points), "samples of the indices")
         named = {f.name: found[f.role] for f in case.figures}
         properties = {name.replace("_", " "): has for name, (has, _) in case.properties(found).items()}
-        # of a beam that the joint's law does not know nothing is known
+        # a beam that the joint's law does not cover has no figures
         return named | properties, found["code"] != case.unknown
 
     return statistics.indices(tuple(t.name for t in case.tolerances), base, case.seed, evaluate)
@@ -251,13 +251,13 @@ def _notes(case: Case, summarised: Sequence[str], code: Array) -> list[str]:
 
 
 def size(wanted: int, sampler: str) -> int:
-    """Return the samples of each set for at least ``wanted`` in all: a power of two for Sobol points."""
+    """Return the samples per set for at least ``wanted`` in all: a power of two for Sobol points."""
     each = -(-wanted // REPLICATES)
     return 1 << (each - 1).bit_length() if sampler == "sobol" else each
 
 
 def _points(dimensions: int, each: int, sampler: str, seed: int) -> Iterator[Array]:
-    """Yield points strictly inside the unit cube, set after set, about a chunk of them at a time."""
+    """Yield points strictly inside the unit cube, arrays (n, ``dimensions``), about a chunk at a time."""
     from scipy.stats.qmc import Sobol
 
     edge, together = 2.0 ** -(_BITS + 1), max(1, CHUNK // each)
@@ -272,7 +272,7 @@ def _points(dimensions: int, each: int, sampler: str, seed: int) -> Iterator[Arr
 
 
 def solved(case: Case, dimensions: dict[str, Array]) -> dict[str, Array]:
-    """Return figures by role of samples, whose dimensions (n,) are in SI units; refuse a sample that is no beam."""
+    """Return figures of samples (n,) by field, from dimensions (n,) in SI units; refuse samples that are no beam."""
     c = case.model.cells(case.beam, case.load, dimensions)
     n = next(iter(dimensions.values())).size
     good = np.broadcast_to(columns.valid(c), n)
@@ -292,9 +292,9 @@ def solved(case: Case, dimensions: dict[str, Array]) -> dict[str, Array]:
 
 
 def _before(found: dict[str, Array], to: Array) -> dict[str, Array]:
-    """Return fields of :class:`squama.study.compliant_columns.Figures`: NaN for an engagement or end not before ``to``.
+    """Return fields of :class:`squama.study.compliant_columns.Figures`: NaN for an engagement or end beyond ``to``.
 
-    An end there is but the twist at which figures are taken.
+    An end at ``to`` is only the twist at which figures are taken, so it is NaN too.
     """
     found["load_e"] = np.where(found["load_e"] <= to, found["load_e"], np.nan)
     found["load_end"] = np.where(found["load_end"] < to, found["load_end"], np.nan)
@@ -302,10 +302,10 @@ def _before(found: dict[str, Array], to: Array) -> dict[str, Array]:
 
 
 def _hinged(case: Case, c: columns.Cells, si: dict[str, Array]) -> dict[str, Array]:
-    """Return the figures of samples on hinges, from what was solved.
+    """Return the figures of samples on hinges, from the solution ``si`` of :mod:`squama.study.hinge_columns`.
 
-    ``stiffness`` is that without contact, ``stiffness_e`` right after engagement (inf where it locks there), ``code``
-    that of the end. NaN, besides those of the stiffness, where nothing engages.
+    ``stiffness`` (N m^2) is that without contact, ``stiffness_e`` that right after engagement (inf for a lock there),
+    ``code`` that of the end. Other figures are NaN where scales do not engage.
     """
     found = {name: si[name] for name in ("load_e", "load_end", "torque", "RED", "U_el", "W_fr")}
     found |= {"rate_e": si["load_e"] / c.d, "rate_end": si["load_end"] / c.d}
@@ -315,9 +315,9 @@ def _hinged(case: Case, c: columns.Cells, si: dict[str, Array]) -> dict[str, Arr
 
 
 def _engaged_slope(case: Case, c: columns.Cells, neighbour: Array) -> Array:
-    """Scales' torque per load angle right after engagement, over K_theta; inf where friction locks them there.
+    """Return dT/dphi of the scales over K_theta right after engagement; inf where friction locks them there.
 
-    There the lift is zero, so the derivative of the torque has no other term.
+    At engagement the lift is zero, so the derivative of the torque has no other term.
     """
     row: Bend | Tip = Bend(c.eta, c.beta, c.lam, np.sin(c.alpha), np.cos(c.alpha), c.theta0)
     if LOADS[case.load].sided:

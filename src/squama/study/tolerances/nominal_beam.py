@@ -1,4 +1,4 @@
-"""The nominal beam of a tolerance study with its own number of scales: samples are endless."""
+"""The nominal beam of a tolerance study with its own number of scales; samples are endless beams."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from squama.study.tolerances.statistics import Case
 
 
 def figures(case: Case, names: Sequence[str]) -> tuple[str, list[float]]:
-    """Return what the ends of the nominal beam are, and figures with all of its scales, by name; NaN where unknown.
+    """Return the ends of the nominal beam in words, and its figures with all of its scales; NaN where unknown.
 
-    No word and no figures of an endless beam, of hinges, and where not all scales are followed
+    Returns ("", []) for an endless beam, on hinges, and where not all scales are computed
     (:func:`squama.curves.doors.ends_of`).
     """
     beam, model = case.beam, case.model

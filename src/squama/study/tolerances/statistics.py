@@ -1,15 +1,16 @@
-"""Statistics of samples that come in independent sets, with standard errors; Sobol indices; all of it as a dataset.
+"""Statistics of samples in independent sets, with standard errors; Sobol indices; the dataset that holds them.
 
-A statistic is that of all samples together. It is also taken of each of the R sets; the sets are independent and
-alike, so their standard deviation over the root of R is the standard error, for scrambled Sobol points as for random
-ones. For R = 32 it is itself known to some 13 %; for Sobol points, which are far off now and then, to a factor of two.
+A statistic is taken over all samples together, and over each of the R sets. The sets are independent and alike, so the
+standard deviation of their statistics over the root of R is the standard error, for scrambled Sobol points and for
+random points. For R = 32 this error is itself known to some 13 %; for Sobol points, with rare outliers, to a factor of
+two.
 
-Sobol indices say how much of a figure's variance comes from each tolerance, alone (S1) and with all others (ST): by
+Sobol indices give the share of a figure's variance due to each tolerance, alone (S1) and with all others (ST): by
 Saltelli's scheme (Saltelli et al., Comput. Phys. Commun. 181 (2010) 259) as SALib draws and evaluates it, (D + 2) N
 samples for D tolerances, with bootstrap confidence intervals. The samples come in N groups of D + 2, the members of
-which differ in one tolerance each. Where nothing is known of some samples, only groups all of whose members are known
-count: the rest is no longer drawn independently, which moved indices of test functions by up to .04 where a fifth of
-the groups went (by .02 where a tenth did), so that there are none where more goes.
+which differ in one tolerance each. Where some samples have no figures, only complete groups count. The remaining groups
+are no longer drawn independently; this moved indices of test functions by up to 0.04 with a fifth of the groups missing
+(0.02 with a tenth), so there are no indices where more are missing.
 """
 
 from __future__ import annotations
@@ -38,11 +39,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 REPLICATES = 32
-"""Sets of samples."""
+"""Number of independent sets of samples."""
 LEAST = 20
-"""Samples of a figure that every set must have for statistics of it."""
+"""Least number of samples with a figure in every set, for statistics of the figure."""
 KNOWN = 0.8
-"""Least share of the groups of samples that Sobol indices need."""
+"""Least share of complete groups of samples for Sobol indices."""
 RESAMPLES = 200
 CONFIDENCE = 0.95
 
@@ -50,8 +51,8 @@ CONFIDENCE = 0.95
 class Summary(NamedTuple):
     """Statistics of one figure over the samples in which it exists; ``*_se`` are standard errors.
 
-    ``share`` of samples in which it exists; ``quantile`` at the levels asked for; ``low``, ``high`` smallest and
-    largest value.
+    ``share`` of the samples in which it exists; ``quantile`` and ``quantile_se`` (levels,); ``low``, ``high`` smallest
+    and largest value.
     """
 
     share: float
@@ -66,7 +67,7 @@ class Summary(NamedTuple):
 
 
 class Probability(NamedTuple):
-    """Share of the samples with some property, and its standard error; ``number`` of them."""
+    """Share of the samples with a property, its standard error, and the number of such samples."""
 
     value: float
     se: float
@@ -76,14 +77,15 @@ class Probability(NamedTuple):
 def summary(x: Array, levels: Sequence[float], replicates: int) -> Summary | None:
     """Summarise a figure; None if some set has fewer than :data:`LEAST` values.
 
-    Values (n,) come set after set, not finite where the figure does not exist; ``levels`` are those of the quantiles.
+    Values x (n,) come set after set, not finite where the figure does not exist; ``levels``: probabilities of the
+    quantiles.
     """
     sets = x.reshape(replicates, -1)
     there = np.isfinite(sets)
     counts = there.sum(axis=1)
     if counts.min() < LEAST:
         return None
-    # what does not exist goes to the end of its set
+    # missing values go to the end of their set
     ordered = np.sort(np.where(there, sets, np.inf), axis=1)
     parts = [row[:count] for row, count in zip(ordered, counts, strict=True)]
     whole = np.sort(ordered, axis=None)[: counts.sum()]
@@ -101,12 +103,12 @@ def summary(x: Array, levels: Sequence[float], replicates: int) -> Summary | Non
 
 
 def _quantile_errors(whole: Array, parts: list[Array], levels: Sequence[float], quantiles: Array) -> Array:
-    """Return standard errors of quantiles: that of the share below each, over the density there.
+    """Return standard errors of quantiles: the error of the share of samples below each, over the density there.
 
     (The quantiles of a small set of Sobol points scatter less than their share in the whole does.)
     """
     shares = np.array([np.searchsorted(p, quantiles) / p.size for p in parts])
-    # a place between two samples is all that is known
+    # a quantile is known only to lie between two samples
     of_share = np.maximum(shares.std(axis=0, ddof=1) / np.sqrt(len(parts)), 0.5 / whole.size)
     p = np.asarray(levels, float)
     above, below = (np.quantile(whole, np.clip(p + side * of_share, 0, 1)) for side in (1, -1))
@@ -114,25 +116,25 @@ def _quantile_errors(whole: Array, parts: list[Array], levels: Sequence[float], 
 
 
 def probability(has: Array, replicates: int) -> Probability:
-    """Return the share of samples (n,), set after set, that have a property.
+    """Return the share of samples ``has`` (n,), set after set, that have a property.
 
-    Where none or all have it the sets do not differ; then the standard error is that of one sample more or less,
-    about 1/n.
+    Where none or all have it the sets do not differ; the standard error is then that of one sample more or less, about
+    1/n.
     """
     n, count = has.size, int(np.count_nonzero(has))
     if count in (0, n):
         p = (count + 1) / (n + 2)
         return Probability(count / n, float(np.sqrt(p * (1 - p) / n)), count)
     shares = has.reshape(replicates, -1).mean(axis=1)
-    # a handful of samples in one set or another scatter as any counts do
+    # a few samples spread over the sets scatter like any counts
     least = 0.0 if count * (n - count) / n > replicates else np.sqrt(count * (n - count) / n**3)
     return Probability(count / n, float(max(shares.std(ddof=1) / np.sqrt(replicates), least)), count)
 
 
 class Indices(NamedTuple):
-    """Indices of the figures that have them, (figures, parameters) each; ``*_conf`` half widths of 95 % intervals.
+    """Sobol indices (figures, parameters) of the figures that have them; ``*_conf``: half widths of 95 % intervals.
 
-    ``known`` of ``groups`` of samples count.
+    ``known`` of ``groups`` groups of samples are complete; ``left_out``: reason by figure without indices.
     """
 
     figures: tuple[str, ...]
@@ -146,7 +148,7 @@ class Indices(NamedTuple):
 
 
 def needed() -> None:
-    """Refuse where SALib is missing."""
+    """Refuse Sobol indices where SALib is not installed."""
     if find_spec("SALib") is None:
         refuse("Sobol indices", "", "SALib is not installed", "pip install squama[fit]")
 
@@ -157,15 +159,16 @@ def indices(
     """Draw Saltelli's samples, evaluate them and return the indices.
 
     ``base`` is N, a power of two; ``evaluate`` takes points (n, parameters) of the unit cube and returns figures (n,)
-    by name, not finite where one does not exist, and of which samples (n,) anything is known. A figure that does not
-    exist in all of these, or does not vary, has none, nor has any if too little is known; ``left_out`` says why.
+    by name, not finite where one does not exist, and which samples (n,) the model covers. A figure that is missing in
+    some covered samples, or does not vary, gets no indices; no figure does where too few groups are complete.
+    ``left_out`` gives the reason.
     """
     from SALib.analyze import sobol as analyze
     from SALib.sample import sobol as sample
 
     problem: dict[str, object] = {"num_vars": len(names), "names": list(names), "bounds": [[0.0, 1.0]] * len(names)}
     with warnings.catch_warnings():
-        # of what SALib hands on to SciPy and pandas
+        # SALib passes arguments that SciPy and pandas warn of
         warnings.simplefilter("ignore")
         points = sample.sample(problem, base, calc_second_order=False, seed=np.random.default_rng([seed, base]))
         found, known = evaluate(points)
@@ -211,11 +214,11 @@ _FIGURES = (
 LOCKS = tuple(CODES.index(end) for end in CODES if end.locks)
 BINS = 120
 BINNED = {"hinge": "load_end", "compliant": "stiffness_ratio"}
-"""The figure whose histogram is kept, by the joint."""
+"""Figure of the stored histogram, by the joint."""
 
 
 class Limit(NamedTuple):
-    """The twist before which locks are counted: as text, its value, and the role of the figure that has its unit."""
+    """The twist before which locks are counted: text, value, and the field of the end twist in the same unit."""
 
     text: str
     value: float
@@ -239,17 +242,17 @@ class Case(NamedTuple):
 
     @property
     def ends(self) -> tuple[str, ...]:
-        """Ends in words by their codes."""
+        """Ends in words; the index is the code."""
         return ENDS if self.model.compliant else CODES
 
     @property
     def unknown(self) -> int:
-        """Code of a sample whose joint the law does not know; -1 where there is none."""
+        """Code of a sample whose joint the law does not cover; -1 on hinges."""
         return ENDS.index(UNKNOWN) if self.model.compliant else -1
 
     @property
     def figures(self) -> tuple[Figure, ...]:
-        """The figures of a sample."""
+        """Figures of a sample."""
         if self.model.compliant:
             stored = variables(self.model, self.load).items()
             known = [(v.field, name, v.attrs["units"], v.attrs["long_name"]) for name, v in stored if name != "end"]
@@ -258,7 +261,7 @@ class Case(NamedTuple):
         return tuple(Figure(role, of.variable(name), unit, text.format(of.verb)) for role, name, unit, text in _FIGURES)
 
     def properties(self, found: Mapping[str, Array]) -> dict[str, tuple[Array, str]]:
-        """Return properties of samples by name: truth values (n,) and words."""
+        """Return properties of samples by name: truth values (n,) and their description."""
         engaged = np.isfinite(found["load_e"])
         if self.model.compliant:
             has = {"engaged": (engaged, "scales engage before the twist")}
@@ -275,7 +278,7 @@ class Case(NamedTuple):
 
 
 class Figure(NamedTuple):
-    """A figure of a sample: its role in the calculation, name, unit and meaning."""
+    """A figure of a sample: its field in the solution, name, unit and meaning."""
 
     role: str
     name: str
@@ -306,10 +309,10 @@ _INDICES = {
 def dataset(
     case: Case, found: Mapping[str, Array], nominal: Mapping[str, Array], found_indices: Indices | None, keep: bool
 ) -> xr.Dataset:
-    """Return statistics, probabilities, histogram, indices and samples with their names and units.
+    """Return the dataset of statistics, probabilities, histogram, indices and samples, with names and units.
 
-    ``found`` holds the figures of the samples by role, with ``keep`` their dimensions by name too; ``nominal`` those of
-    the beam without tolerances.
+    ``found`` holds the figures of the samples by field, with ``keep`` also their dimensions by name; ``nominal`` the
+    figures of the beam without tolerances.
     """
     import xarray as xr
 
@@ -352,7 +355,7 @@ def dataset(
     of = about[BINNED[case.model.joint]]
     put("bin_low", ["bin"], edges[:-1], of.meaning, of.unit)
     put("bin_high", ["bin"], edges[1:], of.meaning, of.unit)
-    # where a sample has not the figure there is nothing to count
+    # a sample without the figure is not counted
     counts = [np.histogram(binned[has & np.isfinite(binned)], edges)[0] for has in there.values()]
     put("count", ["end", "bin"], counts, f"samples by end and {of.meaning}", "1")
     if found_indices is not None:
@@ -364,7 +367,7 @@ def dataset(
             put(name, ["sample"], found[name], name, PARAMETERS[canonical(name)].symbol.unit)
         for f in figures:
             put(f.name, ["sample"], found[f.role], f.meaning, f.unit)
-        # the coordinate of the probabilities is called end
+        # "end" is taken: the coordinate of the probabilities
         put("sample_end", ["sample"], np.array(case.ends, str)[code], "how the curve of the sample ends")
     attrs = {
         "title": f"uncertainty of a scale-covered beam in {case.load}",
