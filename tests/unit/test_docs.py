@@ -30,7 +30,7 @@ from squama.model.outcome import SENTENCES
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(p for p in DOCS.rglob("*.md") if "_build" not in p.parts)]
-LONG = {"cli", "decide", "fit", "graded", "specimen", "machine", "uncertainty", "vibration"}
+LONG = {"command_examples", "decide", "fit", "graded", "specimen", "machine", "uncertainty", "vibration"}
 """Pages that take more than 20 s."""
 MODULES = sorted(
     m.name for m in pkgutil.walk_packages(squama.__path__, "squama.") if m.name.rsplit(".", 1)[-1] != "__main__"
