@@ -20,7 +20,7 @@ PART = 8192
 class Combined(NamedTuple):
     """States of beams that are bent and twisted; arrays of one shape, lengths in pitches, moments in K_theta.
 
-    ``theta`` inclination, rad; ``contact``: which pair touches (:data:`squama.model.screw.CONTACTS`), "" for none,
+    ``theta`` inclination, rad; ``contact``: which pair touches (``squama.model.screw.CONTACTS``), "" for none,
     "locked" where no inclination leads to this bend and twist; ``normal`` force N d/K_theta; ``bending_moment`` and
     ``torque``, the scales' parts; ``mu_lock`` coefficient of friction that locks the contact in this direction (a
     negative one never does). NaN where a contact is locked. ``closing`` and ``rolling``: turn about the scale's width

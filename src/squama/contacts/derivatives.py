@@ -1,6 +1,6 @@
 """A noted load path once more with a complex step in its beam and its targets: derivatives of designs; compiled.
 
-The real path is followed once, and its increments are noted (:func:`squama.contacts.increments.note`). With the
+The real path is followed once, and its increments are noted (``squama.contacts.increments.note``). With the
 equations r(z, states before, beam, strains) = 0 of an increment and J = dr/dz a change of the beam changes the state by
 
     dz = -J^-1 (change of r with the beam, the strains and the states before)

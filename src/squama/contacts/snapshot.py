@@ -1,7 +1,7 @@
 """The state of a path as numbers in a row, from which the path goes on as if it had not been left; compiled.
 
 Friction remembers the way: a slip is that from the states before, and a contact sticks or slides as it did. So a
-snapshot holds what an increment takes from those before it (:class:`squama.contacts.increments.Walk`): the last three
+snapshot holds what an increment takes from those before it (``squama.contacts.increments.Walk``): the last three
 states, where scales were, contacts, loads, direction of the leg and counters. Zeros are the beam at rest.
 """
 

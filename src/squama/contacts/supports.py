@@ -7,7 +7,7 @@ loads beyond it are there::
 
 with X_i the motion of all that is beyond per strain of cell i, and W_i the wrench of all loads there, both as the frame
 sees them in which the near end is clamped: turn (o, v) and wrench (m, f) about its origin. Loads are those L_k of ties
-(:class:`squama.contacts.system.Ties`): each is the multiplier of a coordinate that is imposed, as the twist of an end
+(``squama.contacts.system.Ties``): each is the multiplier of a coordinate that is imposed, as the twist of an end
 is by a torque, or the way of a tip along the force on it. A tie brings L_k c_k to all cells alike, L_k f to sections,
 where it holds a turn the moment that does its work, and a couple on the far end.
 

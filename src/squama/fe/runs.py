@@ -109,7 +109,7 @@ def cell(
     Large strains, Coulomb contact of all scales. Nothing of the analytical model goes in: no joint stiffness, no force
     law, no place of contact. Scales are as thick as the beam says; where their modulus is known, their exposed parts
     bend as solids of quadratic elements, linear in a frame that turns with the rigid embedded part
-    (:mod:`squama.fe.bending`), which holds for deflections up to a tenth of their length.
+    (``squama.fe.bending``), which holds for deflections up to a tenth of their length.
 
     Parameters
     ----------
@@ -138,11 +138,11 @@ def cell(
     restart : path, optional
         File that is written after every increment; where it is there already, the run goes on from it.
     progress : callable, optional
-        Told after every increment, and each ten seconds within one, see :class:`Progress`.
+        Told after every increment, and each ten seconds within one, see ``Progress``.
     announce : callable, optional
         Told in words, before the first increment, how large the run of a finite beam is.
     last : callable, optional
-        Given the deformed pitch at the end, see :class:`squama.fe.deformed.Deformed`; of an endless beam only.
+        Given the deformed pitch at the end, see ``squama.fe.deformed.Deformed``; of an endless beam only.
 
     Returns
     -------

@@ -84,7 +84,7 @@ class Fit(Found):
     and ``uneven`` whether the noise goes with the slope: the errors allow for both. ``rival`` what the other model
     makes of the same points, ``disagreement`` where it describes them as well, with a residual of 1.5 times as much at
     most, and finds other values by more than the errors; ``doubts`` why the
-    errors do not hold, empty where they do (:attr:`holds`). ``machine`` what a testing machine that gives in would
+    errors do not hold, empty where they do (``holds``). ``machine`` what a testing machine that gives in would
     change, None where its stiffness was given; ``loops`` friction of each loop alone, with the chance that loops of one
     friction differ so, None of a single loop.
 

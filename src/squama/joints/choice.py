@@ -26,7 +26,7 @@ _SEVEN = _HINGED.format(
 class Joint(NamedTuple):
     """What holds a scale.
 
-    ``K`` in E = 1 and d = 1 over the nine motions of :mod:`squama.joints.factor`, the first seven where a file gives
+    ``K`` in E = 1 and d = 1 over the nine motions of ``squama.joints.factor``, the first seven where a file gives
     no more, None on a hinge; where it is from; a note for the reader, empty where there is nothing to say; ``band``,
     about how far the torque may be off for it, relative, NaN where that is not known; forms ``strain`` (4, 9, 9) of
     :func:`squama.joints.law.strain`, None where neither the law nor elements know them; ``bends``: the embedded part
@@ -74,7 +74,7 @@ def joint_of(beam: Beam) -> Joint:
 
     The matrix of its file; else the law, in its range; else elements, where the extra fe is installed, kept in the
     user's cache; else a hinge. A stiffness or an inclusion factor that the file gives was measured and goes before
-    all: K takes it on, see :func:`squama.joints.factor.scaled`.
+    all: K takes it on, see ``squama.joints.factor.scaled``.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """The law of the joint: its stiffness over nine motions from the shape of a pitch, as elements of no size give it.
 
-Eight numbers describe a pitch: lengths over d, angles, Poisson's ratio (:class:`Shape`). What is fitted by processes
-over :func:`features` (:mod:`squama.joints.processes`) is the factor of K (:mod:`squama.joints.factor`), so that K is
+Eight numbers describe a pitch: lengths over d, angles, Poisson's ratio (``Shape``). What is fitted by processes
+over ``features`` (``squama.joints.processes``) is the factor of K (``squama.joints.factor``), so that K is
 positive definite whatever the numbers are: the logarithms of its pivots, less those of a bare bar
 
     twist G J (Saint-Venant)        bend w (2 lambda)^3 / 12        stretch 2 w lambda
@@ -89,7 +89,7 @@ _SLACK = 1e-9
 
 
 def stiffness(shape: Shape, by: Law | None = None) -> Array:
-    """Return K (9, 9), or (n, 9, 9) of arrays, over the motions of :mod:`squama.joints.factor`, E = 1 and d = 1.
+    """Return K (9, 9), or (n, 9, 9) of arrays, over the motions of ``squama.joints.factor``, E = 1 and d = 1.
 
     Positive definite for every shape, whether it is in the law's range (:func:`outside`) or not; ``by`` another law
     than the package's.
@@ -107,7 +107,7 @@ def strain(shape: Shape, by: Law | None = None) -> Array:
 
     With q the nine motions, q^T form q is the mean of 2 W / E near an edge, W the energy per volume: the square of the
     strain that a bar under tension would have at it. The edges are those of
-    :data:`squama.fe.pitch_stiffness.EDGES_OF_TAB`, near is what its ``NEAR`` says. Never negative.
+    ``squama.fe.pitch_stiffness.EDGES_OF_TAB``, near is what its ``NEAR`` says. Never negative.
     """
     law = by or shipped()
     # the mirror image of a negative alpha has the two sides swapped
@@ -133,7 +133,7 @@ def band(shape: Shape, by: Law | None = None) -> Array:
     """Return about how far the torque of a shape may be off for the law, relative, of many (n,): twice its rms there.
 
     The law is made of designs; the farther they are from a shape, the farther the law may be off. The distance is
-    :func:`distance`; what it means was learnt from designs left out in turn and from others that were not fitted.
+    ``distance``; what it means was learnt from designs left out in turn and from others that were not fitted.
     In a corner of the range, where they lie on one side only, it means more (:func:`cornered`).
     """
     found = (by or shipped()).apart
@@ -144,7 +144,7 @@ def band(shape: Shape, by: Law | None = None) -> Array:
 def cornered(shape: Shape) -> Array:
     """Return how far shapes lie in a corner of the law's range, of many (n,): 1 where all eight numbers are at an end.
 
-    A number within :data:`BORDER` of an end counts by how near it is; one alone is no corner.
+    A number within ``BORDER`` of an end counts by how near it is; one alone is no corner.
     """
     near = sum(
         np.clip(1 - np.minimum(x - r.low, r.high - x) / (BORDER * (r.high - r.low)), 0.0, 1.0)

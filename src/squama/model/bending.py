@@ -1,6 +1,6 @@
 r"""Bending: the tip's corner B of a scale on the face of the next one (docs, theory: bending).
 
-The contact BF of :mod:`squama.model.screw` where the twist is 0, by its inclination; no other comes in before a lock.
+The contact BF of ``squama.model.screw`` where the twist is 0, by its inclination; no other comes in before a lock.
 With psi = 2 h the bend per pitch, c and s cosine and sine of theta, and lam the height of the scales' face over the
 line that keeps its length, the corner is in the face where
 

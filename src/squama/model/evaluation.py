@@ -1,6 +1,6 @@
 """What is evaluated of one design: a single place of its path on plain floats, many on arrays.
 
-Compiled code has its own of these functions (:mod:`squama.batch.kernel`), over the same rows.
+Compiled code has its own of these functions (``squama.batch.kernel``), over the same rows.
 """
 
 from __future__ import annotations

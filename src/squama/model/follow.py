@@ -6,7 +6,7 @@ end is then solved for in its interval, and another neighbour that comes in befo
 (:mod:`squama.model.crossings`).
 
 Everything here works on one design. Python executes it for few designs, with what :mod:`squama.model.evaluation`
-sees of a place, and has it compiled for many, with what :mod:`squama.batch.kernel` sees; nothing else differs.
+sees of a place, and has it compiled for many, with what ``squama.batch.kernel`` sees; nothing else differs.
 """
 
 from __future__ import annotations

@@ -36,7 +36,7 @@ SCALE = (0.62, 0.60, 0.56, 0.45)
 
 @style.styled
 def elements_figure(data: xr.Dataset) -> Figure:
-    """Draw a run of finite elements of one pitch, from :func:`squama.fe.runs.cell`.
+    """Draw a run of finite elements of one pitch, from ``squama.fe.runs.cell``.
 
     Four panels over the twist rate: torque with the start's slope dashed; inclination; normal and friction force;
     energies per length. Ticks at the foot of the inclination: increments. Vertical lines: from there on another pair
@@ -100,11 +100,11 @@ def elements_figure(data: xr.Dataset) -> Figure:
 
 @style.styled
 def compare_figure(table: xr.Dataset) -> Figure:
-    """Draw models beside a curve by finite elements, from :func:`squama.fe.agreement.compare`.
+    """Draw models beside a curve by finite elements, from ``squama.fe.agreement.compare``.
 
     Torque, its difference from the elements' with the band within which a model counts as holding, inclination and its
     difference, all over the twist per pitch. Finite beams have no differences; variants of the hinge that lie on its
-    edge law (:data:`VARIANTS`) are in the table only.
+    edge law (``VARIANTS``) are in the table only.
     """
     figure = style.new_figure(style.PAGE, 5.4)
     axes = figure.subplots(2, 2, sharex=True)

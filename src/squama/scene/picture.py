@@ -47,7 +47,7 @@ Faces = Sequence[tuple[geometry.Design, State]]
 
 
 class View(NamedTuple):
-    """What :func:`view` shows.
+    """What :func:`squama.view` shows.
 
     ``files`` that were written; the ``state`` that is shown; the given load angle per pitch (``asked``) and that of
     the ``last`` state before the ``end`` of the curve, rad; the ``model`` in words, and ``notes`` on where it is
@@ -162,7 +162,7 @@ def save(
 ) -> Path:
     """Write a picture (.png), an animation there and back (.gif) or a page (.html) at a load angle per pitch (rad).
 
-    ``name``: of the beam; ``looks``: ``dark`` (False) and ``forces`` (True), as in :func:`view`.
+    ``name``: of the beam; ``looks``: ``dark`` (False) and ``forces`` (True), as in :func:`squama.view`.
     """
     ending = Path(path).suffix.lower()
     if ending == ".html":

@@ -38,7 +38,7 @@ _HINGED = [0, 1, 2, 4, 6]
 
 
 class Verified(NamedTuple):
-    """What was found: ``table`` as from :func:`squama.fe.agreement.compare`, the ``elements``' run, and all files.
+    """What was found: ``table`` as from ``squama.fe.agreement.compare``, the ``elements``' run, and all files.
 
     ``touched``: twist per pitch, or deformation of a part, from which on there is contact, in the elements or a model;
     inf for none. Then nothing but the bar was compared, and no model is ``tested``. ``verdict`` says so.
@@ -87,8 +87,8 @@ def verify(
     """Twist a beam of finite elements and set the compliant joint, the hinge and, if asked, finite beams beside it.
 
     Elements of one pitch, and the models beside them, are held straight. With ``load`` a part of N scales is set beside
-    :func:`squama.load`, see :mod:`squama.study.parts`. Where no scale touches up to ``to`` nothing is tested, see
-    :class:`Verified`.
+    :func:`squama.load`, see ``squama.study.parts``. Where no scale touches up to ``to`` nothing is tested, see
+    ``Verified``.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def verify(
         Where all files go; made if need be. Runs of elements leave their restart files there, and the same call goes
         on from them.
     mu, to, sense, mesh, increment, hinged, ideal, progress
-        As for :func:`squama.cell`; without ``to`` see :func:`default_reach`. The hinge's scales are thin and rigid, but
+        As for :func:`squama.cell`; without ``to`` see ``default_reach``. The hinge's scales are thin and rigid, but
         thick with ``hinged`` elements that are not ``ideal``.
     load, support : str, optional
         Deformation of a part in place of ``to``: "10 mm up at tip", "60 deg bend", "90 deg twist"; "clamped" (if not
