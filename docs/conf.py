@@ -16,7 +16,7 @@ from sphinx.environment import BuildEnvironment
 from sphinx.util.docutils import SphinxDirective
 
 import squama
-from squama.beam.beamfile import PART, TABLES, heading
+from squama.beam.beamfile import MODULUS, SIZE, TABLES
 from squama.joints import law
 from squama.model.joint import LAWS
 from squama.plot import style
@@ -61,13 +61,13 @@ def symbols() -> list[str]:
 
 
 def keys() -> list[str]:
-    """Rows of the table of keys of a beam file."""
+    """Rows of the table of keys of a beam; the page itself has the limits of lengths and moduli."""
     rows = ["| key | meaning | example |", "|---|---|---|"]
-    for table, content in (*TABLES.items(), *PART.items()):
+    for table, content in TABLES.items():
         for name, key in content.items():
-            whole = f"{heading(table)} {name}" if table in PART else f"{table}.{name}"
-            allowed = f"; {key.bounds.allowed.removeprefix('more than 0; ')}" if key.bounds else ""
-            rows.append(f"| `{whole}` | {key.meaning}{allowed} | `{key.example}` |")
+            common = key.bounds is None or key.bounds.allowed in (SIZE.allowed, MODULUS.allowed)
+            allowed = "" if common else f"; {key.bounds.allowed.removeprefix('more than 0; ')}"
+            rows.append(f"| `{table}.{name}` | {key.meaning}{allowed} | `{key.example}` |")
     return rows
 
 

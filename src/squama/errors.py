@@ -94,9 +94,9 @@ class InputError(SquamaError, ValueError):
 
     Attributes
     ----------
-    problems : tuple of Problem
-        The mistakes; the text of the error has one line for each: what, where, which value, what is allowed, what to
-        write instead.
+    problems : tuple
+        The mistakes, each a ``Problem``; the text of the error has a line for each: what, where, which value, what is
+        allowed, what to write instead.
     """
 
     problems: tuple[Problem, ...]

@@ -121,7 +121,7 @@ def twist(
     Returns
     -------
     xarray.Dataset
-        Dimension ``point`` (and ``mu``); variables named as in :data:`squama.SYMBOLS`, SI units and radians; single
+        Dimension ``point`` (and ``mu``); variables named as in ``squama.SYMBOLS``, SI units and radians; single
         figures of the curve such as ``phi_e``, ``phi_end``, ``end``, ``RED_c``; beam, law, margin and version in the
         attributes. A curve of the compliant joint continues through every new contact: ``N`` and ``f`` are sums
         over all contacts, ``p``, ``s``, ``slip`` of the first one, ``phi_second`` and ``other_contact`` describe the

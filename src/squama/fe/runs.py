@@ -109,7 +109,7 @@ def cell(
     Large strains, Coulomb contact of all scales. Nothing of the analytical model goes in: no joint stiffness, no force
     law, no place of contact. Scales are as thick as the beam says; where their modulus is known, their exposed parts
     bend as solids of quadratic elements, linear in a frame that turns with the rigid embedded part
-    (:mod:`squama.fe.bending`), which holds for deflections up to a tenth of their length.
+    (``squama.fe.bending``), which holds for deflections up to a tenth of their length.
 
     Parameters
     ----------

@@ -36,7 +36,7 @@ SCALE = (0.62, 0.60, 0.56, 0.45)
 
 @style.styled
 def elements_figure(data: xr.Dataset) -> Figure:
-    """Draw a run of finite elements of one pitch, from :func:`squama.fe.runs.cell`.
+    """Draw a run of finite elements of one pitch, from ``squama.fe.runs.cell``.
 
     Four panels over the twist rate: torque with the start's slope dashed; inclination; normal and friction force;
     energies per length. Ticks on the axis of the inclination: increments. Vertical lines: changes of the pair in

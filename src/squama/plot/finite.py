@@ -72,7 +72,7 @@ def _beside(ax: Axes, x: Array, y: Array, words: str, engaged: float, touch: str
 
 @style.styled
 def finite_figure(data: xr.Dataset) -> Figure:
-    """Draw a finite beam of elements, from :func:`squama.fe.runs.cell`.
+    """Draw a finite beam of elements, from ``squama.fe.runs.cell``.
 
     Inclination and twist of every scale's pitch against the scale's number, a line per twist; torque over the mean
     twist, with the start's slope dashed.

@@ -110,7 +110,7 @@ def fitted(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
 
 @styled
 def prediction_figure(dataset: xr.Dataset) -> Figure:
-    """Draw the predicted curve of a fit with its band, from :meth:`squama.Fit.predict`."""
+    """Draw the predicted curve of a fit with its band, from ``squama.Fit.predict``."""
     figure = new_figure(PAGE, 3.4)
     ax, names = panel(figure.subplots(), dataset, "leg", "Fit.predict()")
     T = names.torque

@@ -59,7 +59,7 @@ THIN = 40
 
 @style.styled
 def red_figure(dataset: xr.Dataset) -> Figure:
-    """Draw the relative energy dissipation to the end of each curve, from :func:`squama.paper.maps.red_map`.
+    """Draw the relative energy dissipation to the end of each curve, from ``squama.paper.maps.red_map``.
 
     A panel for each force law with contours of RED. The region of static lock is blank, hatched and named; regions that
     end without a lock are hatched and named; a line marks where other pairs of plates touch before the end.
@@ -243,7 +243,7 @@ def _panel(ax: Axes, x: Array, y: Array, part: xr.Dataset) -> list[str]:
 
 @style.styled
 def regime_figure(dataset: xr.Dataset) -> Figure:
-    """Draw the regimes of a beam in twisting (linear, sliding, locked), from :func:`squama.paper.maps.regimes`.
+    """Draw the regimes of a beam in twisting (linear, sliding, locked), from ``squama.paper.maps.regimes``.
 
     Axes phi/pi and (theta - theta0)/pi; paths of the scales, the kinematic and the frictional envelopes, and where the
     contact leaves the tip edge or another pair of plates touches.

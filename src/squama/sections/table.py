@@ -89,7 +89,7 @@ class LawTable:
         return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
 
     def save(self, place: str | Path, format: str | None = None) -> Path:  # noqa: A002 - as in Path and NumPy
-        """Write the table to a file, see :func:`squama.sections.writers.write`."""
+        """Write the table to a file, see ``squama.sections.writers.write``."""
         from squama.sections import writers
 
         return writers.write(self.data, place, format)

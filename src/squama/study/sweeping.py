@@ -111,7 +111,7 @@ def sweep(
     dask : str or distributed.Client, optional
         "local:2", "tcp://host:8786" or a client: solve the tiles there. Workers need the same folder.
     progress : str or callable, optional
-        "bar", "json" (lines on standard error), or a function of :class:`squama.study.sweeping.State`.
+        "bar", "json" (lines on standard error), or a function of ``squama.study.sweeping.State``.
 
     Returns
     -------

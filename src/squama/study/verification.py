@@ -96,7 +96,7 @@ def verify(
         Folder of all files, made if missing. Runs of finite elements keep their restart files there, and the same call
         continues from them.
     mu, to, sense, mesh, increment, hinged, ideal, progress
-        As for :func:`squama.cell`; without ``to`` see :func:`default_reach`. The hinge's scales are thin and rigid, but
+        As for :func:`squama.cell`; without ``to`` see ``default_reach``. The hinge's scales are thin and rigid, but
         thick with ``hinged`` elements that are not ``ideal``.
     load, support : str, optional
         Imposed deformation of a part, in place of ``to``: "10 mm up at tip", "60 deg bend", "90 deg twist"; "clamped"
