@@ -103,8 +103,9 @@ def solved(w: Walk, h: float, fresh: bool) -> bool:
     if not fresh or mu == 0.0:
         return True
     # what would be if they stuck is near what is if they slip
-    for _ in range(2 * m + 2):
-        changed = False
+    left, before, again, since = 2 * m + 2, touched(w), 1, 0
+    while left > 0:
+        changed, left, since = False, left - 1, since + 1
         for c in range(m):
             if w.con[c, touch.STUCK] > 0 and w.W.told[c, MARGIN] > conditions.MISSED_CONE:
                 w.con[c, touch.STUCK], changed = 0, True
@@ -118,6 +119,12 @@ def solved(w: Walk, h: float, fresh: bool) -> bool:
         w.J.kept[0] = 0
         if not solve(w.S, w.new, w.past, w.con, m, w.W, w.J, w.loads) and not sliding(w, h):
             return False
+        there = touched(w)
+        if there == before:
+            # they stick and slide in a circle (Brent's algorithm): only as many more as lead to its last place
+            left %= since
+        elif since == again:
+            before, again, since = there, 2 * again, 0
     return True
 
 

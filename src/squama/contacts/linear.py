@@ -103,10 +103,10 @@ def alone(J: Linear, a: int) -> None:
 
 
 @_in
-def less(x: Array, f: float, y: Array) -> None:
-    """Take a multiple of numbers off others: on parts of arrays from their first on the processor does several at once."""
+def grow(x: Array, f: float, y: Array) -> None:
+    """Add a multiple of numbers to others: of parts of arrays, from their first on, the processor takes several at once."""
     for a in range(len(x)):
-        x[a] -= f * y[a]
+        x[a] += f * y[a]
 
 
 @_in
@@ -144,8 +144,8 @@ def factor(J: Linear, n: int) -> bool:
             if A[q + k] != 0.0:
                 f = A[q + k] * over
                 A[q + k] = f
-                less(A[q + k + 1 : q + last + 1], f, own)
-                less(right[i], f, right[k])
+                grow(A[q + k + 1 : q + last + 1], -f, own)
+                grow(right[i], -f, right[k])
     return cornered(J, n)
 
 
@@ -158,12 +158,13 @@ def cornered(J: Linear, n: int) -> bool:
     for i in range(inner - 1 if free > 0 else -1, -1, -1):
         o = base + i * s
         for j in range(i + 1, J.last[i] + 1):
-            less(right[i], A[o + j], right[j])
+            if A[o + j] != 0.0:
+                grow(right[i], -A[o + j], right[j])
         for e in range(free):
             right[i, e] /= A[o + i]
     for e in range(free):
         for a in range(inner):
-            less(corner[e], J.lower[e, a], right[a])
+            grow(corner[e], -J.lower[e, a], right[a])
     for k in range(free):
         p = k
         for i in range(k + 1, free):
@@ -177,7 +178,7 @@ def cornered(J: Linear, n: int) -> bool:
         for i in range(k + 1, free):
             f = corner[i, k] / corner[k, k]
             corner[i, k] = f
-            less(corner[i, k + 1 :], f, corner[k, k + 1 :])
+            grow(corner[i, k + 1 :], -f, corner[k, k + 1 :])
     return True
 
 

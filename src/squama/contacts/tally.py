@@ -11,6 +11,7 @@ POWER, POWER2, LOAD, LOAD2, ONSET = range(11, 16)
 SINCE, EVENTS, ZERO, NOTED, TRIAL, JUMPED = range(16, 22)
 """Way since which the contacts are these; events; events without an increment; where the last increment is noted, 0 for
 nowhere; trial and way of the last jump."""
-ENERGY, MOST, STICK, GRIPS = range(22, 26)
-"""Elastic energy, now and at most; contacts that stick, and what their grips took up."""
-TALLY = 26
+ENERGY, MOST, STICK, GRIPS, HASTY = range(22, 27)
+"""Elastic energy, now and at most; contacts that stick, and what their grips took up; how a jump is looked for: 1 in
+haste, 2 where a walk was given up for it, 0 at leisure."""
+TALLY = 27
