@@ -8,6 +8,7 @@ from typing import Any, Literal, NamedTuple, cast, get_args
 
 from squama import units
 from squama.errors import refuse
+from squama.people import per_pitch
 from squama.symbols import OTHER
 
 THIN = "thin, rigid scales"
@@ -96,7 +97,7 @@ class Load(NamedTuple):
 
     def shown(self, x: float) -> str:
         """Return a load angle per pitch, or a travel, in words."""
-        return units.number(1e3 * x, "mm") if self.pushed else f"{x:.4g} rad/pitch"
+        return units.number(1e3 * x, "mm") if self.pushed else per_pitch(x, 4)
 
     def size(self, value: float) -> str:
         """Return a torque or force in words."""

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 PLOTS = (".png", ".svg", ".pdf")
 T = TypeVar("T")
+_Word = TypeVar("_Word", bound=str)
 
 
 # ---- mistakes ---------------------------------------------------------------------------------------------
@@ -146,21 +147,21 @@ def whole(low: int, high: int, example: str) -> Reader[int]:
     return Reader(read, low)
 
 
-def one_of(*allowed: str) -> Reader[str]:
+def one_of(*allowed: _Word) -> Reader[_Word]:
     """Return a reader of one of some words."""
 
-    def read(name: str, text: str) -> str:
+    def read(name: str, text: str) -> _Word:
         if text not in allowed:
             refuse(name, shown(text), f"must be {' or '.join(shown(word) for word in allowed)}")
-        return text
+        return allowed[allowed.index(text)]
 
     return Reader(read, allowed[0])
 
 
-def words_of(allowed: tuple[str, ...]) -> Reader[tuple[str, ...]]:
+def words_of(allowed: tuple[_Word, ...]) -> Reader[tuple[_Word, ...]]:
     """Return a reader of some of the words, with commas between them."""
 
-    def read(name: str, text: str) -> tuple[str, ...]:
+    def read(name: str, text: str) -> tuple[_Word, ...]:
         from squama import arguments
 
         return arguments.several(name, [word.strip() for word in text.split(",")], allowed)

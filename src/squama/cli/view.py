@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from squama.beam.people import turned
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
 from squama.loads import LOADS
+from squama.people import turned
 
 if TYPE_CHECKING:
     from squama.scene.picture import View

@@ -12,8 +12,7 @@ import numpy as np
 from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
-from squama.beam.people import over, turned
-from squama.curves import both_faces, doors, hinge, real_figures, real_walk
+from squama.curves import both_faces, compliant_figures, compliant_walk, doors, hinge
 from squama.curves.bent_twist import Twisted
 from squama.curves.chosen import idealisation, thin
 from squama.curves.way import Solved, Way
@@ -24,6 +23,7 @@ from squama.loads import LOADS
 from squama.model import twisting
 from squama.model.outcome import End
 from squama.model.paths import ARRAY
+from squama.people import over, per_pitch, turned
 from squama.scene.geometry import Attitude, Load
 from squama.symbols import OTHER
 from squama.types import Array
@@ -126,7 +126,7 @@ class Motion:
         scales = idealisation(setting.beam, joint, ideal=thin(self.kind, law, joint, ideal=ideal))
         self.model = self.kind.model(self.kind.law(law), joint, scales)
         if bend and (load, law) != ("twisting", "edge"):
-            refuse("bend", f"{bend:.4g} rad/pitch", "is held in twisting, by the edge law", "leave it out")
+            refuse("bend", per_pitch(bend), "is held in twisting, by the edge law", "leave it out")
         path: Solved
         notes: Sequence[str]
         if bend:
@@ -145,12 +145,12 @@ class Motion:
         self.drawn, self.other_drawn = bool(self.hinge), False
         # strains (n, 4) and deflections (n, 24) along the curve, of each face
         self.shapes: list[tuple[Array, Array]] = []
-        if isinstance(path, real_walk.Loaded):
+        if isinstance(path, compliant_walk.Loaded):
             self.drawn, self.other_drawn = path.hinged[0], path.hinged[-1]
             self.shapes = path.shapes(self.curve["load"])
             if path.exchanged:
                 # its curve begins with the face that touches first
-                self.curve = real_figures.exchanged(self.curve, where=True)
+                self.curve = compliant_figures.exchanged(self.curve, where=True)
         self.figures: dict[str, Any] = found.figures
         self.end, self.neighbour = End(str(found.figures["end"])), int(found.figures["neighbour"])
         self.load_e = float(found.figures["load_e"])
@@ -162,7 +162,7 @@ class Motion:
         seen = both_faces.sense(setting.beam, load) if own else 0
         if seen and self.whole:
             self.other = copy(self)
-            self.other.curve, self.other.drawn = real_figures.exchanged(self.curve, where=True), self.other_drawn
+            self.other.curve, self.other.drawn = compliant_figures.exchanged(self.curve, where=True), self.other_drawn
             self.other.shapes = self.shapes[::-1]
         elif seen:
             turned = {"+": "-", "-": "+"}[setting.sense] if seen < 0 else setting.sense
