@@ -104,7 +104,7 @@ def alone(J: Linear, a: int) -> None:
 
 @_in
 def grow(x: Array, f: float, y: Array) -> None:
-    """Add a multiple of numbers to others: of parts of arrays, from their first on, the processor takes several at once."""
+    """Add a multiple of numbers to others: of parts of arrays the processor takes several at once."""
     for a in range(len(x)):
         x[a] += f * y[a]
 
