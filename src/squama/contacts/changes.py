@@ -16,8 +16,8 @@ from squama.contacts.system import MU, State, copied, copy
 from squama.types import Array
 
 _CHANGES, _SETTLED = 24, 8
-"""Changes at once that a scale may have; three for each one more. Rounds of sticking and sliding after which a circle of
-them is looked for."""
+"""Changes at once that a scale may have; three for each one more. Rounds of sticking and sliding after which a circle
+of them is looked for."""
 
 
 @_jit
