@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import squama
-from squama.contacts import events, follow, increments
-from squama.contacts.touch import EE, FE
+from squama.contacts import events, follow, increments, slipped, tally
+from squama.contacts.touch import EE, FE, LET_GO, STUCK
 
 
 class Jumped:
@@ -38,6 +38,40 @@ def test_a_jump_names_the_contact_that_changed(monkeypatch, before, behind, forc
     plain, altered = (getattr(f, "py_func", f) for f in (follow.strongest, follow.altered))
     monkeypatch.setattr(follow, "strongest", plain)
     assert altered(Jumped(before, behind, forces)) == named
+
+
+@pytest.mark.parametrize(
+    ("contacts", "times"), [([], 0), ([A], 0), ([A, B], 0), ([A, A], 1), ([A, B, A, C, A, B], 2), ([B, C, C, C, C], 3)]
+)
+def test_a_contact_that_creeps_is_counted(monkeypatch, contacts, times):
+    monkeypatch.setattr(slipped, "number", getattr(increments.number, "py_func", increments.number))
+    walk = Jumped([], [*contacts, A, A], [])
+    # those that bear again at the end do not count
+    walk.con[: len(contacts), STUCK] = LET_GO
+    assert getattr(slipped.relapses, "py_func", slipped.relapses)(walk) == times
+
+
+@pytest.mark.parametrize(
+    ("gives_up", "found", "looks"), [(True, 0, 2), (True, increments.NO_EQUILIBRIUM, 2), (False, 1, 1), (False, 0, 1)]
+)
+def test_what_is_given_up_in_haste_is_looked_at_again(monkeypatch, gives_up, found, looks):
+    """A branch that only a long walk reaches is followed: it is walked where nothing else was found."""
+    walk, seen = Jumped([A], [A], [1.0]), []
+    walk.tally = np.zeros(tally.TALLY)
+
+    def landed(w, *_: object) -> int:
+        hasty = w.tally[tally.HASTY] > 0
+        seen.append(hasty)
+        if hasty and gives_up:
+            w.tally[tally.HASTY] = 2.0
+            return increments.NO_EQUILIBRIUM
+        return found
+
+    monkeypatch.setattr(follow, "landed", landed)
+    for name in ("keep", "restore"):
+        monkeypatch.setattr(follow, name, lambda w: None)
+    assert getattr(follow.jump, "py_func", follow.jump)(walk, 1.0, 4e-3, 0, walk.con) == found
+    assert seen == [True, False][:looks]
 
 
 def event(kind: int, before: tuple[str, ...], after: tuple[str, ...]) -> events.Event:

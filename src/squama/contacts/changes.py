@@ -11,12 +11,13 @@ from squama.contacts.detection import edges_of, vertices
 from squama.contacts.handover import add_contact, any_let_go, apart, become, drop, every, leave, roll, succeed
 from squama.contacts.increments import Walk, guess, number, remark, tell, weigh
 from squama.contacts.meeting import MARGIN, N_, prepared
-from squama.contacts.newton import solve
+from squama.contacts.newton import ROUNDED, solve
 from squama.contacts.system import MU, State, copied, copy
 from squama.types import Array
 
-_CHANGES = 24
-"""Largest number of changes of contacts in a search for one scale; three more for each further scale."""
+_CHANGES, _SETTLED = 24, 8
+"""Largest number of changes of contacts in a search for one scale, three more for each further scale; rounds of sticking
+and sliding after which the search looks for a cycle of them."""
 
 
 @_jit
@@ -103,8 +104,9 @@ def solved(w: Walk, h: float, fresh: bool) -> bool:
     if not fresh or mu == 0.0:
         return True
     # the state with sticking contacts is near that with sliding ones
-    for _ in range(2 * m + 2):
-        changed = False
+    left, before, felt, again, since = 2 * m + 2, -1, 0.0, _SETTLED, 0
+    while left > 0:
+        changed, left, since = False, left - 1, since + 1
         for c in range(m):
             if w.con[c, touch.STUCK] > 0 and w.W.told[c, MARGIN] > conditions.MISSED_CONE:
                 w.con[c, touch.STUCK], changed = 0, True
@@ -118,6 +120,12 @@ def solved(w: Walk, h: float, fresh: bool) -> bool:
         w.J.kept[0] = 0
         if not solve(w.S, w.new, w.past, w.con, m, w.W, w.J, w.loads) and not sliding(w, h):
             return False
+        there, feels = touched(w), pressed(w)
+        if there == before and abs(feels - felt) < ROUNDED:
+            # they stick and slide in a circle (Brent's algorithm): only as many more as lead to its last place
+            left %= since
+        elif since == again:
+            before, felt, again, since = there, feels, 2 * again, 0
     return True
 
 
@@ -172,6 +180,16 @@ def touched(w: Walk) -> int:
     for c in range(w.counts[0]):
         n += (3 * number(w.con[c]) + w.con[c, touch.STUCK] + 1) * 2654435761 % 4294967291
     return n
+
+
+@_jit
+def pressed(w: Walk) -> float:
+    """Return a number of the forces and places of the present contacts, to know a state again by."""
+    total = 0.0
+    for c in range(w.counts[0]):
+        for a in range(3):
+            total += w.new.F[c, a].real + w.new.s[c, a].real
+    return total
 
 
 @_jit

@@ -45,7 +45,8 @@ def reached(w: Walk, h: float, before: float, gone: int) -> int:
     gives way, and with other edges in its place. None has more energy than that ``before`` and the work done.
     """
     code = increments.NO_EQUILIBRIUM
-    for way in range(3 if gone < 0 else 1 + GUESSES):
+    # at leisure it is only the walk that was given up in haste
+    for way in range(3 if gone < 0 else (1 + GUESSES if w.tally[tally.HASTY].real > 0.0 else 1)):
         restore(w)
         w.tally[tally.FRESH] = 0.0
         guess(w, h)
@@ -139,16 +140,33 @@ def strongest(con: Array, m: int, F: Array, others: Array, n: int) -> int:
 def jump(w: Walk, goal: float, step: float, gone: int, events: Array) -> int:
     """Go on from where the path is not continuous: to an equilibrium a little further, with the energy it loses.
 
-    ``gone``: a contact that left its edge, which gives way, or -1.
+    ``gone``: a contact that left its edge, which gives way, or -1. What was given up in haste is looked at once more
+    where nothing else is found.
+    """
+    t = w.tally
+    for c in range(w.counts[0]):
+        w.con[c, touch.ENDED] = 0
+    keep(w)
+    t[tally.HASTY] = 1.0
+    code = landed(w, goal, step, gone, events)
+    if code != 0 and t[tally.HASTY].real > 1.0:
+        t[tally.HASTY] = 0.0
+        code = landed(w, goal, step, gone, events)
+    if code != 0:
+        restore(w)
+    return code
+
+
+@_jit
+def landed(w: Walk, goal: float, step: float, gone: int, events: Array) -> int:
+    """Go on as :func:`jump` after one of some increments, each ten times as long as the one before; 0 if it did.
+
     A station that would be passed is tried first: its state is one of its own way if there is an equilibrium.
     """
     t = w.tally
     before, left = t[tally.ENERGY], goal - t[tally.WAY]
     # where it stops again at once an equilibrium farther off is looked for
     begin = int(t[tally.TRIAL].real) + 1 if 0.0 < t[tally.JUMPED].real > t[tally.WAY].real - step / 4 else 0
-    for c in range(w.counts[0]):
-        w.con[c, touch.ENDED] = 0
-    keep(w)
     code, passed = increments.RANGE, False
     for trial in range(min(begin, _FAR), _FAR):
         h = 1e-7 * 10.0**trial if trial < _FAR - 1 else step
@@ -167,7 +185,6 @@ def jump(w: Walk, goal: float, step: float, gone: int, events: Array) -> int:
         t[tally.TRIAL], t[tally.JUMPED] = trial, t[tally.WAY]
         t[tally.SINCE], t[tally.H] = t[tally.WAY], step * _SOFTLY
         return 0
-    restore(w)
     return code if code != increments.RANGE else increments.NO_EQUILIBRIUM
 
 

@@ -8,7 +8,7 @@ from squama.batch.keeping import part as _jit
 from squama.contacts import touch
 from squama.contacts.geometry import back, bow, slopes, turn, vector
 from squama.contacts.lifts import around, lifted, lifts, shared
-from squama.contacts.linear import BASE, FAR, INNER, STRIDE, Linear, alone, emptied, enter
+from squama.contacts.linear import BASE, FAR, INNER, STRIDE, Linear, alone, emptied, enter, grow
 from squama.contacts.meeting import Meeting, Work, along_edges, before, frame, lever, meet
 from squama.contacts.supports import tie_rates, unit
 from squama.contacts.system import (
@@ -268,11 +268,9 @@ def spread(
             own = lifts[v - _W]
             begin, end = (from1, to1) if v < _W + 3 else (from2, to2)
             if to < inner:
-                for a in range(begin, end):
-                    band[o + a] += x * own[a]
+                grow(band[o + begin : o + end], x, own[begin:end])
             else:
-                for a in range(begin, end):
-                    J.lower[to - inner, a] += x * own[a]
+                grow(J.lower[to - inner, begin:end], x, own[begin:end])
             for e in range(STRAINS):
                 if strained[e] >= 0:
                     enter(J, to, strained[e], x * own[strained[e]])

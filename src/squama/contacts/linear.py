@@ -103,10 +103,25 @@ def alone(J: Linear, a: int) -> None:
     J.band[o + a] = 1.0
 
 
+@_in
+def grow(x: Array, f: float, y: Array) -> None:
+    """Add a multiple of numbers to others: of parts of arrays the processor takes several at once."""
+    for a in range(len(x)):
+        x[a] += f * y[a]
+
+
+@_in
+def swapped(x: Array, y: Array) -> None:
+    """Exchange numbers."""
+    for a in range(len(x)):
+        x[a], y[a] = y[a], x[a]
+
+
 @_jit
 def factor(J: Linear, n: int) -> bool:
     """Factor a Jacobian in place with row exchanges, skipping zeros; False if it is singular."""
     A, inner, half, s, base = J.band, J.kept[INNER], J.kept[HALF], J.kept[STRIDE], J.kept[BASE]
+    right = J.right[:, : n - inner]
     for k in range(inner):
         o = base + k * s
         best, p, below = abs(A[o + k]), k, min(inner, k + half + 1)
@@ -119,48 +134,52 @@ def factor(J: Linear, n: int) -> bool:
         last = min(inner - 1, k + 2 * half)
         if p != k:
             q = base + p * s
-            for j in range(k, last + 1):
-                A[o + j], A[q + j] = A[q + j], A[o + j]
+            swapped(A[o + k : o + last + 1], A[q + k : q + last + 1])
+            swapped(right[k], right[p])
         while A[o + last] == 0.0:
             last -= 1
         J.last[k] = last
-        over = 1 / A[o + k]
+        over, own = 1 / A[o + k], A[o + k + 1 : o + last + 1]
         for i in range(k + 1, below):
             q = base + i * s
             if A[q + k] != 0.0:
                 f = A[q + k] * over
                 A[q + k] = f
-                for j in range(k + 1, last + 1):
-                    A[q + j] -= f * A[o + j]
+                grow(A[q + k + 1 : q + last + 1], -f, own)
+                grow(right[i], -f, right[k])
     return cornered(J, n)
 
 
 @_jit
 def cornered(J: Linear, n: int) -> bool:
     """Factor the rest of the border beside a factored band; False if it is singular."""
-    inner = J.kept[INNER]
+    A, inner, s, base = J.band, J.kept[INNER], J.kept[STRIDE], J.kept[BASE]
     free = n - inner
+    right, corner = J.right[:, :free], J.corner[:, :free]
+    for i in range(inner - 1 if free > 0 else -1, -1, -1):
+        o = base + i * s
+        for j in range(i + 1, J.last[i] + 1):
+            if A[o + j] != 0.0:
+                grow(right[i], -A[o + j], right[j])
+        for e in range(free):
+            right[i, e] /= A[o + i]
     for e in range(free):
-        across(J, J.right[:, e])
-    for e in range(free):
-        for o in range(free):
-            for a in range(inner):
-                J.corner[e, o] -= J.lower[e, a] * J.right[a, o]
+        for a in range(inner):
+            grow(corner[e], -J.lower[e, a], right[a])
     for k in range(free):
         p = k
         for i in range(k + 1, free):
-            if abs(J.corner[i, k]) > abs(J.corner[p, k]):
+            if abs(corner[i, k]) > abs(corner[p, k]):
                 p = i
         J.order[inner + k] = p
-        if not abs(J.corner[p, k]) > 0.0:
+        if not abs(corner[p, k]) > 0.0:
             return False
-        for j in range(free if p != k else 0):
-            J.corner[k, j], J.corner[p, j] = J.corner[p, j], J.corner[k, j]
+        if p != k:
+            swapped(corner[k], corner[p])
         for i in range(k + 1, free):
-            f = J.corner[i, k] / J.corner[k, k]
-            J.corner[i, k] = f
-            for j in range(k + 1, free):
-                J.corner[i, j] -= f * J.corner[k, j]
+            f = corner[i, k] / corner[k, k]
+            corner[i, k] = f
+            grow(corner[i, k + 1 :], -f, corner[k, k + 1 :])
     return True
 
 

@@ -9,11 +9,11 @@ along both of these edges.
 from __future__ import annotations
 
 from squama.batch.keeping import part as _jit
-from squama.contacts import touch
+from squama.contacts import tally, touch
 from squama.contacts.changes import regroup
 from squama.contacts.detection import bound
 from squama.contacts.handover import add_contact, drop
-from squama.contacts.increments import NO_EQUILIBRIUM, Walk
+from squama.contacts.increments import NO_EQUILIBRIUM, Walk, number
 from squama.contacts.meeting import meet
 from squama.contacts.system import MU, System, copied, copy, high, low, partner, spots
 from squama.contacts.touch import lengthwise
@@ -26,6 +26,9 @@ GUESSES = 4 * _ALONG
 """Guesses of which there are no more: a place is on two edges of a scale at most."""
 _FIRST, _LEAST, _GROWTH, _SHRINK = 1 / 16, 1e-5, 2.0, 0.25
 """Share of the force that is taken away first, the least one at a time, and how it grows and shrinks."""
+_RELAPSES = 2
+"""How often a contact that is let go of may come in again and run off once more: its scale creeps, and the others are
+held up one by one, where they all fall after a longer increment."""
 
 
 @_jit
@@ -34,6 +37,7 @@ def released(w: Walk, h: float, c: int) -> int:
 
     Contacts that run off their edges meanwhile are let go of, too. Those that come in are smooth: what they slide along
     is not known. They stick where they then bear.
+    In haste (:data:`squama.contacts.tally.HASTY`) a walk on which a scale creeps is given up.
     """
     w.con[c, touch.STUCK] = touch.LET_GO
     share, by, code = 1.0, _FIRST, 0
@@ -45,6 +49,9 @@ def released(w: Walk, h: float, c: int) -> int:
                 w.new.F[o, a] *= less / share
         code = regroup(w, h, False)
         if code == 0:
+            if w.tally[tally.HASTY] > 0.0 and relapses(w) > _RELAPSES:
+                w.tally[tally.HASTY] = 2.0
+                return NO_EQUILIBRIUM
             share, by = less, by * _GROWTH
             laid_aside(w)
             continue
@@ -60,6 +67,19 @@ def released(w: Walk, h: float, c: int) -> int:
     code = regroup(w, h, False)
     rough(w)
     return code
+
+
+@_jit
+def relapses(w: Walk) -> int:
+    """Return how often a contact that is let go of has come in again and run off once more, at most."""
+    most = 0
+    for a in range(w.counts[0]):
+        times = -1
+        for b in range(w.counts[0] if w.con[a, touch.STUCK] == touch.LET_GO else 0):
+            same = w.con[b, touch.STUCK] == touch.LET_GO and number(w.con[a]) == number(w.con[b])
+            times += 1 if same else 0
+        most = max(most, times)
+    return most
 
 
 @_jit

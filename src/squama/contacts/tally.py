@@ -13,6 +13,8 @@ SINCE, EVENTS, ZERO, NOTED, TRIAL, JUMPED = range(16, 22)
 """Way at which the contacts last changed; number of events; events without an increment; index of the last record (0:
 none); trial and way of the last jump.
 """
-ENERGY, MOST, STICK, GRIPS = range(22, 26)
-"""Elastic energy, now and its maximum; number of sticking contacts, and energy in their grips."""
-TALLY = 26
+ENERGY, MOST, STICK, GRIPS, HASTY = range(22, 27)
+"""Elastic energy, now and its maximum; number of sticking contacts, and energy in their grips; kind of search for a jump:
+1 quick, 2 quick with a walk given up, 0 complete.
+"""
+TALLY = 27
