@@ -20,7 +20,7 @@ LAYERS = (
     ("errors", "types", "_version", "symbols", "interrupt", "needs", "progress"),
     ("units",),
     ("model",),
-    ("arguments", "batch", "loads"),
+    ("arguments", "batch", "loads", "people"),
     ("io",),
     ("beam",),
     ("fe",),

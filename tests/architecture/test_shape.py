@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[2]
 SRC = ROOT / "src" / "squama"
 MODULES = sorted(SRC.rglob("*.py"))
 MOST_CODE_LINES = 80
-MOST_ROOT_MODULES = 12
+MOST_ROOT_MODULES = 13
 
 
 def code_lines(function: ast.FunctionDef | ast.AsyncFunctionDef, lines: list[str]) -> int:

@@ -220,22 +220,30 @@ def test_more_loops_are_nearly_the_same_again():
 @pytest.mark.parametrize(
     ("twist", "options", "words"),
     [
-        ("0.5 rad/pitch", FAR, "twist = 0.5 rad/pitch: the contact is followed back to 0.30"),
-        ("1.2 rad/pitch", FAR, "twist = 1.2 rad/pitch: the contact is followed to 1.05"),
-        ("1.2 rad/pitch", FAR, 'give at most "1.05'),
-        ("1719 deg total", FAR, 'twist = "1719 deg total" (1.20009 rad/pitch): the contact is followed to 1.05'),
-        ("0, 0.1, 1.2, 0 rad/pitch", FAR, "twist = 1.2 rad/pitch: the contact is followed to 1.0"),
-        ("1e-8 rad/pitch", {}, "twist = 1e-08 rad/pitch: is below 1e-06 rad/pitch: nothing moves"),
-        ("1e-320 rad/m", {"joint": "hinge"}, "is below 1e-06 rad/pitch: nothing moves"),
-        ("1e-320 rad/m", {"joint": "hinge", "load": "bending"}, "is below 1e-06 rad/pitch: nothing moves"),
-        ("0, 0.1, 0.1000000001, 0 rad/pitch", {}, "is nearer than 1e-06 rad/pitch to another one of the history"),
-        ("0, 0.1, -1e-12, 0.1 rad/pitch", {"joint": "hinge"}, "is nearer than 1e-06 rad/pitch to another one"),
+        ("0.5 rad/pitch", FAR, 'twist = "0.5 rad/pitch" (28.6479 deg per pitch): the contact is followed back to 17.2'),
+        ("1.2 rad/pitch", FAR, 'twist = "1.2 rad/pitch" (68.7549 deg per pitch): the contact is followed to 60.'),
+        ("1.2 rad/pitch", FAR, 'give at most "60.'),
+        ("1719 deg total", FAR, 'twist = "1719 deg total" (68.76 deg per pitch): the contact is followed to 60.'),
+        (
+            "0, 0.1, 1.2, 0 rad/pitch",
+            FAR,
+            'twist = "1.2 rad/pitch" (68.7549 deg per pitch): the contact is followed to 60.',
+        ),
+        ("1e-8 rad/pitch", {}, "twist = 5.73e-07 deg per pitch: is below 5.73e-05 deg per pitch: nothing moves"),
+        ("1e-320 rad/m", {"joint": "hinge"}, "is below 5.73e-05 deg per pitch: nothing moves"),
+        ("1e-320 rad/m", {"joint": "hinge", "load": "bending"}, "is below 5.73e-05 deg per pitch: nothing moves"),
+        (
+            "0, 0.1, 0.1000000001, 0 rad/pitch",
+            {},
+            "is nearer than 5.73e-05 deg per pitch to another one of the history",
+        ),
+        ("0, 0.1, -1e-12, 0.1 rad/pitch", {"joint": "hinge"}, "is nearer than 5.73e-05 deg per pitch to another one"),
         ("1.2 rad/pitch", FAR, "a plate comes to lie beside another one's edge"),
         ("4 rad/pitch", {}, "must be below half a turn per pitch"),
         (
             "0.2 rad/pitch",
             {"loops": 1000},
-            "would have to be walked over 400 rad per pitch in increments of 0.0005; give at most 50",
+            "would have to be walked over 22900 deg per pitch in increments of 0.0286 deg per pitch; give at most 2864 deg/pitch",
         ),
         ("0.2 rad/pitch", {"law": "plate", "joint": "compliant"}, 'law = "plate": is not covered by joint="compliant"'),
     ],
@@ -258,7 +266,7 @@ def test_small_twists_and_equal_ones_in_two_units_are_walked():
 def test_how_far_it_says_one_can_go_one_can():
     with pytest.raises(InputError) as caught:
         cycle("1.2 rad/pitch", **FAR)
-    most = str(caught.value).split('"')[1]
+    most = str(caught.value).split('"')[3]
     up = ["0 rad/pitch", most]
     assert float(cycle(up, **FAR).phi.max()) > 1.0
 

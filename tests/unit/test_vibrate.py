@@ -243,12 +243,12 @@ WRONG = {
     "nothing": ([*SWING[:3], "0 rad/pitch", *SWING[4:]], ["--release = 0", "nothing moves"]),
     "too little": (
         [*SWING[:3], "1e-320 rad/m", *SWING[4:]],
-        ["--release = ", "is below 1e-06 rad/pitch: nothing moves"],
+        ["--release = ", "is below 5.73e-05 deg per pitch: nothing moves"],
     ),
-    "shaken too little": ([*SHAKE[:3], "1e-9 rad/m", *SHAKE[4:]], ["--static = ", "is below 1e-06 rad/pitch"]),
+    "shaken too little": ([*SHAKE[:3], "1e-9 rad/m", *SHAKE[4:]], ["--static = ", "is below 5.73e-05 deg per pitch"]),
     "too far": (
         ["vibrate", "beam.toml", "--release", "0.4 rad/pitch", "--rotor", ROTOR, "--joint", "hinge"],
-        ["--release = 0.4", "is beyond", "lock"],
+        ["--release = 22.9183 deg per pitch", "is beyond", "lock", 'write at most "16.'],
     ),
     "range": ([*SHAKE[:-1], "0.5 Hz"], ["--lowest, --highest", "growing"]),
     "hertz": ([*SHAKE[:-1], "2"], ['--highest = "2"', "has no unit", "2 Hz"]),

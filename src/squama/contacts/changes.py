@@ -16,8 +16,8 @@ from squama.contacts.system import MU, State, copied, copy
 from squama.types import Array
 
 _CHANGES, _SETTLED = 24, 8
-"""Largest number of changes of contacts in a search for one scale, three more for each further scale; rounds of sticking
-and sliding after which the search looks for a cycle of them."""
+"""Largest number of changes of contacts in a search for one scale, three more for each further scale; rounds of
+sticking and sliding after which the search looks for a cycle of them."""
 
 
 @_jit

@@ -14,7 +14,7 @@ SINCE, EVENTS, ZERO, NOTED, TRIAL, JUMPED = range(16, 22)
 none); trial and way of the last jump.
 """
 ENERGY, MOST, STICK, GRIPS, HASTY = range(22, 27)
-"""Elastic energy, now and its maximum; number of sticking contacts, and energy in their grips; kind of search for a jump:
-1 quick, 2 quick with a walk given up, 0 complete.
+"""Elastic energy, now and its maximum; number of sticking contacts, and energy in their grips; kind of search for a
+jump: 1 quick, 2 quick with a walk given up, 0 complete.
 """
 TALLY = 27
