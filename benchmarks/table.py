@@ -22,7 +22,7 @@ from baseline import Design, naive
 from baseline import solve as careful
 from test_ends import designs
 
-from squama.arrays.real_beams import Response, response
+from squama.arrays.compliant_beams import Response, response
 from squama.batch import Solved, solved
 from squama.model import laws
 from squama.types import Array

@@ -29,7 +29,7 @@ from joint_law import design, geometry
 from squama import Beam
 from squama.contacts.path import Path as Way
 from squama.contacts.path import Scale
-from squama.curves.real import TAB_LIMIT, rigid_tab
+from squama.curves.compliant import TAB_LIMIT, rigid_tab
 from squama.errors import InputError
 from squama.fe import geometry as shapes
 from squama.fe.elements import Material

@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 
 import squama
 from squama.contacts import path
-from squama.curves import real
+from squama.curves import compliant
 from squama.plot import style
 from squama.plot.palette import ACCENT, GREY, INK
 
@@ -175,7 +175,7 @@ def along(ax: Axes, scale: path.Scale, rows: np.ndarray, span: tuple[float, floa
 def picture() -> Figure:
     """Return the figure."""
     beam = squama.Beam.from_toml(str(BEAM))
-    scale, held = real.scale(beam, ideal=False), real.Held.of(beam.replace(hold="bend, lateral bend"))
+    scale, held = compliant.scale(beam, ideal=False), compliant.Held.of(beam.replace(hold="bend, lateral bend"))
     rows, _ = path.Path.of(scale, held.K, MU, **held.bar).states(np.array(TWISTS))
     figure = style.new_figure(style.PAGE, 2.6)
     left, right = figure.subplots(1, 2, width_ratios=(1.55, 1))

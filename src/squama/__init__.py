@@ -23,9 +23,9 @@ from squama.errors import (
 if TYPE_CHECKING:
     from squama import plot as plot
     from squama.arrays.combined_states import Combined, Held, combined, held
+    from squama.arrays.compliant_beams import Response, response
     from squama.arrays.derivatives import Gradient, gradient
     from squama.arrays.edge_contacts import Contact, Ends, Forces, contact, ends, forces
-    from squama.arrays.real_beams import Response, response
     from squama.batch import Solved, solve
     from squama.beam.design import Beam, Friction, Joint, Scale, Substrate
     from squama.curves.doors import bend, twist
@@ -61,7 +61,7 @@ if TYPE_CHECKING:
 _NAMES = {
     "beam.design": "Scale Substrate Joint Friction Beam",
     "arrays.edge_contacts": "contact Contact forces Forces ends Ends",
-    "arrays.real_beams": "response Response",
+    "arrays.compliant_beams": "response Response",
     "arrays.combined_states": "combined Combined held Held",
     "batch": "solve Solved",
     "arrays.derivatives": "gradient Gradient",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Sequence
 from datetime import date, timedelta
-from typing import TYPE_CHECKING, cast, get_args
+from typing import TYPE_CHECKING, TypeVar, cast, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,12 +15,14 @@ from squama.errors import naming, refuse
 from squama.loads import LOADS, LawName, Load, SenseName
 from squama.model import reach
 from squama.model.laws import LAWS
+from squama.people import per_pitch
 from squama.types import Array
 from squama.units import MARGIN, shown
 
 if TYPE_CHECKING:
     from squama.beam.design import Beam
 
+_Word = TypeVar("_Word", bound=str)
 EXAMPLES = {
     "eta": "3",
     "beta": "1.25",
@@ -189,20 +191,20 @@ def designs(load: str = "twisting", /, **columns: ArrayLike | None) -> tuple[lis
     return [np.ascontiguousarray(c, float).ravel() for c in cols], cols[0].shape
 
 
-def one_of(name: str, value: str, allowed: Sequence[str]) -> str:
+def one_of(name: str, value: str, allowed: Sequence[_Word]) -> _Word:
     """Return the value if it is one of the allowed words."""
     if not isinstance(value, str) or value not in allowed:
         refuse(name, shown(value), f"must be {' or '.join(map(shown, allowed))}")
-    return value
+    return allowed[allowed.index(value)]
 
 
-def several(name: str, value: str | Sequence[str], allowed: tuple[str, ...]) -> tuple[str, ...]:
+def several(name: str, value: str | Sequence[str], allowed: tuple[_Word, ...]) -> tuple[_Word, ...]:
     """Return some of the allowed words in their order, each once."""
     found = words(name, value, allowed)
     return tuple(word for word in allowed if word in found)
 
 
-def words(name: str, value: str | Sequence[str], allowed: tuple[str, ...]) -> tuple[str, ...]:
+def words(name: str, value: str | Sequence[str], allowed: tuple[_Word, ...]) -> tuple[_Word, ...]:
     """Return some of the allowed words as they are given."""
     if not isinstance(value, str | Iterable):
         refuse(name, shown(value), "is no word and no list of words", f"write e.g. {allowed[0]}")
@@ -288,6 +290,6 @@ def friction(own: float | None, given: ArrayLike | None, how: str = "pass mu=0.3
 def moves(name: str, angle: float) -> float:
     """Return a load angle per pitch (rad) to which a beam is brought; refuse one that is no motion."""
     if abs(angle) < LEAST:
-        value, why = (f"{angle:.6g} rad/pitch", f"is below {LEAST:g} rad/pitch: ") if angle else ("0", "")
-        refuse(name, value, f"{why}nothing moves", 'write e.g. "0.1 rad/pitch"')
+        value, why = (per_pitch(angle), f"is below {per_pitch(LEAST)}: ") if angle else ("0", "")
+        refuse(name, value, f"{why}nothing moves", 'write e.g. "5 deg/pitch"')
     return angle

@@ -8,6 +8,7 @@ from typing import Any, Literal, NamedTuple, cast, get_args
 
 from squama import units
 from squama.errors import refuse
+from squama.people import per_pitch
 from squama.symbols import OTHER
 
 THIN = "thin, rigid scales"
@@ -96,7 +97,7 @@ class Load(NamedTuple):
 
     def shown(self, x: float) -> str:
         """Return a load angle per pitch, or a travel, in words."""
-        return units.number(1e3 * x, "mm") if self.pushed else f"{x:.4g} rad/pitch"
+        return units.number(1e3 * x, "mm") if self.pushed else per_pitch(x, 4)
 
     def size(self, value: float) -> str:
         """Return a torque or force in words."""
@@ -206,7 +207,7 @@ MODES: tuple[str, ...] = get_args(ModeName)
 FREE, COUPLE, GRIPPED, ENDLESS = "free", "couple", "gripped", "endless"
 """Words of ends: one torque or moment in all pitches, a couple at both ends, coaxial grips, none: pitches are alike."""
 EndsName = Literal["free", "couple", "gripped", "equal", "endless"]
-ENDS: tuple[str, ...] = get_args(EndsName)
+ENDS: tuple[EndsName, ...] = get_args(EndsName)
 """How the ends of a beam may be: :func:`squama.twist`."""
 MANY_SCALES = 200
 """Largest number of scales of a beam whose ends are followed unasked."""

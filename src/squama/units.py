@@ -441,9 +441,9 @@ def moment(value: float) -> str:
     return number(factor * value, unit)
 
 
-def number(value: float, unit: str = "", sign: str = "") -> str:
-    """Return a number for people, to three digits, with its sign where that is "+"; infinity is "never"."""
+def number(value: float, unit: str = "", sign: str = "", digits: int = 3) -> str:
+    """Return a number for people, to so many digits, with its sign where that is "+"; infinity is "never"."""
     if not math.isfinite(value):
         return "never" if math.isinf(value) else "-"
-    text = f"{value:{sign}.3g}"
+    text = f"{value:{sign}.{digits}g}"
     return f"{f'{float(text):{sign}.0f}' if 'e+' in text and abs(value) < 1e6 else text} {unit}".strip()

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 import squama
-from squama.curves import real
+from squama.curves import compliant
 from squama.types import Array
 
 ROOT = Path(__file__).parents[2] / "examples"
@@ -31,7 +31,7 @@ def measured(r: np.random.Generator) -> tuple[squama.Beam, dict[str, Array], dic
     """Return the beam that a fit starts from, a measured decay and the true values."""
     start = squama.Beam.from_toml(ROOT / "stiff_skin.toml").replace(rotor=ROTOR, hold="bend, lateral bend")
     mu, factor, damping = r.uniform(0.15, 0.4), r.uniform(0.8, 1.25), r.uniform(0.005, 0.03)
-    K = factor * real.Held.of(start).K_theta
+    K = factor * compliant.Held.of(start).K_theta
     beam = start.replace(friction={"mu": mu}, joint={"stiffness": K})
     release = r.uniform(120, 135)
     v = squama.vibrate(beam, release=f"{release} deg total", damping=damping, swings=2 * CYCLES)

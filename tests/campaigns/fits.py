@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 import squama
-from squama.curves import real
+from squama.curves import compliant
 from squama.types import Array
 
 ROOT = Path(__file__).parents[2] / "examples"
@@ -38,7 +38,7 @@ def truth(beam: squama.Beam, joint: str, r: np.random.Generator) -> tuple[squama
     """Return a beam of another friction and another joint, and its K_theta."""
     mu, factor = r.uniform(0.15, 0.4), r.uniform(0.8, 1.25)
     beam = beam.replace(friction={"mu": mu})
-    K = factor * (beam.joint_stiffness if joint == "hinge" else real.Held.of(beam).K_theta)
+    K = factor * (beam.joint_stiffness if joint == "hinge" else compliant.Held.of(beam).K_theta)
     return beam.replace(joint={"stiffness": K}), K
 
 

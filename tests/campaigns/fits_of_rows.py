@@ -14,7 +14,7 @@ import numpy as np
 import squama
 from squama.contacts import path, row
 from squama.contacts.ties import LOOSE
-from squama.curves import real, real_cycles
+from squama.curves import compliant, compliant_cycles
 from squama.loads import LOADS
 
 TRIALS, SIZE = 1, 24
@@ -31,14 +31,14 @@ def fitted(number: int) -> tuple[dict[str, bool], squama.Fit, float]:
     r = np.random.default_rng([2028, number])
     hold = ("bend, lateral bend", "nothing")[number // 2 % 2]
     start = squama.Beam.from_toml(FILE).replace(scales=SCALES[number % 2], hold=hold)
-    K = real.Held.of(start).K_theta * r.uniform(0.8, 1.25)
+    K = compliant.Held.of(start).K_theta * r.uniform(0.8, 1.25)
     true = {"mu": r.uniform(0.15, 0.4), "K_theta": K}
     beam = start.replace(friction={"mu": true["mu"]}, joint={"stiffness": K})
     up = TOP * (np.arange(1, POINTS) + r.uniform(0.2, 0.8, POINTS - 1)) / POINTS
     down = TOP * (np.arange(POINTS) + r.uniform(0.2, 0.8, POINTS)) / POINTS
     x = np.concatenate([[0.0], up, [TOP], down[::-1]])
-    one = real.Path.of(beam, true["mu"], (_LOAD.verb,), ideal=False)
-    track = row.track(one.way, beam.scales or 0, x, real_cycles.OF_ROWS / 4, ends=LOOSE, load=_LOAD.axis)
+    one = compliant.Path.of(beam, true["mu"], (_LOAD.verb,), ideal=False)
+    track = row.track(one.way, beam.scales or 0, x, compliant_cycles.OF_ROWS / 4, ends=LOOSE, load=_LOAD.axis)
     T = path.named(track.rows)["torque"][:, 0] * beam.unit_moment + r.normal(0, NOISE, x.size)
     begun = time.process_time()
     fit = squama.fit({"phi": x, "T": T}, start)

@@ -16,7 +16,7 @@ import numpy as np
 import squama
 from squama.contacts import path, row
 from squama.contacts.ties import LOOSE
-from squama.curves import real, real_cycles
+from squama.curves import compliant, compliant_cycles
 from squama.loads import LOADS
 from squama.types import Array
 
@@ -81,8 +81,8 @@ class Test(NamedTuple):
 
 def walked(beam: squama.Beam, x: Array) -> Array:
     """Return the torques (N m) of all scales through twists, in increments a quarter as long as those of a fit."""
-    one = real.Path.of(beam, beam.friction.mu or 0.0, (_LOAD.verb,), ideal=False)
-    track = row.track(one.way, beam.scales or 0, x, real_cycles.OF_ROWS / 4, ends=LOOSE, load=_LOAD.axis)
+    one = compliant.Path.of(beam, beam.friction.mu or 0.0, (_LOAD.verb,), ideal=False)
+    track = row.track(one.way, beam.scales or 0, x, compliant_cycles.OF_ROWS / 4, ends=LOOSE, load=_LOAD.axis)
     return np.asarray(path.named(track.rows)["torque"][:, 0] * beam.unit_moment)
 
 
@@ -112,7 +112,7 @@ def test_of(kind: Kind, r: np.random.Generator) -> Test:
     """Return a test of one kind."""
     file = squama.Beam.from_toml(FILE).replace(scales=kind.scales, hold="bend, lateral bend")
     bending = kind.load == "bending"
-    K = (file.joint_stiffness if bending else real.Held.of(file).K_theta) * r.uniform(0.8, 1.25)
+    K = (file.joint_stiffness if bending else compliant.Held.of(file).K_theta) * r.uniform(0.8, 1.25)
     mu, E = r.uniform(0.15, 0.35), file.substrate.youngs_modulus
     bar = file.replace(joint={"stiffness": K}, substrate={"youngs_modulus": E * kind.softer})
     loops = [

@@ -97,7 +97,7 @@ def test_a_run_that_is_interrupted_and_killed_goes_on_where_it_was(beam, whole, 
         if at.phi > 0.03:
             signal.raise_signal(signal.SIGINT)
 
-    with pytest.raises(Interrupted, match=r"interrupted at phi = 0.0400 rad per pitch; the same command goes on"):
+    with pytest.raises(Interrupted, match=r"interrupted at 2\.292 deg per pitch; the same command goes on"):
         runs.cell(beam, **ASKED, restart=file, progress=interrupt)
 
     def kill(at):

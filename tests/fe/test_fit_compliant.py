@@ -79,5 +79,5 @@ def test_what_the_compliant_joint_does_not_cover(arguments, words):
 
 def test_twists_that_the_scales_do_not_follow_are_refused():
     far = {"phi": np.linspace(0, 0.9, 5), "T": np.linspace(0, 9, 5)}
-    with pytest.raises(squama.InputError, match=r"followed to .* rad/pitch|half a turn"):
+    with pytest.raises(squama.InputError, match=r"followed to .* deg per pitch|half a turn"):
         squama.fit(far, BEAM.replace(friction={"mu": 2.5}), joint="compliant")

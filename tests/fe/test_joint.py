@@ -78,7 +78,7 @@ def test_the_bare_bar_converges_with_the_order_of_the_elements(fig6b):
 @pytest.mark.slow(but=1)
 @pytest.mark.parametrize("name", ["coarse", "medium", "fine"])
 def test_the_bare_bar_of_every_mesh_that_has_a_name(fig6b, name):
-    from squama.fe.runs import MESHES
+    from squama.fe.sizes import MESHES
 
     exact = saint_venant(fig6b.width, 2 * fig6b.lam) / (2 * (1 + fig6b.nu))
     bar = bar_mesh(fig6b, MESHES[name][0])

@@ -14,11 +14,12 @@ from matrices import INCREMENT, shape, straight
 import squama
 from squama.fe import runs
 from squama.fe.walk import Ended, Walk
+from squama.people import per_pitch
 
 # narrow scales: the contact comes to the tip edge's end early; the compliant model snaps at .138 rad per pitch
 NARROW = squama.Beam.from_ratios(eta=3, beta=0.4, lam=0.32, zeta=0.18, slenderness=45, mu=0.5)
 MESH = (0.4, 0.2)
-STOPPED = Ended(False, "stopped at phi = 0.2 rad per pitch: no balance of the contact was found")
+STOPPED = Ended(False, "stopped at 11.46 deg per pitch: no balance of the contact was found")
 
 
 def stopped(beta, lam, goal, **options):
@@ -35,9 +36,7 @@ def test_a_contact_that_slips_off_a_corner_is_a_snap():
     walk = stopped(0.4, 0.32, 0.3)
     told = walk.explained(STOPPED, 0.3, INCREMENT)
     assert not told.reached
-    assert told.sentence.startswith(
-        f"stopped at phi = {walk.phi:.4f} rad per pitch: the scales snap there; let go, they"
-    )
+    assert told.sentence.startswith(f"stopped at {per_pitch(walk.phi, 4)}: the scales snap there; let go, they")
     assert "energy is lost on the way, and the curve ends" in told.sentence
 
 
@@ -48,7 +47,8 @@ def test_scales_that_stay_where_they_are_do_not_snap():
 
 
 @pytest.mark.parametrize(
-    "ended", [Ended(True, "the asked twist was reached"), Ended(False, "stopped at phi = 0.1: elements invert")]
+    "ended",
+    [Ended(True, "the asked twist was reached"), Ended(False, "stopped at 5.73 deg per pitch: elements invert")],
 )
 def test_other_ends_keep_their_words(ended):
     # nothing is asked of the walk

@@ -12,7 +12,7 @@ pytest.importorskip("numba", reason="needs the extra fe")
 
 import squama
 from squama.cli import main
-from squama.curves import real
+from squama.curves import compliant
 from squama.fe import mesh
 from squama.fe.geometry import geometry
 from squama.fe.pitch_stiffness import response
@@ -31,7 +31,7 @@ def folder(tmp_path, monkeypatch):
     own = functools.cache(lambda beam: response(mesh.pitch_mesh(geometry(beam), 0.4, 0.2), geometry(beam)).K[:7, :7])
     monkeypatch.setattr(study, "own_matrix", lambda beam, size: own(beam))
     held = functools.cache(lambda beam: choice.Joint(own(beam), "elements", "", 0.0, None))
-    monkeypatch.setattr(real, "joint_of", held)
+    monkeypatch.setattr(compliant, "joint_of", held)
     (tmp_path / "beam.toml").write_text(BEAM.to_toml())
     return tmp_path
 

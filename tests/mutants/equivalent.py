@@ -168,7 +168,9 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ): {
         "1 -> 2": _NOTHING,
     },
-    ("fe/runs.py", 'MESHES = {"coarse": (0.2, 0.06), "medium": (0.15, 0.013), "fine": (0.12, 0.0075)}'): {"*": _TUNING},
+    ("fe/sizes.py", '"coarse": (0.2, 0.06),'): {"*": _TUNING},
+    ("fe/sizes.py", '"medium": (0.15, 0.013),'): {"*": _TUNING},
+    ("fe/sizes.py", '"fine": (0.12, 0.0075),'): {"*": _TUNING},
     ("fe/walk.py", "_FIRST, _HALVINGS = 1e-3, 7"): {"*": _TUNING},
     ("fe/walk.py", "_STARTS, _STEPS = (1.0, 0.5, 0.25, 0.0), tuple(0.5**i for i in range(8))"): {"*": _TUNING},
     ("fe/contact.py", "friction = -self._friction.force(*args).reshape(-1, 3)"): {"1 -> 2": _UNKNOWN},
@@ -244,8 +246,8 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("batch/answers.py", "thin = np.zeros_like(columns[0]) if thickness is None else thickness"): {"0 -> 1": _ZERO},
     ("fe/stiffness.py", "_SCHEME = 3"): {"*": "names what is kept: any number does that was not in use before"},
     ("fe/contact.py", "reach = min(4 * reach, within, _FAR)"): {"4 -> (4 * 2 + 1)": _TUNING},
-    ("curves/real_walk.py", "_NEAR, _SAME = 1e-5, 1e-6"): {"*": _ROUNDING},
-    ("curves/real_cycles.py", "return (v - start) * way > least and (stop - v) * way > least"): {
+    ("curves/compliant_walk.py", "_NEAR, _SAME = 1e-5, 1e-6"): {"*": _ROUNDING},
+    ("curves/compliant_cycles.py", "return (v - start) * way > least and (stop - v) * way > least"): {
         "* -> /": "the way is 1 or -1",
         "* -> / #2": "the way is 1 or -1",
     },

@@ -14,7 +14,7 @@ from squama.cli import main
 from squama.contacts import increments, path
 from squama.contacts.moved import moved
 from squama.contacts.of_face import events_of
-from squama.curves import real
+from squama.curves import compliant
 from squama.curves.both_faces import worst
 from squama.errors import InputError
 from squama.symbols import OF_A_SCALE
@@ -152,10 +152,10 @@ def test_bent_both_ways_the_beam_is_as_stiff(faces: str) -> None:
     assert abs(float(back.M_scales[-1])) > abs(float(back.M_c - back.M_scales[-1]))
     one, two = (squama.bend(b, at=[0.1 / BEAM.pitch], joint="hinge") for b in (BEAM, beam))
     assert two.M_scales.item() == pytest.approx(one.M_scales.item(), rel=1e-9)
-    # the real beam by the path of both loads that bends alone
-    real, path = squama.bend(beam, to="0.1 rad/pitch"), squama.bend_twist(beam, "bend 0.1 rad/pitch")
-    assert (real.attrs["joint"], real.attrs["neutral"]) == ("compliant", "middle")
-    assert real.M_c.item() == pytest.approx(path.M_c.item(), rel=1e-4)
+    # thick scales by the path of both loads that bends alone
+    alone, path = squama.bend(beam, to="0.1 rad/pitch"), squama.bend_twist(beam, "bend 0.1 rad/pitch")
+    assert (alone.attrs["joint"], alone.attrs["neutral"]) == ("compliant", "middle")
+    assert alone.M_c.item() == pytest.approx(path.M_c.item(), rel=1e-4)
 
 
 @pytest.mark.parametrize("joint", ["hinge", "compliant"])
@@ -324,11 +324,11 @@ def test_limits_are_those_of_the_face_that_comes_to_them_first(sense: str) -> No
 
 def half_of(beam: squama.Beam, free: tuple[int, ...]) -> path.Path:
     """Return scales on one face of half a bar: half of a cell that both faces halve."""
-    held, order = real.Held.of(beam), (1, 0, 3)
+    held, order = compliant.Held.of(beam), (1, 0, 3)
     K = held.K.copy()
     for row, strain in enumerate(order):
         K[6 + row, 6 + row] -= held.own[strain] / 2
-    return path.Path.of(real.scale(beam, ideal=False), K, 0.0, free=free, aside=0.0)
+    return path.Path.of(compliant.scale(beam, ideal=False), K, 0.0, free=free, aside=0.0)
 
 
 @pytest.mark.parametrize("beam", [SKIN, FREE])
@@ -385,8 +385,8 @@ def test_the_load_of_a_free_beam_is_the_slope_of_its_energy(faces: str, hold: st
 def test_derivatives_of_both_faces_are_those_of_differences(faces: str) -> None:
     """With a complex step in the twist, friction and free strains."""
     beam = FREE.replace(faces=faces)
-    held, step = real.Held.of(beam), 1e-6
-    scale, mus = path.Scale(*np.array([real.scale(beam, ideal=False)]).T), np.array([0.3])
+    held, step = compliant.Held.of(beam), 1e-6
+    scale, mus = path.Scale(*np.array([compliant.scale(beam, ideal=False)]).T), np.array([0.3])
     one = path.beams(scale, held.K[None], mus, **held.bar)
     at = np.array([[0.1, 0.17]])
     found = moved(one, at + 1e-20j * np.array([[0.0, 1.0]]), 1, most=0.0)

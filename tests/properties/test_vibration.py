@@ -233,9 +233,9 @@ def test_the_real_beam_loses_what_its_loops_do() -> None:
 def test_the_real_beam_with_stiff_joints_is_the_hinge() -> None:
     matrix = np.diag([1e6, 1e6, 1e6, 1e6, 1.0, 1e6, 2.0])
     from squama.contacts import path, states
-    from squama.curves import real
+    from squama.curves import compliant
 
-    way = path.Path.of(real.scale(BEAM, ideal=True), matrix, 0.3, sense=1, most=0.15)
+    way = path.Path.of(compliant.scale(BEAM, ideal=True), matrix, 0.3, sense=1, most=0.15)
     y = np.linspace(way.contact.phi, 0.15, 200)
     q = way.states(np.append(0.0, y), 5e-4)[0][1:, 1] / states.bare(way.beams)[0, 0, 0] - y
     hinge = of_ratios({**MAIN, "mu": 0.3}, 2.0, "twisting")

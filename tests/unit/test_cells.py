@@ -8,7 +8,7 @@ import pytest
 import squama
 from squama.contacts import entry, increments, path
 from squama.contacts.system import ENDLESS, EQUAL, UNTIED
-from squama.curves import real
+from squama.curves import compliant
 
 SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
 
@@ -29,7 +29,7 @@ def cells(b: entry.Beams, scales: int, *, periodic: bool) -> tuple[np.ndarray, n
 
 def beams_of(beam: squama.Beam, mu: float = 0.3) -> entry.Beams:
     """Return a beam for the solver."""
-    held, scale = real.Held.of(beam), path.Scale(*np.array([real.scale(beam, ideal=False)]).T)
+    held, scale = compliant.Held.of(beam), path.Scale(*np.array([compliant.scale(beam, ideal=False)]).T)
     return path.beams(scale, held.K[None], np.array([mu]), **held.bar)
 
 
@@ -51,5 +51,5 @@ def test_a_held_row_of_both_faces_is_two_rows():
     np.testing.assert_allclose(q[:, ::2], p, rtol=0, atol=1e-8)
     np.testing.assert_allclose(q[:, 1::2], p, rtol=0, atol=1e-8)
     twists = np.array([0.1, 0.2, 0.25, 0.2])
-    bar = real.Held.of(both).own[1] * twists
+    bar = compliant.Held.of(both).own[1] * twists
     np.testing.assert_allclose(loads[:, 1], 2 * alone[:, 1] - bar, rtol=1e-7)

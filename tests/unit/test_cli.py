@@ -266,8 +266,8 @@ def test_json_of_the_real_beam(beam, capsys):
         values = [np.nan if v is None else v for v in np.atleast_1d(place[name])]
         assert values == pytest.approx(np.atleast_1d(r[name].values).tolist(), nan_ok=True), name
         assert found["units"][name] == r[name].attrs["units"]
-    assert list(found["laws"]) == ["real", "thin, rigid", "hinge"]
-    assert found["laws"]["real"] == found["figures"]
+    assert list(found["laws"]) == ["thick scales", "thin, rigid", "hinge"]
+    assert found["laws"]["thick scales"] == found["figures"]
     assert (found["joint"], found["law"], found["sense"], found["mu"]) == ("compliant", "edge", "+", 0.25)
     # figures of the joint are those of the model, and how far simpler models are off stands with them
     assert found["derived"]["K_theta"] == r.attrs["K_theta"] != beam.joint_stiffness

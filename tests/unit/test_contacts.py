@@ -16,7 +16,7 @@ from oracle.boxes import displaced
 from oracle.brute_force import Boxes
 from squama.contacts import entry, events, increments, path
 from squama.contacts.system import System
-from squama.curves import real
+from squama.curves import compliant
 from squama.joints import law
 from squama.joints.factor import MIRROR
 from squama.types import Array
@@ -181,7 +181,7 @@ def test_lengths_times_ten(tmp_path):
     (tmp_path / "beam.toml").write_text(text.replace(' mm"', ' cm"'))
     for file in ("examples/stiff_skin.toml", tmp_path / "beam.toml"):
         beam = squama.Beam.from_toml(file)
-        one = Given(real.scale(beam, ideal=False), real.Held.of(beam).K, 0.25)
+        one = Given(compliant.scale(beam, ideal=False), compliant.Held.of(beam).K, 0.25)
         told.append(loads(followed(one, CORNER / 2, (1, 0, 0, 1))))
     assert beam.pitch == pytest.approx(0.2)
     # 2e-12 is what is measured: the last digits of the ratios, 1e-16, differ
@@ -275,7 +275,7 @@ def test_work_that_a_snap_loses():
 def skin() -> tuple[Given, float]:
     """Return the beam of examples/stiff_skin.toml, and E d^3 in mN m."""
     beam = squama.Beam.from_toml("examples/stiff_skin.toml")
-    return Given(real.scale(beam, ideal=False), real.Held.of(beam).K, 0.25), 1e3 * beam.unit_moment
+    return Given(compliant.scale(beam, ideal=False), compliant.Held.of(beam).K, 0.25), 1e3 * beam.unit_moment
 
 
 def test_stiff_skin_by_a_torque_alone():

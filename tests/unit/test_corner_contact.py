@@ -12,7 +12,7 @@ import squama
 from legs import Bent, follow_legs, follow_straight
 from squama.arrays.combined_states import combined
 from squama.contacts import path, states
-from squama.curves import real
+from squama.curves import compliant
 from squama.joints import law
 from squama.model import elastic_plate as plate
 
@@ -21,8 +21,8 @@ SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None, ho
 
 
 def followed(beam: squama.Beam, corners: Any, mu: float = 0.3, *, ideal: bool = False) -> tuple[path.Scale, Bent]:
-    one = real.scale(beam, ideal=ideal)
-    return one, follow_legs(one, real.Held.of(beam).K, mu, np.array(corners, float))
+    one = compliant.scale(beam, ideal=ideal)
+    return one, follow_legs(one, compliant.Held.of(beam).K, mu, np.array(corners, float))
 
 
 def ray(*corners: tuple[float, float], n: int = 40) -> list[np.ndarray]:
@@ -141,8 +141,8 @@ def test_a_state_is_the_same_whatever_stations_lead_there() -> None:
 def test_the_mirror_image_rests_on_the_other_corner(alpha: str, mu: float, corners: list[tuple[float, float]]) -> None:
     """Every step is the mirror image's: 3e-9 apart, where an angle of slip that leapt by a turn left 1e-6 to 5e-5."""
     beam = SKIN.replace(scale={"alpha": alpha}) if alpha else SKIN
-    one = real.scale(beam, ideal=False)
-    K, signs = real.Held.of(beam).K, path.MIRROR
+    one = compliant.scale(beam, ideal=False)
+    K, signs = compliant.Held.of(beam).K, path.MIRROR
     found = follow_legs(one, K, mu, np.array(corners))
     image = follow_legs(one._replace(alpha=-one.alpha), K * np.outer(signs, signs), mu, np.array(corners) * [1.0, -1.0])
     assert (found.answers.contact().words, image.answers.contact().words) == (
@@ -220,7 +220,7 @@ def test_friction_may_hold_a_contact_from_the_first_on(ideal: bool) -> None:
     from squama.fe.geometry import Geometry
 
     shape = Geometry(np.nan, one.lam, np.nan, one.eta, one.beta, one.h, one.alpha, one.theta0, np.nan)
-    led = make_bent(real.Held.of(beam).K, shape, 1.0, exposed=surface(one))
+    led = make_bent(compliant.Held.of(beam).K, shape, 1.0, exposed=surface(one))
     assert led.run(led.aim(*far), 4e-3).reached
     other = np.array([led.columns[name][-1] for name in "MT"], float)
     np.testing.assert_allclose([found.M[-1], found.T[-1]], other, rtol=0.02)

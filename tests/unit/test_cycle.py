@@ -243,7 +243,9 @@ def test_a_refused_twist_names_one_that_is_taken():
 def test_a_history_on_which_the_scales_do_not_slide_back_is_refused(one_pair):
     assert squama.cycle(HELD, "1.4 rad/pitch", mu=3.13, joint="hinge").sizes["loop"] == 1
     for history in ("0, 1.8, 0 rad/pitch", "0, 2.2, 1.7 rad/pitch"):
-        with pytest.raises(InputError, match=r"coming from .* the scales do not slide back beyond .* rad/pitch, fric"):
+        with pytest.raises(
+            InputError, match=r"coming from .* the scales do not slide back beyond .* deg per pitch, fric"
+        ):
             squama.cycle(HELD, history, mu=3.13, joint="hinge")
     c = squama.cycle(HELD, "0, 2.24, 1.9, 2.24 rad/pitch", mu=3.13, joint="hinge")
     assert float(c.W_d[0]) > 0

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from squama.errors import InputError
-from squama.fabrication import refuse, solids
+from squama.fabrication import kinds, refuse, solids
 from squama.fabrication.plan import Plan
 
 GOOD = Plan(32, 16, 20, 5, 60, 6, 24, 0.8, math.radians(60), math.radians(15))
@@ -25,7 +25,7 @@ FIELDS = {
     "wall": "wall",
     "draft": "draft",
 }
-ALL = solids.PARTS
+ALL = kinds.PARTS
 BEAM = ("scale", "substrate", "assembly")
 
 

@@ -12,7 +12,7 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 import squama
 from squama.errors import SquamaError
-from squama.fabrication import bodies, mesh, solids
+from squama.fabrication import bodies, kinds, mesh, solids
 from squama.fabrication.bodies import block
 from squama.fabrication.mesh import Check
 from squama.fabrication.plan import Plan, apart, between
@@ -200,7 +200,7 @@ def test_pieces_fit_on_the_bed_and_make_up_the_whole(plan):
 
 @PLANS
 def test_everything_that_is_measured_holds(plan):
-    made = solids.make(plan, solids.PARTS)
+    made = solids.make(plan, kinds.PARTS)
     assert not [c.line() for c in made.checks if not c.holds]
     assert {"thickness", "theta0", "alpha", "volume", "slots", "slits", "pieces"} <= {c.what for c in made.checks}
     assert sum(c.what == "thickness" for c in made.checks) == plan.scales

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import squama
-from squama.curves import real
+from squama.curves import compliant
 from squama.identify.hinge_points import Physical
 from squama.identify.joint_points import Walked
 from squama.identify.readings import Readings
@@ -78,7 +78,7 @@ def test_what_is_walked_is_the_cycle():
         squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scales=None).replace(hold="bend, lateral bend"),
         "0.1, 0.05, 0.12, 0 rad/pitch",
     )
-    loop, held = squama.cycle(beam, history, points=40, ends="endless"), real.Held.of(beam)
+    loop, held = squama.cycle(beam, history, points=40, ends="endless"), compliant.Held.of(beam)
     load = loop.phi.values
     v = Physical(0.25, held.K_theta, held.rigidity, beam.scale.theta0)
     walked, found, expected = walked_of(beam, loop, v)

@@ -9,7 +9,7 @@ import pytest
 
 import squama
 from squama.cli import main
-from squama.curves import real
+from squama.curves import compliant
 from squama.errors import InputError
 from squama.identify import estimate
 
@@ -96,10 +96,10 @@ def test_a_section_of_the_bar_changes_its_slope():
 
 @pytest.mark.slow
 def test_scales_that_are_walked():
-    held = SKIN.replace(joint={"stiffness": real.Held.of(SKIN).K_theta * 1.1})
+    held = SKIN.replace(joint={"stiffness": compliant.Held.of(SKIN).K_theta * 1.1})
     from squama.beam import matrixfile
 
-    K = real.Held.of(held)
+    K = compliant.Held.of(held)
     held = held.replace(joint={"matrix": matrixfile.stored(held, K.K), "stiffness": None, "inclusion_factor": None})
     true = held.replace(friction={"mu": 0.25}, scale={"alpha": SKIN.scale.alpha + 0.7 * DEGREE})
     c = squama.cycle(true, "0.1 rad/pitch", points=30)

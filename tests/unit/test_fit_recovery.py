@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import squama
-from squama.curves import real
+from squama.curves import compliant
 from squama.identify.estimate import derivatives
 from squama.identify.prepare import Wanted, prepared
 from squama.identify.records import ALL, read
@@ -33,7 +33,7 @@ def sets(names):
 
 def begun(joint, load):
     """The beam that a fit starts from, and the true value of each parameter."""
-    held = real.Held.of(BEAM)
+    held = compliant.Held.of(BEAM)
     own = {
         "mu": 0.25,
         "K_theta": BEAM.joint_stiffness,
@@ -118,7 +118,7 @@ def test_all_of_the_matrix_goes_with_the_modulus_of_the_bar():
     at = made.asked.start
     one, two = (made.points.torque(made.asked.physical(factor * at)) for factor in (1, 2))
     np.testing.assert_allclose(two, 2 * one, rtol=0, atol=1e-4 * one.max())
-    given = stiff.replace(joint={"stiffness": real.Held.of(stiff).K_theta})
+    given = stiff.replace(joint={"stiffness": compliant.Held.of(stiff).K_theta})
     other = prepared("compliant", wanted._replace(beam=given))
     np.testing.assert_allclose(other.points.torque(other.asked.physical(at)), one, rtol=0, atol=1e-4 * one.max())
     assert np.abs(other.points.torque(other.asked.physical(2 * at)) - two).max() > 0.05 * one.max()

@@ -12,8 +12,8 @@ import pytest
 import squama
 from squama.cli import main
 from squama.fabrication import refuse
+from squama.fabrication.kinds import PARTS
 from squama.fabrication.plan import plan
-from squama.fabrication.solids import PARTS
 from squama.inverse.limits import known_rooms, printed_rooms, refused
 from squama.inverse.named_figures import flat
 from squama.inverse.residuals import Residuals
@@ -243,7 +243,7 @@ def test_what_a_lock_is_of_is_told():
     found = squama.inverse_design({"target": {"lock": "90 deg total"}, "vary": vary}, beam=start, starts=256)
     assert found.settings["joint"] == "hinge"
     assert found.met
-    assert any("real scales bend" in note for note in found.notes)
+    assert any("thick scales bend" in note for note in found.notes)
     assert any(line.startswith("printer files:") for line in found[0].refused)
     assert any(line.startswith("joint:") for line in found[0].refused)
 

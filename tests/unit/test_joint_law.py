@@ -9,7 +9,7 @@ import pytest
 
 import squama
 from squama.beam import joint_law, matrixfile
-from squama.curves import real
+from squama.curves import compliant
 from squama.inverse.space import Space, Variable, stepped
 from squama.loads import LOADS
 from squama.model.sensitivity import STEP
@@ -40,12 +40,12 @@ OTHER = with_matrix(2 * PLAIN.joint_stiffness, 1.5 * PLAIN.torsional_rigidity)
 def test_the_rigidity_of_a_matrix_of_nine_is_that_of_the_curve(neutral):
     """Of a bar that is free to stretch by default; the same figures given by themselves change nothing."""
     beam = PLAIN.replace(substrate={"neutral": None if neutral == "free" else neutral})
-    beam = beam.replace(joint={"matrix": matrixfile.stored(beam, real.Held.of(beam).K)})
+    beam = beam.replace(joint={"matrix": matrixfile.stored(beam, compliant.Held.of(beam).K)})
     assert beam.given.line == neutral
-    held = real.Held.of(beam)
+    held = compliant.Held.of(beam)
     assert held.rigidity == pytest.approx(beam.torsional_rigidity, rel=1e-12)
     given = beam.replace(joint={"stiffness": beam.joint_stiffness, "inclusion_factor": beam.C_f})
-    np.testing.assert_allclose(real.Held.of(given).K, held.K, rtol=0, atol=1e-12 * held.K.max())
+    np.testing.assert_allclose(compliant.Held.of(given).K, held.K, rtol=0, atol=1e-12 * held.K.max())
 
 
 @pytest.fixture(scope="module")

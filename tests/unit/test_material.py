@@ -9,7 +9,7 @@ import squama
 from squama import InputError
 from squama.beam import parts
 from squama.cli import main
-from squama.curves import real
+from squama.curves import compliant
 from squama.inverse.space import DIMENSIONS
 from squama.study import parameters
 from squama.units import Dimension, quantity
@@ -63,7 +63,7 @@ def test_ratios_of_the_plate():
     assert without.plate_rigidity == BEAM.plate_rigidity
     assert (without.scale.nu, BEAM.replace(scale={"poisson_ratio": 0}).scale.nu) == (parts.PLASTIC, 0) == (0.35, 0)
     # the real model takes the same plate
-    plate = real.scale(without, ideal=False)
+    plate = compliant.scale(without, ideal=False)
     assert (plate.D, plate.nu) == (pytest.approx(BEAM.plate_rigidity / (1.5e6 * BEAM.pitch**3)), 0.35)
     assert BEAM.replace(scale={"poisson_ratio": 0}).plate_rigidity == pytest.approx(BEAM.plate_rigidity * (1 - 0.35**2))
 

@@ -84,7 +84,7 @@ def test_free_of_moment_is_so_by_another_path(beam, load, at):
 def test_what_is_not_known_is_said():
     seven = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None)
     from squama.beam.matrixfile import stored
-    from squama.curves.real import Held
+    from squama.curves.compliant import Held
 
     held = Held.of(seven)
     seven = seven.replace(joint={"matrix": stored(seven, held.K[:7, :7])})

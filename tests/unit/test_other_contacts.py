@@ -8,7 +8,7 @@ import squama
 from legs import Bent, follow_legs
 from oracle import boxes
 from squama.contacts import events, increments, path
-from squama.curves import real
+from squama.curves import compliant
 from squama.joints import law
 
 SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None, hold="bend, twist, lateral bend")
@@ -67,7 +67,7 @@ def test_a_path_that_ends_or_turns_shortly_behind_engagement_engages(beyond: flo
 @pytest.mark.parametrize("ideal", [False, True])
 def test_a_contact_closes_again_on_another_leg_than_the_next(ideal: bool) -> None:
     """Legs to and fro without contact between; the same whether stations are many or few."""
-    one, K = real.scale(SKIN, ideal=ideal), real.Held.of(SKIN).K
+    one, K = compliant.scale(SKIN, ideal=ideal), compliant.Held.of(SKIN).K
     turns = np.array([(0.0, 0.09), (0.0, 0.01), (0.0, 0.03), (0.01, 0.02), (0.0, 0.02), (0.0, 0.085)])
     few = follow_legs(one, K, 0.25, turns)
     start, many = np.zeros(2), []

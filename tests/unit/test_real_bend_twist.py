@@ -9,7 +9,7 @@ import squama
 from oracle.barrier import needs_barrier, surface
 from squama.beam import matrixfile
 from squama.cli import main
-from squama.curves import real
+from squama.curves import compliant
 from squama.curves.polygons import bent_and_twisted
 from squama.errors import InputError
 from squama.joints.choice import joint_of
@@ -114,7 +114,7 @@ def test_general_contact_from_rest_finds_the_same(path, ideal):
     from squama.fe.geometry import geometry
 
     r = squama.bend_twist(SKIN, path, ideal=ideal, points=40)
-    K, plate = joint_of(SKIN).K, real.scale(SKIN, ideal=bool(ideal))
+    K, plate = joint_of(SKIN).K, compliant.scale(SKIN, ideal=bool(ideal))
     led = make_bent(K, geometry(SKIN), float(r.mu), exposed=surface(plate))
     for kappa, Phi in r.attrs["path"]:
         assert led.run(led.aim(kappa * SKIN.pitch, Phi * SKIN.pitch), 1e-3).reached

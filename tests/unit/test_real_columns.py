@@ -5,7 +5,7 @@ import pytest
 
 import squama
 from squama.beam.design import Beam
-from squama.study import columns, real_columns
+from squama.study import columns, compliant_columns
 
 BEAM = Beam.from_toml("examples/stiff_skin.toml").replace(scales=None).replace(scale={"strength": 1e6})
 NAMES = {
@@ -28,11 +28,11 @@ def one(beam: Beam, **how: object) -> tuple[dict[str, float], object]:
 def test_each_row_has_the_figures_of_its_beams_curve(how: dict[str, object]) -> None:
     mus, lengths = np.array([0.1, 0.4]), np.array([1.0, 0.9]) * BEAM.scale.length
     c = columns.columns(BEAM, {"mu": mus[:, None], "scale.length": lengths})
-    found = real_columns.solved(c, AT, **how)
+    found = compliant_columns.solved(c, AT, **how)
     for i, (mu, length) in enumerate((mu, length) for mu in mus for length in lengths):
         # contacts are looked for beyond the twist asked for, too
         own, r = one(BEAM.replace(friction={"mu": mu}, scale={"length": length}), **how)
-        assert real_columns.ENDS[found.code[i]] == str(r.end.values)
+        assert compliant_columns.ENDS[found.code[i]] == str(r.end.values)
         assert found.load_end[i] == pytest.approx(float(r.phi_end))
         for name, value in own.items():
             # a curve of 181 points has other steps between which it is straight
@@ -45,7 +45,7 @@ def test_each_row_has_the_figures_of_its_beams_curve(how: dict[str, object]) -> 
 def test_what_a_file_says_of_the_joint_goes_before_the_law() -> None:
     stiffness = np.array([0.03, 0.09])
     c = columns.columns(BEAM, {"joint.stiffness": stiffness})
-    found = real_columns.solved(c, AT)
+    found = compliant_columns.solved(c, AT)
     np.testing.assert_allclose(found.K_theta, stiffness, rtol=1e-12)
     own, _ = one(BEAM.replace(joint={"stiffness": 0.09}))
     assert found.torque[1] == pytest.approx(own["torque"], rel=1e-3)
@@ -54,8 +54,8 @@ def test_what_a_file_says_of_the_joint_goes_before_the_law() -> None:
 
 def test_a_factor_on_the_joint_is_one_on_its_stiffness() -> None:
     factor = np.array([0.8, 1.0, 1.25])
-    found = real_columns.solved(columns.columns(BEAM, {"joint.factor": factor}), AT)
-    plain = real_columns.solved(columns.columns(BEAM, {}), AT)
+    found = compliant_columns.solved(columns.columns(BEAM, {"joint.factor": factor}), AT)
+    plain = compliant_columns.solved(columns.columns(BEAM, {}), AT)
     np.testing.assert_allclose(found.K_theta, factor * plain.K_theta, rtol=1e-9)
     np.testing.assert_allclose(found.rigidity, plain.rigidity[0], rtol=1e-9)
     assert found.torque[1] == pytest.approx(plain.torque[0], rel=1e-9)
@@ -63,15 +63,15 @@ def test_a_factor_on_the_joint_is_one_on_its_stiffness() -> None:
     # on one that is given, too
     own, _ = one(BEAM.replace(joint={"stiffness": 0.09}))
     given = columns.columns(BEAM.replace(joint={"stiffness": 0.06}), {"joint.factor": 1.5})
-    assert real_columns.solved(given, AT).torque[0] == pytest.approx(own["torque"], rel=1e-3)
+    assert compliant_columns.solved(given, AT).torque[0] == pytest.approx(own["torque"], rel=1e-3)
 
 
 @pytest.mark.slow
 def test_what_is_followed_at_once_changes_no_figure(monkeypatch: pytest.MonkeyPatch) -> None:
     c = columns.columns(BEAM, {"mu": np.linspace(0.0, 0.6, 600)})
-    whole = real_columns.solved(c, AT)
-    monkeypatch.setattr(real_columns, "AT_ONCE", 256)
-    for name, values in real_columns.solved(c, AT)._asdict().items():
+    whole = compliant_columns.solved(c, AT)
+    monkeypatch.setattr(compliant_columns, "AT_ONCE", 256)
+    for name, values in compliant_columns.solved(c, AT)._asdict().items():
         # products of other shapes may round otherwise
         same = np.testing.assert_allclose if values.dtype.kind == "f" else np.testing.assert_array_equal
         same(values, getattr(whole, name), err_msg=name)
@@ -79,7 +79,7 @@ def test_what_is_followed_at_once_changes_no_figure(monkeypatch: pytest.MonkeyPa
 
 def test_beyond_the_law_a_beam_has_an_end_and_no_figure() -> None:
     c = columns.columns(BEAM, {"theta0": np.array([BEAM.scale.theta0, np.radians(2.0)])})
-    found = real_columns.solved(c, AT)
-    assert real_columns.ENDS[found.code[1]] == real_columns.UNKNOWN
+    found = compliant_columns.solved(c, AT)
+    assert compliant_columns.ENDS[found.code[1]] == compliant_columns.UNKNOWN
     assert np.isnan(found.torque[1])
     assert np.isfinite(found.torque[0])

@@ -16,7 +16,7 @@ from squama.contacts.path import Path, Scale
 from squama.contacts.system import ENDLESS
 from squama.contacts.ties import LOOSE
 from squama.contacts.touch import FIRST, ONE, OTHER
-from squama.curves import real
+from squama.curves import compliant
 from squama.joints import law
 from squama.joints.factor import MIRROR
 
@@ -244,8 +244,8 @@ def test_the_effect_of_an_end_decays_as_said():
 
 def test_the_other_sense_is_the_mirror_image():
     """The beam's own matrix, mirrored, with alpha the other way and the other sense of twist."""
-    K = np.asarray(real.Held.of(PLA).K)
-    own = real.scale(PLA, ideal=False)
+    K = np.asarray(compliant.Held.of(PLA).K)
+    own = compliant.scale(PLA, ideal=False)
     ways = (
         Path.of(own, K, 0.3, most=0.3),
         Path.of(own._replace(alpha=-own.alpha), K * np.outer(MIRROR, MIRROR), 0.3, sense=-1, most=0.3),
@@ -320,8 +320,8 @@ def test_units_and_the_endless_beam_beside():
 
 
 def made_of(beam):
-    held = real.Held.of(beam)
-    return Path.of(real.scale(beam, ideal=False), held.K, beam.friction.mu, most=0.3, **held.bar)
+    held = compliant.Held.of(beam)
+    return Path.of(compliant.scale(beam, ideal=False), held.K, beam.friction.mu, most=0.3, **held.bar)
 
 
 def test_stress_and_deflection_are_those_of_the_endless_beam_in_the_middle():
@@ -350,7 +350,7 @@ def test_where_a_row_ends():
     far = squama.row(RIGID, scales=3, points=40)
     assert float(far.phi_end) <= 0.3
     thick = RIGID.replace(scale={"thickness": "3 mm"})
-    K = real.Held.of(RIGID).K[:7, :7]
+    K = compliant.Held.of(RIGID).K[:7, :7]
     thick = thick.replace(joint={"matrix": matrixfile.stored(thick, K)})
     touching = squama.row(thick, scales=3, points=5)
     assert (touching.end, float(touching.phi_end)) == ("touching at rest", 0.0)

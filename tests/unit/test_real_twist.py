@@ -11,7 +11,7 @@ import squama
 from squama.beam import matrixfile
 from squama.cli import main
 from squama.contacts import path
-from squama.curves import real, real_figures
+from squama.curves import compliant, compliant_figures
 from squama.errors import InputError
 from squama.fe.plate import Rest
 from squama.joints import choice, factor, law
@@ -246,7 +246,7 @@ def test_a_tab_that_bends_is_told(ratio, elements):
     for other in (squama.twist(beam, to="0.1 rad/pitch", ideal=True), squama.twist(rigid, to="0.1 rad/pitch")):
         assert "embedded part" not in other.attrs["warnings"]
     # elements have a rigid tab, too; what was measured has the one of the beam
-    made = matrixfile.stored(beam, real.Held.of(beam).K[:7, :7])
+    made = matrixfile.stored(beam, compliant.Held.of(beam).K[:7, :7])
     scaling = {key: made.made[key] for key in matrixfile.SCALING}
     measured = {"matrix": matrixfile.StoredMatrix(made.rows, scaling)}, {"inclusion_factor": beam.C_f}
     for joint, told in (({"matrix": made}, bool(found)), *((one, False) for one in measured)):
@@ -280,11 +280,11 @@ def test_the_other_sense_bears_the_mirror_image():
     beam = BEAM.replace(joint={"matrix": None}, scale={"youngs_modulus": "2e8 MPa"})
     here = squama.twist(beam, at=[4.0, 8.0])
     K = law.stiffness(choice.shape(beam)) * np.outer(factor.MIRROR, factor.MIRROR)
-    held = real.Held.of(beam)._replace(K=K)
-    plate = real.scale(beam, ideal=False)._replace(alpha=-beam.scale.alpha)
-    one = real.Path(beam, held, path.Path.at_rest(plate, K, 0.2, **held.bar), (0.0, -1.0))
+    held = compliant.Held.of(beam)._replace(K=K)
+    plate = compliant.scale(beam, ideal=False)._replace(alpha=-beam.scale.alpha)
+    one = compliant.Path(beam, held, path.Path.at_rest(plate, K, 0.2, **held.bar), (0.0, -1.0))
     strains = np.array([(0.0, -4.0), (0.0, -8.0)]) * beam.pitch
-    there = real_figures.values(one, strains, one.way.along(strains).rows[0], turned=-1.0)
+    there = compliant_figures.values(one, strains, one.way.along(strains).rows[0], turned=-1.0)
     signs = {"stress_y": -1, "tab_torsion": -1, "u_Y": -1}
     same = ("stress", "stress_x", "pull_out", "tab_force", "tab_bending", "M", "stretch")
     for name in (*same, *signs):
@@ -302,7 +302,7 @@ def test_the_command_gives_json(tmp_path, capsys):
     assert main(["twist", str(file), "--points", "60", "--json"]) == 0
     record = json.loads(capsys.readouterr().out)
     assert list(record["derived"]["off"]) == ["thin, rigid", "hinge"]
-    assert record["figures"] == record["laws"]["real"]
+    assert record["figures"] == record["laws"]["thick scales"]
     assert main(["twist", str(file), "--joint", "hinge", "--json"]) == 0
     assert list(json.loads(capsys.readouterr().out)["laws"]) == ["edge", "plate"]
     assert main(["twist", str(file), "--joint", "ball"]) == 2

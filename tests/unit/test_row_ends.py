@@ -13,7 +13,7 @@ from squama.contacts.path import Path, Scale
 from squama.contacts.system import EQUAL, PHI, PSI, UNTIED, System
 from squama.contacts.ties import COUPLE, GRIPPED, LOOSE, of_ends
 from squama.contacts.touch import LIES
-from squama.curves import real
+from squama.curves import compliant
 from squama.errors import InputError
 from squama.joints import law
 
@@ -22,8 +22,8 @@ SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
 
 def made(mu=0.0, beam=SKIN, free=(1, 0, 1, 1), **changes):
     """Return a beam on the solver; ``changes`` of its scale."""
-    held = real.Held.of(beam)
-    plate = real.scale(beam, ideal=False)._replace(**changes)
+    held = compliant.Held.of(beam)
+    plate = compliant.scale(beam, ideal=False)._replace(**changes)
     return Path.of(plate, held.K, mu, most=0.3, free=free, aside=held.aside)
 
 

@@ -8,7 +8,7 @@ import pytest
 import squama
 from squama.contacts import increments, row
 from squama.contacts.path import Path
-from squama.curves import real
+from squama.curves import compliant
 
 PLA = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(hold="bend, twist, lateral bend")
 
@@ -32,8 +32,8 @@ def test_points_that_a_jump_passes_are_not_told_twice():
 @pytest.mark.slow
 def test_a_row_ends_alike_wherever_its_points_are():
     """Second contacts come in where their gaps close, so no jump passes points on its way."""
-    held = real.Held.of(at_the_end())
-    scale = real.scale(at_the_end(), ideal=False)
+    held = compliant.Held.of(at_the_end())
+    scale = compliant.scale(at_the_end(), ideal=False)
     way = Path.of(scale, held.K, at_the_end().friction.mu, most=0.3, **held.bar)
     told = []
     for to, points in ((0.1, 40), (0.102, 120), (0.1025, 200), (0.11, 40)):
@@ -51,8 +51,8 @@ def test_a_row_ends_alike_wherever_its_points_are():
 
 def test_second_contacts_of_a_short_row_do_not_depend_on_its_points():
     """Three scales, of which the second one bends along the third one's edge: nothing jumps."""
-    held = real.Held.of(at_the_end())
-    scale = real.scale(at_the_end(), ideal=False)
+    held = compliant.Held.of(at_the_end())
+    scale = compliant.scale(at_the_end(), ideal=False)
     way = Path.of(scale, held.K, at_the_end().friction.mu, most=0.3, **held.bar)
     told = []
     for points in (40, 100, 200, 450):

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from squama.beam.people import apart_by
 from squama.errors import InputError
+from squama.people import apart_by
 from squama.units import (
     Bounds,
     Dimension,

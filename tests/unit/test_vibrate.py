@@ -12,7 +12,7 @@ from refusals import refused
 
 import squama
 from squama.cli import main
-from squama.curves.real import STRAIN_LIMIT
+from squama.curves.compliant import STRAIN_LIMIT
 from squama.dynamics import joint_branches, motion, systems
 from squama.dynamics.modes import SHAPES
 from squama.loads import LOADS

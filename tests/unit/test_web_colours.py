@@ -6,7 +6,7 @@ import re
 from importlib.resources import files
 
 from squama.plot.palette import DARK_ENDS, ENDED, ENDS, SOFTER, STATES, STEPS, THEMES
-from squama.study import real_columns
+from squama.study import compliant_columns
 from squama.web import map  # noqa: A004 - the module is named after what it draws
 
 
@@ -19,7 +19,7 @@ def test_colours_have_contrast() -> None:
         assert contrast(colour, THEMES["dark"]["page"]) >= (1.5 if end == "no engagement" else 2.5), end
     assert len(set(DARK_ENDS.values())) == len(set(ENDS.values())) == len(ENDS)
     # ends of both models and of paths in bend and twist, and tiles that are not done
-    assert set(ENDS) == {*map.CODES, *real_columns.ENDS, "kinematic lock (line contact)", "not computed"}
+    assert set(ENDS) == {*map.CODES, *compliant_columns.ENDS, "kinematic lock (line contact)", "not computed"}
     for theme, colour in THEMES.items():
         # classes of a map that lie beside all others, and one that says less than these
         for own in (SOFTER, ENDED):

@@ -18,10 +18,10 @@ from hypothesis import strategies as st
 import squama
 from squama.batch import entry
 from squama.beam.parts import RATIOS
-from squama.beam.people import turned
 from squama.cli import main
 from squama.errors import InputError
 from squama.paper import parameters
+from squama.people import turned
 from squama.web import charts, fields, live, map, server, state  # noqa: A004
 from squama.web.aside import Aside
 from squama.web.fields import CHOICES, FIELDS

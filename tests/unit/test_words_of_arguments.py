@@ -7,6 +7,10 @@ import pytest
 
 import squama
 from squama import loads
+from squama.beam import faces
+from squama.fabrication import kinds
+from squama.fe import sizes
+from squama.io import numerals
 from squama.model.laws import LAWS
 
 
@@ -19,6 +23,11 @@ from squama.model.laws import LAWS
         (loads.LineName, loads.LINES),
         (loads.EndsName, loads.ENDS),
         (loads.ModeName, loads.MODES),
+        (faces.FacesName, faces.FACES),
+        (sizes.MeshName, sizes.MESHES),
+        (kinds.PartName, kinds.PARTS),
+        (kinds.FormatName, kinds.FORMATS),
+        (numerals.DecimalName, (".", ",")),
     ],
 )
 def test_types_are_the_tables(alias, table):
@@ -34,3 +43,19 @@ def test_every_door_has_the_type(word):
     found = [one[word] for one in hints if word in one]
     assert len(found) > 1
     assert all(alias in one for one in found)
+
+
+@pytest.mark.parametrize(
+    ("door", "argument", "alias"),
+    [
+        (squama.cell, "mesh", "MeshSize"),
+        (squama.verify, "mesh", "MeshSize"),
+        (squama.verify, "beam_mesh", "MeshSize"),
+        (squama.free_vibration, "faces", "FacesName"),
+        (squama.export, "parts", "Sequence[PartName]"),
+        (squama.export, "formats", "Sequence[FormatName]"),
+        (squama.read_measured, "decimal", "DecimalName | None"),
+    ],
+)
+def test_the_doors_of_one_word_have_its_type(door, argument, alias):
+    assert door.__annotations__[argument] == alias

@@ -12,9 +12,11 @@ from typing import TYPE_CHECKING, Any, Self
 from pydantic import ValidationError, model_validator
 
 from squama.beam import beamfile, card, validity
+from squama.beam.faces import FacesName
 from squama.beam.parts import Assembly, Friction, Joint, Quantity, Scale, Substrate, read_ratios
 from squama.errors import Problem, Problems, naming
 from squama.io import files
+from squama.loads import EndsName
 from squama.progress import LOG
 
 __all__ = ["Beam", "Friction", "Joint", "Scale", "Substrate"]
@@ -65,8 +67,8 @@ class Beam(Assembly):
             substrate: Substrate | Mapping[str, Any],
             pitch: Quantity,
             scales: int | str | None = None,
-            ends: str | None = None,
-            faces: str = "one",
+            ends: EndsName | None = None,
+            faces: FacesName = "one",
             hold: str | None = None,
             joint: Joint | Mapping[str, Any] = ...,
             friction: Friction | Mapping[str, Any] = ...,

@@ -19,7 +19,7 @@ alike either way.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from squama.errors import refuse
 from squama.units import shown
@@ -45,6 +45,7 @@ class Other(NamedTuple):
 
 
 _MIRROR, _TURN = (1, -1, 1), (-1, -1, 1)
+FacesName = Literal["one", "mirrored", "mirrored, shifted", "turned", "turned, shifted"]
 FACES: Mapping[str, Other | None] = {
     "one": None,
     "mirrored": Other(_MIRROR),

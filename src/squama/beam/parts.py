@@ -338,7 +338,7 @@ class Assembly(Part):
 
     @property
     def unit_moment(self) -> float:
-        """E d^3, N m: what moments of the real model, where E = 1 and d = 1, are over."""
+        """E d^3, N m: unit of moments of the model of thick scales, in which E = 1 and d = 1."""
         return self.substrate.youngs_modulus * self.pitch**3
 
     @property

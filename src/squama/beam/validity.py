@@ -6,10 +6,10 @@ import math
 
 from squama.beam import beamfile, matrixfile
 from squama.beam.parts import Assembly
-from squama.beam.people import per_pitch
 from squama.errors import Problems, refuse
 from squama.loads import LOADS, NEUTRAL, Load
 from squama.model import joint, reach, thickness, twisting
+from squama.people import per_pitch
 from squama.units import Dimension, as_text, shown
 
 THIN = 0.05

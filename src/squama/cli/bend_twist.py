@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from squama.beam.people import degrees, figure, tidy
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, settled
 from squama.cli.summary import Summary, energy, modelled, percent
 from squama.errors import refuse
 from squama.loads import ENDLESS, LOADS, THIN
 from squama.model.outcome import SENTENCES, End
+from squama.people import degrees, figure, tidy
 from squama.units import moment, number, torque_unit
 
 if TYPE_CHECKING:
@@ -235,7 +235,7 @@ def _ratios(beam: Beam, data: Answer, endless: Answer) -> Iterable[str]:
 
 def _ends(beam: Beam, found: Mapping[str, Answer]) -> Table:
     """Return the table of the ends of ways, a column for each kind of joint."""
-    from squama.cli.report import HINGE, IDEAL, REAL, column
+    from squama.cli.report import HINGE, IDEAL, THICK, column
 
     data, at_ends = next(iter(found.values())), [ways(one) for one in found.values()]
     whole, unit = degrees(beam)
@@ -256,6 +256,6 @@ def _ends(beam: Beam, found: Mapping[str, Answer]) -> Table:
             cells = [factor * one[name][i] if name in one else math.nan for one in at_ends]
             if not all(map(math.isnan, cells)):
                 rows.append([f"  {words}", *map(number, cells)])
-    own = REAL if data.attrs["scales"] != THIN else IDEAL
+    own = THICK if data.attrs["scales"] != THIN else IDEAL
     named = {"compliant": beam.extent if "ends" in data.attrs else own, ENDLESS: ENDLESS, "hinge": HINGE}
     return output.table(["", *(column(named[joint]) for joint in found)], rows)

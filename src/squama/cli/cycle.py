@@ -6,12 +6,12 @@ import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated
 
-from squama.beam.people import degrees, figure, per_pitch, span, turned
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
 from squama.cli.summary import Summary, energy, energy_unit, modelled, rigidity_unit
 from squama.errors import refuse
 from squama.loads import LOADS
+from squama.people import degrees, figure, per_pitch, span, turned
 from squama.units import is_number, moment, number, shown, torque_unit
 
 if TYPE_CHECKING:

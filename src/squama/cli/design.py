@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from squama import loads
-from squama.beam.people import figure
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
 from squama.cli.summary import Summary
 from squama.io.files import label
 from squama.loads import LOADS, model
+from squama.people import figure
 from squama.units import for_people, number
 
 if TYPE_CHECKING:

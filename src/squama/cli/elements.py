@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from squama import units
-from squama.beam.people import apart_by, figure, per_pitch, tidy, turned
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, one_of, settled, whole
 from squama.cli.summary import Summary, percent
 from squama.errors import refuse
+from squama.fe.sizes import MESHES, MeshSize
 from squama.interrupt import kept
+from squama.people import apart_by, figure, per_pitch, tidy, turned
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,17 +31,15 @@ UNTESTED = 1
 """Exit status of a verification in which no scale touches."""
 ROWS = 12
 """Twists in the printed table of differences."""
-MeshSize = str | tuple[float, float]
 _size = number(1e-4, 10.0, "0.2,0.02")
 _MESH = "Mesh: coarse, medium, fine, or sizes in pitches of the bulk and along the scale's edges, e.g. 0.2,0.02"
 
 
 def _mesh(name: str, text: str) -> MeshSize:
     """Read the name of a mesh, or its two sizes."""
-    from squama.fe.runs import MESHES
-
-    if text in MESHES:
-        return text
+    for mesh in MESHES:
+        if text == mesh:
+            return mesh
     sizes = text.split(",")
     if len(sizes) != 2:
         refuse(name, f'"{text}"', f"must be {', '.join(MESHES)}, or two sizes in pitches such as 0.2,0.02")
@@ -435,7 +434,7 @@ def deck(
     place, name = output.write_text(out, decks.write(model, program)), files.label(out)
     facts = {"scales": model.scales, "nodes": len(model.nodes), "elements": len(model.tets)}
     record = {"out": str(place), "program": program, **facts, "twist_per_pitch": twist}
-    wrote = f"wrote {name}: {model.scales} scales, {len(model.tets)} quadratic tetrahedra, {twist:.4g} rad per pitch"
+    wrote = f"wrote {name}: {model.scales} scales, {len(model.tets)} quadratic tetrahedra, {per_pitch(twist)}"
     stem = name.removesuffix(".inp")
     more = f"run it with: ccx -i {stem}  (CalculiX; on Debian and Ubuntu: apt-get install calculix-ccx)"
     if program == "abaqus":

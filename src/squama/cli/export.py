@@ -14,6 +14,7 @@ from squama.beam.faces import described
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, settled, words_of
 from squama.cli.summary import Summary
+from squama.fabrication.kinds import FORMATS, PARTS, FormatName, PartName
 from squama.io.files import exists, label
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ _size = flags.Reader(_read_size, 0.0)
 
 
 _density = number(0.01, 24.99, "1.2", "0.01 to 24.99 g/cm3")
-PARTS, FORMATS = ("scale", "substrate", "mould", "assembly"), ("stl", "3mf", "step")
+_PARTS = f"Parts to write. Default: {','.join(PARTS)}."
 _KINDS = "Formats: stl, 3mf (both in mm), step (extra step). Default: stl,3mf."
 _CLEARANCE = "Clearance of tabs in their slots, and of blades in the lid, on every side. Default: 0.2 mm."
 _PICTURE = "Picture of the assembled beam and the mould (.png, .svg, .pdf); may be repeated."
@@ -50,10 +51,10 @@ class Made:
     """What is made, and its sizes: arguments of :func:`squama.export`."""
 
     scales: Annotated[int | None, flags.scales(500, "Number of scales. Default: the file's; allowed:", least=1)] = None
-    parts: Annotated[tuple[str, ...], flag(f"Parts to write. Default: {','.join(PARTS)}.", read=words_of(PARTS))] = (
-        PARTS
-    )
-    formats: Annotated[tuple[str, ...], flag(_KINDS, read=words_of(FORMATS))] = ("stl", "3mf")
+    parts: Annotated[
+        tuple[PartName, ...], flag(f"Parts to write. Default: {','.join(PARTS)}.", read=words_of(PARTS))
+    ] = PARTS
+    formats: Annotated[tuple[FormatName, ...], flag(_KINDS, read=words_of(FORMATS))] = ("stl", "3mf")
     clearance: Annotated[float, flag(_CLEARANCE, read=_size)] = 0.2e-3
     feature: Annotated[float, flag("Smallest size that can be printed or cast. Default: 0.4 mm.", read=_size)] = 0.4e-3
     wall: Annotated[float, flag("Thickness of the mould's walls, floor and lid. Default: 3 mm.", read=_size)] = 3e-3

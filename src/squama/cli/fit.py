@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, get_args
 
 from cyclopts import Parameter
 
 from squama import units
 from squama.beam.beamfile import heading
 from squama.cli import flags, output
-from squama.cli.flags import flag, pair
+from squama.cli.flags import flag, one_of, pair
 from squama.cli.load import SUPPORT
 from squama.cli.load import read as read_part
 from squama.cli.summary import Summary
 from squama.errors import Problems, naming, refuse
 from squama.io.files import label
+from squama.io.numerals import DecimalName
 from squama.loads import LOADS, TESTS, model
 from squama.units import is_number, shown
 
@@ -127,7 +128,10 @@ class Swing:
 class Tables:
     """How tables of measured points are read."""
 
-    decimal: Annotated[str | None, flag('Decimal sign of measured points: "." or ",". Default: guessed.')] = None
+    decimal: Annotated[
+        DecimalName | None,
+        flag('Decimal sign of measured points: "." or ",". Default: guessed.', read=one_of(*get_args(DecimalName))),
+    ] = None
     columns: Annotated[str | None, flag(_COLUMNS)] = None
 
     def swings(self, path: str) -> bool:

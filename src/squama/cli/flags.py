@@ -21,7 +21,7 @@ from cyclopts import Parameter
 from squama.beam import beamfile
 from squama.errors import InputError, Problems, naming, refuse
 from squama.io.files import label, table_place
-from squama.loads import ENDS, LINES, LOADS, MODES
+from squama.loads import ENDS, LINES, LOADS, MODES, EndsName
 from squama.progress import LOG
 from squama.units import MARGIN, Bounds, Dimension, bounded, shown
 
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 PLOTS = (".png", ".svg", ".pdf")
 T = TypeVar("T")
+_Word = TypeVar("_Word", bound=str)
 
 
 # ---- mistakes ---------------------------------------------------------------------------------------------
@@ -146,21 +147,21 @@ def whole(low: int, high: int, example: str) -> Reader[int]:
     return Reader(read, low)
 
 
-def one_of(*allowed: str) -> Reader[str]:
+def one_of(*allowed: _Word) -> Reader[_Word]:
     """Return a reader of one of some words."""
 
-    def read(name: str, text: str) -> str:
+    def read(name: str, text: str) -> _Word:
         if text not in allowed:
             refuse(name, shown(text), f"must be {' or '.join(shown(word) for word in allowed)}")
-        return text
+        return allowed[allowed.index(text)]
 
     return Reader(read, allowed[0])
 
 
-def words_of(allowed: tuple[str, ...]) -> Reader[tuple[str, ...]]:
+def words_of(allowed: tuple[_Word, ...]) -> Reader[tuple[_Word, ...]]:
     """Return a reader of some of the words, with commas between them."""
 
-    def read(name: str, text: str) -> tuple[str, ...]:
+    def read(name: str, text: str) -> tuple[_Word, ...]:
         from squama import arguments
 
         return arguments.several(name, [word.strip() for word in text.split(",")], allowed)
@@ -295,7 +296,7 @@ Json = Annotated[bool, Parameter(help="Print all results as JSON instead of the 
 Full = Annotated[bool, Parameter(help="Print all figures after the summary.")]
 Quiet = Annotated[bool, Parameter(help="Print no progress.")]
 _ENDS = "Ends: free, couple, gripped, equal (pitches alike), endless. Default: the file's, or free."
-Ends = Annotated[str | None, flag(_ENDS, read=one_of(*ENDS))]
+Ends = Annotated[EndsName | None, flag(_ENDS, read=one_of(*ENDS))]
 Plot = Annotated[tuple[File, ...], flag("Picture to write (.png, .svg, .pdf); may be repeated.")]
 
 

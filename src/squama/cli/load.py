@@ -7,11 +7,11 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any
 
 from squama.beam import beamfile
-from squama.beam.people import figure
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled
 from squama.cli.summary import Summary, modelled, percent
 from squama.io.files import label
+from squama.people import figure
 from squama.units import number, shown
 
 if TYPE_CHECKING:

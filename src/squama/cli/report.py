@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from squama import loads
-from squama.beam.people import apart_by, degrees, figure, per_pitch, turned
 from squama.cli import output
 from squama.cli.output import table
 from squama.cli.summary import Summary, modelled, percent, rigidity, rigidity_unit
@@ -20,6 +19,7 @@ from squama.fe.agreement import SHARE, holds
 from squama.loads import ENDLESS, LOADS, THIN, Load
 from squama.model.laws import LAWS
 from squama.model.outcome import SENTENCES, End
+from squama.people import apart_by, degrees, figure, per_pitch, turned
 from squama.symbols import OTHER
 from squama.units import moment, number, torque_unit
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from squama.curves.labelled import Answer
     from squama.types import Array
 
-REAL, IDEAL, HINGE = "real", "thin, rigid", "hinge"
+THICK, IDEAL, HINGE = "thick scales", "thin, rigid", "hinge"
 """What the steps from the beam as it is to the paper's model are called."""
 _KEEPS = "  torque T that keeps it from twisting"
 
@@ -105,7 +105,7 @@ def _compared(
 
 def column(name: str) -> str:
     """Return what a response is called: by its law, or by its joint."""
-    return f"{name} law" if name in LAWS else "thick scales" if name == REAL else name
+    return f"{name} law" if name in LAWS else name
 
 
 def singles(data: Answer) -> list[Answer]:
@@ -148,7 +148,7 @@ def _notes(kind: Load, beam: Beam, law: str, laws: Mapping[str, Answer]) -> list
     if any(str(End.NONE) in data["end"] for data in laws.values()):
         lines.append("without engagement the curve is that of the beam without contact")
     if len(laws) > 1:
-        thick = {REAL: "beam with thick scales", IDEAL: "beam with thin, rigid scales"}
+        thick = {THICK: "beam with thick scales", IDEAL: "beam with thin, rigid scales"}
         whose = f"beam of {law}" if law == beam.extent else thick.get(law, column(law))
         lines.append(f"the curve, files and pictures are those of the {whose}")
     return lines
@@ -248,14 +248,14 @@ def ladder(
 
     ours = respond(beam, load, law=law, sense=sense, joint="compliant", ideal=ideal, ends=ends, **numbers)
     if not simpler:
-        return {beam.extent if "ends" in ours.attrs else IDEAL if ideal else REAL: ours}
+        return {beam.extent if "ends" in ours.attrs else IDEAL if ideal else THICK: ours}
     rates = ours[LOADS[load].rate] if ours.family is None else ours[LOADS[load].rate][0]
     # their own ends are looked for within the same range
     same = {**numbers, "points": 3, "to": float(rates[-1]), "at": rates, "sense": sense, "ends": ENDLESS}
     if "ends" in ours.attrs:
         found = {beam.extent: ours, ENDLESS: respond(beam, load, joint="compliant", ideal=ideal, **same)}
     else:
-        found = {IDEAL if ideal else REAL: ours}
+        found = {IDEAL if ideal else THICK: ours}
         if not ideal:
             found[IDEAL] = respond(beam, load, joint="compliant", ideal=True, **same)
     # a hinge has no line but the bar's middle where there is no axial force

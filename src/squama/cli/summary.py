@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from squama.beam.people import figure
 from squama.cli.output import warnings
 from squama.loads import ENDLESS, NOTHING, ending, fixed, model
+from squama.people import figure
 from squama.units import number, torque_unit
 
 if TYPE_CHECKING:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from squama.beam.people import figure, tidy, turned
 from squama.cli import flags, output
 from squama.cli.fit import TABLES, Tables
 from squama.cli.flags import flag, settled
@@ -17,6 +16,7 @@ from squama.cli.summary import Summary, modelled, percent
 from squama.errors import refuse
 from squama.loads import ENDLESS, LOADS, fixed
 from squama.model.outcome import SENTENCES, End
+from squama.people import figure, tidy, turned
 from squama.units import moment, number, shown, torque_unit
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ def respond(
         means = chosen(beam, LOADS[load], law=law, joint=joints.joint, neutral=joints.neutral)
         if means.note:
             print(f"squama: warning: {means.note}", file=sys.stderr)
-        if means.real:
+        if means.compliant:
             beside = common.json or curve.compare or curve.full or bool(common.plot)
             given: dict[str, Any] = {"ideal": bool(joints.ideal), "ends": curve.ends, "simpler": beside}
             laws = report.ladder(load, beam, law, sense, numbers, **given)

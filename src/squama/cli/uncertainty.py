@@ -8,13 +8,13 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Annotated
 
 from squama.beam import beamfile
-from squama.beam.people import degrees, figure, turned
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, pair, settled, whole
 from squama.cli.summary import Summary, energy_unit, modelled, rigidity_unit
 from squama.errors import naming, refuse
 from squama.io.files import label, read_text
 from squama.loads import LOADS, THIN, ending
+from squama.people import degrees, figure, turned
 from squama.units import for_people, number, torque_unit
 
 if TYPE_CHECKING:

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from squama.beam.people import figure, turned
 from squama.cli.summary import modelled, percent
 from squama.curves.both_faces import worst
 from squama.loads import ending
 from squama.model.outcome import SENTENCES, End
+from squama.people import figure, turned
 from squama.units import torque_unit
 
 if TYPE_CHECKING:

@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated
 
-from squama.beam.people import degrees, figure, turned
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
 from squama.cli.summary import Summary, joules, modelled, percent
 from squama.loads import LOADS
+from squama.people import degrees, figure, turned
 from squama.units import number
 
 if TYPE_CHECKING:

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from squama.beam.people import turned
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
 from squama.loads import LOADS
+from squama.people import turned
 
 if TYPE_CHECKING:
     from squama.scene.picture import View
@@ -37,6 +37,7 @@ def view(
         int, flag("Pictures of an animation, there and back. Default: 36.", read=whole(2, 500, "36"))
     ] = 36,
     how: flags.How = flags.HOW,
+    ends: flags.Ends = None,
     sense: flags.Sense = "+",
     dark: Annotated[bool, Parameter(help="Draw on a dark background.")] = False,
     no_forces: Annotated[bool, Parameter(help="Draw no forces.")] = False,
@@ -55,7 +56,7 @@ def view(
     held = 0.0 if bend is None else bend
     described = settled(described)
     model: dict[str, Any] = {"sense": sense, **vars(how)}
-    with flags.laid(flags.arguments("bend")):
+    with flags.laid(flags.arguments("bend", "ends")):
         found = picture.view(
             described,
             *out,
@@ -66,6 +67,7 @@ def view(
             dark=dark,
             forces=not no_forces,
             frames=frames,
+            ends=ends,
             **model,
         )
     return output.report(base.json, beam, found.files, _record(how.load, found), _shown(found))
@@ -86,8 +88,7 @@ def _shown(found: View) -> Iterable[str]:
     faces = [f"inclination {math.degrees(one.theta):.4g} deg, {one.name}" for one in (state, state.other) if one]
     beam, bend = found.motion.setting.beam, found.motion.setting.bend
     done = f"{f'bent by {turned(bend, beam)} and ' if bend else ''}{found.motion.kind.done}"
-    model = f"{found.model}, as in an endless beam"
-    yield f": {done} by {turned(state.load, beam)}, {'; on the other face '.join(faces)}; {model}"
+    yield f": {done} by {turned(state.load, beam)}, {'; on the other face '.join(faces)}; {found.model}"
     if asked > found.last:
         yield f"asked for {turned(asked, beam)}, but the curve ends before: {found.end}; its last state is shown"
     yield from output.warnings(found.notes)

@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.beam.people import per_pitch
 from squama.contacts import increments
 from squama.contacts.path import COLUMNS, CORNERS, FACE, Answers, features
 from squama.model.elastic_plate import BASE, SIDE_A, SIDE_D, TIP
+from squama.people import per_pitch
 from squama.types import Array
 
 LETTERS = {

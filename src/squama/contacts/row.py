@@ -12,11 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.batch.keeping import tell
-from squama.beam.people import per_pitch
 from squama.contacts import entry, increments, path, states, touch
 from squama.contacts.increments import Legs, Written
 from squama.contacts.system import ENDLESS, EPS, EQUAL, MOTIONS, OWN, PHI, STRAINS, UNTIED, Ties
 from squama.contacts.ties import LOOSE, freed, of_ends
+from squama.people import per_pitch
 from squama.types import Array
 
 _CONTACTS, _EVENTS, _BEGIN = 4, 16, 2e-4

@@ -12,7 +12,7 @@ import numpy as np
 from squama import arguments
 from squama.beam.design import Beam
 from squama.curves import doors
-from squama.curves.chosen import REAL
+from squama.curves.chosen import COMPLIANT
 from squama.curves.doors import How
 from squama.curves.labelled import Answer
 from squama.errors import InputError
@@ -109,7 +109,7 @@ def bench(beam: Beam, answer: Answer, *, ideal: bool, at: float | None = None) -
     if not engaged < at <= last * (1 + 1e-9):
         return None
     held, own = holds(str(answer.attrs["hold"]), load), str(answer.attrs.get("ends", ""))
-    how, sense = How(mu=float(answer["mu"]), ideal=ideal, joint=REAL), str(answer.attrs.get("sense", "+"))
+    how, sense = How(mu=float(answer["mu"]), ideal=ideal, joint=COMPLIANT), str(answer.attrs.get("sense", "+"))
     one, row = beam.replace(hold=str(answer.attrs["hold"])), State(math.nan, math.nan)
     endless = _at(one, load, at, sense, **how) if own else _state(answer, load, at)
     if own:

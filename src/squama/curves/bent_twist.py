@@ -10,7 +10,7 @@ import numpy as np
 from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
-from squama.curves.chosen import MODELS, REAL
+from squama.curves.chosen import COMPLIANT, MODELS
 from squama.curves.curve_figures import figures
 from squama.curves.doors import How
 from squama.curves.labelled import Answer
@@ -19,6 +19,7 @@ from squama.curves.way import Case, Curve
 from squama.errors import refuse
 from squama.loads import ENDLESS
 from squama.model.outcome import End
+from squama.people import per_pitch
 from squama.symbols import OTHER
 from squama.types import Array
 
@@ -41,15 +42,15 @@ class Twisted(NamedTuple):
         found = cls.tried(beam, bend, sense=sense, **how)
         if not found.bent:
             answer = found.answer
-            where = f"{float(answer['psi_end']):.4g} rad per pitch"
-            refuse("bend", f"{bend:.4g} rad/pitch", f"is beyond the beam's {answer['end']} at {where}", "bend it less")
+            where = per_pitch(float(answer["psi_end"]), 4)
+            refuse("bend", per_pitch(bend, 4), f"is beyond the beam's {answer['end']} at {where}", "bend it less")
         return found
 
     @classmethod
     def tried(cls, beam: Beam, bend: float, *, sense: str = "+", **how: Unpack[How]) -> Twisted:
         """Do as :meth:`of`, and take the path as far as it goes: see :attr:`bent`."""
         sign, d, legs = arguments.sense(sense), beam.pitch, 2 if bend else 1
-        far = MODELS[how.get("joint") or REAL].programs().far
+        far = MODELS[how.get("joint") or COMPLIANT].programs().far
         answer = bent_and_twisted(beam, [(bend / d, 0.0), (bend / d, sign * far / d)][-legs:], ends=ENDLESS, **how)
         rigidity = float(answer.attrs.get("rigidity", beam.torsional_rigidity))
         case = Case(d, rigidity, float(answer["K_theta"]), beam.eta, beam.scale.theta0, sign < 0)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from squama.curves.way import Analysis, Case, Solved, States
     from squama.types import Array
 
-REAL = "compliant"
+COMPLIANT = "compliant"
 """The joint of thick, elastic scales: the default."""
 HINGED = 'write joint="hinge" (--joint hinge)'
 
@@ -83,15 +83,15 @@ def _hinge_solve(analysis: Analysis) -> tuple[Sequence[Solved], States]:
 
 def _compliant() -> Programs:
     from squama.contacts.path import RANGE
-    from squama.curves import real_cycles, real_polygons, real_walk
+    from squama.curves import compliant_cycles, compliant_polygons, compliant_walk
 
     return Programs(
-        solve=real_walk.solve,
+        solve=compliant_walk.solve,
         gather=lambda _, whole: whole,
-        walk=real_cycles.walk,
-        polygon=real_polygons.polygon,
-        plane=real_walk.plane,
-        case=real_walk.case,
+        walk=compliant_cycles.walk,
+        polygon=compliant_polygons.polygon,
+        plane=compliant_walk.plane,
+        case=compliant_walk.case,
         far=RANGE,
     )
 
@@ -106,7 +106,7 @@ MODELS = {
         ends=(ENDLESS, "equal"),
         programs=_hinge,
     ),
-    REAL: Model(
+    COMPLIANT: Model(
         pages=dict.fromkeys(LOADS, "thick scales"),
         thick=tuple(LOADS),
         elastic=True,
@@ -131,7 +131,7 @@ class Chosen(NamedTuple):
     note: str
 
     @property
-    def real(self) -> bool:
+    def compliant(self) -> bool:
         """Whether the model is that of thick, elastic scales, which nothing holds straight unless asked for."""
         return not MODELS[self.joint].straight
 
@@ -161,8 +161,8 @@ def chosen(
     if joint is None:
         unknown = choice.impossible if elements else choice.unknown
         note = "" if hinged else unknown(beam) or (choice.unbent(beam) if bends else "")
-        joint = "hinge" if hinged or note else REAL
-    elif joint == REAL:
+        joint = "hinge" if hinged or note else COMPLIANT
+    elif joint == COMPLIANT:
         why = (choice.impossible(beam) if elements else "") or (choice.unbent(beam) if bends else "")
         for name, value, reason, remedy in (
             ("joint", joint, why, HINGED),

@@ -15,6 +15,7 @@ from squama.beam.design import Beam
 from squama.curves.way import VERBS, Way
 from squama.errors import naming, refuse
 from squama.loads import LOADS, Load
+from squama.people import per_pitch
 from squama.units import shown
 
 _ROUNDING = 1e-12
@@ -112,8 +113,8 @@ def _distinct(values: list[float], beam: Beam, given: int) -> None:
             values[i] = near
             continue
         if apart < arguments.LEAST:
-            reason = f"is nearer than {arguments.LEAST:g} rad/pitch to another one of the history, {near:.9g} rad/pitch"
-            refuse(f"twist[{i + given - len(values)}]", f"{value:.9g} rad/pitch", reason, "give the same one")
+            reason = f"is nearer than {per_pitch(arguments.LEAST)} to another one of the history, {per_pitch(near, 9)}"
+            refuse(f"twist[{i + given - len(values)}]", per_pitch(value, 9), reason, "give the same one")
         known.insert(place, value)
     for i, (a, b) in enumerate(itertools.pairwise(values)):
         if a == b:

@@ -23,6 +23,7 @@ from squama.loads import LOADS
 from squama.model import history
 from squama.model.outcome import End
 from squama.model.paths import FLOAT
+from squama.people import at_most, per_pitch
 from squama.types import Array
 
 STRAIGHT = 4
@@ -126,7 +127,7 @@ def check(values: list[float], found: Senses) -> None:
     for i, value in enumerate(values):
         sign = "-" if value < 0 else "+"
         if abs(value) > found.most[sign] * (1 + SAME):
-            refuse("twist", f"{value:.6g} rad/pitch", *_beyond(found, sign))
+            refuse("twist", per_pitch(value, 6), *_beyond(found, sign))
         if i and (values[i - 1], value) not in ways:
             ways.add((values[i - 1], value))
             _slides_back(values[i - 1], value, found)
@@ -136,16 +137,14 @@ def _beyond(found: Senses, sign: str) -> tuple[str, str]:
     """Say what ends the path, and what to give instead."""
     p, most = found.paths[sign], found.most[sign]
     minus = "-" if sign == "-" else ""
-    here, end = f"{minus}{most:.6g}", f"{minus}{p.load_end:.6g} rad/pitch"
+    here, end = (f"{minus}{per_pitch(angle, 6)}" for angle in (most, p.load_end))
     if p.end in LOCKS:
         why = f"the cut-off before the {p.end} at {end} (mu = {found.mu:g})"
     elif p.other:
         why = f"where another contact comes in that a cycle does not follow: {p.other}"
     else:
         why = _BEYOND[p.end]
-    digits = 10.0 ** (math.floor(math.log10(most)) - 4)
-    most_given = f'give at most "{minus}{math.floor(most / digits) * digits:.5g} rad/pitch"'
-    return f"is beyond {here} rad/pitch, {why}", most_given
+    return f"is beyond {here}, {why}", f'give at most "{minus}{at_most(most, 5)}"'
 
 
 def _slides_back(start: float, stop: float, found: Senses) -> None:
@@ -160,9 +159,9 @@ def _slides_back(start: float, stop: float, found: Senses) -> None:
         at = float(p.row.point(x, p.law, FLOAT).load) * (-1 if sign == "-" else 1)
         refuse(
             "twist",
-            f"{stop:.6g} rad/pitch",
-            f"coming from {start:.6g} the scales do not slide back beyond {at:.6g} rad/pitch, friction holds them "
-            f"there (mu = {found.mu:g}, {p.law} law)",
+            per_pitch(stop, 6),
+            f"coming from {per_pitch(start, 6)} the scales do not slide back beyond {per_pitch(at, 6)}, friction "
+            f"holds them there (mu = {found.mu:g}, {p.law} law)",
             "turn round before",
         )
 

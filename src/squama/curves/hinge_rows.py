@@ -11,8 +11,8 @@ import numpy as np
 
 from squama.contacts import path
 from squama.contacts.system import EQUAL
-from squama.curves import hinge, real
-from squama.curves.real_walk import Loaded
+from squama.curves import compliant, hinge
+from squama.curves.compliant_walk import Loaded
 from squama.curves.rows import Row
 from squama.curves.way import Analysis, States, Way
 from squama.joints.choice import Joint
@@ -42,8 +42,10 @@ def _solved(analysis: Analysis, mu: float) -> Loaded:
     (endless,), _ = hinge.solve(whole)
     far = float(endless.curve(points=3).figures["rate_c"]) * d if math.isinf(to) else abs(to)
     K = np.diag([1.0] * 6 + [beam.torsional_rigidity / (d * K_theta)])
-    held = real.Held(Joint(None, "hinge", "", 0.0), K, K_theta / d**3, K_theta, beam.torsional_rigidity, path.HELD, 1.0)
-    scale = real.scale(beam, ideal=True)._replace(h=hinge.thickness(analysis))
+    held = compliant.Held(
+        Joint(None, "hinge", "", 0.0), K, K_theta / d**3, K_theta, beam.torsional_rigidity, path.HELD, 1.0
+    )
+    scale = compliant.scale(beam, ideal=True)._replace(h=hinge.thickness(analysis))
     way = path.Path.of(scale, K, mu, toward=toward, most=max(far, SEARCH), masked=BLOCKED)
     ends = Row(EQUAL, endless, GIVES)
-    return Loaded(real.Path(beam, held, way, toward), analysis.way.load, far, ends)
+    return Loaded(compliant.Path(beam, held, way, toward), analysis.way.load, far, ends)

@@ -11,19 +11,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.beam.people import per_pitch
 from squama.contacts import increments, row, states
 from squama.contacts.row import Track
 from squama.contacts.system import STRAINS
 from squama.contacts.ties import COUPLE, GRIPPED, LOOSE
-from squama.curves import real
+from squama.curves import compliant
+from squama.curves.compliant_figures import by_load, values
 from squama.curves.curve_figures import dissipation
-from squama.curves.real_figures import by_load, values
 from squama.curves.way import Solved, Stations
 from squama.errors import refuse
 from squama.loads import Load
 from squama.model.elastic_plate import SIDE_D, TIP
 from squama.model.outcome import End
+from squama.people import per_pitch
 from squama.symbols import OF_A_SCALE
 from squama.types import Array
 from squama.units import number
@@ -52,6 +52,11 @@ class Row(NamedTuple):
     left: tuple[str, ...] = ()
     within: float = math.inf
 
+    def track(self, one: compliant.Path, load: Load, at: Array) -> Track:
+        """Follow the beam to load angles (n,) per pitch from 0 on."""
+        loads = sum(one.toward) * at
+        return row.track(one.way, one.beam.pitches, loads, ends=self.kind, load=load.axis, within=self.within)
+
 
 class Told(NamedTuple):
     """States of a beam at load angles (n,), by role: of the beam, and of each scale (n, scales).
@@ -69,10 +74,10 @@ class Told(NamedTuple):
     notes: tuple[str, ...] = ()
 
 
-def told(one: real.Path, load: Load, ends: Row, at: Array) -> Told:
+def told(one: compliant.Path, load: Load, ends: Row, at: Array) -> Told:
     """Follow a beam of N scales to load angles (n,) from 0 on, NaN beyond its end."""
     n, sign = one.beam.pitches, sum(one.toward)
-    track = row.track(one.way, n, sign * at, ends=ends.kind, load=load.axis, within=ends.within)
+    track = ends.track(one, load, at)
     points = len(track.rows)
     along, each = of_scales(one, load, Stations.along(load, sign * at[:points]).strains, track)
     most = {role: np.fmax.reduce(v, axis=1) for role, v in each.items() if role != "theta"}
@@ -99,7 +104,7 @@ def _whole(v: Array, n: int) -> Array:
 
 
 def of_scales(
-    one: real.Path, load: Load | None, strains: Array, track: Track, turned: Array | float | None = None
+    one: compliant.Path, load: Load | None, strains: Array, track: Track, turned: Array | float | None = None
 ) -> tuple[dict[str, Array], dict[str, Array]]:
     """Return variables of the whole row (points,) and of each scale (points, scales) in SI units, by role.
 
@@ -127,7 +132,7 @@ def of_scales(
     return along, each
 
 
-def check_ends(kind: int | None, held: real.Held, n: int) -> None:
+def check_ends(kind: int | None, held: compliant.Held, n: int) -> None:
     """Refuse grips of a bar that cannot bend between them, and too many scales between grips or under a couple."""
     if kind not in (GRIPPED, COUPLE):
         return
@@ -144,20 +149,20 @@ def check_ends(kind: int | None, held: real.Held, n: int) -> None:
 
 def beyond(track: Track, far: float, *loads: Load) -> tuple[str, ...]:
     """Say where cells twist or bend farther than the model was compared with, and their mean ``far`` does not."""
-    if far > real.STRAIN_LIMIT or not track.cells.size:
+    if far > compliant.STRAIN_LIMIT or not track.cells.size:
         return ()
     found = []
     for load in loads:
         strains = track.cells[..., load.axis]
         most = np.abs(strains).max(axis=0)
-        if most.max() > real.STRAIN_LIMIT:
+        if most.max() > compliant.STRAIN_LIMIT:
             farthest, mean = np.abs(strains).max(axis=1), np.abs(strains.mean(axis=1))
-            i = int((farthest > real.STRAIN_LIMIT).argmax())
-            end = np.interp(real.STRAIN_LIMIT, farthest[max(i - 1, 0) : i + 1], mean[max(i - 1, 0) : i + 1])
+            i = int((farthest > compliant.STRAIN_LIMIT).argmax())
+            end = np.interp(compliant.STRAIN_LIMIT, farthest[max(i - 1, 0) : i + 1], mean[max(i - 1, 0) : i + 1])
             many, most_of_all = most.size * math.degrees(end), math.degrees(most.max())
             found.append(
                 f"trust the curve up to {number(many, 'deg')} ({per_pitch(float(end))}): pitch "
-                f"{int(most.argmax()) + 1} {load.verb}s by up to {most_of_all:.3g} deg, and {real.COMPARED}"
+                f"{int(most.argmax()) + 1} {load.verb}s by up to {most_of_all:.3g} deg, and {compliant.COMPARED}"
             )
     return tuple(found)
 
@@ -180,7 +185,7 @@ def _bowed(track: Track, kind: int, load: Load) -> tuple[str, ...]:
     return (f"{how}, and with free ends the load follows the axis of each cell; {remedy}",)
 
 
-def cells_of(one: real.Path, track: Track, kind: int, *loads: Load) -> dict[str, Array]:
+def cells_of(one: compliant.Path, track: Track, kind: int, *loads: Load) -> dict[str, Array]:
     """Return strains of each cell, and what it carries of moments and forces that hold it, in SI units by role.
 
     ``loads`` are the same in all cells, unless between grips or under a couple.
@@ -200,12 +205,12 @@ def cells_of(one: real.Path, track: Track, kind: int, *loads: Load) -> dict[str,
     return found
 
 
-def _apart(one: real.Path, track: Track) -> bool:
+def _apart(one: compliant.Path, track: Track) -> bool:
     """Say whether nothing ever touches."""
     return one.contact(0).first == -1 and math.isinf(track.engaged) and track.end.code == increments.RANGE
 
 
-def _figures(one: real.Path, track: Track, ends: Row, load: Load) -> dict[str, float | int | str]:
+def _figures(one: compliant.Path, track: Track, ends: Row, load: Load) -> dict[str, float | int | str]:
     """Return the single figures that a row has beside those of every curve, by role."""
     c, second, apart = one.contact(0), track.other(), _apart(one, track)
     other = second

@@ -11,6 +11,7 @@ import numpy as np
 
 from squama.beam.design import Beam
 from squama.loads import ENDLESS, LOADS, Load
+from squama.people import per_pitch
 from squama.types import Array
 
 VERBS = tuple(load.verb for load in sorted(LOADS.values(), key=lambda load: load.axis))
@@ -40,7 +41,7 @@ class Way(NamedTuple):
 
     def said(self, value: float) -> str:
         """Return a load angle as it was typed, and per pitch."""
-        angle = f"{value:.6g} rad/pitch"
+        angle = per_pitch(value, 6)
         text = self.typed.get(value, angle)
         return angle if text == angle else f'"{text}" ({angle})'
 

@@ -25,6 +25,7 @@ from squama.dynamics.motion import Drive, State
 from squama.dynamics.systems import Bar, Model
 from squama.errors import naming, refuse
 from squama.loads import ENDLESS, MODES, UNIFORM, EndsName, JointName, LawName, LoadName, ModeName
+from squama.people import at_most, per_pitch
 from squama.progress import steps
 from squama.types import Array
 from squama.units import Bounds, Dimension, bounded, shown
@@ -163,8 +164,8 @@ def vibrate(
     one = Swinging(beam, model, mode, bar, sides, request)
     side = sides.of(-1 if start < 0 else 1)
     if abs(start) > side.last * (1 + 1e-9):
-        reason = f"is beyond {side.last:.6g} rad/pitch, where the contact ends: {side.ends}"
-        refuse("release", f"{start:.6g} rad/pitch", reason, f'write at most "{0.999 * side.last:.4g} rad/pitch"')
+        reason = f"is beyond {per_pitch(side.last, 6)}, where the contact ends: {side.ends}"
+        refuse("release", per_pitch(start, 6), reason, f'write at most "{at_most(0.999 * side.last)}"')
     first, drive = State(0.0, start, speed), Drive(zeta, tolerance=systems.tolerance(model))
     found = _damped(one, drive, first, n) if zeta else decay(sides, start=start, speed=speed, turns=2 * n + 1).single()
     if found.end == BEYOND:
@@ -187,7 +188,7 @@ def _quantities(beam: Beam, load: str, mode: str, **given: Quantity | None) -> d
                 found[name] = kind.read(value, pitch=beam.pitch, scales=beam.pitches) * beam.pitch
             arguments.moves(name, found[name])
             if abs(found[name]) >= math.pi:
-                refuse(name, f"{found[name]:.6g} rad/pitch", "must be below half a turn per pitch")
+                refuse(name, per_pitch(found[name], 6), "must be below half a turn per pitch")
     return found
 
 
@@ -226,7 +227,7 @@ def _beyond(one: Swinging, found: Decay, name: str) -> NoReturn:
     height = float(np.max(side.height())) * unit
     reason = (
         f"a swing in the sense {'+' if sign > 0 else '-'} has {found.energy * unit:.4g} J, and "
-        f"{height:.4g} J take it to {side.last:.4g} rad/pitch, {_further(side)}"
+        f"{height:.4g} J take it to {per_pitch(side.last, 4)}, {_further(side)}"
     )
     refuse(name, "", reason, "give less")
 
@@ -402,5 +403,5 @@ def _unsteady(one: Swinging, error: motion.LeftError, ratio: float) -> NoReturn:
         reason = f"the motion turns and sticks more than {motion.MOST_PARTS} times in a period"
         refuse("frequencies", at, reason, "give a higher one, or more damping")
     side: Side = one.sides.of(1 if error.state.y > 0 else -1)
-    reason = f"the motion goes beyond {side.last:.4g} rad/pitch: {side.ends or 'no further was the beam followed'}"
+    reason = f"the motion goes beyond {per_pitch(side.last, 4)}: {side.ends or 'no further was the beam followed'}"
     refuse("frequencies", at, reason, "shake less, or give other frequencies")

@@ -1,8 +1,8 @@
 r"""Branches of thick, elastic scales on joints, walked along the load and back.
 
 Of an endless beam, or of all of N scales between their ends, whose loads and energies are those of a cell in the mean.
-By the same model as ``squama.twist``, ``bend`` and ``cycle`` (:mod:`squama.curves.real_walk`); each way back from a
-turning point is walked from there. The scales' torque or moment, and their energy, are over the beam's rigidity.
+By the same model as ``squama.twist``, ``bend`` and ``cycle`` (:mod:`squama.curves.compliant_walk`); each way back from
+a turning point is walked from there. The scales' torque or moment, and their energy, are over the beam's rigidity.
 
 Along a mode of bending, always by the endless beam, the largest curvature a is the coordinate, and each place x follows
 its own bend a chi(x):
@@ -26,7 +26,7 @@ from scipy.interpolate import CubicSpline
 
 from squama.contacts import increments, states
 from squama.contacts.ties import KINDS
-from squama.curves import real, real_cycles
+from squama.curves import compliant, compliant_cycles
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.modes import SHAPES, gauss
 from squama.loads import ENDLESS, Load
@@ -51,7 +51,7 @@ NOTHING = 1e-12
 class LoadedBeam(NamedTuple):
     """A beam with thick scales under one load in one sense, ``sign``; ``ends``: of its own scales, or it is endless."""
 
-    one: real.Path
+    one: compliant.Path
     load: Load
     sign: int
     ends: str = ENDLESS
@@ -66,11 +66,11 @@ class LoadedBeam(NamedTuple):
 
         Their torque and elastic energy over the beam's rigidity, and what ends the way there, empty where nothing does.
         """
-        v, end = real_cycles.reached(self.one, self.load, self.sign * x, KINDS.get(self.ends))
+        v, end = compliant_cycles.reached(self.one, self.load, self.sign * x, KINDS.get(self.ends))
         n = 0 if end.code == increments.AT_REST else v[0]["N"].size
         axis = 1 - self.load.axis
         alone = float(states.bare(self.one.way.beams)[0, axis, axis])
-        q = self.sign * real_cycles.torque(v, self.load)[:n] / alone - x[:n]
+        q = self.sign * compliant_cycles.torque(v, self.load)[:n] / alone - x[:n]
         stored = np.mean([each["energy"][:n] for each in v], axis=0) / alone - x[:n] ** 2 / 2
         ends = "" if end.code == increments.RANGE else str(end.word)
         return np.where(np.abs(q) < NOTHING, 0.0, q), stored, ends

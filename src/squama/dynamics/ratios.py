@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from squama import arguments
 from squama.arrays import solution
-from squama.beam.faces import FACES, sense
+from squama.beam.faces import FACES, FacesName, sense
 from squama.dynamics import hinge_branches
 from squama.dynamics.branches import APART, Side
 from squama.dynamics.decay import BEYOND, RINGS, Sides, damping, decay
@@ -56,7 +56,7 @@ def free_vibration(
     load: LoadName = "twisting",
     mode: ModeName = "uniform",
     law: LawName = "edge",
-    faces: str = "one",
+    faces: FacesName = "one",
 ) -> FreeVibration:
     """Let beams of hinged scales swing: peaks, times and damping of every cycle, without steps in time.
 

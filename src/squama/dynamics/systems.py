@@ -1,4 +1,4 @@
-"""A beam that swings: its branches in both senses, by hinges or by the real model, and what it weighs."""
+"""A beam that swings: branches in both senses, of hinges or of thick scales on compliant joints, and inertia."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from squama.beam import mass
 from squama.beam.design import Beam
 from squama.contacts import path
-from squama.curves import both_faces, hinge_cycles, real
+from squama.curves import both_faces, compliant, hinge_cycles
 from squama.curves.chosen import MODELS
 from squama.curves.way import direction
 from squama.dynamics import hinge_branches, joint_branches, motion
@@ -20,6 +20,7 @@ from squama.dynamics.hinge_branches import FINEST
 from squama.dynamics.modes import SHAPES
 from squama.errors import refuse
 from squama.loads import ENDLESS, Load
+from squama.people import per_pitch
 
 ROUGH = 1e-7
 """Relative error of a step in time on branches of thick scales, which are no better than their increments."""
@@ -154,7 +155,7 @@ def _hinged(beam: Beam, model: Model, mode: str) -> Sides:
     found = {sign: hinge_branches.of_path(both.paths[sign], both.bar, mode) for sign in ("+", "-")}
     other = both.paths["-"]
     if found["-"].up is None and math.isfinite(other.load_end) and (kind.sided or other.other):
-        text = f"in the other sense another contact comes in at {other.load_end:.4g} rad per pitch ({other.other})"
+        text = f"in the other sense another contact comes in at {per_pitch(other.load_end)} ({other.other})"
         return Sides(found["+"], APART, (other.load_end, f"{text}; on hinges the bar goes on without it"))
     return Sides(found["+"], found["-"])
 
@@ -164,7 +165,7 @@ def _real(beam: Beam, model: Model, mode: str, sign: int, far: float) -> Side:
     load, toward = model.load, direction(model.load, sign)
     # first touches are looked for up to there, or farther
     most = max(far, path.RANGE)
-    one = real.Path.of(beam, model.mu, (load.verb,), ideal=model.ideal, toward=toward, most=most)
+    one = compliant.Path.of(beam, model.mu, (load.verb,), ideal=model.ideal, toward=toward, most=most)
     return joint_branches.side(joint_branches.LoadedBeam(one, load, sign, model.ends), far, mode)
 
 
@@ -172,5 +173,5 @@ def notes(beam: Beam, model: Model, limit: Limit | None, low: float, high: float
     """Return notes where a motion between two angles (rad per pitch) leaves the model."""
     found = [limit[1]] if limit is not None and -low >= limit[0] else []
     if not MODELS[model.joint].straight:
-        found += real.notes(real.Held.of(beam), beam, max(-low, high), ideal=model.ideal)
+        found += compliant.notes(compliant.Held.of(beam), beam, max(-low, high), ideal=model.ideal)
     return found

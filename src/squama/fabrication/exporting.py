@@ -23,16 +23,15 @@ from squama.fabrication import plan as plans
 from squama.fabrication import solids as made
 from squama.fabrication.bodies import Recipe
 from squama.fabrication.formats import Placed
+from squama.fabrication.kinds import FORMATS, PARTS, FormatName, PartName
 from squama.fabrication.mesh import Check, Mesh
 from squama.fabrication.plan import Plan
-from squama.fabrication.solids import PARTS
 from squama.io import files
 from squama.needs import need
 
 if TYPE_CHECKING:
     from squama.beam.design import Beam
 
-FORMATS = ("stl", "3mf", "step")
 RECORD = "export.json"
 """File that says what an export has written."""
 PLA, SILICONE = mass.PLASTIC / 1000, mass.SILICONE / 1000
@@ -91,8 +90,8 @@ def export(
     folder: str | os.PathLike[str],
     *,
     scales: int | None = None,
-    parts: Sequence[str] = PARTS,
-    formats: Sequence[str] = ("stl", "3mf"),
+    parts: Sequence[PartName] = PARTS,
+    formats: Sequence[FormatName] = ("stl", "3mf"),
     clearance: float | str = "0.2 mm",
     feature: float | str = "0.4 mm",
     wall: float | str = "3 mm",

@@ -11,10 +11,10 @@ import numpy as np
 from squama.fabrication import bodies, mesh
 from squama.fabrication.bodies import Recipe
 from squama.fabrication.formats import Placed
+from squama.fabrication.kinds import PartName
 from squama.fabrication.mesh import Check
 from squama.fabrication.plan import Plan, between
 
-PARTS = ("scale", "substrate", "mould", "assembly")
 SPACING = 2.0
 """Between scales that are laid out for the printer, mm."""
 
@@ -27,7 +27,7 @@ class Solids(NamedTuple):
     checks: list[Check]
 
 
-def make(plan: Plan, parts: Sequence[str]) -> Solids:
+def make(plan: Plan, parts: Sequence[PartName]) -> Solids:
     """Return the solids of the parts that are asked for, measured."""
     files: dict[str, list[Placed]] = {}
     counts: list[tuple[Recipe, int]] = []

@@ -22,6 +22,7 @@ import numpy as np
 from squama.errors import InputError
 from squama.fe.deck import MARK
 from squama.io import files
+from squama.people import per_pitch
 from squama.types import Array
 
 if TYPE_CHECKING:
@@ -122,9 +123,10 @@ def audit(data: xr.Dataset) -> xr.Dataset:
     """
     gap = data["gap"].values
     for j, i in np.argwhere(gap < -DEEPEST)[:1].tolist():
+        place = f"increment {j} at {per_pitch(float(data['phi'][j]))}"
         message = (
-            f"the contact of scales {i + 1} and {i + 2} was lost in increment {j} (phi = {float(data['phi'][j]):.4g} "
-            f"rad): their edges overlap by {-gap[j, i]:.3g} pitches, though CalculiX accepted it; write the deck with "
+            f"the contact of scales {i + 1} and {i + 2} was lost in {place}: "
+            f"their edges overlap by {-gap[j, i]:.3g} pitches, though CalculiX accepted it; write the deck with "
             "more increments"
         )
         raise CalculixError(message, data.isel(point=slice(0, j)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import os
 import sys
 import time
@@ -25,10 +26,12 @@ from squama.fe.elements import Elements, Material
 from squama.fe.exposed import Exposed, box
 from squama.fe.geometry import Geometry, geometry
 from squama.fe.mesh import pitch_mesh
+from squama.fe.sizes import MESHES, MeshSize
 from squama.fe.walk import Doing, Ended, Walk
 from squama.interrupt import Interrupted, until_interrupted
 from squama.io import files
 from squama.loads import SenseName
+from squama.people import per_pitch
 from squama.symbols import SYMBOLS
 
 if TYPE_CHECKING:
@@ -36,8 +39,6 @@ if TYPE_CHECKING:
 
     from squama.beam.design import Beam
 
-MESHES = {"coarse": (0.2, 0.06), "medium": (0.15, 0.013), "fine": (0.12, 0.0075)}
-"""Sizes of the elements in the bulk and along the embedded scale's edges, pitches."""
 INCREMENT = 0.01
 """Largest increment of the twist, rad per pitch."""
 SILENCE = 10.0
@@ -92,7 +93,7 @@ def cell(
     to: float | str,
     mu: float | None = None,
     sense: SenseName = "+",
-    mesh: str | tuple[float, float] = "medium",
+    mesh: MeshSize = "medium",
     increment: float = INCREMENT,
     scales: int | None = None,
     ends: str = "free",
@@ -262,11 +263,10 @@ def _bent_far(walk: Walk) -> list[str]:
     ]
 
 
-def mesh_sizes(mesh: str | tuple[float, float]) -> tuple[float, float]:
+def mesh_sizes(mesh: MeshSize) -> tuple[float, float]:
     """Return the two sizes of a mesh, in pitches, from its name or from themselves."""
     if isinstance(mesh, str):
-        arguments.one_of("mesh", mesh, tuple(MESHES))
-        return MESHES[mesh]
+        return MESHES[arguments.one_of("mesh", mesh, tuple(MESHES))]
     if len(mesh) != 2:
         refuse("mesh", "", "give two sizes, in the bulk and along the scale's edges, in pitches")
     return float(mesh[0]), float(mesh[1])
@@ -287,7 +287,7 @@ def follow(
     if restart is not None and files.exists(restart):
         walk.resume(restart, key)
         if abs(walk.phi) > abs(goal):
-            reason = f"has gone to {abs(walk.phi):.4g} rad per pitch already"
+            reason = f"has gone to {per_pitch(abs(walk.phi), 4)} already"
             refuse("", "", reason, "ask for more, or name another output", str(restart))
     begun, start = time.monotonic(), abs(walk.phi)
     said = entered = begun
@@ -326,7 +326,7 @@ def follow(
 def print_progress(at: Progress) -> None:
     """Write a line on standard error."""
     left = "" if at.left_s is None else f", about {at.left_s:.0f} s left"
-    place = f"phi = {at.phi:.4f} of {at.goal:.4g} rad/pitch"
+    place = f"{math.degrees(at.phi):.4g} of {per_pitch(at.goal, 4)}"
     if at.toward is None:
         words = f"{place}: {at.iterations} iterations, largest force left {at.unbalanced:.1e}{left}"
     else:

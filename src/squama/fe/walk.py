@@ -25,6 +25,7 @@ from squama.fe.contact import DHAT, Load, RowContact, Touch, stiffness
 from squama.fe.periodic import STRAINS, Leg
 from squama.fe.plate import inclination
 from squama.io import files
+from squama.people import per_pitch
 from squama.types import Array
 
 ITERATIONS = 12
@@ -214,13 +215,13 @@ class Walk:
                 self.halvings += 1
                 step = (there - self.phi) / 2
                 if abs(step) < least:
-                    return Ended(False, f"stopped at phi = {self.phi:.4f} rad per pitch: {why}")
+                    return Ended(False, f"stopped at {per_pitch(self.phi, 4)}: {why}")
                 continue
             if told is not None:
                 told()
             step = float(np.sign(left)) * min(abs(step) * 1.5, abs(increment))
             if stop is not None and stop() and self.phi != goal:
-                return Ended(False, f"interrupted at phi = {self.phi:.4f} rad per pitch; the same command goes on")
+                return Ended(False, f"interrupted at {per_pitch(self.phi, 4)}; the same command goes on")
         return Ended(True, "the asked twist was reached")
 
     def aim(self, bend: float, twist: float) -> float:
@@ -381,7 +382,7 @@ class Walk:
         words = f"come to rest {away:.2g} pitches away" if found.solved else f"move {away:.2g} pitches or farther"
         return Ended(
             False,
-            f"stopped at phi = {self.phi:.4f} rad per pitch: the scales snap there; let go, they {words}, energy is "
+            f"stopped at {per_pitch(self.phi, 4)}: the scales snap there; let go, they {words}, energy is "
             "lost on the way, and the curve ends",
         )
 

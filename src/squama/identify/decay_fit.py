@@ -25,7 +25,6 @@ from numpy.typing import NDArray
 from squama import arguments
 from squama._version import __version__
 from squama.beam.design import Beam
-from squama.beam.people import per_pitch
 from squama.curves.chosen import idealisation
 from squama.dynamics import doors, motion, systems
 from squama.dynamics.motion import Drive, Part, State
@@ -37,6 +36,7 @@ from squama.identify.records import Swings
 from squama.identify.unknowns import PARAMETERS, Parameter, ask, named
 from squama.io.columns import TIME
 from squama.loads import MODES, JointName, LawName, LoadName, ModeName
+from squama.people import per_pitch
 from squama.types import Array
 from squama.units import Dimension
 
@@ -199,7 +199,7 @@ class DecayFit(Estimated):
         }
 
     def __repr__(self) -> str:
-        return f"DecayFit({', '.join(self.lines)}; {self.t.size} points, rms {self.rms:.3g} rad/pitch)"
+        return f"DecayFit({', '.join(self.lines)}; {self.t.size} points, rms {per_pitch(self.rms)})"
 
     @property
     def sizes(self) -> list[tuple[str, str]]:
@@ -305,7 +305,7 @@ def _started(trials: Trials, p: Array, record: Swings) -> Array:
             p[trials.names.index("f_0")] = turned[1] / (record.t[record.turns[1]] - record.start) / (2 * math.pi)
             return p
         if mu is None or p[mu] < 1e-3:
-            reason = f"the beam as given stays at {record.release:.4g} rad/pitch, where the record begins"
+            reason = f"the beam as given stays at {per_pitch(record.release, 4)}, where the record begins"
             refuse("data", "", reason, "check the beam and the unit of the twist")
         p[mu] /= 2
 
@@ -317,8 +317,8 @@ def _check_engagement(trials: Trials, p: Array, record: Swings, contact: list[st
     if contact and peaks.max() < sides.plus.y_e and -peaks.min() < sides.minus.y_e:
         what = f"{' and '.join(contact)} {'are' if len(contact) > 1 else 'is'} not to be found"
         reason = (
-            f"{what}: the record never engages; it goes to {np.abs(peaks).max():.4g} rad/pitch, and scales engage at "
-            f"{sides.plus.y_e:.4g} rad/pitch"
+            f"{what}: the record never engages; it goes to {per_pitch(np.abs(peaks).max(), 4)}, and scales engage at "
+            f"{per_pitch(sides.plus.y_e, 4)}"
         )
         refuse("parameters", "", reason, 'let the beam go from farther, or find "damping" only')
 

@@ -23,6 +23,7 @@ from squama.identify.unknowns import Asked, ask
 from squama.loads import TESTS
 from squama.model.outcome import End
 from squama.model.paths import ARRAY
+from squama.people import per_pitch
 from squama.progress import steps
 from squama.types import Array
 
@@ -283,7 +284,7 @@ def _further(asked: Asked, values: Array, senses: Senses, forward: Forward) -> I
         yield f"{n} points before engagement", straight.jacobian(at) @ chain
     if np.isfinite(path.load_e) and path.end is not End.NONE and end > 1.02 * far:
         beyond = build(senses, s * np.linspace(max(far, path.load_e), end, n + 1)[1:], np.ones(n))
-        yield f"{n} points more of loading, up to {end:.3g} rad/pitch", beyond.jacobian(at) @ chain
+        yield f"{n} points more of loading, up to {per_pitch(end)}", beyond.jacobian(at) @ chain
     if TESTS[asked.load].sided and touching.any():
         yield from _bending(asked, values, float(forward.theta.max()), forward, n)
 
@@ -310,4 +311,4 @@ def _bending(asked: Asked, values: Array, theta: float, forward: Forward, n: int
         if i is not None:
             J[:, i] = 0.0
     largest = np.abs(forward.torque(at)).max() / np.abs(points.torque(bent.physical(values))).max()
-    return [(f"a bending test too, {n} points of loading up to {last:.3g} rad/pitch", J * largest)]
+    return [(f"a bending test too, {n} points of loading up to {per_pitch(last)}", J * largest)]

@@ -23,7 +23,7 @@ import numpy as np
 
 from squama.beam.design import Beam
 from squama.contacts.ties import KINDS
-from squama.curves import real, real_cycles
+from squama.curves import compliant, compliant_cycles
 from squama.errors import InputError
 from squama.identify.hinge_points import Physical
 from squama.identify.readings import Readings
@@ -152,7 +152,7 @@ class Walked:
     def engaged(self) -> dict[str, float]:
         """Load angle per pitch at which plates first touch, by sense."""
         goals = [-1.0, 1.0] if self.load.sided else [1.0]
-        both = real_cycles.paths(self.beam, self.load, self.start.mu, goals, ideal=False)
+        both = compliant_cycles.paths(self.beam, self.load, self.start.mu, goals, ideal=False)
         return {sense: one.way.engaged for sense, one in both.items()}
 
     def bar(self) -> float:
@@ -183,10 +183,12 @@ class Walked:
 
     def _followed(self, beam: Beam, mu: float, x: Array) -> tuple[Array, Array]:
         """Return the torque (N m) at load angles from 0 on, and the sum of the forces between scales there."""
-        real_cycles.check(x.tolist())
-        one = real.Path.of(beam, float(mu), (self.load.verb,), ideal=False)
-        found = real_cycles.pressed(one, self.load, x, self.kind)
-        return real_cycles.torque(found, self.load) * beam.unit_moment, np.sum([state["N"] for state in found], axis=0)
+        compliant_cycles.check(x.tolist())
+        one = compliant.Path.of(beam, float(mu), (self.load.verb,), ideal=False)
+        found = compliant_cycles.pressed(one, self.load, x, self.kind)
+        return compliant_cycles.torque(found, self.load) * beam.unit_moment, np.sum(
+            [state["N"] for state in found], axis=0
+        )
 
     def _walk(self, v: Physical) -> tuple[Array, Array]:
         """Walk the beam of a trial through the load angles (rad per pitch) of the specimen."""

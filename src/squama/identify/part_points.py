@@ -15,7 +15,7 @@ from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
 from squama.contacts import increments, path
-from squama.curves import real
+from squama.curves import compliant
 from squama.errors import InputError, Problem, refuse
 from squama.identify.hinge_points import Physical
 from squama.identify.joint_points import Linear, Walked
@@ -102,7 +102,7 @@ class Loaded(Walked):
         """Return the course of a part, and the unit of its forces, N."""
         n = beam.pitches
         given, held = loading.together(self.part.load, self.part.support, beam, n)
-        one = real.Path.of(beam, float(mu), (NOTHING,), ideal=False)
+        one = compliant.Path.of(beam, float(mu), (NOTHING,), ideal=False)
         if len(one.held.K) < 9:
             refuse("joint", "", "joint.matrix knows no bend", "squama joint --matrix writes all nine motions")
         unit = one.unit_moment / beam.pitch

@@ -16,7 +16,7 @@ from squama.beam.faces import only_one
 from squama.contacts.ties import KINDS
 from squama.curves import doors, hinge_cycles, rows
 from squama.curves.chosen import chosen
-from squama.curves.real import Held
+from squama.curves.compliant import Held
 from squama.curves.way import Way
 from squama.errors import InputError, refuse
 from squama.identify import records

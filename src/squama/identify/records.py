@@ -23,6 +23,7 @@ from squama.io import measured
 from squama.io.columns import Ordinate, torque
 from squama.io.measured import Measured
 from squama.loads import LOADS, TESTS, Load
+from squama.people import at_most, per_pitch
 from squama.types import Array
 from squama.units import Bounds, shown
 
@@ -134,7 +135,7 @@ class Limits(NamedTuple):
         """Read the limits; see :func:`squama.fit`."""
         limit = np.inf if to is None else _angle("to", to, beam, load)
         if limit <= 0:
-            example = "5 mm" if TESTS[load].pushed else "0.1 rad/pitch"
+            example = "5 mm" if TESTS[load].pushed else "5 deg/pitch"
             refuse("to", "", "must be above 0", f'write e.g. "{example}"')
         back = None if reversal is None else _angle("reversal", reversal, beam, load)
         return cls(limit, back, _angle("stick", stick, beam, load))
@@ -245,18 +246,22 @@ def check_range(rec: Record, senses: Senses, lowest: float) -> None:
             continue
         i = int(np.argmax(np.where(beyond, np.abs(rec.load), -1)))
         minus = "-" if sign == "-" else ""
-        why = f"{path.end} at {minus}{path.load_end:.6g} rad/pitch"
+        why = f"{path.end} at {minus}{per_pitch(path.load_end, 6)}"
         if path.end.locks:
             why += f", where the beam locks even with the least friction allowed, {lowest:g}"
         elif path.other:
-            why = f"{minus}{senses.most[sign]:.6g} rad/pitch, where another contact comes in: {path.other}"
-        low = np.floor(senses.most[sign] * 1e4) / 1e4
+            why = f"{minus}{per_pitch(senses.most[sign], 6)}, where another contact comes in: {path.other}"
         reason = (
-            f"{np.count_nonzero(beyond)} of {rec.load.size} points, the farthest at {rec.load[i]:.6g} rad/pitch, "
+            f"{np.count_nonzero(beyond)} of {rec.load.size} points, the farthest at {per_pitch(rec.load[i], 6)}, "
             f"lie beyond what the model covers: {why}"
         )
         geometry = "check the unit of the twist and the geometry in the beam file"
-        problems.add(rec.where(i), "", reason, f'{geometry}, or use the points before only with to "{low:g} rad/pitch"')
+        problems.add(
+            rec.where(i),
+            "",
+            reason,
+            f'{geometry}, or use the points before only with to "{at_most(senses.most[sign])}"',
+        )
     problems.settle()
 
 
@@ -336,7 +341,7 @@ def swings(specimens: list[Measured], pitch: float) -> Swings:
     if back.size:
         refuse(given.where(int(back[0]) + 1), "", "the time does not grow", "give the rows in the order measured")
     if t.size < _SWINGS or not np.ptp(y) > 0:
-        refuse(place, "", f"{t.size} points, {np.ptp(y):.3g} rad/pitch apart, are no decay", f"give {_SWINGS} or more")
+        refuse(place, "", f"{t.size} points, {per_pitch(np.ptp(y))} apart, are no decay", f"give {_SWINGS} or more")
     sigma = scatter(y, np.zeros(y.size))
     reach = max(_BACK * float(np.ptp(y)), min(_TIMES * sigma, 0.1 * float(np.ptp(y))))
     turns = turning_points(y, reach)

@@ -17,6 +17,7 @@ from squama.identify.selection import Found, Rival
 from squama.identify.slope import Slope
 from squama.identify.unknowns import NUISANCES
 from squama.loads import TESTS
+from squama.people import per_pitch
 from squama.units import moment
 
 _WORTH, _EACH = 8.0, 10.0
@@ -218,8 +219,8 @@ def _locked(fit: Fit, senses: Senses) -> list[str]:
         far = float(np.max(np.abs(rec.load), where=there, initial=0.0))
         if far > path.load_end * (1 + 1e-9):
             return [
-                f"the fitted beam ends at {path.load_end:.6g} rad/pitch ({path.end}), before the farthest point "
-                f"({far:.6g} rad/pitch): the points beyond are not described by it"
+                f"the fitted beam ends at {per_pitch(path.load_end, 6)} ({path.end}), before the farthest point "
+                f"({per_pitch(far, 6)}): the points beyond are not described by it"
             ]
     return []
 

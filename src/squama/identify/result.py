@@ -28,6 +28,7 @@ from squama.identify.selection import Found, Rival
 from squama.identify.slope import Slope
 from squama.identify.unknowns import Parameter, written
 from squama.loads import ENDLESS, LOADS, TESTS, ending
+from squama.people import per_pitch
 from squama.types import Array
 
 if TYPE_CHECKING:
@@ -190,7 +191,7 @@ class Fit(Found):
         biased = f": {' and '.join(lost)} are those of an endless beam and biased by it" if lost else ""
         row = f"{n} scales have {torque:.3g} of the torque and {tangent:.3g} of the tangent of an endless beam"
         place = f"where the row ends: {end}" if end else "the top of the data"
-        return [f"{row} at {load:.3g} rad/pitch, {place} (squama row){biased}", steep]
+        return [f"{row} at {per_pitch(load)}, {place} (squama row){biased}", steep]
 
     def _compared(self, other: Alone) -> str:
         """Say of which scales a fit with ends is, and what the endless beam gives."""

@@ -17,6 +17,7 @@ from squama.beam.design import Beam
 from squama.curves import doors
 from squama.errors import InputError
 from squama.fe import runs
+from squama.fe.sizes import MeshName
 from squama.inverse import joint_figures
 from squama.inverse.goals import Goal, Pitches, Reached, reached
 from squama.inverse.named_figures import OF_LOCKS
@@ -24,11 +25,13 @@ from squama.inverse.target import Target
 from squama.joints import law
 from squama.joints.choice import impossible, known, said, shape
 from squama.loads import ENDLESS, LOADS, NOTHING, STRAIGHT, SenseName, holds
+from squama.people import per_pitch
 from squama.units import change, moment
 
 OF_BOW = ("torque", "tangent", "stiffness_ratio")
 """Figures at a twist that are known of a beam that is free to bow."""
-MESH, INCREMENTS = "coarse", 20
+MESH: MeshName = "coarse"
+INCREMENTS = 20
 """Mesh of the elements that a design is held against, and increments of their twist."""
 
 
@@ -62,10 +65,10 @@ class Beside:
 def found_by(target: Target, beam: Beam) -> str:
     """Name the beam of a design's figures: "(10 scales, free to bow)", "on hinges (endless, held straight)"."""
     load = LOADS[target.space.load]
-    straight = not target.real or holds(target.space.beam.holding, load)
+    straight = not target.compliant or holds(target.space.beam.holding, load)
     ends = f"{beam.scales} scales" if target.own else ENDLESS
     place = f"({ends}, {'held straight' if straight else 'free to bow'})" if load.sided else f"({ends})"
-    return place if target.real else f"on hinges {place}"
+    return place if target.compliant else f"on hinges {place}"
 
 
 def beside(target: Target, beam: Beam, *, elements: bool) -> tuple[Beside, ...]:
@@ -76,8 +79,8 @@ def beside(target: Target, beam: Beam, *, elements: bool) -> tuple[Beside, ...]:
     load = LOADS[target.space.load]
     # no beam of thick scales on joints that give has a lock: that needs no elements
     locks = any(goal.want.at is None and goal.want.figure in OF_LOCKS for goal in target.goals)
-    ask = target.real or known(beam) or (elements and not locks)
-    found = [] if target.real else [_door(target, beam, ask=ask)]
+    ask = target.compliant or known(beam) or (elements and not locks)
+    found = [] if target.compliant else [_door(target, beam, ask=ask)]
     goals = [goal for goal in target.goals if goal.want.at is not None]
     if goals and ask and not impossible(beam):
         if target.own:
@@ -137,11 +140,11 @@ def by_elements(beam: Beam, sense: str, rates: Sequence[float]) -> list[str]:
     ratios = [np.gradient(torque, x) / (torque[1] / x[1]) for torque in (T, own)]
     lines = []
     for rate in rates:
-        where = f"elements ({MESH} mesh), held straight, {rate * beam.pitch:.4g} rad per pitch"
+        where = f"elements ({MESH} mesh), held straight, {per_pitch(rate * beam.pitch)}"
         if rate > x[-1] * (1 + 1e-9):
             lines.append(f"{where}: the run ends before, {run.attrs['sentence']}")
             continue
-        torque, real, stiffer, as_stiff = (float(np.interp(rate, x, v)) for v in (T, own, *ratios))
+        torque, own_torque, stiffer, as_stiff = (float(np.interp(rate, x, v)) for v in (T, own, *ratios))
         beside = f"stiffness ratio {stiffer:.3g} (model: {as_stiff:.3g})"
-        lines.append(f"{where}: torque {moment(torque)} ({change(torque / real - 1, '+')}), {beside}")
+        lines.append(f"{where}: torque {moment(torque)} ({change(torque / own_torque - 1, '+')}), {beside}")
     return lines

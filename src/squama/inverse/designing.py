@@ -31,7 +31,7 @@ ROUNDED = 10
 """Designs that are rounded, beside two for each that is wanted."""
 REFINED = 36
 """Starts that are refined."""
-LOCK = "a lock is of thin, rigid scales on hinges: real scales bend, and their joints give (squama twist)"
+LOCK = "only thin, rigid scales on hinges lock: thick scales bend, and their joints give (squama twist)"
 BROKEN = 1e-7
 """A limit that is broken by more than this share counts as broken."""
 ACTIVE = 1e-6
@@ -216,7 +216,7 @@ def inverse_design(
     only_one(target.space.beam.faces, "inverse design")
     count = arguments.whole("designs", target.designs if designs is None else designs, 1, 100)
     starts, seed = arguments.whole("starts", starts, 16, 1 << 20), arguments.whole("seed", seed, 0, 2**31)
-    if elements and not (target.real and any(goal.want.at for goal in target.goals)):
+    if elements and not (target.compliant and any(goal.want.at for goal in target.goals)):
         refuse("elements", "", "check compliant joints at points of the target only", "leave it out", target.source)
     if elements and not LOADS[target.space.load].sided:
         refuse("elements", "", "are for twisting, and this target is in bending", "leave it out", target.source)
@@ -264,7 +264,7 @@ def inverse_design(
         tolerance={FULL.get(key, key): float(size[0]) for key, size in sizes.items()},
         settings={
             **target.options._asdict(),
-            "scales": idealisation(found[0].beam, target.options.joint, ideal=not target.real),
+            "scales": idealisation(found[0].beam, target.options.joint, ideal=not target.compliant),
             "accept": target.accept,
             "limits": dict(target.limits),
             "joint_law": bool(target.laws),
@@ -339,7 +339,7 @@ class _Refined(NamedTuple):
             size = np.sqrt((self.effects[k] ** 2).sum(axis=0))
             if goal.sense != "=":
                 room = goal.relative(self.look.values[k], self.look.d, self.look.scales)
-                size = np.maximum(size - room * (1 if goal.sense == ">=" else -1), 0.0) * target.real
+                size = np.maximum(size - room * (1 if goal.sense == ">=" else -1), 0.0) * target.compliant
             found += (goal.weight * size) ** 2
         return np.sqrt(found)
 
@@ -351,14 +351,14 @@ class _Refined(NamedTuple):
         # all contacts, and steps of its own
         wants = [goal.want for goal in target.goals]
         values, answer = joint_figures.followed(beam, wants, target.options, target.options.joint)
-        lines = limits.refused(beam, target.printer if target.real else {}, sided=load.sided)
+        lines = limits.refused(beam, target.printer if target.compliant else {}, sided=load.sided)
         own, effects = Pitches(beam.pitch, beam.pitches), self.effects[:, :, i]
         goals = tuple(reached(target.goals, np.array(values), own, target.accept, effects, names))
         return Design(
             beam=beam,
             values={v.name: of_beam(beam, space.load, v.key) for v in space.variables},
             chosen={c.name: words for c, (words, _) in zip(space.choices, space.chosen(y), strict=True)},
-            met=all(goal.met for goal in goals) and not (target.real and lines),
+            met=all(goal.met for goal in goals) and not (target.compliant and lines),
             goals=goals,
             active=tuple(self.active(i)),
             end=answer["end"].item(),
@@ -379,7 +379,7 @@ class _Refined(NamedTuple):
         before = float(self.look.d[i]), float(self.look.scales[i])
         for goal, value in zip(target.goals, self.look.values[:, i], strict=False):
             just = abs(value / goal.value(*before) - 1) <= 2 * target.accept
-            if target.real and goal.sense != "=" and just:
+            if target.compliant and goal.sense != "=" and just:
                 found.append(f"{goal.name} {SENSES[goal.sense]}{goal.number:g} {goal.unit}".strip())
         for name, g in zip(self.residuals.names, self.look.g[:, i], strict=True):
             if g <= ACTIVE and name in limits.LIMITS:

@@ -27,8 +27,8 @@ from squama.loads import STRAIGHT
 from squama.model.outcome import named
 from squama.progress import work
 from squama.study.columns import Cells, valid
+from squama.study.compliant_columns import ENDS
 from squama.study.parameters import ALIASES, PARAMETERS
-from squama.study.real_columns import ENDS
 from squama.types import Array
 from squama.units import shown
 
@@ -214,7 +214,7 @@ class Trade:
     def __init__(self, target: Target, chosen: Settings) -> None:
         self.target, self.chosen = target, chosen
         self.space = target.space
-        self.lock = "strain" in target.limits and not target.real
+        self.lock = "strain" in target.limits and not target.compliant
         self.wants = [o.want for o in chosen.objectives] + [Want("lock")] * self.lock
         m, k = self.space.start.size, len(chosen.objectives)
         self.best = [np.empty((0, n)) for n in (m, k, k)]
@@ -259,7 +259,7 @@ class Trade:
         known = there - NEAR * np.ptp(there, axis=0) if len(there) else there
         first = undominated(np.vstack([known, costs[new]])) - len(known)
         new = new[first[first >= 0]]
-        if new.size and not self.target.real:
+        if new.size and not self.target.compliant:
             # where another contact comes first, what is left of the design is what counts
             violation[new] = self.evaluate(y[new], plates=True).violation
             new = new[violation[new] <= 0]
@@ -329,7 +329,7 @@ def search(trade: Trade, chosen: Settings) -> tuple[Array, Array]:
         minimize(problem, algorithm, ("n_eval", most), seed=chosen.seed, verbose=False)
     y, costs, values = trade.best
     keep = spread(costs, chosen.population)
-    return trade.made(y[keep]) if trade.target.real else (y[keep], values[keep])
+    return trade.made(y[keep]) if trade.target.compliant else (y[keep], values[keep])
 
 
 def undominated(costs: Array) -> NDArray[np.int64]:
@@ -371,15 +371,15 @@ def _dataset(target: Target, chosen: Settings, y: Array, values: Array) -> xr.Da
         for name in choice.options[0]:
             key = ALIASES.get(name, name)
             variables[name] = ("design", space.values(y)[key], PARAMETERS[key].symbol.attrs)
-    ends = np.array(ENDS)[found.code] if target.real else named(found.code)
+    ends = np.array(ENDS)[found.code] if target.compliant else named(found.code)
     variables["end"] = ("design", ends, {"long_name": "how the curve ends"})
     variables["rate_end"] = ("design", found.load_end / c.d, {"units": "rad/m", "long_name": "twist rate at the end"})
     attrs = {
         "title": "Pareto front of scale-covered beams",
         **{name: getattr(target.options, name) for name in ("load", "law", "sense", "margin")},
         "joint": target.options.joint,
-        "hold": space.beam.holding if target.real else STRAIGHT,
-        "scales": idealisation(space.beam, target.options.joint, ideal=not target.real),
+        "hold": space.beam.holding if target.compliant else STRAIGHT,
+        "scales": idealisation(space.beam, target.options.joint, ideal=not target.compliant),
         "objectives": [f"{WAYS[o.sense]} {o.name}" for o in chosen.objectives],
         **{name: getattr(chosen, name) for name in ("population", "generations", "seed")},
         "start": space.beam.to_toml(),

@@ -20,9 +20,9 @@ from squama.inverse.named_figures import At, Found, Options, Want
 from squama.loads import ENDLESS, LOADS
 from squama.model.outcome import End
 from squama.model.sensitivity import STEP
-from squama.study import real_columns
+from squama.study import compliant_columns
 from squama.study.columns import Cells
-from squama.study.real_columns import Figures
+from squama.study.compliant_columns import Figures
 from squama.types import Array
 
 LEAST = 1e-9
@@ -62,7 +62,7 @@ def _values(c: Cells, wants: Sequence[Want], options: Options, copies: int) -> t
     n = c.sizes["beam"]["scales"]
     twists.sort(key=lambda at: float(np.max(at.per_pitch(c.d, n).real)))
     common: dict[str, Any] = {"load": options.load, "sense": options.sense, "copies": copies, "along": False}
-    by_twist = {at: real_columns.solved(c, at.per_pitch(c.d, n), **common) for at in twists}
+    by_twist = {at: compliant_columns.solved(c, at.per_pitch(c.d, n), **common) for at in twists}
     last = by_twist[twists[-1]]
     found = [_figure(c, want.figure, by_twist.get(want.at or twists[-1], last)) for want in wants]
     return np.array(found).reshape(len(wants), c.d.size), last

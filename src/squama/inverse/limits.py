@@ -14,8 +14,8 @@ import numpy as np
 from squama.beam.design import Beam
 from squama.errors import InputError
 from squama.fabrication import refuse as refusals
+from squama.fabrication.kinds import PARTS
 from squama.fabrication.plan import MOST_SCALES, Plan, plan
-from squama.fabrication.solids import PARTS
 from squama.inverse.named_figures import At
 from squama.joints import law
 from squama.joints.choice import shape

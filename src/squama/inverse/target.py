@@ -62,19 +62,19 @@ class Target(NamedTuple):
     printer: dict[str, float] | None
 
     @property
-    def real(self) -> bool:
+    def compliant(self) -> bool:
         """Whether the figures are those of thick, elastic scales."""
         return self.options.joint == "compliant"
 
     @property
     def own(self) -> bool:
         """Whether designs have a number of scales, and are judged with that."""
-        return self.real and (self.space.beam.scales is not None or SCALES in self.space.keys)
+        return self.compliant and (self.space.beam.scales is not None or SCALES in self.space.keys)
 
     @property
     def inside(self) -> float:
         """By how much "at least" and "at most" are sought within: rounding takes some of it."""
-        return self.accept if self.real else 0.0
+        return self.accept if self.compliant else 0.0
 
     def figures(self, c: Cells, moved: Sequence[Cells], wants: Sequence[Want], *, plates: bool) -> Found:
         """Evaluate figures of designs; rows that are no beam are computed as something harmless.
@@ -86,7 +86,7 @@ class Target(NamedTuple):
     def rooms(self, c: Cells, s: Sizes) -> dict[str, Array]:
         """Room to every limit by name, to what the law of the joint knows, and to what can be printed."""
         found = rooms(s, self.limits, self.laws)
-        if self.real and self.space.beam.joint.matrix is None:
+        if self.compliant and self.space.beam.joint.matrix is None:
             found |= known_rooms(c)
         if self.printer is not None:
             # of a slot and its neighbour
@@ -208,7 +208,7 @@ def _read(
     source: str, file: File, beam: Beam, common: dict[str, Any], context: Context, folder: Path, problems: Problems
 ) -> Target:
     """Read the tables of a target."""
-    real, load = context.joint == "compliant", context.load
+    compliant, load = context.joint == "compliant", context.load
     choices = targetfile.choices(file.choose, problems, context)
     space = Space(beam, load, targetfile.variables(file, problems, context), choices)
     keys = set(space.keys)
@@ -238,7 +238,7 @@ def _read(
                 refuse("target.accept", shown(wanted.accept), "must be below 1", 'write e.g. "1 %"')
     limits, laws = _limits(file, beam, keys, context, problems)
     printer = None
-    if limits.pop("printable", real):
+    if limits.pop("printable", compliant):
         with problems.caught():
             if wrong := [name for name in file.printer if name not in SIZES]:
                 raise InputError(targetfile.unknown(f"printer.{wrong[0]}", wrong[0], SIZES, "unknown key"))
@@ -283,10 +283,10 @@ def _limits(
 
 def _tolerances(table: dict[str, object], space: Space, problems: Problems, context: Context) -> dict[str, float]:
     """Return tolerances by key; a share of the value as minus that share."""
-    real = context.joint == "compliant"
+    compliant = context.joint == "compliant"
     has = (ALIASES.get(name, name) for name in DIMENSIONS if own(space.beam, name) is not None)
     keys = dict.fromkeys([*has, *(v.key for v in space.variables)])
-    without = (SCALES,) if real else (SCALES, *ELASTIC)
+    without = (SCALES,) if compliant else (SCALES, *ELASTIC)
     keys = {key: None for key in keys if key not in without}
     kinds = {key: PARAMETERS[key].dimension for key in keys}
     found = {key: DEFAULTS.get(kinds[key], -SHARE) for key in keys}
@@ -295,7 +295,7 @@ def _tolerances(table: dict[str, object], space: Space, problems: Problems, cont
         where = f"tolerance.{name}"
         with problems.caught():
             key = "" if name in groups else targetfile.key_of(where, name)
-            if real and key and key not in keys:
+            if compliant and key and key not in keys:
                 refuse(where, "", "is for a value that the beam does not give", "give it to the beam")
             share = name == "relative" or (bool(key) and isinstance(value, str) and value.strip().endswith("%"))
             kind = Dimension.RATIO if share else groups.get(name) or PARAMETERS[key].dimension

@@ -7,6 +7,7 @@ from typing import NamedTuple
 from squama import units
 from squama.errors import InputError, Problem, Problems, refuse
 from squama.io import headers, numerals, tabular
+from squama.io.numerals import DecimalName
 from squama.loads import LOADS, Load
 from squama.units import Dimension, shown
 
@@ -37,7 +38,7 @@ class Reading(NamedTuple):
     ordinate: Ordinate
     pitch: float
     scales: int
-    decimal: str | None
+    decimal: DecimalName | None
 
     @property
     def example(self) -> str:

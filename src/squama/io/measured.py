@@ -20,6 +20,7 @@ from squama.errors import Problem, Problems, TableWarning, refuse
 from squama.io import columns as quantities
 from squama.io import files, headers, laboratory, numerals, tabular
 from squama.io.columns import TIME, Ordinate, Reading, torque
+from squama.io.numerals import DecimalName
 from squama.loads import TESTS, LoadName
 from squama.types import Array
 from squama.units import Dimension, shown
@@ -78,7 +79,7 @@ def read_measured(
     beam: Any,
     *,
     load: LoadName = "twisting",
-    decimal: str | None = None,
+    decimal: DecimalName | None = None,
     columns: str | Mapping[str, str] | None = None,
 ) -> Measured:
     r"""Read measured points of a beam's test from a table of text.
@@ -135,7 +136,7 @@ def read(
     pitch: float,
     scales: int,
     load: str = "twisting",
-    decimal: str | None = None,
+    decimal: DecimalName | None = None,
     columns: str | Mapping[str, str] | None = None,
     ordinate: Ordinate | None = None,
 ) -> Measured:

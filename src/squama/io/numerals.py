@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from squama.errors import InputError, Problem, refuse
 from squama.io import tabular
@@ -22,6 +22,9 @@ _PLAIN = re.compile(r"[+-]?(?:\d+(?:([.,])\d*)?|([.,])\d+)(?:[eE][+-]?\d+)?")
 _GROUPED = re.compile(r"[+-]?[1-9]\d{0,2}([ '.,])\d{3}(?:\1\d{3})*(?:(?!\1)([.,])\d*)?")
 _WHOLE = re.compile(r"[+-]?[1-9]\d{2}")
 _MARKS = {",": "commas", ".": "points", " ": "spaces", "'": "apostrophes"}
+
+
+DecimalName = Literal[".", ","]
 
 
 class Style(NamedTuple):
@@ -56,7 +59,7 @@ def is_number(cell: str) -> bool:
     return bool(_PLAIN.fullmatch(text) or _GROUPED.fullmatch(text))
 
 
-def style(columns: Sequence[Sequence[str]], given: str | None = None) -> Style:
+def style(columns: Sequence[Sequence[str]], given: DecimalName | None = None) -> Style:
     """Return how the numbers of columns are written; the decimal sign may be ``given``.
 
     One mark before three digits may be either: it separates thousands where a whole number of three digits stands in

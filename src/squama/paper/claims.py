@@ -137,7 +137,7 @@ def fig5b() -> Iterator[Claim]:
     text = "friction locks the beam also where there is no kinematic lock"
     places = at("alpha", LOW_ALPHAS, "deg")
     for law in par.LAWS:
-        alone, real = (
+        alone, plated = (
             [least_lock(math.radians(a), law, plates=plates) for a in LOW_ALPHAS] for plates in (False, True)
         )
         note = "at less friction the contact leaves the tip edge, or the scales come back to rest past the fold"
@@ -147,7 +147,7 @@ def fig5b() -> Iterator[Claim]:
         yield Claim("fig5b", text, law, what, numbers(alone), "", "yes" if free else "in part", note, places)
         what = "least mu that locks before another pair of plates touches"
         note = "at less friction the model of one contact ends before any lock"
-        yield Claim("fig5b", text, law, what, numbers(real), "", "in part", note, places)
+        yield Claim("fig5b", text, law, what, numbers(plated), "", "in part", note, places)
     text = "static lock needs a larger mu as alpha grows"
     degrees = np.array([0.01, 10, 20, 30, 45, 60, 70])
     for law in par.LAWS:

@@ -15,8 +15,8 @@ from squama.beam.design import Beam
 from squama.beam.faces import only_one
 from squama.contacts import entry, increments
 from squama.contacts.system import PHI
-from squama.curves import doors, labelled, real
-from squama.curves.chosen import REAL
+from squama.curves import compliant, doors, labelled
+from squama.curves.chosen import COMPLIANT
 from squama.curves.labelled import Answer, Labelled
 from squama.curves.way import States, Way
 from squama.errors import refuse
@@ -125,14 +125,14 @@ def _loaded(
     twisting = LOADS["twisting"]
     way = Way.of("twisting", [math.inf])
     analysis = doors.analysis(
-        beam.replace(scales=n), way, twisting, points=points, joint=REAL, mu=mu, ideal=ideal, hold=hold
+        beam.replace(scales=n), way, twisting, points=points, joint=COMPLIANT, mu=mu, ideal=ideal, hold=hold
     )
     beam = analysis.beam
     support = "clamped" if part.support is None else part.support
     given, held = loading.together(part.load, support, beam, n)
     grades = {} if part.along is None else grading.of_scales(part.along, n)
     part = replace(part, beam=beam, along=grades)
-    ones = [real.Path.of(one, float(analysis.mus), (NOTHING,), ideal=analysis.ideal) for one in part.graded(n)]
+    ones = [compliant.Path.of(one, float(analysis.mus), (NOTHING,), ideal=analysis.ideal) for one in part.graded(n)]
     states = _solve(ones, n, given, held, points, back=back)
     words = "; ".join(g.words.strip() for g in given)
     attrs: dict[str, object] = {"load": "part", "loads": words, "support": support, "pitch": beam.pitch}
@@ -149,7 +149,7 @@ def _loaded(
 
 
 def _solve(
-    ones: Sequence[real.Path], n: int, given: Sequence[Load], held: Support, points: int, *, back: bool
+    ones: Sequence[compliant.Path], n: int, given: Sequence[Load], held: Support, points: int, *, back: bool
 ) -> States:  # fmt: skip
     """Follow a part to all of its load and back; return what is told of it."""
     one = ones[0]
@@ -172,7 +172,7 @@ def _solve(
     if told.track.end.code == increments.AT_REST:
         where = "along" if len(ones) > 1 else "scale"
         refuse(where, "", "scales touch before anything is loaded", "let them differ less")
-    notes = real.notes(one.held, one.beam, 0.0, ideal=not one.way.scale.h)
+    notes = compliant.notes(one.held, one.beam, 0.0, ideal=not one.way.scale.h)
     if len(ones) > 1 and one.beam.joint.matrix is not None:
         notes.append("joint.matrix is of one shape: all scales of the part have this joint, whatever their shape")
     if held.word == "gripped" and given[0].turns == PHI:
@@ -183,8 +183,7 @@ def _solve(
             f"{number(stiffer)} times as stiff in twist"
         )
     most = float(np.abs(told.track.cells[..., :3]).max())
-    if most > real.STRAIN_LIMIT:
-        notes.append(
-            f"give a smaller load: pitches bend or twist by up to {number(math.degrees(most))} deg, and {real.COMPARED}"
-        )
-    return States(told.by_dim(), real.attributes(one.held, NOTHING), notes)
+    if most > compliant.STRAIN_LIMIT:
+        strained = f"pitches bend or twist by up to {number(math.degrees(most))} deg"
+        notes.append(f"give a smaller load: {strained}, and {compliant.COMPARED}")
+    return States(told.by_dim(), compliant.attributes(one.held, NOTHING), notes)

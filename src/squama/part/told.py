@@ -11,7 +11,7 @@ import numpy as np
 from squama.contacts import increments, path
 from squama.contacts.row import Track
 from squama.contacts.system import STRAINS
-from squama.curves import real, rows
+from squama.curves import compliant, rows
 from squama.curves.curve_figures import dissipation
 from squama.loads import LOADS
 from squama.model.outcome import End
@@ -30,7 +30,7 @@ class Told(NamedTuple):
     ``on``: all that was asked is reached; ``bare`` states without contact, maybe fewer; ``frames`` of all sections.
     """
 
-    ones: Sequence[real.Path]
+    ones: Sequence[compliant.Path]
     first: Load
     course: Course
     at: Array
@@ -40,7 +40,7 @@ class Told(NamedTuple):
     frames: Array
 
     @classmethod
-    def of(cls, ones: Sequence[real.Path], first: Load, course: Course, at: Array, *, on: bool) -> Told:
+    def of(cls, ones: Sequence[compliant.Path], first: Load, course: Course, at: Array, *, on: bool) -> Told:
         """Follow a part, and the same without contact, to strains of the path from 0 on."""
         track, bare = _from_rest(course.follow(at[1:])), _from_rest(course.bare.follow(at[1:]))
         return cls(ones, first, course, at[: len(track.rows)], track, bare, on, sections(track, course.n))

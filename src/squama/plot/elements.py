@@ -15,6 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from squama.fe.agreement import FINITE
 from squama.fe.deformed import IMAGES, Deformed
 from squama.fe.plate import Turn
+from squama.people import per_pitch
 from squama.plot import style
 from squama.plot.palette import ACCENT, GREY, INK
 from squama.types import Array
@@ -86,7 +87,7 @@ def elements_figure(data: xr.Dataset) -> Figure:
         top.xaxis.set_major_locator(MaxNLocator(6))
     handles = [style.key("slope at the start", **style.BARE), style.key("increment", **ticks)]
     for at, words, mark in changes:
-        text = f"from {pitch * at:.4g} rad/pitch: {words or 'no contact'}"
+        text = f"from {per_pitch(pitch * at)}: {words or 'no contact'}"
         handles.append(style.key(text, color=GREY, linestyle=mark, linewidth=0.8))
     figure.legend(handles=handles, loc="outside lower center", ncols=2 if changes else 3)
     attrs = data.attrs
@@ -200,8 +201,7 @@ def deformed_figure(state: Deformed) -> Figure:
     ax.text(x, y - 0.06 * state.pitch, f"one pitch, {1e3 * state.pitch:.4g} mm", va="top", fontsize=7, color=GREY)
     bar = ScalarMappable(norm, mpl.colormaps["viridis"])
     figure.colorbar(bar, ax=ax, shrink=0.7, extend="max", label="Largest principal strain (%)")
-    phi = rf"$\varphi$ = {abs(state.phi):.3g} rad per pitch"
-    return style.headline(figure, f"Deformed at {phi}; one pitch of elements, its images pale")
+    return style.headline(figure, f"Deformed at {per_pitch(abs(state.phi))}; one pitch of elements, its images pale")
 
 
 def _lit(colours: Array, normal: Array, strength: float) -> Array:

@@ -91,17 +91,19 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
     for i, (d, colour) in enumerate(zip(found.designs[:MOST], shades(min(len(found), MOST)), strict=False)):
         # a hinge's curves are drawn to their ends, those of thick scales a little beyond the target
         most = 1.1 * max((float(at.per_pitch(d.beam.pitch, d.beam.pitches)) for at in ats), default=0.0)
-        to = f"{most!r} rad/pitch" if target.real and most else None
+        to = f"{most!r} rad/pitch" if target.compliant and most else None
         curve = doors.respond(d.beam, kind.name, to=to, **how)
         which = model(curve.attrs)
         lines.append((curve[kind.angle] * np.degrees(d.beam.pitches), curve[kind.torque], d, colour))
-        handles.append(key(f"design {i + 1}{'' if target.real and d.end == End.RANGE else f': {d.end}'}", color=colour))
+        handles.append(
+            key(f"design {i + 1}{'' if target.compliant and d.end == End.RANGE else f': {d.end}'}", color=colour)
+        )
     # what is asked as "at most" may be far above the curves: it is told, not drawn
     at = {i: float(goal.want.at.per_pitch(*own)) * degrees for i, goal in enumerate(target.goals) if goal.want.at}
     drawn = [i for i, goal in enumerate(target.goals) if goal.want.figure == "torque" and goal.sense == "="]
     points = np.array([[at[i], target.goals[i].asked] for i in drawn if i in at]).reshape(-1, 2)
     # curves climb without bound towards a lock: show where the target lies
-    part, room = (1.0, 1.1) if target.real else (0.9, 1.0)
+    part, room = (1.0, 1.1) if target.compliant else (0.9, 1.0)
     least = room * max((float(np.interp(part * x[-1], x, y)) for x, y, _, _ in lines), default=1.0)
     top = 1.6 * float(points[:, 1].max()) if points.size else least
     factor, unit = (1e3, "N mm") if top < 1 else (1.0, "N m")

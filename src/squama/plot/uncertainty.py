@@ -76,13 +76,13 @@ def histogram(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     if End.NONE in dataset["end"].values:
         share = float(dataset["probability"].sel(end=str(End.NONE)))
         handles.append(style.key(f"no engagement, {_percent(share)}", color="none", linewidth=0))
-    real = "at" in dataset.attrs
-    figure = "stiffness_ratio" if real else kind.variable("load_end")
+    thick = "at" in dataset.attrs
+    figure = "stiffness_ratio" if thick else kind.variable("load_end")
     if figure in dataset["figure"].values and np.isfinite(nominal := float(dataset["nominal"].sel(figure=figure))):
         ax.axvline(nominal, 0, 1 / _ROOM, **_MARK)
         handles.append(style.key("nominal beam", **_MARK))
-    across = SYMBOLS[figure].axis if real else f"{style.angle_label(kind.name)} at the end"
-    ax.set(xlabel=across, ylabel=f"Probability density{'' if real else ' (1/rad)'}")
+    across = SYMBOLS[figure].axis if thick else f"{style.angle_label(kind.name)} at the end"
+    ax.set(xlabel=across, ylabel=f"Probability density{'' if thick else ' (1/rad)'}")
     ax.set_ylim(0, _ROOM * float(under.max()) if under.size else 1)
     ax.locator_params(axis="x", nbins=style.TICKS)
     style.legend_under(ax, handles)

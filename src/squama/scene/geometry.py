@@ -3,13 +3,16 @@
 Axes: z along the beam, y out of the scaled face, as in docs, theory: geometry. The middle of the beam stays where it
 is. A design is what :func:`squama.scene.motion.shape` returns; ``S`` maps the scaled face's places to those of its
 face, which sees the bend ``d["bend"]`` times and the twist in the sense ``d["sense"]`` (:mod:`squama.beam.faces`).
-Loads are angles per pitch, or all strains per pitch: bend, twist, lateral bend (rad) and stretch.
+Loads are angles per pitch, or all strains per pitch: bend, twist, lateral bend (rad) and stretch; of a beam with ends
+the strains of each cell, in the middle of which its scale stands.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from functools import lru_cache
+from typing import Any, NamedTuple, TypeGuard, cast
 
 import numpy as np
 
@@ -18,7 +21,8 @@ from squama.loads import LOADS
 from squama.types import Array
 
 Design = Mapping[str, Any]
-Load = float | Sequence[float]
+Cells = tuple[tuple[float, ...], ...]
+Load = float | Sequence[float] | Cells
 Attitude = float | Sequence[Sequence[float]]
 """How a scale stands: its inclination on a hinge, or place of its base, n_X and n_Y in the cross-section's axes."""
 STEPS = 6
@@ -58,7 +62,18 @@ class Contact(NamedTuple):
     s: float
 
 
-def strains(d: Design, load: Load) -> Sequence[float]:
+class Stand(NamedTuple):
+    """How a scale stands on its cross-section, and its deflection: 24 powers (:func:`lift`), None of a flat one."""
+
+    attitude: Attitude
+    bent: Sequence[float] | None = None
+
+
+def _by_cell(load: Load) -> TypeGuard[Cells]:
+    return not isinstance(load, int | float) and isinstance(load[0], Sequence)
+
+
+def strains(d: Design, load: float | Sequence[float]) -> Sequence[float]:
     """Return all strains per pitch; of a load angle the stretch is that of the line that keeps its length."""
     if not isinstance(load, int | float):
         return load
@@ -66,12 +81,41 @@ def strains(d: Design, load: Load) -> Sequence[float]:
     return psi, phi, 0.0, psi * (d["lam"] - d["height"])
 
 
+def _screw(own: Sequence[float], k: float) -> tuple[Array, Array]:
+    """Return the turn (3, 3) and the shift (3) of a cross-section over k pitches of one cell's strains."""
+    psi, phi, chi, eps = own
+    w = -k * np.array([psi, chi, phi])
+    return rotation(w).E, k * (1 + eps) * translation(w).E[:, 2]
+
+
+@lru_cache(maxsize=16)
+def _sections(cells: Cells) -> list[tuple[Array, Array]]:
+    """Return turn and shift of the n + 1 sections between n cells, from the middle of the beam."""
+    n, out = len(cells), [(np.eye(3), np.zeros(3))] * (len(cells) + 1)
+    for way in (1, -1):
+        # the middle of an odd number of cells lies in one
+        R, o, place = np.eye(3), np.zeros(3), n / 2
+        while 0 < place < n or place == n / 2:
+            cell = math.floor(place) if way > 0 else math.ceil(place) - 1
+            end = cell + 1 if way > 0 else cell
+            turn, shift = _screw(cells[cell], end - place)
+            R, o, place = R @ turn, o + R @ shift, end
+            out[end] = R, o
+    return out
+
+
 def frame(d: Design, load: Load, k: float) -> Frame:
     """Return the cross-section ``k`` pitches from the middle of the beam: moved by k times the screw of its strains."""
-    psi, phi, chi, eps = strains(d, load)
-    w = -k * np.array([psi, chi, phi])
-    x, y, z = rotation(w).E.T
-    return Frame(d["lam"] * y + k * (1 + eps) * translation(w).E[:, 2], x, y, z)
+    if _by_cell(load):
+        place = k + len(load) / 2
+        cell = min(max(math.floor(place), 0), len(load) - 1)
+        R, o = _sections(load)[cell]
+        turn, shift = _screw(load[cell], place - cell)
+        turn, shift = R @ turn, o + R @ shift
+    else:
+        turn, shift = _screw(strains(d, cast("float | Sequence[float]", load)), k)
+    x, y, z = turn.T
+    return Frame(d["lam"] * y + shift, x, y, z)
 
 
 def scale(d: Design, load: Load, theta: Attitude, k: float) -> Scale:
@@ -85,14 +129,18 @@ def scale(d: Design, load: Load, theta: Attitude, k: float) -> Scale:
     return Scale(x, y, np.prod(d["S"]) * np.cross(x, y), o, m, np.array([o - half, o + half, m + half, m - half]))
 
 
-def contact(d: Design, load: Load, theta: Attitude, k: float, bent: Sequence[float] | None = None) -> Contact:
+def contact(
+    d: Design, load: Load, theta: Attitude, k: float, bent: Sequence[float] | None = None, beside: Stand | None = None
+) -> Contact:
     """Return the contact of scale ``k``'s tip with its neighbour, as the common normal of the two edges.
 
-    Edges are those of the flat middle surfaces; ``point`` lies on the surface of the thick, ``bent`` plate. In bending
-    the tip's corner B meets the neighbour's face (where edges lie across the beam the tip edge does, and its middle
-    stands for it); ``s`` and ``p`` are its place along and across the face.
+    The neighbour stands alike, or as ``beside`` says. Edges are those of the flat middle surfaces; ``point`` lies on
+    the surface of the thick, ``bent`` plate. In bending the tip's corner B meets the neighbour's face (where edges lie
+    across the beam the tip edge does, and its middle stands for it); ``s`` and ``p`` are its place along and across the
+    face.
     """
-    one, two = scale(d, load, theta, k), scale(d, load, theta, k + d["neighbour"])
+    beside = beside or Stand(theta, bent)
+    one, two = scale(d, load, theta, k), scale(d, load, beside.attitude, k + d["neighbour"])
     if not LOADS[d["kind"]].sided:
         x, y = np.array([d["eta"]]), np.array([d["beta"] if d["alpha"] else 0.0])
         point = one.m + y * one.y + (_lifted(d, bent, x, y) - d["thick"] / 2) * one.z
@@ -103,7 +151,7 @@ def contact(d: Design, load: Load, theta: Attitude, k: float, bent: Sequence[flo
     p = float(np.cross(away, two.x) @ normal) / size
     s = float(np.cross(away, one.y) @ normal) / size
     x, y = np.array([s]), np.array([-d["sense"] * d["beta"]])
-    point = corner + s * two.x + (_lifted(d, bent, x, y) + d["thick"] / 2) * two.z
+    point = corner + s * two.x + (_lifted(d, beside.bent, x, y) + d["thick"] / 2) * two.z
     return Contact(point, one.m + p * one.y, d["sense"] * p, s)
 
 
@@ -111,13 +159,17 @@ def _lifted(d: Design, bent: Sequence[float] | None, x: Array, y: Array) -> Arra
     return lift(d, bent, x, y) if bent else np.zeros_like(x)
 
 
-def directions(d: Design, load: Load, theta: Attitude, slip: tuple[float, float], k: float) -> tuple[Array, Array]:
+def directions(
+    d: Design, load: Load, theta: Attitude, slip: tuple[float, float], k: float, beside: Stand | None = None
+) -> tuple[Array, Array]:
     """Return the unit vectors of the normal and the friction force on scale ``k`` where it rests on its neighbour.
 
-    ``slip`` are the sliding rates along the side edge and along the tip edge, in bending along and across the face. By
-    the plate law the normal is the plate's and friction lies in the plate (docs, theory: forces).
+    The neighbour stands alike, or as ``beside`` says. ``slip`` are the sliding rates along the side edge and along the
+    tip edge, in bending along and across the face. By the plate law the normal is the plate's and friction lies in the
+    plate (docs, theory: forces).
     """
-    one, two = scale(d, load, theta, k), scale(d, load, theta, k + d["neighbour"])
+    other = beside.attitude if beside else theta
+    one, two = scale(d, load, theta, k), scale(d, load, other, k + d["neighbour"])
     sided = LOADS[d["kind"]].sided
     n, t = two.z, slip[0] * two.x + slip[1] * (d["sense"] * one.y if sided else two.y)
     if d["law"] == "plate":

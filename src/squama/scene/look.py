@@ -42,13 +42,17 @@ class Camera(NamedTuple):
         return np.stack([across, up, depth], axis=-1)
 
 
-def outline(d: Design, load: Load, theta: Attitude) -> Array:
-    """Return points (n, 3) that surround the beam: bar and scales, straight and as it is."""
+def outline(d: Design, load: Load, *stands: Attitude) -> Array:
+    """Return points (n, 3) that surround the beam: bar and scales, straight and as it is.
+
+    ``stands``: how the scales stand, all alike or each by itself.
+    """
     seen = []
     every: tuple[Load, ...] = (0.0, load)
     for at in every:
         seen.append(bar(d, at)[0].reshape(-1, 3))
-        seen += [scale(d, at, theta, k).corners for k in first(d) + np.arange(d["scales"])]
+        places = enumerate(first(d) + np.arange(d["scales"]))
+        seen += [scale(d, at, stands[min(i, len(stands) - 1)], k).corners for i, k in places]
     return np.concatenate(seen)
 
 

@@ -12,19 +12,19 @@ import numpy as np
 from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
-from squama.beam.people import over, turned
-from squama.curves import both_faces, doors, hinge, real_figures, real_walk
+from squama.curves import both_faces, compliant_figures, compliant_walk, doors, hinge
 from squama.curves.bent_twist import Twisted
 from squama.curves.chosen import idealisation, thin
 from squama.curves.way import Solved, Way
 from squama.errors import refuse
 from squama.fe import plate
 from squama.fe.geometry import geometry
-from squama.loads import LOADS
+from squama.loads import ENDLESS, LOADS, ending
 from squama.model import twisting
 from squama.model.outcome import End
 from squama.model.paths import ARRAY
-from squama.scene.geometry import Attitude, Load
+from squama.people import over, per_pitch, turned
+from squama.scene.geometry import Attitude, Cells, Load
 from squama.symbols import OTHER
 from squama.types import Array
 from squama.units import moment, number
@@ -48,7 +48,8 @@ SCALED = {"S": [1, 1, 1], "bend": 1, "shift": 0.0}
 class Setting(NamedTuple):
     """A beam and how it is loaded; ``joint`` and ``ideal`` as of :func:`squama.twist`.
 
-    ``bend``: per pitch, rad, signed, held before the beam is twisted.
+    ``bend``: per pitch, rad, signed, held before the beam is twisted. ``ends`` as of :func:`squama.twist`;
+    with ends the curve goes to the load angle ``to``, or as far as the model of every cell does.
     """
 
     beam: Beam
@@ -60,6 +61,8 @@ class Setting(NamedTuple):
     joint: str | None = None
     ideal: bool | None = None
     bend: float = 0.0
+    ends: str | None = ENDLESS
+    to: float = math.inf
 
 
 class State(NamedTuple):
@@ -70,7 +73,8 @@ class State(NamedTuple):
     ``pose`` of scales that move and turn in more ways than on a hinge: place of the base, n_X and n_Y, in pitches in
     the axes of the cross-section; ``other`` the state of the other face's scales. ``strains`` of the bar per pitch
     (bend, twist, lateral bend, stretch) where some of them are free, and ``bent``, 24 powers of the plate's deflection
-    (:func:`squama.scene.geometry.lift`).
+    (:func:`squama.scene.geometry.lift`). Of a beam with ends ``strains`` are those of each cell, and ``each`` has the
+    states of its scales.
     """
 
     load: float
@@ -83,8 +87,13 @@ class State(NamedTuple):
     name: str
     pose: list[list[float]] | None = None
     other: State | None = None
-    strains: list[float] | None = None
-    bent: list[float] | None = None
+    strains: Sequence[float] | Cells | None = None
+    bent: Sequence[float] | None = None
+    each: list[State] | None = None
+
+    def of(self, i: int) -> State:
+        """Return the state of scale number ``i``."""
+        return self.each[i] if self.each else self
 
     @property
     def at(self) -> Load:
@@ -122,11 +131,16 @@ class Motion:
         way, one = Way.of(load, [arguments.sense(sense) * math.inf]), None if bend else self.kind
         how = doors.How(mu=mu, law=law, margin=setting.margin, joint=setting.joint, ideal=setting.ideal)
         analysis = doors.analysis(setting.beam, way, one, points=3, **how)
+        if own and not bend and setting.beam.pitches <= MOST_SCALES:
+            ends = doors.ends_of(analysis, setting.ends)
+            if ends != ENDLESS:
+                way = Way.of(load, [arguments.sense(sense) * setting.to])
+            analysis = analysis._replace(ends=ends, way=way)
         self.joint, self.ideal = joint, ideal = analysis.joint, analysis.ideal
         scales = idealisation(setting.beam, joint, ideal=thin(self.kind, law, joint, ideal=ideal))
         self.model = self.kind.model(self.kind.law(law), joint, scales)
         if bend and (load, law) != ("twisting", "edge"):
-            refuse("bend", f"{bend:.4g} rad/pitch", "is held in twisting, by the edge law", "leave it out")
+            refuse("bend", per_pitch(bend), "is held in twisting, by the edge law", "leave it out")
         path: Solved
         notes: Sequence[str]
         if bend:
@@ -141,16 +155,19 @@ class Motion:
         found = path.curve(points=3 if self.hinge else POINTS)
         reached = np.isfinite(found.along["torque"])
         self.curve = {role: values[reached] for role, values in found.along.items() if values.dtype.kind == "f"}
+        # of each scale of a beam with ends (n, scales)
+        self.each = {role: values[reached] for role, values in found.each.items() if values.dtype.kind == "f"}
+        self.place = f"{setting.beam.scales} scales {ending(analysis.ends)}" if self.each else "endless beam"
         # forces are drawn where the tip edge meets the side edge
         self.drawn, self.other_drawn = bool(self.hinge), False
         # strains (n, 4) and deflections (n, 24) along the curve, of each face
         self.shapes: list[tuple[Array, Array]] = []
-        if isinstance(path, real_walk.Loaded):
+        if isinstance(path, compliant_walk.Loaded):
             self.drawn, self.other_drawn = path.hinged[0], path.hinged[-1]
             self.shapes = path.shapes(self.curve["load"])
             if path.exchanged:
                 # its curve begins with the face that touches first
-                self.curve = real_figures.exchanged(self.curve, where=True)
+                self.curve = compliant_figures.exchanged(self.curve, where=True)
         self.figures: dict[str, Any] = found.figures
         self.end, self.neighbour = End(str(found.figures["end"])), int(found.figures["neighbour"])
         self.load_e = float(found.figures["load_e"])
@@ -162,7 +179,7 @@ class Motion:
         seen = both_faces.sense(setting.beam, load) if own else 0
         if seen and self.whole:
             self.other = copy(self)
-            self.other.curve, self.other.drawn = real_figures.exchanged(self.curve, where=True), self.other_drawn
+            self.other.curve, self.other.drawn = compliant_figures.exchanged(self.curve, where=True), self.other_drawn
             self.other.shapes = self.shapes[::-1]
         elif seen:
             turned = {"+": "-", "-": "+"}[setting.sense] if seen < 0 else setting.sense
@@ -249,7 +266,9 @@ class Motion:
         """Return what scales are called at the end of their curve."""
         if self.own_end.locks:
             return LOCKED
-        return FREE if self.own_end is End.NONE else ENDED
+        if self.own_end is End.NONE:
+            return FREE
+        return SLIDING if self.own_end is End.RANGE and self.each and self.last >= self.setting.to else ENDED
 
     def _straight(self, load: float, name: str) -> State:
         beam = self.setting.beam
@@ -273,6 +292,8 @@ class Motion:
 
     def _between(self, load: float, name: str) -> State:
         """State between the points of a walked curve; the slip follows from the places of its contact."""
+        if self.each:
+            return self._of_each(load, name)
         v = self.curve
 
         def at(values: Array) -> float:
@@ -283,17 +304,45 @@ class Motion:
             # on hinges, held bent
             return State(load_, theta, N, f, torque, 0.0, (0.0, 0.0), name)
         s, p = (at(np.nan_to_num(np.gradient(v[role], v["load"]))) for role in ("s", "p"))
-        beam, d = self.setting.beam, self.setting.beam.pitch
-        rest = geometry(beam).rest
-        moves = np.array([at(v[role]) for role in MOTIONS]) / ([d] * 3 + [1.0] * 3)
-        c, R = plate.pose(rest, moves)
-        pose = np.array([c - rest.base, *(R @ rest.axes[:2].T).T]).tolist()
+        pose = self._pose([at(v[role]) for role in MOTIONS])
         half = float(v["N"].max()) / 2 or 1.0
         state = State(load_, theta, N, f, torque, self.drawn * N / half, (-s, p), name, pose)
         if not self.shapes:
             return state
         strains, bent = ([at(column) for column in values.T] for values in self.shapes[0])
         return state._replace(strains=strains, bent=bent if any(bent) else None)
+
+    def _pose(self, moves: Sequence[float]) -> list[list[float]]:
+        """Return place of the base, n_X and n_Y of a scale that has moved (m, rad), see :class:`State`."""
+        rest = geometry(self.setting.beam).rest
+        c, R = plate.pose(rest, np.array(moves) / ([self.setting.beam.pitch] * 3 + [1.0] * 3))
+        return [row.tolist() for row in (c - rest.base, *(R @ rest.axes[:2].T).T)]
+
+    def _of_each(self, load: float, name: str) -> State:
+        """Return the state of a beam with ends between the points of its curve, with that of each scale."""
+        loads, v, (cells, bents) = self.curve["load"], self.each, self.shapes[0]
+        i = min(max(int(np.searchsorted(loads, load)), 1), loads.size - 1)
+        share = (load - loads[i - 1]) / (loads[i] - loads[i - 1])
+
+        def at(values: Array) -> Array:
+            return np.asarray((1 - share) * values[i - 1] + share * values[i])
+
+        # the last scale has no neighbour to touch
+        N, f = (np.nan_to_num(at(v[role])) for role in ("N", "f"))
+        s, p = (at(np.nan_to_num(np.gradient(v[role], loads, axis=0))) for role in ("s", "p"))
+        theta, moves, bent = at(v["theta"]), np.array([at(v[role]) for role in MOTIONS]).T, at(bents)
+        touching, half = (N > 0) | (np.roll(N, 1) > 0), float(np.nanmax(v["N"])) / 2 or 1.0
+        whole = State(load, float(theta.mean()), float(N.max()), float(f.max()), float(at(self.curve["torque"])), 0.0,
+                      (0.0, 0.0), name, strains=tuple(map(tuple, at(cells).tolist())))  # fmt: skip
+        each = [
+            whole._replace(
+                theta=float(theta[j]), N=float(N[j]), f=float(f[j]), x=self.drawn * float(N[j]) / half,
+                slip=(-float(s[j]), float(p[j])), name=name if touching[j] else FREE, pose=self._pose(moves[j]),
+                strains=None, bent=bent[j].tolist() if bent[j].any() else None,
+            )
+            for j in range(N.size)
+        ]  # fmt: skip
+        return whole._replace(each=each)
 
 
 def shapes(motion: Motion) -> list[tuple[dict[str, Any], Callable[[State], State]]]:

@@ -18,7 +18,7 @@ from squama import arguments
 from squama.beam.design import Beam
 from squama.errors import InputError, Problems, naming, refuse
 from squama.io import files
-from squama.loads import LOADS, JointName, LawName, LoadName, SenseName
+from squama.loads import LOADS, EndsName, JointName, LawName, LoadName, SenseName
 from squama.model.outcome import End
 from squama.plot.palette import STATES, THEMES, WORDS
 from squama.progress import steps
@@ -91,6 +91,7 @@ def view(
     margin: float = 0.01,
     joint: JointName | None = None,
     ideal: bool | None = None,
+    ends: EndsName | None = None,
     name: str = "",
     dark: bool = False,
     forces: bool = True,
@@ -98,7 +99,7 @@ def view(
 ) -> View:
     """Draw a beam in space under load: pictures, animations from rest and back, pages that turn it.
 
-    So many scales as the beam has are drawn; each does what it does in an endless beam.
+    So many scales as the beam has are drawn, each as it stands between the beam's ends: see ``ends``.
 
     Parameters
     ----------
@@ -113,6 +114,8 @@ def view(
     load, mu, law, sense, margin, joint, ideal
         "twisting" or "bending", the rest as in :func:`squama.twist`. On the compliant joint each scale has the pose of
         its six motions and is bent by its contacts, and the bar bows; with a held bend scales are drawn flat.
+    ends
+        As in :func:`squama.twist`; with a held bend, or more than 60 scales, the beam is drawn as an endless one.
     name
         Of the beam, written above it.
     dark, forces, frames
@@ -146,7 +149,8 @@ def view(
     if rate is not None and rate < 0:
         reason = "must be 0 or more" + names.other_way("sense -")
         refuse("to", f"{rate:.6g} rad/m", reason, 'write e.g. "0.2 rad/pitch"')
-    motion = Motion(Setting(beam, friction, load, law, margin, sense, joint, ideal, curvature * beam.pitch))
+    far = rate * beam.pitch if rate else math.inf
+    motion = Motion(Setting(beam, friction, load, law, margin, sense, joint, ideal, curvature * beam.pitch, ends, far))
     asked = (0.0 if curvature else FIRST * motion.last) if rate is None else rate * beam.pitch
     for path in paths:
         if Path(path).suffix.lower() == ".gif" and not asked:
@@ -154,7 +158,7 @@ def view(
             refuse(files.label(path), "", reason, "give a twist, or write a .png")
     written = [save(motion, asked, path, name=name, dark=dark, forces=forces, frames=count) for path in paths]
     state, notes = motion.state(asked), tuple(motion.notes)
-    return View(tuple(written), state, asked, motion.last, motion.end, motion.model, notes, motion)
+    return View(tuple(written), state, asked, motion.last, motion.end, f"{motion.model}; {motion.place}", notes, motion)
 
 
 def save(
@@ -192,7 +196,7 @@ def _drawn(
     around = []
     for state, (design, of) in itertools.product(states, shapes(motion)):
         one = of(state)
-        around.append(outline(design, one.at, one.attitude))
+        around.append(outline(design, one.at, *(each.attitude for each in one.each or [one])))
         if looks.get("forces", True):
             around += [tips for _, tips in _arrows(design, one, motion.setting.mu)[1]]
     wide, high = _stage(size)
@@ -219,12 +223,13 @@ def render(faces: Faces, mu: float, camera: Camera, size: tuple[int, int], **loo
     for start, stop in ((a, b), (ends, np.roll(ends, -1, axis=1))):
         canvas.lines(start.reshape(-1, 3), stop.reshape(-1, 3), theme["edge"], canvas.size[1] / 1200)
     for design, state in faces:
-        plate = geometry.plate(design, state.bent)
-        for k in geometry.first(design) + np.arange(design["scales"]):
-            points = plate.at(geometry.scale(design, state.at, state.attitude, k))
+        for i, k in enumerate(geometry.first(design) + np.arange(design["scales"])):
+            own = state.of(i)
+            plate = geometry.plate(design, own.bent)
+            points = plate.at(geometry.scale(design, state.at, own.attitude, k))
             parts = halves(points[plate.faces])
             normals = np.cross(parts[:, 1] - parts[:, 0], parts[:, 2] - parts[:, 0])
-            canvas.triangles(parts, _lit(normals, _rgb(STATES[state.name]), camera))
+            canvas.triangles(parts, _lit(normals, _rgb(STATES[own.name]), camera))
             start, stop = np.moveaxis(points[plate.edges], 1, 0)
             canvas.lines(start, stop, theme["edge"], size[1] / 600)
     for name, (i, (design, state)) in itertools.product(("normal", "friction"), enumerate(faces)):
@@ -235,31 +240,36 @@ def render(faces: Faces, mu: float, camera: Camera, size: tuple[int, int], **loo
             # within the plates that rub: it is drawn over them, when the normal forces of all faces are there
             canvas.near[:] = 0.0
         for tips in [tips for one, tips in arrows if one == name and looks.get("forces", True)]:
-            long = float(np.linalg.norm(tips[0] - points[0]))
-            way = (tips - points) / long
-            tip = min(2.6 * HEAD, long / 2)
+            long = np.linalg.norm(tips - points, axis=1, keepdims=True)
+            way = np.divide(tips - points, long, out=np.zeros_like(tips), where=long > 0)
+            tip = np.minimum(2.6 * HEAD, long / 2)
             neck = points + (long - tip) * way
             # as thick as in the middle of the beam
             thick = canvas.size[1] / 2 * SHAFT / (camera.slope * float(np.median(canvas.place(points)[:, 2])))
             canvas.lines(points, neck, theme[name], max(1.5, thick), through=True)
             aside = np.cross(way, camera.back)
             aside /= np.maximum(np.linalg.norm(aside, axis=1, keepdims=True), 1e-9)
-            wide = max(tip / 2.6, SHAFT * 1.6) * aside
+            wide = np.maximum(tip / 2.6, SHAFT * 1.6) * aside
             canvas.triangles(np.stack([neck - wide, neck + wide, tips], axis=1), theme[name], through=True)
     return canvas.pixels()
 
 
 def _arrows(design: geometry.Design, state: State, mu: float) -> tuple[Array, list[tuple[str, Array]]]:
     """Return the contact points (n, 3), and the tips of the arrows of each force that there is."""
-    places = [geometry.first(design) + i for i in range(design["scales"] - design["neighbour"])] if state.x > 0 else []
-    at = state.at, state.attitude
-    points = np.array([geometry.contact(design, *at, k, state.bent).point for k in places]).reshape(-1, 3)
-    ways = [geometry.directions(design, *at, state.slip, k) for k in places]
+    points, pairs, sizes = np.empty((0, 3)), [], np.empty((0, 1))
+    for i in range(design["scales"] - design["neighbour"]):
+        own, beside = state.of(i), state.of(i + design["neighbour"])
+        if own.x > 0:
+            k, stand = geometry.first(design) + i, geometry.Stand(beside.attitude, beside.bent)
+            met = geometry.contact(design, state.at, own.attitude, k, own.bent, stand)
+            points = np.vstack([points, met.point])
+            pairs.append(geometry.directions(design, state.at, own.attitude, own.slip, k, stand))
+            sizes = np.vstack([sizes, geometry.arrow(own.x)])
     arrows = []
     for i, (name, share) in enumerate((("normal", 1.0), ("friction", mu))):
-        tips = points + geometry.arrow(state.x) * share * np.array([pair[i] for pair in ways]).reshape(-1, 3)
+        tips = points + share * sizes * np.array([pair[i] for pair in pairs]).reshape(-1, 3)
         # without slip friction has no direction
-        if places and np.any(tips != points):
+        if np.any(tips != points):
             arrows.append((name, tips))
     return points, arrows
 
@@ -295,7 +305,7 @@ def _framed(
     whole.paste(Image.fromarray(beam), (0, room // 2))
     pen = ImageDraw.Draw(whole)
     said = motion.words(state)
-    title = ": ".join(filter(None, (name, motion.model))) + ", drawn flat" * motion.flat
+    title = ": ".join(filter(None, (name, f"{motion.model}; {motion.place}"))) + ", drawn flat" * motion.flat
     keys = _keys(motion, faces, theme, **looks)
     box, font = room // 5, Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")
     letters = ImageFont.truetype(font, room // 3.2)
@@ -322,10 +332,11 @@ def _framed(
 
 def _keys(motion: Motion, faces: Faces, theme: Mapping[str, str], **looks: bool) -> list[tuple[str, str]]:
     """Return the colours of a picture and what they mean."""
-    names = dict.fromkeys(one.name for _, one in faces)
+    every = [one for _, state in faces for one in state.each or [state]]
+    names = dict.fromkeys(one.name for one in every)
     ends = {name: f" ({motion.end})" if name in (LOCKED, ENDED) else "" for name in names}
     keys = [(STATES[name], f"scales: {WORDS[name]}{ends[name]}") for name in names]
-    if looks.get("forces", True) and max(one.x for _, one in faces) > 0:
+    if looks.get("forces", True) and max(one.x for one in every) > 0:
         keys += [(theme["normal"], "normal force on the tip")]
         keys += [(theme["friction"], "friction on the tip")] if motion.setting.mu else []
     return keys

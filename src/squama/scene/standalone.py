@@ -18,8 +18,8 @@ from squama.scene.motion import Motion, State, shapes
 
 LIBRARY = Path("elements", "scene", "dist")
 """Folder of the module inside NiceGUI."""
-SAMPLES = 240
-"""States inside the file; between them the slider has nothing to show."""
+SAMPLES, OF_EACH = 240, 80
+"""States inside the file, and fewer where each scale has its own; between them the slider has nothing to show."""
 
 
 def find() -> Path:
@@ -48,7 +48,9 @@ def page(motion: Motion, load: float, name: str = "") -> str:
     for script in ("geometry.js", "scene.js", "standalone.js"):
         imports[f"squama/{script}"] = _data(_own(script).replace('from "./', 'from "squama/').encode())
     setting = motion.setting
-    states = [{**_told(s, setting.mu), "words": motion.words(s)} for s in motion.samples(SAMPLES)]
+    states = [
+        {**_told(s, setting.mu), "words": motion.words(s)} for s in motion.samples(OF_EACH if motion.each else SAMPLES)
+    ]
     design, *others = (design for design, _ in shapes(motion))
     data = {
         "design": {**design, "other": next(iter(others), None)},
@@ -57,7 +59,7 @@ def page(motion: Motion, load: float, name: str = "") -> str:
         "end": str(motion.end),
         "sentence": SENTENCES[motion.end],
         "palette": SCENE,
-        "model": ": ".join(filter(None, (name, motion.model))) + ", drawn flat" * motion.flat,
+        "model": ": ".join(filter(None, (name, f"{motion.model}; {motion.place}"))) + ", drawn flat" * motion.flat,
         "angle": LOADS[setting.load].verb,
     }
     # "<" inside a script would end it early
@@ -71,8 +73,11 @@ def page(motion: Motion, load: float, name: str = "") -> str:
 
 
 def _told(state: State, mu: float) -> dict[str, Any]:
-    """Return a state, and within it that of the other face's scales, for the page."""
-    return {**state._asdict(), "mu": mu, "other": _told(state.other, mu) if state.other else None}
+    """Return a state, and within it those of the other face's scales and of single scales, for the page."""
+    other, each = _told(state.other, mu) if state.other else None, [_told(one, mu) for one in state.each or []]
+    if each:
+        each = json.loads(json.dumps(each), parse_float=lambda text: float(f"{float(text):.5g}"))
+    return {**state._asdict(), "mu": mu, "other": other, "each": each or None}
 
 
 def _own(name: str) -> str:

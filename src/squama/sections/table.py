@@ -25,12 +25,12 @@ from squama._version import __version__
 from squama.beam.design import Beam
 from squama.contacts import increments, path, row
 from squama.contacts.ties import LOOSE
-from squama.curves import labelled, real
-from squama.curves.chosen import REAL, idealisation
+from squama.curves import compliant, labelled
+from squama.curves.chosen import COMPLIANT, idealisation
 from squama.curves.way import OPEN, SLIDING, VERBS
 from squama.errors import refuse
 from squama.loads import LOADS, Load
-from squama.sections.trial import Law, real_path
+from squama.sections.trial import Law, compliant_path
 from squama.types import Array
 
 if TYPE_CHECKING:
@@ -195,7 +195,7 @@ def law_table(
         )
     if grids["kappa"].size * grids["Phi"].size > MOST:
         refuse("kappa", "", f"the grid has more than {MOST} nodes", "give fewer values")
-    one = real_path(beam, 0.0, loaded=VERBS, ideal=ideal, hold=hold)
+    one = compliant_path(beam, 0.0, loaded=VERBS, ideal=ideal, hold=hold)
     return LawTable(_plane(one, grids["kappa"], grids["Phi"]))
 
 
@@ -209,7 +209,7 @@ def _grid(name: str, value: ArrayLike) -> Array:
     return grid
 
 
-def _plane(one: real.Path, kappa: Array, Phi: Array) -> xr.Dataset:
+def _plane(one: compliant.Path, kappa: Array, Phi: Array) -> xr.Dataset:
     """Return the table over the plane: rows of cells, each of a curvature, go from the least twist both ways."""
     shape = kappa.size, Phi.size
     found = {name: np.full(shape, np.nan) for name in ("w", "M", "T", "dM_dkappa", "dM_dPhi", "dT_dPhi")}
@@ -240,14 +240,14 @@ def _alone(beam: Beam, grids: dict[str, Array], mu: float, ideal: bool | None, h
     dims: dict[str, tuple[str, ...]] = {"branch": ("branch",)}
     for name, grid in grids.items():
         load = next(load for load in LOADS.values() if load.rate == name)
-        one = real_path(beam, mu, loaded=(load.verb,), ideal=ideal, hold=hold)
+        one = compliant_path(beam, mu, loaded=(load.verb,), ideal=ideal, hold=hold)
         values[name], dims[name] = grid, (name,)
         values[load.torque], values[f"end_{load.torque}"] = _branches(one, load, grid)
         dims[load.torque], dims[f"end_{load.torque}"] = ("branch", name), ("sense",)
     return _labelled(values, dims, one, "each load alone", grids)
 
 
-def _branches(one: real.Path, load: Load, grid: Array) -> tuple[Array, Array]:
+def _branches(one: compliant.Path, load: Load, grid: Array) -> tuple[Array, Array]:
     """Return a load (2, n) on the way out from 0 in both senses, and back from the ends; and why it ended (2,)."""
     out, ends = np.full((2, grid.size), np.nan), np.full(2, "", "U40")
     out[:, grid == 0] = 0.0
@@ -268,7 +268,7 @@ def _branches(one: real.Path, load: Load, grid: Array) -> tuple[Array, Array]:
 
 
 def _labelled(
-    values: dict[str, Any], dims: dict[str, tuple[str, ...]], one: real.Path, title: str, grids: dict[str, Array]
+    values: dict[str, Any], dims: dict[str, tuple[str, ...]], one: compliant.Path, title: str, grids: dict[str, Array]
 ) -> xr.Dataset:
     """Return the dataset of a table, with what the files of it say."""
     import xarray as xr
@@ -279,29 +279,29 @@ def _labelled(
     attrs = {
         "title": f"law of a scale-covered beam's section: {title}",
         "load": " and ".join(load.name for load in LOADS.values() if load.rate in grids),
-        "joint": REAL,
-        "scales": idealisation(beam, REAL, ideal=thin),
+        "joint": COMPLIANT,
+        "scales": idealisation(beam, COMPLIANT, ideal=thin),
         "beam": labelled.text(beam),
         "mu": one.way.mu,
         "pitch": d,
         "scales_for_10_percent": _enough(one, grids),
-        "strain_limit": real.STRAIN_LIMIT / d,
-        **real.attributes(one.held, *(load.verb for load in LOADS.values() if load.rate in grids)),
+        "strain_limit": compliant.STRAIN_LIMIT / d,
+        **compliant.attributes(one.held, *(load.verb for load in LOADS.values() if load.rate in grids)),
         **{f"bare_{load.torque}": _bare(one, load) for load in LOADS.values()},
         "lateral_rigidity": float(one.held.aside * one.held.K[7, 7] * one.unit_moment * d),
         "squama_version": __version__,
-        "warnings": "\n".join(real.notes(one.held, beam, far, ideal=thin)),
+        "warnings": "\n".join(compliant.notes(one.held, beam, far, ideal=thin)),
     }
     found = {name: (dims[name], v, _attrs(name)) for name, v in values.items()}
     coords = {name: found.pop(name) for name in [*found] if dims[name] == (name,)}
     return xr.Dataset(found, coords, attrs)
 
 
-def _bare(one: real.Path, load: Load) -> float:
+def _bare(one: compliant.Path, load: Load) -> float:
     """Return the rigidity (N m^2) of the beam without contact against a load alone."""
-    held = real.Held.of(one.beam, load.verb)
+    held = compliant.Held.of(one.beam, load.verb)
     way = path.Path.at_rest(one.way.scale, held.K, 0.0, **held.bar)
-    return real.Path(one.beam, held, way, (0.0, 0.0)).case(load).rigidity
+    return compliant.Path(one.beam, held, way, (0.0, 0.0)).case(load).rigidity
 
 
 def _attrs(name: str) -> dict[str, str]:
@@ -310,7 +310,7 @@ def _attrs(name: str) -> dict[str, str]:
     return {key: v for key, v in (("units", units), ("long_name", words)) if v}
 
 
-def _enough(one: real.Path, grids: dict[str, Array]) -> float:
+def _enough(one: compliant.Path, grids: dict[str, Array]) -> float:
     """Return from how many scales on the endless beam is right within 10 %: of the load for which they are most.
 
     NaN where nothing touches, or with scales on both faces, of which it is not known.
@@ -321,7 +321,7 @@ def _enough(one: real.Path, grids: dict[str, Array]) -> float:
     for load in LOADS.values():
         if load.rate not in grids:
             continue
-        alone = real.Held.of(one.beam, load.verb)
+        alone = compliant.Held.of(one.beam, load.verb)
         way = path.Path.at_rest(one.way.scale, alone.K, 0.0, **alone.bar)
         grid = grids[load.rate]
         sense = 1.0 if grid[-1] >= -grid[0] else -1.0

@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike
 from squama import arguments
 from squama.beam.design import Beam
 from squama.contacts import increments, onward, path
-from squama.curves import doors, real
-from squama.curves.chosen import REAL
+from squama.curves import compliant, doors
+from squama.curves.chosen import COMPLIANT
 from squama.curves.way import VERBS, Way
 from squama.errors import refuse
 from squama.types import Array
@@ -57,7 +57,7 @@ class Law:
     state, "" if it has. Arrays that are returned are copies.
     """
 
-    def __init__(self, one: real.Path, cells: int) -> None:
+    def __init__(self, one: compliant.Path, cells: int) -> None:
         self._one, self._beams, self._unit = one, one.way.beams, one.unit_moment
         self.pitch, self.mu, self.cells = one.beam.pitch, one.way.mu, cells
         rest, zeros = onward.at_rest(self._beams, cells), np.zeros((cells, 2))
@@ -234,17 +234,17 @@ def law(
     >>> law.tangent().shape
     (2, 2, 2)
     """
-    one = real_path(beam, mu, ideal=ideal, hold=hold, loaded=VERBS)
+    one = compliant_path(beam, mu, ideal=ideal, hold=hold, loaded=VERBS)
     return Law(one, arguments.whole("cells", cells, 1, MOST))
 
 
-def real_path(
+def compliant_path(
     beam: Beam, mu: float | None, *, loaded: tuple[str, ...], ideal: bool | None, hold: str | None
-) -> real.Path:
+) -> compliant.Path:
     """Return a beam for the contact solver with strains ``loaded``; refuse one whose joint is not known in bend."""
     arguments.beam(beam)
     analysis = doors.analysis(beam, Way(()), None, points=3, mu=mu, ideal=ideal, hold=hold)
-    if analysis.joint != REAL:
+    if analysis.joint != COMPLIANT:
         reason = analysis.note or "the line of the bar that keeps its length is for hinges only"
         refuse("beam", "", f"has no law of bend and twist: {reason}", "write all nine motions (squama joint --matrix)")
-    return real.Path.of(analysis.beam, float(analysis.mus), loaded, ideal=analysis.ideal)
+    return compliant.Path.of(analysis.beam, float(analysis.mus), loaded, ideal=analysis.ideal)

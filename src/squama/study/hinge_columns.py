@@ -1,4 +1,4 @@
-"""Columns of beams of thin or thick, rigid scales on hinges: the counterpart of :mod:`squama.study.real_columns`.
+"""Columns of beams of thin or thick, rigid scales on hinges: the counterpart of :mod:`squama.study.compliant_columns`.
 
 Straight beams are solved together, in closed form; of those that are held bent each path is followed alone.
 """

@@ -1,6 +1,6 @@
 """The model of a study: the kind of joint, thin or thick scales, and the twist at which figures are taken.
 
-Many beams on compliant joints are followed by :mod:`squama.study.real_columns`, which knows the joint by a beam's
+Many beams on compliant joints are followed by :mod:`squama.study.compliant_columns`, which knows the joint by a beam's
 matrix or the law; those on hinges are solved by :mod:`squama.study.hinge_columns`.
 """
 
@@ -18,13 +18,14 @@ from squama.beam.design import Beam
 from squama.contacts.own_scales import Own
 from squama.contacts.path import RANGE
 from squama.contacts.ties import KINDS
-from squama.curves import real
+from squama.curves import compliant
 from squama.curves.chosen import Chosen, chosen, idealisation, thin
 from squama.errors import naming, refuse
 from squama.joints import choice
 from squama.loads import LOADS
 from squama.model.outcome import End
-from squama.study import hinge_columns, real_columns
+from squama.people import per_pitch
+from squama.study import compliant_columns, hinge_columns
 from squama.study.columns import Cells, columns
 from squama.types import Array
 from squama.units import shown
@@ -116,7 +117,7 @@ class Model(NamedTuple):
         law = LOADS[load].law(max(laws))
         found = _chosen(beam, load, laws, joint, ideal, bent=bent)
         ideal = found.ideal
-        if not found.real:
+        if not found.compliant:
             if at is not None:
                 refuse(
                     "at", shown(at), "is for compliant joints; hinges give their figures at the cut-off", "leave it out"
@@ -130,19 +131,19 @@ class Model(NamedTuple):
         elif 0 < (engaged := _engagement(beam, load, sense, ideal=ideal)) < RANGE:
             twist = Twist(AHEAD * engaged, "rad/pitch")
         else:
-            refuse("at", "", f"the beam itself does not engage below {RANGE:g} rad/pitch", "give the twist")
+            refuse("at", "", f"the beam itself does not engage below {per_pitch(RANGE)}", "give the twist")
         if (angle := float(twist.per_pitch(beam.pitch))) >= np.pi:
-            refuse("at", f"{angle:.6g} rad/pitch", "must be below half a turn per pitch")
+            refuse("at", per_pitch(angle, 6), "must be below half a turn per pitch")
         return cls(found.joint, ideal, twist, own_scales(beam, load, bent=bent))
 
     @property
-    def real(self) -> bool:
+    def compliant(self) -> bool:
         """Whether joints are compliant."""
         return self.joint == "compliant"
 
     def cells(self, beam: Beam, load: str, values: Mapping[str, Any], each: joint_law.Each = joint_law.whole) -> Cells:
         """Return the columns of a beam with some values replaced; thick scales need those of twisting, too."""
-        return columns(beam, values, load="twisting" if self.real else load, each=each)
+        return columns(beam, values, load="twisting" if self.compliant else load, each=each)
 
     def solved(
         self, beam: Beam, c: Cells, shape: tuple[int, ...], *, load: str, law: str, sense: str, margin: float, few: int
@@ -150,7 +151,7 @@ class Model(NamedTuple):
         """Return the figures of cells of a beam in arrays of a shape, by role, SI units; ``few`` as for batches."""
         if self.at is not None:
             at = np.broadcast_to(self.at.per_pitch(c.d), shape)
-            found = real_columns.solved(c, at, load=load, sense=sense, ideal=self.ideal, own=self.own)._asdict()
+            found = compliant_columns.solved(c, at, load=load, sense=sense, ideal=self.ideal, own=self.own)._asdict()
             return {name: v.reshape(shape) for name, v in found.items()}
         if c.psi is not None:
             return hinge_columns.bent(beam, c, shape, sense=sense, margin=margin)
@@ -177,7 +178,7 @@ class Model(NamedTuple):
     def attrs(self, beam: Beam) -> dict[str, str]:
         """Return the attributes of a dataset that name the model."""
         found = {"joint": self.joint, "scales": idealisation(beam, self.joint, ideal=self.ideal)}
-        found |= {"neutral": beam.given.line} if self.real else {}
+        found |= {"neutral": beam.given.line} if self.compliant else {}
         found |= {"at": self.at.text} if self.at else {}
         return found | ({"finite": self.own.words} if self.own else {})
 
@@ -186,7 +187,7 @@ class Model(NamedTuple):
         lines = beam.warnings(load, sense, self.joint)
         if self.at and choice.known(beam):
             far = float(self.at.per_pitch(beam.pitch))
-            lines += real.notes(real.Held.of(beam), beam, far, ideal=self.ideal)
+            lines += compliant.notes(compliant.Held.of(beam), beam, far, ideal=self.ideal)
         return lines
 
 
@@ -216,19 +217,19 @@ def _engagement(beam: Beam, load: str, sense: str, *, ideal: bool) -> float:
     """
     if why := choice.unknown(beam):
         refuse("joint", '"compliant"', why, "give at, the twist at which figures are taken")
-    return float(real_columns.solved(columns(beam, {}), RANGE, load=load, sense=sense, ideal=ideal).load_e[0])
+    return float(compliant_columns.solved(columns(beam, {}), RANGE, load=load, sense=sense, ideal=ideal).load_e[0])
 
 
 def shares(counts: Array) -> list[str]:
     """Return notes on the share of beams with thick scales that lack figures, from the counts of each end's code."""
     lines = []
     of = {
-        real_columns.UNKNOWN: "the law of the joint does not know them: they have no figures",
+        compliant_columns.UNKNOWN: "the law of the joint does not know them: they have no figures",
         End.STOPPED: "no equilibrium was found up to the twist: they have no figures there",
         End.SIDE: "a plate comes in from the side before the twist, where figures end",
     }
     for end, what in of.items():
-        share = counts[real_columns.ENDS.index(end)] / max(1, counts.sum())
+        share = counts[compliant_columns.ENDS.index(end)] / max(1, counts.sum())
         if share:
             lines.append(f"{100 * share:.3g} % of the beams: {what}")
     return lines

@@ -18,6 +18,7 @@ from squama.fe.geometry import geometry
 from squama.fe.loaded import BLANK, Lead, make_loaded
 from squama.fe.mesh import pitch_mesh
 from squama.fe.pitch_stiffness import response
+from squama.fe.sizes import MeshSize
 from squama.io import datasets, files
 from squama.part import door, loading
 from squama.symbols import SYMBOLS
@@ -79,7 +80,7 @@ class Run(NamedTuple):
     scales: int
     led: Led
     mu: float
-    mesh: str | tuple[float, float]
+    mesh: MeshSize
     increment: float
     ideal: bool
 

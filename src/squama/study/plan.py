@@ -17,9 +17,9 @@ from squama._version import __version__
 from squama.beam.design import Beam
 from squama.loads import LOADS
 from squama.model.outcome import CODES
+from squama.study.compliant_columns import ENDS, Figures
 from squama.study.models import Model
 from squama.study.parameters import PARAMETERS, Axis
-from squama.study.real_columns import ENDS, Figures
 from squama.symbols import SYMBOLS
 from squama.types import Array
 from squama.units import shown

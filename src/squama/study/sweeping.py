@@ -31,7 +31,7 @@ from squama.io import files
 from squama.loads import LOADS, JointName, LawName, LoadName, SenseName
 from squama.needs import need
 from squama.progress import bars
-from squama.study import cluster, columns, models, parameters, real_columns, store
+from squama.study import cluster, columns, compliant_columns, models, parameters, store
 from squama.study.plan import Plan, Tile, tile_shape, versions
 from squama.types import Array
 from squama.units import shown
@@ -185,7 +185,7 @@ def make_plan(
     if "mu" not in names:
         arguments.friction(beam.friction.mu, None, "sweep it")
     columns.check(beam, load, swept)
-    margins = None if "margin" in names or model.real else margin
+    margins = None if "margin" in names or model.compliant else margin
     plan = Plan(beam.to_toml(), load, laws, sense, margins, tuple(swept), (), versions(), model=model)
     most = max(SMALLEST_TILE, min(LARGEST_TILE, plan.cells // PARTS)) if tile is None else int(tile)
     plan = plan._replace(tile=tile_shape(plan.shape, plan.dims, most))
@@ -267,10 +267,10 @@ def compute(plan: Plan, tile: Tile) -> dict[str, Array]:
 
 def notes(plan: Plan, joint: str | None, data: xr.Dataset) -> list[str]:
     """Return notes: why hinges answer instead of the joint, or which share of the cells lacks figures and why."""
-    if not plan.model.real:
+    if not plan.model.compliant:
         note = models.note(_beam(plan.beam_toml), plan.load, plan.laws, joint, bent=parameters.BEND in plan.dims)
         return [note] if note else []
-    most = len(real_columns.ENDS)
+    most = len(compliant_columns.ENDS)
     counts = np.zeros(most + 1, int)
     for tile in plan.tiles():
         counts += np.bincount(data["end"][plan.place(tile)].values.ravel() + 1, minlength=most + 1)

@@ -13,7 +13,6 @@ import numpy as np
 from squama import arguments, units
 from squama.beam import matrixfile
 from squama.beam.faces import only_one
-from squama.beam.people import per_pitch
 from squama.curves import doors, finite_rows
 from squama.errors import naming, refuse
 from squama.fe import runs
@@ -21,8 +20,10 @@ from squama.fe.agreement import compare
 from squama.fe.geometry import geometry
 from squama.fe.mesh import pitch_mesh
 from squama.fe.pitch_stiffness import response
+from squama.fe.sizes import MeshSize
 from squama.io import datasets, files
 from squama.loads import ENDLESS, STRAIGHT, SenseName, model
+from squama.people import at_most, per_pitch
 from squama.study import parts
 from squama.types import Array
 
@@ -74,12 +75,12 @@ def verify(
     load: str | None = None,
     support: str | None = None,
     sense: SenseName = "+",
-    mesh: str | tuple[float, float] = "medium",
+    mesh: MeshSize = "medium",
     increment: float = runs.INCREMENT,
     hinged: bool = False,
     ideal: bool = False,
     scales: int | None = None,
-    beam_mesh: str | tuple[float, float] = "coarse",
+    beam_mesh: MeshSize = "coarse",
     progress: runs.Listener | None = None,
     announce: Callable[[str], None] | None = None,
 ) -> Verified:
@@ -169,7 +170,7 @@ def _curves(
     elements: xr.Dataset,
     mu: float,
     sense: str,
-    mesh: str | tuple[float, float],
+    mesh: MeshSize,
     *,
     hinged: bool,
     ideal: bool,
@@ -214,7 +215,7 @@ def verdict(touched: float, last: float, meets: float, degrees: float) -> str:
     reach = f"{last * degrees:.3g} deg ({per_pitch(last)})"
     if touched < math.inf:
         return f"twisted to {reach}, the scales touch from {touched * degrees:.3g} deg on"
-    more = f'; they touch at {meets * degrees:.3g} deg: write --to "{1.5 * meets:.2g} rad/pitch"'
+    more = f'; they touch at {meets * degrees:.3g} deg: write --to "{at_most(1.5 * meets, 3)}"'
     return f"twisted to {reach}, no contact up to here: nothing was tested{more if meets < math.inf else ''}"
 
 
@@ -226,7 +227,7 @@ def flat(table: xr.Dataset) -> xr.Dataset:
     return loose.drop_vars(along).assign(first)[[*along, *(name for name in loose.data_vars if name not in along)]]
 
 
-def own_matrix(beam: Beam, mesh: str | tuple[float, float]) -> Array:
+def own_matrix(beam: Beam, mesh: MeshSize) -> Array:
     """Return the stiffness (7, 7) that one mesh (as for :func:`squama.cell`) gives, E = 1 and d = 1."""
     shape = geometry(beam)
     return response(pitch_mesh(shape, *runs.mesh_sizes(mesh)), shape).K[:7, :7]

@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 from squama.beam.beamfile import NUMBERS
 from squama.beam.design import Beam
 from squama.beam.parts import RATIOS, Scale
-from squama.beam.people import degrees, over
 from squama.errors import refuse
 from squama.loads import LOADS
+from squama.people import degrees, over
 from squama.units import (
     MARGIN,
     UNITS,

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from squama import arguments
-from squama.beam.people import degrees, over, turned
 from squama.curves.bent_twist import Twisted
 from squama.curves.chosen import thin
 from squama.curves.doors import respond
@@ -23,10 +22,11 @@ from squama.io import datasets
 from squama.loads import ENDLESS, LOADS, ending
 from squama.loads import FREE as LOOSE
 from squama.model.outcome import SENTENCES, End
+from squama.people import degrees, over, turned
 from squama.plot.palette import WORDS
 from squama.scene import standalone
 from squama.scene.motion import FREE, SLIDING, Motion, Setting
-from squama.study import columns, models, real_columns
+from squama.study import columns, compliant_columns, models
 from squama.types import Array
 from squama.units import number, prefix
 from squama.web import fields
@@ -299,7 +299,7 @@ def share(setting: Setting, load: float) -> float:
     # thin under the law and the joint of the curve, as on the map
     ideal = thin(m.kind, s.law, m.joint, ideal=m.ideal)
     how: dict[str, Any] = {"load": s.load, "sense": s.sense, "ideal": ideal, "along": False, "own": own}
-    return float(real_columns.solved(columns.columns(s.beam, {}), load, **how).finite_ratio[0])
+    return float(compliant_columns.solved(columns.columns(s.beam, {}), load, **how).finite_ratio[0])
 
 
 def own_scales(state: State) -> str:

@@ -13,13 +13,13 @@ import numpy as np
 
 from squama.batch import solved
 from squama.beam.design import Beam
-from squama.beam.people import PITCH, degrees
 from squama.curves.chosen import idealisation, thin
 from squama.errors import refuse
 from squama.loads import LOADS
 from squama.model.outcome import CODES
+from squama.people import PITCH, degrees
 from squama.plot.palette import DARK_ENDS, ENDED, ENDS, KEPT, SOFTER, STEPS, THEMES
-from squama.study import columns, hinge_columns, real_columns
+from squama.study import columns, compliant_columns, hinge_columns
 from squama.types import Array
 from squama.units import number
 from squama.web import charts, live
@@ -163,12 +163,12 @@ def grid(wanted: Key) -> Grid:
     values = dict(placed(w.beam, name, FIELDS[name].factor * v) for name, v in over.items())
     if w.at is not None:
         cells = columns.columns(w.beam, values)
-        f = real_columns.solved(cells, w.at, load=w.load, sense=w.sense, ideal=w.ideal, along=False)
+        f = compliant_columns.solved(cells, w.at, load=w.load, sense=w.sense, ideal=w.ideal, along=False)
         code = 1 + np.searchsorted((SOFT, *LEVELS), f.stiffness_ratio, side="right")
         ended = (f.load_end < w.at) | ~np.isfinite(f.stiffness_ratio)
         code[ended] = CLASSES.index("ends before this load")
         code[f.load_e > w.at] = CLASSES.index("not in contact")
-        code[f.code == real_columns.ENDS.index(real_columns.UNKNOWN)] = CLASSES.index("not computed")
+        code[f.code == compliant_columns.ENDS.index(compliant_columns.UNKNOWN)] = CLASSES.index("not computed")
         load_end = np.where(ended, f.load_end, np.nan)
         return Grid(x, y, *(v.reshape(SIZE[::-1]) for v in (code, f.load_e, load_end, f.stiffness_ratio)))
     cells = columns.columns(w.beam, values, load=w.load)

@@ -16,11 +16,11 @@ from squama.beam import beamfile
 from squama.beam.beamfile import TABLES
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
-from squama.beam.people import degrees
 from squama.errors import InputError, Problems, naming, refuse
 from squama.joints import choice
 from squama.loads import LOADS
 from squama.paper import parameters
+from squama.people import degrees
 from squama.scene.motion import Motion, Setting
 from squama.scene.picture import FIRST
 from squama.units import as_text, is_number, shown

@@ -15,7 +15,7 @@ import nicegui
 from nicegui import ui
 
 from squama import scene
-from squama.beam.people import per_pitch
+from squama.people import per_pitch
 from squama.plot.palette import SCENE
 from squama.scene.standalone import LIBRARY
 from squama.web.fields import FIELDS, Field

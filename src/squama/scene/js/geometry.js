@@ -2,7 +2,8 @@
 // Axes: z along the beam, y out of the scaled face. The middle of the beam stays where it is.
 // A design: {kind, held, eta, beta, lam, height, alpha, half, thick, sense, bend, law, neighbour, scales, S, shift}, ratios
 // and radians. S maps the scaled face's places to those of its face. Loads are angles per pitch, or all strains per
-// pitch: bend, twist, lateral bend and stretch.
+// pitch: bend, twist, lateral bend and stretch; of a beam with ends the strains of each cell, in the middle of which its
+// scale stands.
 
 export const STEPS = 6; // pieces of the bar per pitch
 export const PIECES = [6, 2]; // of a bent plate along its length and across it
@@ -29,13 +30,15 @@ function strains(d, load) {
   return [psi, phi, 0, psi * (d.lam - d.height)];
 }
 
-// How the cross-sections of a state stand.
+// How the cross-sections of a state stand, and how a scale does.
 export const at = (state) => state.strains ?? state.load;
+export const attitude = (state) => state.pose ?? state.theta;
 
-// The cross-section k pitches from the middle of the beam: axes, and o, the middle of its scaled edge. It is moved by k
-// times the screw of its strains.
-export function frame(d, load, k) {
-  const [psi, phi, chi, eps] = strains(d, load);
+// State of the scale number i: all are alike, or each has its own.
+export const own = (state, i) => (state.each ? state.each[i] : state);
+
+// Axes and shift of a cross-section over k pitches of one cell's strains.
+function screw([psi, phi, chi, eps], k) {
   const w = [-k * psi, -k * chi, -k * phi];
   const q = dot(w, w);
   const r = Math.sqrt(q);
@@ -50,7 +53,47 @@ export function frame(d, load, k) {
     return add(u, add(mul(f, once), mul(g, cross(w, once))));
   };
   const [x, y, z] = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map((u) => moved(u, a, b));
-  return { o: add(mul(d.lam, y), moved([0, 0, k * (1 + eps)], b, c)), x, y, z };
+  return { x, y, z, shift: moved([0, 0, k * (1 + eps)], b, c) };
+}
+
+const turned = (f, v) => add(add(mul(v[0], f.x), mul(v[1], f.y)), mul(v[2], f.z));
+const onward = (f, by) => ({
+  x: turned(f, by.x),
+  y: turned(f, by.y),
+  z: turned(f, by.z),
+  shift: add(f.shift, turned(f, by.shift)),
+});
+
+// Sections between cells, from the middle of the beam.
+const known = new WeakMap();
+function sections(cells) {
+  if (known.has(cells)) return known.get(cells);
+  const [n, out] = [cells.length, []];
+  for (const way of [1, -1]) {
+    let [f, place] = [{ x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1], shift: [0, 0, 0] }, n / 2];
+    out[place] = f;
+    while (place === n / 2 || (place > 0 && place < n)) {
+      const cell = way > 0 ? Math.floor(place) : Math.ceil(place) - 1;
+      const end = way > 0 ? cell + 1 : cell;
+      f = onward(f, screw(cells[cell], end - place));
+      place = end;
+      out[place] = f;
+    }
+  }
+  known.set(cells, out);
+  return out;
+}
+
+// The cross-section k pitches from the middle of the beam: axes, and o, the middle of its scaled edge. It is moved by k
+// times the screw of its strains.
+export function frame(d, load, k) {
+  let f;
+  if (Array.isArray(load?.[0])) {
+    const place = k + load.length / 2;
+    const cell = Math.min(Math.max(Math.floor(place), 0), load.length - 1);
+    f = onward(sections(load)[cell], screw(load[cell], place - cell));
+  } else f = screw(strains(d, load), k);
+  return { o: add(mul(d.lam, f.y), f.shift), x: f.x, y: f.y, z: f.z };
 }
 
 // Place of the base, n_X and n_Y of a scale on a hinge, in the axes of its cross-section.
@@ -116,9 +159,10 @@ export function plate(d, bent) {
 // The contact of scale k's tip with its neighbour, as the common normal of tip edge and side edge of the flat middle
 // surfaces; point lies on the surface of the thick, bent plate. In bending the tip's corner B meets the neighbour's face
 // (across the beam the tip edge does: its middle), s and p along and across it.
-export function contact(d, load, theta, k, bent) {
+// The neighbour stands alike, or as the state beside says.
+export function contact(d, load, theta, k, bent, beside = { theta, bent }) {
   const one = scale(d, load, theta, k);
-  const two = scale(d, load, theta, k + d.neighbour);
+  const two = scale(d, load, attitude(beside), k + d.neighbour);
   if (d.kind !== "twisting") {
     const y = d.alpha ? d.beta : 0;
     const point = add(add(one.m, mul(y, one.y)), mul(lift(d, bent, d.eta, y) - d.thick / 2, one.z));
@@ -131,15 +175,15 @@ export function contact(d, load, theta, k, bent) {
   const size = dot(normal, normal);
   const p = dot(cross(away, two.x), normal) / size;
   const s = dot(cross(away, one.y), normal) / size;
-  const up = lift(d, bent, s, -d.sense * d.beta) + d.thick / 2;
+  const up = lift(d, beside.bent, s, -d.sense * d.beta) + d.thick / 2;
   return { point: add(add(corner, mul(s, two.x)), mul(up, two.z)), on_tip: add(one.m, mul(p, one.y)), p: d.sense * p, s };
 }
 
 // Unit vectors of the normal and the friction force on scale k where it rests on its neighbour. slip: sliding rates
 // along the side edge and along the tip edge, in bending along and across the face. By the plate law the normal is the plate's, and friction lies in it.
-export function directions(d, load, theta, slip, k) {
+export function directions(d, load, theta, slip, k, beside = { theta }) {
   const one = scale(d, load, theta, k);
-  const two = scale(d, load, theta, k + d.neighbour);
+  const two = scale(d, load, attitude(beside), k + d.neighbour);
   const across = d.kind === "twisting" ? mul(d.sense, one.y) : two.y;
   let friction = add(mul(slip[0], two.x), mul(slip[1], across));
   let normal = two.z;
@@ -171,13 +215,13 @@ export const first = (d) => -(d.scales - 1) / 2 + d.shift;
 // Design and state of each face that has scales.
 export const faces = (design, state) => [[design, state], ...(design.other ? [[design.other, state.other]] : [])];
 
-// Design, state and place of every scale of both faces; at another load if one is given.
+// Design, own state and place of every scale of both faces; at another load if one is given.
 export const scales = (every, load) =>
   every.flatMap(([d, state]) =>
     Array.from({ length: d.scales }, (_, i) => [
       d,
-      state,
-      scale(d, load ?? at(state), state.pose ?? state.theta, first(d) + i),
+      own(state, i),
+      scale(d, load ?? at(state), attitude(own(state, i)), first(d) + i),
     ]),
   );
 

@@ -1,7 +1,9 @@
 // The beam as a three.js scene. It gets a design and a state and makes every vertex from them (geometry.js).
 // It draws when something has changed, never on its own.
 import { OrbitControls, THREE } from "nicegui-scene";
-import { add, around, arrow, at, bar, contact, directions, faces, first, mul, plate, scales } from "./geometry.js";
+import {
+  add, around, arrow, at, attitude, bar, contact, directions, faces, first, mul, own, plate, scales,
+} from "./geometry.js"; // prettier-ignore
 
 const MOST = 128; // scales that can be drawn
 const LOOK = [-0.75, 0.72, -0.16]; // from where one looks
@@ -99,7 +101,7 @@ export class BeamScene {
   }
 
   // design: see geometry.js; state: {load, theta, slip, x, mu, name, pose, strains, bent}; a pose stands for
-  // theta, strains for load; `other` in both is that of the other face's scales
+  // theta, strains for load; `other` in both is that of the other face's scales, `each` has the states of single scales
   set(design, state) {
     const shape = JSON.stringify([design.kind, design.scales, design.half]);
     const sizes = JSON.stringify([design.eta, design.beta, design.lam, design.held, design.bend]);
@@ -133,10 +135,11 @@ export class BeamScene {
 
   // Every scale as the body that it is, thick and bent, in the colour of its state.
   moveScales() {
-    const plates = new Map(this.faces.map(([d, state]) => [d, plate(d, state.bent)]));
+    const plates = new Map();
     const [points, paint, faces, edges] = [[], [], [], []];
     for (const [d, state, { x, y, z, o }] of scales(this.faces)) {
-      const [body, n] = [plates.get(d), points.length / 3];
+      if (!plates.has(state)) plates.set(state, plate(d, state.bent));
+      const [body, n] = [plates.get(state), points.length / 3];
       const colour = new THREE.Color(this.palette.states[state.name]).toArray();
       for (const [u, v, w] of body.points) {
         points.push(...add(add(o, mul(u, x)), add(mul(v, y), mul(w, z))));
@@ -153,16 +156,16 @@ export class BeamScene {
     const matrix = new THREE.Matrix4();
     this.contacts = [];
     this.tips = [];
-    for (const [d, state] of this.faces) {
-      const count = state.x > 0 ? Math.max(0, d.scales - d.neighbour) : 0;
-      for (let j = 0; j < count; j++) {
+    for (const [d, whole] of this.faces) {
+      for (let j = 0; j < d.scales - d.neighbour; j++) {
+        const [state, beside] = [own(whole, j), own(whole, j + d.neighbour)];
+        if (!(state.x > 0)) continue;
         const i = this.contacts.length;
         const k = first(d) + j;
-        const attitude = state.pose ?? state.theta;
-        const { point } = contact(d, at(state), attitude, k, state.bent);
+        const { point } = contact(d, at(whole), attitude(state), k, state.bent, beside);
         this.contacts.push(point);
         this.points.setMatrixAt(i, matrix.makeTranslation(...point));
-        const ways = directions(d, at(state), attitude, state.slip, k);
+        const ways = directions(d, at(whole), attitude(state), state.slip, k, beside);
         const long = arrow(state.x);
         for (const [name, size] of [["normal", long], ["friction", long * state.mu]]) {
           this.place(this.forces[name], i, point, ways[name], size);

@@ -21,7 +21,7 @@ function show(i) {
 
 // What the colours mean, of those that the slider comes to.
 function legend() {
-  const every = states.flatMap((state) => [state, ...(state.other ? [state.other] : [])]);
+  const every = states.flatMap((state) => [state, ...(state.other ? [state.other] : []), ...(state.each ?? [])]);
   const names = Object.keys(palette.words).filter((name) => every.some((state) => state.name === name));
   const keys = names.map((name) => ["", palette.states[name], `scales: ${palette.words[name]}`]);
   if (every.some((state) => state.x > 0)) {

@@ -24,6 +24,7 @@ from squama.model.bending import Bend
 from squama.model.outcome import CODES, End
 from squama.model.paths import ARRAY
 from squama.model.paths import Twist as Tip
+from squama.people import per_pitch
 from squama.progress import work
 from squama.study import columns
 from squama.study.models import Model, Twist, note, shares
@@ -177,7 +178,7 @@ def uncertainty(
 def _of_law(beam: Beam, known: Sequence[Tolerance], model: Model) -> tuple[Tolerance, ...]:
     """Return the scatter of K_theta where it is the law's; none where it is stated, measured or given a tolerance."""
     better = beam.joint.matrix is not None or beam.joint.stiffness is not None
-    if not model.real or better or {t.name for t in known} & {FACTOR, "joint.stiffness"}:
+    if not model.compliant or better or {t.name for t in known} & {FACTOR, "joint.stiffness"}:
         return ()
     return tuple(tolerances({FACTOR: ("normal", 1.0, errors().K_theta.rms)}, beam, joint=model.joint))
 
@@ -194,7 +195,7 @@ def _levels(levels: Sequence[float], each: int) -> tuple[float, ...]:
 
 
 def _limit(given: float | str, load: str, beam: Beam, model: Model) -> Limit:
-    if model.real:
+    if model.compliant:
         refuse("before", shown(given), "asks for a lock, and compliant joints have none", "give at, or take hinges")
     twist = Twist.read("before", given, load, beam)
     text = given if isinstance(given, str) else twist.words(beam.pitches)
@@ -234,8 +235,8 @@ def _notes(case: Case, summarised: Sequence[str], code: Array) -> list[str]:
     if rare:
         notes.append(f"no statistics of {', '.join(rare)}: too few samples have {'it' if len(rare) == 1 else 'them'}")
     limits = {t.name: tuple(t.at(np.array([2**-_BITS, 1 - 2**-_BITS])).tolist()) for t in case.tolerances}
-    notes += columns.matrix_warnings(case.beam, "twisting" if case.model.real else case.load, limits)
-    if case.model.real:
+    notes += columns.matrix_warnings(case.beam, "twisting" if case.model.compliant else case.load, limits)
+    if case.model.compliant:
         notes += shares(np.bincount(code, minlength=len(case.ends)))
     elif LOADS[case.load].sided:
         mu = next((nominal(t, case.beam) for t in case.tolerances if t.name == "friction.mu"), case.beam.friction.mu)
@@ -243,7 +244,7 @@ def _notes(case: Case, summarised: Sequence[str], code: Array) -> list[str]:
         e = edge_contacts.ends(**case.beam.ratios, mu=mu, law=case.law, sense=case.sense, contacts="all")
         if e.other.item():
             notes.append(
-                f"in the nominal beam another contact comes in at {float(e.phi_touch):.4g} rad/pitch "
+                f"in the nominal beam another contact comes in at {per_pitch(float(e.phi_touch))} "
                 f"({e.other.item()}); samples follow the tip-side contact alone"
             )
     return notes
@@ -291,7 +292,7 @@ def solved(case: Case, dimensions: dict[str, Array]) -> dict[str, Array]:
 
 
 def _before(found: dict[str, Array], to: Array) -> dict[str, Array]:
-    """Return fields of :class:`squama.study.real_columns.Figures`, NaN where an engagement or end is not before ``to``.
+    """Return fields of :class:`squama.study.compliant_columns.Figures`: NaN for an engagement or end not before ``to``.
 
     An end there is but the twist at which figures are taken.
     """

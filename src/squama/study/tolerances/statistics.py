@@ -27,10 +27,10 @@ from squama.beam.design import Beam
 from squama.errors import refuse
 from squama.loads import LOADS, LawName, SenseName
 from squama.model.outcome import CODES
+from squama.study.compliant_columns import ENDS, UNKNOWN
 from squama.study.models import Model
 from squama.study.parameters import PARAMETERS, canonical
 from squama.study.plan import variables
-from squama.study.real_columns import ENDS, UNKNOWN
 from squama.study.tolerances.distributions import Tolerance
 from squama.types import Array
 
@@ -240,17 +240,17 @@ class Case(NamedTuple):
     @property
     def ends(self) -> tuple[str, ...]:
         """Ends in words by their codes."""
-        return ENDS if self.model.real else CODES
+        return ENDS if self.model.compliant else CODES
 
     @property
     def unknown(self) -> int:
         """Code of a sample whose joint the law does not know; -1 where there is none."""
-        return ENDS.index(UNKNOWN) if self.model.real else -1
+        return ENDS.index(UNKNOWN) if self.model.compliant else -1
 
     @property
     def figures(self) -> tuple[Figure, ...]:
         """The figures of a sample."""
-        if self.model.real:
+        if self.model.compliant:
             stored = variables(self.model, self.load).items()
             known = [(v.field, name, v.attrs["units"], v.attrs["long_name"]) for name, v in stored if name != "end"]
             return tuple(Figure(*row) for row in known)
@@ -260,7 +260,7 @@ class Case(NamedTuple):
     def properties(self, found: Mapping[str, Array]) -> dict[str, tuple[Array, str]]:
         """Return properties of samples by name: truth values (n,) and words."""
         engaged = np.isfinite(found["load_e"])
-        if self.model.real:
+        if self.model.compliant:
             has = {"engaged": (engaged, "scales engage before the twist")}
             if self.beam.scale.strength is not None or "scale.strength" in [t.name for t in self.tolerances]:
                 has["strength"] = np.isfinite(found["load_strength"]), "a scale comes to its strength"
@@ -369,7 +369,7 @@ def dataset(
     attrs = {
         "title": f"uncertainty of a scale-covered beam in {case.load}",
         **{key: getattr(case, key) for key in ("load", "law", "sense")},
-        **({} if case.model.real else {"margin": case.margin}),
+        **({} if case.model.compliant else {"margin": case.margin}),
         **case.model.attrs(case.beam),
         "samples": code.size,
         "sets": REPLICATES,

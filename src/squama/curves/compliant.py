@@ -16,12 +16,12 @@ from squama.beam import joint_law
 from squama.beam.design import Beam
 from squama.beam.joint_law import Free
 from squama.beam.matrixfile import SHAPE, TAB, inclination_stiffness, twisting_stiffness
-from squama.beam.people import per_pitch
 from squama.contacts import path, states
 from squama.curves.way import Case
 from squama.errors import refuse
 from squama.joints.choice import Joint, joint_of
 from squama.loads import LOADS, STRAIGHT, STRAINS, Load, holding
+from squama.people import per_pitch
 from squama.types import Array
 from squama.units import change
 

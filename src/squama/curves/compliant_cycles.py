@@ -17,15 +17,16 @@ from squama.beam.design import Beam
 from squama.contacts import events, increments, path, row
 from squama.contacts.row import Track
 from squama.contacts.ties import KINDS
-from squama.curves import real, rows
+from squama.curves import compliant, rows
+from squama.curves.compliant_figures import by_load, exchanged, touching, values
 from squama.curves.curve_figures import loop_figures, loop_table, table, used_senses, work_error
 from squama.curves.hinge_cycles import BRANCHES, STRAIGHT
-from squama.curves.real_figures import by_load, exchanged, touching, values
 from squama.curves.way import Analysis, States, Stations, direction
 from squama.errors import InputError, Problem, refuse
 from squama.loads import Load
 from squama.model import history
 from squama.model.outcome import SENTENCES, End
+from squama.people import at_most, per_pitch
 from squama.symbols import OTHER
 from squama.types import Array
 
@@ -59,7 +60,7 @@ def walk(analysis: Analysis) -> States:
     stations = _stations(load, goals, analysis.points, _apart(engaged))
     slid: Array = np.zeros(0, int)
     each: dict[str, Array] = {}
-    notes = real.notes(one.held, beam, max(map(abs, goals)), ideal=analysis.ideal)
+    notes = compliant.notes(one.held, beam, max(map(abs, goals)), ideal=analysis.ideal)
     try:
         if kind is None:
             stations, slid = _with_slides(stations, follow(one, stations))
@@ -84,23 +85,23 @@ def walk(analysis: Analysis) -> States:
         (): {"energy_error": np.asarray(work_error(v))},
     }
     held = one.held
-    attrs = {**real.attributes(held, load.verb), "rigidity": rigidity, "increment": INCREMENT}
+    attrs = {**compliant.attributes(held, load.verb), "rigidity": rigidity, "increment": INCREMENT}
     if kind is not None:
         by_dim["point", "scale"] = {role: values for role, values in each.items() if role not in _INNER}
         attrs |= {"ends": analysis.ends, "increment": OF_ROWS}
     return States(by_dim, attrs, notes)
 
 
-def paths(beam: Beam, load: Load, mu: float, goals: Sequence[float], *, ideal: bool) -> dict[str, real.Path]:
+def paths(beam: Beam, load: Load, mu: float, goals: Sequence[float], *, ideal: bool) -> dict[str, compliant.Path]:
     """Return a beam by the senses, "+" and "-", that a history goes to, with what touches first there."""
     most, how = max(*map(abs, goals), path.RANGE), {"+": direction(load, 1), "-": direction(load, -1)}
     return {
-        sense: real.Path.of(beam, mu, (load.verb,), ideal=ideal, toward=how[sense], most=most)
+        sense: compliant.Path.of(beam, mu, (load.verb,), ideal=ideal, toward=how[sense], most=most)
         for sense in used_senses(goals)
     }
 
 
-def follow(one: real.Path, stations: Stations) -> path.Answers:
+def follow(one: compliant.Path, stations: Stations) -> path.Answers:
     """Follow a history of one load from rest; :class:`LeftError` where there is no equilibrium on it."""
     answers = one.way.along(stations.strains, INCREMENT)
     _goes_on(answers.end(), stations.loads)
@@ -115,12 +116,12 @@ def _goes_on(end: path.End, x: Array) -> None:
         raise LeftError(n, x[n - 1] + gone, SENTENCES[end.word], outward=abs(x[n]) > abs(x[n - 1]))
 
 
-def _row(one: real.Path, load: Load, x: Array, kind: int) -> Track:
+def _row(one: compliant.Path, load: Load, x: Array, kind: int) -> Track:
     """Follow a history of all scales of a beam from rest, between ends of a kind."""
     return row.track(one.way, one.beam.pitches, x, OF_ROWS, ends=kind, load=load.axis)
 
 
-def reached(one: real.Path, load: Load, x: Array, kind: int | None) -> tuple[list[dict[str, Array]], path.End]:
+def reached(one: compliant.Path, load: Load, x: Array, kind: int | None) -> tuple[list[dict[str, Array]], path.End]:
     """Follow a history of load angles x (n,) from rest, of all scales between ends of a ``kind``, or None: endless.
 
     States by name as far as it goes, of each scale, or of each face, and how it ends; the torque is the beam's.
@@ -139,7 +140,7 @@ def torque(states: Sequence[Mapping[str, Array]], load: Load) -> Array:
     return states[0]["torque" if load.sided else "M"]
 
 
-def pressed(one: real.Path, load: Load, x: Array, kind: int | None) -> list[dict[str, Array]]:
+def pressed(one: compliant.Path, load: Load, x: Array, kind: int | None) -> list[dict[str, Array]]:
     """Return states as :func:`reached`; a history that ends before is refused as by :func:`follow`."""
     states, end = reached(one, load, x, kind)
     _goes_on(end, x)
@@ -147,7 +148,7 @@ def pressed(one: real.Path, load: Load, x: Array, kind: int | None) -> list[dict
 
 
 def _of_row(
-    one: real.Path, load: Load, stations: Stations, kind: int
+    one: compliant.Path, load: Load, stations: Stations, kind: int
 ) -> tuple[dict[str, Array], dict[str, Array], tuple[str, ...]]:
     """Return every variable along a history of N scales, SI units, by role: of the beam, and of each scale; remarks."""
     x = stations.loads
@@ -161,7 +162,9 @@ def _of_row(
     return along, each | rows.cells_of(one, track, kind, load), notes
 
 
-def _values(ones: Mapping[str, real.Path], load: Load, stations: Stations, found: path.Answers) -> dict[str, Array]:
+def _values(
+    ones: Mapping[str, compliant.Path], load: Load, stations: Stations, found: path.Answers
+) -> dict[str, Array]:
     """Return every variable along a history, SI units, by role; of twists each sense as its curve tells it."""
     x = stations.loads
     turned = np.where(x < 0, -1.0, 1.0)
@@ -178,11 +181,11 @@ def check(values: Sequence[float]) -> None:
     """Refuse a history that is too far or too long to be walked."""
     far = max(values, key=abs)
     if abs(far) >= math.pi:
-        refuse("twist", f"{far:.6g} rad/pitch", "must be below half a turn per pitch")
+        refuse("twist", per_pitch(far, 6), "must be below half a turn per pitch")
     way = sum(abs(b - a) for a, b in itertools.pairwise(values))
     if way > MOST * INCREMENT:
-        reason = f"the beam would have to be walked over {way:.4g} rad per pitch in increments of {INCREMENT:g}"
-        refuse("twist", "", reason, f"give at most {MOST * INCREMENT:.4g}, by fewer twists or loops")
+        reason = f"the beam would have to be walked over {per_pitch(way)} in increments of {per_pitch(INCREMENT)}"
+        refuse("twist", "", reason, f"give at most {at_most(MOST * INCREMENT)}, by fewer twists or loops")
 
 
 def _apart(places: list[float]) -> list[float]:
@@ -241,7 +244,7 @@ class LeftError(InputError):
     """
 
     def __init__(self, point: int, far: float, why: str, *, outward: bool) -> None:
-        where = f"the contact is followed {'' if outward else 'back '}to {far:.5g} rad/pitch"
+        where = f"the contact is followed {'' if outward else 'back '}to {per_pitch(far, 5)}"
         super().__init__(Problem("twist", "", f"{where}: {why}"))
         self.point, self.far, self.outward = point, far, outward
 
@@ -250,11 +253,8 @@ def _refuse(analysis: Analysis, left: LeftError, goal: float) -> NoReturn:
     """Refuse a history on which the contact ends on the way to a value, or back from it, and say how far it may go."""
     remedy = "turn round before that"
     if left.outward and left.far:
-        digits = 10.0 ** (math.floor(math.log10(abs(left.far))) - 3)
         # after a reversal the contact goes on a little before it comes back
-        most = math.copysign(math.floor(0.999 * abs(left.far) / digits) * digits, left.far)
-        total = math.degrees(most) * analysis.beam.pitches
-        remedy = f'give at most "{most:.4g} rad/pitch" ({total:.4g} deg total)'
+        remedy = f'give at most "{at_most(0.999 * left.far)}"'
     refuse("twist", analysis.way.said(goal), left.problems[0].reason, remedy)
 
 
@@ -276,7 +276,7 @@ def _along(v: dict[str, Array], stations: Stations, rigidity: float) -> dict[str
 
 
 def _loops(
-    one: real.Path,
+    one: compliant.Path,
     load: Load,
     stations: Stations,
     v: Mapping[str, Array],
@@ -315,7 +315,7 @@ def _loops(
     return loop_table(rows)
 
 
-def _residual(one: real.Path, load: Load, stations: Stations, top: int, kind: int | None) -> float:
+def _residual(one: compliant.Path, load: Load, stations: Stations, top: int, kind: int | None) -> float:
     """Return the load that is left when the beam is let go at a point: where its torque comes to zero.
 
     0 where it does not while scales still press.
@@ -339,7 +339,7 @@ def _residual(one: real.Path, load: Load, stations: Stations, top: int, kind: in
     return left
 
 
-def _of_sense(one: real.Path, sense: str, goals: Sequence[float]) -> dict[str, float | int | str]:
+def _of_sense(one: compliant.Path, sense: str, goals: Sequence[float]) -> dict[str, float | int | str]:
     """Return what holds for a sense that the history goes to, by role."""
     contact, sign = one.contact(one.lead), -1 if sense == "-" else 1
     return {

@@ -15,11 +15,11 @@ import numpy as np
 from squama.contacts import events, increments, path, row, touch
 from squama.contacts.row import Track
 from squama.contacts.ties import KINDS
-from squama.curves import real, rows
+from squama.curves import compliant, rows
 from squama.curves.both_faces import WHOSE
+from squama.curves.compliant_cycles import OF_ROWS
+from squama.curves.compliant_figures import touching, values
 from squama.curves.curve_figures import PLACES, path_figures, work_error
-from squama.curves.real_cycles import OF_ROWS
-from squama.curves.real_figures import touching, values
 from squama.curves.way import Analysis, States, Stations
 from squama.loads import ENDLESS, LOADS
 from squama.model.outcome import End
@@ -63,7 +63,7 @@ class Followed(NamedTuple):
 def polygon(analysis: Analysis) -> States:
     """Return the states along bends and twists one after the other, what happens there, and how it ends."""
     corners, beam = analysis.way.corners, analysis.beam
-    one = real.Path.of(beam, float(analysis.mus), analysis.way.loaded, ideal=analysis.ideal)
+    one = compliant.Path.of(beam, float(analysis.mus), analysis.way.loaded, ideal=analysis.ideal)
     first = one.way.met(one.way.along(np.array(corners)))
     stations = Stations.of(corners, analysis.points, first.engaged * (1 - _BEFORE))
     found = _endless(one._replace(way=first), stations)
@@ -78,12 +78,12 @@ def polygon(analysis: Analysis) -> States:
         ("event",): _timeline(one, stations, v, found),
         (): single | {"energy_error": np.asarray(work_error(v))} | {k: np.asarray(n) for k, n in found.single.items()},
     }
-    attrs = real.attributes(one.held, *analysis.way.loaded) | {"load": "bending and twisting"}
+    attrs = compliant.attributes(one.held, *analysis.way.loaded) | {"load": "bending and twisting"}
     if found.each:
         by_dim["point", "scale"] = _told(found.each, _INNER)
         attrs["ends"] = analysis.ends
     most = float(np.abs(stations.strains).max())
-    return States(by_dim, attrs, [*real.notes(one.held, beam, most, ideal=analysis.ideal), *found.notes])
+    return States(by_dim, attrs, [*compliant.notes(one.held, beam, most, ideal=analysis.ideal), *found.notes])
 
 
 def _told(v: Mapping[str, Array], left: Sequence[str]) -> dict[str, Array]:
@@ -91,7 +91,7 @@ def _told(v: Mapping[str, Array], left: Sequence[str]) -> dict[str, Array]:
     return {_ROLES.get(name, name): value for name, value in v.items() if name not in left}
 
 
-def _endless(one: real.Path, stations: Stations) -> Followed:
+def _endless(one: compliant.Path, stations: Stations) -> Followed:
     """Follow the endless beam, of which is known what touches first."""
     engaged = [c.phi for c in one.way.contacts]
     answers = one.way.along(stations.strains)
@@ -111,7 +111,7 @@ def _endless(one: real.Path, stations: Stations) -> Followed:
     return Followed(v, happened, min(engaged), stop, str(word), min(seconds, default=(math.nan, ""))[1])
 
 
-def _row(analysis: Analysis, one: real.Path, stations: Stations, endless: Followed) -> Followed:
+def _row(analysis: Analysis, one: compliant.Path, stations: Stations, endless: Followed) -> Followed:
     """Follow all scales of a beam, beside which stands the endless one."""
     n, kind = analysis.beam.pitches, KINDS[analysis.ends]
     rows.check_ends(kind, one.held, n)
@@ -187,7 +187,7 @@ def _happenings(track: Track) -> Iterable[Happening]:
 
 
 def _places(
-    one: real.Path, stations: Stations, v: Mapping[str, Array], ways: Sequence[float], located: Array | None = None
+    one: compliant.Path, stations: Stations, v: Mapping[str, Array], ways: Sequence[float], located: Array | None = None
 ) -> dict[str, Array]:
     """Return bend and twist per pitch and per length, and inclination at ways; NaN at an infinite one.
 
@@ -207,7 +207,7 @@ def _places(
     return dict(zip(PLACES, (psi, phi, psi / d, phi / d, theta), strict=True))
 
 
-def _timeline(one: real.Path, stations: Stations, v: Mapping[str, Array], found: Followed) -> dict[str, Array]:
+def _timeline(one: compliant.Path, stations: Stations, v: Mapping[str, Array], found: Followed) -> dict[str, Array]:
     """Return what happens, by name: what contacts do, corners, the end; and where."""
     ends = stations.ways[stations.turns[1:-1]].tolist()
     every = [*found.happened, *(Happening(way, "corner") for way in ends)]

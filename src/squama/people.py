@@ -62,7 +62,7 @@ def over(beam: Counted) -> str:
     return f" over {beam.scales} scales" if beam.scales else ""
 
 
-def per_pitch(angle: float) -> str:
+def per_pitch(angle: float, digits: int = 3) -> str:
     """Return a twist or bend (rad per pitch) in degrees per pitch.
 
     Examples
@@ -70,7 +70,20 @@ def per_pitch(angle: float) -> str:
     >>> per_pitch(0.2), per_pitch(math.inf)
     ('11.5 deg per pitch', 'never')
     """
-    return figure(math.degrees(angle), PITCH)
+    return number(math.degrees(angle), PITCH, digits=digits) if not math.isnan(angle) else ""
+
+
+def at_most(angle: float, digits: int = 4) -> str:
+    """Return the largest twist or bend (rad per pitch) that is not beyond an angle, as one may type it.
+
+    Examples
+    --------
+    >>> at_most(0.2), at_most(-0.19999)
+    ('11.45 deg/pitch', '-11.45 deg/pitch')
+    """
+    value = math.degrees(abs(angle))
+    step = 10.0 ** (math.floor(math.log10(value)) + 1 - digits) if value else 1.0
+    return f"{math.copysign(math.floor(value / step) * step, angle):.{digits}g} deg/pitch"
 
 
 def turned(angle: float, beam: Counted) -> str:

@@ -1,6 +1,6 @@
 """Columns of thick, elastic scales on a joint that gives, followed to a twist, with figures in SI units.
 
-The counterpart of :mod:`squama.study.hinge_columns` for the real model.
+The counterpart of :mod:`squama.study.hinge_columns` for thick scales on compliant joints.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.arrays.real_beams import Designs, Response, follow
+from squama.arrays.compliant_beams import Designs, Response, follow
 from squama.beam.parts import PLASTIC
 from squama.contacts import path
 from squama.contacts.own_scales import Own

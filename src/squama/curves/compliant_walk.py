@@ -12,19 +12,20 @@ from typing import NamedTuple
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.beam.people import per_pitch
 from squama.contacts import entry, events, increments, path, states
+from squama.contacts.system import STRAINS
 from squama.contacts.ties import KINDS
-from squama.curves import real, rows
+from squama.curves import compliant, rows
 from squama.curves.both_faces import WHOSE
+from squama.curves.compliant_figures import by_load, exchanged, thresholds, touching, values
 from squama.curves.curve_figures import FINE, figures, first_at, tangents
-from squama.curves.real_figures import by_load, exchanged, thresholds, touching, values
 from squama.curves.rows import Row, Told
 from squama.curves.way import OPEN, SLIDING, VERBS, Analysis, Case, Curve, States, Stations, direction, spaced
 from squama.errors import refuse
 from squama.loads import ENDLESS, Load
 from squama.model.elastic_plate import SIDE_D, TIP
 from squama.model.outcome import End
+from squama.people import per_pitch
 from squama.types import Array
 
 _NEAR, _SAME = 1e-5, 1e-6
@@ -40,7 +41,7 @@ class Loaded(NamedTuple):
     ``ends``: its number of scales and their ends; None of an endless beam.
     """
 
-    one: real.Path
+    one: compliant.Path
     load: Load
     far: float
     ends: Row | None = None
@@ -118,11 +119,15 @@ class Loaded(NamedTuple):
         return stations, self.one.way.along(stations.strains)
 
     def shapes(self, loads: Array) -> list[tuple[Array, Array]]:
-        """Return the shape of an endless beam at load angles (n,) per pitch, as each face with scales sees it.
+        """Return the shape of a beam at load angles (n,) per pitch, as each face with scales sees it.
 
         Strains (n, 4) bend, twist, lateral bend and stretch per pitch, and 24 powers (n, 24) of the deflection of a
-        scale in pitches, see :func:`squama.contacts.path.deflections`.
+        scale in pitches, see :func:`squama.contacts.path.deflections`; with ends of each of N cells and scales
+        (n, N, 4), (n, N, 24).
         """
+        if self.ends:
+            track = self.ends.track(self.one, self.load, loads)
+            return [(track.cells[..., :STRAINS], path.deflections(track.rows))]
         rows = [face.rows[0] for face in self._states(loads)[1].faces]
         strains = np.column_stack([path.named(rows[0])[name] for name in ("psi", "twist", "aside", "stretch")])
         return [(strains * [*seen, 1], path.deflections(row)) for seen, row in zip(self.one.seen, rows, strict=True)]
@@ -156,7 +161,7 @@ def _refined(at: Array, met: Array) -> Array:
     return np.union1d(wanted, fine[apart > _NEAR])
 
 
-def _ending(one: real.Path, answers: path.Answers) -> dict[str, float | int | str]:
+def _ending(one: compliant.Path, answers: path.Answers) -> dict[str, float | int | str]:
     """Return how a curve ends, what touches first, and what comes in next on a face, by role."""
     at, words = math.nan, ""
     c = one.contact(one.lead)
@@ -188,28 +193,30 @@ def solve(analysis: Analysis) -> tuple[list[Loaded], States]:
     # engagement is told wherever it is, a short curve may end before
     most, toward = max(far, path.RANGE), direction(load, to)
     loaded, ideal = analysis.way.loaded, analysis.ideal
-    ones = [real.Path.of(beam, mu, loaded, ideal=ideal, toward=toward, most=most) for mu in np.atleast_1d(analysis.mus)]
+    ones = [
+        compliant.Path.of(beam, mu, loaded, ideal=ideal, toward=toward, most=most) for mu in np.atleast_1d(analysis.mus)
+    ]
     held, endless = ones[0].held, [Loaded(one, load, far) for one in ones]
-    attrs = real.attributes(held, load.verb) | {"rigidity": ones[0].case(load).rigidity}
-    more = States({}, attrs, real.notes(held, beam, far, ideal=ideal))
+    attrs = compliant.attributes(held, load.verb) | {"rigidity": ones[0].case(load).rigidity}
+    more = States({}, attrs, compliant.notes(held, beam, far, ideal=ideal))
     if analysis.ends == ENDLESS:
         return endless, more
     n, kind = beam.pitches, KINDS[analysis.ends]
     rows.check_ends(kind, held, n)
     # of itself a curve goes as far as the model holds of every cell
-    within = real.STRAIN_LIMIT * (1 + 1e-9) if analysis.at is None and math.isinf(to) else math.inf
+    within = compliant.STRAIN_LIMIT * (1 + 1e-9) if analysis.at is None and math.isinf(to) else math.inf
     return [whole._replace(ends=Row(kind, whole, within=within)) for whole in endless], more
 
 
 def case(beam: Beam, load: Load) -> Case:
     """Return what a beam and its joint bring to a load."""
-    return real.Path.of(beam, 0.0, (load.verb,), ideal=True).case(load)
+    return compliant.Path.of(beam, 0.0, (load.verb,), ideal=True).case(load)
 
 
 def plane(analysis: Analysis, psi: Array, phi: Array) -> States:
     """Return the states at bends and twists (n,), each straight from rest, or what ends the way there."""
     beam, strains = analysis.beam, np.column_stack([psi, phi])
-    one = real.Path.of(beam, float(analysis.mus), VERBS, ideal=analysis.ideal)
+    one = compliant.Path.of(beam, float(analysis.mus), VERBS, ideal=analysis.ideal)
     beams = entry.Beams._make(v.repeat(len(strains), axis=0) for v in one.way.beams)
     corners = np.ascontiguousarray(strains[:, None])
     found = path.follow_all(beams, np.hypot(psi, phi)[:, None], corners=corners, room=path.ROOM)
@@ -223,5 +230,5 @@ def plane(analysis: Analysis, psi: Array, phi: Array) -> States:
     kept = ("theta", "N", "M", "M_scales", "T", "T_scales", "W_fr", "W_snap", "U_el", "RED")
     named = {_ROLES.get(name, name): v[name] for name in kept}
     named = {"state": state, "contact": np.where(state == OPEN, "", last), **named}
-    notes = real.notes(one.held, beam, float(np.abs(strains).max()), ideal=analysis.ideal)
-    return States({(): named}, real.attributes(one.held, *VERBS), notes)
+    notes = compliant.notes(one.held, beam, float(np.abs(strains).max()), ideal=analysis.ideal)
+    return States({(): named}, compliant.attributes(one.held, *VERBS), notes)

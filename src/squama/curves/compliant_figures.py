@@ -11,8 +11,8 @@ from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
 from squama.contacts import events, path, states
 from squama.curves.both_faces import of_other, worst
+from squama.curves.compliant import Held, Path
 from squama.curves.curve_figures import TIMES, dissipation, first_at
-from squama.curves.real import Held, Path
 from squama.loads import LOADS, Load
 from squama.model.elastic_plate import BASE, TIP
 from squama.symbols import OF_A_SCALE, OTHER
