@@ -37,6 +37,7 @@ RUN := .venv/bin/python
 # Old pips pin the build tools by PIP_CONSTRAINT, new ones by PIP_BUILD_CONSTRAINT.
 PIP := XDG_CACHE_HOME="$(USER_CACHE)" PIP_CONSTRAINT=constraints.txt PIP_BUILD_CONSTRAINT=constraints.txt \
   $(RUN) -m pip install --quiet --no-compile
+SPHINX := $(RUN) -m sphinx -q -W --keep-going -b html
 PYTEST := $(RUN) -m pytest --basetemp="$(LOCAL)/pytest"
 
 .PHONY: help
@@ -106,11 +107,12 @@ fig6b: .venv/.dev ## the elements' points of Fig. 6b anew (ten minutes; goes on 
 
 # ---- checks ----------------------------------------------------------------------------------------------
 
-# The docs are built beside lint, each on a core of its own; what they say is shown where they fail.
+# The docs are built beside lint, each on a core of its own, without the output of their long pages; what they
+# say is shown where they fail.
 .PHONY: test
 test: .venv/.dev ## everything a change must pass: lint, the tests, the docs
 	@echo "building the docs beside ruff and mypy"
-	$(MAKE) --no-print-directory docs > "$(LOCAL)/docs.log" 2>&1 & docs=$$!
+	$(MAKE) --no-print-directory pages > "$(LOCAL)/docs.log" 2>&1 & docs=$$!
 	trap 'kill $$docs 2>/dev/null || true' EXIT
 	$(MAKE) --no-print-directory lint
 	wait $$docs || { cat "$(LOCAL)/docs.log" >&2; exit 1; }
@@ -149,10 +151,14 @@ pytest: .venv/.dev browser
 
 .PHONY: docs
 docs: .venv/.dev ## the documentation, in docs/_build/html
-	$(RUN) -m sphinx -q -W --keep-going -b html -d docs/_build/doctrees docs docs/_build/html
+	$(SPHINX) -d docs/_build/doctrees docs docs/_build/html
+
+.PHONY: pages
+pages: .venv/.dev
+	$(SPHINX) -t quick -d docs/_build/quick/doctrees docs docs/_build/quick/html
 
 .PHONY: verify
-verify: .venv/.dev browser calculix fig6b ## the long checks: stored results of elements anew, slow tests, random campaigns, then the planted errors
+verify: .venv/.dev browser calculix fig6b docs ## the long checks: stored results of elements anew, all pages, slow tests, random campaigns, then the planted errors
 	export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 	$(PYTEST) -p xdist -n $(JOBS) --dist worksteal --benchmark-disable -m slow tests
 	$(RUN) tests/campaigns/run.py

@@ -1,4 +1,6 @@
-"""Settings of hypothesis: the same examples in every run, no clock, no files left behind; what is tested first."""
+"""Settings of hypothesis: the same examples in every run, no clock, no files left behind; what is tested, and first."""
+
+from collections import Counter
 
 import pytest
 from hypothesis import HealthCheck, Phase, settings
@@ -23,9 +25,18 @@ def compiled():
         yield
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
-    """Pages in the browser come first, so that one process has them all and the others take work from its end.
+    """Take the mark ``slow(but=n)`` from the first n cases of its test, and put the tests into their order.
+
+    Pages in the browser come first, so that one process has them all and the others take work from its end.
 
     Pages of the docs follow, the longest of all tests: at the end one of them would keep a single process busy.
     """
+    cases: Counter[str] = Counter()
+    for item in items:
+        mark = item.get_closest_marker("slow")
+        if mark and cases[test := item.nodeid.partition("[")[0]] < mark.kwargs.get("but", 0):
+            item.own_markers.remove(mark)
+            cases[test] += 1
     items.sort(key=lambda item: ("web" not in item.path.parts, item.path.name != "test_docs.py"))

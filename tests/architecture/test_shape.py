@@ -74,6 +74,7 @@ print(len(todo))
 """
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_names_work_in_whatever_order_they_are_touched(seed: int) -> None:
     done = subprocess.run([sys.executable, "-c", _TOUCH, str(seed)], capture_output=True, text=True, check=False)

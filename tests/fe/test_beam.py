@@ -118,6 +118,7 @@ def test_before_contact_the_middle_is_a_bar_with_inclusions(three):
     np.testing.assert_allclose(factor, 1.43, rtol=0.04)
 
 
+@pytest.mark.slow
 def test_the_turned_end_free_or_held(fig6b, coarse, three):
     """A twisted bar shortens unless it is held; the torque differs in the second order."""
     free = table(three)
@@ -139,6 +140,7 @@ def test_hinged_scales_neither_roll_nor_yaw(fig6b, coarse):
     walk.body.solver.close()
 
 
+@pytest.mark.slow
 def test_tiles_join_where_the_cuts_are(fig6b, pitch):
     mesh = tile(pitch, 2)
     body, cuts = beam_body(mesh, fig6b), mesh.cuts
@@ -170,6 +172,7 @@ def test_free_memory_is_read(monkeypatch, tmp_path):
     assert solver.available() is None
 
 
+@pytest.mark.slow
 def test_the_curve_in_si_units_with_restart(tmp_path):
     said, told = [], []
     where = tmp_path / "run.npz"

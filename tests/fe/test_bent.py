@@ -121,6 +121,7 @@ def bent(fig6b, pitch):
     return {name: np.array(column) for name, column in walk.columns.items()}, corner
 
 
+@pytest.mark.slow
 def test_work_of_moment_and_torque_is_the_energy(bent):
     columns, corner = bent
     for part in (slice(0, corner + 1), slice(corner, None)):

@@ -57,6 +57,7 @@ def walked(pitch, geometry, goal, mu=0.2, increment=0.02, **options):
     return {name: np.array(values) for name, values in walk.columns.items()}, walk
 
 
+@pytest.mark.slow
 def test_the_work_of_the_torque_is_stored_or_rubbed_away(whole):
     assert whole.attrs["reached"] == 1
     assert len(whole.squama.plot().axes) == 4
@@ -88,6 +89,7 @@ class Killed(Exception):  # noqa: N818 - an end from outside
     pass
 
 
+@pytest.mark.slow
 def test_a_run_that_is_interrupted_and_killed_goes_on_where_it_was(beam, whole, tmp_path):
     file = tmp_path / "run.npz"
 
@@ -153,6 +155,7 @@ def test_a_restart_file_that_cannot_be_written_is_one_line_before_any_work(name,
         runs.cell(beam, **ASKED, restart=name)
 
 
+@pytest.mark.slow
 def test_halved_increments_change_the_torque_by_less_than_a_thousandth(whole, mesh, shape):
     fine, _ = walked(mesh, shape, 0.1, increment=0.01)
     T = whole["T"].values[-1] / (25e9 * 0.025**3)
@@ -200,6 +203,7 @@ def test_a_turned_pitch_gives_turned_forces(mesh, shape):
     np.testing.assert_allclose(there.forces, here.forces @ Q.T, atol=1e-12 * np.abs(here.forces).max() * 1e3)
 
 
+@pytest.mark.slow
 def test_the_mirrored_beam_in_the_other_sense_does_the_same(whole, mesh, shape):
     flip = np.array([-1.0, 1.0, 1.0])
     # mirrored elements would be inside out

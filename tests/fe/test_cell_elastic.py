@@ -52,6 +52,7 @@ def thick(mesh):
     return walked(mesh, box(SHAPE.eta, SHAPE.beta, H))
 
 
+@pytest.mark.slow
 def test_thin_plates_are_the_limit_of_thick_ones(mesh, thick):
     thin, slim = (state(walked(mesh, exposed)) for exposed in (None, box(SHAPE.eta, SHAPE.beta, 1e-6)))
     for name in ("T", "N", "theta", "p", "s"):
@@ -61,6 +62,7 @@ def test_thin_plates_are_the_limit_of_thick_ones(mesh, thick):
     assert 1.2 * thin["T"] < thick.T
 
 
+@pytest.mark.slow
 def test_rigid_scales_are_the_limit_of_stiff_ones(mesh, thick):
     stiff, rigid = state(walked(mesh, elastic(1e9))), state(thick)
     for name in ("T", "N", "theta", "p", "s", "v"):
@@ -69,6 +71,7 @@ def test_rigid_scales_are_the_limit_of_stiff_ones(mesh, thick):
         np.testing.assert_allclose(stiff[name], rigid[name], rtol=0.0, atol=1e-2 * largest, err_msg=name)
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("mu", [0.0, 0.3])
 def test_the_torques_work_is_stored_in_bar_and_scales_or_rubbed_away(mesh, mu):
     walk = walked(mesh, elastic(2e3), mu)
@@ -90,6 +93,7 @@ def test_two_scales_bend_between_grips(mesh):
     assert abs(walk.W - walk.reduced.energy - walk.W_fr) < 0.01 * walk.W
 
 
+@pytest.mark.slow
 def test_the_real_model_follows_nonlinear_elements_on_the_joint_of_their_mesh():
     """The beam that stiffens, to twice its engagement: large strains make little of it."""
     beam, mesh = (
@@ -104,6 +108,7 @@ def test_the_real_model_follows_nonlinear_elements_on_the_joint_of_their_mesh():
     np.testing.assert_allclose(r["N"][2:], data["N"].values[3:], rtol=0.02)
 
 
+@pytest.mark.slow
 def test_what_the_scales_are_is_said():
     exposed, words = runs.exposed_part(BEAM, SHAPE)
     assert words == "0.04 pitches thick, rigid, since their modulus is not given"

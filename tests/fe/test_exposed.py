@@ -82,6 +82,7 @@ def test_polynomials_are_as_stiff_as_they_should_be():
     np.testing.assert_allclose(few, [[7.8229, 4.7476], [4.7476, 3.3018]], atol=6e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("h", [0.01, 0.04])
 def test_a_thin_solid_is_as_soft_as_a_plate(h):
     material = Material(12 * (1 - NU**2) / h**3, NU)
@@ -257,6 +258,7 @@ def test_the_torques_work_is_stored_in_joint_and_plates_or_rubbed_away(joint, mu
 RECORDED = json.loads((Path(__file__).parents[1] / "reference" / "real.json").read_text(encoding="utf-8"))
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("name", ["thin_rigid", "thick_rigid", "thin_elastic", "thick_elastic"])
 @pytest.mark.parametrize("i", range(len(RECORDED)))
 def test_curves_of_an_independent_solution(i, name):

@@ -38,6 +38,7 @@ def with_matrix(joint=1.0, mu=0.25, bar=1.0):
 BEAM = with_matrix()
 
 
+@pytest.mark.slow
 def test_a_walked_loop_gives_its_parameters_back():
     truth = with_matrix(1.3, 0.35, 0.9)
     loop = squama.cycle(truth, HISTORY, joint="compliant", points=20)

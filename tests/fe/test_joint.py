@@ -63,6 +63,7 @@ def test_rigid_motions_cost_nothing(fig6b, pitch):
         assert np.abs(A @ np.cross(axis, pitch.nodes).ravel()).max() < 1e-11 * size
 
 
+@pytest.mark.slow
 def test_the_bare_bar_converges_with_the_order_of_the_elements(fig6b):
     exact = saint_venant(fig6b.width, 2 * fig6b.lam) / (2 * (1 + fig6b.nu))
     # the square of side 1 has J = .1405770 (Timoshenko)
@@ -74,6 +75,7 @@ def test_the_bare_bar_converges_with_the_order_of_the_elements(fig6b):
     assert 2**2.5 < over[0] / over[1] < 2**5.5
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("name", ["coarse", "medium", "fine"])
 def test_the_bare_bar_of_every_mesh_that_has_a_name(fig6b, name):
     from squama.fe.sizes import MESHES
@@ -128,6 +130,7 @@ def test_figures_at_one_coarse_mesh(K):
     assert 0.04 < rate < 0.07
 
 
+@pytest.mark.slow
 def test_other_meshes_of_about_that_size_agree(fig6b, K):
     other = response(pitch_mesh(fig6b, 0.17, 0.055), fig6b).K[:7, :7]
     # tolerance: meshes of that size differ by 1 and 0.2 %
@@ -135,6 +138,7 @@ def test_other_meshes_of_about_that_size_agree(fig6b, K):
     assert joint.twisting_stiffness(other) == pytest.approx(joint.twisting_stiffness(K), rel=0.005)
 
 
+@pytest.mark.slow
 def test_the_mirrored_pitch_has_the_mirrored_matrix(fig6b, K):
     mirrored = fig6b._replace(alpha=-fig6b.alpha)
     other = response(pitch_mesh(mirrored, 0.2, 0.06), mirrored).K[:7, :7]
@@ -192,6 +196,7 @@ def test_elements_in_the_bulk_are_three_through_the_thickness_but_not_too_many(c
     assert size(edge_size=0.8)[0] == pytest.approx(0.4)
 
 
+@pytest.mark.slow
 def test_results_are_kept_and_damaged_ones_made_anew(cache, monkeypatch):
     beam = squama.Beam.from_ratios(**FIG6B)
     told = []

@@ -124,6 +124,7 @@ def test_the_bar_of_a_part_is_that_of_its_sections(fig6b, coarse):
     assert load["bend"]["y_end"] == pytest.approx(way * L * L / 2, rel=0.05)
 
 
+@pytest.mark.slow
 def test_plane_clamps_stiffen_a_bar_as_said():
     """Five pitches of the bar of stiff_skin: 1.077 times as stiff; by Reissner's theory 1.073."""
     skin = Beam.from_toml("examples/stiff_skin.toml")

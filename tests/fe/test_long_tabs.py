@@ -34,6 +34,7 @@ def volume(pitch):
     return parts.sum()
 
 
+@pytest.mark.slow
 def test_the_pitch_is_filled_and_follows_itself(long):
     slot = 2 * LONG.beta * LONG.thickness * LONG.zeta
     assert volume(long) == pytest.approx(2 * LONG.width * LONG.lam - slot, rel=1e-6)
@@ -48,6 +49,7 @@ def test_the_pitch_is_filled_and_follows_itself(long):
     assert np.ptp(below[:, 2] - below[:, 0] * np.tan(LONG.alpha)) < 1e-9
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize(
     "change",
     [
@@ -69,6 +71,7 @@ def test_long_tabs_are_meshed(change):
     assert 0 < clipped < 2 * g.beta * g.thickness * g.zeta * (1 + 1e-6)
 
 
+@pytest.mark.slow
 def test_a_bare_bar_between_cuts_that_lean():
     """EI, EA and GJ do not depend on where a bar is cut, and a linear field has no other strains."""
     K = response(bar_mesh(LONG, 0.25), LONG).K
@@ -86,6 +89,7 @@ def test_the_energy_of_all_points_is_that_of_the_matrix(long, monkeypatch):
     np.testing.assert_allclose(whole.strain[0] * inside, whole.K, rtol=0, atol=2e-4 * np.abs(whole.K).max())
 
 
+@pytest.mark.slow
 def test_both_cuts_make_the_same_joint(monkeypatch):
     """Also what depends on the section that is held: with leaning cuts it is no face of the mesh."""
     K = []
@@ -102,6 +106,7 @@ def test_both_cuts_make_the_same_joint(monkeypatch):
     np.testing.assert_allclose(K[1] / np.outer(unit, unit), K[0] / np.outer(unit, unit), atol=0.12)
 
 
+@pytest.mark.slow
 def test_a_tab_that_bends(long):
     pitch = pitch_mesh(LONG, 0.3, 0.15, tab=True)
     rigid, soft = (factor.pivots(response(pitch, LONG, Material(E, 0.3)).K) for E in (1e7, 2e3))

@@ -39,6 +39,7 @@ def motions(c):
     return np.stack([c[name] for name in MOTIONS], -1)
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("mu", [0.0, 0.2, 0.5])
 @pytest.mark.parametrize("case", [FIG_6B, MAIN], ids=["Fig. 6b", "main case"])
 def test_a_rigid_hinge_follows_the_edge_law(case, mu):
@@ -66,6 +67,7 @@ def test_behind_the_lock_of_a_hinge_only_its_base_gives():
     assert c["T"][2] > 100 * c["T"][1]
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("mu", [0.0, 0.5])
 @pytest.mark.parametrize("blocked", [True, False], ids=["hinge", "free"])
 def test_the_torques_work_is_stored_or_rubbed_away(mu, blocked):
@@ -88,6 +90,7 @@ def test_the_model_does_not_depend_on_its_numerical_parameters():
         np.testing.assert_allclose(end(**options), usual, rtol=2e-3, err_msg=str(options))
 
 
+@pytest.mark.slow
 def test_the_other_sense_is_the_mirror_image():
     # alpha = 12 deg: the scales meet in both senses
     K, twists = matrix(), np.array([0.1, 0.2, 0.3, 0.35])
@@ -121,6 +124,7 @@ def test_before_contact_the_beam_is_linear():
     assert not c["N"].any()
 
 
+@pytest.mark.slow
 def test_unloading_has_a_lower_branch_and_a_loop_of_the_dissipated_area():
     up = np.arange(1, 51) * 0.004
     c, _ = curve(shape(**FIG_6B), matrix(), 0.3, np.concatenate([up, up[-2::-1], [0.0]]))
@@ -132,6 +136,7 @@ def test_unloading_has_a_lower_branch_and_a_loop_of_the_dissipated_area():
     assert c["W"][-1] == pytest.approx(c["W_fr"][-1], rel=1e-2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mu", [0.0, 0.5])
 def test_where_the_contact_slips_off_a_corner_the_curve_ends_with_a_snap(mu):
     c, walk = curve(shape(**FIG_6B), matrix(), mu, np.arange(1, 120) * 0.005)

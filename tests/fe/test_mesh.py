@@ -92,6 +92,7 @@ def test_elements_are_small_at_the_scales_edges(fig6b, pitch) -> None:
     assert len(pitch_mesh(fig6b, 0.3, 0.3).tets) < len(pitch.tets)
 
 
+@pytest.mark.slow
 def test_meshes_are_the_same_in_every_run(fig6b) -> None:
     code = (
         "import numpy as np; from squama.fe.geometry import Geometry; from squama.fe.mesh import pitch_mesh\n"
@@ -128,6 +129,7 @@ def test_pitches_join(fig6b, pitch) -> None:
     np.testing.assert_allclose(one.nodes[one.tets], pitch.nodes[pitch.tets], atol=1e-12)
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize(
     "change",
     [

@@ -81,6 +81,7 @@ def test_the_law_is_near_a_coarse_mesh(fig6b, found):
     np.testing.assert_allclose(here / there, 1, atol=0.3)
 
 
+@pytest.mark.slow
 def test_a_tab_of_its_own_modulus(fig6b):
     """All but rigid it holds as the walls of the slot do; softer it gives, and K_theta first."""
     thick = fig6b._replace(thickness=0.04, theta0=0.35)

@@ -31,6 +31,7 @@ def stopped(beta, lam, goal, **options):
     return walk
 
 
+@pytest.mark.slow
 def test_a_contact_that_slips_off_a_corner_is_a_snap():
     walk = stopped(0.4, 0.32, 0.3)
     told = walk.explained(STOPPED, 0.3, INCREMENT)

@@ -49,6 +49,7 @@ def with_other_tab(occ, g: Geometry, edge_size, *, tab):
     return cell
 
 
+@pytest.mark.slow
 def test_tabs_of_both_faces_add_twice_what_one_does(monkeypatch):
     beam = squama.Beam.from_ratios(eta=3, beta=0.6, lam=0.45, zeta=0.35, slenderness=10, alpha="30 deg")
     g = geometry(beam)

@@ -89,6 +89,7 @@ def test_a_total_twist_is_that_of_the_beam_that_is_described(scales, folder, mon
     assert asked["to"] * BEAM.pitch == pytest.approx(0.2 / scales)
 
 
+@pytest.mark.slow
 def test_grips_that_leave_nothing_free_are_named(folder, capsys):
     steep = BEAM.replace(scale={"alpha": "70 deg", "width": "10 mm"})
     (folder / "beam.toml").write_text(steep.to_toml())
@@ -100,6 +101,7 @@ def test_grips_that_leave_nothing_free_are_named(folder, capsys):
     )
 
 
+@pytest.mark.slow
 def test_a_twist_at_which_nothing_touches_tests_nothing(folder, capsys):
     """No model is praised, the exit status says so, and where the scales would touch is told."""
     asked = ["verify", "beam.toml", "--mesh", "0.4,0.2", "--increment", "0.02", "-o", "out"]

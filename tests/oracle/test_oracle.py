@@ -56,6 +56,7 @@ def test_recorded_designs(row: dict[str, Any], law: str) -> None:
     assert all(near(v, mid[k]) for k, v in got.items())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("law", "theta", "q", "values"),
     [

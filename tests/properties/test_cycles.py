@@ -66,6 +66,7 @@ def rubbed(side: Side, a: float, b: float) -> float:
     return float(history.work(side, a, b)(np.array(b))) + float(history.work(side, b, a)(np.array(a)))
 
 
+@pytest.mark.slow
 @given(designs(mu=(0.01, 3)), laws, st.floats(0, 0.5), st.floats(0.55, 1))
 def test_the_area_of_a_loop_is_the_work_of_friction(d: Drawn, law: str, low: float, high: float) -> None:
     """For both laws, with the torque of Eq. 14."""
@@ -153,6 +154,7 @@ def ran(beam: squama.Beam, parts: list[float], mu: float, law: str, load: str) -
         raise
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(fractions, laws, st.floats(0.02, 1.5), st.sampled_from([MAIN, FOLDED]))
 def test_a_branch_depends_on_the_direction_only(parts: list[float], law: str, mu: float, beam: squama.Beam) -> None:

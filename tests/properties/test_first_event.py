@@ -45,6 +45,7 @@ def engagement(d: Drawn, sense: str) -> tuple[int, float, float]:
     return *best, nearest
 
 
+@pytest.mark.slow(but=1)
 @both
 def test_engagement_is_the_first_contact(sense: str, law: str) -> None:
     seen: Counter[int] = Counter()
@@ -121,6 +122,7 @@ def early_ends(d: Drawn, sense: str, law: str, samples: int) -> list[str]:
     return early + [f"neighbour {j}" for j, w in others_come_in(f, d, sense, law, samples) if w < 1 - 2 / samples]
 
 
+@pytest.mark.slow(but=1)
 @both
 def test_nothing_ends_the_path_earlier(sense: str, law: str) -> None:
     seen: Counter[str] = Counter()

@@ -57,6 +57,7 @@ def test_small_angle_formula_for_all_designs(d: Drawn) -> None:
     assert float(c.phi) == pytest.approx(small, rel=1e-5 * size * max(1.0, small / theta0) ** 2)
 
 
+@pytest.mark.slow
 @given(designs())
 def test_digits_at_a_tenth_of_a_degree(d: Drawn) -> None:
     """Engagement, places, rates and forces against 30 digits: a cancelling form would keep eight or so."""

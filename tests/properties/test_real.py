@@ -71,6 +71,7 @@ def test_energy_is_balanced_there_and_back(i: int, mu: float) -> None:
         assert rows[-1, 6] > 1e-4 * U.max()
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("seed", range(3))
 def test_random_histories(seed: int, capsys: pytest.CaptureFixture[str]) -> None:
     assert real_histories.trial(seed, size=25) == []

@@ -127,6 +127,7 @@ def test_the_other_neighbour_that_ends_a_path_is_met_there() -> None:
         assert min(abs(apart(i, theta, phi, k)) for k in range(2, reach + 1)) < 1e-8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sense", ["+", "-"])
 def test_other_contacts_are_the_first_overlap_of_boxes(sense: str) -> None:
     """Nowhere before the named contact do boxes overlap, and just behind it those of that neighbour do."""

@@ -186,6 +186,7 @@ def test_below_engagement_it_is_a_linear_oscillator() -> None:
     assert v.peak_times == pytest.approx(2 * math.pi * np.arange(4), rel=1e-13)
 
 
+@pytest.mark.slow
 def test_the_decay_ends_at_engagement() -> None:
     v = squama.free_vibration(**MAIN, mu=0.5, kappa=2, amplitude=0.22, swings=2000)
     left = v.peaks - squama.solve(**MAIN, mu=0.5).load_e

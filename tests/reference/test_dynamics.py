@@ -110,6 +110,7 @@ def test_a_forced_state_is_the_recorded_one(case: dict) -> None:
     assert found.fed == pytest.approx(found.rubbed + found.damped, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_two_states_at_one_frequency() -> None:
     """Beyond the frequencies recorded: the upper state goes on where the linear one, from rest, has come in."""
     case = next(c for c in FORCED if c["Omega"] == 1.3)

@@ -30,6 +30,12 @@ def sweep() -> xr.Dataset:
         return squama.sweep(HINGED, over, out=f"{folder}/map.zarr", **ON_HINGES).load()
 
 
+@functools.cache
+def fitted() -> squama.Fit:
+    beam = squama.Beam.from_toml(EXAMPLES / "pla_on_vps.toml")
+    return squama.fit(EXAMPLES / "measured_loop.csv", beam, joint="hinge", starts=1)
+
+
 RESULTS = {
     "response_figure": lambda: squama.twist(HINGED, points=20, **ON_HINGES),
     "cycle_figure": lambda: squama.cycle(HINGED, "0.2 rad/pitch", points=20, **ON_HINGES),
@@ -38,12 +44,8 @@ RESULTS = {
     "path_figure": lambda: squama.bend_twist(HINGED, "bend 1 rad/m; twist 8 rad/m", **ON_HINGES),
     "vibration_figure": lambda: squama.vibrate(HINGED, rotor="1 kg m2", release="0.15 rad/pitch", **ON_HINGES),
     "shaken_figure": lambda: squama.shake(HINGED, [0.5, 0.6], static="0.06 rad/pitch", rotor="0.01 kg m2", **ON_HINGES),
-    "fit_figure": lambda: squama.fit(
-        EXAMPLES / "measured_loop.csv", squama.Beam.from_toml(EXAMPLES / "pla_on_vps.toml"), joint="hinge"
-    ).dataset(),
-    "prediction_figure": lambda: squama.fit(
-        EXAMPLES / "measured_loop.csv", squama.Beam.from_toml(EXAMPLES / "pla_on_vps.toml"), joint="hinge", starts=1
-    ).predict("0.1 rad/pitch", samples=12, points=20),
+    "fit_figure": lambda: fitted().dataset(),
+    "prediction_figure": lambda: fitted().predict("0.1 rad/pitch", samples=12, points=20),
     "plan_figure": lambda: squama.plan(HINGED, ("mu", "K_theta"), noise="5 N mm", joint="hinge").dataset(),
     "map_figure": sweep,
     "uncertainty_figure": lambda: squama.uncertainty(
@@ -167,6 +169,7 @@ def test_the_summary_and_the_card_have_the_figures() -> None:
     assert repr(data.squama) == text
 
 
+@pytest.mark.slow
 def test_a_file_that_was_read_knows_it_too(tmp_path) -> None:
     squama.save(result("response_figure"), tmp_path / "a.nc")
     code = (

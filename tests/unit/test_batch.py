@@ -65,6 +65,7 @@ def agree(a: Solved, b: Solved, theta0: Any, margin: float) -> None:
         assert (same | close).all(), (name, np.flatnonzero(~(same | close))[:5])
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("margin", [1e-1, 1e-2, 1e-4])
 @pytest.mark.parametrize("sense", ["+", "-"])
 @pytest.mark.parametrize("law", ["edge", "plate"])
@@ -258,9 +259,8 @@ def run(folder: Path, code: str = RUN) -> subprocess.CompletedProcess[str]:
     )
 
 
-@pytest.mark.parametrize(
-    ("code", "said"), [pytest.param(RUN, "frictional lock\n", marks=pytest.mark.slow), (ELEMENTS, "at rest\n")]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("code", "said"), [(RUN, "frictional lock\n"), (ELEMENTS, "at rest\n")])
 def test_no_folder_for_compiled_code_can_be_written(tmp_path: Path, code: str, said: str) -> None:
     """A file stands in the place of the folder; one line tells of the compilation, and that it recurs."""
     place = tmp_path / "file"

@@ -121,6 +121,7 @@ def test_hinges_are_asked_for(capsys):
     assert "sense +: first contact at 86.5 deg (3.46 deg per pitch): corner B on face (k = 1)" in out
 
 
+@pytest.mark.slow
 @needs_barrier
 def test_general_contact_goes_the_same_way_back():
     c = squama.cycle(SKIN, "0.12 rad/pitch", load="bending", mu=0.25, points=120)

@@ -48,6 +48,7 @@ def test_the_contact_is_that_of_both_loads():
     assert looked > 100
 
 
+@pytest.mark.slow
 def test_paths_end_where_those_of_both_loads_end():
     """Arrays of designs against the screw's kernel followed from contact to contact."""
     eta, beta, lam, alpha, theta0, mu, n = drawn(60, 2)

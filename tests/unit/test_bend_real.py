@@ -138,6 +138,7 @@ FINGER = squama.Beam(
 )  # fmt: skip
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("beam", [FINGER, SKIN.replace(scale={"alpha": 0}, hold="nothing")], ids=["finger", "skin"])
 def test_tips_that_lie_flush_bear_as_far_as_asked(beam):
     """Scales straight across the bar press with both corners of a tip and its middle at once."""

@@ -103,6 +103,7 @@ def test_nothing_warns_of_what_is_taken_in():
         assert "alpha = " not in hinged(BEAM, path).warnings
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize(("free", "path"), [("twisting", "bend 0.1 rad/pitch"), ("bending", "twist 0.1 rad/pitch")])
 def test_what_is_free_has_no_moment_and_takes_the_least_energy(free, path):
     r = hinged(BEAM, path, mu=0, free=free, points=40)
@@ -177,6 +178,7 @@ def test_the_command(tmp_path, capsys):
     assert "--path[1]" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_picture_has_path_loads_and_inclination():
     answer = bent_and_twisted(BEAM, "bend 0.1 rad/pitch; twist 0.25 rad/pitch", mu=0.4, joint="hinge")
     around = squama.bend_twist_map(BEAM, "bend 0.1 rad/pitch; twist 0.25 rad/pitch", mu=0, joint="hinge")

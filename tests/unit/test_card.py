@@ -74,6 +74,7 @@ def test_text_of_strangers_is_escaped():
     assert Balanced(shown).text == ["<b>", "<script>", "&", "<i>"]
 
 
+@pytest.mark.slow
 def test_designs_and_fits_say_what_they_reach():
     found = squama.inverse_design(
         {"target": {"lock": "0.25 rad/pitch"}, "vary": {"scale.length": ("40 mm", "70 mm")}},

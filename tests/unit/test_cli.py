@@ -168,6 +168,7 @@ def test_summary_of_the_real_beam(beam, capsys):
     assert [line[9:] for line in lines if line.startswith("warning: ")] == list(r.attrs["warnings"])
 
 
+@pytest.mark.slow
 def test_summary_of_ideal_scales_and_of_rigid_ones(beam, capsys):
     text = _out(capsys, "twist", "beam.toml", "--ideal", "--points", "30", "--ends", "endless", "--compare")
     assert any(line.split() == ["thin,", "rigid", "hinge"] for line in text.splitlines())
@@ -207,6 +208,7 @@ def test_summary_of_bend(beam, capsys):
     assert [line[9:] for line in lines if line.startswith("warning: ")] == beam.warnings("bending")
 
 
+@pytest.mark.slow
 def test_other_contact_is_named(beam, capsys):
     text = _out(capsys, "twist", "beam.toml", "--mu", "0", "--full")
     assert f"mu = 0): {squama.twist(beam, mu=0).other_contact.item()}" in text
@@ -292,6 +294,7 @@ def test_json_of_bend(beam, capsys):
     assert list(found["laws"]) == ["edge"]
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize(
     ("flags", "arguments"),
     [
@@ -317,6 +320,7 @@ def test_flags_are_arguments(flags, arguments, beam, capsys):
     xr.testing.assert_allclose(squama.read("a.nc"), squama.twist(beam, **arguments), rtol=1e-6)
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize(
     ("flags", "changes"),
     [
@@ -342,6 +346,7 @@ def test_a_flag_can_mend_the_file(beam, capsys):
     _out(capsys, "twist", "beam.toml", "--set", "scale.alpha=60 deg", "--mu", "0.1", "--to", EARLY)
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("command", ["twist", "bend"])
 def test_files(command, beam, capsys):
     name, torque = ("Phi", "T") if command == "twist" else ("kappa", "M")

@@ -407,6 +407,7 @@ def test_conditions_hold_where_events_are():
     assert met >= {increments.ENGAGE, increments.STICK, increments.SLIDE, increments.CHANGE}
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize(
     ("shape", "corner", "mu"),
     [((2.1, 0.89, 0.35, 70, 7, 0.016), (0.09, 0.35), 0.05), ((2.4, 0.85, 0.38, 68, 8, 0.02), (0.09, 0.35), 0.05)],

@@ -162,6 +162,7 @@ def test_before_engagement_nothing_is_lost():
     assert static.end[0] == "static lock"
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("history", [HISTORY, "0, 0.1, -0.1 rad/pitch", [0, 1]])
 def test_files_give_back_what_was_written(tmp_path, history):
     c = squama.cycle(BEAM, history, mu=0.3, joint="hinge")

@@ -87,6 +87,7 @@ def test_names_of_ends_and_their_sentences() -> None:
     assert End("static lock") == "static lock"
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("law", ["plate", "edge"])
 @pytest.mark.parametrize("sense", ["+", "-"])
 def test_one_design_or_many(sense: str, law: str) -> None:
@@ -176,6 +177,7 @@ def test_the_first_event_wins_among_the_plates() -> None:
     assert str(touching.sense) == "-"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sense", ["+", "-"])
 def test_the_largest_designs_are_answered(sense: str) -> None:
     for eta, beta in ((reach.LARGEST, reach.LARGEST), (reach.LARGEST, 1.25), (3.0, reach.LARGEST)):
@@ -219,6 +221,7 @@ def test_neighbours_that_a_tip_reaches_only_early_in_an_interval(monkeypatch) ->
     np.testing.assert_allclose(coarse.phi_end, fine.phi_end, rtol=1e-9)
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("law", ["edge", "plate"])
 @pytest.mark.parametrize("sense", ["+", "-"])
 def test_the_quick_look_for_neighbours_overlooks_none(law: str, sense: str, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -52,6 +52,7 @@ def test_figures_of_section_4(law: str) -> None:
         assert r.attrs["margin"] == margin
 
 
+@pytest.mark.slow(but=1)
 @laws
 @pytest.mark.parametrize("design", [(3, 45, 1.25, 0.45, 10, 0.5), (4, 30, 0.6, 0.32, 5, 0.2)])
 def test_work_and_red_against_the_oracle(design: tuple[float, ...], law: str) -> None:
@@ -272,6 +273,7 @@ def test_a_sharp_corner_of_the_slip_is_cut_out(monkeypatch: pytest.MonkeyPatch) 
     assert squama.solve(**d).W_fr != pytest.approx(want, rel=1e-10)
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("size", [1.0, 1e-12, 1e12])
 @pytest.mark.parametrize("pole", [1.01, 1e4])
 def test_corners_anywhere(monkeypatch: pytest.MonkeyPatch, size: float, pole: float) -> None:

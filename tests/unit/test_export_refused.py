@@ -120,6 +120,7 @@ def test_wider_than_the_bar_is_measured_across_the_bar():
     assert any("wider than the bar" in line for line in lines(wide._replace(alpha=math.radians(10)), BEAM))
 
 
+@pytest.mark.slow
 def test_random_plans_are_refused_or_hold():
     random = np.random.default_rng(11)
     refused = made = pieces = 0

@@ -49,6 +49,7 @@ def test_bending_and_the_twist_of_a_bent_beam(tmp_path: Path) -> None:
     assert float(held.finite_torque[0]) == pytest.approx(float(row["T"]), rel=5e-3)
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("n", [6, 20])
 def test_random_beams_bear_what_their_rows_do(n: int) -> None:
     off, unknown = [], 0

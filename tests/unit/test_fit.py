@@ -170,6 +170,7 @@ def test_before_engagement_it_is_the_linear_regression():
     assert fit.condition == pytest.approx(np.linalg.cond(A / np.linalg.norm(A, axis=0)))
 
 
+@pytest.mark.slow
 def test_the_search_does_not_depend_on_the_start():
     data = noisy(squama.cycle(BEAM, HISTORY, joint="hinge"), 0.02)
     names = ("mu", "K_theta", "theta0")
@@ -272,6 +273,7 @@ def test_a_bending_test_as_foretold():
     np.testing.assert_allclose(remedy.errors, 0.1 * np.sqrt(np.diag(np.linalg.inv(J.T @ J))), rtol=5e-3)
 
 
+@pytest.mark.slow
 def test_what_is_said_about_a_fit():
     loop = squama.cycle(BEAM, "0.2 rad/pitch", joint="hinge")
     quiet = hinged(noisy(loop, 0.005), BEAM, nuisances="none")

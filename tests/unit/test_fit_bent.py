@@ -34,7 +34,7 @@ def loop(scales=None, faces="one", load="bending"):
         pytest.param(None, "one", "bending", marks=pytest.mark.slow),
         pytest.param(5, "one", "bending", marks=pytest.mark.slow),
         (None, "mirrored", "bending"),
-        (None, "turned, shifted", "twisting"),
+        pytest.param(None, "turned, shifted", "twisting", marks=pytest.mark.slow),
     ],
 )
 @pytest.mark.usefixtures("alone")

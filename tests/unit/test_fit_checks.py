@@ -36,6 +36,7 @@ def fitted(x, T, names="mu,K_theta", *, starts=2, scales=None, **given):
     return squama.fit({"phi": x, "T": T}, BEAM.replace(scales=scales), names, nuisances="none", starts=starts, **given)
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.usefixtures("alone")
 @pytest.mark.parametrize("joint", ["compliant", "hinge"])
 def test_the_slope_before_engagement_is_always_told(joint):
@@ -54,6 +55,7 @@ def test_the_slope_before_engagement_is_always_told(joint):
     assert fit.holds
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.usefixtures("alone")
 @pytest.mark.parametrize(
     ("twists", "torques", "words"),
@@ -169,6 +171,7 @@ def test_noise_and_coarse_readings_are_no_branches():
     assert noise.interleaved(x, clean - gap + r.normal(0, 1e-3, x.size), way)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("alone")
 def test_too_few_points_are_doubted():
     x, T = loop()
@@ -212,6 +215,7 @@ def test_the_ends_of_a_long_beam_take_the_less():
     assert long.torque > near.torque
 
 
+@pytest.mark.slow
 def test_where_the_row_ends_before_the_data_that_is_told():
     row = squama.Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness=45, mu=0.2)
     ended = finite_rows.ends(row, 0.4 / row.pitch, joint="hinge")

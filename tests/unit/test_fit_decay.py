@@ -32,6 +32,7 @@ def sampled(step=0.025, *, beam=BEAM, load="twisting", **given):
     return t, CubicHermiteSpline(*columns)(t), v
 
 
+@pytest.mark.slow
 def test_friction_and_damping_are_given_back_within_their_errors():
     t, y, v = sampled(release="0.15 rad/pitch", damping=0.01, swings=2, **HINGE)
     truth = {"mu": 0.3, "damping": 0.01, "f_0": float(v.f_0), "release": 0.15, "start": 0.0, "twist_zero": 0.05}
@@ -51,6 +52,7 @@ def test_friction_and_damping_are_given_back_within_their_errors():
     assert (spread < 3).all()
 
 
+@pytest.mark.slow
 def test_without_noise_all_of_it_is_exact():
     given = {"inclusion_factor": BEAM.C_f}
     both = BEAM.replace(faces="mirrored", joint=given)
@@ -66,6 +68,7 @@ def test_without_noise_all_of_it_is_exact():
     assert f.values["start"] == pytest.approx(7, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_a_struck_beam_and_one_that_is_held_first():
     struck, y, v = sampled(impulse="0.2 N m s", swings=3, **HINGE)
     assert float(v.phi_turn[0]) > 2 * float(v.phi_e)
@@ -80,6 +83,7 @@ def test_a_struck_beam_and_one_that_is_held_first():
     assert f.values["start"] == pytest.approx(1.0, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_modes_of_bending_give_the_density():
     given = {"load": "bending", "mode": "cantilever", "release": "0.15 rad/pitch", "density": 1100, "rotor": None}
     given |= HINGE
@@ -118,6 +122,7 @@ def test_below_engagement_only_the_material_is_found():
     assert f.values["f_0"] == pytest.approx(float(v.f_0), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_of_slow_noise_points_count_less_and_parameters_take_more_of_it(monkeypatch):
     t, y, _ = sampled(release="0.02 rad/pitch", damping=0.02, swings=4, **HINGE)
     read = y + np.random.default_rng(1).normal(0, 1e-4, t.size)
@@ -224,6 +229,7 @@ def test_derivatives_are_above_the_noise_of_the_walk():
     assert apart.max() < 0.1
 
 
+@pytest.mark.slow
 def test_other_starts_are_tried_while_residuals_are_above_the_noise(monkeypatch):
     t, y, _ = sampled(release="0.15 rad/pitch", damping=0.01, swings=2, **HINGE)
     read = y + np.random.default_rng(2).normal(0, 3e-4, t.size)
@@ -244,6 +250,7 @@ def test_other_starts_are_tried_while_residuals_are_above_the_noise(monkeypatch)
     assert not found.notes
 
 
+@pytest.mark.slow
 def test_a_search_that_does_not_end_is_not_a_model_that_misses(monkeypatch):
     t, y, _ = sampled(release="0.15 rad/pitch", damping=0.01, swings=2, **HINGE)
     record = {"t": t, "phi": y * (1 + 0.1 * np.sin(9 * t))}

@@ -44,6 +44,7 @@ def test_intervals_hold(kind):
     assert max(took for _, _, took in inside) < fits.SECONDS
 
 
+@pytest.mark.slow
 def test_a_loop_of_the_real_beam_on_hinges_is_not_believed():
     start, data, true = loop("white noise")
     hinged, (real, _, _) = few_starts(data, start, joint="hinge"), fitted("white noise")
@@ -73,6 +74,7 @@ def test_a_loop_on_hinges_by_default_is_doubted():
     assert few_starts(data, start, joint="hinge").holds
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "name", "value", "near"),
     [
@@ -114,6 +116,7 @@ def test_a_stray_point_is_named_by_its_line(tmp_path):
     assert len(fit.plot().axes) == len(fit_figure(fit.dataset()).axes) == 2
 
 
+@pytest.mark.slow
 def test_specimens_and_a_record_that_begins_with_unloading():
     start, data, true = loop("white noise")
     down = {name: values[fits.POINTS :] for name, values in data.items()}
@@ -123,6 +126,7 @@ def test_specimens_and_a_record_that_begins_with_unloading():
     assert all(s.values is not None for s in fit.specimens)
 
 
+@pytest.mark.slow
 def test_noise_of_the_twist_that_turns_it_round_is_no_reversal():
     start, data, true = loop("white noise")
     phi = data["phi"] + np.random.default_rng(4).normal(0, 1e-3, data["phi"].size)
@@ -219,6 +223,7 @@ def test_errors_allow_for_the_nuisances_that_may_be_there(monkeypatch):
     assert np.all(whole.covariance.diagonal()[:2] > 1.05 * own.diagonal()[:2])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("joint", ["compliant", "hinge"])
 def test_warnings_are_of_the_model_that_is_fitted(joint, capsys):
     given = ["fit", "examples/stiff_skin_loop.csv", "examples/stiff_skin.toml", "--joint", joint]

@@ -59,6 +59,7 @@ def test_a_second_loop_of_another_friction_is_told():
     assert fitted(table(0.25)).loops is None
 
 
+@pytest.mark.slow
 def test_equal_loops_are_equal():
     """Of 40 records of two equal loops the chance is uniform: below a tenth in some four."""
     chances = np.array([fitted(table(0.25, 0.25, seed=seed)).loops.chance for seed in range(40)])
@@ -97,6 +98,7 @@ def test_each_loop_has_a_friction_of_its_own():
     np.testing.assert_allclose(J[:, 0], (up - down) / 2e-6, rtol=1e-5, atol=1e-5)
 
 
+@pytest.mark.slow
 def test_each_loop_of_scales_that_are_walked():
     skin = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=5, hold="bend, lateral bend")
     data = table(0.25, 0.32, sigma=1e-7, beam=skin, joint="compliant")

@@ -107,6 +107,7 @@ def test_a_saved_cycle_is_a_test_too(folder, capsys):
     assert record["parameters"]["mu"]["estimate"] == pytest.approx(0.3, rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("alone")
 def test_json(folder, capsys):
     arguments = ["--find", "mu,K_theta,theta0", "--bounds", "theta0=5 deg:20 deg", "--bounds", "mu=:0.5"]
@@ -184,6 +185,7 @@ def test_no_emcee(folder, monkeypatch, capsys):
     assert not (folder / "f.nc").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("alone")
 def test_pictures():
     for load, history, torque in (

@@ -94,6 +94,7 @@ def test_a_section_of_the_bar_changes_its_slope():
     assert bar == pytest.approx(0.93, abs=0.06)
 
 
+@pytest.mark.slow
 def test_scales_that_are_walked():
     held = SKIN.replace(joint={"stiffness": compliant.Held.of(SKIN).K_theta * 1.1})
     from squama.beam import matrixfile

@@ -89,6 +89,7 @@ def test_a_machine_that_is_given_is_corrected_for_and_one_that_is_not_is_told(lo
     assert "machine not given" in without.summary()
 
 
+@pytest.mark.slow
 def test_a_machine_with_a_tolerance_is_found_from_it_and_from_the_points():
     data, k = table(sigma=NOISE)
     for middle in (0.85, 1.2):
@@ -129,6 +130,7 @@ def test_a_modulus_and_its_tolerance_are_both_used():
     assert not fitted(data, **given, tolerances={"E_B": ("normal", E, s / 10)}).holds
 
 
+@pytest.mark.slow
 def test_a_slope_that_is_too_low_is_a_bar_or_a_machine():
     data, _ = table(share=0.0, softer=0.85, sigma=NOISE / 10)
     fit = fitted(data)
@@ -144,6 +146,7 @@ def test_a_slope_that_is_too_low_is_a_bar_or_a_machine():
     assert "E_B = 1.2" in slope.sentence
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("load", ["twisting", "bending"])
 def test_the_derivative_by_the_compliance_is_that_of_the_torque(load):
     data, k = table(load)
@@ -174,6 +177,7 @@ def test_machines_that_are_none(given, words):
     assert words in str(error.value)
 
 
+@pytest.mark.slow
 def test_the_command(tmp_path, capsys):
     data, k = table(sigma=NOISE)
     rows = "\n".join(f"{x:.9g},{t:.6g}" for x, t in zip(*data.values(), strict=True))

@@ -60,6 +60,7 @@ def test_what_is_no_prediction(given, words):
         fitted()[0].predict(WAY, **given)
 
 
+@pytest.mark.slow
 def test_a_prediction_by_the_command_is_that_of_the_fit(tmp_path, capsys):
     fit, loop = fitted()
     table = tmp_path / "loop.csv"

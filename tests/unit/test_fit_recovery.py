@@ -99,6 +99,7 @@ def _gives_back(names, joint, load):
     np.testing.assert_allclose(again[torque].values[down], fit.fitted[down], rtol=0, atol=near * size)
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("names", [("mu", "K_theta", "E_B"), ("C_f",)], ids=",".join)
 def test_twist_of_the_fitted_beam_has_the_fitted_curve(names):
     _, loop = measured(names, "compliant", "twisting")

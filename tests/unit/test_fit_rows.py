@@ -83,6 +83,7 @@ def fitted(ends=None, **given):
     return squama.fit(data, BEAM, nuisances="none", starts=2, ends=ends, **given)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("alone")
 def test_a_fit_is_the_least_square_of_the_scales_themselves():
     fit = fitted()
@@ -112,6 +113,7 @@ def ways(x):
     return np.concatenate([[0.0], np.cumsum(np.abs(np.diff(x)))])
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("alone")
 def test_the_endless_beam_stands_beside():
     fit, endless = fitted(), fitted("endless")
@@ -134,6 +136,7 @@ def test_the_endless_beam_stands_beside():
     assert float(far.T_curve) == pytest.approx(float(top), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_ends_that_no_fit_knows_are_refused():
     c = cycle()
     data = {"phi": c.phi.values, "T": c["T"].values}
@@ -148,6 +151,7 @@ def test_ends_that_no_fit_knows_are_refused():
     assert squama.fit(data, BEAM, joint="hinge", nuisances="none", starts=1).fitted_as == "an endless beam"
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("alone")
 def test_the_command_takes_ends(tmp_path, capsys):
     c = cycle()

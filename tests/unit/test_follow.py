@@ -34,6 +34,7 @@ def paths(beam: squama.Beam, load: str, mus: list[float], law: str = "edge", sen
     return hinge.solve(Analysis(beam, way, np.array(mus), law, 0.01, 3))[0]
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("law", ["edge", "plate"])
 @pytest.mark.parametrize("sense", ["+", "-"])
 def test_several_frictions_together_are_each_by_itself(law: str, sense: str) -> None:

@@ -83,6 +83,7 @@ def differences(
     return best, change, same
 
 
+@pytest.mark.slow(but=2)
 @pytest.mark.parametrize("case", CASES)
 def test_derivatives_are_those_of_central_differences(case: str) -> None:
     columns, settings = CASES[case]

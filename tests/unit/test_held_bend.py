@@ -67,6 +67,7 @@ def test_the_real_beam_has_the_pose_of_its_motions():
     np.testing.assert_allclose(np.linalg.norm(s.pose[1:], axis=1), 1, rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_the_picture_is_of_a_bent_beam(tmp_path, capsys):
     place = tmp_path / "b.png"
     given = ["examples/stiff_skin.toml", "--joint", "hinge", "--twist", "0.1 rad/pitch", "--out", str(place)]

@@ -127,6 +127,7 @@ def _completion(shell, folder, monkeypatch, capsys):
     return script
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.skipif(shutil.which("bash") is None, reason="no bash here")
 @pytest.mark.parametrize(
     ("typed", "offered"),
@@ -150,6 +151,7 @@ def test_bash_completes_commands_flags_and_files(typed, offered, tmp_path, monke
     assert done.stdout.split() == offered, done.stderr
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize(
     ("shell", "files"), [("zsh", "_files"), ("fish", "-l csv -r -F "), ("powershell", "CompleteFilename")]
 )
@@ -171,6 +173,7 @@ def test_a_command_that_is_not_there(typed, words, capsys):
     assert capsys.readouterr().err == f"squama: error: {words}\n"
 
 
+@pytest.mark.slow
 def test_help_says_of_the_joint_what_commands_do(tmp_path, capsys):
     """By default bending has the joint of twisting."""
     said = {}

@@ -74,6 +74,7 @@ def test_a_moment_alone_twists_the_beam():
     assert (held.M > 2 * r.M)[1:].all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hold", ["nothing", "bend", "straight"])
 def test_every_door_says_the_same(hold, tmp_path):
     """The curve, a closed history, the beam beside a row, a sweep and a path of the plane."""

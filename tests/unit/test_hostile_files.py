@@ -99,6 +99,7 @@ def _by_another_program(path, mark, **encoding):
     return path
 
 
+@pytest.mark.slow
 def test_a_netcdf_result_without_a_hash(tmp_path):
     assert squama.read(_by_another_program(tmp_path / "old.nc", 1)).equals(R)
     path = _by_another_program(tmp_path / "new.nc", 2)

@@ -107,6 +107,7 @@ def test_brute_force_finds_no_better_beam(law):
     assert brute.merit[kept].min() <= 1.2 * float(best.merit[0]) + 1e-3
 
 
+@pytest.mark.slow
 def test_what_cannot_be_reached_names_what_holds_it(tmp_path):
     found = find({"lock": "40 deg total"}, {"scale.length": ("40 mm", "60 mm"), "beam.pitch": ("18 mm", "25 mm")})
     assert not found.met
@@ -120,6 +121,7 @@ def test_what_cannot_be_reached_names_what_holds_it(tmp_path):
     assert d.beam.pitch == pytest.approx(nearest.pitch, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_limit_that_holds_the_nearest_beam():
     vary, limits = {"scale.theta0": ("5 deg", "20 deg")}, {"gap": "0.9 mm"}
     found = find({"engagement": "2 deg total"}, vary, limits=limits, joint="hinge")
@@ -130,6 +132,7 @@ def test_a_limit_that_holds_the_nearest_beam():
     assert gap >= 0.9e-3 * (1 - 1e-9)
 
 
+@pytest.mark.slow
 def test_a_beam_that_does_not_lock_is_no_lock(tmp_path):
     vary = {"scale.alpha": ("5 deg", "20 deg"), "scale.length": ("30 mm", "50 mm")}
     found = find({"lock": "120 deg total"}, vary)
@@ -140,6 +143,7 @@ def test_a_beam_that_does_not_lock_is_no_lock(tmp_path):
     assert not squama.End(found[0].end).locks
 
 
+@pytest.mark.slow
 def test_other_contacts_of_the_plates_are_looked_for():
     # with little friction the lock comes late, and other plates often meet before
     vary = {"scale.length": ("25 mm", "80 mm"), "scale.width": ("10 mm", "60 mm"), "scale.alpha": ("20 deg", "75 deg")}
@@ -165,6 +169,7 @@ def test_other_contacts_of_the_plates_are_looked_for():
     assert found[0].other_contact
 
 
+@pytest.mark.slow
 def test_tolerances_against_changed_beams():
     found = find(
         {"lock": "120 deg total", "critical_mu": "at least 1"}, tolerance={"scale.length": "0.3 mm", "relative": "2 %"}
@@ -193,6 +198,7 @@ def test_tolerances_against_changed_beams():
     assert spreads == sorted(spreads)
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize(
     ("text", "reached"),
     [
@@ -214,6 +220,7 @@ def test_a_twist_keeps_its_meaning_while_the_pitch_changes(text, reached, tmp_pa
         assert pitch == pytest.approx((reached(up, beam) - reached(down, beam)) / (2 * h) * 1e-4, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_curve_and_a_tangent(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     truth = DENSE
@@ -256,6 +263,7 @@ def test_bending_and_the_kind_of_lock(tmp_path):
     ).designs
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_designs():
     one, two = (find({"lock": "120 deg total"}, starts=256) for _ in range(2))
     assert one.designs == two.designs
@@ -263,6 +271,7 @@ def test_the_same_seed_gives_the_same_designs():
     assert [d.values for d in other.designs] != [d.values for d in one.designs]
 
 
+@pytest.mark.slow
 def test_what_has_no_effect_stays_and_is_named():
     vary = {**VARY, "substrate.youngs_modulus": ("1 MPa", "3 MPa")}
     found = find({"lock": "120 deg total"}, vary)

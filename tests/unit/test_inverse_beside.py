@@ -55,6 +55,7 @@ def test_bending_on_hinges_is_not_reached_where_squama_bend_says_otherwise():
     assert f"reached 45 deg total on hinges (endless); squama bend of this file says {said:.3g}" in best.to_toml()
 
 
+@pytest.mark.slow
 def test_a_design_is_judged_with_its_own_scales():
     """What is reached is what ``squama.twist`` of the design says; the endless beam is stiffer, and no objection."""
     found = squama.inverse_design(LIMB, beam=SKIN.replace(scales=15), starts=128)
@@ -93,12 +94,14 @@ def test_a_torque_is_met_with_its_own_scales():
     assert float(own.T_periodic[0]) > 1.3 * 0.02
 
 
+@pytest.mark.slow
 def test_an_endless_beam_is_judged_so():
     found = squama.inverse_design(LIMB, beam=SKIN.replace(scales=None, hold="nothing"), starts=64)
     assert found[0].found_by == "(endless, free to bow)"
     assert not found[0].beside
 
 
+@pytest.mark.slow
 def test_the_command_says_it_and_the_record_holds_it(tmp_path, capsys):
     path = tmp_path / "t.toml"
     (tmp_path / "beam.toml").write_text(SKIN.replace(scales=15).to_toml())

@@ -99,6 +99,7 @@ def test_figures_are_those_of_the_responses(load):
     assert locked >= 4
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("load", ["twisting", "bending"])
 def test_derivatives_against_central_differences(load):
     values = sample()

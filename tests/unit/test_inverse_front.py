@@ -105,6 +105,7 @@ def test_no_worse_than_as_many_random_beams():
     assert hypervolume(mine, low, high) > hypervolume(theirs, low, high)
 
 
+@pytest.mark.slow
 def test_the_front_of_a_grid_in_two_dimensions():
     data = {
         "vary": {"scale.length": ("40 mm", "80 mm"), "scale.alpha": ("45 deg", "68 deg")},

@@ -211,6 +211,7 @@ def test_the_command_design(folder, capsys):
     assert squama.Beam.from_toml("out/design_1.toml").model_dump() == record["designs"][0]["beam"]
 
 
+@pytest.mark.slow
 def test_what_is_not_reached_is_no_error(folder, capsys):
     status, said = run(GOOD.replace("120 deg", "10 deg"), capsys, "--starts", "64")
     assert status == 0
@@ -276,6 +277,7 @@ def test_mistakes_in_a_front(folder, capsys, old, new, words):
     assert not (folder / "f.csv").exists()
 
 
+@pytest.mark.slow
 def test_pictures_without_a_lock_and_with_points(folder):
     from squama.inverse.target import read_target
 

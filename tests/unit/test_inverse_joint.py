@@ -67,6 +67,7 @@ def test_a_matrix_stands_in_no_range_of_a_law():
     assert read_target(data, beam=given).laws == ["stiffness"]
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("load", ["twisting", "bending"])
 @pytest.mark.parametrize("start", [PLAIN, BEAM], ids=["law", "matrix"])
 def test_tolerances_of_the_joint_against_changed_beams(load, start):

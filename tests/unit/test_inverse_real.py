@@ -107,6 +107,7 @@ def test_a_limb_that_stiffens():
         assert d.chosen["scale.thickness"] == f"{beam.scale.thickness * 1e3:g} mm"
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("unasked")
 def test_an_exact_target_is_met_on_the_grid():
     data = {
@@ -233,6 +234,7 @@ def test_rooms_agree_with_what_the_printer_files_and_the_law_refuse():
     assert min(seen.values()) > 5
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("unasked")
 def test_what_a_lock_is_of_is_told():
     """Thin, rigid scales on hinges lock where no real beam does, and this one could not even be made."""
@@ -356,6 +358,7 @@ def test_the_command_writes_millimetres_and_degrees(tmp_path, capsys):
     assert record["designs"][0]["refused"] == []
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("unasked")
 def test_a_search_goes_on_beyond_a_second_contact():
     plain = squama.Beam.from_toml("examples/pla_on_vps.toml")
@@ -374,6 +377,7 @@ def test_a_search_goes_on_beyond_a_second_contact():
     assert best.goals[0].reached == pytest.approx(one.stiffness_ratio.item(), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_fronts_of_real_beams():
     pytest.importorskip("pymoo")
     data = {

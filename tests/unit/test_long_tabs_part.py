@@ -29,6 +29,7 @@ def test_before_contact_it_is_a_bar_in_three_point_bending(part):
     assert float(r.F[-1]) / 0.2e-3 == pytest.approx(stiffer * bare, rel=0.02)
 
 
+@pytest.mark.slow
 def test_figures(part):
     r = squama.load(part)
     assert "embedded" not in r.attrs["warnings"]

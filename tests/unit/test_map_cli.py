@@ -277,6 +277,7 @@ PICTURES = [
 ]
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("arguments", PICTURES, ids=" ".join)
 def test_pictures(arguments, place, capsys):
     assert main(["map", *arguments, "--plot", "a.png"]) == 0

@@ -230,6 +230,7 @@ def test_a_name_that_is_none(value, words, place, capsys):
     assert words in line
 
 
+@pytest.mark.slow
 def test_the_command_says_where_the_stiffness_comes_from(place, capsys):
     outputs = ["--csv", "curve.csv", "--plot", "curve.png"]
     assert main(["twist", "in/beam.toml", "--joint", "hinge", "--full", *outputs]) == 0

@@ -229,6 +229,7 @@ def test_mistakes_in_what_is_said(text, given, words, tmp_path):
     assert words in str(caught.value).splitlines()[0]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("alone")
 def test_commands_and_targets_read_them_alike_and_say_what_is_guessed(tmp_path, capsys, monkeypatch):
     import squama

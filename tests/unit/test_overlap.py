@@ -9,6 +9,7 @@ from squama.contacts.geometry import slopes
 from squama.contacts.vectors import turned
 
 
+@pytest.mark.slow
 def test_vertices_and_their_slopes_are_those_of_plain_geometry():
     """Corners, crossings and tangent points: all of them, below any cap, with the gap and the slopes beside them."""
     found = said("overlaps.py")

@@ -197,6 +197,7 @@ def test_of_itself_a_curve_goes_as_far_as_the_model_holds_of_every_cell(load):
     assert "trust the curve up to" in farther.attrs["warnings"]
 
 
+@pytest.mark.slow
 def test_scales_that_slide_off_take_others_with_them():
     """At .2772 rad per pitch one scale near the end runs off its edge; as it falls the one before it does, too."""
     r = squama.twist(SKIN.replace(scales=25), to="0.285 rad/pitch", points=40)

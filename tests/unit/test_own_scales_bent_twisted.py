@@ -123,6 +123,7 @@ def test_who_answers_with_ends():
             squama.bend_twist(beam, path, **how)
 
 
+@pytest.mark.slow
 def test_the_command_sets_the_endless_beam_beside(tmp_path, capsys):
     file, table = tmp_path / "beam.toml", tmp_path / "path.csv"
     SKIN.to_toml(file)

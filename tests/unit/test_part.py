@@ -259,6 +259,7 @@ def test_work_is_balanced_there_and_back(name):
     assert float(r.W_fr[-1]) > 0
 
 
+@pytest.mark.slow(but=2)
 @pytest.mark.parametrize("name", ["tip", "several", "tendon"])
 def test_all_of_the_load_is_on_and_off_again(name):
     r = part(name, points=10, back=True)
@@ -291,6 +292,7 @@ def test_grips_are_those_of_the_row():
     np.testing.assert_allclose(r.M_cell[-1], d.M_cell[-1], atol=1e-4 * float(np.abs(d.M_cell).max()))
 
 
+@pytest.mark.slow
 def test_left_is_the_mirror_image_of_right():
     """Of a beam with scales straight across."""
     straight = SKIN.replace(scale={"alpha": 0})
@@ -347,6 +349,7 @@ def test_a_graded_part_engages_where_its_scales_lie_low():
     assert low.attrs["graded"] == "scale.theta0"
 
 
+@pytest.mark.slow
 def test_grading_by_which_scales_meet_at_rest_is_refused():
     with pytest.raises(InputError, match="scales touch before anything is loaded"):
         part("tip", along={"scale.theta0": ["10 deg", "40 deg"]})
@@ -389,6 +392,7 @@ def test_what_is_refused(load, given, words):
         squama.load(SKIN, load, **{"scales": 5} | given)
 
 
+@pytest.mark.slow
 def test_a_load_that_is_not_reached_says_so():
     r = squama.load(SKIN, "5 kN up at tip", scales=5, points=5)
     assert str(r.end.item()) != "range end"

@@ -16,6 +16,7 @@ from squama.cli import main
 BEAM = "examples/cantilever.toml"
 
 
+@pytest.mark.slow
 def test_the_part_moves_from_frame_to_frame(tmp_path: Path) -> None:
     data = squama.load(squama.Part.from_toml(BEAM), points=6)
     path = plot.part_animation(data, tmp_path / "part.gif", frames=4)
@@ -30,6 +31,7 @@ def test_the_part_moves_from_frame_to_frame(tmp_path: Path) -> None:
     assert still[:, :80].all()
 
 
+@pytest.mark.slow
 def test_the_command_writes_it_and_refuses_other_names(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["load", BEAM, "--points", "5", "--gif", str(tmp_path / "p.gif")]) == 0
     assert (tmp_path / "p.gif").stat().st_size > 10_000

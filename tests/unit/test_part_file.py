@@ -50,9 +50,10 @@ def same(one, other, rtol=1e-12):
     ("sections", "flags"),
     [
         ('[[load]]\ntext = "0.1 N up at tip"', ["--load", "0.1 N up at tip"]),
-        (
+        pytest.param(
             '[support]\nkind = "simple"\nspan = "80 mm"\n[[load]]\ntext = "15 mm down at middle"',
             ["--load", "15 mm down at middle", "--support", "simple, span 80 mm"],
+            marks=pytest.mark.slow,
         ),
         (
             '[support]\nspan = "80 mm"\nkind = "simple"\n[load]\ntext = "1.5 N down at 50 mm"\n'
@@ -198,7 +199,11 @@ LOADED = '[[load]]\ntext = "0.1 N up at tip"\n'
             "[along]: scale 5: scale.embedded = 50 mm: the tab goes",
         ),
         (LOADED + '[along]\nbeam.pitch = ["9 mm", "8 mm"]', '"beam.pitch": must be one of scale.length'),
-        (LOADED + '[along]\nscale.theta0 = ["10 deg", "40 deg"]', "[along]: scales touch before anything is loaded"),
+        pytest.param(
+            LOADED + '[along]\nscale.theta0 = ["10 deg", "40 deg"]',
+            "[along]: scales touch before anything is loaded",
+            marks=pytest.mark.slow,
+        ),
         (LOADED + "[[along]]\n", "along = "),
         (LOADED + "[along]\ntable = 3", "along.table = 3: must be the name of a file"),
         (LOADED + '[along]\ntable = "none.csv"', "none.csv: no such file; write a CSV with a row for each scale"),
@@ -228,7 +233,11 @@ def test_a_bad_file_is_one_line(sections, words, tmp_path, capsys):
         (TABLE.replace("21.5", "inf"), "is not a finite number"),
         (TABLE.replace("21.5;", ""), "line 3: has 1 cell, the header has 2"),
         (TABLE.replace("21.5", "99"), 'line 3: scale.theta0 = "99.0 deg": is out of range'),
-        (TABLE.replace("17;", "40;"), "scales touch before anything is loaded; let them differ less"),
+        pytest.param(
+            TABLE.replace("17;", "40;"),
+            "scales touch before anything is loaded; let them differ less",
+            marks=pytest.mark.slow,
+        ),
         ("", "is empty"),
         (TABLE + "20;20\n" * 200_000, "is larger than 1,000,000 bytes"),
     ],

@@ -88,6 +88,7 @@ def test_bad_input_is_one_line(given, words):
     assert "\n" not in str(error.value)
 
 
+@pytest.mark.slow
 def test_the_command_writes_the_map(tmp_path, capsys):
     made = [str(tmp_path / name) for name in ("a.png", "a.nc")]
     given = ["bend-twist", "examples/stiff_skin.toml", "--joint", "hinge", "--path", CORNER, "--map"]

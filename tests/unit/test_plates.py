@@ -116,6 +116,7 @@ def test_a_contact_is_found_if_its_place_counts_on_either_side() -> None:
     assert seen > 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sense", [1, -1])
 def test_touching_features_touch(sense: int) -> None:
     """At every first contact the two features have a point in common, and no plate has passed another before."""

@@ -34,6 +34,7 @@ def response(kind):
     return RESPONSES[kind]()
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("kind", RESPONSES)
 def test_four_panels_with_units(kind, tmp_path):
     figure = response_figure(response(kind))
@@ -60,6 +61,7 @@ def test_axis_ends_before_the_lock_but_shows_the_curve():
     assert 2 * bare < top < 0.2 * float(r.T.max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mu", [0.25, [0, 0.25, 0.5]])
 def test_the_hinge_stands_beside_the_real_beam_and_does_not_squash_it(mu):
     beam = squama.Beam.from_toml("examples/pla_on_vps.toml")
@@ -143,6 +145,7 @@ def test_a_beam_that_nothing_touches_has_no_end_in_its_picture():
     assert all(ax.get_xlabel()[:1].isupper() for ax in (touching.axes[0].child_axes[0], touching.axes[2]))
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("ending", FORMATS)
 def test_the_same_figure_gives_the_same_bytes(ending, tmp_path):
     files = [tmp_path / f"{name}{ending}" for name in "ab"]
@@ -201,6 +204,7 @@ def test_colours_stay_apart_in_grey(n):
     assert max(grey) < 0.8
 
 
+@pytest.mark.slow
 def test_no_display_no_pyplot_and_settings_untouched():
     code = (
         "import sys, matplotlib as mpl, squama; before = mpl.rcParams.copy(); from squama.plot import response_figure;"

@@ -145,6 +145,7 @@ def test_a_map_takes_dimensions_in_any_order(sweep):
     assert drawn[0]._repr_png_() == drawn[1]._repr_png_()
 
 
+@pytest.mark.slow(but=2)
 @pytest.mark.parametrize("name", FIGURES)
 def test_nothing_is_cut_off_and_legends_are_beside_the_data(name, sweep):
     figure = FIGURES[name](sweep)
@@ -158,6 +159,7 @@ def test_a_map_of_real_beams_is_whole(tmp_path):
     whole(real_map(tmp_path))
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("name", ["fig4", "fig5a", "fig6a", "bending"])
 def test_the_papers_figures_are_whole(name, tmp_path, monkeypatch):
     drawn = []
@@ -207,6 +209,7 @@ def test_symbols_of_an_axis_are_set_as_formulas(name, label):
     assert axis_values(part, name)[1] == label
 
 
+@pytest.mark.slow
 def test_every_line_of_a_row_and_of_designs_has_a_name():
     texts = [t.get_text() for ax in row("hinge").axes for t in ax.get_legend().get_texts()]
     assert texts.count("endless beam") == 2
@@ -235,6 +238,7 @@ def test_contours_do_not_run_across_a_jump():
         assert all(text.get_path_effects() for c in lines for text in c.labelTexts), "read on dark grounds"
 
 
+@pytest.mark.slow
 def test_solids_fit_a_page_and_their_colours_are_named():
     figure = solids()
     assert figure.get_figheight() < 8

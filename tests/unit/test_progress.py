@@ -35,6 +35,7 @@ def test_steps_are_told_from_none_to_all() -> None:
     assert list(progress.steps("abc", 3, "nobody listens")) == ["a", "b", "c"]
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize(
     ("what", "call"),
     [

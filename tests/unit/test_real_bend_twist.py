@@ -106,6 +106,7 @@ def test_without_friction_moment_and_torque_are_the_slopes_of_the_energy():
         assert float(a.U_el - b.U_el) / (2 * h / d) == pytest.approx(float(here[name]), rel=2e-3)
 
 
+@pytest.mark.slow
 @needs_barrier
 @pytest.mark.parametrize(("path", "ideal"), [(BY_EDGES, True), (BENT_FIRST, None)])
 def test_general_contact_from_rest_finds_the_same(path, ideal):

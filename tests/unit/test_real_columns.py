@@ -66,6 +66,7 @@ def test_a_factor_on_the_joint_is_one_on_its_stiffness() -> None:
     assert compliant_columns.solved(given, AT).torque[0] == pytest.approx(own["torque"], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_what_is_followed_at_once_changes_no_figure(monkeypatch: pytest.MonkeyPatch) -> None:
     c = columns.columns(BEAM, {"mu": np.linspace(0.0, 0.6, 600)})
     whole = compliant_columns.solved(c, AT)

@@ -167,6 +167,7 @@ TURNS = (0.0203609628, 0.0208150328, 0.0197995517, 0.0201959907, 0.0204442695, 0
 """Twists at which scales turn round and did not find on at 5, 20, 40 or 60 points, rad per pitch."""
 
 
+@pytest.mark.slow
 def test_a_reversal_is_walked_at_any_number_of_points():
     beam = squama.Beam.from_ratios(
         eta=4.137, beta=0.8615, lam=0.6666, zeta=0.1818, slenderness=12.386, alpha=0.7484, theta0=0.08754,

@@ -120,6 +120,7 @@ def slope(f, x):
     return np.array([f(x + 1j * h * e).imag / h for e in np.eye(x.size)])
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("kind", KINDS)
 def test_two_scales_without_friction_are_the_stationary_point_of_a_lagrangian(kind):
     way = made(0, **KINDS[kind])

@@ -309,6 +309,7 @@ def test_the_command_gives_json(tmp_path, capsys):
     assert "--joint" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_picture_of_the_command_is_of_the_same_joint(tmp_path, capsys):
     file, picture = tmp_path / "beam.toml", tmp_path / "a.png"
     BEAM.to_toml(file)
@@ -366,6 +367,7 @@ def test_the_scales_are_drawn_where_their_six_motions_put_them(sense):
     assert names == ({"free", "sliding", "ended"} if sense == "+" else {"free"})
 
 
+@pytest.mark.slow
 def test_the_picture_and_the_page_show_the_compliant_joint(tmp_path):
     places = [tmp_path / f"{joint}.png" for joint in ("hinge", "compliant")]
     shown = [squama.view(BEAM, p, to="0.2 rad/pitch", joint=p.stem) for p in places]

@@ -61,6 +61,7 @@ def _all(n: int, b: Array, f: float, out: Array) -> None:
         out[i] = _given(w) + w.inner.a[1, 2] + w.c[1]
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("kind", [float, complex])
 def test_records_are_their_tuples(kind: type) -> None:
     b = np.random.default_rng(1).random((3, 2, 3)).astype(kind)

@@ -214,6 +214,7 @@ def test_the_last_scale_lies_down_and_is_held():
     assert (r.theta.values[:, 0] >= r.theta.values[:, 12] - 1e-12).all()
 
 
+@pytest.mark.slow
 def test_where_a_row_ends():
     off = hinged(BEAM, scales=25, mu=0.2, to="0.5 rad/pitch", points=200)
     assert off.end == "side entry"
@@ -321,6 +322,7 @@ def test_bad_flags(flags, words, tmp_path, monkeypatch, capsys):
 
 
 # wide scales meet with one contact more than there are hinges
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("mu", [0.0, 0.3])
 def test_the_end_of_a_row_does_not_depend_on_its_points(mu):
     few, many = (hinged(WIDE, scales=25, mu=mu, to="1 rad/pitch", points=n) for n in (40, 900))

@@ -391,6 +391,7 @@ def test_energies_are_those_of_each_cell():
     assert whole.sum() == pytest.approx(column(t, "W")[0].sum(), rel=1e-6)
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize(
     ("scales", "to", "ends", "told"),
     [(12, 0.096, "free", True), (12, 0.06, "free", False), (12, 0.096, "couple", False), (12, 0.096, "gripped", False)],

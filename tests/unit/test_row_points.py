@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 import squama
 from squama.contacts import increments, row
@@ -18,6 +19,7 @@ def at_the_end() -> squama.Beam:
     return PLA.replace(pitch=0.0184974435, scale=size, friction={"mu": 0.3014568057})
 
 
+@pytest.mark.slow
 def test_points_that_a_jump_passes_are_not_told_twice():
     # behind 0.0699 rad/pitch the next equilibrium is found 0.004 further on, beyond several of the points
     beam = at_the_end()
@@ -27,6 +29,7 @@ def test_points_that_a_jump_passes_are_not_told_twice():
     assert np.isfinite(squama.row(beam, to="0.1005 rad/pitch", points=120).K_t).all()
 
 
+@pytest.mark.slow
 def test_a_row_ends_alike_wherever_its_points_are():
     """Second contacts come in where their gaps close, so no jump passes points on its way."""
     held = compliant.Held.of(at_the_end())

@@ -14,6 +14,7 @@ CASES = [c for c in json.loads(FILE.read_text())["cases"] if "rows_psi_phi_theta
 MAIN = Design(3.0, 1.25, 0.45, np.radians(45), np.radians(10), 0.0)
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("case", CASES, ids=[case["id"] for case in CASES])
 def test_bent_and_free_to_twist_it_is_the_reference(case):
     one = {k: float(v) for k, v in case["design"].items()}

@@ -193,6 +193,7 @@ def test_a_direction_that_friction_locks_ends_at_the_corner():
     assert (on.end, on.x0, on.x1) == (End.FRICTIONAL, 0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_no_pair_of_plates_crosses_along_random_paths():
     r = np.random.default_rng(12)
     contacts = set()

@@ -62,6 +62,7 @@ def test_the_beam_comes_back(extension, tmp_path):
     assert squama.Beam.from_toml_text(data.attrs["beam"]) == BEAM
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("extension", EXTENSIONS)
 def test_saved_again_it_is_the_same(extension, tmp_path):
     first = squama.save(RESPONSES["family"], tmp_path / f"a{extension}")

@@ -43,6 +43,7 @@ CASES = {
 }
 
 
+@pytest.mark.slow(but=2)
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no device that is full")
 @pytest.mark.parametrize("line", CASES)
 def test_a_stream_that_takes_nothing(line, place):
@@ -54,6 +55,7 @@ def test_a_stream_that_takes_nothing(line, place):
     assert [path.name for path in place.iterdir()] == ["beam.toml"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("columns", ["0", "nonsense"])
 def test_no_environment_stops_a_command(columns, place):
     done = _shell("squama twist beam.toml --joint hinge --plot a.png", COLUMNS=columns, MPLBACKEND="nope")
@@ -82,6 +84,7 @@ def test_what_cannot_be_done_leaves_nothing(missing, line, place, monkeypatch, c
     assert [path.name for path in place.iterdir()] == ["beam.toml"]
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("ending", ["png", "pdf", "csv", "nc", "gif", "html"])
 def test_a_full_disk_keeps_the_former_file(ending, place):
     command = {"csv": "twist beam.toml --joint hinge --csv", "nc": "twist beam.toml --joint hinge --netcdf"}

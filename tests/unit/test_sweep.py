@@ -31,6 +31,7 @@ def both(tmp_path_factory):
     return squama.sweep(BEAM, RANGES, law=["edge", "plate"], out=place, tile=20, joint="hinge"), place
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("n", [11, 15])
 def test_no_bit_depends_on_the_tiles(n, tmp_path):
     # 121 and 225 cells: few are solved by Python, more by compiled code
@@ -258,6 +259,7 @@ def _peak(n, out):
     return int(subprocess.run(command, capture_output=True, text=True, check=True).stdout) / 1024
 
 
+@pytest.mark.slow
 def test_memory_is_that_of_a_tile(tmp_path):
     # 66 bytes a cell are stored: six million cells hold 400 MB
     assert _peak(2450, tmp_path) < 200

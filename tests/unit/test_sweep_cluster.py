@@ -123,6 +123,7 @@ def test_a_scheduler_at_an_address_gives_the_same_bytes(place):
     assert contents("map.zarr") == contents("alone.zarr")
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_goes_is_one_line_and_the_rest_can_be_done(place):
     assert main([*ARGUMENTS, "-o", "alone.zarr"]) == 0
     Path("held.py").write_text(_HELD)

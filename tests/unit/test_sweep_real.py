@@ -68,6 +68,7 @@ def test_every_bent_cell_is_the_curve_of_its_beam(how: dict[str, object], tmp_pa
         assert float(cell.rigidity) == pytest.approx(r.attrs["rigidity"], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_bent_samples_are_curves(tmp_path: Path) -> None:
     u = squama.uncertainty(BEAM, {"mu": "+- 0.1", "theta0": "+- 1 deg"}, load="bending", at=AT, samples=3200, keep=True)
     one = u.isel(sample=7)
@@ -333,6 +334,7 @@ def test_a_twist_is_told_in_the_unit_in_which_it_is_round(text: str, words: str)
     assert Twist.from_text(twist.text) == twist
 
 
+@pytest.mark.slow
 def test_samples_are_beams() -> None:
     vary = {"scale.alpha": "+- 2 deg", "scale.youngs_modulus": "+- 10 %", "mu": "+- 0.1", "joint.factor": "+- 5 %"}
     u = squama.uncertainty(BEAM, vary, at=AT, samples=3200, keep=True)

@@ -99,6 +99,7 @@ def wait_for_tiles(process, count):
     pytest.fail(f"ended before {count} tiles were done")
 
 
+@pytest.mark.slow
 def test_killed_at_any_moment_it_goes_on_to_the_same_bytes(place, undisturbed):
     dice = random.Random(20)
     for round_ in range(3):
@@ -134,6 +135,7 @@ def _dying(n):
     return step
 
 
+@pytest.mark.slow
 def test_killed_between_any_two_steps_of_writing(place, undisturbed, monkeypatch):
     """The process ends without a word before the n-th change of the disk, all through the writing of a tile."""
     plan = make_plan(BEAM, {"mu": (0, 2, 24), "alpha": ("15 deg", "75 deg", 24)}, tile=36, joint="hinge")
@@ -164,6 +166,7 @@ def test_killed_between_any_two_steps_of_writing(place, undisturbed, monkeypatch
     assert contents(path) == undisturbed
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("more", [[], ["--dask", "local:1"]], ids=["alone", "dask"])
 def test_ctrl_c_stops_after_the_running_tile(more, place, undisturbed):
     process = start_held(3, *more, start_new_session=True)
@@ -181,6 +184,7 @@ def test_ctrl_c_stops_after_the_running_tile(more, place, undisturbed):
     assert contents("map.zarr") == undisturbed
 
 
+@pytest.mark.slow
 def test_two_runs_at_once_share_the_tiles(place, undisturbed):
     runs = [start("--progress", "none") for _ in range(2)]
     for process in runs:
@@ -220,6 +224,7 @@ def test_what_the_dead_have_left_is_swept_when_no_writer_lives(place):
     assert contents(path) == whole
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("step", [0, 12, 25, 62, 65])
 def test_a_full_disk_leaves_the_store_as_it_was(step, place, undisturbed, monkeypatch, capsys):
     plan = make_plan(BEAM, {"mu": (0, 2, 24), "alpha": ("15 deg", "75 deg", 24)}, tile=36, joint="hinge")
@@ -259,6 +264,7 @@ def test_a_full_disk_when_the_store_is_made_leaves_nothing(place, monkeypatch):
     assert sorted(p.name for p in Path().iterdir()) == ["beam.toml"]
 
 
+@pytest.mark.slow
 def test_killed_while_the_store_is_made_it_leaves_nothing_for_long(place, undisturbed):
     made = """
 import os, signal, sys
@@ -305,6 +311,7 @@ def test_leftovers_are_cleared_away_and_nothing_else(tmp_path):
     assert sorted(p.name for p in tmp_path.iterdir()) == sorted([*others, ".map.zarr.aaaaaaaaaaaa.new"])
 
 
+@pytest.mark.slow
 def test_what_a_living_process_makes_is_left_to_it(place, undisturbed, monkeypatch):
     fill, seen = store.fill, []
 

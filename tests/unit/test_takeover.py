@@ -8,6 +8,7 @@ import pytest
 import squama
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("beyond", [1e-3, 0.02])
 def test_the_stiffness_is_known_where_a_second_contact_comes_in(beyond):
     """At a single point there, too: the last one of the curve."""

@@ -184,6 +184,7 @@ def test_indices_are_those_of_what_is_said_in_words(monkeypatch):
     np.testing.assert_array_equal(found["locked before"], locked & early)
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("sampler", ["sobol", "random"])
 def test_standard_errors_are_those_of_repeated_runs(sampler):
     runs = [
@@ -209,6 +210,7 @@ def test_standard_errors_are_those_of_repeated_runs(sampler):
     assert 0.62 < p.std(ddof=1) / np.sqrt((se**2).mean()) < 1.5
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_samples_whatever_the_chunks_and_threads(monkeypatch):
     vary = {"mu": "+- 0.2", "alpha": "+- 2 deg"}
     for sampler in ("sobol", "random"):

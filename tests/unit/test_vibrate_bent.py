@@ -48,6 +48,7 @@ def test_what_a_swing_loses_is_what_cycle_rubs_away(swung):
     assert float(swung.U_turn[1]) == pytest.approx(bar * (float(swung.psi_turn[1]) * SKIN.pitches) ** 2 / 2, rel=1e-6)
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("mode", ["simply supported", "cantilever"])
 def test_in_a_mode_each_place_follows_its_own_bend(mode):
     top, m = 0.11, SHAPES[mode]

@@ -235,6 +235,7 @@ def test_nearer_triangles_hide_farther_ones_however_they_come() -> None:
     assert canvas.colour.shape[0] == 40 * SAMPLES
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("joint", ["hinge", None])
 def test_beam_and_arrows_of_an_animation_are_whole_and_long_enough_to_be_seen(joint, monkeypatch) -> None:
     beam = squama.Beam.from_toml(Path(__file__).parents[2] / "examples/pla_on_vps.toml")

@@ -118,6 +118,7 @@ def test_the_scale_bar_is_as_long_as_it_says(pitch: float) -> None:
     assert 1000 / 20 < long <= 1000 / 7
 
 
+@pytest.mark.slow
 def test_a_picture_has_the_name_of_its_beam_and_what_is_drawn_flat() -> None:
     beam = squama.Beam.from_toml(Path(__file__).parents[2] / "examples/stiff_skin.toml").replace(scales=3)
     motion = Motion(Setting(beam, 0.25))

@@ -14,6 +14,7 @@ from squama.web import bench, state
 SKIN = state.of(squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=6))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("case", "support", "place", "most"),
     [("cantilever", "clamped", "tip", 1), ("three-point", "simple", "middle", 3)],

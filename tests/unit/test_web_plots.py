@@ -112,6 +112,7 @@ def test_a_loop_goes_up_and_back() -> None:
     assert live.loop(REAL.change("path", "cycle").change("twist", "0")) == "nothing moves"
 
 
+@pytest.mark.slow
 def test_a_decay_is_that_of_vibrate_picture_by_picture() -> None:
     bent = HINGE.change("load", "bending")
     for one in (REAL, HINGE, REAL.change("sense", "-"), bent):
@@ -244,6 +245,7 @@ def test_the_residual_is_measured_less_computed_on_every_way(start: state.State,
     assert left.words.endswith(", against the endless beam's curve")
 
 
+@pytest.mark.slow
 def test_a_fit_is_the_packages_own() -> None:
     table = tables.opened("loop.csv", LOOP, HINGE)
     found = tables.fitted(table, HINGE)

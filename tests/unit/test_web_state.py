@@ -114,11 +114,11 @@ def test_a_twist_and_a_bend_are_entered_in_degrees_of_the_whole_beam_and_linked_
     ],
 )
 def test_what_cannot_be_used_is_one_line_with_what_is_allowed(name: str, text: str, words: str) -> None:
-    with pytest.raises(InputError, match=re.escape(words)) as error:
+    with pytest.raises(InputError, match=rf"^.*{re.escape(words)}.*\Z"):
         START.change(name, text)
-    assert "\n" not in str(error.value)
 
 
+@pytest.mark.slow
 @given(st.sampled_from(sorted(IN_RANGE)), st.data())
 def test_every_place_of_a_slider_is_shown_or_explained(name: str, data: st.DataObject) -> None:
     text = data.draw(IN_RANGE[name])

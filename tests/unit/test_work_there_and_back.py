@@ -12,6 +12,7 @@ SLIDES = law.Shape(0.998396, 0.635736, 0.288863, 0.690626, 0.0636947, 0.937342, 
 SLIPS = law.Shape(1.44861, 0.534883, 0.452737, 0.841302, 0.0145798, 0.981399, 0.119183, 0.463699), 3.87654, 0.000998844
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize(("beam", "mu", "snaps"), [(SLIDES, 0.90292, False), (SLIPS, 0.77196, True)])
 def test_work_of_histories_is_stored_rubbed_away_or_told(beam, mu, snaps):
     """Where a contact slides far, and where it slips at once, again and again."""

@@ -42,6 +42,7 @@ def holds(table, figure, law, words):
     return rows[0]["holds"], [r["value"] for r in rows]
 
 
+@pytest.mark.slow
 def test_every_figure_has_its_picture_and_its_data(written):
     folder, files = written
     names = [f.name for f in files]

@@ -79,6 +79,7 @@ def test_a_slider_moves_curve_mesh_and_address(visit) -> None:
     page.eventually(lambda: curve(page, 1)[-1], pytest.approx([25 * np.degrees(last), np.degrees(theta)], rel=1e-4))
 
 
+@pytest.mark.slow
 def test_a_change_comes_in_one_message_and_the_address_at_rest(visit) -> None:
     page = visit()
     page.until_chart(4, "options.series.length > 0")
@@ -228,6 +229,7 @@ def test_up_to_three_designs_are_compared(visit) -> None:
     page.until("squamaView.state.mu === 1")
 
 
+@pytest.mark.slow
 def test_bending_is_shown_too(visit) -> None:
     page = visit()
     page.page.locator(".controls .choice select").nth(0).select_option("bending")

@@ -73,6 +73,7 @@ def test_the_view_turns_and_zooms_by_keys(visit) -> None:
     page.until("squamaView.forces.normal[0].count === 0")
 
 
+@pytest.mark.slow
 def test_a_phone_shows_it_all(visit) -> None:
     page = visit(viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True, device_scale_factor=2)
     page.page.wait_for_timeout(700)
@@ -92,6 +93,7 @@ def test_a_phone_shows_it_all(visit) -> None:
         assert box["y"] + box["height"] <= page.slider("mu").bounding_box()["y"]
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("height", [720, 800])
 def test_a_small_window_shows_the_view_and_the_plots(visit, height) -> None:
     page = visit(viewport={"width": 1280, "height": height})
@@ -104,6 +106,7 @@ def test_a_small_window_shows_the_view_and_the_plots(visit, height) -> None:
         assert box["height"] > (115 if height == 800 else 85)
 
 
+@pytest.mark.slow
 def test_dark_pages_are_dark(visit) -> None:
     page = visit(color_scheme="dark")
     page.until("document.body.classList.contains('body--dark')")

@@ -289,6 +289,7 @@ def test_pages_that_nobody_looks_at_are_let_go(served: tuple[int, str], known: R
     assert resident(served[0]) - before < 25
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("signum", [signal.SIGINT, signal.SIGTERM])
 def test_it_ends_also_while_something_is_computed(signum: int) -> None:
     with explorer() as (server, address):

@@ -103,6 +103,7 @@ def test_the_scripts_geometry_is_the_packages(visit, states: list) -> None:
             assert js["arrow"] == pytest.approx(geometry.arrow(theta), rel=1e-13)
 
 
+@pytest.mark.slow
 def test_thick_bent_scales_on_a_bar_that_bows_are_the_packages(visit) -> None:
     page, cases = visit(), of_thick_scales()
     assert [bool(s.bent) for _, s, _ in cases].count(True) >= 6
@@ -120,6 +121,7 @@ def test_thick_bent_scales_on_a_bar_that_bows_are_the_packages(visit) -> None:
             assert np.allclose(js[name], values, rtol=0, atol=1e-11), name
 
 
+@pytest.mark.slow
 def test_contact_points_of_the_scripts_are_the_oracles(visit, states: list) -> None:
     page = visit()
     twisted = [s for s in states if s[0]["kind"] == "twisting"]
@@ -172,6 +174,7 @@ OUTSIDE = """() => { const {camera: c, design: d, state: s} = squamaView, V = c.
   return Math.max(...seen.flatMap((q) => [Math.abs(q.x), Math.abs(q.y)])); }"""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(1280, 720), (1920, 1080), (2560, 1440)])
 def test_what_leaves_the_view_is_framed_anew(visit, size) -> None:
     page = visit(

@@ -79,6 +79,7 @@ def test_the_map_says_what_is_under_the_pointer(visit) -> None:
     assert tip.evaluate(inside) == [True, True]
 
 
+@pytest.mark.slow
 def test_a_curve_says_its_values_with_their_units_under_the_pointer(visit) -> None:
     page = visit()
     chart = page.page.locator(".chart").first

@@ -48,6 +48,7 @@ def test_the_menu_shuts_by_escape_and_by_a_click_elsewhere(visit) -> None:
     page.until(shut)
 
 
+@pytest.mark.slow
 def test_one_main_part_lists_of_one_width_and_no_line_that_is_cut(visit) -> None:
     page = visit()
     page.page.locator("header select").select_option("main")

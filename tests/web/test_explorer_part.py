@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 
 def test_a_cantilever_is_loaded_and_greyed_by_a_change(visit) -> None:
     page = visit()
@@ -29,6 +31,7 @@ def test_a_cantilever_is_loaded_and_greyed_by_a_change(visit) -> None:
     page.until("document.querySelector('.part img.old')")
 
 
+@pytest.mark.slow
 def test_back_during_a_computation_leaves_page_and_address_together(visit) -> None:
     page = visit()
     # the first part of an installation compiles its code

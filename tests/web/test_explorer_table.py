@@ -44,6 +44,7 @@ def test_a_table_is_opened_and_fitted_and_a_beam_too(visit, tmp_path) -> None:
     assert page.state()["eta"] == pytest.approx(3.5)
 
 
+@pytest.mark.slow
 def test_a_table_that_cannot_be_read_is_read_by_hand(visit, tmp_path) -> None:
     page = visit(HINGED)
     odd = tmp_path / "odd.csv"

@@ -32,6 +32,7 @@ def written(model, request):
     return request.param, deck.write(model, request.param)
 
 
+@pytest.mark.slow(but=1)
 def test_the_syntax_of_both_dialects(written):
     dialect, text = written
     assert decks.check(text, dialect) == []
@@ -75,6 +76,7 @@ THICK = BEAM.replace(scale={"thickness": 0.05 * D})
 PRINTED = THICK.replace(scale={"youngs_modulus": 2e3 * E, "poisson_ratio": 0.35})
 
 
+@pytest.mark.slow(but=1)
 @pytest.mark.parametrize("beam", [THICK, PRINTED], ids=["rigid", "elastic"])
 def test_a_deck_of_thick_scales(beam):
     pytest.importorskip("netgen", reason="meshes need netgen-mesher (the extra fe)")

@@ -19,6 +19,7 @@ def tools(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(ROOT / "tools"))
 
 
+@pytest.mark.slow
 def test_the_torque_is_that_of_the_reference() -> None:
     """Rigid plates, thin and thick, of five geometries; the slip is of first order in both, in other steps."""
     from joint_torque import torque
@@ -40,6 +41,7 @@ def test_the_torque_is_that_of_the_reference() -> None:
             assert found.torque[0] == pytest.approx(expected, rel=2e-4)
 
 
+@pytest.mark.slow
 def test_ends_that_are_free_to_come_nearer_change_little() -> None:
     """By the law's K; where the bar can hardly stretch they are as good as held."""
     from joint_torque import torque
