@@ -339,7 +339,7 @@ def test_files_of_the_command(tmp_path: Path, capsys, monkeypatch) -> None:
     assert main([*asked, "--joint", "hinge"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert (told["end"], told["state"]["name"]) == ("frictional lock", "locked")
-    assert told["model"] == "thin, rigid scales on hinges, edge law"
+    assert told["model"] == "thin, rigid scales on hinges, edge law; endless beam"
     assert main(asked) == 0
     real = json.loads(capsys.readouterr().out)
     assert (real["end"], real["model"]) == ("range end", "thick, elastic scales on compliant joints")
