@@ -228,7 +228,7 @@ def test_the_last_state_is_that_of_the_curve_and_reads_back(beam, tmp_path):
     # by four Gauss points, which have equal weights; the elements have fourteen
     assert volumes @ state.density / state.pitch == pytest.approx(float(data["U_el"][-1]), rel=1e-4)
     figure = deformed_figure(state)
-    assert "0.03 rad per pitch" in figure.get_suptitle()
+    assert "1.72 deg per pitch" in figure.get_suptitle()
     # every outer face that is seen, of three images
     assert len(figure.axes[0].collections[0].get_paths()) > 3 * 0.3 * len(state.surface)
 

@@ -130,4 +130,4 @@ def test_the_figure_of_a_run():
     assert figure.axes[0].get_ylabel() == r"Torque $T$ (mN m)"
     assert "stopped" in figure.get_suptitle()
     assert "Scales: thin, rigid" in figure.get_suptitle()
-    assert "from 0.11 rad/pitch: tip edge on side edge" in [t.get_text() for t in figure.legends[0].get_texts()]
+    assert "from 6.3 deg per pitch: tip edge on side edge" in [t.get_text() for t in figure.legends[0].get_texts()]

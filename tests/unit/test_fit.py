@@ -250,7 +250,7 @@ def test_a_bending_test_as_foretold():
     fit = hinged({"phi": up.phi.values, "T": up["T"].values}, beam, noise=0.1)
     remedy = next(r for r in fit.remedies if r.what.startswith("a bending test"))
     n = int(remedy.what.split()[4])
-    last = float(remedy.what.split()[-2])
+    last = np.radians(float(remedy.what.split()[-4]))
 
     def both(mu, K, at):
         b = beam.replace(joint={"stiffness": K})

@@ -208,7 +208,7 @@ ASKED: dict[str, Asked] = {
         ({"at": "5 deg"}, 'at = "5 deg": does not say over which length'),
         ({"at": 0.0}, "at = 0: must be more than 0"),
         ({"at": "200 deg/pitch"}, "must be below half a turn per pitch"),
-        ({"sense": "-"}, "at: the beam itself does not engage below 0.3 rad/pitch; give the twist"),
+        ({"sense": "-"}, "at: the beam itself does not engage below 17.2 deg per pitch; give the twist"),
     ],
 )
 def test_what_is_refused(

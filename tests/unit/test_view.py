@@ -327,7 +327,7 @@ def test_files_of_the_command(tmp_path: Path, capsys, monkeypatch) -> None:
         main(["view", "beam.toml", "--twist", "0.14 rad/pitch", "--frames", "4", *made, "--set", "beam.scales=5"]) == 0
     )
     out = capsys.readouterr().out
-    assert "beam.toml: twisted by 40.1 deg (8.02 deg per pitch), inclination 15.2" in out
+    assert "beam.toml: twisted by 40.1 deg (8.02 deg per pitch), inclination 14.9" in out
     assert out.count("wrote a.") == 3
     still, moving = Image.open("a.png"), Image.open("a.gif")
     assert still.size == picture.SIZE
@@ -339,7 +339,7 @@ def test_files_of_the_command(tmp_path: Path, capsys, monkeypatch) -> None:
     assert main([*asked, "--joint", "hinge"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert (told["end"], told["state"]["name"]) == ("frictional lock", "locked")
-    assert told["model"] == "thin, rigid scales on hinges, edge law"
+    assert told["model"] == "thin, rigid scales on hinges, edge law; endless beam"
     assert main(asked) == 0
     real = json.loads(capsys.readouterr().out)
     assert (real["end"], real["model"]) == ("range end", "thick, elastic scales on compliant joints")

@@ -37,6 +37,9 @@ CAMERA = """() => { squamaView.reset(); const c = squamaView.camera; c.updateMat
   return {aspect: c.aspect, eye: c.position.toArray(), seen}; }"""
 
 
+ENDS = """([d, s]) => ({ bar: squamaGeometry.bar(d, s.strains),
+  point: squamaGeometry.contact(d, s.strains, s.each[1].pose, -0.5, s.each[1].bent, s.each[2]).point,
+  corners: squamaGeometry.scales([[d, s]]).map((one) => one[2].corners) })"""
 BODIES = """(cases) => cases.map(([d, s, k]) => ({
   ...squamaGeometry.plate(d, s.bent), bar: squamaGeometry.bar(d, s.strains),
   scale: squamaGeometry.scale(d, s.strains, s.pose, k).corners,
@@ -101,6 +104,23 @@ def test_the_scripts_geometry_is_the_packages(visit, states: list) -> None:
         assert np.allclose(js["bar"], geometry.bar(d, load)[0], rtol=0, atol=1e-12)
         if isinstance(theta, float):
             assert js["arrow"] == pytest.approx(geometry.arrow(theta), rel=1e-13)
+
+
+@pytest.mark.slow
+def test_scales_of_a_beam_with_ends_are_the_packages(visit) -> None:
+    beam = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=4)
+    motion = Motion(Setting(beam, 0.25, ends="free", to=0.12))
+    (d, _), s = shapes(motion)[0], motion.state(0.12)
+    js = visit().page.evaluate(ENDS, [d, {**s._asdict(), "each": [one._asdict() for one in s.each]}])
+    one, two = s.each[1:3]
+    stand = geometry.Stand(two.attitude, two.bent)
+    mine = {
+        "bar": geometry.bar(d, s.at)[0],
+        "point": geometry.contact(d, s.at, one.attitude, -0.5, one.bent, stand).point,
+        "corners": [geometry.scale(d, s.at, s.of(i).attitude, i - 1.5).corners for i in range(4)],
+    }
+    for name, values in mine.items():
+        assert np.allclose(js[name], values, rtol=0, atol=1e-11), name
 
 
 @pytest.mark.slow

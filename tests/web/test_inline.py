@@ -38,5 +38,5 @@ def test_without_nicegui_it_is_a_picture(monkeypatch) -> None:
     made = b64decode(re.search(r"base64,([^\"]+)", shown._repr_html_())[1])
     assert Image.open(io.BytesIO(made)).size == (1600, 760)
     assert repr(shown).startswith(
-        "View(thin, rigid scales on hinges, edge law: Twist 68.8 deg (11.5 deg per pitch) over 6 scales"
+        "View(thin, rigid scales on hinges, edge law; endless beam: Twist 68.8 deg (11.5 deg per pitch) over 6 scales"
     )

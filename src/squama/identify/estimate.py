@@ -310,4 +310,4 @@ def _bending(asked: Asked, values: Array, theta: float, forward: Forward, n: int
         if i is not None:
             J[:, i] = 0.0
     largest = np.abs(forward.torque(at)).max() / np.abs(points.torque(bent.physical(values))).max()
-    return [(f"a bending test too, {n} points of loading up to {per_pitch(last)}", J * largest)]
+    return [(f"a bending test too, {n} points of loading up to {per_pitch(last, 4)}", J * largest)]

@@ -39,7 +39,7 @@ POINTS = 121
 """Points of a curve on compliant joints; states between them are interpolated."""
 _STATE = ("load", "theta", "N", "f", "torque")
 
-_NOT_MOVED = (None,) * 4
+_NOT_MOVED = (None,) * 5
 """Pose, other face, strains and deflections of scales on hinges: none."""
 SCALED = {"S": [1, 1, 1], "bend": 1, "shift": 0.0}
 """Entries of a design for the scaled face."""

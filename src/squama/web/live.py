@@ -418,6 +418,7 @@ def make_file(state: State, kind: str) -> tuple[str, bytes]:
 def _table(state: State) -> xr.Dataset:
     """Return the curve up to the displayed load, or the loop."""
     m, how = motion(state.setting), state.setting._asdict()
+    del how["to"], how["ends"]
     if state.bent:
         del how["load"], how["law"]
         return Twisted.of(**how).answer.dataset()
