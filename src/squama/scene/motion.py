@@ -15,6 +15,7 @@ from squama.beam.matrixfile import MOTIONS
 from squama.curves import both_faces, compliant_figures, compliant_walk, doors, hinge
 from squama.curves.bent_twist import Twisted
 from squama.curves.chosen import idealisation, thin
+from squama.curves.compliant import STRAIN_LIMIT
 from squama.curves.way import Solved, Way
 from squama.errors import refuse
 from squama.fe import plate
@@ -49,7 +50,8 @@ class Setting(NamedTuple):
     """A beam and its load; ``joint`` and ``ideal`` as of :func:`squama.twist`.
 
     ``bend``: bend held while the beam is twisted, rad per pitch, signed. ``ends`` as of :func:`squama.twist`; with ends
-    the curve goes to the load angle ``to`` (rad per pitch), by default to the limit of the model in any cell.
+    the curve goes to the load angle ``to`` (rad per pitch), or where that is larger than the limit of the joint's model
+    to this limit in any cell.
     """
 
     beam: Beam
@@ -133,7 +135,8 @@ class Motion:
         if own and not bend and setting.beam.pitches <= MOST_SCALES:
             ends = doors.ends_of(analysis, setting.ends)
             if ends != ENDLESS:
-                way = Way.of(load, [arguments.sense(sense) * setting.to])
+                far = setting.to if setting.to <= STRAIN_LIMIT else math.inf
+                way = Way.of(load, [arguments.sense(sense) * far])
             analysis = analysis._replace(ends=ends, way=way)
         self.joint, self.ideal = joint, ideal = analysis.joint, analysis.ideal
         scales = idealisation(setting.beam, joint, ideal=thin(self.kind, law, joint, ideal=ideal))
