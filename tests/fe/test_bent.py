@@ -133,6 +133,7 @@ def test_work_of_moment_and_torque_is_the_energy(bent):
     np.testing.assert_allclose(columns["force"], 0.0, atol=2e-7)
 
 
+@pytest.mark.slow
 def test_it_is_bent_about_its_middle_and_touches_where_the_hinge_does(fig6b, pitch, bent):
     columns, corner = bent
     assert columns["contact"][corner] == "corner B1 on the face of scale 2 (k = 1)"

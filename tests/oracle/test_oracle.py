@@ -26,6 +26,7 @@ def near(a: Any, b: Any, tol: float = 1e-12) -> bool:
     return bool(abs(MP.mpf(a) - MP.mpf(b)) <= tol * max(1, abs(MP.mpf(b))))
 
 
+@pytest.mark.slow(but=20)
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("row", RECORDED, ids=range(len(RECORDED)))
 def test_recorded_designs(row: dict[str, Any], law: str) -> None:

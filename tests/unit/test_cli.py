@@ -365,6 +365,7 @@ def test_files(command, beam, capsys):
     assert sorted(p.name for p in Path().iterdir()) == ["a.png", "b.svg", "beam.toml", "c.pdf", *wanted[3:], "test.csv"]
 
 
+@pytest.mark.slow
 def test_measured_points_are_drawn(beam, capsys):
     Path("test.csv").write_text("Phi (rad/m),T (N m)\n3,1\n4,2\n")
     _out(capsys, "twist", "beam.toml", "--to", EARLY, "--plot", "without.svg")

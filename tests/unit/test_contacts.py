@@ -123,7 +123,7 @@ BRUTE = {
 }
 
 
-QUICK = ("SB", "behind a snap")
+QUICK = ("behind a snap",)
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in BRUTE])

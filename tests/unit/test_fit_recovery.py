@@ -72,6 +72,7 @@ def solved(loop):
     return loop.isel(point=np.flatnonzero(~np.append(onset, False) | (loop.joint != "compliant")))
 
 
+@pytest.mark.slow(but=3)
 @pytest.mark.parametrize("names", sets(COMPLIANT), ids=",".join)
 def test_the_compliant_joint_gives_its_parameters_back(names):
     _gives_back(names, "compliant", "twisting")

@@ -104,6 +104,7 @@ def test_every_command_that_computes_has_json(command, capsys):
     assert "--json" in _help(command)
 
 
+@pytest.mark.slow(but=6)
 @pytest.mark.parametrize("arguments", [["--version"], ["--help"], *([name, "--help"] for name in COMMANDS)])
 def test_help_loads_nothing_heavy(arguments):
     heavy = ["numpy", "scipy", "xarray", "pandas", "pydantic", "matplotlib", "h5py"]
