@@ -52,7 +52,7 @@ html_title = f"squama {version}"
 html_show_sphinx = False
 html_show_copyright = False
 html_static_path = ["static"]
-html_css_files = ["formulas.css"]
+html_css_files = ["pages.css"]
 
 
 def symbols() -> list[str]:

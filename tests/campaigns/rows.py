@@ -10,7 +10,7 @@ import collections
 
 import numpy as np
 from parts import wrong
-from real_histories import drawn
+from histories import drawn
 
 from squama.contacts import row
 from squama.contacts.path import Path
