@@ -1,4 +1,4 @@
-"""Random real beams twisted there and back with friction: the work of the loads against the energies, at every station.
+"""Random beams on compliant joints, twisted there and back: the work of the loads against the energies, everywhere.
 
 Beams of :mod:`histories`, to .3 rad per pitch or to where their path ends, and back to 0. Wrong is work that is
 neither stored, rubbed away nor lost in a snap that is told, and a snap that loses less than nothing.

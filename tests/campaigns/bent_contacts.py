@@ -1,4 +1,4 @@
-"""Random real beams, bent and twisted along polygons, there and back: all contacts against the barrier of elements.
+"""Random beams on compliant joints, bent and twisted along polygons: all contacts against the barrier of elements.
 
 Beams as those of :mod:`histories`. Ends before the last corner, and what the barrier does not follow, are counted.
 """

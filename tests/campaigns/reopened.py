@@ -1,4 +1,4 @@
-"""Random real beams along polygons of bend and twist that leave a contact and come back to it, to one station or many.
+"""Random beams on compliant joints along polygons of bend and twist that leave a contact and come back to it.
 
 Beams as those of :mod:`histories`. A path turns, or ends, anywhere behind engagement, often shortly. Counted is
 how paths end; wrong are ends and figures that hang on the number of stations, a beam and its mirror image that differ,

@@ -1,4 +1,4 @@
-"""What holds for every beam on the real model: work and energy, limits, mirror images, ways there and back."""
+"""What holds for every beam on compliant joints: work and energy, limits, mirror images, ways there and back."""
 
 import math
 
