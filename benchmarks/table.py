@@ -29,8 +29,8 @@ from squama.types import Array
 
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
 SCRIPT, NAIVE, ROUNDS = 300, 8, 12
-CAREFUL, NAIVE_SCRIPT = "SciPy, careful script", "SciPy, naive script"
-ONE, TWO = "compiled, 1 thread", "compiled, 2 threads"
+CAREFUL, NAIVE_SCRIPT = "careful script", "naive script"
+ONE, TWO = "compiled, 1 core", "compiled, 2 cores"
 DESIGNS = 131_072
 MARGIN = 0.01
 TARGET = 400
@@ -111,7 +111,7 @@ def processor() -> str:
 def table() -> str:
     """Rows for every way to solve a design with each law, and a sentence on threads and target."""
     found = {law: {line.name: line for line in measured(law)} for law in laws.LAWS}
-    heads = "".join(f" law `{law}`, µs a design | times as fast |" for law in found)
+    heads = "".join(f" `{law}`, µs | speed-up |" for law in found)
     rows = [f"| |{heads}", "|---" * (1 + 2 * len(found)) + "|"]
     for name in next(iter(found.values())):
         cells = [
@@ -121,7 +121,7 @@ def table() -> str:
     threads = " and ".join(f"{by[ONE].wall / by[TWO].wall:.2f}" for by in found.values())
     short = [law for law, by in found.items() if by[CAREFUL].cpu / by[ONE].cpu < TARGET]
     verdict = f"missed with the law {' and '.join(short)}" if short else "met"
-    end = f"The target, {TARGET} times the script, is {verdict}. Two threads are {threads} times as fast on the clock."
+    end = f"The target, {TARGET} times the script, is {verdict}. Two cores are {threads} times as fast on the clock."
     return "\n".join([*rows, "", end, ""])
 
 
@@ -159,11 +159,11 @@ INTRODUCTION = """# Benchmarks
 
 Engagement, end and RED (with the frictional work at a margin of 1 %) of {designs} random designs on hinges, by
 `python benchmarks/table.py` (a part of `make bench`) on {date}: {cpu}, {python}, {versions}.
-The figures are CPU time of one run, on one core unless threads are named. Other work slows compiled code most, and
-{load:.1f} programs were at work on the {cores} cores when the run ended, so the figures for two threads are rough.
+The figures are CPU time of one run, on one core if not stated. Other work slows compiled code most, and
+{load:.1f} programs were at work on the {cores} cores when the run ended, so the figures for two cores are rough.
 
-- *naive script*: a search for the twist at every inclination (`brentq`), differences, a scan for the end, `quad`.
-  Next neighbour only, no folds. Mean of {naive} designs.
+- *naive script* (SciPy): a search for the twist at every inclination (`brentq`), differences, a scan for the end,
+  `quad`. Next neighbour only, no folds. Mean of {naive} designs.
 - *careful script*: `benchmarks/baseline.py`, the whole job in plain floats with closed forms: first neighbour, fold,
   edges, other neighbours, locks, work; edge law. Mean of {script} designs.
 - *compiled*: `squama.solve` for many designs, its code loaded.
