@@ -62,7 +62,7 @@ def test_a_chapter_runs_and_prints_what_it_shows(run, chapter):
         for a, b in zip(NUMBER.findall(after), NUMBER.findall(before), strict=True):
             last = 10.0 ** -len(b.partition(".")[2])
             assert float(a) == pytest.approx(float(b), abs=1.01 * last)
-    asked = re.findall(r"asked (>=|<=) (\S+) .*reached (\S+)", "".join(now[designed:]))
+    asked = re.findall(r"asked (>=|<=) ([\d.]+).*reached (\S+)", "".join(now[designed:]))
     assert len(asked) == (4 if chapter == "tutorial_limb" else 0)
     for sense, least, reached in asked:
         assert float(reached) >= float(least) if sense == ">=" else float(reached) <= float(least)
