@@ -65,13 +65,13 @@ def tolerances():
     return uncertainty_figure(found)
 
 
-def real_map(folder):
+def compliant_map(folder):
     over = {"mu": (0, 0.6, 5), "alpha": ("40 deg", "60 deg", 9)}
-    found = squama.sweep(BEAM, over, at="0.1 rad/pitch", out=folder / "real.zarr")
+    found = squama.sweep(BEAM, over, at="0.1 rad/pitch", out=folder / "compliant.zarr")
     return map_figure(found, "stiffness_ratio", x="alpha", y="mu")
 
 
-def real_tolerances():
+def compliant_tolerances():
     return uncertainty_figure(squama.uncertainty(BEAM, {"scale.alpha": "+- 1 deg"}, at="0.1 rad/pitch", samples=4096))
 
 
@@ -95,7 +95,7 @@ FIGURES = {
         squama.shake(BEAM, [3.0, 3.6, 4.2], static="0.02 rad/pitch", rotor=1e-4, damping=0.05)
     ),
     "tolerances": lambda _: tolerances(),
-    "tolerances of real beams": lambda _: real_tolerances(),
+    "tolerances on compliant joints": lambda _: compliant_tolerances(),
     "designs": lambda _: design(),
     "solids": lambda _: solids(),
     "fig7b": lambda _: red_figure(
@@ -155,8 +155,8 @@ def test_nothing_is_cut_off_and_legends_are_beside_the_data(name, sweep):
         assert "on hinges" in words or "on compliant joints" in words
 
 
-def test_a_map_of_real_beams_is_whole(tmp_path):
-    whole(real_map(tmp_path))
+def test_a_map_on_compliant_joints_is_whole(tmp_path):
+    whole(compliant_map(tmp_path))
 
 
 @pytest.mark.slow(but=1)

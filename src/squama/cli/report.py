@@ -141,7 +141,7 @@ def _family(words: Load, beam: Beam, data: Answer, *, loads: bool) -> Table:
 
 def _notes(kind: Load, beam: Beam, law: str, laws: Mapping[str, Answer]) -> list[str]:
     """Return the lines below the table: the joint, and a sentence for each kind of end."""
-    lines = _real(kind, beam, laws) if HINGE in laws else _stiffnesses(kind, beam)
+    lines = _compliant(kind, beam, laws) if HINGE in laws else _stiffnesses(kind, beam)
     ends = dict.fromkeys(str(end) for data in laws.values() for end in data["end"].ravel())
     lines += [f"{end}: {SENTENCES[End(end)]}" for end in ends]
     lines += _others(beam, laws)
@@ -350,7 +350,7 @@ def held(attrs: Mapping[str, Any]) -> str:
     return f"joint of a scale: six motions, {sources[str(attrs['joint_source'])]}{about}; {attrs['scales']}"
 
 
-def _real(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
+def _compliant(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
     """Return the lines on the compliant joint, and on the deviations of simpler models."""
     ours = next(iter(laws.values()))
     attrs = ours.attrs

@@ -13,7 +13,8 @@ from squama.beam.design import Beam
 from squama.curves.chosen import idealisation
 from squama.identify.estimate import HARDLY, UNSEEN
 from squama.identify.unknowns import Parameter
-from squama.loads import ENDLESS, LOADS
+from squama.loads import LOADS
+from squama.people import degrees
 from squama.types import Array
 from squama.units import moment
 
@@ -114,7 +115,7 @@ class Plan:
     def verdict(self) -> list[str]:
         """Return the recommended test and its expected errors, as lines."""
         best, loops = self.best, self.loops(self.best)
-        specimen = f"{self.beam.pitches} scales" if self.ends != ENDLESS else self.beam.extent
+        specimen = self.beam.extent if self.beam.scales else "an endless beam"
         what = f"{LOADS[self.load].verb.capitalize()} {specimen} {self._way(best, loops or ENOUGH)}"
         lines = [f"{what}: {self._tells(best, loops or ENOUGH)}"]
         if loops is None:
@@ -131,8 +132,12 @@ class Plan:
 
     def _way(self, one: Candidate, loops: int) -> str:
         """Return a loop and its repetitions in words."""
-        way = _WAYS[one.shape].format(f"{math.degrees(one.top) * self.beam.pitches:.3g} deg")
+        way = _WAYS[one.shape].format(f"{self._top(one)} {degrees(self.beam)[1]}")
         return f"{way}, {_TIMES.get(loops, f'{loops} times')} ({one.readings} readings each time)"
+
+    def _top(self, one: Candidate) -> str:
+        """Return the top of a loop in degrees: of the whole beam, or per pitch of an endless one."""
+        return f"{degrees(self.beam)[0] * one.top:.3g}"
 
     def _tells(self, one: Candidate, loops: int) -> str:
         return ", ".join(
@@ -154,15 +159,14 @@ class Plan:
 
     def table(self) -> tuple[list[str], list[list[str]]]:
         """Return head and rows of a table of the loops that the model can follow."""
-        head = ["loop", "top deg", f"largest {LOADS[self.load].torque_words}", *self.parameters]
+        head = ["loop", f"top {degrees(self.beam)[1]}", f"largest {LOADS[self.load].torque_words}", *self.parameters]
         head += ["correlation"] * (len(self.rows) > 1) + [f"loops for {self._percent}"]
         rows = []
         for one in self.candidates:
             if one.problem:
                 continue
             loops = self.loops(one)
-            top = f"{math.degrees(one.top) * self.beam.pitches:.3g}"
-            cells = [one.shape, top, moment(one.torque), *self._errors(one)]
+            cells = [one.shape, self._top(one), moment(one.torque), *self._errors(one)]
             if len(self.rows) > 1:
                 r, names = self._related(one)
                 cells.append(f"{r:+.2f} {names}")
@@ -197,8 +201,8 @@ class Plan:
                 lines.append(f"note: {shape}: {names} are hardly told apart (correlation up to {r:+.3f})")
         lost = [one for one in self.candidates if one.problem]
         if lost:
-            tops = sorted({f"{math.degrees(abs(one.top)) * self.beam.pitches:.3g}" for one in lost}, key=float)
-            lines.append(f"note: {len(lost)} loops, to {', '.join(tops)} deg, are left out: {lost[0].problem}")
+            tops, unit = sorted({self._top(one).lstrip("-") for one in lost}, key=float), degrees(self.beam)[1]
+            lines.append(f"note: {len(lost)} loops, to {', '.join(tops)} {unit}, are left out: {lost[0].problem}")
         return lines
 
     def report(self) -> dict[str, Any]:

@@ -84,7 +84,7 @@ class Fit(Found):
     ``uneven``: whether the noise grows with the slope (the errors allow for both). ``rival``: fit of the other model to
     the same points; ``disagreement``: a sentence where that model describes the points as well (residual at most 1.5
     times as large) and its estimates differ by more than the errors; ``doubts``: why the errors do not hold, empty
-    where they do (:attr:`holds`). ``machine``: effect of a compliant testing machine, None where its stiffness was
+    where they do (``holds``). ``machine``: effect of a compliant testing machine, None where its stiffness was
     given; ``loops``: friction of each loop, with the probability of such differences for equal friction, None for a
     single loop.
 

@@ -182,7 +182,7 @@ def inverse_design(
     target : path or mapping
         A TOML file, or the same as nested mappings: ``target`` (the goals), ``vary`` (bounds by dimension), ``choose``
         (lists of values or materials), ``limits``, ``rounding``, ``tolerance``; and ``start`` or the tables of a beam.
-        See docs, how-to: design a beam. Or a :class:`Target`.
+        See docs, how-to: design a beam. Or a ``Target``.
     beam, designs : Beam, int, optional
         In place of the target's: the starting beam, which supplies all values that do not vary; largest number of
         distinct designs (5).

@@ -100,10 +100,10 @@ def elements_figure(data: xr.Dataset) -> Figure:
 
 @style.styled
 def compare_figure(table: xr.Dataset) -> Figure:
-    """Draw models and finite elements together, from :func:`squama.fe.agreement.compare`.
+    """Draw models and finite elements together, from ``squama.fe.agreement.compare``.
 
     Torque, its difference from the elements with the band of agreement, inclination and its difference, all over the
-    twist per pitch. Finite beams have no differences; :data:`VARIANTS` of the hinge appear in the table only.
+    twist per pitch. Finite beams have no differences; ``VARIANTS`` of the hinge appear in the table only.
     """
     figure = style.new_figure(style.PAGE, 5.4)
     axes = figure.subplots(2, 2, sharex=True)

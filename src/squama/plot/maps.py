@@ -331,7 +331,7 @@ def over_pi(load: str) -> str:
 
 @style.styled
 def lock_lines_figure(dataset: xr.Dataset) -> Figure:
-    """Draw the lock lines of twisting and of bending side by side, from :func:`squama.paper.maps.lock_lines`.
+    """Draw the lock lines of twisting and of bending side by side, from ``squama.paper.maps.lock_lines``.
 
     Above: the lock lines; below: their distance from the kinematic line. In bending the distance is arctan(mu)
     everywhere, so the lines are translates; in twisting they are not.

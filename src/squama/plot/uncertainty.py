@@ -17,7 +17,7 @@ from squama.symbols import SYMBOLS
 
 SHOWN = ("load_e", "load_end", "torque_c", "RED_c", "W_fr_c", "K_e")
 """Figures of hinges whose indices are drawn, by field."""
-SHOWN_REAL = ("phi_e", "torque", "stiffness_ratio", "stress", "RED")
+SHOWN_COMPLIANT = ("phi_e", "torque", "stiffness_ratio", "stress", "RED")
 """Figures of compliant joints whose indices are drawn."""
 _WORDS = {"K_e": "$K_e$", "RED_c": "RED", "engaged": "engages", "locked": "locks", "locked before": "locks\nbefore"}
 _ROOM = 1.06
@@ -127,7 +127,7 @@ def sobol(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the Sobol indices of :func:`squama.uncertainty`: total with its 95 % interval, first-order inside it."""
     ax, kind = style.panel(ax, dataset, "S1", "squama.uncertainty with Sobol indices")
     name = kind.variable
-    wanted = SHOWN_REAL if "at" in dataset.attrs else map(name, SHOWN)
+    wanted = SHOWN_COMPLIANT if "at" in dataset.attrs else map(name, SHOWN)
     figures = [f for f in (*wanted, "engaged", "locked", "locked before") if f in dataset["indexed"].values]
     total, first = (dataset[name].sel(indexed=figures).values for name in ("ST", "S1"))
     error = dataset["ST_conf"].sel(indexed=figures).values

@@ -1,4 +1,4 @@
-"""Sweeps and tolerances of real beams: each cell is its own beam's curve; what is chosen, said, kept and refused."""
+"""Sweeps and tolerances on compliant joints: each cell is its beam's curve; what is chosen, said, kept and refused."""
 
 from __future__ import annotations
 
@@ -165,9 +165,9 @@ def test_a_plan_of_thin_scales_on_hinges_is_written_as_ever() -> None:
     assert plan.model == Model()
     keys = {"format", "load", "law", "sense", "margin", "over", "tile", "versions", "beam"}
     assert set(plan.configuration) == keys
-    real = make_plan(BEAM, RANGES)
-    assert set(real.configuration) == {*keys, "joint", "ideal", "at"}
-    assert type(plan).from_text(real.text).text == real.text
+    compliant = make_plan(BEAM, RANGES)
+    assert set(compliant.configuration) == {*keys, "joint", "ideal", "at"}
+    assert type(plan).from_text(compliant.text).text == compliant.text
 
 
 def test_thick_scales_on_hinges(tmp_path: Path) -> None:
