@@ -179,8 +179,8 @@ def front_figure(front: xr.Dataset) -> Figure:
         tradeoff(front, x, y, ax)
     for ax in panels[len(pairs) :]:
         ax.remove()
-    title = f"{front.sizes['design']} beams of which none is better in all: {', '.join(front.attrs['objectives'])}"
-    return headline(figure, f"{title}\n{model(front.attrs)}", panels[: len(pairs)] if len(pairs) > 1 else ())
+    title = f"Pareto front of {front.sizes['design']} beams: {model(front.attrs)}"
+    return headline(figure, title, panels[: len(pairs)] if len(pairs) > 1 else ())
 
 
 def _objectives(front: xr.Dataset) -> list[str]:

@@ -33,6 +33,8 @@ EACH: style.Look = {"linewidth": 0.4, "alpha": 0.3, "zorder": 1.2}
 """Style of the curve of each of N scales."""
 WITHOUT_ENDS: style.Look = {"linewidth": 0.9, "linestyle": ":"}
 """Style of the endless beam's curve."""
+LOCK: style.Look = {"linewidth": 0.8, "linestyle": "-."}
+"""Style of the line at a lock."""
 RISING = {"N", "f", "f0", "K_t", "K_b", "T_scales", "M_scales", "W_fr"}
 """Variables that grow without bound towards a lock."""
 
@@ -102,9 +104,8 @@ def response_figure(dataset: xr.Dataset, measured: Measured | None = None, hinge
         _draw(ax, shown, name, letter=f"({text})")
     for ax in axes[1]:
         ax.set_xlabel(style.label(kind.rate))
-    above = f"{kind.verb.capitalize()} over {shown.beam.extent} (deg)"
     for ax in axes[0]:
-        style.scaled_above(ax, shown.beam.length * 180 / np.pi, above)
+        style.degrees_above(ax, kind, shown.beam, shown.beam.pitch)
     style.legend_below(figure, _keys(shown), 4 if shown.others else 7)
     return style.headline(figure, _title(dataset, shown.beam, shown.curves))
 
@@ -308,7 +309,7 @@ def _draw(ax: Axes, shown: _Shown, name: str, letter: str = "") -> None:
                 ax.plot(c.rate_e, factor * bare, "s", color=c.colour, **SQUARE)
     for c in (*shown.curves, *others):
         if c.end in LOCKS and c.rate_end <= shown.right:
-            ax.axvline(c.rate_end, color=c.colour, linewidth=0.8, linestyle=":", zorder=0)
+            ax.axvline(c.rate_end, color=c.colour, zorder=0, **LOCK)
 
 
 def _variable(ax: Axes, shown: _Shown, name: str) -> float:
@@ -383,7 +384,7 @@ def _keys(shown: _Shown, *, load: bool = True) -> list[Line2D]:
     if load and any(c.engages for c in others):
         handles.append(style.key("engagement on hinges", linestyle="", marker="s", **SQUARE))
     if any(c.end in LOCKS and c.rate_end <= shown.right for c in (*curves, *others)):
-        handles.append(style.key("lock on hinges" if others else "lock", linestyle=":", linewidth=0.8))
+        handles.append(style.key("lock on hinges" if others else "lock", **LOCK))
     if any(c.stops and min(c.rate_end, style.finite_max(c.rate)) <= shown.right for c in curves):
         words = "end" if any(End(c.end).locks for c in curves) else "end, no lock"
         handles.append(style.key(words, linestyle="", marker="x"))

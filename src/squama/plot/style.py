@@ -21,6 +21,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 
+from squama.beam.design import Beam
 from squama.errors import refuse
 from squama.io import files
 from squama.loads import LOADS, TESTS, Load, model
@@ -243,6 +244,15 @@ def scaled_above(ax: Axes, factor: float, text: str) -> SecondaryAxis:
     top.set_xlabel(text)
     top.tick_params(labelsize=7)
     return top
+
+
+def degrees_above(ax: Axes, kind: Load, beam: Beam, pitch: float = 1.0) -> SecondaryAxis:
+    """Draw an axis above a panel with the degrees of the whole beam.
+
+    The axis below is in rad per pitch, or in rad/m with the ``pitch`` in m.
+    """
+    text = f"{kind.verb.capitalize()} over {beam.extent} (deg)"
+    return scaled_above(ax, pitch * beam.pitches * 180 / np.pi, text)
 
 
 def angle_label(load: str) -> str:
