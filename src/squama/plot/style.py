@@ -251,8 +251,13 @@ def degrees_above(ax: Axes, kind: Load, beam: Beam, pitch: float = 1.0) -> Secon
 
     The axis below is in rad per pitch, or in rad/m with the ``pitch`` in m.
     """
-    text = f"{kind.verb.capitalize()} over {beam.extent} (deg)"
-    return scaled_above(ax, pitch * beam.pitches * 180 / np.pi, text)
+    factor, text = over_beam(kind, beam)
+    return scaled_above(ax, pitch * factor, text)
+
+
+def over_beam(kind: Load, beam: Beam) -> tuple[float, str]:
+    """Return the factor from rad per pitch to degrees of the whole beam, and the label of an axis in these."""
+    return float(np.degrees(beam.pitches)), f"{kind.verb.capitalize()} over {beam.extent} (deg)"
 
 
 def angle_label(load: str) -> str:
