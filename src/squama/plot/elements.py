@@ -82,7 +82,7 @@ def elements_figure(data: xr.Dataset) -> Figure:
     pitch = float(data["phi"][-1] / data["Phi"][-1]) if data["Phi"][-1] else 1.0
     for ax, below in zip(axes[0], axes[1], strict=True):
         below.set_xlabel(style.label("Phi"))
-        top = style.scaled_above(ax, pitch, style.angle_label("twisting"))
+        top = style.scaled_above(ax, np.degrees(pitch), "Twist (deg per pitch)")
         top.xaxis.label.set_fontsize(7)
         top.xaxis.set_major_locator(MaxNLocator(6))
     handles = [style.key("slope at the start", **style.BARE), style.key("increment", **ticks)]
@@ -93,8 +93,7 @@ def elements_figure(data: xr.Dataset) -> Figure:
     attrs = data.attrs
     blocked = ", roll and yaw blocked" if "blocked" in attrs["joint"] else ""
     stopped = "" if attrs["reached"] else f"\n{attrs['sentence']}"
-    what = f"sense {attrs['sense']}, $\\mu$ = {float(data['mu']):g}: {attrs['mesh']}{stopped}"
-    title = f"Periodic cell of finite elements{blocked}, {what}\nScales: {attrs['plates']}"
+    title = f"One pitch by finite elements{blocked}, sense {attrs['sense']}, $\\mu$ = {float(data['mu']):g}{stopped}"
     return style.headline(figure, title, axes.flat)
 
 
