@@ -114,9 +114,9 @@ def test_a_folder_is_not_standard_output(tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize(("run", "load"), [(squama.twist, ("Phi", "phi")), (squama.bend, ("kappa", "psi"))])
 def test_the_load_is_a_coordinate_and_comes_first(run, load, tmp_path):
     beam = squama.Beam.from_toml(SKIN).replace(scales=None)
-    heads = []
-    for how in ({"joint": "hinge"}, {}, {"ideal": True}):
-        r = run(beam, points=3, **how)
+    heads, finite = [], beam.replace(scales=5)
+    for one, how in ((beam, {"joint": "hinge"}), (beam, {}), (beam, {"ideal": True}), (finite, {})):
+        r = run(one, points=3, **how)
         assert {*load} <= {*r.coords}
         lines = squama.save(r, tmp_path / "a.csv").read_text().splitlines()
         head = next(csv.reader(line for line in lines if not line.startswith("#")))

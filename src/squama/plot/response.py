@@ -106,7 +106,7 @@ def response_figure(dataset: xr.Dataset, measured: Measured | None = None, hinge
         ax.set_xlabel(style.label(kind.rate))
     for ax in axes[0]:
         style.degrees_above(ax, kind, shown.beam, shown.beam.pitch)
-    style.legend_below(figure, _keys(shown), 4 if shown.others else 7)
+    style.legend_below(figure, _keys(shown, names), 4 if shown.others else 7)
     return style.headline(figure, _title(dataset, shown.beam, shown.curves))
 
 
@@ -137,13 +137,14 @@ def curve(
     'Torque $T$ (kN m)'
     """
     load = LOADS.get(dataset.attrs.get("load", ""))
+    own = ax is None
     ax, _ = style.panel(ax, dataset, f"{load.rate}_end" if load else "", "squama.twist or bend")
     _along(dataset, name)
     shown = _read(dataset, measured, hinge)
     _draw(ax, shown, name)
     ax.set_xlabel(style.label(shown.kind.rate))
-    handles = _keys(shown, load=name == shown.kind.torque)
-    if shown.others:
+    handles = _keys(shown, [name])
+    if shown.others or own:
         style.legend_under(ax, handles)
     elif handles:
         ax.legend(handles=handles)
@@ -366,17 +367,20 @@ def _span(ax: Axes) -> tuple[float, float]:
     return low - room, high + room
 
 
-def _keys(shown: _Shown, *, load: bool = True) -> list[Line2D]:
-    """Return the legend's handles; ``load``: include the marks of torque and moment."""
+def _keys(shown: _Shown, names: list[str]) -> list[Line2D]:
+    """Return the legend's handles of variables ``names``; torque and moment have marks of their own."""
     curves, others, handles = shown.curves, shown.others, []
+    load = shown.kind.torque in names
     if others:
         attrs = (c.data.attrs for c in (curves[0], others[0]))
         whose = [f"{about['scales']} on {HELD[about['joint']]}" for about in attrs]
         handles += [style.key(whose[0]), style.key(whose[1], **BESIDE)]
     if len(curves) > 1:
         handles += [style.key(rf"$\mu$ = {c.mu:g}", color=c.colour) for c in curves]
-    if curves[0].each:
-        handles += [style.key("each scale", color=INK, **EACH), style.key("endless beam", **WITHOUT_ENDS)]
+    if any(name in curves[0].each for name in names):
+        handles.append(style.key("each scale", color=INK, **EACH))
+    if any(f"{name}_periodic" in curves[0].data for name in names):
+        handles.append(style.key("endless beam", **WITHOUT_ENDS))
     if load:
         handles.append(style.key("no contact", **style.BARE))
     if load and any(c.engages for c in curves):
