@@ -66,8 +66,8 @@ class Twist(NamedTuple):
 
         >>> Twist(math.radians(130) / 25, "rad/pitch").words(25), Twist(0.08, "rad/pitch").words(25)
         ('130 deg total', '0.08 rad/pitch')
-        >>> Twist(0.0955871, "rad/pitch").words(25)
-        '136.9 deg total'
+        >>> Twist(0.123456789, "rad/pitch").words(25)
+        '176.8 deg total'
         """
         ways = [(self.value, self.unit)]
         if self.unit == "rad/pitch":
