@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from squama import arguments
 from squama.beam.design import Beam
 from squama.curves.labelled import MEAN
 from squama.errors import refuse
@@ -136,6 +137,7 @@ def curve(
     >>> curve(r, "T").get_ylabel()
     'Torque $T$ (kN m)'
     """
+    arguments.result(dataset)
     load = LOADS.get(dataset.attrs.get("load", ""))
     own = ax is None
     ax, _ = style.panel(ax, dataset, f"{load.rate}_end" if load else "", "squama.twist or bend")
@@ -211,6 +213,7 @@ def line(
 
 def _along(dataset: xr.Dataset, name: str, where: str = "name") -> list[str]:
     """Return the names of numbers along the points of a result; another name is refused."""
+    arguments.result(dataset)
     there = [str(key) for key, v in {**dataset.coords, **dataset}.items() if "point" in v.dims and v.dtype.kind in "fi"]
     if name not in there:
         refuse(where, shown(name), "is no number along the points of this result", f"allowed: {', '.join(there)}")

@@ -21,6 +21,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 
+from squama import arguments
 from squama.beam.design import Beam
 from squama.errors import refuse
 from squama.io import files
@@ -79,6 +80,8 @@ def styled(make: Callable[P, Figure]) -> Callable[P, Figure]:
 
     @functools.wraps(make)
     def wrapped(*args: P.args, **kwargs: P.kwargs) -> Figure:
+        for given in args[:1]:
+            arguments.result(given)
         with mpl.rc_context():
             mpl.rcdefaults()
             mpl.rcParams.update(_SETTINGS)
@@ -115,6 +118,7 @@ def panel(ax: Axes | None, dataset: xr.Dataset, mark: str, made_by: str) -> tupl
 
     Raises InputError where the dataset lacks the name ``mark``, so it is of another kind.
     """
+    arguments.result(dataset)
     if mark not in {*map(str, dataset.variables), *map(str, dataset.dims)}:
         refuse("", "", f"this dataset is no result of {made_by}", "its .squama.plot() draws what it is")
     kind = TESTS.get(dataset.attrs.get("load", ""), LOADS["twisting"])
