@@ -106,8 +106,8 @@ def test_engagement_and_lock_are_marked_where_they_are():
     circle = next(line for line in load.lines if line.get_marker() == "o")
     assert circle.get_xdata()[0] == pytest.approx(float(r.Phi_e))
     assert circle.get_ydata()[0] == pytest.approx(BEAM.torsional_rigidity * float(r.Phi_e))
-    dotted = [line.get_xdata()[0] for line in load.lines if line.get_linestyle() == ":"]
-    assert dotted == [pytest.approx(float(r.Phi_end))]
+    locks = [line.get_xdata()[0] for line in load.lines if line.get_linestyle() == "-."]
+    assert locks == [pytest.approx(float(r.Phi_end))]
 
 
 def test_title_names_the_end():

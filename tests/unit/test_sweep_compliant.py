@@ -325,7 +325,7 @@ def test_a_single_beam_among_unknown_ones_is_seen(tmp_path: Path) -> None:
     ("text", "words"),
     [
         ("130 deg total", "130 deg total"), ("0.08 rad/pitch", "0.08 rad/pitch"), ("3.7 deg/pitch", "92.5 deg total"),
-        ("4.5 rad/m", "4.5 rad/m"), ("2.3 rad total", "0.092 rad/pitch"), ("0.123456789 rad/pitch", "0.1235 rad/pitch"),
+        ("4.5 rad/m", "4.5 rad/m"), ("2.3 rad total", "0.092 rad/pitch"), ("0.123456789 rad/pitch", "176.8 deg total"),
     ],
 )  # fmt: skip
 def test_a_twist_is_told_in_the_unit_in_which_it_is_round(text: str, words: str) -> None:

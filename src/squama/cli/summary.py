@@ -88,5 +88,5 @@ def modelled(beam: Beam, attrs: Mapping[str, Any], many: str = "") -> str:
     held = "" if attrs.get("hold", NOTHING) == NOTHING else f"; {fixed(attrs)}"
     band = float(attrs.get("band", math.nan))
     # the accuracy of the joint's law is known in twisting only
-    known = math.isfinite(band) and attrs["load"] != "bending"
-    return f"{model(attrs)}; {many}{held}{f'; torque to about {100 * band:.2g} %' if known else ''}"
+    known = "error of the moment not known" if attrs["load"] == "bending" else f"torque to about {100 * band:.2g} %"
+    return f"{model(attrs)}; {many}{held}{f'; {known}' if math.isfinite(band) else ''}"

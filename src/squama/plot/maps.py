@@ -49,7 +49,7 @@ ROTATION = r"Rotation of the scales $(\theta-\theta_0)/\pi$ (1)"
 SHOWN = ("frictional lock", "static lock")
 STOPS: dict[str, tuple[style.Look, str]] = {
     "other": ({"marker": "o", "markersize": 3.2}, "beyond: ends without a lock"),
-    "range": ({"marker": "o", "markersize": 3.6, "markerfacecolor": "white"}, "drawn so far: {}"),
+    "range": ({"marker": "o", "markersize": 3.6, "markerfacecolor": "white"}, "ends of a line: {}"),
 }
 """Marks at the end of an envelope, by cause (another end, or the end of the drawn range), and their words."""
 
