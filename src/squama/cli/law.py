@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from squama.cli import flags, output
@@ -57,7 +58,7 @@ def law(
         if text is not None:
             with flags.problems().caught():
                 far[load.rate] = flags.rate(name, text, described, load.name)
-    kind = format or {ending: name for name, ending in FORMATS.items()}[_ending(out)]
+    kind = format or {ending: name for name, ending in FORMATS.items()}[Path(out).suffix.lower()]
     alone = uncoupled or len(far) < 2 or kind not in ("csv", "npz")
     friction = settled(described.friction.mu)
 
@@ -84,13 +85,6 @@ def law(
         "table": {str(name): v.values for name, v in table.data.variables.items()},
     }
     return output.report(base.json, beam, [written], record, _shown(table, kind))
-
-
-def _ending(out: str) -> str:
-    """Return the extension of a file's name in lower case."""
-    from pathlib import Path
-
-    return Path(out).suffix.lower()
 
 
 def _shown(table: LawTable, kind: str) -> Iterable[str]:

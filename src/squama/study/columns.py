@@ -180,7 +180,7 @@ def matrix_warnings(beam: Beam, load: str, limits: Mapping[str, tuple[float, flo
 
 def at(values: Mapping[str, float]) -> str:
     """Return values of parameters (SI) as text with units."""
-    return ", ".join(f"{name} = {text_of(canonical(name), value)}" for name, value in values.items())
+    return ", ".join(f"{name} = {text_of(name, value)}" for name, value in values.items())
 
 
 def beam_at(beam: Beam, load: str, values: Mapping[str, float]) -> Beam:
