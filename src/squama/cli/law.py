@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, settled, whole
@@ -72,8 +72,10 @@ def law(
         if not alone and friction:
             why = "must be 0 over the plane: with friction the order of bending and twisting counts"
             refuse("--mu", f"{friction:g}", why, "write --mu 0, or --uncoupled for each load alone")
-        grids: dict[str, Any] = {rate: np.linspace(-v, v, points) for rate, v in far.items()}
-        table = law_table(described, **grids, mu=friction, uncoupled=alone, ideal=ideal)
+        grids = {rate: np.linspace(-v, v, points) for rate, v in far.items()}
+        table = law_table(
+            described, kappa=grids.get("kappa"), Phi=grids.get("Phi"), mu=friction, uncoupled=alone, ideal=ideal
+        )
         written = table.save(out, kind)
     attrs = table.data.attrs
     record = {

@@ -67,10 +67,9 @@ def load(
     from squama import plot
     from squama.part import door
 
-    how: dict[str, Any] = {"scales": scales, "points": points, "back": back, "ideal": ideal or None}
     own = {name: f"{label(beam)}: {beamfile.heading(name)}" for name in beamfile.PART}
     with flags.laid(flags.arguments("scales") | own | {name: f"--{name}" for name in given}):
-        data = door.load(part, **given, **how)
+        data = door.load(part, **given, scales=scales, points=points, back=back, ideal=ideal or None)
     written = output.write(common, lambda: data, "part_figure")
     if gif is not None:
         written.append(plot.part_animation(data, gif))

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from squama.beam.design import Beam
+    from squama.curves.doors import How
 
 
 _DATA = 'CSV file of measured points to draw too; header "Phi (deg/mm), T (N mm)", bent "kappa (1/m), M (N mm)".'
@@ -162,10 +163,10 @@ def row(
 
     from squama.curves import finite_rows
 
-    how: dict[str, Any] = {"to": stop, "sense": sense, "points": points, "joint": joint, "ideal": ideal or None}
-    how |= {"scales": scales, "ends": ends}
+    how: How = {"joint": joint, "ideal": ideal or None}
     with flags.laid(flags.arguments()):
-        data = finite_rows.row(described, **how)
+        answer = finite_rows.rowed(described, scales=scales, to=stop, sense=sense, points=points, ends=ends, **how)
+    data = answer.dataset()
     written = output.write(common, lambda: data, "row_figure")
     keys = "load law joint scales sense ends squama_version"
     parts = {"figures": output.figures(data), "curve": "point", "each": "point scale"}

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from squama import arguments
 from squama.beam.design import Beam
-from squama.curves.histories import cycle
+from squama.curves.doors import How
+from squama.curves.histories import cycled
 from squama.errors import InputError, refuse
 from squama.identify.estimated import Table, variables
 from squama.identify.selection import Found
@@ -68,9 +69,9 @@ def predict(
 
     def curve(beam: Beam) -> xr.Dataset:
         hinged = model.joint == "hinge"
-        how: dict[str, Any] = {"load": model.load, "law": model.law, "joint": model.joint}
-        how["ends"] = None if hinged else model.ends
-        return cycle(beam, to, **how, ideal=hinged, points=points)
+        how: How = {"law": model.law, "joint": model.joint, "ideal": hinged}
+        ends = None if hinged else model.ends
+        return cycled(beam, to, load=model.load, ends=ends, points=points, **how).dataset()
 
     best = curve(model.beam)
     angle, leg = best[load.angle].values, best["leg"].values

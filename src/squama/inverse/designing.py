@@ -159,7 +159,7 @@ class InverseDesign:
 
 
 def inverse_design(
-    target: str | os.PathLike[str] | Mapping[str, Any] | Target,
+    target: str | os.PathLike[str] | Mapping[str, object] | Target,
     *,
     beam: Beam | None = None,
     designs: int | None = None,

@@ -95,7 +95,7 @@ class Target(NamedTuple):
 
 
 def read_target(
-    target: str | os.PathLike[str] | Mapping[str, Any],
+    target: str | os.PathLike[str] | Mapping[str, object],
     *,
     beam: Beam | None = None,
     need: str = "target",

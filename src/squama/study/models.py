@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama import loads
-from squama.beam import joint_law
 from squama.beam.design import Beam
 from squama.contacts.own_scales import Own
 from squama.contacts.path import RANGE
@@ -141,7 +140,9 @@ class Model(NamedTuple):
         """Whether joints are compliant."""
         return self.joint == "compliant"
 
-    def cells(self, beam: Beam, load: str, values: Mapping[str, Any], each: joint_law.Each = joint_law.whole) -> Cells:
+    def cells(
+        self, beam: Beam, load: str, values: Mapping[str, object], each: joint_law.Each = joint_law.whole
+    ) -> Cells:
         """Return the columns of a beam with some values replaced; for compliant joints those of twisting always."""
         return columns(beam, values, load="twisting" if self.compliant else load, each=each)
 

@@ -8,7 +8,7 @@ chunks or threads.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
@@ -285,8 +285,9 @@ def solved(case: Case, dimensions: dict[str, Array]) -> dict[str, Array]:
             why = "; ".join(map(str, error.problems))
         reason = f"some samples are no valid beam; at {columns.at(here)}: {why}"
         refuse("tolerances", "", reason, "make the tolerances narrower")
-    how: dict[str, Any] = {"load": case.load, "law": case.law, "sense": case.sense, "margin": case.margin}
-    found = case.model.solved(case.beam, c, (n,), few=0, **how)
+    found = case.model.solved(
+        case.beam, c, (n,), load=case.load, law=case.law, sense=case.sense, margin=case.margin, few=0
+    )
     found["code"] = found["code"].astype(np.int8)
     return _before(found, case.model.at.per_pitch(c.d)) if case.model.at else _hinged(case, c, found)
 
