@@ -99,7 +99,10 @@ def respond(
         with flags.problems().caught():
             (measured,) = tables.read([data], beam, load)
     if data is None:
-        _without(tables)
+        remedy = "give --data too, e.g. --data test.csv, or leave it out"
+        for name, text in (("--decimal", tables.decimal), ("--columns", tables.columns)):
+            if text is not None:
+                flags.problems().add(name, shown(text), "says how --data is read", remedy)
     beam = settled(beam)
     if data and not common.plot:
         print("squama: warning: --data has no effect without --plot; add e.g. --plot picture.png", file=sys.stderr)
@@ -129,14 +132,6 @@ def respond(
     answer = beam, law, laws, report.beside(beam, laws, asked=stop is not None)
     said = report.summary(*answer, asked=stop is not None, compare=curve.compare, full=curve.full)
     return output.report(common.json, path, written, report.record(*answer), said)
-
-
-def _without(tables: Tables) -> None:
-    """Collect a mistake for flags that describe a table without --data."""
-    remedy = "give --data too, e.g. --data test.csv, or leave it out"
-    for name, given in (("--decimal", tables.decimal), ("--columns", tables.columns)):
-        if given is not None:
-            flags.problems().add(name, shown(given), "says how --data is read", remedy)
 
 
 def row(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -38,14 +38,14 @@ _HOPELESS = 4.0
 
 
 def fit(
-    data: Any,
+    data: object,
     beam: Beam | Part,
     parameters: Sequence[str] | str = DEFAULT,
     *,
     load: str | Sequence[str] | None = None,
     support: str | None = None,
     law: LawName = "edge",
-    bounds: Mapping[str, tuple[Any, Any]] | None = None,
+    bounds: Mapping[str, tuple[object, object]] | None = None,
     noise: float | str | None = None,
     to: float | str | None = None,
     reversal: float | str | None = None,
@@ -57,7 +57,7 @@ def fit(
     nuisances: Literal["auto", "none"] = "auto",
     ends: EndsName | None = None,
     machine: float | str | None = None,
-    tolerances: Mapping[str, Any] | None = None,
+    tolerances: Mapping[str, object] | None = None,
     each: Sequence[str] | str = (),
 ) -> Fit:
     """Find friction, joint stiffness and other parameters of a beam from measured torque and twist.

@@ -249,7 +249,7 @@ class Fit(Found):
             lines += [f"note: {note}"] if note else []
         return [*lines, *super().more]
 
-    def report(self) -> dict[str, Any]:
+    def report(self) -> dict[str, object]:
         """Return the whole result as plain data, for JSON."""
         rec, samples, asked, load = self.record, self.posterior, self.asked, TESTS[self.load]
         columns = (asked.low, asked.high, asked.start, self.at_bound)

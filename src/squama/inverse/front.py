@@ -357,10 +357,10 @@ def _dataset(target: Target, chosen: Settings, y: Array, values: Array) -> xr.Da
     y, values = y[order], values[order]
     seen = Trade(target, chosen).evaluate(y, plates=True)
     c, found = seen.cells, seen.found
-    variables: dict[str, Any] = {}
+    variables: dict[str, object] = {}
     for o, column in zip(chosen.objectives, values.T, strict=True):
         unit, words = OBJECTIVES[target.options.joint][o.name]
-        about: dict[str, Any] = {"units": unit, "long_name": words, "objective": WAYS[o.sense]}
+        about: dict[str, object] = {"units": unit, "long_name": words, "objective": WAYS[o.sense]}
         variables[o.name] = ("design", column, about | ({"at": chosen.given} if o.want.at else {}))
     for v in space.variables:
         about = PARAMETERS[v.key].symbol.attrs | {"low": v.low, "high": v.high}
