@@ -250,7 +250,6 @@ TESTS: dict[str, tuple[str, ...]] = {
     "curves/compliant.py": CURVES,
     "curves/compliant_figures.py": CURVES,
     "curves/compliant_walk.py": (*CURVES, "unit/test_bend_compliant.py", "unit/test_compliant_bend_twist.py"),
-    "study/tolerances/nominal_beam.py": ("unit/test_own_scales.py",),
     "curves/compliant_polygons.py": ("unit/test_compliant_bend_twist.py", "unit/test_own_scales_bent_twisted.py"),
     "curves/compliant_cycles.py": ("unit/test_compliant_cycle.py", "unit/test_bend_cycle.py"),
     "contacts/changes.py": CONTACTS,
@@ -339,7 +338,7 @@ TESTS: dict[str, tuple[str, ...]] = {
     "study/store.py": ("unit/test_sweep.py", "unit/test_sweep_damage.py", "unit/test_sweep_resume.py"),
     "study/chunks.py": ("unit/test_sweep_damage.py",),
     "study/tolerances/distributions.py": UNCERTAIN,
-    "study/tolerances/monte_carlo.py": UNCERTAIN,
+    "study/tolerances/monte_carlo.py": (*UNCERTAIN, "unit/test_own_scales.py"),
     "study/tolerances/statistics.py": UNCERTAIN,
     "identify/hinge_points.py": ("unit/test_fit_branches.py", "unit/test_fit.py"),
     "identify/joint_points.py": (

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, settled, whole
@@ -60,7 +61,7 @@ def law(
         if text is not None:
             with flags.problems().caught():
                 far[load.rate] = flags.rate(name, text, described, load.name)
-    kind = format or {ending: name for name, ending in FORMATS.items()}.get(_ending(out), "csv")
+    kind = format or {ending: name for name, ending in FORMATS.items()}.get(Path(out).suffix.lower(), "csv")
     alone = uncoupled or len(far) < 2 or kind not in ("csv", "npz")
     friction = settled(described.friction.mu)
 
@@ -74,8 +75,10 @@ def law(
         if not alone and friction:
             why = "must be 0 over the plane: with friction the order of bending and twisting counts"
             refuse("--mu", f"{friction:g}", why, "write --mu 0, or --uncoupled for each load alone")
-        grids: dict[str, Any] = {rate: np.linspace(-v, v, points) for rate, v in far.items()}
-        table = law_table(described, **grids, mu=friction, uncoupled=alone, ideal=ideal)
+        grids = {rate: np.linspace(-v, v, points) for rate, v in far.items()}
+        table = law_table(
+            described, kappa=grids.get("kappa"), Phi=grids.get("Phi"), mu=friction, uncoupled=alone, ideal=ideal
+        )
         written = table.save(out, kind) if place else output.write_text(out, writers.text(table.data, kind))
     attrs = table.data.attrs
     record = {
@@ -87,13 +90,6 @@ def law(
         "table": {str(name): v.values for name, v in table.data.variables.items()},
     }
     return output.report(base.json, beam, [written], record, _shown(table, kind))
-
-
-def _ending(out: str) -> str:
-    """Return the extension of a file's name in lower case."""
-    from pathlib import Path
-
-    return Path(out).suffix.lower()
 
 
 def _shown(table: LawTable, kind: str) -> Iterable[str]:

@@ -46,9 +46,6 @@ WORSE = 2.0
 """Designs that miss the target are returned up to this multiple of the least merit."""
 
 
-_SHORT = {name: key for key, name in FULL.items()}
-
-
 @dataclass(frozen=True)
 class Design:
     """A beam found by the search, with its goals and checks.
@@ -103,7 +100,7 @@ class Design:
         goals = (
             ", ".join([f"{goal.name} {goal.reached:.4g} {goal.unit}".strip(), *self.said(goal)]) for goal in self.goals
         )
-        values = (f"{name} {text_of(_SHORT.get(name, name), value)}" for name, value in self.values.items())
+        values = (f"{name} {text_of(name, value)}" for name, value in self.values.items())
         return "; ".join([*goals, *values, *(f"{k} {v}" for k, v in self.chosen.items())])
 
     def to_toml(self, title: str = "") -> str:
@@ -162,7 +159,7 @@ class InverseDesign:
 
 
 def inverse_design(
-    target: str | os.PathLike[str] | Mapping[str, Any] | Target,
+    target: str | os.PathLike[str] | Mapping[str, object] | Target,
     *,
     beam: Beam | None = None,
     designs: int | None = None,

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama import loads
-from squama.beam import joint_law
 from squama.beam.design import Beam
+from squama.beam.joint_law import Each, whole
 from squama.contacts.own_scales import Own
 from squama.contacts.path import RANGE
 from squama.contacts.ties import KINDS
@@ -144,7 +144,7 @@ class Model(NamedTuple):
         """Whether joints are compliant."""
         return self.joint == "compliant"
 
-    def cells(self, beam: Beam, load: str, values: Mapping[str, Any], each: joint_law.Each = joint_law.whole) -> Cells:
+    def cells(self, beam: Beam, load: str, values: Mapping[str, object], each: Each = whole) -> Cells:
         """Return the columns of a beam with some values replaced; for compliant joints those of twisting always."""
         return columns(beam, values, load="twisting" if self.compliant else load, each=each)
 

@@ -105,7 +105,9 @@ def verify(
         Number of scales of a finite beam of elements, computed as well with a row of as many hinges (theta: that of the
         middle scale; of two middle scales, the one nearer to the turned end). For a part: the beam's own number by
         default.
-    beam_mesh : str or (float, float) Mesh of the finite beam or part. announce : callable, optional
+    beam_mesh : str or (float, float)
+        Mesh of the finite beam or part.
+    announce : callable, optional
         Called with the name of each step in words.
 
     Raises
