@@ -123,8 +123,13 @@ def guess(w: Walk, h: float) -> None:
         extrapolate(t, x, y, a.ties[LOADS], b.ties[LOADS], c.ties[LOADS], n.ties[LOADS])
         extrapolate(t, x, y, a.F[:m], b.F[:m], c.F[:m], n.F[:m])
         extrapolate(t, x, y, a.s[:m], b.s[:m], c.s[:m], n.s[:m])
-    # strains that are imposed, and how far along the leg ties go
-    way = t[tally.WAY] + h
+    given(w, h)
+
+
+@_jit
+def given(w: Walk, h: float) -> None:
+    """Write imposed strains after an increment, and how far along the leg ties go."""
+    n, way = w.new, w.tally[tally.WAY] + h
     for e in range(STRAINS):
         if w.S.free[e] == IMPOSED:
             for i in range(len(n.strains)):
@@ -133,6 +138,36 @@ def guess(w: Walk, h: float) -> None:
         e = int(w.S.ties.course[k, 0])
         if e >= 0:
             n.ties[GIVEN, k] = w.leg[e] + w.leg[4 + e] * way
+
+
+@_jit
+def through(now: Array, y: Array, z: Array, a: float, b: float, c: float) -> None:
+    """Replace numbers ``y`` by a sum of three arrays' numbers, and ``z`` by what they were."""
+    p, q, r = now.flat, y.flat, z.flat
+    for i in range(now.size):
+        last = q[i]
+        q[i] = a * p[i] + b * last + (c * r[i] if c != 0.0 else 0.0)
+        r[i] = last
+
+
+@_jit
+def between(w: Walk, x: float, y: float, z: float) -> None:
+    """Write a guess of the state after an increment x: on a parabola through known states of this increment.
+
+    They are the last one, that after y, in ``w.new``, and that after z, in ``w.aside`` (z = 0: none, on a line). The
+    state after y is left in ``w.aside``.
+    """
+    n, s, m = w.now, w.new, w.counts[0]
+    if z == 0.0:
+        a, b, c = 1 - x / y, x / y, 0.0
+    else:
+        a, b, c = (x - y) * (x - z) / (y * z), x * (x - z) / (y * (y - z)), x * (x - y) / (z * (z - y))
+    through(n.q, s.q, w.aside.q, a, b, c)
+    through(n.strains, s.strains, w.aside.strains, a, b, c)
+    through(n.ties[LOADS], s.ties[LOADS], w.aside.ties[LOADS], a, b, c)
+    through(n.F[:m], s.F[:m], w.aside.F[:m], a, b, c)
+    through(n.s[:m], s.s[:m], w.aside.s[:m], a, b, c)
+    given(w, x)
 
 
 @_jit

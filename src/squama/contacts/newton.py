@@ -19,9 +19,9 @@ TIGHT = 1e-11
 """Remaining error of the unknowns, estimated from the last two corrections."""
 ROUNDED = 1e-8
 """Size of corrections that may stall at rounding errors, mostly in places where plates are nearly tangent."""
-_ROUNDS, _LARGEST, _LOST, _QUICK, _STALLED = 30, 0.4, 3.0, 0.2, 0.1
+_ROUNDS, _LARGEST, _LOST, _QUICK, _STALLED, _CLOSE = 30, 0.4, 3.0, 0.2, 0.1, 1e-4
 """Iterations; largest correction that is applied, and at which the iteration fails; ratios of successive corrections to
-keep a Jacobian, and to count as stalled.
+keep a Jacobian, and to count as stalled; first correction up to which the Jacobian of another state is kept.
 """
 
 
@@ -88,7 +88,7 @@ def solve(S: System, st: State, past: Past, con: Array, m: int, W: Work, J: Line
             prepared(S, st, con, m, moved, W)
             residual(S, st, past, con, m, J.at, n, W, J.r, loads)
             return True
-        if rate > _QUICK or size > _LARGEST:
+        if size > _LARGEST or (rate > _QUICK if old < np.inf else size > _CLOSE):
             J.kept[SOLVED] = 0
         old, fresh = size, False
     J.kept[SOLVED] = 0
