@@ -141,32 +141,26 @@ def given(w: Walk, h: float) -> None:
 
 
 @_jit
-def through(now: Array, y: Array, z: Array, a: float, b: float, c: float) -> None:
-    """Replace numbers ``y`` by a sum of three arrays' numbers, and ``z`` by what they were."""
-    p, q, r = now.flat, y.flat, z.flat
+def through(now: Array, y: Array, z: Array, new: Array, b: float, c: float) -> None:
+    """Write the sum of three arrays' numbers, whose weights are 1 - b - c, b and c."""
+    p, q, r, n = now.flat, y.flat, z.flat, new.flat
     for i in range(now.size):
-        last = q[i]
-        q[i] = a * p[i] + b * last + (c * r[i] if c != 0.0 else 0.0)
-        r[i] = last
+        n[i] = (1 - b - c) * p[i] + b * q[i] + (c * r[i] if c != 0.0 else 0.0)
 
 
 @_jit
 def between(w: Walk, x: float, y: float, z: float) -> None:
-    """Write a guess of the state after an increment x: on a parabola through known states of this increment.
+    """Write a guess of the state after an increment x, on a parabola through states on the way.
 
-    They are the last one, that after y, in ``w.new``, and that after z, in ``w.aside`` (z = 0: none, on a line). The
-    state after y is left in ``w.aside``.
+    These are the last one, that after y, in ``w.aside``, and that after z, in ``w.trial`` (z = 0: none, on a line).
     """
-    n, s, m = w.now, w.new, w.counts[0]
-    if z == 0.0:
-        a, b, c = 1 - x / y, x / y, 0.0
-    else:
-        a, b, c = (x - y) * (x - z) / (y * z), x * (x - z) / (y * (y - z)), x * (x - y) / (z * (z - y))
-    through(n.q, s.q, w.aside.q, a, b, c)
-    through(n.strains, s.strains, w.aside.strains, a, b, c)
-    through(n.ties[LOADS], s.ties[LOADS], w.aside.ties[LOADS], a, b, c)
-    through(n.F[:m], s.F[:m], w.aside.F[:m], a, b, c)
-    through(n.s[:m], s.s[:m], w.aside.s[:m], a, b, c)
+    n, p, q, s, m = w.now, w.aside, w.trial, w.new, w.counts[0]
+    b, c = (x / y, 0.0) if z == 0.0 else (x * (x - z) / (y * (y - z)), x * (x - y) / (z * (z - y)))
+    through(n.q, p.q, q.q, s.q, b, c)
+    through(n.strains, p.strains, q.strains, s.strains, b, c)
+    through(n.ties[LOADS], p.ties[LOADS], q.ties[LOADS], s.ties[LOADS], b, c)
+    through(n.F[:m], p.F[:m], q.F[:m], s.F[:m], b, c)
+    through(n.s[:m], p.s[:m], q.s[:m], s.s[:m], b, c)
     given(w, x)
 
 

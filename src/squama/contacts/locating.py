@@ -22,6 +22,7 @@ from squama.contacts.conditions import (
 )
 from squama.contacts.detection import deepest
 from squama.contacts.increments import Walk, between
+from squama.contacts.system import copied
 
 LOCATED = 1e-10
 """Width, rad per pitch, to which an event is located."""
@@ -72,7 +73,7 @@ def slack(what: int) -> float:
 
 @_jit
 def near(w: Walk, x: float, fresh: bool, y: float, z: float) -> bool:
-    """Solve for the state after an increment x, begun between those after y, in ``w.new``, and z, in ``w.aside``.
+    """Solve for the state after an increment x, begun from those after y, in ``w.aside``, and z, in ``w.trial``.
 
     ``y`` is 0 where no state is known, z where only one is. Returned is whether it was found.
     """
@@ -91,8 +92,8 @@ def bisected(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: floa
     """
     low_, up, vl, vu, last = 0.0, h, math.nan, high_value + slack(what), 0
     below, above = math.nan, vu
-    # ways of the states that are known
-    y, z = h, 0.0
+    # ways of the last two states without a violation: one with a violation may be on another branch
+    y, z = 0.0, 0.0
     for count in range(80):
         if up - low_ < LOCATED:
             break
@@ -101,12 +102,13 @@ def bisected(w: Walk, h: float, fresh: bool, what: int, c: int, high_value: floa
             x = low_ + (up - low_) * vl / (vl - vu)
             x = min(max(x, low_ + 0.3 * LOCATED), up - 0.3 * LOCATED)
         if not near(w, x, fresh, y, z):
-            up, vu, above, y, z = x, math.nan, math.nan, 0.0, 0.0
+            up, vu, above = x, math.nan, math.nan
             continue
-        y, z = x, y
         w2, c2, v2 = violated(w, w.new, False)
         if w2 < 0:
-            low_ = x
+            copied(w.aside, w.trial)
+            copied(w.new, w.aside)
+            low_, y, z = x, x, y
             vl = below = value(w, w.new, what, c) + slack(what)
             if last == 1:
                 vu /= 2

@@ -20,9 +20,9 @@ TIGHT, TIGHTER = 1e-11, 1e-13
 corrections fall in proportion."""
 ROUNDED = 1e-8
 """Size of corrections that may stall at rounding errors, mostly in places where plates are nearly tangent."""
-_ROUNDS, _LARGEST, _LOST, _QUICK, _STALLED, _CLOSE = 30, 0.4, 3.0, 0.2, 0.1, 1e-4
+_ROUNDS, _LARGEST, _LOST, _QUICK, _STALLED = 30, 0.4, 3.0, 0.2, 0.1
 """Iterations; largest correction that is applied, and at which the iteration fails; ratios of successive corrections to
-keep a Jacobian, and to count as stalled; first correction up to which the Jacobian of another state is kept.
+keep a Jacobian, and to count as stalled.
 """
 
 
@@ -52,8 +52,13 @@ def shift(S: System, st: State, con: Array, m: int, at: Array, n: int, x: Array,
 
 
 @_jit
-def solve(S: System, st: State, past: Past, con: Array, m: int, W: Work, J: Linear, loads: Array) -> bool:
-    """Solve for the state with the given contacts, from the guess in ``st``; update W and ``loads`` to the solution."""
+def solve(
+    S: System, st: State, past: Past, con: Array, m: int, W: Work, J: Linear, loads: Array, near: float = 0.0
+) -> bool:
+    """Solve for the state with the given contacts, from the guess in ``st``; update W and ``loads`` to the solution.
+
+    The Jacobian of another state is kept for a first correction up to ``near``.
+    """
     n = laid_out(S, con, m, J)
     if n < 0:
         return False
@@ -89,7 +94,7 @@ def solve(S: System, st: State, past: Past, con: Array, m: int, W: Work, J: Line
             prepared(S, st, con, m, moved, W)
             residual(S, st, past, con, m, J.at, n, W, J.r, loads)
             return True
-        if size > _LARGEST or (rate > (_QUICK if own else _STALLED) if old < np.inf else size > _CLOSE):
+        if size > _LARGEST or (rate > (_QUICK if own else _STALLED) if old < np.inf else own or size > near):
             J.kept[SOLVED] = 0
         old, fresh = size, False
     J.kept[SOLVED] = 0
