@@ -103,11 +103,7 @@ def compare_figure(table: xr.Dataset) -> Figure:
     """Draw models and finite elements together, from ``squama.fe.agreement.compare``.
 
     Torque, its difference from the elements with the band of agreement, inclination and its difference, all over the
-<<<<<<< HEAD
-    twist per pitch. Finite beams have no differences; ``VARIANTS`` of the hinge appear in the table only.
-=======
-    twist in degrees per pitch. Finite beams have no differences; :data:`VARIANTS` of the hinge are in the table only.
->>>>>>> h/audit
+    twist in degrees per pitch. Finite beams have no differences; ``VARIANTS`` of the hinge are in the table only.
     """
     figure = style.new_figure(style.PAGE, 5.4)
     axes = figure.subplots(2, 2, sharex=True)
