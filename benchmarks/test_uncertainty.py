@@ -39,7 +39,7 @@ def test_indices(benchmark) -> None:
     benchmark.pedantic(lambda: squama.uncertainty(BEAM, VARY, samples=3200, indices=4096, joint="hinge"), rounds=3)
 
 
-def test_a_hundred_thousand_real_beams(benchmark) -> None:
+def test_a_hundred_thousand_compliant_beams(benchmark) -> None:
     beam = squama.Beam.from_toml("examples/stiff_skin.toml")
     vary = {"scale.length": "+- 1 %", "scale.youngs_modulus": "+- 10 %", "mu": "normal(0.25, 0.03)"}
     squama.uncertainty(beam, vary, samples=3200)

@@ -31,7 +31,7 @@ exclude_patterns = ["_build", "api", "images/*.py"]
 nb_execution_mode = "force"
 LONG = ["elements", "fit", "front", "graded", "how_many", "limb", "regimes", "tolerances"]
 """Pages of the gallery that take more than 10 s: `make test` builds them without their output."""
-nb_execution_excludepatterns = ["tutorial.ipynb"]  # it holds its own outputs; tests/unit/test_tutorial.py runs it
+nb_execution_excludepatterns = ["tutorial*.ipynb"]  # with outputs of their own; tests/unit/test_tutorial.py runs them
 if tags.has("quick"):  # noqa: F821 - Sphinx gives the name to this file
     nb_execution_excludepatterns += [f"gallery/{name}.md" for name in LONG]
 nb_execution_raise_on_error = True
@@ -52,7 +52,7 @@ html_title = f"squama {version}"
 html_show_sphinx = False
 html_show_copyright = False
 html_static_path = ["static"]
-html_css_files = ["formulas.css"]
+html_css_files = ["pages.css"]
 
 
 def symbols() -> list[str]:

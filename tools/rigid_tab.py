@@ -3,7 +3,7 @@
 python tools/rigid_tab.py [--count N] [--out FILE]
 Random designs of the range of the law of the joint, and the beams of the examples. The tab is driven by the scale's
 six motions at its root, and K compared with that of the same mesh with a tab that is all but rigid; so is the torque of
-the real beam whose exposed part has the same modulus, at twice the engagement. Both are ordered by
+the beam on compliant joints whose exposed part has the same modulus, at twice the engagement. Both are ordered by
     g = (E_s / E) (t_s / L)^3.
 Prints by how much K_theta, the torque per twist and the torque are too high for a rigid tab, and the torque's error
 over what the package says of it. Goes on where it was stopped.

@@ -73,6 +73,15 @@ def beam(value: object) -> None:
     refuse("beam", "", f"is of type {type(value).__name__}, not a beam", remedy)
 
 
+def result(value: object) -> None:
+    """Refuse the path of a file, or a beam, where a result is expected."""
+    remedy = 'give what e.g. squama.twist returns, or squama.read("twist.nc")'
+    if isinstance(value, str | os.PathLike):
+        refuse("", shown(os.fspath(value)), "is a text, not a result", remedy)
+    if hasattr(value, "substrate"):
+        refuse("", "", "a beam is not a result", remedy)
+
+
 def held_by(beam: Beam, hold: str | None) -> Beam:
     """Return the beam with ``hold`` in place of its own held strains, or the beam itself where ``hold`` is None."""
     if hold is None:

@@ -147,7 +147,7 @@ _TABLE: tuple[tuple[str, ...], ...] = (
     ("end", "", "how the curve ends", ""),
     ("neighbour", "1", "neighbour whose contact is followed; 0 for none", "k"),
     ("first_contact", "", "pair of plates that touches first", ""),
-    ("energy_error", "1", "work that is neither stored nor dissipated, over all work of the load", ""),
+    ("energy_error", "1", "work not stored, dissipated or lost in snaps, over all work or the largest energy", ""),
     ("other_contact", "", "pair of plates that comes in from elsewhere", ""),
     ("branch", "", "state in which the point was reached: straight, loading, unloading, stick", ""),
     ("leg", "1", "way between two twists of the history, counted from 1", "i"),

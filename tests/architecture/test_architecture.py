@@ -178,7 +178,7 @@ def test_a_calculation_needs_no_plots_and_no_pint() -> None:
     assert not {"pint", "matplotlib", "numba", "rich", "cyclopts", "sympy"} & set(loaded)
 
 
-def test_the_real_beam_needs_no_elements_and_no_plots() -> None:
+def test_a_compliant_beam_needs_no_elements_and_no_plots() -> None:
     loaded = fresh("import squama, sys; squama.twist(squama.Beam.from_ratios(), mu=.2); print(*sys.modules)").split()
     assert not {"pint", "matplotlib", "rich", "cyclopts", "sympy", "ipctk", "netgen"} & {
         m.split(".")[0] for m in loaded

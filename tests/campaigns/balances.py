@@ -1,6 +1,6 @@
-"""Random real beams twisted there and back with friction: the work of the loads against the energies, at every station.
+"""Random beams on compliant joints, twisted there and back: the work of the loads against the energies, everywhere.
 
-Beams of :mod:`real_histories`, to .3 rad per pitch or to where their path ends, and back to 0. Wrong is work that is
+Beams of :mod:`histories`, to .3 rad per pitch or to where their path ends, and back to 0. Wrong is work that is
 neither stored, rubbed away nor lost in a snap that is told, and a snap that loses less than nothing.
 
 python tests/campaigns/balances.py [SEED] [BEAMS] tells each beam of one trial.
@@ -18,7 +18,7 @@ import numpy as np
 from squama.contacts import increments, path
 
 sys.path.insert(0, str(Path(__file__).parent))
-from real_histories import Given, drawn
+from histories import Given, drawn
 
 TRIALS, SIZE = 20, 500
 FAR, STATIONS = 0.3, 75

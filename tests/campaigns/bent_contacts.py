@@ -1,6 +1,6 @@
-"""Random real beams, bent and twisted along polygons, there and back: all contacts against the barrier of elements.
+"""Random beams on compliant joints, bent and twisted along polygons: all contacts against the barrier of elements.
 
-Beams as those of :mod:`real_histories`. Ends before the last corner, and what the barrier does not follow, are counted.
+Beams as those of :mod:`histories`. Ends before the last corner, and what the barrier does not follow, are counted.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import collections
 
 import numpy as np
-from real_histories import Given, drawn
+from histories import Given, drawn
 
 from legs import Bent, follow_legs
 from oracle.barrier import surface

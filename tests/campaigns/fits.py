@@ -90,7 +90,7 @@ def fitted(case: tuple[str, str], seed: int, starts: int = 6) -> tuple[squama.Fi
 
 def trial(seed: int, size: int = SIZE) -> list[str]:
     """Fit loops of one case; the line for a failure names the beam and the error."""
-    measured(CASES[0], np.random.default_rng(0))  # the code of the real beam is compiled once, in no fit's time
+    measured(CASES[0], np.random.default_rng(0))  # the code of compliant joints is compiled once, in no fit's time
     case, round_ = CASES[seed % len(CASES)], seed // len(CASES)
     covered, doubted, longest, added = {"mu": 0, "K_theta": 0}, 0, 0.0, set[str]()
     for i in range(size):

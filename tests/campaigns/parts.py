@@ -11,7 +11,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from real_histories import drawn
+from histories import drawn
 
 from squama.contacts import increments, path
 from squama.contacts.path import Path

@@ -1,6 +1,6 @@
-"""Random real beams along polygons of bend and twist that leave a contact and come back to it, to one station or many.
+"""Random beams on compliant joints along polygons of bend and twist that leave a contact and come back to it.
 
-Beams as those of :mod:`real_histories`. A path turns, or ends, anywhere behind engagement, often shortly. Counted is
+Beams as those of :mod:`histories`. A path turns, or ends, anywhere behind engagement, often shortly. Counted is
 how paths end; wrong are ends and figures that hang on the number of stations, a beam and its mirror image that differ,
 and a way that engages otherwise than the first one did.
 """
@@ -11,7 +11,7 @@ import collections
 
 import numpy as np
 from bent_contacts import along
-from real_histories import Given, drawn
+from histories import Given, drawn
 
 from legs import Bent, follow_legs
 from squama.contacts import path

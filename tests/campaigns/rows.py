@@ -9,8 +9,8 @@ from __future__ import annotations
 import collections
 
 import numpy as np
+from histories import drawn
 from parts import wrong
-from real_histories import drawn
 
 from squama.contacts import row
 from squama.contacts.path import Path

@@ -94,7 +94,7 @@ def test_two_scales_bend_between_grips(mesh):
 
 
 @pytest.mark.slow
-def test_the_real_model_follows_nonlinear_elements_on_the_joint_of_their_mesh():
+def test_the_compliant_model_follows_nonlinear_elements_on_the_joint_of_their_mesh():
     """The beam that stiffens, to twice its engagement: large strains make little of it."""
     beam, mesh = (
         squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None).replace(friction={"mu": 0.3}),

@@ -33,7 +33,7 @@ def test_the_first_design_beside_elements():
     assert float(elements) == pytest.approx(float(real), rel=0.3)
 
 
-def test_elements_are_for_points_of_real_beams():
+def test_elements_are_for_points_on_compliant_joints():
     data = {"target": {"lock": "120 deg total"}, "vary": {"scale.length": ("40 mm", "70 mm")}}
     with pytest.raises(InputError, match="elements: check compliant joints at points of the target only"):
         squama.inverse_design(data, beam=squama.Beam.from_ratios(mu=0.5), elements=True)

@@ -255,7 +255,7 @@ def test_the_torques_work_is_stored_in_joint_and_plates_or_rubbed_away(joint, mu
     assert [touch.pair for touch in walk.contacts] == ["tip edge C1B1 on side edge D2C2"]
 
 
-RECORDED = json.loads((Path(__file__).parents[1] / "reference" / "real.json").read_text(encoding="utf-8"))
+RECORDED = json.loads((Path(__file__).parents[1] / "reference" / "thick_scales.json").read_text(encoding="utf-8"))
 
 
 @pytest.mark.slow(but=1)

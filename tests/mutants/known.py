@@ -82,9 +82,9 @@ UNCERTAIN = (
     "unit/test_uncertainty_cli.py::test_summary",
 )
 BENT = ("fe/test_exposed.py", "fe/test_cell_elastic.py")
-CURVES = ("unit/test_real_twist.py", "unit/test_real_cycle.py")
-REAL = ("properties/test_real.py", "reference/test_real_curves.py", *CURVES)
-CORNERS = ("unit/test_corner_contact.py", "unit/test_real_bent.py", "unit/test_real_bend_twist.py")
+CURVES = ("unit/test_compliant_twist.py", "unit/test_compliant_cycle.py")
+COMPLIANT = ("properties/test_thick_scales.py", "reference/test_thick_curves.py", *CURVES)
+CORNERS = ("unit/test_corner_contact.py", "unit/test_compliant_bent.py", "unit/test_compliant_bend_twist.py")
 JACOBIAN = "unit/test_row_ends.py::test_derivatives_are_those_of_complex_steps"
 CONTACTS = (
     *(
@@ -108,18 +108,18 @@ CONTACTS = (
     "unit/test_work_there_and_back.py",
     "unit/test_overlap.py",
     JACOBIAN,
-    "reference/test_real_curves.py",
+    "reference/test_thick_curves.py",
     "unit/test_jumps.py",
     "unit/test_other_contacts.py",
     "unit/test_one_contact_solver.py",
     "unit/test_takeover.py",
     "unit/test_cells.py",
     "unit/test_corner_contact.py",
-    "properties/test_real.py",
-    "unit/test_real_row.py",
-    "unit/test_real_twist.py",
-    "unit/test_real_cycle.py",
-    "unit/test_real_bend_twist.py",
+    "properties/test_thick_scales.py",
+    "unit/test_compliant_row.py",
+    "unit/test_compliant_twist.py",
+    "unit/test_compliant_cycle.py",
+    "unit/test_compliant_bend_twist.py",
     *(
         f"properties/test_both_faces.py::{test}"
         for test in (
@@ -188,7 +188,7 @@ TESTS: dict[str, tuple[str, ...]] = {
     "model/plates.py": ("unit/test_plates.py", THICK[1], REFERENCE[1], "unit/test_ends.py", PROPERTIES[2]),
     "model/boxes.py": ("unit/test_boxes.py", "unit/test_plates.py", THICK[1]),
     "model/history.py": ("unit/test_history.py", "unit/test_cycle.py", "properties/test_cycles.py"),
-    "model/elastic_plate.py": (REAL[0], BENT[0], REAL[1]),
+    "model/elastic_plate.py": (COMPLIANT[0], BENT[0], COMPLIANT[1]),
     "model/sensitivity.py": ("unit/test_inverse_figures.py", "unit/test_gradient.py"),
     "model/thickness.py": ("unit/test_section_joint.py", "unit/test_design.py"),
     "model/tracks.py": (
@@ -249,10 +249,9 @@ TESTS: dict[str, tuple[str, ...]] = {
     "curves/chosen.py": ("unit/test_follow.py", "unit/test_bend_doors.py", "unit/test_bend_twist.py"),
     "curves/compliant.py": CURVES,
     "curves/compliant_figures.py": CURVES,
-    "curves/compliant_walk.py": (*CURVES, "unit/test_bend_real.py", "unit/test_real_bend_twist.py"),
-    "study/tolerances/nominal_beam.py": ("unit/test_own_scales.py",),
-    "curves/compliant_polygons.py": ("unit/test_real_bend_twist.py", "unit/test_own_scales_bent_twisted.py"),
-    "curves/compliant_cycles.py": ("unit/test_real_cycle.py", "unit/test_bend_cycle.py"),
+    "curves/compliant_walk.py": (*CURVES, "unit/test_bend_compliant.py", "unit/test_compliant_bend_twist.py"),
+    "curves/compliant_polygons.py": ("unit/test_compliant_bend_twist.py", "unit/test_own_scales_bent_twisted.py"),
+    "curves/compliant_cycles.py": ("unit/test_compliant_cycle.py", "unit/test_bend_cycle.py"),
     "contacts/changes.py": CONTACTS,
     "contacts/handover.py": CONTACTS,
     "contacts/conditions.py": CONTACTS,
@@ -285,9 +284,9 @@ TESTS: dict[str, tuple[str, ...]] = {
     "contacts/entry.py": (*CONTACTS, "unit/test_contact_derivatives.py"),
     "contacts/moved.py": ("unit/test_contact_derivatives.py",),
     "contacts/of_face.py": ("properties/test_both_faces.py",),
-    "contacts/path.py": (*REAL, "unit/test_real_beams.py"),
-    "contacts/row.py": ("unit/test_real_row.py", "unit/test_row_ends.py", "unit/test_row.py"),
-    "contacts/states.py": REAL,
+    "contacts/path.py": (*COMPLIANT, "unit/test_compliant_beams.py"),
+    "contacts/row.py": ("unit/test_compliant_row.py", "unit/test_row_ends.py", "unit/test_row.py"),
+    "contacts/states.py": COMPLIANT,
     "curves/hinge_polygons.py": ("unit/test_bend_twist.py", "unit/test_screw_path.py"),
     "curves/labelled.py": (
         "unit/test_follow.py",
@@ -296,9 +295,9 @@ TESTS: dict[str, tuple[str, ...]] = {
         "unit/test_cli_summary.py",
         "unit/test_store.py",
     ),
-    "curves/finite_rows.py": ("unit/test_row.py", "unit/test_real_row.py", "unit/test_fit_checks.py"),
+    "curves/finite_rows.py": ("unit/test_row.py", "unit/test_compliant_row.py", "unit/test_fit_checks.py"),
     "curves/hinge_rows.py": ("unit/test_row.py",),
-    "curves/rows.py": ("unit/test_real_row.py", "unit/test_own_scales.py"),
+    "curves/rows.py": ("unit/test_compliant_row.py", "unit/test_own_scales.py"),
     "curves/doors.py": (
         "unit/test_api.py",
         "unit/test_response.py",
@@ -339,7 +338,7 @@ TESTS: dict[str, tuple[str, ...]] = {
     "study/store.py": ("unit/test_sweep.py", "unit/test_sweep_damage.py", "unit/test_sweep_resume.py"),
     "study/chunks.py": ("unit/test_sweep_damage.py",),
     "study/tolerances/distributions.py": UNCERTAIN,
-    "study/tolerances/monte_carlo.py": UNCERTAIN,
+    "study/tolerances/monte_carlo.py": (*UNCERTAIN, "unit/test_own_scales.py"),
     "study/tolerances/statistics.py": UNCERTAIN,
     "identify/hinge_points.py": ("unit/test_fit_branches.py", "unit/test_fit.py"),
     "identify/joint_points.py": (

@@ -92,6 +92,25 @@ def test_what_is_no_beam_is_refused(name: str, value: Any) -> None:
         assert 'squama.Beam.from_toml("beam.toml")' in str(caught.value)
 
 
+FIGURES = [name for name in squama.plot.__all__ if name not in ("save_figure", "part_animation")]
+
+
+@pytest.mark.parametrize("name", FIGURES)
+@pytest.mark.parametrize("value", ["twist.nc", Path("twist.nc"), BEAM], ids=lambda v: type(v).__name__)
+def test_what_is_no_result_is_not_drawn(name: str, value: Any) -> None:
+    draw = getattr(squama.plot, name)
+    needed = [p.name for p in list(inspect.signature(draw).parameters.values())[1:] if p.default is p.empty]
+    with pytest.raises(InputError, match="not a result; give what") as caught:
+        draw(value, **dict.fromkeys(needed, "theta"))
+    assert "\n" not in str(caught.value)
+
+
+def test_what_is_no_result_is_not_saved() -> None:
+    for value in ("twist.nc", BEAM):
+        with pytest.raises(InputError, match="not a result"):
+            squama.save(value, "never.nc")
+
+
 @pytest.mark.parametrize(("name", "argument"), [(name, argument) for name in FUNCTIONS for argument in arrays(name)])
 def test_what_is_no_number_is_refused_in_every_array(name: str, argument: str) -> None:
     for kind, values in NO_NUMBERS.items():

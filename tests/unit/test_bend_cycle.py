@@ -1,4 +1,4 @@
-"""Histories of bends of the real beam: loops, work, the way of both loads, contacts that part, and refusals."""
+"""Histories of bends on compliant joints: loops, work, the way of both loads, contacts that part, and refusals."""
 
 import re
 
@@ -24,7 +24,7 @@ def walked():
     return squama.cycle(SKIN, HISTORY, load="bending", mu=0.25)
 
 
-def test_it_is_the_real_beam(walked):
+def test_it_is_on_compliant_joints(walked):
     assert (walked.attrs["joint"], walked.attrs["scales"]) == ("compliant", "thick, elastic scales")
     assert walked.attrs["neutral"] == "free"
     assert set(walked.branch.values) == {"straight", "loading", "stick", "unloading"}

@@ -130,7 +130,7 @@ def test_summary_of_twist_on_the_hinge(beam, capsys):
     assert "\x1b" not in text
 
 
-def test_summary_of_the_real_beam(beam, capsys):
+def test_summary_on_compliant_joints(beam, capsys):
     text = _out(capsys, "twist", "beam.toml", "--ends", "endless", "--full")
     lines = text.splitlines()
     assert any(line.split() == ["thick", "scales", "thin,", "rigid", "hinge"] for line in lines)
@@ -143,7 +143,7 @@ def test_summary_of_the_real_beam(beam, capsys):
 
     shown = row("scales touch at, deg")
     assert shown == [f"{25 * np.degrees(float(x.phi_e)):.3g}" for x in (r, thin, hinge)]
-    # all at the same twist, twice the real beam's engagement
+    # all at the same twist, twice the engagement on compliant joints
     twice = 2 * float(r.phi_e)
     whole = 25 * np.degrees(twice)
     assert any(line.startswith(f"at twice the engagement, {whole:.3g} deg ") for line in lines)
@@ -153,7 +153,7 @@ def test_summary_of_the_real_beam(beam, capsys):
     *shown, last = row("  dT/dPhi over that without contact")
     assert ([float(cell) for cell in shown], last) == (pytest.approx(ratios, rel=5e-3), "-")
     assert row("  largest stress in a scale, MPa")[1:] == ["-", "-"]
-    # where simpler models part from the real one
+    # where simpler models part from that of compliant joints
     assert torques[2] > 4 * torques[0]
     for model in ("thin, rigid", "hinge"):
         (line,) = [line for line in lines if line.startswith(f"{model}: ")]
@@ -163,7 +163,7 @@ def test_summary_of_the_real_beam(beam, capsys):
     assert "thick, elastic scales" in line
     assert "endless, free to bow (no bending moment)" in text
     assert "held straight by" not in _out(capsys, "twist", "beam.toml", "--to", "0.01 rad/pitch", "--full")
-    # the hinge locks, and nobody meets its torque there: the real beam is the headline
+    # the hinge locks, and nobody meets its torque there: compliant joints are the headline
     assert f" {float(hinge.T_c):.3g} " not in text
     assert [line[9:] for line in lines if line.startswith("warning: ")] == list(r.attrs["warnings"])
 
@@ -244,7 +244,7 @@ def test_json_of_twist_on_the_hinge(beam, capsys):
     assert "locked" in found["figures"]["sentence"]
 
 
-def test_summary_of_a_family_of_the_real_beam(beam, capsys):
+def test_summary_of_a_family_on_compliant_joints(beam, capsys):
     text = _out(capsys, "twist", "beam.toml", "--mu", "0,.5", "--points", "30", "--ends", "endless", "--full")
     lines = text.splitlines()
     r = squama.twist(beam, mu=[0, 0.5], points=30, ends="endless")
@@ -258,7 +258,7 @@ def test_summary_of_a_family_of_the_real_beam(beam, capsys):
     assert {"thin, rigid", "hinge"} <= set(lines)
 
 
-def test_json_of_the_real_beam(beam, capsys):
+def test_json_on_compliant_joints(beam, capsys):
     found = _json(capsys, "twist", "beam.toml", "--points", "30", "--ends", "endless")
     r = squama.twist(beam, points=30, ends="endless")
     for name in r.data_vars:

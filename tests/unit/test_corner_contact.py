@@ -1,4 +1,4 @@
-"""A tip edge and its corners on a face, of the real beam that is bent: by plain vectors, hinges, energies."""
+"""A tip edge and its corners on a face, of a bent beam on compliant joints: by plain vectors, hinges, energies."""
 
 from itertools import pairwise
 from typing import Any

@@ -36,8 +36,12 @@ def test_the_command(folder, capsys):
         "theta0, measured on scale 1",
     ):
         assert words in said
+    assert "out/scale.stl" in said
     assert (folder / "out" / "a.png").stat().st_size > 10_000
     arguments = ["export", "beam.toml", "--scales", "3", "-o", "out", "--parts", "substrate,scale", "--formats", "3mf"]
+    assert main(arguments) == 0
+    # the files are listed with --full alone
+    assert "out/scale.3mf" not in capsys.readouterr().out
     assert main([*arguments, "--json", "--clearance", "0.25 mm", "--set", "scale.alpha=50 deg"]) == 0
     record = json.loads(capsys.readouterr().out)
     assert record["plan"]["clearance"] == 0.25

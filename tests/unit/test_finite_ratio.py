@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.campaigns import real_histories
+from tests.campaigns import histories
 
 import squama
 from squama.contacts import own_scales, path
@@ -54,7 +54,7 @@ def test_bending_and_the_twist_of_a_bent_beam(tmp_path: Path) -> None:
 def test_random_beams_bear_what_their_rows_do(n: int) -> None:
     off, unknown = [], 0
     for seed in range(24):
-        given = real_histories.drawn(np.random.default_rng([5, seed]))
+        given = histories.drawn(np.random.default_rng([5, seed]))
         way = path.Path.of(given.scale, given.K, given.mu, free=(1, 0, 1, 1))
         twists = np.linspace(0, 2 * way.engaged, 42)[1:]
         if not twists[-1] < 0.3:

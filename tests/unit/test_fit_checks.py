@@ -13,7 +13,7 @@ import squama
 from squama.cli import main
 from squama.curves import finite_rows
 from squama.errors import InputError, refuse
-from squama.identify import fitting, noise, order, selection, slope
+from squama.identify import fitting, noise, selection, slope
 from squama.identify.hinge_points import Physical
 from squama.identify.readings import Readings
 from squama.identify.slope import Slope
@@ -151,24 +151,24 @@ def test_a_few_rows_sorted_by_the_twist():
     x = np.linspace(0, 1, 10)
     up = x + 5 * np.maximum(x - 0.3, 0) ** 1.5
     both = np.stack([up, 0.8 * up], axis=1).ravel()
-    assert order.mixed(np.repeat(x, 2), both)
-    assert order.mixed(-np.repeat(x, 2)[::-1], -both[::-1])
+    assert noise.mixed(np.repeat(x, 2), both)
+    assert noise.mixed(-np.repeat(x, 2)[::-1], -both[::-1])
     # two readings of one branch at each twist, with their noise
     r = np.random.default_rng(1)
-    assert not any(order.mixed(np.repeat(x, 2), np.repeat(up, 2) + r.normal(0, 0.05, 20)) for _ in range(50))
-    assert not order.mixed(np.concatenate([x, x[::-1]]), np.concatenate([up, 0.8 * up[::-1]]))
+    assert not any(noise.mixed(np.repeat(x, 2), np.repeat(up, 2) + r.normal(0, 0.05, 20)) for _ in range(50))
+    assert not noise.mixed(np.concatenate([x, x[::-1]]), np.concatenate([up, 0.8 * up[::-1]]))
 
 
 def test_noise_and_coarse_readings_are_no_branches():
     r = np.random.default_rng(5)
-    x, way = np.linspace(0, 1, 120), np.zeros(120, int)
+    x = np.linspace(0, 1, 120)
     clean = x + np.maximum(x - 0.5, 0) ** 1.5 * 5
     for size in (0.0, 1e-3, 3e-2):
-        assert not noise.interleaved(x, clean + r.normal(0, size, x.size), way)
+        assert not noise.interleaved(x, clean + r.normal(0, size, x.size))
     for digit in (0.01, 0.1):
-        assert not noise.interleaved(x, np.round(clean / digit) * digit, way)
+        assert not noise.interleaved(x, np.round(clean / digit) * digit)
     gap = np.where(r.random(x.size) < 0.5, 0.3 * np.maximum(x - 0.4, 0), 0.0)
-    assert noise.interleaved(x, clean - gap + r.normal(0, 1e-3, x.size), way)
+    assert noise.interleaved(x, clean - gap + r.normal(0, 1e-3, x.size))
 
 
 @pytest.mark.slow

@@ -94,7 +94,7 @@ def test_modes_of_bending_give_the_density():
 
 
 @pytest.mark.slow
-def test_the_real_beam():
+def test_on_compliant_joints():
     t, y, _ = sampled(release="0.15 rad/pitch", damping=0.01, swings=2)
     read = y + np.random.default_rng(3).normal(0, 3e-4, t.size)
     f = squama.fit_decay({"t": t, "phi": read}, GUESS)
@@ -196,7 +196,7 @@ def test_the_command_knows_a_decay_by_its_column_of_time(tmp_path, monkeypatch, 
     assert "are for decays" in capsys.readouterr().err
 
 
-def test_the_way_back_of_the_real_beam_is_as_smooth_as_its_top():
+def test_the_way_back_of_compliant_joints_is_as_smooth_as_its_top():
     """The energy of the way back grows evenly with the top; it jumped by 2 % there, and no search could follow."""
     skin = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None)
     beam = skin.replace(joint={"stiffness": 0.0854}, hold="bend, lateral bend")
@@ -214,7 +214,7 @@ def test_the_way_back_of_the_real_beam_is_as_smooth_as_its_top():
 
 
 def test_derivatives_are_above_the_noise_of_the_walk():
-    """Of a motion on the real beam: central differences of two steps agree."""
+    """Of a motion on compliant joints: central differences of two steps agree."""
     t, _, v = sampled(release="0.15 rad/pitch", damping=0.01, swings=2)
     held = systems.Model(LOADS["twisting"], 0.3, "edge", "compliant", False)
     trials = decay_fit.Trials(BEAM, held, "uniform", ("mu", "K_theta", *decay_fit.OWN))

@@ -45,23 +45,23 @@ def test_intervals_hold(kind):
 
 
 @pytest.mark.slow
-def test_a_loop_of_the_real_beam_on_hinges_is_not_believed():
+def test_a_loop_of_compliant_joints_on_hinges_is_not_believed():
     start, data, true = loop("white noise")
-    hinged, (real, _, _) = few_starts(data, start, joint="hinge"), fitted("white noise")
-    assert (hinged.joint, real.joint) == ("hinge", "compliant")
+    hinged, (compliant, _, _) = few_starts(data, start, joint="hinge"), fitted("white noise")
+    assert (hinged.joint, compliant.joint) == ("hinge", "compliant")
     assert not hinged.holds
-    assert real.holds
+    assert compliant.holds
     lines = hinged.summary().splitlines()
     assert lines[0].startswith("mu ")
     assert hinged.disagreement in lines
     assert "the models disagree on" in hinged.disagreement
     assert hinged.disagreement.endswith("describe the points better")
-    # the hinges do not describe what the real beam does
-    assert not real.disagreement
-    assert real.rival is None
+    # the hinges do not describe what a beam on compliant joints does
+    assert not compliant.disagreement
+    assert compliant.rival is None
     for name, value in true.items():
         assert hinged.values[name] != pytest.approx(value, rel=0.05)
-        assert abs(real.values[name] - value) < 3 * real.errors[name]
+        assert abs(compliant.values[name] - value) < 3 * compliant.errors[name]
 
 
 @pytest.mark.slow
@@ -137,7 +137,7 @@ def test_noise_of_the_twist_that_turns_it_round_is_no_reversal():
         assert abs(fit.values[name] - value) < 3 * fit.errors[name]
 
 
-def test_a_loop_of_hinges_beyond_what_the_real_beam_follows_is_fitted_on_hinges():
+def test_a_loop_of_hinges_beyond_what_compliant_joints_follow_is_fitted_on_hinges():
     start, *_ = loop("white noise")
     far = {"phi": np.linspace(0, 0.155, 60), "T": np.linspace(0, 3, 60)}
     fit = few_starts(far, start.replace(friction={"mu": 0.1}), ("mu", "theta0"))

@@ -56,7 +56,7 @@ def test_states_are_those_of_the_path_that_is_bent_and_then_twisted(bend, sense)
     assert motion.state(2 * motion.last).name == (LOCKED if motion.end.locks else "ended")
 
 
-def test_the_real_beam_has_the_pose_of_its_motions():
+def test_a_compliant_beam_has_the_pose_of_its_motions():
     motion = Motion(Setting(SKIN, 0.25, bend=-0.01))
     s = motion.state(0.08)
     assert motion.joint == "compliant"

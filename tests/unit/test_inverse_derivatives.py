@@ -1,4 +1,4 @@
-"""Figures of many real beams that a target may name, beside each beam's curve, and their derivatives."""
+"""Figures of many beams on compliant joints that a target may name, beside each beam's curve, and their derivatives."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ def test_ratios_of_the_plate():
     without = BEAM.replace(scale={"poisson_ratio": None})
     assert without.plate_rigidity == BEAM.plate_rigidity
     assert (without.scale.nu, BEAM.replace(scale={"poisson_ratio": 0}).scale.nu) == (parts.PLASTIC, 0) == (0.35, 0)
-    # the real model takes the same plate
+    # the model of compliant joints takes the same plate
     plate = compliant.scale(without, ideal=False)
     assert (plate.D, plate.nu) == (pytest.approx(BEAM.plate_rigidity / (1.5e6 * BEAM.pitch**3)), 0.35)
     assert BEAM.replace(scale={"poisson_ratio": 0}).plate_rigidity == pytest.approx(BEAM.plate_rigidity * (1 - 0.35**2))
@@ -146,7 +146,7 @@ def test_flags_set_the_material(tmp_path, monkeypatch, capsys):
 
 @pytest.mark.parametrize("name", [*parameters.UNUSED, *parameters.ELASTIC])
 def test_what_changes_no_figure_is_not_swept_varied_or_scattered(name):
-    # designs of real beams vary what scales are made of
+    # designs on compliant joints vary what scales are made of
     assert (name in DIMENSIONS) == (name in parameters.ELASTIC)
     for how in ({"joint": "hinge"}, {"ideal": True}):
         why = (

@@ -1,4 +1,4 @@
-"""Contacts that come in, part and come again along paths of the real beam: seen where they do, whatever is asked."""
+"""Contacts that come in, part and come again along paths on compliant joints: seen where they do, whatever is asked."""
 
 import numpy as np
 import pytest

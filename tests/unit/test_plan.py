@@ -185,9 +185,9 @@ def test_the_command(tmp_path, monkeypatch, capsys):
     assert main([*noisy, "--csv", "a.csv", "--plot", "a.svg", "--tops", "150, 220 deg total", "--full"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith(
-        "beam.toml: Twist 25 pitches to 220 deg and back, once (100 readings each time): mu to +-"
+        "beam.toml: Twist an endless beam to 8.8 deg per pitch and back, once (100 readings each time): mu to +-"
     )
-    assert sum("220" in line and "N" in line for line in lines[1:]) == 3
+    assert sum(" 8.8 " in line and "N" in line for line in lines[1:]) == 3
     assert squama.read("a.csv").sizes["candidate"] == 6
     assert main([*noisy, "--json", "--load", "bending"]) == 0
     found = json.loads(capsys.readouterr().out)

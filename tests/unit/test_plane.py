@@ -57,7 +57,7 @@ def test_every_kind_of_state_is_there(hinges):
     assert float(abs(cross).where(core).median()) < 0.02 * float(size.median())
 
 
-def test_the_real_beam():
+def test_on_compliant_joints():
     m = squama.bend_twist_map(SKIN, "bend 0.05 rad/pitch, twist 0.12 rad/pitch", points=8)
     assert (m.attrs["joint"], m.attrs["scales"], m.attrs["neutral"]) == ("compliant", "thick, elastic scales", "free")
     for i, j in ((0, 7), (3, 7), (1, 1), (4, 6), (7, 2)):

@@ -63,11 +63,11 @@ def test_axis_ends_before_the_lock_but_shows_the_curve():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("mu", [0.25, [0, 0.25, 0.5]])
-def test_the_hinge_stands_beside_the_real_beam_and_does_not_squash_it(mu):
+def test_the_hinge_stands_beside_the_compliant_beam_and_does_not_squash_it(mu):
     beam = squama.Beam.from_toml("examples/pla_on_vps.toml")
-    real = squama.twist(beam, mu=mu, to="0.2 rad/pitch")
+    thick = squama.twist(beam, mu=mu, to="0.2 rad/pitch")
     hinge = squama.twist(beam, mu=mu, joint="hinge")
-    alone, both = response_figure(real), response_figure(real, hinge=hinge)
+    alone, both = response_figure(thick), response_figure(thick, hinge=hinge)
     count = np.size(mu)
     for one, two in zip(alone.axes, both.axes, strict=True):
         assert one.get_ylim() == two.get_ylim()
@@ -76,7 +76,7 @@ def test_the_hinge_stands_beside_the_real_beam_and_does_not_squash_it(mu):
     load, friction = both.axes[:2]
     assert load.get_ylim()[1] < 1e3 * float(hinge["T"].max()), "in mN m; the hinge leaves the axes"
     circles, squares = ([line.get_xdata()[0] for line in load.lines if line.get_marker() == mark] for mark in "os")
-    assert circles == pytest.approx(np.atleast_1d(real.Phi_e))
+    assert circles == pytest.approx(np.atleast_1d(thick.Phi_e))
     assert squares == pytest.approx(np.atleast_1d(hinge.Phi_e))
     # both in one unit
     thin = next(line for line in friction.lines[::-1] if line.get_linewidth() == 0.7)
@@ -106,8 +106,8 @@ def test_engagement_and_lock_are_marked_where_they_are():
     circle = next(line for line in load.lines if line.get_marker() == "o")
     assert circle.get_xdata()[0] == pytest.approx(float(r.Phi_e))
     assert circle.get_ydata()[0] == pytest.approx(BEAM.torsional_rigidity * float(r.Phi_e))
-    dotted = [line.get_xdata()[0] for line in load.lines if line.get_linestyle() == ":"]
-    assert dotted == [pytest.approx(float(r.Phi_end))]
+    locks = [line.get_xdata()[0] for line in load.lines if line.get_linestyle() == "-."]
+    assert locks == [pytest.approx(float(r.Phi_end))]
 
 
 def test_title_names_the_end():

@@ -6,6 +6,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
 
 import squama
@@ -18,6 +20,8 @@ from squama.plot import (
     inverse_figure,
     map_figure,
     part_figure,
+    path_figure,
+    plane_figure,
     red_figure,
     response_figure,
     row_figure,
@@ -27,7 +31,10 @@ from squama.plot import (
     vibration_figure,
 )
 from squama.plot.maps import contours
-from squama.plot.style import headline
+from squama.plot.plan import Plain
+from squama.plot.plane import FLUSH
+from squama.plot.response import LOCK, WITHOUT_ENDS
+from squama.plot.style import BARE, headline
 from squama.plot.sweep import axis_values
 from squama.study.parameters import PARAMETERS
 
@@ -65,13 +72,13 @@ def tolerances():
     return uncertainty_figure(found)
 
 
-def real_map(folder):
+def compliant_map(folder):
     over = {"mu": (0, 0.6, 5), "alpha": ("40 deg", "60 deg", 9)}
-    found = squama.sweep(BEAM, over, at="0.1 rad/pitch", out=folder / "real.zarr")
+    found = squama.sweep(BEAM, over, at="0.1 rad/pitch", out=folder / "compliant.zarr")
     return map_figure(found, "stiffness_ratio", x="alpha", y="mu")
 
 
-def real_tolerances():
+def compliant_tolerances():
     return uncertainty_figure(squama.uncertainty(BEAM, {"scale.alpha": "+- 1 deg"}, at="0.1 rad/pitch", samples=4096))
 
 
@@ -95,7 +102,7 @@ FIGURES = {
         squama.shake(BEAM, [3.0, 3.6, 4.2], static="0.02 rad/pitch", rotor=1e-4, damping=0.05)
     ),
     "tolerances": lambda _: tolerances(),
-    "tolerances of real beams": lambda _: real_tolerances(),
+    "tolerances on compliant joints": lambda _: compliant_tolerances(),
     "designs": lambda _: design(),
     "solids": lambda _: solids(),
     "fig7b": lambda _: red_figure(
@@ -155,8 +162,8 @@ def test_nothing_is_cut_off_and_legends_are_beside_the_data(name, sweep):
         assert "on hinges" in words or "on compliant joints" in words
 
 
-def test_a_map_of_real_beams_is_whole(tmp_path):
-    whole(real_map(tmp_path))
+def test_a_map_on_compliant_joints_is_whole(tmp_path):
+    whole(compliant_map(tmp_path))
 
 
 @pytest.mark.slow(but=1)
@@ -207,6 +214,52 @@ def test_a_unit_is_not_torn_apart_by_the_end_of_a_line():
 def test_symbols_of_an_axis_are_set_as_formulas(name, label):
     part = xr.Dataset(coords={name: (name, [0.0, 1.0], PARAMETERS[name].symbol.attrs)})
     assert axis_values(part, name)[1] == label
+
+
+def test_twists_of_a_row_are_in_degrees_of_the_whole_beam():
+    r = squama.row(BEAM, scales=8, to="0.1 rad/pitch", points=20, joint="hinge")
+    left, right = row_figure(r).axes
+    assert right.get_xlabel() == "Twist over 8 scales (deg)"
+    far = np.degrees(0.8)
+    assert right.lines[0].get_xdata()[-1] == pytest.approx(far, rel=1e-6)
+    marked = next(line for line in right.lines if line.get_label() == "engagement")
+    assert marked.get_xdata()[0] == pytest.approx(np.degrees(8 * float(r.phi_e)), rel=1e-9)
+    texts = [text.get_text() for text in left.get_legend().get_texts()]
+    assert f"{far:.3g}" in texts
+
+
+def test_every_mark_of_a_path_and_of_a_plane_has_a_name():
+    way = "bend 0.1 rad/pitch; twist 0.15 rad/pitch"
+    figures = (
+        path_figure(squama.bend_twist(BEAM, way, joint="hinge")),
+        plane_figure(squama.bend_twist_map(BEAM, way, joint="hinge", points=9)),
+    )
+    path, plane = ([text.get_text() for text in figure.legends[0].get_texts()] for figure in figures)
+    assert {"event on the path", FLUSH} <= {*path}
+    assert FLUSH in plane
+
+
+def test_a_line_of_equal_inclination_does_not_follow_the_engagement():
+    way = "bend 0.1 rad/pitch; twist 0.15 rad/pitch"
+    made = squama.bend_twist_map(SKIN.replace(friction={"mu": 0.25}), way, joint="hinge", points=9)
+    (lines,) = (child for child in plane_figure(made).axes[0].get_children() if isinstance(child, QuadContourSet))
+    # theta0 is 20 deg
+    assert lines.levels.min() == 30
+
+
+def test_a_lock_and_the_endless_beam_have_dashes_of_their_own():
+    assert len({str(look["linestyle"]) for look in (LOCK, WITHOUT_ENDS, BARE)}) == 3
+
+
+def test_small_values_of_a_logarithmic_axis_have_no_exponent():
+    figure = Figure(figsize=(2.4, 3.2))
+    ax = figure.subplots()
+    ax.set(yscale="log", ylim=(0.45, 5.5))
+    ax.yaxis.set_minor_formatter(Plain(minor_thresholds=(1.5, 0.5)))
+    FigureCanvasAgg(figure).draw()
+    texts = [tick.label1.get_text() for tick in ax.yaxis.get_minor_ticks()]
+    assert "0.6" in texts
+    assert not [text for text in texts if "e" in text]
 
 
 @pytest.mark.slow

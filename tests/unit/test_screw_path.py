@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import squama
 from plane import plane as across
@@ -257,3 +258,9 @@ def test_a_gap_that_closes_beside_the_plates_is_waited_for():
     s = squama.solve(eta=1.105, beta=2.978, lam=2.18, alpha=0.01434, theta0=1.3307, mu=1.0, load="bending")
     assert s.end.item() == "static lock"
     assert float(s.load_e) == pytest.approx(first.x1 * np.pi / 2, abs=3e-8)
+
+
+def test_rotations_by_vectors_of_any_size():
+    rng = np.random.default_rng(5)
+    w = rng.normal(size=(200, 3)) * 10.0 ** rng.uniform(-12, 0.4, (200, 1))
+    np.testing.assert_allclose(screw.rotations(w), Rotation.from_rotvec(w).as_matrix(), atol=1e-14)

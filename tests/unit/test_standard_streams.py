@@ -76,12 +76,47 @@ def test_a_table_alone_on_standard_output(tmp_path, monkeypatch, capsys):
     assert "sense -" in capsys.readouterr().out
 
 
+def test_the_example_and_the_law_of_a_section_on_standard_output(tmp_path, capsys):
+    assert main(["new", "-"]) == 0
+    printed = capsys.readouterr()
+    assert printed.out == Path("examples/pla_on_vps.toml").read_text(encoding="utf-8")
+    assert printed.err == ""
+    how = ["law", str(SKIN), "--mu", "0", "--uncoupled", "--points", "3", "--twist", "4 rad/m"]
+    assert main([*how, "-o", str(tmp_path / "law.csv")]) == 0
+    capsys.readouterr()
+    assert main([*how, "-o", "-"]) == 0
+    assert capsys.readouterr().out == (tmp_path / "law.csv").read_text(encoding="utf-8")
+    for wrong, words in ((["--json"], "is printed, and so is --json"), (["--format", "npz"], "cannot print a binary")):
+        assert main([*how, "-o", "-", *wrong]) == 2
+        assert words in capsys.readouterr().err
+
+
+def test_a_slice_of_a_sweep_on_standard_output(tmp_path, capsys):
+    beam, store, file = squama.Beam.from_toml(SKIN), tmp_path / "a.zarr", tmp_path / "a.csv"
+    squama.sweep(beam, {"mu": (0, 1, 3)}, joint="hinge", out=store)
+    assert main(["map", str(store), "--csv", str(file)]) == 0
+    capsys.readouterr()
+    assert main(["map", str(store), "--csv", "-"]) == 0
+    rows = [text.splitlines() for text in (capsys.readouterr().out, file.read_text(encoding="utf-8"))]
+    assert [row for row in rows[0] if row[0] != "#"] == [row for row in rows[1] if row[0] != "#"]
+    assert len(rows[0]) > 4
+
+
+def test_a_folder_is_not_standard_output(tmp_path, monkeypatch, capsys):
+    target = Path("examples/lock_at_120.toml").resolve()
+    monkeypatch.chdir(tmp_path)
+    for command in (["paper", "fig4", "-o", "-"], ["design", str(target), "-o", "-"]):
+        assert main(command) == 2
+        assert "-: is standard output, which holds no folder; give the name of a folder" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize(("run", "load"), [(squama.twist, ("Phi", "phi")), (squama.bend, ("kappa", "psi"))])
 def test_the_load_is_a_coordinate_and_comes_first(run, load, tmp_path):
     beam = squama.Beam.from_toml(SKIN).replace(scales=None)
-    heads = []
-    for how in ({"joint": "hinge"}, {}, {"ideal": True}):
-        r = run(beam, points=3, **how)
+    heads, finite = [], beam.replace(scales=5)
+    for one, how in ((beam, {"joint": "hinge"}), (beam, {}), (beam, {"ideal": True}), (finite, {})):
+        r = run(one, points=3, **how)
         assert {*load} <= {*r.coords}
         lines = squama.save(r, tmp_path / "a.csv").read_text().splitlines()
         head = next(csv.reader(line for line in lines if not line.startswith("#")))

@@ -18,7 +18,7 @@ MAIN = squama.Beam.from_ratios(eta=3, beta=1.25, lam=0.45, alpha="45 deg", theta
 
 
 @pytest.mark.parametrize("sense", ["+", "-"])
-def test_every_cell_of_the_real_beam_is_its_path(sense: str, tmp_path: Path) -> None:
+def test_every_cell_on_compliant_joints_is_its_path(sense: str, tmp_path: Path) -> None:
     over = {"psi": ["-1 deg", "0 deg", "0.8 deg", "2 deg"], "mu": [0.0, 0.3]}
     data = squama.sweep(SKIN, over, at="0.09 rad/pitch", sense=sense, out=tmp_path / "held.zarr")
     for i, j in ((0, 1), (2, 0), (2, 1), (3, 1)):

@@ -20,7 +20,7 @@ ROOM = 12e9
 
 SKIN = squama.Beam.from_toml(Path(__file__).parents[2] / "examples" / "stiff_skin.toml")
 CORES, LIMIT = 2, 360
-"""A million real beams take no more than so many seconds on so many cores."""
+"""A million beams on compliant joints take no more than so many seconds on so many cores."""
 
 # A process between, because a child begins with the peak of the process that forks it.
 _MEASURED = """
@@ -124,7 +124,7 @@ def test_a_hundred_million_cells_in_bounded_memory(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_million_real_beams_in_six_minutes(tmp_path, monkeypatch):
+def test_a_million_beams_in_six_minutes(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     SKIN.to_toml("beam.toml")
 
@@ -132,7 +132,7 @@ def test_a_million_real_beams_in_six_minutes(tmp_path, monkeypatch):
         return ["--over", f"mu=0:1:{n}", "--over", f"scale.length=50mm:90mm:{n}", "--at", "0.1 rad/pitch"]
 
     small, large = sweep("first.zarr", *over(100)), sweep("map.zarr", *over(1000))
-    print(f"\n10000 real beams: {small}\n1000000 real beams: {large}", end="")
+    print(f"\n10000 beams: {small}\n1000000 beams: {large}", end="")
     assert large.cpu < CORES * LIMIT
     assert large.peak < small.peak + 200
     some = chosen("map.zarr", 1000, 400)

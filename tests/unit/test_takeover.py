@@ -1,4 +1,4 @@
-"""Curves of the real beam where a second contact comes in."""
+"""Curves on compliant joints where a second contact comes in."""
 
 import math
 

@@ -217,7 +217,7 @@ def test_picture(beam):
     assert locked[-1] == pytest.approx(float(u.P_locked))
     # the point lies on the curve
     (x,), (y,) = next(line.get_data() for line in right.lines if line.get_marker() == "o")
-    assert (x, y) == pytest.approx((0.4, float(u.P_locked_before)))
+    assert (x, y) == pytest.approx((np.degrees(25 * 0.4), float(u.P_locked_before)))
     assert np.interp(x, right.lines[0].get_xdata(), locked) == pytest.approx(y, abs=0.02)
     # a rate has no place where the pitch varies too
     v = squama.uncertainty(BEAM, {"beam.pitch": "+- 1 %"}, samples=3200, before="15 rad/m", joint="hinge")

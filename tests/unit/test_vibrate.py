@@ -60,7 +60,7 @@ def test_energies_are_those_of_cycle():
     assert float(v.U_turn[1]) == pytest.approx(bare, rel=1e-9)
 
 
-def test_energies_of_the_real_beam_hold_those_of_its_plates():
+def test_energies_of_the_compliant_beam_hold_those_of_its_plates():
     soft = BEAM.replace(scale={"youngs_modulus": "1 GPa", "poisson_ratio": 0.3})
     v = squama.vibrate(soft, release="0.09 rad/pitch", rotor=ROTOR, swings=1)
     c = squama.cycle(soft, "0.09 rad/pitch", points=300)
@@ -173,7 +173,7 @@ def test_parts_of_a_period_are_counted(monkeypatch):
         squama.shake(BEAM, [0.6], **given)
 
 
-def test_the_real_beam_is_shaken_too():
+def test_a_beam_on_compliant_joints_is_shaken_too():
     s = squama.shake(BEAM, [0.55], static="0.02 rad/pitch", rotor=ROTOR, damping=0.1)
     assert s.attrs["joint"] == "compliant"
     assert float(s.phi_high[0, 0]) > float(s.phi_e)

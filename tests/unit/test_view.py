@@ -325,7 +325,7 @@ def test_files_of_the_command(tmp_path: Path, capsys, monkeypatch) -> None:
     made = ["-o", "a.png", "-o", "a.gif", "-o", "a.html", "--frames", "4"]
     assert main(["view", "beam.toml", "--twist", "0.14 rad/pitch", *made, "--set", "beam.scales=5"]) == 0
     out = capsys.readouterr().out
-    assert "beam.toml: twisted by 40.1 deg (8.02 deg per pitch), inclination 14.9" in out
+    assert "beam.toml: twisted by 40.1 deg (8.02 deg per pitch), inclination 15 deg, sliding" in out
     assert out.count("wrote a.") == 3
     still, moving = Image.open("a.png"), Image.open("a.gif")
     assert still.size == picture.SIZE

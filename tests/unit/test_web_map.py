@@ -12,7 +12,7 @@ import squama
 from squama.loads import LOADS
 from squama.web import live, map, state  # noqa: A004
 
-REAL = state.preset("pla")
+PLA = state.preset("pla")
 
 
 @pytest.mark.parametrize("joint", ["hinge", "compliant"])
@@ -55,20 +55,20 @@ def test_the_map_tells_beams_that_soften_from_curves_that_end(monkeypatch) -> No
         return key, found, [[map.CLASSES[code] for code in row] for row in found.code]
 
     key, found, words = classes(
-        REAL.change("twist", "0.185 rad/pitch"), eta=(3.0, 17 / 3), theta0=(2.0, 2 + 38 * 12 / 28)
+        PLA.change("twist", "0.185 rad/pitch"), eta=(3.0, 17 / 3), theta0=(2.0, 2 + 38 * 12 / 28)
     )
     assert words[0] == ["not computed"] * 2
     assert words[1][1] == "softer than the bar"
     assert words[1][0] in map.CLASSES[2:-2]
     # there the torque falls: a snap lies between this twist and the next increment
-    beam = REAL.beam.replace(scale={"length": 17 / 3 * REAL.beam.pitch, "theta0": math.radians(2 + 38 * 12 / 28)})
+    beam = PLA.beam.replace(scale={"length": 17 / 3 * PLA.beam.pitch, "theta0": math.radians(2 + 38 * 12 / 28)})
     r = squama.twist(beam, at=["0.185 rad/pitch", "0.19 rad/pitch"], ends="endless")
     assert r["T"].values[1] < r["T"].values[0]
     assert {"softer than the bar", "not computed"} < set(map.classes(key, found, dark=False))
-    bent = REAL.change("load", "bending").change("twist", "0.2 rad/pitch")
+    bent = PLA.change("load", "bending").change("twist", "0.2 rad/pitch")
     key, found, words = classes(bent, mu=(0.25, 10 / 9), alpha=(2.0, 60.0))
     assert words[0][1] == "ends before this load"
-    r = squama.bend(REAL.beam.replace(scale={"alpha": "2 deg"}), mu=10 / 9, to="0.3 rad/pitch", ends="endless")
+    r = squama.bend(PLA.beam.replace(scale={"alpha": "2 deg"}), mu=10 / 9, to="0.3 rad/pitch", ends="endless")
     assert found.load_end[0, 1] == pytest.approx(r.psi_end.item(), rel=1e-3)
     assert r.psi_end.item() < 0.2
     assert np.isnan(found.load_end).sum() == 3
@@ -80,7 +80,7 @@ def test_the_map_tells_beams_that_soften_from_curves_that_end(monkeypatch) -> No
 
 def test_a_torque_that_falls_is_told() -> None:
     # at a snap
-    now = REAL.change("eta", f"{1 + 7 * 25 / 36:.6g}").change("theta0", "11.5").change("twist", "0.2 rad/pitch")
+    now = PLA.change("eta", f"{1 + 7 * 25 / 36:.6g}").change("theta0", "11.5").change("twist", "0.2 rad/pitch")
     assert live.motion(now.setting).value("stiffness_ratio", 0.2) < 0
     assert ", the torque falls at 286 deg" in live.verdict(now)
 
@@ -95,7 +95,7 @@ def test_a_torque_that_falls_is_told() -> None:
 )
 def test_the_headline_tells_what_the_beams_own_scales_carry(load, scales, ends, words) -> None:
     # at twice the engagement, or near it
-    now = REAL.change("load", load)._replace(beam=REAL.beam.replace(scales=scales, ends=ends), twist=0.0656)
+    now = PLA.change("load", load)._replace(beam=PLA.beam.replace(scales=scales, ends=ends), twist=0.0656)
     assert live.own_scales(now) == words
     door, at = (squama.twist if load == "twisting" else squama.bend), [f"{now.twist} rad/pitch"]
     own, endless = (door(now.beam, at=at, **more)[LOADS[load].torque].item() for more in ({}, {"ends": "endless"}))
@@ -108,7 +108,7 @@ def test_the_headline_tells_what_the_beams_own_scales_carry(load, scales, ends, 
 
 
 def test_marks_of_designs_at_one_place_stand_apart() -> None:
-    now = REAL.keep()
+    now = PLA.keep()
     for eta in ("2", "2.5"):
         now = now.change("eta", eta).keep()
     found = map.marks(now, map.key(now, "mu", "alpha"))

@@ -17,8 +17,8 @@ from squama.plot.palette import THEMES
 from squama.web import charts, live, prints, state, tables
 from squama.web.fields import MATERIALS, made_of, material
 
-REAL = state.preset("pla")
-HINGE = REAL.hinged.started()
+PLA = state.preset("pla")
+HINGE = PLA.hinged.started()
 LOOP = Path("examples/measured_loop.csv").read_bytes()
 
 
@@ -28,16 +28,16 @@ def named(
     return {line.name: line for line in charts.lines(now, plot, dark=False, table=table, fit=fit)}
 
 
-def test_real_and_hinge_curves_stand_together() -> None:
-    for now, other, joint in ((REAL, "on hinges", "hinge"), (HINGE, "on compliant joints", "compliant")):
+def test_compliant_and_hinge_curves_stand_together() -> None:
+    for now, other, joint in ((PLA, "on hinges", "hinge"), (HINGE, "on compliant joints", "compliant")):
         shown = named(now)
         assert list(shown) == ["without contact", other, charts.OWN]
         r = squama.twist(now.beam, joint=joint, at=["0.1 rad/pitch"], ends="endless")
         assert np.interp(0.1, shown[other].x, shown[other].y) == pytest.approx(r["T"].item(), rel=0.015)
-    bent = named(REAL.change("load", "bending"))
+    bent = named(PLA.change("load", "bending"))
     assert list(bent) == ["without contact", "on hinges", charts.OWN]
     for name, joint in (("on hinges", "hinge"), (charts.OWN, "compliant")):
-        r = squama.bend(REAL.beam, joint=joint, at=["0.1 rad/pitch"], ends="endless")
+        r = squama.bend(PLA.beam, joint=joint, at=["0.1 rad/pitch"], ends="endless")
         assert np.interp(0.1, bent[name].x, bent[name].y) == pytest.approx(r["M"].item(), rel=0.015)
     # it is not there beside a joint that is not known at once
     assert list(named(state.preset("main").change("theta0", "26"))) == ["without contact", charts.OWN]
@@ -56,8 +56,8 @@ def test_the_explorer_takes_the_compliant_joint() -> None:
 
 
 def test_a_torque_near_a_lock_does_not_set_the_scale() -> None:
-    own = charts.frame(REAL, "torque").top
-    assert own == pytest.approx(1.04 * live.along(REAL.setting).torque.max())
+    own = charts.frame(PLA, "torque").top
+    assert own == pytest.approx(1.04 * live.along(PLA.setting).torque.max())
     # nor does a kept one on hinges, or the place of the current point
     assert charts.frame(HINGE.keep()._replace(joint="compliant", ideal="no"), "torque").top == pytest.approx(own)
     last = HINGE.change("twist", "1 rad/pitch")
@@ -65,20 +65,20 @@ def test_a_torque_near_a_lock_does_not_set_the_scale() -> None:
     assert live.motion(last.setting).state(last.twist).torque > 2 * charts.frame(last, "torque").top
     assert charts.point(last, "torque")[1] == 0
     # what is kept and bounded does: it can be read
-    stiff = REAL.change("material", "steel")
-    assert charts.frame(stiff.keep()._replace(beam=REAL.beam), "torque").top > 1.5 * own
+    stiff = PLA.change("material", "steel")
+    assert charts.frame(stiff.keep()._replace(beam=PLA.beam), "torque").top > 1.5 * own
     # inclinations are bounded, and drawn where they are
     ends = charts.frame(HINGE, "theta")
-    assert ends.low < math.degrees(REAL.beam.scale.theta0) < live.along(HINGE.setting).theta.max() < ends.top
-    narrow = charts.frame(REAL, "theta")
+    assert ends.low < math.degrees(PLA.beam.scale.theta0) < live.along(HINGE.setting).theta.max() < ends.top
+    narrow = charts.frame(PLA, "theta")
     assert narrow.top - narrow.low == pytest.approx(charts.FLAT)
 
 
 def test_a_loop_goes_up_and_back() -> None:
     for now in (
-        REAL.change("path", "cycle"),
+        PLA.change("path", "cycle"),
         HINGE.change("path", "cycle"),
-        REAL.change("path", "cycle").change("sense", "-"),
+        PLA.change("path", "cycle").change("sense", "-"),
     ):
         m = live.motion(now.setting)
         sign = "-" if now.sense == "-" else ""
@@ -107,15 +107,15 @@ def test_a_loop_goes_up_and_back() -> None:
         assert "leg (1)" in rows[0].split(",")
         json.dumps([charts.line_options(now, plot, dark=True) for plot in charts.PLOTS], allow_nan=False)
     # as far as the curve goes
-    far = REAL.change("path", "cycle").change("twist", "1 rad/pitch")
+    far = PLA.change("path", "cycle").change("twist", "1 rad/pitch")
     assert live.back(far).load[0] == pytest.approx(live.motion(far.setting).last)
-    assert live.loop(REAL.change("path", "cycle").change("twist", "0")) == "nothing moves"
+    assert live.loop(PLA.change("path", "cycle").change("twist", "0")) == "nothing moves"
 
 
 @pytest.mark.slow
 def test_a_decay_is_that_of_vibrate_picture_by_picture() -> None:
     bent = HINGE.change("load", "bending")
-    for one in (REAL, HINGE, REAL.change("sense", "-"), bent):
+    for one in (PLA, HINGE, PLA.change("sense", "-"), bent):
         now = one.change("path", "decay")
         m, played, sided = live.motion(now.setting), live.swing(now), now.load == "twisting"
         release = f"{'-' if now.sense == '-' else ''}{now.twist} rad/pitch"
@@ -171,14 +171,14 @@ def test_a_loop_that_is_refused_is_told(monkeypatch) -> None:
 
 @pytest.mark.parametrize("name", list(MATERIALS))
 def test_a_material_gives_its_values(name: str) -> None:
-    now = REAL.change("material", name)
+    now = PLA.change("material", name)
     assert material(now.beam.scale) == name
-    assert now.beam == REAL.beam.replace(scale=made_of(name))
+    assert now.beam == PLA.beam.replace(scale=made_of(name))
     assert state.read(state.query(now)) == now
     assert ("rigid" if name == "rigid" else "elastic") in live.motion(now.setting).model
     assert material(now.change("scale_modulus", "7").beam.scale) == "other"
     with pytest.raises(InputError, match="material"):
-        REAL.change("material", "cheese")
+        PLA.change("material", "cheese")
 
 
 def test_a_measured_table_is_laid_beside_the_curve() -> None:
@@ -194,15 +194,15 @@ def test_a_measured_table_is_laid_beside_the_curve() -> None:
     assert tables.shown(found, HINGE.change("load", "bending"))[0].size == 0
     assert tables.residual(found, HINGE.change("load", "bending")) is None
     # the axes are those of the points, whatever the curve does
-    for now in (HINGE, REAL):
+    for now in (HINGE, PLA):
         ends = charts.frame(now, "torque", found)
         assert ends.right == pytest.approx(1.03 * load.max())
         assert torque.max() < ends.top < 1.1 * torque.max()
         assert ends.low <= torque.min()
     # an arrow to a point that is beyond them, on the page and in print
     for now, arrow in (
-        (REAL.change("twist", "0.3 rad/pitch"), charts.RIGHT),
-        (REAL.change("twist", "0.1 rad/pitch"), ""),
+        (PLA.change("twist", "0.3 rad/pitch"), charts.RIGHT),
+        (PLA.change("twist", "0.1 rad/pitch"), ""),
     ):
         assert (now.twist > charts.frame(now, "torque", found).right) == bool(arrow)
         for plot in charts.PLOTS:
@@ -219,13 +219,13 @@ def test_a_measured_table_is_laid_beside_the_curve() -> None:
 
 
 def test_what_is_guessed_of_a_table_is_said() -> None:
-    found = tables.opened("loop.csv", b"Phi (rad/m);T (N m)\n0;0\n1,5;0,02\n2,5;0,04\n", REAL)
+    found = tables.opened("loop.csv", b"Phi (rad/m);T (N m)\n0;0\n1,5;0,02\n2,5;0,04\n", PLA)
     assert found.points.rate.tolist() == [0, 1.5, 2.5]
     assert found.said.startswith("loop.csv is read ")
 
 
 @pytest.mark.parametrize("sense", ["+", "-"])
-@pytest.mark.parametrize("start", [REAL, HINGE])
+@pytest.mark.parametrize("start", [PLA, HINGE])
 def test_the_residual_is_measured_less_computed_on_every_way(start: state.State, sense: str) -> None:
     now = start.change("sense", sense)._replace(twist=0.1)
     joint = live.motion(now.setting).joint
@@ -277,8 +277,8 @@ def test_a_fit_has_the_specimens_own_scales_and_ends(monkeypatch) -> None:
     """What is asked of the fit is the beam of the page, with its number of scales and its ends."""
     asked: list[dict] = []
     monkeypatch.setattr(tables.json, "dumps", lambda request: asked.append(request) or "{}")
-    few = tables.opened("few.csv", b"Phi (rad/m), T (N m)\n0,0\n1,0.001\n", REAL)
-    held = REAL.change("scales", "9")
+    few = tables.opened("few.csv", b"Phi (rad/m), T (N m)\n0,0\n1,0.001\n", PLA)
+    held = PLA.change("scales", "9")
     held = held._replace(beam=held.beam.replace(ends="gripped"))
     with pytest.raises(InputError, match="no fit is found"):
         tables.fitted(few, held)
@@ -289,13 +289,13 @@ def test_a_fit_has_the_specimens_own_scales_and_ends(monkeypatch) -> None:
 def test_columns_and_decimals_are_chosen_by_hand() -> None:
     content = b"a;b;c\n0;9;0\n90;9;1,5\n180;9;3,5\n"
     for how in (tables.How("1=total (deg), 3=T (N mm)", ","), tables.How("a=total (deg), c=T (N mm)")):
-        found = tables.opened("x.csv", content, REAL, how)
+        found = tables.opened("x.csv", content, PLA, how)
         assert found.points.load.tolist() == pytest.approx([0, 1.5e-3, 3.5e-3])
         assert found.points.rate[1] == pytest.approx(math.radians(90) / (25 * 0.02))
     with pytest.raises(InputError, match=r"x\.csv"):
-        tables.opened("x.csv", content, REAL, tables.How("7=T (N mm)"))
+        tables.opened("x.csv", content, PLA, tables.How("7=T (N mm)"))
     with pytest.raises(InputError, match="does not name columns"):
-        tables.opened("x.csv", content, REAL, tables.How("=" * 200))
+        tables.opened("x.csv", content, PLA, tables.How("=" * 200))
 
 
 def test_a_fit_is_given_up_in_time(monkeypatch) -> None:
@@ -326,48 +326,48 @@ def test_a_fit_is_given_up_in_time(monkeypatch) -> None:
 )
 def test_files_that_cannot_be_used_say_why(name: str, content: bytes, words: str) -> None:
     with pytest.raises(InputError) as error:
-        tables.opened(name, content, REAL)
+        tables.opened(name, content, PLA)
     assert words in str(error.value)
     assert "\n" not in str(error.value)
     assert "/" not in str(error.value).split(":")[0]
 
 
 def test_a_beam_file_is_opened_and_names_no_other() -> None:
-    text = REAL.beam.replace(scale={"alpha": "50 deg"}).to_toml()
-    found = tables.opened("my beam.toml", text.encode(), REAL.keep())
+    text = PLA.beam.replace(scale={"alpha": "50 deg"}).to_toml()
+    found = tables.opened("my beam.toml", text.encode(), PLA.keep())
     assert math.degrees(found.beam.scale.alpha) == pytest.approx(50)
     assert len(found.kept) == 1
     named_file = f'{text}\n[joint]\nmatrix = "/etc/passwd"\n'
     with pytest.raises(InputError, match="names a file"):
-        tables.opened("my beam.toml", named_file.encode(), REAL)
+        tables.opened("my beam.toml", named_file.encode(), PLA)
 
 
 def test_designs_are_told_by_what_differs() -> None:
     def told(now: state.State) -> list[str]:
         return [row["what"] for row in live.compared(now)]
 
-    assert told(REAL) == ["μ = 0.25, η = 3, α = 60 deg"]
-    assert told(REAL.keep().change("theta0", "18")) == ["θ₀ = 15 deg", "θ₀ = 18 deg"]
-    assert told(REAL.keep().change("twist", "0.1 rad/pitch")) == ["μ = 0.25, η = 3, α = 60 deg"] * 2
-    bent = REAL.change("bend", "60")
-    assert told(REAL.keep()._replace(bend=bent.bend)) == ["Nψ = 0 deg", "Nψ = 60 deg"]
+    assert told(PLA) == ["μ = 0.25, η = 3, α = 60 deg"]
+    assert told(PLA.keep().change("theta0", "18")) == ["θ₀ = 15 deg", "θ₀ = 18 deg"]
+    assert told(PLA.keep().change("twist", "0.1 rad/pitch")) == ["μ = 0.25, η = 3, α = 60 deg"] * 2
+    bent = PLA.change("bend", "60")
+    assert told(PLA.keep()._replace(bend=bent.bend)) == ["Nψ = 0 deg", "Nψ = 60 deg"]
     shorter = bent.change("scales", "5")
-    assert told(REAL.keep()._replace(bend=bent.bend, beam=shorter.beam)) == [
+    assert told(PLA.keep()._replace(bend=bent.bend, beam=shorter.beam)) == [
         "ψ = 0 deg per pitch, N = 25",
         "ψ = 2.4 deg per pitch, N = 5",
     ]
-    assert told(REAL.keep().change("eta", "3.001").change("mu", "0.3")) == ["μ = 0.25, η = 3", "μ = 0.3, η = 3.001"]
-    assert told(REAL.keep().change("length", "50 mm")) == ["η = 3", "η = 2.5"]
-    assert told(REAL.keep().change("pitch", "25")) == ["d = 20 mm", "d = 25 mm"]
-    assert told(REAL.keep().change("zeta", "0.35")) == ["ζ = 0.3", "ζ = 0.35"]
-    assert told(REAL.keep().change("slenderness", "8")) == ["tₛ = 0.8 mm", "tₛ = 0.75 mm"]
-    assert told(REAL.keep().change("sense", "-")) == [
+    assert told(PLA.keep().change("eta", "3.001").change("mu", "0.3")) == ["μ = 0.25, η = 3", "μ = 0.3, η = 3.001"]
+    assert told(PLA.keep().change("length", "50 mm")) == ["η = 3", "η = 2.5"]
+    assert told(PLA.keep().change("pitch", "25")) == ["d = 20 mm", "d = 25 mm"]
+    assert told(PLA.keep().change("zeta", "0.35")) == ["ζ = 0.3", "ζ = 0.35"]
+    assert told(PLA.keep().change("slenderness", "8")) == ["tₛ = 0.8 mm", "tₛ = 0.75 mm"]
+    assert told(PLA.keep().change("sense", "-")) == [
         "μ = 0.25, η = 3, α = 60 deg, sense +",
         "μ = 0.25, η = 3, α = 60 deg, sense -",
     ]
-    assert told(REAL.keep().change("stiffness", "0.02")) == ["K_θ = not given", "K_θ = 0.02 N m"]
+    assert told(PLA.keep().change("stiffness", "0.02")) == ["K_θ = not given", "K_θ = 0.02 N m"]
     # in print, too, whatever it is
-    now = REAL.keep()
+    now = PLA.keep()
     for name, text in (("theta0", "18"), ("bar_width", "50"), ("scales", "20"), ("modulus", "2"), ("poisson", "0.4"),
                        ("scale_modulus", "4"), ("scale_poisson", "0.3"), ("scale_strength", "60"), ("zeta", "0.35"),
                        ("slenderness", "8"), ("beta", "0.7"), ("lam", "0.5"), ("stiffness", "0.02"), ("margin", "0.02"),
@@ -382,7 +382,7 @@ def test_designs_are_told_by_what_differs() -> None:
 
 
 def test_plots_are_printed_with_what_they_show() -> None:
-    now = REAL.change("mu", "0.5").keep().change("mu", "0.25").change("path", "cycle")
+    now = PLA.change("mu", "0.5").keep().change("mu", "0.25").change("path", "cycle")
     table = tables.opened("loop.csv", LOOP, now)
     drawn = prints.figure(now, table)
     assert drawn.get_figwidth() == pytest.approx(7.2)
@@ -404,7 +404,7 @@ def test_plots_are_printed_with_what_they_show() -> None:
     assert drawn.axes[0].get_xlim() == pytest.approx((0, 25 * math.degrees(ends.right)))
     assert drawn.axes[0].get_xlabel() == "Twist over 25 scales Nφ (deg)"
     # of beams with different numbers of scales, or none, a pitch is what they have in common
-    assert charts.axes(REAL.keep().change("scales", "9"), "f", ends)[0].label == "Twist φ (deg per pitch)"
+    assert charts.axes(PLA.keep().change("scales", "9"), "f", ends)[0].label == "Twist φ (deg per pitch)"
     for kind, start in (("svg", b"<?xml"), ("png", b"\x89PNG")):
         name, content = prints.made(now, None, kind)
         assert name == f"plots.{kind}"

@@ -134,7 +134,7 @@ def test_every_place_of_a_slider_is_shown_or_explained(name: str, data: st.DataO
     assert state.read(state.query(now)) == now
 
 
-def test_the_real_beam_is_shown_by_default_and_names_its_model() -> None:
+def test_compliant_joints_are_shown_by_default_and_named() -> None:
     now = state.preset("pla")
     m = live.motion(now.setting)
     assert now.quick

@@ -258,7 +258,7 @@ def test_envelopes_that_stop_are_marked():
     figure = twisting2020.FIGURES["fig5b"](None).figure
     words = [t.get_text() for t in figure.legends[0].get_texts()]
     assert "beyond: ends without a lock" in words
-    assert any(w.startswith("drawn so far") and "1°" in w and "70°" in w for w in words)
+    assert any(w.startswith("ends of a line") and "1°" in w and "70°" in w for w in words)
     lines = figure.axes[0].lines
     marks = np.vstack([line.get_xydata() for line in lines if line.get_marker() == "o"])
     colours = {line.get_color() for line in lines if line.get_marker() == "o"}

@@ -20,7 +20,7 @@ PART = 8192
 class Combined(NamedTuple):
     """States of bent and twisted beams; arrays of one shape, lengths in pitches, moments in K_theta.
 
-    ``theta`` inclination, rad; ``contact``: the pair in contact (:data:`squama.model.screw.CONTACTS`), "" for none,
+    ``theta`` inclination, rad; ``contact``: the pair in contact (``squama.model.screw.CONTACTS``), "" for none,
     "locked" where no inclination is compatible with this bend and twist; ``normal`` force N d/K_theta;
     ``bending_moment`` and ``torque``, the scales' parts; ``mu_lock`` coefficient of friction at which the contact locks
     in this direction (never if negative). NaN where a contact is locked. ``closing`` and ``rolling``: rotation per

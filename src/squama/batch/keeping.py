@@ -223,7 +223,7 @@ def tell(f: Any, what: str) -> None:
     if what in _told or is_ready(f):
         return
     _told.add(what)
-    often = "once; some seconds"
+    often = "once; a minute or two"
     if f.stats.cache_path is None:
-        often = "some seconds in each run: no folder for its cache can be written, NUMBA_CACHE_DIR sets one"
+        often = "a minute or two in each run: no folder for its cache can be written, NUMBA_CACHE_DIR sets one"
     LOG.warning("squama: compiling the code for %s, %s", what, often)

@@ -349,7 +349,7 @@ class Assembly(Part):
 
     @property
     def ratios(self) -> dict[str, float]:
-        """Ratios on which the contact depends: eta, beta, lam, and the angles alpha, theta0 in rad."""
+        """Ratios on which the contact depends (eta, beta, lam), and the angles alpha and theta0 in rad."""
         angles = {"alpha": self.scale.alpha, "theta0": self.scale.theta0}
         return {"eta": self.eta, "beta": self.beta, "lam": self.lam, **angles}
 
@@ -372,7 +372,7 @@ class Assembly(Part):
 
     @property
     def pitches(self) -> int:
-        """Number of pitches for lengths, totals and pictures: N, or 25 for an endless beam."""
+        """Number of pitches for lengths, totals and pictures (N, or 25 for an endless beam)."""
         return self.scales or SHOWN
 
     @property
@@ -407,7 +407,7 @@ class Assembly(Part):
 
     @property
     def C_f(self) -> float:
-        """Inclusion factor in twisting: given, from the joint's matrix, or 1 + 1.33 zeta beta / lambda.
+        """Inclusion factor in twisting, given, from the joint's matrix, or 1 + 1.33 zeta beta / lambda.
 
         Tabs in both faces add twice as much as those of one face, unless the factor is given.
         """
@@ -415,7 +415,7 @@ class Assembly(Part):
 
     @property
     def bending_C_f(self) -> float:
-        """Inclusion factor in bending: given, or 1."""
+        """Inclusion factor in bending, given or 1."""
         return float(joint_law.inclusion("bending", self.sizes, self.given))
 
     @property
@@ -440,10 +440,10 @@ class Assembly(Part):
 
     @property
     def bending_rigidity(self) -> float:
-        """Moment over curvature without contact, N m^2: E_B width (2t)^3 / 12 times the inclusion factor in bending."""
+        """Moment over curvature without contact, N m^2, E_B width (2t)^3 / 12 times the inclusion factor in bending."""
         return float(joint_law.rigidity("bending", self.sizes, self.given))
 
     @property
     def joint_stiffness(self) -> float:
-        """K_theta of a scale, N m per rad: given, from the matrix, or 3.62 E_B t_s^2 b (L/t_s)^1.55."""
+        """K_theta of a scale, N m per rad, given, from the matrix, or 3.62 E_B t_s^2 b (L/t_s)^1.55."""
         return float(joint_law.stiffness(self.sizes, self.given))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
-from squama.cli.summary import Summary, energy, energy_unit, modelled, rigidity_unit
+from squama.cli.summary import Summary, energy, energy_unit, modelled, rigidity_unit, touching
 from squama.errors import refuse
 from squama.loads import LOADS
 from squama.people import degrees, figure, per_pitch, span, turned
@@ -93,8 +93,7 @@ def _summary(beam: Beam, data: Answer) -> Summary:
         ]
     figures.append((f"largest {kind.torque_words}", moment(float(abs(data[torque]).max()))))
     for sense, engaged in zip(data["sense"], data[f"{angle}_e"], strict=True):
-        touch = f"at {turned(float(engaged), beam)}" if math.isfinite(engaged) else "never"
-        figures.append((f"scales touch, sense {sense}", touch))
+        figures.append((f"scales touch, sense {sense}", touching(float(engaged), beam)))
     figures += [("friction", f"mu = {float(data['mu']):g}"), ("model", modelled(beam, data.attrs))]
     return Summary(verdict, figures, (), data.attrs["warnings"], _loops(beam, data))
 

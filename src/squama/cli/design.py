@@ -16,7 +16,7 @@ from squama.cli.flags import flag, settled, whole
 from squama.cli.summary import Summary
 from squama.io.files import label
 from squama.loads import LOADS, model
-from squama.people import figure
+from squama.people import PITCH, figure
 from squama.units import for_people, number
 
 if TYPE_CHECKING:
@@ -311,7 +311,8 @@ def _people(front: xr.Dataset, name: str) -> tuple[float, str]:
     """Return the unit in which texts show a figure or a dimension, after its factor from SI."""
     from squama.study.parameters import people
 
-    return people(name) if "." in name else for_people(str(front[name].attrs["units"]))
+    factor, unit = people(name) if "." in name else for_people(str(front[name].attrs["units"]))
+    return factor, unit if "." in name or unit != "deg" else PITCH
 
 
 def _meaning(front: xr.Dataset, name: str) -> str:

@@ -331,7 +331,9 @@ def _summary(found: Verified) -> Summary:
     share = percent(float(data.attrs["share"]))
     off = f"{units.number(100 * float(one['dT_last']), sign='+')} % at {per_pitch(float(one['last']))}"
     verdict = f"{one['words'].item()} differ from finite elements in torque by {off}"
-    figures = [("within", f"{share} up to {per_pitch(float(one['within']))}"), ("tested", found.verdict)]
+    last = float(one["within"])
+    near = f"{share} up to {per_pitch(last)}" if last else f"{share} nowhere"
+    figures = [("within", near), ("tested", found.verdict)]
     figures.append(("about", data.attrs["title"]))
     unit = f"deg per pitch up to which a model is within {share} in torque; then torque and theta (deg) at its end"
     table: list[str | Table] = [

@@ -96,7 +96,7 @@ def export(
 
     found = exporting.export(described, out, force=force, **vars(made))
     written = [*found.files, *output.draw(picture, "solids_figure", found)]
-    wrote = [f"wrote {len(written)} files: {label(out)}", *(f"  {label(path)}" for path in written)]
+    wrote = [f"wrote {len(written)} files: {label(out)}", *(f"  {label(path)}" for path in written if full)]
     return output.report(base.json, beam, written, _record(found), _summary(found).shown(full=full), wrote)
 
 

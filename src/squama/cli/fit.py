@@ -76,7 +76,8 @@ _POSTERIOR = "Number of posterior samples (extra fit). Default: 0."
 _COLUMNS = (
     'Names and units of the columns of measured points: "Winkel=total (deg), 3=T (N mm)". Default: from the header.'
 )
-JOINT = "Joint of a scale: compliant or hinge. Default: compliant; hinge with the plate law."
+_JOINT = "Joint of a scale: compliant or hinge. Default: compliant; hinge with the plate law."
+Joint = Annotated[str | None, flag(_JOINT, read=one_of("hinge", "compliant"))]
 _EACH = 'Parameters with a value for each loop, or each specimen: "mu", "mu,twist_zero".'
 _MACHINE = 'Stiffness of the testing machine in series: "2 N m/rad", "2 +- 0.5 N m/rad" (found too) or rigid.'
 _PRIOR = 'Prior of a parameter to find: E_B="1.5 MPa +- 5 %" (limits), mu="0.3 +- 0.03 sd"; may be repeated.'
@@ -106,7 +107,7 @@ class Search:
     starts: Annotated[int, flag("Number of starts of the search. Default: 6.", read=flags.whole(1, 1000, "6"))] = 6
     posterior: Annotated[int, flag(_POSTERIOR, read=flags.whole(0, 1_000_000, "4000"))] = 0
     seed: Annotated[int, flag("Seed of the samples. Default: 1.", read=flags.whole(0, 2**32 - 1, "1"))] = 1
-    joint: Annotated[str | None, flag(JOINT, read=flags.one_of("hinge", "compliant"))] = None
+    joint: Joint = None
     nuisances: Annotated[str, flag(_NUISANCES, read=flags.one_of("auto", "none"))] = "auto"
     ends: flags.Ends = None
     each: Annotated[str | None, flag(_EACH)] = None

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, settled, whole
 from squama.errors import refuse
-from squama.io.files import label
+from squama.io.files import label, table_place
 from squama.loads import LOADS
 from squama.units import number
 
@@ -34,7 +35,7 @@ def law(
     beam: flags.BeamFile,
     /,
     *,
-    out: Annotated[flags.File, flag("File to write: .csv, .npz, .inp, .mac or .k.", "--out", "-o")],
+    out: Annotated[flags.File, flag("File to write: .csv, .npz, .inp, .mac or .k; - prints it alone.", "--out", "-o")],
     format: Annotated[str | None, flag(_FORMAT, read=one_of(*FORMATS))] = None,  # noqa: A002 - the flag
     bend: Annotated[str | None, flag(_far("bend"))] = None,
     twist: Annotated[str | None, flag(_far("twist"))] = None,
@@ -45,7 +46,10 @@ def law(
     base: flags.Base = flags.BASE,
 ) -> int:
     """Write the law of a beam's section, of the endless beam, for rod and section programs."""
-    flags.check_places([(out, tuple(FORMATS.values()) if format is None else (FORMATS[format],))], [beam])
+    place = table_place(flags.problems(), "-o", out, as_json=base.json)
+    flags.check_places([(place, tuple(FORMATS.values()) if format is None else (FORMATS[format],))], [beam])
+    if place is None and format == "npz":
+        flags.problems().add("-o", "-", "cannot print a binary file", "give -o a file, such as law.npz")
     if points % 2 == 0:
         flags.problems().add("--points", str(points), "is even, so 0 is none of the values", f"write {points + 1}")
     described = settled(base.beam(beam, mu))
@@ -57,7 +61,7 @@ def law(
         if text is not None:
             with flags.problems().caught():
                 far[load.rate] = flags.rate(name, text, described, load.name)
-    kind = format or {ending: name for name, ending in FORMATS.items()}[_ending(out)]
+    kind = format or {ending: name for name, ending in FORMATS.items()}.get(Path(out).suffix.lower(), "csv")
     alone = uncoupled or len(far) < 2 or kind not in ("csv", "npz")
     friction = settled(described.friction.mu)
 
@@ -71,9 +75,11 @@ def law(
         if not alone and friction:
             why = "must be 0 over the plane: with friction the order of bending and twisting counts"
             refuse("--mu", f"{friction:g}", why, "write --mu 0, or --uncoupled for each load alone")
-        grids: dict[str, Any] = {rate: np.linspace(-v, v, points) for rate, v in far.items()}
-        table = law_table(described, **grids, mu=friction, uncoupled=alone, ideal=ideal)
-        written = table.save(out, kind)
+        grids = {rate: np.linspace(-v, v, points) for rate, v in far.items()}
+        table = law_table(
+            described, kappa=grids.get("kappa"), Phi=grids.get("Phi"), mu=friction, uncoupled=alone, ideal=ideal
+        )
+        written = table.save(out, kind) if place else output.write_text(out, writers.text(table.data, kind))
     attrs = table.data.attrs
     record = {
         **{key: attrs[key] for key in _KEPT.split() if key in attrs},
@@ -84,13 +90,6 @@ def law(
         "table": {str(name): v.values for name, v in table.data.variables.items()},
     }
     return output.report(base.json, beam, [written], record, _shown(table, kind))
-
-
-def _ending(out: str) -> str:
-    """Return the extension of a file's name in lower case."""
-    from pathlib import Path
-
-    return Path(out).suffix.lower()
 
 
 def _shown(table: LawTable, kind: str) -> Iterable[str]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from squama.beam import beamfile
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled
-from squama.cli.summary import Summary, modelled, percent
+from squama.cli.summary import Summary, largest_stress, modelled, percent
 from squama.io.files import label
 from squama.people import figure
 from squama.units import number, shown
@@ -67,10 +67,9 @@ def load(
     from squama import plot
     from squama.part import door
 
-    how: dict[str, Any] = {"scales": scales, "points": points, "back": back, "ideal": ideal or None}
     own = {name: f"{label(beam)}: {beamfile.heading(name)}" for name in beamfile.PART}
     with flags.laid(flags.arguments("scales") | own | {name: f"--{name}" for name in given}):
-        data = door.load(part, **given, **how)
+        data = door.load(part, **given, scales=scales, points=points, back=back, ideal=ideal or None)
     written = output.write(common, lambda: data, "part_figure")
     if gif is not None:
         written.append(plot.part_animation(data, gif))
@@ -131,7 +130,7 @@ def _summary(beam: Beam, data: xr.Dataset, replaced: list[str]) -> Summary:
     name, way = ("F", "travel") if force else ("moment", "turn")
     size, bare, travel = (float(most[v]) for v in (name, f"{name}_bare", way))
     far = figure(1e3 * travel, "mm") if force else figure(math.degrees(travel), "deg")
-    on, engaged, stress = float(most["share"]), float(data["share_e"]), most["stress"].values
+    on, engaged = float(most["share"]), float(data["share_e"])
     verdict = f"{figure(size, 'N') if force else figure(1e3 * size, 'N mm')} at {far}"
     if bare and math.isfinite(bare):
         ratio = figure(size / bare)
@@ -144,11 +143,8 @@ def _summary(beam: Beam, data: xr.Dataset, replaced: list[str]) -> Summary:
         ("support", f"{_SUPPORTS[attrs['support'].split(',')[0].strip()]}{graded}"),
         ("scales touch", f"from {percent(engaged)} of the load on" if math.isfinite(engaged) else "never"),
         ("the tip moves", f"{tip[0]} across, {tip[1]} up, {tip[2]} along"),
+        ("largest stress in a scale", largest_stress(most["stress"].values, beam)),
     ]
-    if math.isfinite(stress.max()) and stress.max() > 0:
-        share = f"; {percent(stress.max() / beam.scale.strength)} of its strength" if beam.scale.strength else ""
-        at = f"{figure(1e-6 * stress.max(), 'MPa')}, in scale {stress.argmax() + 1}"
-        figures.append(("largest stress in a scale", f"{at}{share}"))
     if top < data.sizes["point"] - 1:
         # no -0
         left = round(float(data[way].values[-1]) / travel, 9) + 0.0

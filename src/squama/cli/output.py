@@ -50,11 +50,8 @@ def write(
 
     dataset = data()
     written = draw(flags.plot, figure, dataset, **also)
-    if flags.csv == files.STANDARD:
-        sys.stdout.write(datasets.csv_text(table(dataset) if table else dataset))
-        written.append(Path(files.STANDARD))
-    elif flags.csv is not None:
-        written.append(datasets.save(table(dataset) if table else dataset, flags.csv))
+    if flags.csv is not None:
+        written.append(write_csv(flags.csv, table(dataset) if table else dataset))
     if flags.netcdf is not None:
         written.append(datasets.save(dataset, flags.netcdf))
     return written
@@ -71,13 +68,18 @@ def draw(paths: Sequence[str], figure: str, /, *given: object, **also: object) -
 
 
 def write_text(path: str | Path, text: str) -> Path:
-    """Write a text file atomically."""
+    """Write a text file atomically; "-" is standard output."""
+    if path == files.STANDARD:
+        sys.stdout.write(text)
+        return Path(files.STANDARD)
     return files.atomic_write(path, lambda place: place.write_text(text, encoding="utf-8"))
 
 
 def check_folder(folder: str, *, force: bool) -> None:
     """Refuse a folder that cannot be made, or that holds files ``design_*.toml`` already."""
     place, where = Path(folder), f"-o {label(folder)}"
+    if folder == files.STANDARD:
+        refuse(where, "", "is standard output, which holds no folder", "give the name of a folder")
     if files.exists(place) and not place.is_dir():
         refuse(where, "", "is a file", "give the name of a folder")
     if not place.exists() and not Path(os.path.realpath(place)).parent.is_dir():
@@ -86,6 +88,13 @@ def check_folder(folder: str, *, force: bool) -> None:
     if there and not force:
         more = f" and {len(there) - 1} more" if len(there) > 1 else ""
         refuse(where, "", f"holds {there[0]}{more} already", "give another folder, or replace them with --force")
+
+
+def write_csv(path: str, dataset: xr.Dataset) -> Path:
+    """Write a dataset as CSV; "-" is standard output."""
+    from squama.io import datasets
+
+    return write_text(path, datasets.csv_text(dataset)) if path == files.STANDARD else datasets.save(dataset, path)
 
 
 def write_beams(folder: str, texts: Mapping[int, str]) -> list[Path]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
-from squama.cli.fit import JOINT, with_unit
+from squama.cli.fit import Joint, with_unit
 from squama.cli.flags import flag, settled, whole
 from squama.cli.summary import Summary
 from squama.errors import refuse
@@ -54,7 +54,7 @@ class Model:
 
     load: flags.Load = "twisting"
     law: flags.Law = "edge"
-    joint: Annotated[str | None, flag(JOINT, read=flags.one_of("hinge", "compliant"))] = None
+    joint: Joint = None
     ends: flags.Ends = None
 
 

@@ -141,7 +141,7 @@ def _family(words: Load, beam: Beam, data: Answer, *, loads: bool) -> Table:
 
 def _notes(kind: Load, beam: Beam, law: str, laws: Mapping[str, Answer]) -> list[str]:
     """Return the lines below the table: the joint, and a sentence for each kind of end."""
-    lines = _real(kind, beam, laws) if HINGE in laws else _stiffnesses(kind, beam)
+    lines = _compliant(kind, beam, laws) if HINGE in laws else _stiffnesses(kind, beam)
     ends = dict.fromkeys(str(end) for data in laws.values() for end in data["end"].ravel())
     lines += [f"{end}: {SENTENCES[End(end)]}" for end in ends]
     lines += _others(beam, laws)
@@ -350,7 +350,7 @@ def held(attrs: Mapping[str, Any]) -> str:
     return f"joint of a scale: six motions, {sources[str(attrs['joint_source'])]}{about}; {attrs['scales']}"
 
 
-def _real(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
+def _compliant(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
     """Return the lines on the compliant joint, and on the deviations of simpler models."""
     ours = next(iter(laws.values()))
     attrs = ours.attrs
@@ -372,7 +372,7 @@ def _real(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
             lines += [f"{of_mu}{line}" for line in _borne(words, beam, one)]
         for name, found in off.items():
             if not math.isnan(found[i].within):
-                lines.append(f"{of_mu}{name}: {apart(*found[i][1:], torque=words.torque_words)}")
+                lines.append(f"{of_mu}{name}: {found[i].said(words.torque_words)}")
     return lines
 
 
@@ -409,15 +409,6 @@ def _borne(words: Load, beam: Beam, data: Answer) -> list[str]:
     return lines
 
 
-def apart(within: float, last: float, off: float, theta: float, share: float = SHARE, *, torque: str = "torque") -> str:
-    """Return the range of agreement and the final deviation of a curve as text; arguments as in a `Difference`."""
-    if within >= last:
-        return f"within {percent(share)} in {torque} as far as both go, {per_pitch(last)}"
-    holds = f"within {percent(share)} in {torque} up to {per_pitch(within)}"
-    holds = holds if within else f"more than {percent(share)} off in {torque} from the start"
-    return f"{holds}; at {per_pitch(last)} {apart_by(off)}, theta {number(math.degrees(theta), sign='+')} deg"
-
-
 class Difference(NamedTuple):
     """A curve against a reference: range of agreement ``within``, differences at ``last``, the last common load.
 
@@ -431,9 +422,18 @@ class Difference(NamedTuple):
     torque: float
     theta: float
 
+    def said(self, torque: str) -> str:
+        """Return the range of agreement and the final deviation as text; ``torque``: the load in words."""
+        if self.within >= self.last:
+            return f"within {percent(SHARE)} in {torque} as far as both go, {per_pitch(self.last)}"
+        holds = f"within {percent(SHARE)} in {torque} up to {per_pitch(self.within)}"
+        holds = holds if self.within else f"more than {percent(SHARE)} off in {torque} from the start"
+        theta = number(math.degrees(self.theta), sign="+")
+        return f"{holds}; at {per_pitch(self.last)} {apart_by(self.torque)}, theta {theta} deg"
 
-def differences(answer: Answer, reference: Answer, share: float = SHARE) -> list[Difference]:
-    """Compare curves of one load, a result per friction; ``share``: allowed relative difference of torque or moment."""
+
+def differences(answer: Answer, reference: Answer) -> list[Difference]:
+    """Compare curves of one load, a result per friction coefficient."""
     found, words = [], LOADS[reference.attrs["load"]]
     angle, torque = words.angle, words.torque
     for one, two in zip(singles(answer), singles(reference), strict=True):
@@ -441,7 +441,7 @@ def differences(answer: Answer, reference: Answer, share: float = SHARE) -> list
         phi, theta = two[angle], np.interp(two[angle], one[angle], one.along("theta"), right=np.nan)
         with np.errstate(divide="ignore", invalid="ignore"):
             off = np.where(phi > 0, np.interp(phi, one[angle], one[torque], right=np.nan) / two[torque] - 1, np.nan)
-        within, end = holds(phi, off, share)
+        within, end = holds(phi, off, SHARE)
         last = (phi[end], off[end], theta[end] - two.along("theta")[end]) if math.isfinite(within) else [math.nan] * 3
         found.append(Difference(float(one["mu"]), within, *map(float, last)))
     return found

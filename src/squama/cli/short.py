@@ -12,7 +12,7 @@ from cyclopts import Parameter
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, whole, words_of
 from squama.errors import refuse
-from squama.io.files import exists, label, table_place
+from squama.io.files import INPUT, STANDARD, exists, label, table_place
 
 EXAMPLE = Path(__file__).with_name("example.toml")
 _TABLE = (
@@ -30,7 +30,7 @@ _CONTACTS = "Contacts that may end a curve: tip (of all neighbours) or all (ever
 
 
 def new(
-    beam: Annotated[flags.File, Parameter(help="File to write, e.g. beam.toml.")],
+    beam: Annotated[flags.File, Parameter(help="File to write, e.g. beam.toml; - prints the example.")],
     /,
     *,
     force: Annotated[bool, Parameter(help="Replace the file if it exists.")] = False,
@@ -38,11 +38,14 @@ def new(
     """Write a commented example of a beam file."""
     from squama.io import datasets
 
+    text, name = EXAMPLE.read_text(encoding="utf-8"), label(beam)
+    if beam == INPUT:  # as "-" is read
+        output.write_text(STANDARD, text)
+        return 0
     datasets.check_place(beam)
-    name = label(beam)
     if exists(beam) and not force:
         refuse(name, "", "is there already", "give another name, or replace it with --force")
-    output.write_text(beam, EXAMPLE.read_text(encoding="utf-8"))
+    output.write_text(beam, text)
     print(f"wrote {name}; compute it with: squama twist {name}")
     return 0
 

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from squama.cli.output import warnings
 from squama.loads import ENDLESS, NOTHING, ending, fixed, model
-from squama.people import figure
+from squama.people import figure, turned
 from squama.units import number, torque_unit
 
 if TYPE_CHECKING:
     from rich.table import Table
 
     from squama.beam.design import Beam
+    from squama.types import Array
 
     Shown = Iterable[str | Table]
 
@@ -43,6 +44,20 @@ class Summary(NamedTuple):
         if full:
             yield ""
             yield from self.full
+
+
+def touching(engaged: float, beam: Beam) -> str:
+    """Return the load angle (rad per pitch) at which scales touch as text; "never" for inf."""
+    return f"at {turned(engaged, beam)}" if math.isfinite(engaged) else "never"
+
+
+def largest_stress(stress: Array, beam: Beam) -> str:
+    """Return the largest of the stresses (Pa) of all scales as text, with its share of the strength; "" without any."""
+    most = float(stress.max())
+    if not (math.isfinite(most) and most > 0):
+        return ""
+    share = f"; {percent(most / beam.scale.strength)} of its strength" if beam.scale.strength else ""
+    return f"{figure(1e-6 * most, 'MPa')}, in scale {stress.argmax() + 1}{share}"
 
 
 def percent(share: float) -> str:
@@ -88,5 +103,5 @@ def modelled(beam: Beam, attrs: Mapping[str, Any], many: str = "") -> str:
     held = "" if attrs.get("hold", NOTHING) == NOTHING else f"; {fixed(attrs)}"
     band = float(attrs.get("band", math.nan))
     # the accuracy of the joint's law is known in twisting only
-    known = math.isfinite(band) and attrs["load"] != "bending"
-    return f"{model(attrs)}; {many}{held}{f'; torque to about {100 * band:.2g} %' if known else ''}"
+    known = "error of the moment not known" if attrs["load"] == "bending" else f"torque to about {100 * band:.2g} %"
+    return f"{model(attrs)}; {many}{held}{f'; {known}' if math.isfinite(band) else ''}"

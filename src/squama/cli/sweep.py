@@ -13,7 +13,7 @@ from squama.cli.flags import flag, pair, settled, whole
 from squama.cli.summary import Summary
 from squama.errors import refuse
 from squama.interrupt import kept
-from squama.io.files import label
+from squama.io.files import label, table_place
 from squama.loads import model
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ _OVER = (
 )
 _RANGE, _AT = pair("name=low:high:count", "mu=0:2:401"), pair("name=value", "eta=3")
 _TILE = "Largest number of cells solved and written at once. Default: by the memory."
+_CELLS = "CSV file to write: a row for each cell of the slice, with units in its header; - prints it alone."
 _DRAWN = "Variable to draw, e.g. phi_e, end; on hinges also lock. Default: stiffness_ratio; on hinges RED."
 _HELD = "Value of a dimension that is not drawn, e.g. eta=3; may be repeated."
 _PATHS = "Values of x whose paths are drawn too (--variable lock, y = mu), e.g. 30deg,45deg."
@@ -116,7 +117,8 @@ def map(  # noqa: A001 - the command's name
     *,
     plot: flags.Plot = (),
     csv: Annotated[
-        flags.File | None, flag("CSV file to write: a row for each cell of the slice, with units in the header.")
+        flags.File | None,
+        flag("CSV file to write: a row for each cell of the slice, units in its header; - prints it alone."),
     ] = None,
     variable: Annotated[str | None, flag(_DRAWN)] = None,
     x: Annotated[str | None, flag("Dimension of the horizontal axis.")] = None,
@@ -128,14 +130,14 @@ def map(  # noqa: A001 - the command's name
     json: flags.Json = False,
 ) -> int:
     """Draw a slice of a sweep, or write it as CSV: contours, regimes, lock envelopes."""
-    from squama.io.datasets import save
     from squama.study import slices
     from squama.study.store import open_sweep
 
     held = flags.once("--at", at)
     if not plot and csv is None:
         flags.problems().add("", "", "there is nothing to write", "give --plot map.png or --csv map.csv")
-    flags.check_places([*((path, flags.PLOTS) for path in plot), (csv, (".csv",))])
+    place = table_place(flags.problems(), "--csv", csv, as_json=json)
+    flags.check_places([*((path, flags.PLOTS) for path in plot), (place, (".csv",))])
     for name, text in (("lines", lines), ("paths", paths)):
         if text is not None and variable != "lock":
             flags.problems().add(f"--{name}", "", "belongs to --variable lock", "leave it out")
@@ -167,10 +169,12 @@ def map(  # noqa: A001 - the command's name
         thin = slices.thinned(part, 1200)
         written += output.draw(plot, "map_figure", thin.data, variable, **axes, lines=chosen, paths=drawn_paths)
     if csv is not None:
-        written.append(save(slices.worded(part.data.load()), csv))
+        written.append(output.write_csv(csv, slices.worded(part.data.load())))
     facts = {"variable": variable, **axes, "cells": size, "tiles": tiles, "tiles_missing": missing}
     facts |= {key: dataset.attrs[key] for key in ("joint", "scales", "at") if key in dataset.attrs}
     notes = output.warnings([f"{name}: {missing} of {tiles} tiles are not computed yet"] if missing else [])
+    if csv is not None and place is None:
+        return output.report(False, store, written, {}, notes)
     notes += [f"wrote {label(path)}" for path in written]
     return output.say(json, {"file": name, **facts, "written": [str(path) for path in written]}, notes)
 

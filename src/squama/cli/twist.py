@@ -12,7 +12,7 @@ from cyclopts import Parameter
 from squama.cli import flags, output
 from squama.cli.fit import TABLES, Tables
 from squama.cli.flags import flag, settled
-from squama.cli.summary import Summary, modelled, percent
+from squama.cli.summary import Summary, largest_stress, modelled, percent, touching
 from squama.errors import refuse
 from squama.loads import ENDLESS, LOADS, fixed
 from squama.model.outcome import SENTENCES, End
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from squama.beam.design import Beam
+    from squama.curves.doors import How
 
 
 _DATA = 'CSV file of measured points to draw too; header "Phi (deg/mm), T (N mm)", bent "kappa (1/m), M (N mm)".'
@@ -98,7 +99,10 @@ def respond(
         with flags.problems().caught():
             (measured,) = tables.read([data], beam, load)
     if data is None:
-        _without(tables)
+        remedy = "give --data too, e.g. --data test.csv, or leave it out"
+        for name, text in (("--decimal", tables.decimal), ("--columns", tables.columns)):
+            if text is not None:
+                flags.problems().add(name, shown(text), "says how --data is read", remedy)
     beam = settled(beam)
     if data and not common.plot:
         print("squama: warning: --data has no effect without --plot; add e.g. --plot picture.png", file=sys.stderr)
@@ -130,14 +134,6 @@ def respond(
     return output.report(common.json, path, written, report.record(*answer), said)
 
 
-def _without(tables: Tables) -> None:
-    """Collect a mistake for flags that describe a table without --data."""
-    remedy = "give --data too, e.g. --data test.csv, or leave it out"
-    for name, given in (("--decimal", tables.decimal), ("--columns", tables.columns)):
-        if given is not None:
-            flags.problems().add(name, shown(given), "says how --data is read", remedy)
-
-
 def row(
     beam: flags.BeamFile,
     /,
@@ -162,10 +158,10 @@ def row(
 
     from squama.curves import finite_rows
 
-    how: dict[str, Any] = {"to": stop, "sense": sense, "points": points, "joint": joint, "ideal": ideal or None}
-    how |= {"scales": scales, "ends": ends}
+    how: How = {"joint": joint, "ideal": ideal or None}
     with flags.laid(flags.arguments()):
-        data = finite_rows.row(described, **how)
+        answer = finite_rows.rowed(described, scales=scales, to=stop, sense=sense, points=points, ends=ends, **how)
+    data = answer.dataset()
     written = output.write(common, lambda: data, "row_figure")
     keys = "load law joint scales sense ends squama_version"
     parts = {"figures": output.figures(data), "curve": "point", "each": "point scale"}
@@ -183,33 +179,27 @@ _ROW_ENDS = {
 
 def _summary(beam: Beam, data: xr.Dataset) -> Summary:
     """Return the summary: the row at its last point, compared with the endless beam."""
-    import numpy as np
-
     n, last, end = data.sizes["scale"], data.isel(point=-1), End(str(data["end"].item()))
     beam = beam.replace(scales=n)
     torque, endless = float(last["T"]), float(last["T_periodic"])
-    engaged, place = float(data["phi_e"]), turned(float(last["phi"]), beam)
+    place = turned(float(last["phi"]), beam)
     verdict = f"{n} scales take {moment(torque)} at {place}"
     if math.isfinite(endless):
         verdict += f", {percent(torque / endless)} of an endless beam's torque"
     theta = [number(tidy(math.degrees(float(last["theta"][i])))) for i in (0, n // 2, -1)]
     decay = figure(float(data["decay"]))
-    stress = last["stress"].values if "stress" in last else np.full(n, np.nan)
+    stress = largest_stress(last["stress"].values, beam) if "stress" in last else ""
     other, which = str(data["other_contact"].item()), int(data["scale_end"])
     why = f"{SENTENCES[end]}{f' (scale {which}: {other})' if which and other and end is not End.RANGE else ''}"
     figures = [
-        ("scales touch", f"at {turned(engaged, beam)}" if math.isfinite(engaged) else "never"),
+        ("scales touch", touching(float(data["phi_e"]), beam)),
         ("inclination, first to last", f"{theta[0]} deg, in the middle {theta[1]} deg, {theta[2]} deg"),
         ("end effect", f"falls to {decay} from a scale to the next, at engagement" if decay else ""),
-        ("largest stress in a scale", ""),
+        ("largest stress in a scale", stress),
         ("end of the curve", f"{place}: {why}"),
         ("friction", f"mu = {float(data['mu']):g}; it takes {percent(float(last['RED']))} of the work"),
         ("model", modelled(beam, data.attrs)),
     ]
-    if math.isfinite(stress.max()) and stress.max() > 0:
-        at = f"{figure(1e-6 * stress.max(), 'MPa')}, in scale {stress.argmax() + 1}"
-        share = f"; {percent(stress.max() / beam.scale.strength)} of its strength" if beam.scale.strength else ""
-        figures[3] = (figures[3][0], f"{at}{share}")
     return Summary(verdict, figures, (), data.attrs["warnings"], _all(data))
 
 

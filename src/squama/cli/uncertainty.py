@@ -242,20 +242,16 @@ def _summary(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Summary:
         other = _share(u, "P_ended_before")
         chances.append((f"ended otherwise before {text}", _said(other, n) if other.number else ""))
     at = turned(float(Twist.from_text(u.attrs["at"]).per_pitch(beam.pitch)), beam) if "at" in u.attrs else ""
+    finite = f"; torque and stiffness of {beam.extent} {ending(u.attrs['ends'])}" if "own" in u else ""
     figures = [
         ("figures at", at),
         *((row[0], spread.get(name, "")) for name, row in rows.items()),
         *chances,
         ("beams", f"{n}, {_DRAWN[u.attrs['sampler']]}, seed {u.attrs['seed']}"),
-        ("model", modelled(beam, u.attrs, _of(u, beam))),
+        ("model", modelled(beam, u.attrs, f"endless beam{finite}")),
     ]
     notes = [f"note: {line}" for line in u.attrs["notes"].splitlines()]
     return Summary(verdict, figures, notes, u.attrs["warnings"], _all(u, beam, nominal))
-
-
-def _of(u: xr.Dataset, beam: Beam) -> str:
-    finite = f"; torque and stiffness of {beam.extent} {ending(u.attrs['ends'])}" if "own" in u else ""
-    return f"endless beam{finite}"
 
 
 def _spread(one: xr.Dataset, factor: float, unit: str) -> str:

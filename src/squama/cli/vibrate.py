@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
-from squama.cli.summary import Summary, joules, modelled, percent
+from squama.cli.summary import Summary, joules, modelled, percent, touching
 from squama.loads import LOADS
 from squama.people import degrees, figure, turned
 from squama.units import number
@@ -93,7 +93,7 @@ def _summary(beam: Beam, data: xr.Dataset) -> Summary:
         ("after the last cycle", turned(float(y[-1]), beam) if not jams and y.size > 1 else ""),
         ("damping ratio, last cycle", figure(zeta[-1]) if zeta.size > 1 else ""),
         ("frequency before contact", figure(float(data["f_0"]), "Hz")),
-        ("scales touch", f"at {turned(engaged, beam)}" if math.isfinite(engaged) else "never"),
+        ("scales touch", touching(engaged, beam)),
         ("friction", f"mu = {float(data['mu']):g}"),
         ("model", f"{modelled(beam, attrs)}; {attrs['mode']}"),
     ]
@@ -190,7 +190,7 @@ def _shaken(beam: Beam, data: xr.Dataset) -> Summary:
         ("states up and down differ", jumps),
         ("not periodic", f"{loose} of {sizes.size} states; their last periods count" if loose else ""),
         ("frequency before contact", figure(float(data["f_0"]), "Hz")),
-        ("scales touch", f"at {turned(engaged, beam)}" if math.isfinite(engaged) else "never"),
+        ("scales touch", touching(engaged, beam)),
         ("damping ratio, material", figure(float(attrs["damping"]))),
         ("friction", f"mu = {float(data['mu']):g}{taken}"),
         ("model", f"{modelled(beam, attrs)}; {attrs['mode']}"),

@@ -12,7 +12,7 @@ from cyclopts import Parameter
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
 from squama.loads import LOADS
-from squama.people import turned
+from squama.people import figure, turned
 
 if TYPE_CHECKING:
     from squama.scene.picture import View
@@ -85,7 +85,7 @@ def _record(load: str, found: View) -> dict[str, object]:
 
 def _shown(found: View) -> Iterable[str]:
     state, asked = found.state, found.asked
-    faces = [f"inclination {math.degrees(one.theta):.4g} deg, {one.name}" for one in (state, state.other) if one]
+    faces = [f"inclination {figure(math.degrees(one.theta), 'deg')}, {one.name}" for one in (state, state.other) if one]
     beam, bend = found.motion.setting.beam, found.motion.setting.bend
     done = f"{f'bent by {turned(bend, beam)} and ' if bend else ''}{found.motion.kind.done}"
     yield f": {done} by {turned(state.load, beam)}, {'; on the other face '.join(faces)}; {found.model}"

@@ -15,6 +15,8 @@ from squama.contacts.newton import ROUNDED, solve
 from squama.contacts.system import MU, State, copied, copy
 from squama.types import Array
 
+_NEAR = 0.01
+"""Correction of a guess, over the increment, up to which the slips keep their directions."""
 _CHANGES, _SETTLED = 24, 8
 """Largest number of changes of contacts in a search for one scale, three more for each further scale; rounds of
 sticking and sliding after which the search looks for a cycle of them."""
@@ -98,8 +100,8 @@ def keep_stuck(w: Walk, a: Array, b: Array) -> None:
 def solved(w: Walk, h: float, fresh: bool) -> bool:
     """Solve for the state after an increment from its guess; ``fresh``: contacts may change between stick and slide."""
     weigh(w, h)
-    m, mu = w.counts[0], w.S.shapes[0, MU]
-    if not solve(w.S, w.new, w.past, w.con, m, w.W, w.J, w.loads):
+    m, mu, near = w.counts[0], w.S.shapes[0, MU], _NEAR * h
+    if not solve(w.S, w.new, w.past, w.con, m, w.W, w.J, w.loads, near):
         return False
     if not fresh or mu == 0.0:
         return True
@@ -118,7 +120,7 @@ def solved(w: Walk, h: float, fresh: bool) -> bool:
         if not changed:
             break
         w.J.kept[0] = 0
-        if not solve(w.S, w.new, w.past, w.con, m, w.W, w.J, w.loads) and not sliding(w, h):
+        if not solve(w.S, w.new, w.past, w.con, m, w.W, w.J, w.loads, near) and not sliding(w, h):
             return False
         there, feels = touched(w), pressed(w)
         if there == before and abs(feels - felt) < ROUNDED:

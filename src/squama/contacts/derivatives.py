@@ -1,6 +1,6 @@
 """Derivatives of load paths with respect to designs: a recorded path followed again with complex steps; compiled.
 
-The real path is followed once and its increments are recorded (:func:`squama.contacts.increments.note`). With the
+The real path is followed once and its increments are recorded (``squama.contacts.increments.note``). With the
 equations r(z, states before, beam, strains) = 0 of an increment and J = dr/dz, a change of the beam changes the state
 by
 

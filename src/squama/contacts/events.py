@@ -37,7 +37,7 @@ TOGETHER = "+"
 
 
 class Event(NamedTuple):
-    """An event at a way: ``kind`` of :mod:`squama.contacts.increments`, bend and twist per pitch, name of the contact.
+    """An event at a way: ``kind`` of ``squama.contacts.increments``, bend and twist per pitch, name of the contact.
 
     ``before`` and ``after``: names of all contacts; ``lost``: energy lost, E d^2 per pitch.
     """

@@ -29,9 +29,9 @@ _START, _SOFTLY, _GENTLE, _FREELY = 1 / 16, 1 / 8, 1 / 64, 4.0
 """First increments at engagement, after other events, and at a turn of the path; increments without contact."""
 _SHORT = 5e-4
 """Increment, rad per pitch: as much as one so long may be lost by a shorter one."""
-_LEAST, _SHRINK, _EVENTS, _ZEROS = 1e-8, 0.35, 400, 8
+_LEAST, _SHRINK, _EVENTS, _ZEROS, _FLIPS = 1e-8, 0.35, 400, 8, 2
 """Least increment, and by how much one that fails shrinks; events, and events without an increment, of each scale, that
-a path may have."""
+a path may have; without an increment that let contacts of a path stick or slide."""
 _FAR, _SNAPS = 6, 1e-6
 """How many increments, each ten times the last one, an equilibrium is looked for after; least part of the energy that a
 snap loses, for it to be one."""
@@ -255,7 +255,8 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
     scale = int(w.best[touch.FIRST]) if what == MEET else int(w.con[c, touch.FIRST])
     t[tally.ZERO] = t[tally.ZERO] + 1 if where < 10 * LOCATED else 0.0
     t[tally.H] = step * (_START if m == 0 else _SOFTLY)
-    zeros = (2 if what == FLIP else _ZEROS) + N - 1
+    # those that stick or slide at one way change together
+    zeros = _FLIPS if what == FLIP else _ZEROS + N - 1
     if t[tally.ZERO] > zeros or t[tally.EVENTS] > _EVENTS * N or not altering(w, what, c, events):
         t[tally.ZERO] = 0.0
         code = jump(w, goal, step, -1, events)

@@ -123,8 +123,13 @@ def guess(w: Walk, h: float) -> None:
         extrapolate(t, x, y, a.ties[LOADS], b.ties[LOADS], c.ties[LOADS], n.ties[LOADS])
         extrapolate(t, x, y, a.F[:m], b.F[:m], c.F[:m], n.F[:m])
         extrapolate(t, x, y, a.s[:m], b.s[:m], c.s[:m], n.s[:m])
-    # strains that are imposed, and how far along the leg ties go
-    way = t[tally.WAY] + h
+    given(w, h)
+
+
+@_jit
+def given(w: Walk, h: float) -> None:
+    """Write imposed strains after an increment, and how far along the leg ties go."""
+    n, way = w.new, w.tally[tally.WAY] + h
     for e in range(STRAINS):
         if w.S.free[e] == IMPOSED:
             for i in range(len(n.strains)):
@@ -133,6 +138,30 @@ def guess(w: Walk, h: float) -> None:
         e = int(w.S.ties.course[k, 0])
         if e >= 0:
             n.ties[GIVEN, k] = w.leg[e] + w.leg[4 + e] * way
+
+
+@_jit
+def through(now: Array, y: Array, z: Array, new: Array, b: float, c: float) -> None:
+    """Write the sum of three arrays' numbers, whose weights are 1 - b - c, b and c."""
+    p, q, r, n = now.flat, y.flat, z.flat, new.flat
+    for i in range(now.size):
+        n[i] = (1 - b - c) * p[i] + b * q[i] + (c * r[i] if c != 0.0 else 0.0)
+
+
+@_jit
+def between(w: Walk, x: float, y: float, z: float) -> None:
+    """Write a guess of the state after an increment x, on a parabola through states on the way.
+
+    These are the last one, that after y, in ``w.aside``, and that after z, in ``w.trial`` (z = 0: none, on a line).
+    """
+    n, p, q, s, m = w.now, w.aside, w.trial, w.new, w.counts[0]
+    b, c = (x / y, 0.0) if z == 0.0 else (x * (x - z) / (y * (y - z)), x * (x - y) / (z * (z - y)))
+    through(n.q, p.q, q.q, s.q, b, c)
+    through(n.strains, p.strains, q.strains, s.strains, b, c)
+    through(n.ties[LOADS], p.ties[LOADS], q.ties[LOADS], s.ties[LOADS], b, c)
+    through(n.F[:m], p.F[:m], q.F[:m], s.F[:m], b, c)
+    through(n.s[:m], p.s[:m], q.s[:m], s.s[:m], b, c)
+    given(w, x)
 
 
 @_jit

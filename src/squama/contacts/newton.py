@@ -15,8 +15,9 @@ from squama.contacts.system import MOTIONS, STRAINS, Past, State, System, strain
 from squama.contacts.touch import places_of
 from squama.types import Array
 
-TIGHT = 1e-11
-"""Remaining error of the unknowns, estimated from the last two corrections."""
+TIGHT, TIGHTER = 1e-11, 1e-13
+"""Remaining error of the unknowns, estimated from the last two corrections; with the Jacobian of another state, whose
+corrections fall in proportion."""
 ROUNDED = 1e-8
 """Size of corrections that may stall at rounding errors, mostly in places where plates are nearly tangent."""
 _ROUNDS, _LARGEST, _LOST, _QUICK, _STALLED = 30, 0.4, 3.0, 0.2, 0.1
@@ -51,15 +52,20 @@ def shift(S: System, st: State, con: Array, m: int, at: Array, n: int, x: Array,
 
 
 @_jit
-def solve(S: System, st: State, past: Past, con: Array, m: int, W: Work, J: Linear, loads: Array) -> bool:
-    """Solve for the state with the given contacts, from the guess in ``st``; update W and ``loads`` to the solution."""
+def solve(
+    S: System, st: State, past: Past, con: Array, m: int, W: Work, J: Linear, loads: Array, near: float = 0.0
+) -> bool:
+    """Solve for the state with the given contacts, from the guess in ``st``; update W and ``loads`` to the solution.
+
+    The Jacobian of another state is kept for a first correction up to ``near``.
+    """
     n = laid_out(S, con, m, J)
     if n < 0:
         return False
     loose = False
     for e in range(STRAINS):
         loose = loose or S.free[e] > 0
-    old, fresh, moved = np.inf, False, True
+    old, fresh, moved, own = np.inf, False, True, J.kept[SOLVED] != n
     for _ in range(_ROUNDS):
         prepared(S, st, con, m, moved, W)
         moved = loose
@@ -70,7 +76,7 @@ def solve(S: System, st: State, past: Past, con: Array, m: int, W: Work, J: Line
             if not factor(J, n):
                 J.kept[SOLVED] = 0
                 return False
-            J.kept[SOLVED], fresh = n, True
+            J.kept[SOLVED], fresh, own = n, True, True
         substitute(J, n, J.r)
         moved_alone(S, J.at, J.r)
         size = 0.0
@@ -84,11 +90,11 @@ def solve(S: System, st: State, past: Past, con: Array, m: int, W: Work, J: Line
             continue
         shift(S, st, con, m, J.at, n, J.r, -min(1.0, _LARGEST / max(size, 1e-300)))
         rate = min(size / old, 1.0) if old < np.inf else 1.0
-        if size * rate < TIGHT or (size < ROUNDED and rate > _STALLED and old < np.inf):
+        if size * rate < (TIGHT if own else TIGHTER) or (own and size < ROUNDED and rate > _STALLED and old < np.inf):
             prepared(S, st, con, m, moved, W)
             residual(S, st, past, con, m, J.at, n, W, J.r, loads)
             return True
-        if rate > _QUICK or size > _LARGEST:
+        if size > _LARGEST or (rate > (_QUICK if own else _STALLED) if old < np.inf else own or size > near):
             J.kept[SOLVED] = 0
         old, fresh = size, False
     J.kept[SOLVED] = 0

@@ -401,7 +401,7 @@ class Path(NamedTuple):
         return follow_all(self.beams, ways[None], step=step, corners=corners[None], room=ROOM)
 
     def states(self, targets: Array, step: float = STEP) -> tuple[Array, End]:
-        """Follow the twists ``targets`` (n,); return rows, see :class:`Answers`, NaN beyond the end, and the end."""
+        """Follow the twists ``targets`` (n,); return rows, see ``Answers``, NaN beyond the end, and the end."""
         found = self.follow(targets, step)
         return found.rows[0], found.end()
 

@@ -1,7 +1,7 @@
 """Snapshot of a path as a row of numbers, from which the path continues unchanged; compiled.
 
 Friction depends on the way: slip counts from earlier states, and a contact sticks or slides as it did. So a snapshot
-has all that an increment needs of earlier ones (:class:`squama.contacts.increments.Walk`): the last three states,
+has all that an increment needs of earlier ones (``squama.contacts.increments.Walk``): the last three states,
 positions of the scales, contacts, loads, direction of the leg and counters. Zeros are the beam at rest.
 """
 

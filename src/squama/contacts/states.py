@@ -9,6 +9,7 @@ from squama.contacts import entry
 from squama.contacts.path import COLUMNS, Answers, Path, Scale, deflections, motions, named
 from squama.contacts.system import EPS, PHI, PSI, STRAINS
 from squama.model import elastic_plate as plate
+from squama.model.screw import rotations
 from squama.types import Array
 
 THIN = 0.1
@@ -126,22 +127,11 @@ def bent(scale: Scale, rows: Array) -> Array:
     return np.asarray((np.abs(even) + np.abs(odd)) / scale.eta)
 
 
-def _turns(w: Array) -> Array:
-    """Return the rotations (n, 3, 3) of a scale from its attitude at rest, in its axes there, from vectors (n, 3)."""
-    from scipy.spatial.transform import Rotation
-
-    known = np.isfinite(w).all(axis=1)
-    out = np.full((len(w), 3, 3), np.nan)
-    if known.any():
-        out[known] = Rotation.from_rotvec(w[known]).as_matrix()
-    return out
-
-
 def inclinations(path: Path, rows: Array) -> Array:
     """Return the angle (n,) of n_X to the beam's face, seen along the width at rest, rad."""
     theta0 = path.scale.theta0
     at = COLUMNS.index("w_X")
-    x = _turns(rows[:, at : at + 3])[:, :, 0]
+    x = rotations(rows[:, at : at + 3])[:, :, 0]
     # n_X and n_Z at rest are turned by theta0 from the face, about n_Y
     return np.asarray(theta0 + np.arctan2(x[:, 2], x[:, 0]))
 
@@ -152,7 +142,7 @@ def on_tab(path: Path, q: Array) -> tuple[Array, Array]:
     Both (n, 3) from its :func:`motions`, in the scale's own axes, which turn with it; a force along n_X pulls it out.
     """
     K = path.beams.K[0]
-    loads, w, turns = q[:, : len(K)] @ K[:6].T, q[:, 3:6], _turns(q[:, 3:6])
+    loads, w, turns = q[:, : len(K)] @ K[:6].T, q[:, 3:6], rotations(q[:, 3:6])
     # the quantity conjugate to a rotation vector is not yet the moment
     t = np.linalg.norm(w, axis=1)[:, None]
     k = (1 - np.cos(t / 2) / np.sinc(t / (2 * np.pi))) / np.maximum(t, 1e-100) ** 2

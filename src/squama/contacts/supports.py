@@ -6,7 +6,7 @@ For the strains e_i of cell i, the elastic and contact forces of the cell balanc
 
 with X_i the motion of all beyond cell i per strain of it, and W_i the wrench of all loads there, both in the frame
 of the clamped near end: motion (o, v) and wrench (m, f) about its origin. The loads are the loads L_k of ties
-(:class:`squama.contacts.system.Ties`): each is the multiplier of a coordinate that is imposed, as the twist of an end
+(``squama.contacts.system.Ties``): each is the multiplier of a coordinate that is imposed, as the twist of an end
 is by a torque, or the travel of a tip along the force on it. A tie adds L_k c_k to all cells alike, forces L_k f to
 sections, the moment conjugate to a rotation that it holds, and a couple on the far end.
 

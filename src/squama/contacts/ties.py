@@ -28,7 +28,7 @@ _STAYS = -1.0
 class Tie(NamedTuple):
     """One coordinate, and its unit load: forces by section, M, T, B, P on all cells, a section's rotation, a couple.
 
-    ``course``: the strain of the legs that drives it, and the factor; see :class:`squama.contacts.system.Ties`.
+    ``course``: the strain of the legs that drives it, and the factor; see ``squama.contacts.system.Ties``.
     """
 
     forces: Sequence[tuple[float, Array]] = ()

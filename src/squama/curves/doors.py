@@ -267,7 +267,8 @@ def ends_of(asked: Analysis, word: str | None, *, history: bool = False, row: bo
     if word == ENDLESS:
         return word
     if beam.scales is None:
-        refuse("ends", shown(word), "needs a number of scales, and this beam is endless", "write scales=25")
+        remedy = "write scales = 25 under [beam]"
+        refuse("ends", shown(word), "needs a number of scales, and this beam is endless", remedy)
     if word not in known:
         why = f"is not known of {'a row on hinges' if model.straight else 'a beam that is loaded so'}"
         refuse("ends", shown(word), why, f'leave it out, or write ends="{known[0]}"')

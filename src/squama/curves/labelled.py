@@ -102,18 +102,27 @@ def _labelled(load: Load, states: States, mus: Array, page: str) -> dict[str, La
     """Return the variables of states with names from the load's table, units and words from that of symbols.
 
     Equations are the paper's for twisting on hinges, else those of a ``page`` of the theory. Along a curve the load
-    comes first, then its torque or moment and stiffness, then the others in the order of the symbols.
+    comes first, then its torque or moment and stiffness, then the others in the order of the symbols, those of single
+    scales among them.
     """
     by_dim = [*states.by_dim.items(), (("mu",) * mus.ndim, {"mu": mus})]
+    first = _FIRST if any("kappa" in values for _, values in by_dim) else _FIRST[len(_BOTH) :]
+    named = [(dims, values, load.variables(tuple(values)).items()) for dims, values in by_dim]
+    every = [(dims, name, role, values[role]) for dims, values, names in named for role, name in names]
+    groups = list(dict.fromkeys(_group(dims) for dims, *_ in every))
+    every.sort(key=lambda one: (groups.index(_group(one[0])), *_place(first, one[2], one[1])))
     found = {}
-    for dims, values in by_dim:
-        first = _FIRST if "kappa" in values else _FIRST[len(_BOTH) :]
-        for role, name in sorted(load.variables(tuple(values)).items(), key=lambda one: _place(first, *one)):
-            attrs = SYMBOLS[name].attrs
-            if page and attrs.get("equation", "").startswith("paper"):
-                attrs = attrs | {"equation": f"theory: {page}"}
-            found[name] = Labelled(dims, np.asarray(values[role]), attrs)
+    for dims, name, _, value in every:
+        attrs = SYMBOLS[name].attrs
+        if page and attrs.get("equation", "").startswith("paper"):
+            attrs = attrs | {"equation": f"theory: {page}"}
+        found[name] = Labelled(dims, np.asarray(value), attrs)
     return found
+
+
+def _group(dims: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the dimensions without that of single scales, whose variables stand among those of the points."""
+    return tuple(dim for dim in dims if dim != "scale" or "point" not in dims)
 
 
 def _place(first: tuple[str, ...], role: str, name: str) -> tuple[int, int]:

@@ -78,8 +78,8 @@ def bar(beam: Beam, model: Model, mode: str, rotor: float | None, density: float
     stiffness = rigidity / beam.pitch * beam.pitches
     if mode == "uniform":
         if rotor is None:
-            remedy = 'give e.g. "1e-4 kg m2", or write rotor under [beam]'
-            refuse("rotor", "", "is not given: uniform load comes of a rotor at the end", remedy)
+            remedy = 'give its moment of inertia, e.g. "1e-4 kg m2", or write rotor under [beam]'
+            refuse("rotor", "", "is not given: in the uniform mode a rotor at the end of the beam swings", remedy)
         inertia = swinging(beam, model, mode, rotor, (density or 0.0, beam.scale.density or 0.0))
         omega = math.sqrt((1 if kind.sided else 2) * rigidity / (L * inertia))
         notes = _left_out(beam, model, mode, rotor, density)

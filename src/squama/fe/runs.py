@@ -138,11 +138,11 @@ def cell(
     restart : path, optional
         File written after every increment; if it exists, the run continues from it.
     progress : callable, optional
-        Called with a :class:`Progress` after every increment, and every ten seconds within one.
+        Called with a ``Progress`` after every increment, and every ten seconds within one.
     announce : callable, optional
         Called before the first increment of a finite beam with a text on the size of the run.
     last : callable, optional
-        Called with the deformed pitch at the end, a :class:`squama.fe.deformed.Deformed`; endless beams only.
+        Called with the deformed pitch at the end, a ``squama.fe.deformed.Deformed``; endless beams only.
 
     Returns
     -------

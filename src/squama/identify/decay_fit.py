@@ -17,7 +17,7 @@ import functools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -182,7 +182,7 @@ class DecayFit(Estimated):
             **({"faces": self.beam.faces} if self.beam.other else {}),
         }
 
-    def report(self) -> dict[str, Any]:
+    def report(self) -> dict[str, object]:
         """Return the whole result as plain data, for JSON."""
         angle = self.model.load.angle
         return {
@@ -227,7 +227,7 @@ class DecayFit(Estimated):
 
 
 def fit_decay(
-    data: Any,
+    data: object,
     beam: Beam,
     parameters: Sequence[str] | str = DEFAULT,
     *,
@@ -353,8 +353,8 @@ class _Search(NamedTuple):
             return self.trials.derivatives(u * sizes, t, sizes, limits, central=central) / unit
 
         low, high = (limit / sizes for limit in limits)
-        ends: dict[str, Any] = {"bounds": (low, high), "max_nfev": 40, "ftol": _STILL[joint], "xtol": _STILL[joint]}
-        fit = least_squares(residuals, np.clip(p / sizes, low + 1e-9, high - 1e-9), slope, **ends)
+        start, still = np.clip(p / sizes, low + 1e-9, high - 1e-9), _STILL[joint]
+        fit = least_squares(residuals, start, slope, bounds=(low, high), max_nfev=40, ftol=still, xtol=still)
         return _Try(fit.x * sizes, np.asarray(fit.jac) * unit, 2 * float(fit.cost) * unit**2, bool(fit.success))
 
     def quiet(self, tried: _Try, n: int) -> bool:

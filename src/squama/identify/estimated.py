@@ -17,6 +17,18 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+Table = dict[str, tuple[str, object, str, str | None]]
+"""Variables of a dataset by name: dimensions, values, words, and the unit (None for words and counts)."""
+
+
+def variables(table: Table) -> dict[str, tuple[list[str], object, dict[str, str]]]:
+    """Return the variables of a table with their attributes, for ``xarray.Dataset``."""
+    return {
+        name: (dims.split(), values, {"long_name": words} | ({} if unit is None else {"units": unit}))
+        for name, (dims, values, words, unit) in table.items()
+    }
+
+
 class Estimated(ABC):
     """Parameters with their estimates and covariance."""
 
@@ -86,25 +98,20 @@ class Estimated(ABC):
         head = f"# Fitted by squama fit to {', '.join(sources)}: estimates and standard errors"
         return "\n".join([head, *(f"# {line}" for line in self.lines)]) + "\n\n" + self.beam.to_toml()
 
-    def _labelled(
-        self, title: str, table: Mapping[str, tuple[str, object, str, str | None]], attrs: Mapping[str, object]
-    ) -> xr.Dataset:
-        """Return the estimates and a ``table`` (dimensions, values, words, unit by name) as a dataset."""
+    def _labelled(self, title: str, table: Table, attrs: Mapping[str, object]) -> xr.Dataset:
+        """Return the estimates and a table of variables as a dataset."""
         import xarray as xr
 
         names, units = list(self.parameters), np.array([row.unit for row in self.rows])
-        own: dict[str, tuple[str, object, str, str | None]] = {
+        own: Table = {
             "estimate": ("parameter", self.estimates, "estimate", None),
             "error": ("parameter", self.deviations, "standard error", None),
             "unit": ("parameter", units, "unit of the parameter", None),
             "correlation": ("parameter other", self.correlation, "correlation of the estimates", None),
         }
-        data = {}
-        for name, (dims, values, words, unit) in {**table, **own}.items():
-            data[name] = dims.split(), values, {"long_name": words} | ({} if unit is None else {"units": unit})
         found = {"beam": self.beam.to_toml(), "estimates": ", ".join(self.lines), "squama_version": __version__}
         attributes = {"title": f"parameters of a scale-covered beam from a {title}", **attrs, **found}
-        return xr.Dataset(data, coords={"parameter": names, "other": names}, attrs=attributes)
+        return xr.Dataset(variables({**table, **own}), coords={"parameter": names, "other": names}, attrs=attributes)
 
     def summary(self) -> str:
         """Return estimates, errors, correlations and notes as text."""

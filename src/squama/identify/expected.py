@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -12,8 +12,10 @@ from squama._version import __version__
 from squama.beam.design import Beam
 from squama.curves.chosen import idealisation
 from squama.identify.estimate import HARDLY, UNSEEN
+from squama.identify.estimated import Table, variables
 from squama.identify.unknowns import Parameter
-from squama.loads import ENDLESS, LOADS
+from squama.loads import LOADS
+from squama.people import degrees
 from squama.types import Array
 from squama.units import moment
 
@@ -114,7 +116,7 @@ class Plan:
     def verdict(self) -> list[str]:
         """Return the recommended test and its expected errors, as lines."""
         best, loops = self.best, self.loops(self.best)
-        specimen = f"{self.beam.pitches} scales" if self.ends != ENDLESS else self.beam.extent
+        specimen = self.beam.extent if self.beam.scales else "an endless beam"
         what = f"{LOADS[self.load].verb.capitalize()} {specimen} {self._way(best, loops or ENOUGH)}"
         lines = [f"{what}: {self._tells(best, loops or ENOUGH)}"]
         if loops is None:
@@ -131,8 +133,12 @@ class Plan:
 
     def _way(self, one: Candidate, loops: int) -> str:
         """Return a loop and its repetitions in words."""
-        way = _WAYS[one.shape].format(f"{math.degrees(one.top) * self.beam.pitches:.3g} deg")
+        way = _WAYS[one.shape].format(f"{self._top(one)} {degrees(self.beam)[1]}")
         return f"{way}, {_TIMES.get(loops, f'{loops} times')} ({one.readings} readings each time)"
+
+    def _top(self, one: Candidate) -> str:
+        """Return the top of a loop in degrees: of the whole beam, or per pitch of an endless one."""
+        return f"{degrees(self.beam)[0] * one.top:.3g}"
 
     def _tells(self, one: Candidate, loops: int) -> str:
         return ", ".join(
@@ -154,15 +160,14 @@ class Plan:
 
     def table(self) -> tuple[list[str], list[list[str]]]:
         """Return head and rows of a table of the loops that the model can follow."""
-        head = ["loop", "top deg", f"largest {LOADS[self.load].torque_words}", *self.parameters]
+        head = ["loop", f"top {degrees(self.beam)[1]}", f"largest {LOADS[self.load].torque_words}", *self.parameters]
         head += ["correlation"] * (len(self.rows) > 1) + [f"loops for {self._percent}"]
         rows = []
         for one in self.candidates:
             if one.problem:
                 continue
             loops = self.loops(one)
-            top = f"{math.degrees(one.top) * self.beam.pitches:.3g}"
-            cells = [one.shape, top, moment(one.torque), *self._errors(one)]
+            cells = [one.shape, self._top(one), moment(one.torque), *self._errors(one)]
             if len(self.rows) > 1:
                 r, names = self._related(one)
                 cells.append(f"{r:+.2f} {names}")
@@ -197,42 +202,31 @@ class Plan:
                 lines.append(f"note: {shape}: {names} are hardly told apart (correlation up to {r:+.3f})")
         lost = [one for one in self.candidates if one.problem]
         if lost:
-            tops = sorted({f"{math.degrees(abs(one.top)) * self.beam.pitches:.3g}" for one in lost}, key=float)
-            lines.append(f"note: {len(lost)} loops, to {', '.join(tops)} deg, are left out: {lost[0].problem}")
+            tops, unit = sorted({self._top(one).lstrip("-") for one in lost}, key=float), degrees(self.beam)[1]
+            lines.append(f"note: {len(lost)} loops, to {', '.join(tops)} {unit}, are left out: {lost[0].problem}")
         return lines
 
-    def report(self) -> dict[str, Any]:
+    def report(self) -> dict[str, object]:
         """Return the plan as plain values, for JSON."""
         return {
             "verdict": self.verdict()[0],
             "notes": [*self.verdict()[1:], *self.notes()],
             "find": list(self.parameters),
             "units": {row.name: row.unit for row in self.rows},
-            "noise": self.noise,
-            "twist_noise": self.twist_noise,
-            "compliance": self.compliance,
-            "accuracy": self.accuracy,
-            "engaged": self.engaged,
-            "load": self.load,
-            "law": self.law,
-            "joint": self.joint,
-            "ends": self.ends,
+            **{name: getattr(self, name) for name in ("noise", "twist_noise", "compliance", "accuracy", "engaged")},
+            **{name: getattr(self, name) for name in ("load", "law", "joint", "ends")},
             "best": self._entry(self.best),
             "candidates": [self._entry(one) for one in self.candidates],
             "squama_version": __version__,
         }
 
-    def _entry(self, one: Candidate) -> dict[str, Any]:
-        found: dict[str, Any] = {"loop": one.shape, "top": one.top, "readings": one.readings, "problem": one.problem}
+    def _entry(self, one: Candidate) -> dict[str, object]:
+        found = {"loop": one.shape, "top": one.top, "readings": one.readings, "problem": one.problem}
         if one.problem:
             return found
         errors = dict(zip(self.parameters, one.errors.tolist(), strict=True))
-        return found | {
-            "torque": one.torque,
-            "errors": errors,
-            "loops": self.loops(one),
-            "correlation": one.correlation.tolist(),
-        }
+        more = {"torque": one.torque, "errors": errors, "loops": self.loops(one)}
+        return {**found, **more, "correlation": one.correlation.tolist()}
 
     def dataset(self) -> xr.Dataset:
         """Return the loops that the model can follow as a dataset.
@@ -245,41 +239,30 @@ class Plan:
 
         good = [one for one in self.candidates if not one.problem]
         tops = np.array([one.top for one in good])
-        largest = f"largest {LOADS[self.load].torque_words}"
-        data: dict[str, tuple[Any, ...]] = {
-            "loop": ("candidate", [one.shape for one in good], {"long_name": "shape of the loop"}),
-            "top": ("candidate", tops, {"long_name": "largest twist per pitch", "units": "rad"}),
-            "total": (
-                "candidate",
-                tops * self.beam.pitches,
-                {"long_name": "largest twist of the beam", "units": "rad"},
-            ),
-            "readings": ("candidate", [one.readings for one in good], {"long_name": "readings of a loop"}),
-            "torque": (
-                "candidate",
-                [one.torque for one in good],
-                {"long_name": largest, "units": "N m"},
-            ),
-            "loops": ("candidate", [self.loops(one) or 0 for one in good], {"long_name": "loops for the accuracy"}),
+        torque, loops = [one.torque for one in good], [self.loops(one) or 0 for one in good]
+        errors = zip(self.rows, np.array([one.errors for one in good]).T, strict=True)
+        related, dims = [one.correlation for one in good], "candidate parameter other"
+        table: Table = {
+            "loop": ("candidate", [one.shape for one in good], "shape of the loop", None),
+            "top": ("candidate", tops, "largest twist per pitch", "rad"),
+            "total": ("candidate", tops * self.beam.pitches, "largest twist of the beam", "rad"),
+            "readings": ("candidate", [one.readings for one in good], "readings of a loop", None),
+            "torque": ("candidate", torque, f"largest {LOADS[self.load].torque_words}", "N m"),
+            "loops": ("candidate", loops, "loops for the accuracy", None),
+            **{f"error_{r.name}": ("candidate", v, f"standard error of {r.name}", r.unit) for r, v in errors},
+            "correlation": (dims, related, "correlation of estimates", None),
         }
-        for i, row in enumerate(self.rows):
-            words = {"long_name": f"standard error of {row.name}", "units": row.unit}
-            data[f"error_{row.name}"] = ("candidate", [one.errors[i] for one in good], words)
-        related = np.array([one.correlation for one in good])
-        data["correlation"] = (("candidate", "parameter", "other"), related, {"long_name": "correlation of estimates"})
         names = list(self.parameters)
         attrs = {
             "title": f"plan of a test of a scale-covered beam in {LOADS[self.load].name}",
             "verdict": self.verdict()[0],
             "values": self.best.values.tolist(),
-            **{
-                name: getattr(self, name)
-                for name in ("scales", "load", "law", "joint", "ends", "noise", "accuracy", "engaged")
-            },
+            **{name: getattr(self, name) for name in ("scales", "load", "law", "joint", "ends")},
+            **{name: getattr(self, name) for name in ("noise", "accuracy", "engaged")},
             "beam": self.beam.to_toml(),
             "squama_version": __version__,
         }
-        return xr.Dataset(data, coords={"parameter": names, "other": names}, attrs=attrs)
+        return xr.Dataset(variables(table), coords={"parameter": names, "other": names}, attrs=attrs)
 
     def plot(self) -> Figure:
         """Draw the expected errors over the top of the loops."""

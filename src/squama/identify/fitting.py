@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -38,14 +38,14 @@ _HOPELESS = 4.0
 
 
 def fit(
-    data: Any,
+    data: object,
     beam: Beam | Part,
     parameters: Sequence[str] | str = DEFAULT,
     *,
     load: str | Sequence[str] | None = None,
     support: str | None = None,
     law: LawName = "edge",
-    bounds: Mapping[str, tuple[Any, Any]] | None = None,
+    bounds: Mapping[str, tuple[object, object]] | None = None,
     noise: float | str | None = None,
     to: float | str | None = None,
     reversal: float | str | None = None,
@@ -57,7 +57,7 @@ def fit(
     nuisances: Literal["auto", "none"] = "auto",
     ends: EndsName | None = None,
     machine: float | str | None = None,
-    tolerances: Mapping[str, Any] | None = None,
+    tolerances: Mapping[str, object] | None = None,
     each: Sequence[str] | str = (),
 ) -> Fit:
     """Find friction, joint stiffness and other parameters of a beam from measured torque and twist.
@@ -187,7 +187,12 @@ def fit(
     # no rival for a model whose residuals are rounding
     exact = shared.square <= selection.rounding(made, made.used[2])
     rival = None if exact else _rival("hinge" if kind == "compliant" else "compliant", wanted, shared)
-    found = _apart(made, shared, wanted) if own else shared
+    found = shared
+    if own:
+        if len(made.points.readings.words) < 2:
+            remedy = "leave it out, or give a record of several loops or specimens"
+            refuse("each", "", "the record is of one loop", remedy)
+        found = groups.apart(made, shared, own, candidates)
     if dimensions:
         made, found = known.tolerated(made, found, wanted)
     result = _result(made, found, shared, wanted, rival, why)
@@ -203,13 +208,6 @@ def _each(given: Sequence[str] | str, names: tuple[str, ...], samples: int) -> t
     if each and samples:
         refuse("posterior", str(samples), "no samples are drawn where loops have values of their own", "leave one out")
     return each
-
-
-def _apart(made: Prepared, shared: Found, wanted: Wanted) -> Found:
-    """Find the parameters of each group; refuse a record of one group."""
-    if len(made.points.readings.words) < 2:
-        refuse("each", "", "the record is of one loop", "leave it out, or give a record of several loops or specimens")
-    return groups.apart(made, shared, wanted.each, wanted.candidates)
 
 
 def _rival(joint: str, wanted: Wanted, found: Found) -> Rival | None:
@@ -253,6 +251,9 @@ def _result(made: Prepared, found: Found, shared: Found, wanted: Wanted, rival: 
         used = points.take(np.flatnonzero(found.used)).at(at)
         remedies = estimate.remedies(asked, found.estimates, senses, used, found.jacobian, found.noise)
     steep = slope(rec, points, found.used, at, prepare.bar(made), found.noise)
+    effect = None
+    if wanted.machine is None:
+        effect = machines.unknown(found.points, found.used, asked, found.estimates, found.jacobian, found.deviations)
     loops = None
     if not asked.groups and len(rec.specimens) == 1:
         loops = groups.differing(made, shared, "mu")
@@ -279,7 +280,7 @@ def _result(made: Prepared, found: Found, shared: Found, wanted: Wanted, rival: 
         endless=_endless(made, shared),
         doubts=tuple(remarks.doubts(made, found, rival, steep, wanted.machine, loops)),
         loops=loops,
-        machine=remarks.machine(found, wanted.machine),
+        machine=effect,
     )
     return replace(result, notes=(*([why] if why else []), *remarks.notes(result, senses)))
 

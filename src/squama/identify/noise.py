@@ -28,6 +28,12 @@ two branches; noise has 0.6 and more.
 """
 _STRAY, _MOST = 6.0, 0.03
 """Standard deviations, by its neighbours, that make a point stray; largest share of the points that may be stray."""
+_ROWS = 2000
+"""Number of rows at the largest twists that are checked."""
+_PAIRS, _BETWEEN = 5, 4.0
+"""Least number of twists with two rows, in the farther half, for a verdict; least distance of their torques over the
+roughness of the higher ones.
+"""
 _LEVEL = 1.65
 """Bound of correlations of pure noise, times the root of the number of points: exceeded in 5 of 100 cases."""
 _UNEVEN = 2.33
@@ -80,27 +86,45 @@ def _windows(values: Array, reach: int) -> Array:
     return np.lib.stride_tricks.sliding_window_view(np.pad(values, reach, mode="reflect"), 2 * reach + 1)
 
 
-def interleaved(twist: Array, torque: Array, way: Array) -> bool:
-    """Return whether a record jumps between two branches along its way, e.g. because its rows are sorted by twist.
+def interleaved(twist: Array, torque: Array) -> bool:
+    """Return whether the torque jumps between two branches, e.g. because rows are sorted by twist.
 
-    In the farther half of a way, where branches lie apart, the torque's distance from a line through its neighbours is
-    that of the branches. Points above and points below such lines then each form a smooth curve, much smoother than the
-    halves of pure noise.
+    At the larger twists, where branches lie apart, the torque's distance from a line through its neighbours is that of
+    the branches. Points above and points below such lines then each form a smooth curve, much smoother than the halves
+    of pure noise.
     """
-    for number in np.unique(way):
-        own = np.flatnonzero(way == number)
-        far = own[np.abs(twist[own]) > np.median(np.abs(twist[own]))]
-        if far.size < 2 * _LEAST:
-            continue
-        x, y = twist[far], torque[far]
-        apart = _from_lines(x, y)
-        halves = [apart > 0, apart <= 0]
-        if min(map(np.count_nonzero, halves)) < _LEAST:
-            continue
-        smooth = np.concatenate([np.abs(_from_lines(x[half], y[half])) for half in halves])
-        if float(np.median(smooth)) < _BRANCHES * float(np.median(np.abs(apart))):
-            return True
-    return False
+    far = np.abs(twist) > np.median(np.abs(twist))
+    x, y = twist[far], torque[far]
+    if x.size < 2 * _LEAST:
+        return False
+    apart = _from_lines(x, y)
+    halves = [apart > 0, apart <= 0]
+    if min(map(np.count_nonzero, halves)) < _LEAST:
+        return False
+    rough = np.concatenate([np.abs(_from_lines(x[half], y[half])) for half in halves])
+    return float(np.median(rough)) < _BRANCHES * float(np.median(np.abs(apart)))
+
+
+def mixed(twist: Array, torque: Array) -> bool:
+    """Return whether rows are sorted by twist while their torque jumps between two branches.
+
+    Where the rows of loading and unloading have the same twists, the torques of such pairs lie far apart, and the
+    higher ones are a smooth curve; else see :func:`interleaved`.
+    """
+    steps = np.diff(twist)
+    if not steps.size or (steps.min() < 0 < steps.max()):
+        return False
+    # the farthest twists last
+    order = np.argsort(np.abs(twist), kind="stable")[-_ROWS:]
+    x, y = twist[order], torque[order]
+    if interleaved(x, y):
+        return True
+    pairs = np.flatnonzero(np.diff(x) == 0)
+    pairs = pairs[np.abs(x[pairs]) >= np.median(np.abs(x))]
+    if pairs.size < _PAIRS:
+        return False
+    apart, top = np.abs(y[pairs + 1] - y[pairs]), np.maximum(y[pairs + 1], y[pairs])
+    return bool(np.median(apart) > _BETWEEN * np.median(np.abs(np.diff(top, 2))))
 
 
 def _from_lines(x: Array, y: Array) -> Array:

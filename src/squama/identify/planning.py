@@ -141,7 +141,16 @@ def plan(
     arguments.beam(beam)
     arguments.load(load)
     law, kind = LOADS[load].law(arguments.law(law)), LOADS[load]
-    test = _test(beam, parameters, noise, twist_noise, machine, points, load, law, joint, ends)
+    with naming("noise"):
+        sigma = units.bounded(noise, "torque", records.TORQUES)
+    with naming("machine"):
+        compliance = 0.0 if machine is None else 1 / units.bounded(machine, "torque", records.TORQUES)
+    names = ask(beam, load, parameters, joint="hinge" if joint == "hinge" else "compliant").names
+    asked = Wanted(beam, [], names, load, law, None, records.ALL, sigma, 1, ())
+    model, _ = prepare.kind(joint, asked)
+    asked = asked._replace(ends=prepare.ends(model, asked, ends))
+    test = _Test(asked, model, sigma, 0.0, compliance, arguments.whole("points", points, 10, 10_000))
+    test = test._replace(twist_noise=_angle("twist_noise", twist_noise, test) * beam.pitches)
     with naming("accuracy"):
         wanted = units.bounded(accuracy, "ratio", units.Bounds(1e-4, 1.0, "1e-4 to 1", closed=True, example="0.05"))
     engaged, last = _engaged(test)
@@ -178,31 +187,6 @@ def plan(
         best=best,
         free=tuple(more.items()),
     )
-
-
-def _test(
-    beam: Beam,
-    parameters: Sequence[str] | str,
-    noise: float | str,
-    twist_noise: float | str,
-    machine: float | str | None,
-    points: int,
-    load: str,
-    law: str,
-    joint: str | None,
-    ends: str | None,
-) -> _Test:
-    """Check the arguments that describe the test."""
-    with naming("noise"):
-        sigma = units.bounded(noise, "torque", records.TORQUES)
-    with naming("machine"):
-        compliance = 0.0 if machine is None else 1 / units.bounded(machine, "torque", records.TORQUES)
-    names = ask(beam, load, parameters, joint="hinge" if joint == "hinge" else "compliant").names
-    wanted = Wanted(beam, [], names, load, law, None, records.ALL, sigma, 1, ())
-    kind, _ = prepare.kind(joint, wanted)
-    wanted = wanted._replace(ends=prepare.ends(kind, wanted, ends))
-    test = _Test(wanted, kind, sigma, 0.0, compliance, arguments.whole("points", points, 10, 10_000))
-    return test._replace(twist_noise=_angle("twist_noise", twist_noise, test) * beam.pitches)
 
 
 def _angle(name: str, value: float | str, test: _Test) -> float:

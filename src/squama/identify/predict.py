@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from squama import arguments
 from squama.beam.design import Beam
-from squama.curves.histories import cycle
+from squama.curves.doors import How
+from squama.curves.histories import cycled
 from squama.errors import InputError, refuse
+from squama.identify.estimated import Table, variables
 from squama.identify.selection import Found
 from squama.loads import LOADS
 from squama.progress import steps
@@ -67,9 +69,9 @@ def predict(
 
     def curve(beam: Beam) -> xr.Dataset:
         hinged = model.joint == "hinge"
-        how: dict[str, Any] = {"load": model.load, "law": model.law, "joint": model.joint}
-        how["ends"] = None if hinged else model.ends
-        return cycle(beam, to, **how, ideal=hinged, points=points)
+        how: How = {"law": model.law, "joint": model.joint, "ideal": hinged}
+        ends = None if hinged else model.ends
+        return cycled(beam, to, load=model.load, ends=ends, points=points, **how).dataset()
 
     best = curve(model.beam)
     angle, leg = best[load.angle].values, best["leg"].values
@@ -81,7 +83,7 @@ def predict(
             continue
         x, T, own = (one[name].values for name in (load.angle, load.torque, "leg"))
         values.append(_on(angle, leg, x, T, own))
-        work.append(_work(x, T))
+        work.append(np.trapezoid(T, x))
     if len(values) < (1 - _ENDED) * samples:
         refuse("to", "", f"{samples - len(values)} of {samples} draws are not followed", "go less far")
     return _dataset(fit, model, best, np.array(values), np.array(work), probability)
@@ -98,11 +100,6 @@ def _on(angle: Array, leg: Array, x: Array, T: Array, own: Array) -> Array:
     return out
 
 
-def _work(x: Array, T: Array) -> float:
-    """Return the work (J) of a torque along its angles."""
-    return float(np.trapezoid(T, x))
-
-
 def _dataset(fit: Found, model: Model, best: xr.Dataset, values: Array, work: Array, probability: float) -> xr.Dataset:
     import xarray as xr
 
@@ -114,20 +111,18 @@ def _dataset(fit: Found, model: Model, best: xr.Dataset, values: Array, work: Ar
     )
     x, torque = best[load.angle].values, best[T].values
     ends = np.quantile(work, (tail, 1 - tail))
-    words, unit = load.torque_words, {"units": "N m"}
+    words = load.torque_words
     loss = "work per pitch of the whole history, there and back"
-    return xr.Dataset(
-        {
-            load.angle: ("point", x, {"long_name": load.angle_words, "units": "rad"}),
-            T: ("point", torque, {"long_name": f"{words} of the estimates", **unit}),
-            f"{T}_low": ("point", low, {"long_name": f"{words}, {between} this", **unit}),
-            f"{T}_high": ("point", high, {"long_name": f"{words}, {between} and this", **unit}),
-            "leg": ("point", best["leg"].values, {"long_name": "way between two reversals, counted from 1"}),
-            f"{T}_draws": (("draw", "point"), values, {"long_name": f"{words} of each draw", **unit}),
-            "work": ((), _work(x, torque), {"long_name": loss, "units": "J"}),
-            "work_low": ((), float(ends[0]), {"long_name": f"{loss}, {between} this", "units": "J"}),
-            "work_high": ((), float(ends[1]), {"long_name": f"{loss}, {between} and this", "units": "J"}),
-        },
-        attrs={"title": f"prediction in {model.load} from a fit", "load": model.load, "estimates": ", ".join(fit.lines)}
-        | {"draws": len(values), "probability": probability},
-    )
+    table: Table = {
+        load.angle: ("point", x, load.angle_words, "rad"),
+        T: ("point", torque, f"{words} of the estimates", "N m"),
+        f"{T}_low": ("point", low, f"{words}, {between} this", "N m"),
+        f"{T}_high": ("point", high, f"{words}, {between} and this", "N m"),
+        "leg": ("point", best["leg"].values, "way between two reversals, counted from 1", None),
+        f"{T}_draws": ("draw point", values, f"{words} of each draw", "N m"),
+        "work": ("", np.trapezoid(torque, x), loss, "J"),
+        "work_low": ("", ends[0], f"{loss}, {between} this", "J"),
+        "work_high": ("", ends[1], f"{loss}, {between} and this", "J"),
+    }
+    attrs = {"title": f"prediction in {model.load} from a fit", "load": model.load, "estimates": ", ".join(fit.lines)}
+    return xr.Dataset(variables(table), attrs=attrs | {"draws": len(values), "probability": probability})

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +55,7 @@ class Wanted(NamedTuple):
     names: tuple[str, ...]
     load: str
     law: str
-    bounds: Mapping[str, tuple[Any, Any]] | None
+    bounds: Mapping[str, tuple[object, object]] | None
     limits: Limits
     noise: float | None
     starts: int

@@ -17,7 +17,7 @@ from squama import arguments
 from squama.beam.design import Beam
 from squama.curves.hinge_cycles import Senses
 from squama.errors import Problems, naming, refuse
-from squama.identify import noise, order
+from squama.identify import noise
 from squama.identify.noise import scatter
 from squama.io import measured
 from squama.io.columns import Ordinate, torque
@@ -221,7 +221,7 @@ def _usable(s: Measured, turns: list[int], load: Load) -> None:
         refuse(row, "", reason, "correct the row or leave it out")
     if float(s.rate @ s.load) < 0:
         refuse("", "", f"{noun} and {way} have opposite signs", "turn the sign of one of them")
-    if order.mixed(s.rate, s.load):
+    if noise.mixed(s.rate, s.load):
         reason = f"the rows are sorted by the {way}: the {noun} jumps between two branches from row to row"
         refuse("", "", reason, "sort the rows by the time: loading and unloading are mixed up")
     if len(turns) > 1 and n < _LEAST_LEG * (len(turns) + 1):

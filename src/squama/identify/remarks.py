@@ -10,7 +10,7 @@ import numpy as np
 from squama.curves.hinge_cycles import Senses
 from squama.identify import estimate
 from squama.identify.groups import Differing
-from squama.identify.machine import Machine, Unknown, unknown
+from squama.identify.machine import Machine
 from squama.identify.prepare import Prepared
 from squama.identify.result import Fit
 from squama.identify.selection import Found, Rival
@@ -80,13 +80,6 @@ def describes_better(found: Found, other: Found) -> int:
     n = np.count_nonzero(found.used) / min(found.dependence, other.dependence)
     gain = 2 * n * math.log(max(found.rms, 1e-150) / max(other.rms, 1e-150))
     return int(gain > _BETTER) - int(gain < -_BETTER)
-
-
-def machine(found: Found, given: Machine | None) -> Unknown | None:
-    """Return the effect of an unknown testing machine; None where its stiffness is given."""
-    if given is not None:
-        return None
-    return unknown(found.points, found.used, found.asked, found.estimates, found.jacobian, found.deviations)
 
 
 def doubts(

@@ -19,6 +19,7 @@ from squama.curves.finite_rows import Ends
 from squama.errors import refuse
 from squama.identify import estimate
 from squama.identify.estimate import Remedy
+from squama.identify.estimated import Table
 from squama.identify.groups import Differing
 from squama.identify.joint_points import Walked
 from squama.identify.machine import Unknown
@@ -84,7 +85,7 @@ class Fit(Found):
     ``uneven``: whether the noise grows with the slope (the errors allow for both). ``rival``: fit of the other model to
     the same points; ``disagreement``: a sentence where that model describes the points as well (residual at most 1.5
     times as large) and its estimates differ by more than the errors; ``doubts``: why the errors do not hold, empty
-    where they do (:attr:`holds`). ``machine``: effect of a compliant testing machine, None where its stiffness was
+    where they do (``holds``). ``machine``: effect of a compliant testing machine, None where its stiffness was
     given; ``loops``: friction of each loop, with the probability of such differences for equal friction, None for a
     single loop.
 
@@ -248,7 +249,7 @@ class Fit(Found):
             lines += [f"note: {note}"] if note else []
         return [*lines, *super().more]
 
-    def report(self) -> dict[str, Any]:
+    def report(self) -> dict[str, object]:
         """Return the whole result as plain data, for JSON."""
         rec, samples, asked, load = self.record, self.posterior, self.asked, TESTS[self.load]
         columns = (asked.low, asked.high, asked.start, self.at_bound)
@@ -306,7 +307,7 @@ class Fit(Found):
         labels = np.array([s.label for s in rec.specimens])
         error = f"standard error of the fitted {load.torque_words}"
         drawn, T = self.curve(), load.torque
-        table: dict[str, tuple[str, object, str, str | None]] = {
+        table: Table = {
             # (a travel is of the whole part, and has one name)
             load.rate: ("point", rec.load / self.beam.pitch, load.rate_words, "rad/m"),
             load.angle: ("point", rec.load, load.angle_words, load.unit),

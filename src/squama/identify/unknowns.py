@@ -228,7 +228,7 @@ class Asked(NamedTuple):
         """Derivatives of the priors' "torques" by the parameters, N m, shape (parameters, parameters)."""
         return np.asarray(np.diag(self.weight / self.known[1]))
 
-    def more(self, names: Sequence[str], limits: Mapping[str, tuple[Any, Any]]) -> Asked:
+    def more(self, names: Sequence[str], limits: Mapping[str, tuple[object, object]]) -> Asked:
         """Return the parameters with further ``names``, and their limits."""
         rows, *columns = _columns(self.beam, self.load, names, limits, self.priors)
         own = (self.start, self.low, self.high)
@@ -276,7 +276,7 @@ def ask(
     beam: Beam,
     load: str,
     names: Sequence[str] | str,
-    bounds: Mapping[str, tuple[Any, Any]] | None = None,
+    bounds: Mapping[str, tuple[object, object]] | None = None,
     *,
     joint: str = "compliant",
     priors: Mapping[str, tuple[float, float]] = MappingProxyType({}),
@@ -312,7 +312,7 @@ def _columns(
     beam: Beam,
     load: str,
     names: Sequence[str],
-    bounds: Mapping[str, tuple[Any, Any]],
+    bounds: Mapping[str, tuple[object, object]],
     priors: Mapping[str, tuple[float, float]],
 ) -> tuple[tuple[Parameter, ...], Array, Array, Array]:
     """Return rows of parameters, start values and bounds; wrong bounds are refused together."""

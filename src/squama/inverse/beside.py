@@ -80,45 +80,40 @@ def beside(target: Target, beam: Beam, *, elements: bool) -> tuple[Beside, ...]:
     # thick scales on compliant joints never lock, so a lock needs no joint by finite elements
     locks = any(goal.want.at is None and goal.want.figure in OF_LOCKS for goal in target.goals)
     ask = target.compliant or known(beam) or (elements and not locks)
-    found = [] if target.compliant else [_door(target, beam, ask=ask)]
+    found = []
+    if not target.compliant:
+        words = f"squama {load.verb} of this file"
+        if ask:
+            found.append(_judged("door", words, target, beam, target.goals, joint=None))
+        else:
+            outside = said(law.outside(shape(beam)))
+            found.append(Beside("door", words, (), f"not computed: the joint needs elements, {outside}"))
     goals = [goal for goal in target.goals if goal.want.at is not None]
     if goals and ask and not impossible(beam):
         if target.own:
-            found.append(_at_twists(ENDLESS, "as an endless beam", target, beam, goals))
+            found.append(_judged(ENDLESS, "as an endless beam", target, beam, goals))
         bowing = [goal for goal in goals if goal.want.figure in OF_BOW]
         if load.sided and bowing and holds(beam.holding, load):
-            found.append(_at_twists("free_to_bow", "free to bow", target, beam, bowing))
+            found.append(_judged("free_to_bow", "free to bow", target, beam.replace(hold=NOTHING), bowing))
     return tuple(found)
 
 
-def _door(target: Target, beam: Beam, *, ask: bool) -> Beside:
-    """Return the goals by ``squama.twist`` or ``squama.bend`` of the file; without ``ask`` why they are unknown."""
-    words = f"squama {LOADS[target.space.load].verb} of this file"
-    if not ask:
-        return Beside("door", words, (), f"not computed: the joint needs elements, {said(law.outside(shape(beam)))}")
-    wants = [goal.want for goal in target.goals]
+def _judged(
+    key: str, words: str, target: Target, beam: Beam, goals: Sequence[Goal], joint: str | None = "compliant"
+) -> Beside:
+    """Return the goals of a beam by another model; ``joint`` None: by the default model of the response."""
+    wants = [goal.want for goal in goals]
     try:
-        values, answer = joint_figures.followed(beam, wants, target.options, joint=None)
-    except InputError as error:
-        return Beside("door", words, (), str(error))
-    goals = tuple(reached(target.goals, np.array(values), Pitches(beam.pitch, beam.pitches), target.accept))
-    if answer.attrs["joint"] == "hinge" and all(goal.met for goal in goals):
-        # the model of the search again: no confirmation
-        return Beside("door", words, (), "by hinges, too")
-    return Beside("door", words, goals)
-
-
-def _at_twists(key: str, words: str, target: Target, beam: Beam, goals: Sequence[Goal]) -> Beside:
-    """Return the goals at twists by the endless beam, or by the beam that is free to bow."""
-    endless = key == ENDLESS
-    one, wants = beam if endless else beam.replace(hold=NOTHING), [goal.want for goal in goals]
-    try:
-        values, answer = joint_figures.followed(one, wants, target.options, endless=endless)
+        values, answer = joint_figures.followed(beam, wants, target.options, joint, endless=key == ENDLESS)
     except InputError as error:
         return Beside(key, words, (), str(error))
-    note = "" if np.isfinite(values).all() else str(answer["end"].item())
-    found = reached(goals, np.array(values), Pitches(beam.pitch, beam.pitches), target.accept)
-    return Beside(key, words, tuple(found), note)
+    found = tuple(reached(goals, np.array(values), Pitches(beam.pitch, beam.pitches), target.accept))
+    if joint is not None:
+        return Beside(key, words, found, "" if np.isfinite(values).all() else str(answer["end"].item()))
+    if answer.attrs["joint"] == "hinge" and all(goal.met for goal in found):
+        # the model of the search again: no confirmation
+        return Beside(key, words, (), "by hinges, too")
+    return Beside(key, words, found)
 
 
 def by_elements(beam: Beam, sense: str, rates: Sequence[float]) -> list[str]:

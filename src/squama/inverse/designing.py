@@ -46,9 +46,6 @@ WORSE = 2.0
 """Designs that miss the target are returned up to this multiple of the least merit."""
 
 
-_SHORT = {name: key for key, name in FULL.items()}
-
-
 @dataclass(frozen=True)
 class Design:
     """A beam found by the search, with its goals and checks.
@@ -103,7 +100,7 @@ class Design:
         goals = (
             ", ".join([f"{goal.name} {goal.reached:.4g} {goal.unit}".strip(), *self.said(goal)]) for goal in self.goals
         )
-        values = (f"{name} {text_of(_SHORT.get(name, name), value)}" for name, value in self.values.items())
+        values = (f"{name} {text_of(name, value)}" for name, value in self.values.items())
         return "; ".join([*goals, *values, *(f"{k} {v}" for k, v in self.chosen.items())])
 
     def to_toml(self, title: str = "") -> str:
@@ -162,7 +159,7 @@ class InverseDesign:
 
 
 def inverse_design(
-    target: str | os.PathLike[str] | Mapping[str, Any] | Target,
+    target: str | os.PathLike[str] | Mapping[str, object] | Target,
     *,
     beam: Beam | None = None,
     designs: int | None = None,
@@ -182,7 +179,7 @@ def inverse_design(
     target : path or mapping
         A TOML file, or the same as nested mappings: ``target`` (the goals), ``vary`` (bounds by dimension), ``choose``
         (lists of values or materials), ``limits``, ``rounding``, ``tolerance``; and ``start`` or the tables of a beam.
-        See docs, how-to: design a beam. Or a :class:`Target`.
+        See docs, how-to: design a beam. Or a ``Target``.
     beam, designs : Beam, int, optional
         In place of the target's: the starting beam, which supplies all values that do not vary; largest number of
         distinct designs (5).

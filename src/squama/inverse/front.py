@@ -60,7 +60,7 @@ WAYS = {1: "max", -1: "min"}
 
 
 def pareto(
-    target: str | os.PathLike[str] | Mapping[str, Any] | Target,
+    target: str | os.PathLike[str] | Mapping[str, object] | Target,
     *,
     beam: Beam | None = None,
     population: int | None = None,
@@ -229,7 +229,7 @@ class Trade:
         if self.chosen.at is not None:
             # stiffness at a twist counts in contact only: "stiffness" is that before engagement
             apart = found.load_e >= self.chosen.at.per_pitch(c.d, c.sizes["beam"]["scales"])
-            of_contact = [o.name in ("tangent", "stiffness_ratio") for o in self.chosen.objectives]
+            of_contact = np.array([o.name in ("tangent", "stiffness_ratio") for o in self.chosen.objectives])
             values[np.ix_(apart, of_contact)] = np.nan
         at = [] if self.chosen.at is None else [self.chosen.at]
         sizes = limits.Sizes.of(c, self.space.load, limits.farthest(c, at, found.values[-1] if self.lock else None))
@@ -357,10 +357,10 @@ def _dataset(target: Target, chosen: Settings, y: Array, values: Array) -> xr.Da
     y, values = y[order], values[order]
     seen = Trade(target, chosen).evaluate(y, plates=True)
     c, found = seen.cells, seen.found
-    variables: dict[str, Any] = {}
+    variables: dict[str, object] = {}
     for o, column in zip(chosen.objectives, values.T, strict=True):
         unit, words = OBJECTIVES[target.options.joint][o.name]
-        about: dict[str, Any] = {"units": unit, "long_name": words, "objective": WAYS[o.sense]}
+        about: dict[str, object] = {"units": unit, "long_name": words, "objective": WAYS[o.sense]}
         variables[o.name] = ("design", column, about | ({"at": chosen.given} if o.want.at else {}))
     for v in space.variables:
         about = PARAMETERS[v.key].symbol.attrs | {"low": v.low, "high": v.high}

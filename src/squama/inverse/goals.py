@@ -6,13 +6,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple, NoReturn
+from typing import Generic, NamedTuple, NoReturn
 
 import numpy as np
 
 from squama.errors import Problems, refuse
 from squama.inverse import targetfile
-from squama.inverse.named_figures import FIGURES, At, Want
+from squama.inverse.named_figures import FIGURES, At, Number, Want
 from squama.inverse.space import Space
 from squama.inverse.targetfile import AT_POINTS, Context, PointTable, TargetTable
 from squama.io import files, measured
@@ -31,17 +31,17 @@ SENSES = {"=": "", ">=": "at least ", "<=": "at most "}
 """Words before a required value."""
 
 
-class Pitches(NamedTuple):
+class Pitches(NamedTuple, Generic[Number]):
     """Pitch ``d`` (m) and number of scales of designs; numbers or arrays."""
 
-    d: Any
-    scales: Any
+    d: Number
+    scales: Number
 
-    @classmethod
-    def of(cls, every: Sequence[Cells], n: int) -> Pitches:
+    @staticmethod
+    def of(every: Sequence[Cells], n: int) -> Pitches[Array]:
         """Return pitches and numbers of scales of sets of columns, shape (sets, n)."""
         d, scales = [c.d for c in every], [c.sizes["beam"]["scales"] for c in every]
-        return cls(np.reshape(d, (-1, n)), np.reshape(scales, (-1, n)))
+        return Pitches(np.reshape(d, (-1, n)), np.reshape(scales, (-1, n)))
 
 
 class Goal(NamedTuple):
@@ -63,7 +63,7 @@ class Goal(NamedTuple):
     scale: float = 0.0
     group: str = ""
 
-    def value(self, d: Any, scales: Any = 1.0) -> Any:
+    def value(self, d: Number, scales: Number | float = 1.0) -> Number:
         """Return the required value in SI units (twists: rad per pitch) for pitches d (m) and numbers of scales."""
         return self.asked + 0 * d if self.twist is None else self.twist.per_pitch(d, scales)
 
@@ -76,12 +76,12 @@ class Goal(NamedTuple):
         difference = float(self.relative(reached, d, scales))
         return (difference >= -accept or self.sense == "<=") and (difference <= accept or self.sense == ">=")
 
-    def relative(self, reached: Any, d: Any, scales: Any) -> Any:
+    def relative(self, reached: Number, d: Number, scales: Number | float) -> Number:
         """Return the difference of a figure (SI) from the goal, over ``scale`` or the goal; complex steps pass."""
         asked = self.value(d, scales)
         return (reached - asked) / (self.scale or asked)
 
-    def slope(self, reached: Array, slopes: Array, moved: Pitches) -> Array:
+    def slope(self, reached: Array, slopes: Array, moved: Pitches[Array]) -> Array:
         """Return derivatives (variables, designs) of :meth:`relative`; 0 where there is no figure."""
         known = np.where(np.isfinite(reached), reached, 0.0)
         return np.asarray(np.imag(self.relative(known + 1j * STEP * slopes, *moved)) / STEP)
@@ -115,7 +115,7 @@ class Reached:
 def reached(
     goals: Sequence[Goal],
     values: Array,
-    own: Pitches,
+    own: Pitches[float],
     accept: float,
     effects: Array | None = None,
     names: Sequence[str] = (),

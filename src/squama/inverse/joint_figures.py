@@ -7,7 +7,6 @@ the implicit function theorem (:mod:`squama.contacts.derivatives`).
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -62,8 +61,11 @@ def _values(c: Cells, wants: Sequence[Want], options: Options, copies: int) -> t
     twists = list(dict.fromkeys(w.at for w in wants if w.at is not None)) or [At(0.0, path.RANGE)]
     n = c.sizes["beam"]["scales"]
     twists.sort(key=lambda at: float(np.max(at.per_pitch(c.d, n).real)))
-    common: dict[str, Any] = {"load": options.load, "sense": options.sense, "copies": copies, "along": False}
-    by_twist = {at: compliant_columns.solved(c, at.per_pitch(c.d, n), **common) for at in twists}
+    load, sense = options.load, options.sense
+    by_twist = {
+        at: compliant_columns.solved(c, at.per_pitch(c.d, n), load=load, sense=sense, copies=copies, along=False)
+        for at in twists
+    }
     last = by_twist[twists[-1]]
     found = [_figure(c, want.figure, by_twist.get(want.at or twists[-1], last)) for want in wants]
     return np.array(found).reshape(len(wants), c.d.size), last
@@ -92,16 +94,17 @@ def followed(
     load = LOADS[options.load]
     at = [None if w.at is None else w.at.per_length(beam) for w in wants]
     rates = sorted({rate for rate in at if rate is not None})
-    common: dict[str, Any] = {"sense": options.sense, "joint": joint, "ends": ENDLESS if endless else None}
+    sense, ends = options.sense, ENDLESS if endless else None
+    how: doors.How = {"joint": joint}
     if joint == "hinge":
-        common |= {"law": options.law, "margin": options.margin}
+        how |= {"law": options.law, "margin": options.margin}
     if not rates and joint != "compliant":
         rates = [NEAR_REST / beam.pitch]
     elif not rates:
         # far enough for the figures at engagement
-        engaged = float(doors.respond(beam, options.load, at=[0.0], **common)["Phi_e"])
+        engaged = float(doors.respond(beam, options.load, at=[0.0], sense=sense, ends=ends, **how)["Phi_e"])
         rates = [2 * engaged if np.isfinite(engaged) else 0.0]
-    answer = doors.respond(beam, options.load, at=rates, **common)
+    answer = doors.respond(beam, options.load, at=rates, sense=sense, ends=ends, **how)
     alone = {"engagement": float(answer[f"{load.angle}_e"]), "length": beam.length}
     alone["stiffness"] = float(answer.attrs.get("rigidity", load.rigidity(beam)))
     if End(answer["end"].item()).locks:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -40,6 +40,9 @@ OF_LOCKS = {
 FIGURES = OF_LOCKS | OF_BEAM | AT_TWIST
 
 
+Number = TypeVar("Number", float, Array)
+
+
 class At(NamedTuple):
     """A twist ``rate * d + angle + total / N`` in rad per pitch, one term of which is set.
 
@@ -51,7 +54,7 @@ class At(NamedTuple):
     angle: float
     total: float = 0.0
 
-    def per_pitch(self, d: Any, scales: Any = 1.0) -> Any:
+    def per_pitch(self, d: Number, scales: Number | float = 1.0) -> Number:
         """Return the twist (rad per pitch) of beams with pitches d (m) and numbers of scales."""
         return self.rate * d + self.angle + self.total / scales
 

@@ -126,7 +126,7 @@ class Residuals:
         slopes = np.where(missing[:, None, :] | ~np.isfinite(slopes), 0.0, slopes)
         return np.where(missing, 1.0, room) - EDGE, slopes
 
-    def _residuals(self, found: Found, own: Pitches, moved: Pitches) -> tuple[Array, Array]:
+    def _residuals(self, found: Found, own: Pitches[Array], moved: Pitches[Array]) -> tuple[Array, Array]:
         """Return weighted relative differences from the goals (goals, n), and derivatives (goals, variables, n).
 
         A design without the figure has MISSING plus the share of the twist that its curve does not reach.

@@ -95,11 +95,11 @@ class Target(NamedTuple):
 
 
 def read_target(
-    target: str | os.PathLike[str] | Mapping[str, Any],
+    target: str | os.PathLike[str] | Mapping[str, object],
     *,
     beam: Beam | None = None,
     need: str = "target",
-    overrides: Mapping[str, Mapping[str, Any]] | None = None,
+    overrides: Mapping[str, Mapping[str, object]] | None = None,
 ) -> Target:
     """Read a target from a TOML file, or from nested mappings (numbers without a unit are then SI).
 
@@ -138,7 +138,7 @@ def read_target(
 
 
 def _start(
-    start: object, tables: dict[str, Any], folder: Path, overrides: Mapping[str, Mapping[str, Any]], *, bare: bool
+    start: object, tables: dict[str, Any], folder: Path, overrides: Mapping[str, Mapping[str, object]], *, bare: bool
 ) -> Beam:
     """Return the starting beam from a file, from tables of the target, or from the file with values of the tables."""
     wrong = Problems()

@@ -117,7 +117,7 @@ _KEYS = {
 }
 
 
-def parse(data: Mapping[str, Any]) -> tuple[File | None, dict[str, Any], list[Problem]]:
+def parse(data: Mapping[str, object]) -> tuple[File | None, dict[str, Any], list[Problem]]:
     """Split a target file into its own part (None if its structure is wrong) and the unread tables of the beam.
 
     The third part of the result lists mistakes of structure.

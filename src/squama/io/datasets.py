@@ -74,6 +74,7 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     >>> again.identical(r)
     True
     """
+    arguments.result(dataset)
     arguments.place(path, "curve.nc")
     write, _ = FORMATS[extension(path, FORMATS)]
     return files.atomic_write(path, lambda place: write(dataset, place))

@@ -291,6 +291,8 @@ def make_folder(path: str | os.PathLike[str]) -> Path:
     """Make a folder if it is missing, and return it; refuse a place that cannot hold it or its files."""
     with _writing(path):
         target = Path(path).resolve()
+        if os.fspath(path) == STANDARD:
+            raise _error(path, "is standard output, which holds no folder", "give the name of a folder")
         if target.exists() and not target.is_dir():
             raise _error(path, "is a file", "give the name of a folder")
         _check_place(target / "file" if target.is_dir() else target, path)

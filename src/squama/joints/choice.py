@@ -26,7 +26,7 @@ _SEVEN = _HINGED.format(
 class Joint(NamedTuple):
     """The joint of a beam's scales.
 
-    ``K`` (9, 9), with E = 1 and d = 1, over the motions of :mod:`squama.joints.factor` (7 by 7 where the file has no
+    ``K`` (9, 9), with E = 1 and d = 1, over the motions of ``squama.joints.factor`` (7 by 7 where the file has no
     more, None for a hinge); its ``source``; a ``note`` for the reader, or ""; ``band``, the estimated relative error of
     the torque due to K (NaN if unknown); ``strain`` (4, 9, 9), the forms of :func:`squama.joints.law.strain`, None
     where neither the law nor elements supply them; ``bends``: whether K includes bending of the embedded part.
@@ -73,7 +73,7 @@ def joint_of(beam: Beam) -> Joint:
 
     The first available source counts: the matrix of the beam's file; the law, in its range; finite elements, if the
     extra fe is installed, cached for the user; else a hinge. A stiffness or an inclusion factor in the file was
-    measured and overrides the corresponding part of K, see :func:`squama.joints.factor.scaled`.
+    measured and overrides the corresponding part of K, see ``squama.joints.factor.scaled``.
 
     Raises
     ------

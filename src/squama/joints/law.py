@@ -1,7 +1,7 @@
 """The law of the joint: its stiffness over nine motions as a function of the shape, fitted to finite elements.
 
-Eight numbers describe a pitch: lengths over d, angles, Poisson's ratio (:class:`Shape`). Gaussian processes over
-:func:`features` (:mod:`squama.joints.processes`) fit the factor of K (:mod:`squama.joints.factor`), so that K is always
+Eight numbers describe a pitch: lengths over d, angles, Poisson's ratio (``Shape``). Gaussian processes over
+``features`` (``squama.joints.processes``) fit the factor of K (``squama.joints.factor``), so that K is always
 positive definite. The outputs are the logarithms of the pivots, less those of a bare bar
 
     twist G J (Saint-Venant)        bend w (2 lambda)^3 / 12        stretch 2 w lambda
@@ -90,7 +90,7 @@ _SLACK = 1e-9
 
 
 def stiffness(shape: Shape, by: Law | None = None) -> Array:
-    """Return K (9, 9), or (n, 9, 9) for arrays, over the motions of :mod:`squama.joints.factor`, E = 1 and d = 1.
+    """Return K (9, 9), or (n, 9, 9) for arrays, over the motions of ``squama.joints.factor``, E = 1 and d = 1.
 
     Positive definite for every shape, also outside the law's range (:func:`outside`). ``by``: a law other than the
     package's.
@@ -107,7 +107,7 @@ def strain(shape: Shape, by: Law | None = None) -> Array:
     """Return the quadratic forms (4, 9, 9), or (n, 4, 9, 9), of the strain near the edges of the embedded scale.
 
     With q the nine motions, q^T form q is the mean of 2 W / E near an edge, W the energy per volume: the square of the
-    strain of a bar in tension with that energy. Edges are those of :data:`squama.fe.pitch_stiffness.EDGES_OF_TAB`, the
+    strain of a bar in tension with that energy. Edges are those of ``squama.fe.pitch_stiffness.EDGES_OF_TAB``, the
     averaging distance is its ``NEAR``. Never negative.
     """
     law = by or shipped()
@@ -133,7 +133,7 @@ def errors() -> Errors:
 def band(shape: Shape, by: Law | None = None) -> Array:
     """Return the estimated relative error (n,) of the torque due to the law: twice its rms at that shape.
 
-    It grows with the :func:`distance` to the fitted designs; the relation was calibrated on designs left out in turn
+    It grows with the ``distance`` to the fitted designs; the relation was calibrated on designs left out in turn
     and on others that were not fitted. It is larger in a corner of the range, where fitted designs lie on one side only
     (:func:`cornered`).
     """
@@ -145,7 +145,7 @@ def band(shape: Shape, by: Law | None = None) -> Array:
 def cornered(shape: Shape) -> Array:
     """Return how far shapes (n,) lie in a corner of the law's range, from 0 to 1: all eight numbers at an end.
 
-    A number within :data:`BORDER` of an end counts by its nearness; a single number is no corner.
+    A number within ``BORDER`` of an end counts by its nearness; a single number is no corner.
     """
     near = sum(
         np.clip(1 - np.minimum(x - r.low, r.high - x) / (BORDER * (r.high - r.low)), 0.0, 1.0)

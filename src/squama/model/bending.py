@@ -1,6 +1,6 @@
 r"""Bending: the tip's corner B of a scale on the face of the next scale (docs, theory: bending).
 
-This is the contact BF of :mod:`squama.model.screw` without twist, as a function of the inclination; no other contact
+This is the contact BF of ``squama.model.screw`` without twist, as a function of the inclination; no other contact
 comes in before a lock. With psi = 2 h the bend per pitch, c and s cosine and sine of theta, and lam the height of the
 scales' face over the line that keeps its length, the corner lies in the face where
 

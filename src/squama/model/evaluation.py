@@ -1,6 +1,6 @@
 """Evaluation of one design's path: at a single place with plain floats, or at many places with arrays.
 
-Compiled code has its own versions of these functions (:mod:`squama.batch.kernel`), over the same rows.
+Compiled code has its own versions of these functions (``squama.batch.kernel``), over the same rows.
 """
 
 from __future__ import annotations

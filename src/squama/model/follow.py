@@ -5,7 +5,7 @@ is halved until none does, so that a margin that only touches zero is found too.
 interval, and another neighbour that comes in before it cuts the path (:mod:`squama.model.crossings`).
 
 The functions work on one design. Python executes them for few designs, with :mod:`squama.model.evaluation`, and they
-are compiled for many, with :mod:`squama.batch.kernel`; nothing else differs.
+are compiled for many, with ``squama.batch.kernel``; nothing else differs.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Other contacts of the rigid plates: edges on edges and corners on faces of all overlapping scales.
 
-Scale 1 and scale 1 + k are rectangles (thick ones: :mod:`squama.model.boxes`); in the axes of scale 1 scale 1 + k has
+Scale 1 and scale 1 + k are rectangles (thick ones: ``squama.model.boxes``); in the axes of scale 1 scale 1 + k has
 the base midpoint o and the axes k_IJ.
 
 Each of the 24 feature pairs has a signed distance that changes sign when the features meet; a change counts if the

@@ -80,6 +80,26 @@ def cross(a: Array, b: Array) -> Array:
     return np.array([y * w - z * v, z * u - x * w, x * v - y * u])
 
 
+def coefficients(q: Array) -> tuple[Array, Array, Array]:
+    """Return sin(rho)/rho, (1 - cos(rho))/rho^2 and (rho - sin(rho))/rho^3 of a rotation by rho, from q = rho^2."""
+    small = q < _SERIES**2
+    rho = np.sqrt(np.where(small, 1.0, q))
+    sin, cos = np.sin(rho), np.cos(rho)
+    a = np.where(small, 1 - q / 6 * (1 - q / 20 * (1 - q / 42)), sin / rho)
+    b = np.where(small, 0.5 - q / 24 * (1 - q / 30 * (1 - q / 56)), (1 - cos) / rho**2)
+    c = np.where(small, 1 / 6 - q / 120 * (1 - q / 42 * (1 - q / 72)), (rho - sin) / rho**3)
+    return a, b, c
+
+
+def rotations(w: Array) -> Array:
+    """Return the rotations (n, 3, 3) by rotation vectors (n, 3), rad (Rodrigues' formula)."""
+    a, b, _ = (v[:, None, None] for v in coefficients((w * w).sum(axis=1)))
+    axes = np.eye(3)
+    once = np.cross(w[:, None], axes)
+    # rows are the turned axes
+    return np.asarray((axes + a * once + b * np.cross(w[:, None], once)).swapaxes(1, 2))
+
+
 class Screw(NamedTuple):
     """The screw g from one scale to the next: w, v, sin(rho)/rho, (1 - cos(rho))/rho^2, (rho - sin(rho))/rho^3."""
 
@@ -93,14 +113,8 @@ class Screw(NamedTuple):
     def of(cls, psi: Array, phi: Array, y_n: Array) -> Screw:
         """Return the screw of a bend and a twist per pitch, rad."""
         zero = 0.0 * psi
-        q = psi * psi + phi * phi
-        small = q < _SERIES**2
-        rho = np.sqrt(np.where(small, 1.0, q))
-        sin, cos = np.sin(rho), np.cos(rho)
-        a = np.where(small, 1 - q / 6 * (1 - q / 20 * (1 - q / 42)), sin / rho)
-        b = np.where(small, 0.5 - q / 24 * (1 - q / 30 * (1 - q / 56)), (1 - cos) / rho**2)
-        c = np.where(small, 1 / 6 - q / 120 * (1 - q / 42 * (1 - q / 72)), (rho - sin) / rho**3)
-        return cls(np.array([-psi, zero, -phi]), np.array([zero, zero, 1 + psi * y_n]), a, b, c)
+        w, v = np.array([-psi, zero, -phi]), np.array([zero, zero, 1 + psi * y_n])
+        return cls(w, v, *coefficients(psi * psi + phi * phi))
 
     def turned(self, x: Array) -> Array:
         """Return R x, the vectors x turned by the screw's rotation."""

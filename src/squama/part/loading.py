@@ -194,6 +194,8 @@ def _place(text: str, beam: Beam, n: int) -> float:
     words = {"tip": float(n), "middle": n / 2, "root": 0.0}
     if text.strip() in words:
         return words[text.strip()]
+    if not _is_length(text):
+        refuse("", shown(text), "is no place on the beam", 'write "tip", "middle", "root", or a length such as "12 mm"')
     at = quantity(text, Dimension.LENGTH, bare=False) / beam.pitch
     if not 0 <= at <= n * (1 + 1e-9):
         long = f"{1e3 * n * beam.pitch:g} mm"

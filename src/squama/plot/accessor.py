@@ -66,7 +66,7 @@ class Result:
         return None if text is None else Beam.from_toml_text(text)
 
     def plot(self, *given: Any, **options: Any) -> Figure:
-        """Return the figure for this kind of result, with the arguments of its function in :mod:`squama.plot`.
+        """Return the figure for this kind of result, with the arguments of its function in ``squama.plot``.
 
         Raises InputError for a dataset without a figure.
         """

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from squama.beam.design import Beam
-from squama.loads import ended
+from squama.loads import LOADS, ended
 from squama.plot import style
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
 
@@ -25,6 +25,8 @@ def cycle_figure(dataset: xr.Dataset) -> Figure:
     left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))
     loops(dataset, left)
     energies(dataset, right)
+    for ax in (left, right):
+        style.degrees_above(ax, LOADS[dataset.attrs["load"]], Beam.from_toml_text(dataset.attrs["beam"]))
     title = f"Cycles of {dataset.attrs['load']} {ended(dataset.attrs)}, {style.about(dataset)}"
     return style.headline(figure, title, (left, right))
 
@@ -92,6 +94,7 @@ def energies(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
         ax.plot(way, factor * values, color=colour, label=style.label(name).rpartition(" (")[0])
     ax.locator_params(axis="x", nbins=style.TICKS)
     ax.set(xlim=(0, way[-1]), ylim=(0, 1.3 * factor * largest))
-    ax.set(xlabel=f"Way gone {names.name} (rad per pitch)", ylabel=f"Energy per length {style.unit_of(text)}")
+    covered = f"{names.verb.capitalize()} covered so far (rad per pitch)"
+    ax.set(xlabel=covered, ylabel=f"Energy per length {style.unit_of(text)}")
     ax.legend(loc="upper left")
     return ax

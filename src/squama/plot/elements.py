@@ -31,6 +31,7 @@ _FINITE: tuple[tuple[str, str, style.Dash], ...] = (("beam", GREY, "-"), ("row",
 """Names, colours and line styles of finite beams."""
 MARKS: tuple[style.Dash, ...] = (":", (0, (5, 2)), (0, (4, 1.5, 1, 1.5)))
 """Styles of the vertical lines at changes of the contact."""
+TWIST = "Twist (deg per pitch)"
 SCALE = (0.62, 0.60, 0.56, 0.45)
 
 
@@ -82,7 +83,7 @@ def elements_figure(data: xr.Dataset) -> Figure:
     pitch = float(data["phi"][-1] / data["Phi"][-1]) if data["Phi"][-1] else 1.0
     for ax, below in zip(axes[0], axes[1], strict=True):
         below.set_xlabel(style.label("Phi"))
-        top = style.scaled_above(ax, pitch, style.angle_label("twisting"))
+        top = style.scaled_above(ax, np.degrees(pitch), TWIST)
         top.xaxis.label.set_fontsize(7)
         top.xaxis.set_major_locator(MaxNLocator(6))
     handles = [style.key("slope at the start", **style.BARE), style.key("increment", **ticks)]
@@ -93,22 +94,21 @@ def elements_figure(data: xr.Dataset) -> Figure:
     attrs = data.attrs
     blocked = ", roll and yaw blocked" if "blocked" in attrs["joint"] else ""
     stopped = "" if attrs["reached"] else f"\n{attrs['sentence']}"
-    what = f"sense {attrs['sense']}, $\\mu$ = {float(data['mu']):g}: {attrs['mesh']}{stopped}"
-    title = f"Periodic cell of finite elements{blocked}, {what}\nScales: {attrs['plates']}"
+    title = f"One pitch by finite elements{blocked}, sense {attrs['sense']}, $\\mu$ = {float(data['mu']):g}{stopped}"
     return style.headline(figure, title, axes.flat)
 
 
 @style.styled
 def compare_figure(table: xr.Dataset) -> Figure:
-    """Draw models and finite elements together, from :func:`squama.fe.agreement.compare`.
+    """Draw models and finite elements together, from ``squama.fe.agreement.compare``.
 
     Torque, its difference from the elements with the band of agreement, inclination and its difference, all over the
-    twist per pitch. Finite beams have no differences; :data:`VARIANTS` of the hinge appear in the table only.
+    twist in degrees per pitch. Finite beams have no differences; ``VARIANTS`` of the hinge are in the table only.
     """
     figure = style.new_figure(style.PAGE, 5.4)
     axes = figure.subplots(2, 2, sharex=True)
     (torque, off), (theta, apart) = axes
-    phi = np.asarray(table["phi"].values, float)
+    phi = np.degrees(np.asarray(table["phi"].values, float))
     highest = style.finite_max(table["T_elements"].values)
     factor, text = style.prefixed("T", highest)
     own: style.Look = {"color": INK, "marker": "o", "markersize": 2.6, "linewidth": 0.8}
@@ -137,8 +137,8 @@ def compare_figure(table: xr.Dataset) -> Figure:
     off.set_ylim(-max(low, 1.6 * share), max(top, 1.6 * share))
     torque.set_ylabel(text)
     off.set_ylabel("Difference of the torque (%)")
-    theta.set(ylabel=style.label("theta", "deg"), xlabel=style.angle_label("twisting"))
-    apart.set(ylabel=r"Difference of $\theta$ (deg)", xlabel=style.angle_label("twisting"))
+    theta.set(ylabel=style.label("theta", "deg"), xlabel=TWIST)
+    apart.set(ylabel=r"Difference of $\theta$ (deg)", xlabel=TWIST)
     torque.set_xlim(0, 1.03 * style.finite_max(phi))
     for ax in (theta, apart):
         ax.ticklabel_format(useOffset=False, style="plain")

@@ -25,7 +25,7 @@ from squama.plot import style
 from squama.plot.palette import ACCENT, GREY, INK
 from squama.types import Array
 
-PLACE, TWISTS = "Scale, counted from the first", r"twist per pitch $\varphi$ (rad)"
+PLACE = "Scale, counted from the first"
 
 
 @style.styled
@@ -38,11 +38,12 @@ def row_figure(dataset: xr.Dataset) -> Figure:
     figure = style.new_figure(style.PAGE, 3.3)
     left, right = figure.subplots(1, 2)
     inclinations(dataset, left)
-    phi, count = dataset["phi"].values, dataset.sizes["scale"]
+    count, (twist, words) = dataset.sizes["scale"], _twist(dataset)
     factor, text = style.prefixed("T", style.finite_max(dataset["T"].values))
-    right.plot(phi, factor * dataset["T"].values, color=INK, label=f"row of {count} scales")
-    right.set(xlabel=style.angle_label("twisting"), ylabel=text)
-    _beside(right, phi, factor * dataset["T_periodic"].values, "endless beam", float(dataset["phi_e"]), "engagement")
+    right.plot(twist, factor * dataset["T"].values, color=INK, label=f"row of {count} scales")
+    right.set(xlabel=words, ylabel=text)
+    engaged = float(dataset["phi_e"]) * np.degrees(count)
+    _beside(right, twist, factor * dataset["T_periodic"].values, "endless beam", engaged, "engagement")
     right.set_ylim(0, 1.25 * factor * style.finite_max(dataset["T"].values))
     about = f"{model(dataset.attrs)}, sense {dataset.attrs['sense']}, $\\mu$ = {float(dataset['mu']):g}"
     return style.headline(figure, f"Twisting of a row of {count} scales: {about}", (left, right))
@@ -58,8 +59,14 @@ def inclinations(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
         endless = np.degrees(float(dataset["theta_periodic"][i]))
         ax.plot([dataset.sizes["scale"] + 0.5], [endless], color=colour, **mark)
     handles.append(style.key("endless beam", linestyle="", **mark))
-    style.legend_under(ax, handles, TWISTS)
+    style.legend_under(ax, handles, _twist(dataset)[1])
     return ax
+
+
+def _twist(dataset: xr.Dataset) -> tuple[Array, str]:
+    """Return the twists (n,) of a finite beam in degrees over all its scales, and their label."""
+    count = dataset.sizes["scale"]
+    return np.degrees(count * dataset["phi"].values), f"Twist over {count} scales (deg)"
 
 
 def _beside(ax: Axes, x: Array, y: Array, words: str, engaged: float, touch: str) -> None:
@@ -79,11 +86,11 @@ def finite_figure(data: xr.Dataset) -> Figure:
     """
     figure = style.new_figure(style.PAGE, 3.0)
     left, middle, right = figure.subplots(1, 3)
-    phi = data["phi"].values
+    phi, words = _twist(data)
     chosen, handles = _inclinations(left, data, np.arange(phi.size))
     for i, colour in chosen:
-        middle.plot(data["scale"].values, data["twist"].values[i], color=colour, marker=".")
-    middle.set(ylabel="Twist of a pitch (rad)", xlabel=PLACE)
+        middle.plot(data["scale"].values, np.degrees(data["twist"].values[i]), color=colour, marker=".")
+    middle.set(ylabel="Twist of a pitch (deg)", xlabel=PLACE)
     middle.xaxis.set_major_locator(MaxNLocator(integer=True))
     factor, text = style.prefixed("T", style.finite_max(np.abs(data["T"].values)))
     T = factor * data["T"].values
@@ -92,8 +99,8 @@ def finite_figure(data: xr.Dataset) -> Figure:
         right.plot([0, phi[-1]], [0, T[1] / phi[1] * phi[-1]], **look)
         handles.append(style.key("slope of the torque at the start", **look))
     right.plot(phi, T, color=INK)
-    right.set(xlabel=style.angle_label("twisting"), ylabel=text)
-    style.legend_below(figure, handles, 7, title=TWISTS[0].upper() + TWISTS[1:])
+    right.set(xlabel=words, ylabel=text)
+    style.legend_below(figure, handles, 7, title=words)
     about = f"Twisting of a beam of {data.sizes['scale']} scales by finite elements, $\\mu$ = {float(data['mu']):g}"
     return style.headline(figure, about, (left, middle, right))
 
@@ -102,10 +109,11 @@ def _inclinations(ax: Axes, dataset: xr.Dataset, places: Array) -> tuple[list[tu
     """Draw the inclination of every scale at some points, evenly chosen; return points with colours, and a legend."""
     some = np.unique(places[np.linspace(0, places.size - 1, 6).round().astype(int)]).tolist()
     chosen, handles = list(zip(some, style.shades(len(some)), strict=True)), list[Artist]()
+    twist, _ = _twist(dataset)
     for i, colour in chosen:
         look: style.Look = {"color": colour, "marker": "."}
         ax.plot(dataset["scale"].values, np.degrees(dataset["theta"].values[i]), **look)
-        handles.append(style.key(f"{dataset['phi'].values[i]:.3g}", **look))
+        handles.append(style.key(f"{twist[i]:.3g}", **look))
     ax.set(xlabel=PLACE, ylabel=style.label("theta", "deg"))
     ax.xaxis.set_major_locator(MaxNLocator(integer=True))
     return chosen, handles

@@ -46,19 +46,19 @@ MOST = 8
 SYMBOL = {
     "tangent": r"Tangent stiffness (N m$^2$)",
     "stiffness_ratio": "Stiffness over that without contact",
-    "stress": "Largest stress in a scale (Pa)",
+    "stress": "Largest stress in a scale (MPa)",
     "strength_share": "Largest stress in a scale over its strength",
-    "length": "Length of the beam (m)",
+    "length": "Length of the beam (mm)",
     "torque": "Torque (N m)",
     "stiffness": r"Stiffness before engagement (N m$^2$)",
-    "range": "Twist from engagement to lock (rad per pitch)",
-    "lock": "Twist at the lock (rad per pitch)",
-    "engagement": "Twist at engagement (rad per pitch)",
+    "range": "Twist from engagement to lock (deg per pitch)",
+    "lock": "Twist at the lock (deg per pitch)",
+    "engagement": "Twist at engagement (deg per pitch)",
     "W_fr": "Frictional work (J/m)",
     "RED": "Relative energy dissipation RED",
     "critical_mu": "Friction that locks at engagement",
 }
-"""Axis labels of the objectives."""
+"""Axis labels of the objectives, in the units of :func:`squama.units.for_people`."""
 _LOCK: Look = {"linewidth": 0.9, "linestyle": (0, (1, 1.5))}
 _GOAL: Look = {"linewidth": 1.0, "zorder": 0}
 _DASHES: tuple[Dash, ...] = (DASHED, (0, (1, 1.2)), (0, (5, 1.5, 1, 1.5)), (0, (8, 2)))
@@ -179,8 +179,8 @@ def front_figure(front: xr.Dataset) -> Figure:
         tradeoff(front, x, y, ax)
     for ax in panels[len(pairs) :]:
         ax.remove()
-    title = f"{front.sizes['design']} beams of which none is better in all: {', '.join(front.attrs['objectives'])}"
-    return headline(figure, f"{title}\n{model(front.attrs)}", panels[: len(pairs)] if len(pairs) > 1 else ())
+    title = f"Pareto front of {front.sizes['design']} beams: {model(front.attrs)}"
+    return headline(figure, title, panels[: len(pairs)] if len(pairs) > 1 else ())
 
 
 def _objectives(front: xr.Dataset) -> list[str]:
@@ -211,14 +211,14 @@ def tradeoff(front: xr.Dataset, x: str, y: str, ax: Axes | None = None, *, by: s
         by = max(spans, key=lambda name: float(spans[name]), default=None)
     style: Look = {"s": 9, "linewidth": 0, "zorder": 3}
     if by is not None:
-        factor, text = 1.0, SYMBOL.get(by, by)
+        (factor, unit), text = for_people(front[by].attrs["units"]), SYMBOL.get(by, by)
         if "objective" not in front[by].attrs:
-            factor, unit = for_people(front[by].attrs["units"])
             text = f"{by} ({unit})" if unit else by
         shade = front[by].values * factor
         norm = (LogNorm if _wide(shade) else Normalize)(shade.min(), shade.max())
         style |= {"c": shade, "norm": norm, "cmap": mpl.colormaps["viridis"]}
-    drawn = ax.scatter(front[x].values, front[y].values, **style)
+    places = (front[name].values * for_people(front[name].attrs["units"])[0] for name in (x, y))
+    drawn = ax.scatter(*places, **style)
     for name, axis in ((x, "x"), (y, "y")):
         if _wide(front[name].values):
             getattr(ax, f"set_{axis}scale")("log")

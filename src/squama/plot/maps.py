@@ -49,7 +49,7 @@ ROTATION = r"Rotation of the scales $(\theta-\theta_0)/\pi$ (1)"
 SHOWN = ("frictional lock", "static lock")
 STOPS: dict[str, tuple[style.Look, str]] = {
     "other": ({"marker": "o", "markersize": 3.2}, "beyond: ends without a lock"),
-    "range": ({"marker": "o", "markersize": 3.6, "markerfacecolor": "white"}, "drawn so far: {}"),
+    "range": ({"marker": "o", "markersize": 3.6, "markerfacecolor": "white"}, "ends of a line: {}"),
 }
 """Marks at the end of an envelope, by cause (another end, or the end of the drawn range), and their words."""
 
@@ -331,7 +331,7 @@ def over_pi(load: str) -> str:
 
 @style.styled
 def lock_lines_figure(dataset: xr.Dataset) -> Figure:
-    """Draw the lock lines of twisting and of bending side by side, from :func:`squama.paper.maps.lock_lines`.
+    """Draw the lock lines of twisting and of bending side by side, from ``squama.paper.maps.lock_lines``.
 
     Above: the lock lines; below: their distance from the kinematic line. In bending the distance is arctan(mu)
     everywhere, so the lines are translates; in twisting they are not.

@@ -60,5 +60,13 @@ def expected_errors(dataset: xr.Dataset, name: str, ax: Axes | None = None) -> A
     ax.set(yscale="log", xlabel=f"Largest {load.verb} of the beam (deg)")
     ax.set_ylabel(f"Error of {NAMES[name]}{'' if plain else ' (%)'}")
     ax.yaxis.set_major_formatter("{x:g}")
-    ax.yaxis.set_minor_formatter(LogFormatter(minor_thresholds=(1.5, 0.5)))
+    ax.yaxis.set_minor_formatter(Plain(minor_thresholds=(1.5, 0.5)))
     return ax
+
+
+class Plain(LogFormatter):
+    """Ticks of a logarithmic axis without exponents: 0.6 in place of 6e-01."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        """Return the label of a tick, or "" where there is none."""
+        return f"{x:g}" if super().__call__(x, pos) else ""

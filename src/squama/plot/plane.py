@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba
 from matplotlib.contour import QuadContourSet
@@ -31,6 +32,9 @@ PAIRS = {"BF and TF": "#7f5fa8", "BF and TS": "#2f8f5b", "TF and TS": "#8c2d4f"}
 """Colours of pairs of simultaneous contacts."""
 BOX: style.Look = {"loc": "best", "frameon": True, "framealpha": 0.85, "edgecolor": "none"}
 """Settings of a legend that lies over lines."""
+FLUSH = r"$\varphi = \psi\,\tan\alpha$"
+"""Name of the line on which a scale's tip edge lies flush in the next face."""
+_FRAMED: style.Look = {"color": INK, "linewidth": 0.7, "linestyle": style.DASHED}
 WAY = "Length of the path (rad per pitch)"
 
 
@@ -114,22 +118,22 @@ def plane_load(dataset: xr.Dataset, name: str, ax: Axes | None = None, *, paths:
     return ax
 
 
-def _contacts(ax: Axes, dataset: xr.Dataset, paths: Sequence[xr.Dataset]) -> list[Patch]:
+def _contacts(ax: Axes, dataset: xr.Dataset, paths: Sequence[xr.Dataset]) -> list[Artist]:
     """Draw contacts over the rates of bend and twist, and paths; return the handles of the legend."""
     handles = _regimes(ax, dataset, (dataset["kappa"].values, dataset["Phi"].values))
     _frame(ax, dataset, paths)
-    return handles
+    return [*handles, style.key(FLUSH, **_FRAMED)]
 
 
 def _flush(ax: Axes, dataset: xr.Dataset, look: style.Look) -> None:
     """Draw the line on which a scale's tip edge lies flush in the next face."""
     slope = np.tan(Beam.from_toml_text(dataset.attrs["beam"]).scale.alpha)
-    ax.axline((0, 0), slope=slope, linestyle=style.DASHED, **look)
+    ax.axline((0, 0), slope=slope, **look)
 
 
 def _frame(ax: Axes, dataset: xr.Dataset, paths: Sequence[xr.Dataset]) -> None:
     """Draw the flush line, paths with their events (an early end crossed), and the axes."""
-    _flush(ax, dataset, {"color": INK, "linewidth": 0.7})
+    _flush(ax, dataset, _FRAMED)
     for path in paths:
         line: style.Look = {"color": ACCENT, "zorder": 4}
         ax.plot(path["kappa"], path["Phi"], linewidth=1.4, **line)
@@ -156,7 +160,10 @@ def _regimes(ax: Axes, plane: xr.Dataset, where: tuple[Array, Array]) -> list[Pa
     ax.imshow(ground, extent=box, origin="lower", aspect="auto", interpolation="nearest", zorder=0)
     theta = np.degrees(np.where(state == "sliding", plane["theta"].values.T, np.nan))
     if np.isfinite(theta).any():
-        lines = ax.contour(*where, theta, levels=range(20, 90, 10), colors=GREY, linewidths=0.5, zorder=1)
+        # at theta0 a line would follow the engagement
+        rest = np.degrees(Beam.from_toml_text(plane.attrs["beam"]).scale.theta0)
+        levels = [level for level in range(20, 90, 10) if abs(level - rest) > 1]
+        lines = ax.contour(*where, theta, levels=levels, colors=GREY, linewidths=0.5, zorder=1)
         ax.clabel(lines, fmt="%g°", fontsize=6)
     present = dict.fromkeys(["no contact", *np.unique(word).tolist()])
     named = {said(name): colours[name] for name in present}
@@ -232,10 +239,10 @@ def plane_path(dataset: xr.Dataset, ax: Axes | None = None, *, plane: xr.Dataset
         seen.add(name)
         whole = slice(max(0, start - 1), stop)
         ax.plot(psi[whole], phi[whole], color=coloured(name), linewidth=1.6, label=text)
-    words = r"$\varphi = \psi\,\tan\alpha$"
-    _flush(ax, dataset, {"label": words, "color": GREY, "linewidth": 0.8, "zorder": 1})
+    _flush(ax, dataset, _FRAMED | {"label": FLUSH, "color": GREY, "linewidth": 0.8, "zorder": 1})
     point: style.Look = {"linestyle": "", "markersize": 3.5, "zorder": 4}
-    ax.plot(dataset["psi_event"], dataset["phi_event"], color=INK, marker="o", markerfacecolor="white", **point)
+    event: style.Look = {"color": INK, "marker": "o", "markerfacecolor": "white", "label": "event on the path"}
+    ax.plot(dataset["psi_event"], dataset["phi_event"], **event, **point)
     if (end := str(dataset["end"].item())) != End.RANGE:
         ax.plot(dataset["psi_end"], dataset["phi_end"], color=ACCENT, marker="X", label=end, **point)
     room = 0.1 * max(np.ptp(psi), np.ptp(phi))

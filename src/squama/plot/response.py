@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from squama import arguments
 from squama.beam.design import Beam
 from squama.curves.labelled import MEAN
 from squama.errors import refuse
@@ -33,6 +34,8 @@ EACH: style.Look = {"linewidth": 0.4, "alpha": 0.3, "zorder": 1.2}
 """Style of the curve of each of N scales."""
 WITHOUT_ENDS: style.Look = {"linewidth": 0.9, "linestyle": ":"}
 """Style of the endless beam's curve."""
+LOCK: style.Look = {"linewidth": 0.8, "linestyle": "-."}
+"""Style of the line at a lock."""
 RISING = {"N", "f", "f0", "K_t", "K_b", "T_scales", "M_scales", "W_fr"}
 """Variables that grow without bound towards a lock."""
 
@@ -102,10 +105,9 @@ def response_figure(dataset: xr.Dataset, measured: Measured | None = None, hinge
         _draw(ax, shown, name, letter=f"({text})")
     for ax in axes[1]:
         ax.set_xlabel(style.label(kind.rate))
-    above = f"{kind.verb.capitalize()} over {shown.beam.extent} (deg)"
     for ax in axes[0]:
-        style.scaled_above(ax, shown.beam.length * 180 / np.pi, above)
-    style.legend_below(figure, _keys(shown), 4 if shown.others else 7)
+        style.degrees_above(ax, kind, shown.beam, shown.beam.pitch)
+    style.legend_below(figure, _keys(shown, names), 4 if shown.others else 7)
     return style.headline(figure, _title(dataset, shown.beam, shown.curves))
 
 
@@ -135,14 +137,16 @@ def curve(
     >>> curve(r, "T").get_ylabel()
     'Torque $T$ (kN m)'
     """
+    arguments.result(dataset)
     load = LOADS.get(dataset.attrs.get("load", ""))
+    own = ax is None
     ax, _ = style.panel(ax, dataset, f"{load.rate}_end" if load else "", "squama.twist or bend")
     _along(dataset, name)
     shown = _read(dataset, measured, hinge)
     _draw(ax, shown, name)
     ax.set_xlabel(style.label(shown.kind.rate))
-    handles = _keys(shown, load=name == shown.kind.torque)
-    if shown.others:
+    handles = _keys(shown, [name])
+    if shown.others or own:
         style.legend_under(ax, handles)
     elif handles:
         ax.legend(handles=handles)
@@ -209,6 +213,7 @@ def line(
 
 def _along(dataset: xr.Dataset, name: str, where: str = "name") -> list[str]:
     """Return the names of numbers along the points of a result; another name is refused."""
+    arguments.result(dataset)
     there = [str(key) for key, v in {**dataset.coords, **dataset}.items() if "point" in v.dims and v.dtype.kind in "fi"]
     if name not in there:
         refuse(where, shown(name), "is no number along the points of this result", f"allowed: {', '.join(there)}")
@@ -308,7 +313,7 @@ def _draw(ax: Axes, shown: _Shown, name: str, letter: str = "") -> None:
                 ax.plot(c.rate_e, factor * bare, "s", color=c.colour, **SQUARE)
     for c in (*shown.curves, *others):
         if c.end in LOCKS and c.rate_end <= shown.right:
-            ax.axvline(c.rate_end, color=c.colour, linewidth=0.8, linestyle=":", zorder=0)
+            ax.axvline(c.rate_end, color=c.colour, zorder=0, **LOCK)
 
 
 def _variable(ax: Axes, shown: _Shown, name: str) -> float:
@@ -365,17 +370,20 @@ def _span(ax: Axes) -> tuple[float, float]:
     return low - room, high + room
 
 
-def _keys(shown: _Shown, *, load: bool = True) -> list[Line2D]:
-    """Return the legend's handles; ``load``: include the marks of torque and moment."""
+def _keys(shown: _Shown, names: list[str]) -> list[Line2D]:
+    """Return the legend's handles of variables ``names``; torque and moment have marks of their own."""
     curves, others, handles = shown.curves, shown.others, []
+    load = shown.kind.torque in names
     if others:
         attrs = (c.data.attrs for c in (curves[0], others[0]))
         whose = [f"{about['scales']} on {HELD[about['joint']]}" for about in attrs]
         handles += [style.key(whose[0]), style.key(whose[1], **BESIDE)]
     if len(curves) > 1:
         handles += [style.key(rf"$\mu$ = {c.mu:g}", color=c.colour) for c in curves]
-    if curves[0].each:
-        handles += [style.key("each scale", color=INK, **EACH), style.key("endless beam", **WITHOUT_ENDS)]
+    if any(name in curves[0].each for name in names):
+        handles.append(style.key("each scale", color=INK, **EACH))
+    if any(f"{name}_periodic" in curves[0].data for name in names):
+        handles.append(style.key("endless beam", **WITHOUT_ENDS))
     if load:
         handles.append(style.key("no contact", **style.BARE))
     if load and any(c.engages for c in curves):
@@ -383,7 +391,7 @@ def _keys(shown: _Shown, *, load: bool = True) -> list[Line2D]:
     if load and any(c.engages for c in others):
         handles.append(style.key("engagement on hinges", linestyle="", marker="s", **SQUARE))
     if any(c.end in LOCKS and c.rate_end <= shown.right for c in (*curves, *others)):
-        handles.append(style.key("lock on hinges" if others else "lock", linestyle=":", linewidth=0.8))
+        handles.append(style.key("lock on hinges" if others else "lock", **LOCK))
     if any(c.stops and min(c.rate_end, style.finite_max(c.rate)) <= shown.right for c in curves):
         words = "end" if any(End(c.end).locks for c in curves) else "end, no lock"
         handles.append(style.key(words, linestyle="", marker="x"))

@@ -21,6 +21,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.transforms import ScaledTranslation
 
+from squama import arguments
+from squama.beam.design import Beam
 from squama.errors import refuse
 from squama.io import files
 from squama.loads import LOADS, TESTS, Load, model
@@ -78,6 +80,8 @@ def styled(make: Callable[P, Figure]) -> Callable[P, Figure]:
 
     @functools.wraps(make)
     def wrapped(*args: P.args, **kwargs: P.kwargs) -> Figure:
+        for given in args[:1]:
+            arguments.result(given)
         with mpl.rc_context():
             mpl.rcdefaults()
             mpl.rcParams.update(_SETTINGS)
@@ -114,6 +118,7 @@ def panel(ax: Axes | None, dataset: xr.Dataset, mark: str, made_by: str) -> tupl
 
     Raises InputError where the dataset lacks the name ``mark``, so it is of another kind.
     """
+    arguments.result(dataset)
     if mark not in {*map(str, dataset.variables), *map(str, dataset.dims)}:
         refuse("", "", f"this dataset is no result of {made_by}", "its .squama.plot() draws what it is")
     kind = TESTS.get(dataset.attrs.get("load", ""), LOADS["twisting"])
@@ -243,6 +248,20 @@ def scaled_above(ax: Axes, factor: float, text: str) -> SecondaryAxis:
     top.set_xlabel(text)
     top.tick_params(labelsize=7)
     return top
+
+
+def degrees_above(ax: Axes, kind: Load, beam: Beam, pitch: float = 1.0) -> SecondaryAxis:
+    """Draw an axis above a panel with the degrees of the whole beam.
+
+    The axis below is in rad per pitch, or in rad/m with the ``pitch`` in m.
+    """
+    factor, text = over_beam(kind, beam)
+    return scaled_above(ax, pitch * factor, text)
+
+
+def over_beam(kind: Load, beam: Beam) -> tuple[float, str]:
+    """Return the factor from rad per pitch to degrees of the whole beam, and the label of an axis in these."""
+    return float(np.degrees(beam.pitches)), f"{kind.verb.capitalize()} over {beam.extent} (deg)"
 
 
 def angle_label(load: str) -> str:

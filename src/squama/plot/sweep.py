@@ -262,9 +262,9 @@ def _contours(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str, 
     bar.minorticks_off()
     bar.set_label(_wrapped(_label(parts[0], variable), axes[0], axes[0].bbox.height))
     bar.outline.set_linewidth(0.7)
-    real = "at" in parts[0].attrs
+    worded = "at" in parts[0].attrs
     handles: list[Artist] = [
-        maps.hatched(name, blank=name in empty, words=name if real else "") for name in maps.HATCHES if name in seen
+        maps.hatched(name, blank=name in empty, words=name if worded else "") for name in maps.HATCHES if name in seen
     ]
     if _UNDONE in seen:
         handles.append(Patch(facecolor="white", edgecolor=INK, label="not computed yet"))
@@ -346,4 +346,6 @@ def _lines(axes: list[Axes], parts: list[xr.Dataset], variable: str, x: str) -> 
             ax.plot(xs, np.where(joined & np.isfinite(v), v, np.nan), color=colours[c])
         ax.set(xlabel=across, ylabel="Code of the end" if variable == "end" else _label(part, variable))
     seen = {*np.ravel([ends(part) for part in parts]).tolist()} - {_UNDONE}
+    if seen == {End.RANGE}:
+        return []  # all curves reach the twist of the figures
     return [style.key(end, color=colour) for end, colour in colours.items() if end in seen]

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from squama.beam.design import Beam
-from squama.loads import model
+from squama.loads import Load, model
 from squama.model.outcome import End
 from squama.plot import style
 from squama.plot.palette import ACCENT, GREY, INK
@@ -17,7 +17,7 @@ from squama.symbols import SYMBOLS
 
 SHOWN = ("load_e", "load_end", "torque_c", "RED_c", "W_fr_c", "K_e")
 """Figures of hinges whose indices are drawn, by field."""
-SHOWN_REAL = ("phi_e", "torque", "stiffness_ratio", "stress", "RED")
+SHOWN_COMPLIANT = ("phi_e", "torque", "stiffness_ratio", "stress", "RED")
 """Figures of compliant joints whose indices are drawn."""
 _WORDS = {"K_e": "$K_e$", "RED_c": "RED", "engaged": "engages", "locked": "locks", "locked before": "locks\nbefore"}
 _ROOM = 1.06
@@ -55,34 +55,43 @@ def _percent(share: float) -> str:
     return f"{100 * share:.3g} %" if share < 0.995 or share == 1 else f"{100 * share:.5g} %"
 
 
+def _across(dataset: xr.Dataset, kind: Load) -> tuple[float, str]:
+    """Return the factor and the label of the axis of the bins: degrees of the whole beam, or stiffness ratios."""
+    if "at" in dataset.attrs:
+        return 1.0, SYMBOLS["stiffness_ratio"].axis
+    beam = Beam.from_toml_text(dataset.attrs["beam"])
+    return style.over_beam(kind, beam)
+
+
 def histogram(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the histogram of :func:`squama.uncertainty`: end twists by named end, or stiffness ratios at the twist."""
     ax, kind = style.panel(ax, dataset, "bin", "squama.uncertainty")
     # as many bars as the samples fill evenly
     wide = max(1, round(dataset.sizes["bin"] / (2 * dataset.attrs["samples"] ** (1 / 3))))
-    low, high = dataset["bin_low"].values[::wide], dataset["bin_high"].values[wide - 1 :: wide]
-    high = np.append(high, dataset["bin_high"].values[-1:])[: low.size]
+    factor, across = _across(dataset, kind)
+    tops = factor * dataset["bin_high"].values
+    low, high = factor * dataset["bin_low"].values[::wide], tops[wide - 1 :: wide]
+    high = np.append(high, tops[-1:])[: low.size]
     ends = _ends(dataset)
     colours = style.shades(max(len(ends), 2))
     under = np.zeros(low.size)
-    handles = []
+    handles, thick = [], "at" in dataset.attrs
     for end, colour in zip(ends, colours, strict=False):
         counts = np.add.reduceat(dataset["count"].sel(end=end).values, np.arange(low.size) * wide)
         density = counts / dataset.attrs["samples"] / np.maximum(high - low, 1e-300)
         ax.stairs(under + density, np.append(low, high[-1:]), baseline=under, fill=True, color=colour, linewidth=0)
         under = under + density
         share = float(dataset["probability"].sel(end=end))
-        handles.append(style.key(f"{end}, {_percent(share)}", color=colour, linewidth=5))
+        if not thick or len(ends) > 1:
+            handles.append(style.key(f"{end}, {_percent(share)}", color=colour, linewidth=5))
     if End.NONE in dataset["end"].values:
         share = float(dataset["probability"].sel(end=str(End.NONE)))
         handles.append(style.key(f"no engagement, {_percent(share)}", color="none", linewidth=0))
-    thick = "at" in dataset.attrs
     figure = "stiffness_ratio" if thick else kind.variable("load_end")
     if figure in dataset["figure"].values and np.isfinite(nominal := float(dataset["nominal"].sel(figure=figure))):
-        ax.axvline(nominal, 0, 1 / _ROOM, **_MARK)
+        ax.axvline(factor * nominal, 0, 1 / _ROOM, **_MARK)
         handles.append(style.key("nominal beam", **_MARK))
-    across = SYMBOLS[figure].axis if thick else f"{style.angle_label(kind.name)} at the end"
-    ax.set(xlabel=across, ylabel=f"Probability density{'' if thick else ' (1/rad)'}")
+    ax.set(xlabel=across, ylabel=f"Probability density{'' if thick else ' (1/deg)'}")
     ax.set_ylim(0, _ROOM * float(under.max()) if under.size else 1)
     ax.locator_params(axis="x", nbins=style.TICKS)
     style.legend_under(ax, handles)
@@ -95,12 +104,11 @@ def cumulative(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     On compliant joints: the probability that the stiffness ratio is at least this large.
     """
     ax, kind = style.panel(ax, dataset, "bin", "squama.uncertainty")
-    edges = np.append(dataset["bin_low"].values, dataset["bin_high"].values[-1:])
+    factor, across = _across(dataset, kind)
+    edges = factor * np.append(dataset["bin_low"].values, dataset["bin_high"].values[-1:])
     n = dataset.attrs["samples"]
     every = dataset["count"].sum("end").values / n
-    across = style.angle_label(kind.name)
     if "at" in dataset.attrs:
-        across = SYMBOLS["stiffness_ratio"].axis
         ax.plot(edges, np.append(np.cumsum(every[::-1])[::-1], 0), color=INK, label="beams at least as stiff")
     else:
         locks = [e for e in _ends(dataset) if End(e).locks]
@@ -113,7 +121,7 @@ def cumulative(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     twist = Twist.read("before", before, dataset.attrs["load"], beam) if before else None
     # a rate has no single twist per pitch where the pitch varies
     if twist and not (twist.unit == "rad/m" and "beam.pitch" in dataset["parameter"].values):
-        p, place = float(dataset["P_locked_before"]), float(twist.per_pitch(beam.pitch))
+        p, place = float(dataset["P_locked_before"]), factor * float(twist.per_pitch(beam.pitch))
         ax.axvline(place, 0, 1 / _ROOM, label=f"{before}: {100 * p:.3g} % locked", **_MARK)
         if edges.size and edges[0] <= place <= edges[-1]:
             ax.plot([place], [p], marker="o", color=ACCENT, markersize=4, linestyle="")
@@ -127,7 +135,7 @@ def sobol(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the Sobol indices of :func:`squama.uncertainty`: total with its 95 % interval, first-order inside it."""
     ax, kind = style.panel(ax, dataset, "S1", "squama.uncertainty with Sobol indices")
     name = kind.variable
-    wanted = SHOWN_REAL if "at" in dataset.attrs else map(name, SHOWN)
+    wanted = SHOWN_COMPLIANT if "at" in dataset.attrs else map(name, SHOWN)
     figures = [f for f in (*wanted, "engaged", "locked", "locked before") if f in dataset["indexed"].values]
     total, first = (dataset[name].sel(indexed=figures).values for name in ("ST", "S1"))
     error = dataset["ST_conf"].sel(indexed=figures).values

@@ -139,7 +139,8 @@ def shaken_figure(dataset: xr.Dataset) -> Figure:
             grey = BARE | {"linewidth": 0.8, "zorder": 0}
             left.plot(fine, sign * linear, label="no contact" if sign > 0 else None, **grey)
     left.set(xlabel=label("frequency"), ylabel=f"Largest, smallest {angle_label(names.name).lower()}")
-    right.set(xlabel=label("frequency"), ylabel="Work of friction over that of the torque", ylim=(0, 1))
+    right.set(xlabel=label("frequency"), ylabel="Work of friction over that of the torque")
+    right.set_ylim(0, max(0.01, 1.15 * right.get_ylim()[1]))
     left.legend(loc="upper right", fontsize=7)
     title = f"Steady states in {names.name}, {dataset.attrs['mode']}, {about(dataset)}, $\\zeta$ = {zeta:g}"
     return headline(figure, title, (left, right))

@@ -47,7 +47,7 @@ Faces = Sequence[tuple[geometry.Design, State]]
 
 
 class View(NamedTuple):
-    """Result of :func:`view`.
+    """Result of :func:`squama.view`.
 
     ``files`` that were written; the displayed ``state``; the given load angle per pitch (``asked``) and that of the
     ``last`` state before the ``end`` of the curve, rad; the ``model`` in words, and ``notes`` where it differs from the
@@ -167,7 +167,7 @@ def save(
 ) -> Path:
     """Write a picture (.png), an animation there and back (.gif) or a page (.html) at a load angle (rad per pitch).
 
-    ``name`` of the beam; ``looks``: ``dark`` (False) and ``forces`` (True), as in :func:`view`.
+    ``name`` of the beam; ``looks``: ``dark`` (False) and ``forces`` (True), as in :func:`squama.view`.
     """
     ending = Path(path).suffix.lower()
     if ending == ".html":

@@ -68,7 +68,7 @@ def page(motion: Motion, load: float, name: str = "") -> str:
         data=json.dumps(data).replace("<", "\\u003c"),
         light=variables("light"),
         dark=variables("dark"),
-        title=escape(f"{name or setting.beam.extent}, mu = {setting.mu:g}, {motion.model}: {motion.end}"),
+        title=escape(f"{name or setting.beam.extent}, mu = {setting.mu:g}, {motion.model}"),
     )
 
 

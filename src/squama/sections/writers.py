@@ -100,9 +100,13 @@ def write(data: xr.Dataset, place: str | Path, format: str | None = None) -> Pat
         arrays = {str(key): v.values for key, v in data.variables.items()}
         about = np.array([*_about(data)])
         return files.atomic_write(place, lambda at: _npz(at, arrays | {"about": about}))
+    return files.atomic_write(place, lambda at: at.write_text(text(data, name), encoding="utf-8"))
+
+
+def text(data: xr.Dataset, name: str) -> str:
+    """Return a table as the text of a file, in a format ``name`` that is text."""
     made = FORMATS[name]
-    lines = [*(f"{made.comment} {line}" for line in _about(data)), *made.text(data)]
-    return files.atomic_write(place, lambda at: at.write_text("\n".join(lines) + "\n", encoding="utf-8"))
+    return "\n".join([*(f"{made.comment} {line}" for line in _about(data)), *made.text(data), ""])
 
 
 def check(name: str, *, alone: bool, mu: float) -> None:

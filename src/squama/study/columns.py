@@ -180,7 +180,7 @@ def matrix_warnings(beam: Beam, load: str, limits: Mapping[str, tuple[float, flo
 
 def at(values: Mapping[str, float]) -> str:
     """Return values of parameters (SI) as text with units."""
-    return ", ".join(f"{name} = {text_of(canonical(name), value)}" for name, value in values.items())
+    return ", ".join(f"{name} = {text_of(name, value)}" for name, value in values.items())
 
 
 def beam_at(beam: Beam, load: str, values: Mapping[str, float]) -> Beam:
@@ -193,7 +193,7 @@ def beam_at(beam: Beam, load: str, values: Mapping[str, float]) -> Beam:
 def beam_of(beam: Beam, c: Cells, shape: tuple[int, ...] = (), cell: tuple[int, ...] = ()) -> Beam:
     """Return the validated beam of one cell of an array of shape ``shape``, with the friction of ``beam``."""
 
-    def number(v: Any) -> float:
+    def number(v: Array) -> float:
         return float(np.broadcast_to(v, shape)[cell])
 
     parts = {table: {key: number(v) for key, v in content.items()} for table, content in c.sizes.items()}

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama import loads
-from squama.beam import joint_law
 from squama.beam.design import Beam
+from squama.beam.joint_law import Each, whole
 from squama.contacts.own_scales import Own
 from squama.contacts.path import RANGE
 from squama.contacts.ties import KINDS
@@ -66,6 +66,8 @@ class Twist(NamedTuple):
 
         >>> Twist(math.radians(130) / 25, "rad/pitch").words(25), Twist(0.08, "rad/pitch").words(25)
         ('130 deg total', '0.08 rad/pitch')
+        >>> Twist(0.123456789, "rad/pitch").words(25)
+        '176.8 deg total'
         """
         ways = [(self.value, self.unit)]
         if self.unit == "rad/pitch":
@@ -75,7 +77,8 @@ class Twist(NamedTuple):
             exact = (n for n in range(1, 7) if math.isclose(float(f"{way[0]:.{n}g}"), way[0], rel_tol=1e-12))
             return next(exact, 7)
 
-        number, unit = min(ways, key=digits)
+        # where neither is round, in degrees
+        number, unit = min(reversed(ways), key=digits)
         return f"{number:.{6 if digits((number, unit)) < 7 else 4}g} {unit}"
 
     def per_pitch(self, d: Array | float) -> Array:
@@ -141,7 +144,7 @@ class Model(NamedTuple):
         """Whether joints are compliant."""
         return self.joint == "compliant"
 
-    def cells(self, beam: Beam, load: str, values: Mapping[str, Any], each: joint_law.Each = joint_law.whole) -> Cells:
+    def cells(self, beam: Beam, load: str, values: Mapping[str, object], each: Each = whole) -> Cells:
         """Return the columns of a beam with some values replaced; for compliant joints those of twisting always."""
         return columns(beam, values, load="twisting" if self.compliant else load, each=each)
 

@@ -77,7 +77,8 @@ PARAMETERS: dict[str, Parameter] = {
 }
 """Parameters by name, in the order in which messages list them."""
 
-ALIASES = {"lambda": "lam", "scale.alpha": "alpha", "scale.theta0": "theta0", "friction.mu": "mu"}
+ALIASES = {"lambda": "lam"} | {full: short for short, full in FULL.items()}
+"""Names of parameters by their other names."""
 _CHANGES = {
     "eta": ("scale.length",),
     "beta": ("scale.width",),
@@ -121,8 +122,8 @@ class Axis(NamedTuple):
 
 
 def text_of(name: str, value: float) -> str:
-    """Return a value of a parameter (SI) as text with a suitable unit."""
-    dimension = PARAMETERS[name].dimension
+    """Return a value of a parameter (SI), by any of its names, as text with a suitable unit."""
+    dimension = PARAMETERS[ALIASES.get(name, name)].dimension
     text = as_text(float(value), dimension)
     if len(text) <= 14 and dimension is not Dimension.RATIO:
         return text

@@ -62,7 +62,7 @@ def _hinged(load: str) -> dict[str, Variable]:
     return found
 
 
-def _real(load: str) -> dict[str, Variable]:
+def _compliant(load: str) -> dict[str, Variable]:
     of, found = LOADS[load], {}
     for field in (name for name in Figures._fields if name != "code"):
         name = of.variable(field)
@@ -71,7 +71,7 @@ def _real(load: str) -> dict[str, Variable]:
     return found | {"end": _end(ENDS)}
 
 
-VARIABLES = {(joint, load): of(load) for joint, of in (("hinge", _hinged), ("compliant", _real)) for load in LOADS}
+VARIABLES = {(joint, load): of(load) for joint, of in (("hinge", _hinged), ("compliant", _compliant)) for load in LOADS}
 """Variables of a store by joint and load."""
 OWN = ("finite_torque", "finite_stiffness_ratio", "finite_ratio")
 """Fields for beams with a number of scales only."""

@@ -16,7 +16,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -252,13 +252,13 @@ def compute(plan: Plan, tile: Tile) -> dict[str, Array]:
     place = dict(zip(plan.dims, plan.place(tile), strict=True))
     law = plan.laws[place.pop("law").start if "law" in place else 0]
     mesh = np.ix_(*(axis.values[place[axis.name]] for axis in plan.axes))
-    values: dict[str, Any] = {axis.name: v for axis, v in zip(plan.axes, mesh, strict=True)}
-    margin = float(np.asarray(values.pop("margin", plan.margin) or 0.0).item())
+    values = {axis.name: v for axis, v in zip(plan.axes, mesh, strict=True)}
+    margin = float(values.pop("margin").item()) if "margin" in values else plan.margin or 0.0
     beam = _beam(plan.beam_toml)
     c = plan.model.cells(beam, plan.load, values, joint_law.one_by_one)
     shape = tuple(part.stop - part.start for part in plan.place(tile))
-    how: dict[str, Any] = {"load": plan.load, "law": law, "sense": plan.sense, "margin": margin}
-    found = plan.model.solved(beam, c, shape, few=FEW if plan.cells <= FEW else 0, **how)
+    few = FEW if plan.cells <= FEW else 0
+    found = plan.model.solved(beam, c, shape, load=plan.load, law=law, sense=plan.sense, margin=margin, few=few)
     if "neighbour" in found:
         found["neighbour"] = np.minimum(found["neighbour"], _FAR)
     return {name: found[variable.field].astype(variable.dtype) for name, variable in plan.variables.items()}

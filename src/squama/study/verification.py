@@ -38,7 +38,7 @@ _HINGED = [0, 1, 2, 4, 6]
 
 
 class Verified(NamedTuple):
-    """Result of a verification: ``table`` of :func:`squama.fe.agreement.compare`, the ``elements``' dataset, all files.
+    """Result of a verification: ``table`` of ``squama.fe.agreement.compare``, the ``elements``' dataset, all files.
 
     ``touched``: twist per pitch (rad), or deformation of a part (m or rad), at the first contact in the elements or a
     model; inf for none. Without contact only the bar was compared, no model is ``tested``, and ``verdict`` says so.
@@ -87,8 +87,8 @@ def verify(
     """Twist a beam of finite elements and compare compliant joints, hinges and, if asked, finite beams with it.
 
     Elements of one pitch, and the models compared with them, are held straight. With ``load`` a part of N scales is
-    compared with :func:`squama.load`, see :mod:`squama.study.parts`. Where no scale touches up to ``to``, no model is
-    tested, see :class:`Verified`.
+    compared with :func:`squama.load`, see ``squama.study.parts``. Where no scale touches up to ``to``, no model is
+    tested, see ``Verified``.
 
     Parameters
     ----------
@@ -105,7 +105,9 @@ def verify(
         Number of scales of a finite beam of elements, computed as well with a row of as many hinges (theta: that of the
         middle scale; of two middle scales, the one nearer to the turned end). For a part: the beam's own number by
         default.
-    beam_mesh : str or (float, float) Mesh of the finite beam or part. announce : callable, optional
+    beam_mesh : str or (float, float)
+        Mesh of the finite beam or part.
+    announce : callable, optional
         Called with the name of each step in words.
 
     Raises

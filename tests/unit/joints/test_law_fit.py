@@ -24,7 +24,7 @@ def test_the_torque_is_that_of_the_reference() -> None:
     """Rigid plates, thin and thick, of five geometries; the slip is of first order in both, in other steps."""
     from joint_torque import torque
 
-    table = json.loads((ROOT / "tests" / "reference" / "real.json").read_text())
+    table = json.loads((ROOT / "tests" / "reference" / "thick_scales.json").read_text())
     for case in table:
         for name, thickness in (("thin_rigid", 0.0), ("thick_rigid", case["thickness"])):
             curve = case["curves"][name]

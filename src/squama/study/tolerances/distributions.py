@@ -199,8 +199,7 @@ def _read(key: str, name: str, given: object, beam: Beam, *, bare: bool) -> Tole
     elif not numbers[0] < numbers[-1] or numbers != sorted(numbers):
         no(f"the values of {kind} must grow from the first to the last")
     elif beyond := [number for number in numbers if not low <= number <= high]:
-        at = text_of(canonical(key), beyond[0])
-        no(f"it reaches to {at}, which is out of range ({bounds.allowed})", "make it narrower")
+        no(f"it reaches to {text_of(key, beyond[0])}, which is out of range ({bounds.allowed})", "make it narrower")
     return Tolerance(key, kind, tuple(numbers), low, high, outside)
 
 

@@ -7,8 +7,9 @@ chunks or threads.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 
@@ -16,9 +17,10 @@ from squama import arguments
 from squama.arrays import edge_contacts
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
+from squama.curves import doors
 from squama.errors import InputError, refuse
 from squama.joints.law import errors
-from squama.loads import LOADS, JointName, LawName, LoadName, SenseName
+from squama.loads import ENDLESS, LOADS, JointName, LawName, LoadName, SenseName
 from squama.model import mechanics
 from squama.model.bending import Bend
 from squama.model.outcome import CODES, End
@@ -29,7 +31,7 @@ from squama.progress import work
 from squama.study import columns
 from squama.study.models import Model, Twist, note, shares
 from squama.study.parameters import FACTOR
-from squama.study.tolerances import nominal_beam, statistics
+from squama.study.tolerances import statistics
 from squama.study.tolerances.distributions import Tolerance, nominal, tolerances
 from squama.study.tolerances.statistics import REPLICATES, Case, Indices, Limit, dataset
 from squama.types import Array
@@ -160,7 +162,7 @@ def uncertainty(
     samples_of = _run(case, _points(len(known), each, sampler, seed), REPLICATES * each, "samples", keep=keep)
     own_indices = _indices(case, base) if base else None
     found = dataset(case, samples_of, own_figures, own_indices, keep)
-    ends, with_ends = nominal_beam.figures(case, found.figure.values.tolist())
+    ends, with_ends = _with_ends(case, found.figure.values.tolist())
     if ends:
         about = {"long_name": "value of the nominal beam with its own number of scales", "units": statistics.MIXED}
         found["own"] = ("figure", with_ends, about)
@@ -229,6 +231,46 @@ def _indices(case: Case, base: int) -> Indices:
     return statistics.indices(tuple(t.name for t in case.tolerances), base, case.seed, evaluate)
 
 
+def _with_ends(case: Case, names: Sequence[str]) -> tuple[str, list[float]]:
+    """Return the ends of the nominal beam in words, and its figures with all of its scales; NaN where unknown.
+
+    Returns ("", []) for an endless beam, on hinges, and where not all scales are computed
+    (:func:`squama.curves.doors.ends_of`).
+    """
+    beam, model = case.beam, case.model
+    if model.at is None or beam.scales is None:
+        return "", []
+    load, at = LOADS[case.load], float(model.at.per_pitch(beam.pitch))
+    try:
+        values = {t.name: nominal(t, beam) for t in case.tolerances if t.name != FACTOR}
+        one = columns.beam_at(beam, "twisting", values)
+        at = float(model.at.per_pitch(one.pitch))
+        how = doors.How(joint=model.joint, ideal=model.ideal)
+        found = doors.respond(one, case.load, to=at / one.pitch, sense=case.sense, **how)
+    except InputError:
+        return "", []
+    ends = str(found.attrs.get("ends", ENDLESS))
+    if ends == ENDLESS:
+        return "", []
+
+    there = math.isclose(float(found[load.angle][-1]), at, rel_tol=1e-6)
+
+    def figure(name: str) -> float:
+        if name == "finite_ratio":
+            return figure("torque") / float(found.along(f"{load.torque}_periodic")[-1]) if there else math.nan
+        own = name.removeprefix("finite_")
+        named = {"torque": load.torque, "tangent": load.tangent}.get(own, own)
+        v = found.variables.get(named)
+        if v is None:
+            return float(found.attrs.get(name, math.nan))
+        if "point" not in v.dims:
+            return float(v.values)
+        # a curve that ends before the twist has no figures there
+        return float(found.along(named)[-1]) if there else math.nan
+
+    return ends, [figure(name) for name in names]
+
+
 def _notes(case: Case, summarised: Sequence[str], code: Array) -> list[str]:
     notes = [line for t in case.tolerances for line in t.notes]
     rare = [f.name for f in case.figures if f.name not in summarised]
@@ -285,8 +327,9 @@ def solved(case: Case, dimensions: dict[str, Array]) -> dict[str, Array]:
             why = "; ".join(map(str, error.problems))
         reason = f"some samples are no valid beam; at {columns.at(here)}: {why}"
         refuse("tolerances", "", reason, "make the tolerances narrower")
-    how: dict[str, Any] = {"load": case.load, "law": case.law, "sense": case.sense, "margin": case.margin}
-    found = case.model.solved(case.beam, c, (n,), few=0, **how)
+    found = case.model.solved(
+        case.beam, c, (n,), load=case.load, law=case.law, sense=case.sense, margin=case.margin, few=0
+    )
     found["code"] = found["code"].astype(np.int8)
     return _before(found, case.model.at.per_pitch(c.d)) if case.model.at else _hinged(case, c, found)
 

@@ -173,7 +173,7 @@ def indices(
         points = sample.sample(problem, base, calc_second_order=False, seed=np.random.default_rng([seed, base]))
         found, known = evaluate(points)
         whole = known.reshape(base, -1).all(axis=1)
-        rows: dict[str, Any] = {}
+        rows: dict[str, Mapping[str, Array]] = {}
         left_out: dict[str, str] = {}
         for name, every in found.items():
             values = every.reshape(base, -1)[whole].ravel().astype(float)

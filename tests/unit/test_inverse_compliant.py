@@ -1,4 +1,4 @@
-"""Targets for the real beam: figures and derivatives, what is handed out, materials, fronts, mistakes."""
+"""Targets on compliant joints: figures and derivatives, what is handed out, materials, fronts, mistakes."""
 
 from __future__ import annotations
 
@@ -237,7 +237,7 @@ def test_rooms_agree_with_what_the_printer_files_and_the_law_refuse():
 @pytest.mark.slow
 @pytest.mark.usefixtures("unasked")
 def test_what_a_lock_is_of_is_told():
-    """Thin, rigid scales on hinges lock where no real beam does, and this one could not even be made."""
+    """Thin, rigid scales on hinges lock where no beam on compliant joints does, and this one could not even be made."""
     vary = {"scale.length": ("30 mm", "80 mm"), "scale.alpha": ("30 deg", "70 deg"), "beam.pitch": ("12 mm", "30 mm")}
     start = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scales=None)
     found = squama.inverse_design({"target": {"lock": "90 deg total"}, "vary": vary}, beam=start, starts=256)
@@ -378,7 +378,7 @@ def test_a_search_goes_on_beyond_a_second_contact():
 
 
 @pytest.mark.slow
-def test_fronts_of_real_beams():
+def test_fronts_on_compliant_joints():
     pytest.importorskip("pymoo")
     data = {
         "vary": VARY,

@@ -1,4 +1,4 @@
-"""The real beam bent and twisted along a path: the dataset, the command and the picture."""
+"""A beam on compliant joints, bent and twisted along a path: the dataset, the command and the picture."""
 
 import json
 
@@ -239,7 +239,7 @@ def test_the_command_sets_the_hinge_beside(tmp_path, capsys):
 
 
 def test_the_command_tells_how_far_what_is_free_goes(capsys):
-    """The ends of ways are where each beam is: the real one bows, hinges are held."""
+    """The ends of ways are where each beam is: on compliant joints it bows, hinges are held."""
     path, skin = "twist 0.07 rad/pitch; twist 0.08 rad/pitch", "examples/stiff_skin.toml"
     assert main(["bend-twist", skin, "--path", path, "--points", "20", *ENDLESS, "--full"]) == 0
     rows = [line.rsplit(None, 2) for line in capsys.readouterr().out.splitlines() if line.startswith("  bend, deg")]
@@ -252,7 +252,7 @@ def test_the_command_tells_how_far_what_is_free_goes(capsys):
     assert [row[2] for row in rows] == ["0", "0"]
 
 
-def test_the_picture_keeps_the_scale_of_the_real_beam():
+def test_the_picture_keeps_the_scale_on_compliant_joints():
     path = "twist 0.09 rad/pitch; twist 0.25 rad/pitch"
     ours, hinge = (bent_and_twisted(SKIN, path, mu=0.6, **how) for how in ({"neutral": "middle"}, {"joint": "hinge"}))
     assert hinge["end"].item() == "frictional lock"

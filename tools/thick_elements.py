@@ -1,6 +1,6 @@
-"""Elements with real scales for five beams, up to 2.5 times the engagement: what the real model is held against.
+"""Elements with thick elastic scales for five beams, up to 2.5 times the engagement, to check the model against.
 
-python tools/real_elements.py [--out FILE] [--mesh MESH] [--beam NAME]
+python tools/thick_elements.py [--out FILE] [--mesh MESH] [--beam NAME]
 Writes one JSON line for each beam and coefficient of friction, and goes on where it was stopped: lines that are there
 are kept, and a run that was broken off goes on from its restart file beside the output. Lengths in pitches, torques in
 E d^3, forces in E d^2.
@@ -125,7 +125,7 @@ def wanted(out: Path, mesh: str, only: str | None) -> Iterator[tuple[str, float]
 def main() -> int:
     """Compute what is missing."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--out", type=Path, default=Path(__file__).with_name("real_elements.jsonl"))
+    parser.add_argument("--out", type=Path, default=Path(__file__).with_name("thick_elements.jsonl"))
     parser.add_argument("--mesh", default="medium", choices=tuple(runs.MESHES))
     parser.add_argument("--beam", choices=tuple(BEAMS))
     given = parser.parse_args()

@@ -1,4 +1,4 @@
-"""squama.twist of the real beam and its command: units, senses, families, ends, and the distance of simpler models."""
+"""squama.twist on compliant joints and its command: units, senses, families, ends, distance of simpler models."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""Random real beams through histories of twists: ends without a name, work, loops, senses, points, the way back.
+"""Random beams on compliant joints through histories of twists: ends without a name, work, loops, senses, points.
 
 Beams of the ranges of the joint's law, rigid and elastic, thick and thin.
 """

@@ -1,4 +1,4 @@
-"""What holds for every beam on the real model: work and energy, limits, mirror images, ways there and back."""
+"""What holds for every beam on compliant joints: work and energy, limits, mirror images, ways there and back."""
 
 import math
 
@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import squama
-from campaigns import real_histories
+from campaigns import histories
 from squama.contacts import events, increments, path, states
 from squama.contacts.path import Path as Way
 from squama.contacts.path import Scale
@@ -74,7 +74,7 @@ def test_energy_is_balanced_there_and_back(i: int, mu: float) -> None:
 @pytest.mark.slow(but=1)
 @pytest.mark.parametrize("seed", range(3))
 def test_random_histories(seed: int, capsys: pytest.CaptureFixture[str]) -> None:
-    assert real_histories.trial(seed, size=25) == []
+    assert histories.trial(seed, size=25) == []
     assert "range end" in capsys.readouterr().out
 
 
@@ -82,13 +82,13 @@ def test_a_corner_that_comes_in_beside_its_edges_contact_loses_no_work() -> None
     """It comes in where its gap closes; behind the turn the path jumps, and what is lost there is told."""
     draws = np.random.default_rng([13, 2])
     for _ in range(10):
-        given = real_histories.drawn(draws)
+        given = histories.drawn(draws)
         e = given.path().contact.phi
         far = min(e * draws.uniform(1.3, 3), e + 0.25, 0.5)
-        turns = real_histories.history(draws, e, far)
-    one, x = given.path(), real_histories.along(turns, real_histories.POINTS)
+        turns = histories.history(draws, e, far)
+    one, x = given.path(), histories.along(turns, histories.POINTS)
     found = one.follow(x, (far - e) / 200)
-    rows, first = found.rows[0], slice(real_histories.POINTS + 1)
+    rows, first = found.rows[0], slice(histories.POINTS + 1)
     came = [event for event in events.events(found) if event.way < far]
     assert [(event.kind, event.contact) for event in came[1:]] == [
         (increments.CHANGE, "TF"), (increments.ENGAGE, "BF"),

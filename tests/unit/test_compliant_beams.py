@@ -1,4 +1,4 @@
-"""Arrays of real beams: against single curves, and what must not matter."""
+"""Arrays of beams on compliant joints: against single curves, and what must not matter."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Cycles of the real beam: as a hinge against the closed form, energies, senses, partial loops, jamming."""
+"""Cycles on compliant joints: as a hinge against the closed form, energies, senses, partial loops, jamming."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""Columns of real beams, in SI units, against the curve of each beam."""
+"""Columns on compliant joints, in SI units, against the curve of each beam."""
 
 import numpy as np
 import pytest

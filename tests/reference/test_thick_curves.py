@@ -1,4 +1,4 @@
-"""The real model against curves of an independent derivation: thin or thick, rigid or elastic scales."""
+"""The model of compliant joints against curves of an independent derivation: thin or thick, rigid or elastic scales."""
 
 import json
 import math
@@ -11,7 +11,7 @@ from squama.contacts import increments
 from squama.contacts.path import Path as Way
 from squama.contacts.path import Scale
 
-CASES = json.loads((Path(__file__).parent / "real.json").read_text())
+CASES = json.loads((Path(__file__).parent / "thick_scales.json").read_text())
 CASES = CASES if isinstance(CASES, list) else next(v for v in CASES.values() if isinstance(v, list))
 VARIANTS = ("thin_rigid", "thick_rigid", "thin_elastic", "thick_elastic")
 

@@ -1,4 +1,4 @@
-"""The real model of a beam that is bent and twisted: against general contact, virtual work, the twisted beam."""
+"""Compliant joints in a beam that is bent and twisted: against general contact, virtual work, the twisted beam."""
 
 import numpy as np
 import pytest

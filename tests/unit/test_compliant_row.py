@@ -1,4 +1,4 @@
-"""A finite row of the real beam: against a Lagrangian written out here, the endless beam, the hinge, and its energy."""
+"""A finite row on compliant joints: against a Lagrangian written out here, the endless beam, the hinge, its energy."""
 
 import json
 import math
