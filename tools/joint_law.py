@@ -1,6 +1,6 @@
 """The law of the joint, made anew: sample the elements, fit, and check on designs that were not fitted.
 
-python tools/joint_law.py sample [--count N] [--workers W] [--folder F]     designs for the fit
+python tools/joint_law.py sample [--first I] [--count N] [--workers W] [--folder F]   designs for the fit
 python tools/joint_law.py check-sample [--count N] ...                      designs that are never fitted
 python tools/joint_law.py pack [--folder F]      add both to the sample that stands beside this file
 python tools/joint_law.py fit [--folder F]       write the law into the package, from both samples
@@ -42,6 +42,12 @@ BOX = {
 }  # fmt: skip
 """Where samples are drawn: a little more than the law's ranges, angles in degrees; ``gap`` is the thickness over
 cos(alpha) sin(theta0), ``width`` that of the bar over the scale's 2 beta cos(alpha)."""
+WIDE = {
+    "alpha": (0.0, 78.5), "beta": (0.33, 1.3), "theta0": (2.9, 36.0), "zeta": (0.09, 1.9), "gap": (0.018, 0.87),
+    "lam": (0.28, 0.95), "width": (1.02, 3.2), "nu": (0.24, 0.496),
+}  # fmt: skip
+"""Where designs of numbers from :data:`FIRST_WIDE` on are drawn; one of :data:`BORDER` near ends of these ranges."""
+FIRST_WIDE, BORDER = 100_000, 3
 FINE = 4
 """Every so many designs are computed with the finer mesh, too: what it changes is smooth and is fitted apart."""
 CHANCE = 0.3
@@ -66,13 +72,16 @@ def design(index: int, *, held_out: bool) -> dict[str, float]:
     """Return the sample's design of a number: Sobol points for the fit, random ones to check it."""
     from scipy.stats import qmc
 
+    wide = index >= FIRST_WIDE
     if held_out:
         u = np.random.default_rng([7, index]).uniform(0.03, 0.97, len(BOX))
     else:
         # the first point is a corner
-        u = qmc.Sobol(len(BOX), scramble=False).fast_forward(index + 1).random(1)[0]
+        u = qmc.Sobol(len(BOX), scramble=False).fast_forward(index % FIRST_WIDE + 1).random(1)[0]
+    if wide and index % BORDER == 1:
+        u = np.sin(np.pi / 2 * u) ** 2
     out = {}
-    for x, (name, (low, high)) in zip(u.tolist(), BOX.items(), strict=True):
+    for x, (name, (low, high)) in zip(u.tolist(), (WIDE if wide else BOX).items(), strict=True):
         out[name] = low + x * (high - low) if name in LINEAR else low * (high / low) ** x
     return out
 
@@ -139,11 +148,11 @@ def _lines(file: Path) -> Iterable[dict[str, Any]]:
             print(f"{file}: a line cut short is left out")
 
 
-def sample(file: Path, count: int, workers: int, *, held_out: bool) -> None:
+def sample(file: Path, numbers: range, workers: int, *, held_out: bool) -> None:
     """Add designs to a file of JSON lines, those that are there or packed set aside."""
     file.parent.mkdir(parents=True, exist_ok=True)
     done = {record["index"] for record in _lines(file)} | set(_packed(file.stem))
-    jobs = [(i, held_out) for i in range(count) if i not in done]
+    jobs = [(i, held_out) for i in numbers if i not in done]
     with multiprocessing.get_context("spawn").Pool(workers, maxtasksperchild=50) as pool, file.open("a") as out:
         if file.stat().st_size and not file.read_bytes().endswith(b"\n"):
             out.write("\n")
@@ -151,7 +160,7 @@ def sample(file: Path, count: int, workers: int, *, held_out: bool) -> None:
             out.write(json.dumps(record) + "\n")
             out.flush()
             if n % 20 == 0:
-                print(f"{len(done) + n + 1} of {count}", flush=True)
+                print(f"{n + 1} of {len(jobs)}", flush=True)
 
 
 class Records(NamedTuple):
@@ -411,13 +420,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("task", choices=("sample", "check-sample", "pack", "fit", "band", "corners", "check"))
     parser.add_argument("--count", type=int, default=1500)
+    parser.add_argument("--first", type=int, default=0, help=f"first number; from {FIRST_WIDE} on the larger range")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--folder", type=Path, default=Path("out/joint_law"))
     given = parser.parse_args()
     if given.task in {"sample", "check-sample"}:
         held_out = given.task == "check-sample"
         file = given.folder / f"{_name(held_out=held_out)}.jsonl"
-        sample(file, given.count, given.workers, held_out=held_out)
+        sample(file, range(given.first, given.first + given.count), given.workers, held_out=held_out)
     elif given.task == "pack":
         pack(given.folder)
     elif given.task == "fit":
