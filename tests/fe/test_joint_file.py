@@ -43,6 +43,18 @@ def test_the_matrix_of_the_elements_is_that_of_the_file(folder, capsys):
     new = squama.Beam.from_toml("new.toml").joint
     assert (new.matrix, new.stiffness is None) == (None, False)
     assert f"{BEAM.C_f:.3g} by the scaling law" in said
+    assert main([*asked[:-3], "--matrix", "-", "--quiet"]) == 0
+    assert capsys.readouterr().out == (folder / "joint.csv").read_text(encoding="utf-8")
+
+
+def test_a_deck_on_standard_output(folder, capsys):
+    how = ["deck", "beam.toml", "--scales", "2", "--size", "0.5", "--edge-size", "0.3"]
+    assert main([*how, "-o", "beam.inp"]) == 0
+    capsys.readouterr()
+    assert main([*how, "-o", "-"]) == 0
+    assert capsys.readouterr().out == (folder / "beam.inp").read_text(encoding="utf-8")
+    assert main([*how, "-o", "-", "--json"]) == 2
+    assert "is printed, and so is --json" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("place", ["joint.txt", "none/joint.csv"])

@@ -17,6 +17,7 @@ from squama.cli.summary import Summary, percent
 from squama.errors import refuse
 from squama.fe.sizes import MESHES, MeshSize
 from squama.interrupt import kept
+from squama.io.files import label, table_place
 from squama.people import apart_by, figure, per_pitch, tidy, turned
 
 if TYPE_CHECKING:
@@ -126,7 +127,6 @@ def cell(
     described = settled(described)
 
     from squama.fe import runs
-    from squama.io.files import label
 
     states: list[Deformed] = []
     with kept(label(beam), f"; {label(restart)} holds what is done" if restart else ""):
@@ -236,7 +236,6 @@ def verify(
     described = settled(described)
 
     from squama.fe.runs import print_progress
-    from squama.io.files import label
     from squama.study import verification as study
 
     folder = Path(f"verify_{Path(beam).stem}" if out is None else out)
@@ -414,7 +413,7 @@ def deck(
     beam: flags.BeamFile,
     /,
     *,
-    out: Annotated[flags.File, flag("Input deck (.inp) to write.", "--out", "-o")],
+    out: Annotated[flags.File, flag("Input deck (.inp) to write; - prints it.", "--out", "-o")],
     program: Annotated[str, flag(_PROGRAM, "--for", read=one_of("calculix", "abaqus"))] = "calculix",
     scales: Annotated[int | None, flags.scales(100, "Number of scales. Default: the file's; allowed:")] = None,
     mu: flags.Mu = None,
@@ -423,19 +422,21 @@ def deck(
     base: flags.Base = flags.BASE,
 ) -> int:
     """Write an input deck of a finite beam for CalculiX or Abaqus."""
-    flags.check_places([(out, (".inp",))])
+    place = table_place(flags.problems(), "-o", out, as_json=base.json)
+    flags.check_places([(place, (".inp",))])
     described, rate = base.turned(beam, mu, "--to", to, scales=scales)
     described = settled(described)
     twist = settled(rate) * described.pitch
 
     from squama.fe import deck as decks
-    from squama.io import files
 
     friction = settled(described.friction.mu)
     model = decks.model(described, mu=friction, scales=described.pitches, twist=twist, **vars(made))
-    place, name = output.write_text(out, decks.write(model, program)), files.label(out)
+    written, name = output.write_text(out, decks.write(model, program)), label(out)
+    if place is None:
+        return 0
     facts = {"scales": model.scales, "nodes": len(model.nodes), "elements": len(model.tets)}
-    record = {"out": str(place), "program": program, **facts, "twist_per_pitch": twist}
+    record = {"out": str(written), "program": program, **facts, "twist_per_pitch": twist}
     wrote = f"wrote {name}: {model.scales} scales, {len(model.tets)} quadratic tetrahedra, {per_pitch(twist)}"
     stem = name.removesuffix(".inp")
     more = f"run it with: ccx -i {stem}  (CalculiX; on Debian and Ubuntu: apt-get install calculix-ccx)"

@@ -6,6 +6,7 @@ import math
 import sys
 from collections.abc import Iterable
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
@@ -15,6 +16,7 @@ from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
 from squama.cli.summary import Summary, percent
 from squama.interrupt import kept
+from squama.io.files import label, table_place
 from squama.units import change, number, torque_unit
 
 if TYPE_CHECKING:
@@ -41,7 +43,7 @@ _EDGES = "Size of the coarsest elements along the scale's edges, in pitches. Def
 _LEVELS = "Number of meshes, each half as coarse as the one before. Default: 3."
 _TAB = "The embedded part of a scale: rigid, or elastic with the scale's modulus. Default: rigid."
 _TOML = "Beam file (.toml) to write, with K_theta and C_f of the elements under [joint]."
-_MATRIX = 'CSV file to write: stiffness in all motions, for matrix = "joint.csv" under [joint] of a beam file.'
+_MATRIX = 'CSV file to write, - prints it: stiffness in all motions, for matrix = "joint.csv" under [joint] of a file.'
 _table = partial(output.table, left=1)
 _size = flags.number(1e-3, 0.5, "0.04", "0.001 to 0.5 pitches")
 
@@ -61,25 +63,25 @@ def joint(
     base: flags.Base = flags.BASE,
 ) -> int:
     """Compute the stiffness of a scale's joint by finite elements; needs the extra fe."""
-    flags.check_places([(toml, (".toml",)), (matrix, (".csv",))])
+    place = table_place(flags.problems(), "--matrix", matrix, as_json=base.json)
+    flags.check_places([(toml, (".toml",)), (place, (".csv",))])
     described = settled(base.beam(beam, friction=False))
 
     from squama.beam import matrixfile
     from squama.fe import stiffness
-    from squama.io.files import label
 
     rest = "" if fresh else "; meshes that are done are kept: run it again to go on"
     with kept(label(beam), rest):
         how: dict[str, Any] = {"edge_size": edge_size, "levels": levels, "tab": tab, "fresh": fresh}
         found = stiffness.joint(described, **how, progress=None if quiet else print_level)
-    written = []
+    written: list[Path | str] = []
     if toml is not None:
         own = {"stiffness": found.stiffness.value, "inclusion_factor": found.C_f.value, "matrix": None}
         described.replace(joint=own).to_toml(toml)
         written.append(label(toml))
     if matrix is not None:
         stored = matrixfile.stored(described, found.K, matrix, tab=tab == "elastic")
-        written.append(label(matrixfile.write(stored, matrix)))
+        written.append(label(matrixfile.write(stored, matrix)) if place else output.write_text(matrix, stored.text))
     shown = _summary(described, found).shown(full=full)
     return output.report(base.json, beam, written, _record(described, found), shown)
 
