@@ -129,5 +129,5 @@ def test_the_figure_of_a_run():
     assert len(figure.axes) == 4
     assert figure.axes[0].get_ylabel() == r"Torque $T$ (mN m)"
     assert "stopped" in figure.get_suptitle()
-    assert "Scales: thin, rigid" in figure.get_suptitle()
+    assert "scales: thin, rigid" in figure.get_suptitle()
     assert "from 6.3 deg per pitch: tip edge on side edge" in [t.get_text() for t in figure.legends[0].get_texts()]

@@ -7,19 +7,7 @@ import math
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
 from squama.contacts.changes import solved, tried
-from squama.contacts.conditions import (
-    FLIP,
-    MEET,
-    MISSED_CONE,
-    MISSED_GAP,
-    MISSED_PLACE,
-    MISSED_PULL,
-    MISSED_SLOPE,
-    OFF,
-    PULL,
-    value,
-    violated,
-)
+from squama.contacts.conditions import MEET, MISSED_GAP, value, violated
 from squama.contacts.detection import deepest
 from squama.contacts.increments import Walk, between
 from squama.contacts.system import copied
@@ -61,14 +49,8 @@ def marked(w: Walk) -> int:
 
 @_in
 def slack(what: int) -> float:
-    """Return the tolerance of a condition, at which it counts as violated."""
-    if what == PULL:
-        return MISSED_PULL
-    if what == MEET:
-        return MISSED_GAP
-    if what == FLIP:
-        return MISSED_CONE
-    return MISSED_PLACE if what == OFF else MISSED_SLOPE
+    """Return the tolerance of a closing gap; 0 for other conditions, which are located to rounding."""
+    return MISSED_GAP if what == MEET else 0.0
 
 
 @_jit

@@ -94,7 +94,8 @@ def elements_figure(data: xr.Dataset) -> Figure:
     attrs = data.attrs
     blocked = ", roll and yaw blocked" if "blocked" in attrs["joint"] else ""
     stopped = "" if attrs["reached"] else f"\n{attrs['sentence']}"
-    title = f"One pitch by finite elements{blocked}, sense {attrs['sense']}, $\\mu$ = {float(data['mu']):g}{stopped}"
+    about = f"One pitch by finite elements (scales: {attrs['plates']}{blocked})"
+    title = f"{about}, sense {attrs['sense']}, $\\mu$ = {float(data['mu']):g}{stopped}"
     return style.headline(figure, title, axes.flat)
 
 
