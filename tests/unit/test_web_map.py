@@ -55,14 +55,14 @@ def test_the_map_tells_beams_that_soften_from_curves_that_end(monkeypatch) -> No
         return key, found, [[map.CLASSES[code] for code in row] for row in found.code]
 
     key, found, words = classes(
-        PLA.change("twist", "0.185 rad/pitch"), eta=(3.0, 17 / 3), theta0=(2.0, 2 + 38 * 12 / 28)
+        PLA.change("twist", "0.1865 rad/pitch"), eta=(3.0, 17 / 3), theta0=(2.0, 2 + 38 * 12 / 28)
     )
     assert words[0] == ["not computed"] * 2
     assert words[1][1] == "softer than the bar"
     assert words[1][0] in map.CLASSES[2:-2]
     # there the torque falls: a snap lies between this twist and the next increment
     beam = PLA.beam.replace(scale={"length": 17 / 3 * PLA.beam.pitch, "theta0": math.radians(2 + 38 * 12 / 28)})
-    r = squama.twist(beam, at=["0.185 rad/pitch", "0.19 rad/pitch"], ends="endless")
+    r = squama.twist(beam, at=["0.1865 rad/pitch", "0.19 rad/pitch"], ends="endless")
     assert r["T"].values[1] < r["T"].values[0]
     assert {"softer than the bar", "not computed"} < set(map.classes(key, found, dark=False))
     bent = PLA.change("load", "bending").change("twist", "0.2 rad/pitch")
