@@ -192,15 +192,18 @@ class Records(NamedTuple):
         return Records(self.index[which], shape, *(x[which] for x in self[2:]))
 
 
-def records(folder: Path, *, held_out: bool) -> Records:
-    """Return what the packed sample and a folder hold, by their numbers; refused designs are left out."""
+def records(folder: Path, *, held_out: bool, wide: bool = False) -> Records:
+    """Return what the packed sample and a folder hold, by their numbers; refused designs are left out.
+
+    ``wide``: with designs of the larger range, which are too few for a fit so far.
+    """
     name = _name(held_out=held_out)
     rows = _packed(name)
     for record in _lines(folder / f"{name}.jsonl"):
         if "K" in record:
             K = [np.array(v) for v in record["K"]]
             rows[record["index"]] = K[0], K[1] if len(K) > 1 else np.full(45, np.nan), np.array(record["strain"])
-    index = np.array(sorted(rows))
+    index = np.array(sorted(i for i in rows if wide or i < FIRST_WIDE))
     coarse, fine, strain = (np.array([rows[i][k] for i in index.tolist()]) for k in range(3))
     shapes = [geometry(design(i, held_out=held_out)) for i in index.tolist()]
     shape = law.Shape(*(np.array([getattr(g, name) for g in shapes]) for name in law.Shape._fields))
@@ -228,7 +231,7 @@ def pack(folder: Path) -> None:
     """Write both samples into the file beside this one."""
     low, arrays = np.tril_indices(9), {}
     for held_out in (False, True):
-        r, name = records(folder, held_out=held_out), _name(held_out=held_out)
+        r, name = records(folder, held_out=held_out, wide=True), _name(held_out=held_out)
         arrays[f"{name}_index"] = r.index.astype(np.int32)
         arrays[f"{name}_shape"] = np.column_stack(r.shape)
         for key in ("coarse", "fine", "strain"):

@@ -311,8 +311,10 @@ def _people(front: xr.Dataset, name: str) -> tuple[float, str]:
     """Return the unit in which texts show a figure or a dimension, after its factor from SI."""
     from squama.study.parameters import people
 
-    factor, unit = people(name) if "." in name else for_people(str(front[name].attrs["units"]))
-    return factor, unit if "." in name or unit != "deg" else PITCH
+    if "." in name:
+        return people(name)
+    factor, unit = for_people(str(front[name].attrs["units"]))
+    return factor, PITCH if unit == "deg" else unit
 
 
 def _meaning(front: xr.Dataset, name: str) -> str:

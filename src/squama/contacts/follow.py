@@ -30,8 +30,8 @@ _START, _SOFTLY, _GENTLE, _FREELY = 1 / 16, 1 / 8, 1 / 64, 4.0
 _SHORT = 5e-4
 """Increment, rad per pitch: as much as one so long may be lost by a shorter one."""
 _LEAST, _SHRINK, _EVENTS, _ZEROS, _FLIPS = 1e-8, 0.35, 400, 8, 2
-"""Least increment, and by how much one that fails shrinks; events, and events without an increment, of each scale, that
-a path may have; without an increment that let contacts of a path stick or slide."""
+"""Least increment, and by how much one that fails shrinks; limits of events of each scale, of successive events without
+an increment, and of those of them in which contacts stick or slide."""
 _FAR, _SNAPS = 6, 1e-6
 """How many increments, each ten times the last one, an equilibrium is looked for after; least part of the energy that a
 snap loses, for it to be one."""

@@ -149,7 +149,7 @@ def vibrate(
     """
     arguments.beam(beam)
     if (release is None) == (impulse is None):
-        refuse("release, impulse", "", "needs exactly one of the two", 'give one, e.g. "0.1 rad/pitch" as the release')
+        refuse("release, impulse", "", "needs exactly one of the two", 'give one, e.g. a release at "0.1 rad/pitch"')
     n = arguments.whole("swings", swings, 1, MOST_SWINGS)
     zeta = _bounded("damping", damping, Dimension.RATIO, DAMPING)
     read = _quantities(beam, load, mode, release=release, impulse=impulse, rotor=rotor, density=density)
@@ -343,9 +343,7 @@ def shake(
     """
     arguments.beam(beam)
     if (static is None) == (torque is None):
-        refuse(
-            "static, torque", "", "needs exactly one of the two", 'give one, e.g. "0.05 rad/pitch" as the static one'
-        )
+        refuse("static, torque", "", "needs exactly one of the two", 'give one, e.g. a static "0.05 rad/pitch"')
     hertz = arguments.positive("frequencies", frequencies)
     if hertz.ndim != 1 or not 1 <= hertz.size <= MOST_FREQUENCIES or (np.diff(hertz) <= 0).any():
         refuse("frequencies", "", f"must be 1 to {MOST_FREQUENCIES} growing numbers", "write e.g. [2, 2.5, 3]")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from shapes import drawn
 
-from squama.joints import law
+from squama.joints import law, processes
 
 ROOT = Path(__file__).parents[3]
 
@@ -169,3 +169,17 @@ def test_the_band_of_one_shape_and_of_many() -> None:
     # the mirror image is as well known
     np.testing.assert_allclose(law.band(shape._replace(alpha=-shape.alpha)), many, rtol=1e-9)
     assert (many >= 2 * 0.003).all()
+
+
+def test_designs_of_the_larger_range_are_in_the_sample_but_not_in_the_fit(tmp_path: Path) -> None:
+    import joint_law
+
+    fit_to = joint_law.records(tmp_path, held_out=False)
+    with np.load(processes.PLACE) as shipped:
+        assert len(fit_to.index) == len(shipped["sample"])
+    every = joint_law.records(tmp_path, held_out=False, wide=True)
+    added = every.at(every.index >= joint_law.FIRST_WIDE)
+    assert len(every.index) == len(fit_to.index) + len(added.index) > len(fit_to.index)
+    # they reach where the law does not
+    assert added.shape.zeta.max() > 1.5
+    assert (law.within(added.shape)).mean() < 0.5
