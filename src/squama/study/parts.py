@@ -69,6 +69,9 @@ def led(load: str, support: str | None, beam: Beam, scales: int) -> Led:
     turn = "twist" if one.turns == PHI else "bend" if one.turns == PSI else ""
     if held.word == "simple" or (held.word == "gripped" and turn != "twist"):
         refuse("support", shown(held.word), "of a part of elements: clamped, or gripped with a twist", "write clamped")
+    if geometry(beam).plain and not turn:
+        reason = "is led by its tip; elements with long embedded parts have plain ends, and are turned"
+        refuse("load", shown(load), reason, 'write e.g. "60 deg bend" or "90 deg twist"')
     lead = Lead(force, turn, coaxial=held.word == "gripped")
     size = one.size / (beam.pitch if one.measures is Dimension.LENGTH else 1.0)
     return Led(lead, one.size, size / lead.per_way(pitches), load, held.word)
@@ -108,7 +111,8 @@ def elements(
 ) -> xr.Dataset:
     """Load a part of N scales by finite elements: clamped on average at one end, deformation imposed at the other.
 
-    Each end has one more pitch of bar without exposed scales, see :mod:`squama.fe.loaded`.
+    Each end has one more pitch of bar without exposed scales, see :mod:`squama.fe.loaded`; the turn of plain bar beyond
+    them, where embedded parts are long, is taken off.
 
     Returns
     -------
@@ -136,18 +140,21 @@ def elements(
         "mesh": list(sizes),
         "plates": plates,
     }
-    count = (scales + 2 * BLANK) * len(pitch.tets)
+    count = runs.count(walk)
     announce(f"a part of {scales} scales, {count} elements, {walk.body.start().size} unknowns")
     ended = runs.follow(walk, asked.way, run.increment, restart, key, progress)
     columns = {name: np.array(values) for name, values in walk.columns.items()}
     d, E = beam.pitch, beam.substrate.youngs_modulus
     by, name = _NAMES[bool(asked.lead.turn)]
     moment = E * d**3
-    turned = bool(asked.lead.turn)
+    twists, bends = beam.torsional_rigidity / beam.C_f, beam.bending_rigidity / beam.bending_C_f
+    turned, bare = bool(asked.lead.turn), twists if asked.lead.turn == "twist" else bends
+    way = columns["way"] * asked.size / asked.way
+    way = np.where(way > 0, way - columns["load"] * moment * shape.plain * d / bare, 0.0)
     imposed = {"long_name": "deformation that is imposed", "units": "rad" if turned else "m"}
     carried = {"long_name": "load", "units": "N m" if turned else "N"}
     along = {
-        by: (columns["way"] * asked.size / asked.way, imposed),
+        by: (way, imposed),
         name: (columns["load"] * (moment if turned else E * d**2), carried),
         **{k: (columns[k] * moment, {**SYMBOLS[k].attrs, "units": "J"}) for k in ("U_el", "W_fr", "W")},
         "theta": (columns["theta"], SYMBOLS["theta"].attrs),
