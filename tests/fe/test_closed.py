@@ -1,5 +1,6 @@
 """Rows with long embedded parts: one solid between plane ends, and the endless beam in their middle."""
 
+import runpy
 from itertools import pairwise
 
 import numpy as np
@@ -15,7 +16,7 @@ from squama.fe.assembly import make_walk
 from squama.fe.body import Body, mean_turns
 from squama.fe.closed import row_mesh, sections
 from squama.fe.elements import Elements, Material
-from squama.fe.geometry import Geometry
+from squama.fe.geometry import Geometry, geometry
 from squama.fe.loaded import attitude
 from squama.fe.mesh import EDGES, bar_mesh, pitch_mesh, tile
 from squama.fe.pitch_stiffness import response
@@ -188,3 +189,14 @@ def test_three_scales_beside_the_model(tmp_path, load, off):
     found = verify(sheets, tmp_path / "v", load=load, **asked)
     assert float(abs(found.table["off"].sel(model="mesh")).max()) < off
     assert all(b > a for a, b in pairwise(found.table["turn"].values))
+
+
+@pytest.mark.slow
+def test_the_public_part_beside_elements_of_all_its_scales():
+    """Fifteen elastic sheets on two supports: model off by 1 % in stiffness and first touch; this mesh is coarse."""
+    tool = runpy.run_path("tools/long_row.py")
+    pitch = pitch_mesh(geometry(tool["PUBLIC"]), 0.4, 0.3, tab=True)
+    found, first = tool["elements"](pitch, 15)
+    assert first in (6, 7, 8)
+    np.testing.assert_allclose(tool["model"](15), found, rtol=0.08)
+    assert found[0] > 4 * tool["bare"](15)
