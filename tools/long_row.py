@@ -2,7 +2,7 @@
 
 python tools/long_row.py [--scales N ..] [--mesh SIZE EDGE]
 Elements of ``examples/long_tabs.toml`` with elastic embedded parts, N scales and plain bar beside them, loaded in the
-middle; supports hold the mean height of the end sections. The model has the same length, with as many cells as pitches.
+middle; supports hold the mean height of the end sections. The model has the same length and number of scales.
 Prints for each N stiffness before contact (N/m), and where scales first touch: deflection (mm) and the two scales.
 """
 
@@ -31,6 +31,7 @@ from squama.fe.pitch_stiffness import _stiffness
 from squama.fe.plate import Carried
 from squama.fe.rows import Row
 from squama.fe.solver import Solver
+from squama.study.parts import Closed
 from squama.types import Array
 
 PUBLIC = Beam.from_toml(Path(__file__).parents[1] / "examples" / "long_tabs.toml")
@@ -117,13 +118,14 @@ def elements(pitch: Pitch, n: int) -> tuple[tuple[float, float], int]:
     return (force * E * d, 1e3 * s * d), first
 
 
-def model(n: int) -> tuple[float, float]:
-    """Return the same by the model of a part with as many cells as pitches."""
+def model(n: int, *, everywhere: bool = False) -> tuple[float, float]:
+    """Return the same by the model of a part with as many scales, or with scales in every pitch."""
     cells = n + geometry(PUBLIC).plain
     # scales of 18 pitches touch at 4.1 mm
     most = 6e-3 * (cells / 18) ** 2
-    asked = {"support": "simple", "scales": cells, "mu": 0.2, "points": 50}
-    r = squama.load(PUBLIC, f"{1e3 * most} mm down at middle", **asked)
+    load, support = f"{1e3 * most} mm down at middle", "simple"
+    part = squama.Part(PUBLIC, load, support) if everywhere else Closed.of(PUBLIC, n, load, support, blank=0)
+    r = squama.load(part, scales=cells, mu=0.2, points=50)
     return float(r["F"][1] / r["travel"][1]), float(r["share_e"]) * 1e3 * most
 
 
@@ -144,12 +146,11 @@ def main() -> None:
         begun = time.process_time()
         found, first = elements(pitch, n)
         cpu = time.process_time() - begun
-        said = " and ".join(f"{k:.4g} N/m, touch at {u:.4g} mm" for k, u in (found, model(n)))
-        print(
-            f"{n} scales of {len(pitch.tets)} elements in {n + geometry(PUBLIC).plain} pitches of bar: elements and "
-            f"model {said}; scales {first} and {first + 1} touch; bare {bare(n):.4g} N/m; {cpu:.0f} s",
-            flush=True,
-        )
+        results = found, model(n), model(n, everywhere=True)
+        said = [f"{k:.4g} N/m, touch at {u:.4g} mm" for k, u in results]
+        print(f"{n} scales of {len(pitch.tets)} elements in {n + geometry(PUBLIC).plain} pitches of bar ({cpu:.0f} s):")
+        print(f"elements {said[0]}, scales {first} and {first + 1}; model {said[1]}; with scales all along {said[2]};")
+        print(f"bare bar {bare(n):.4g} N/m", flush=True)
 
 
 if __name__ == "__main__":

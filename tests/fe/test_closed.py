@@ -1,17 +1,17 @@
 """Rows with long embedded parts: one solid between plane ends, and the endless beam in their middle."""
 
 import runpy
-from itertools import pairwise
 
 import numpy as np
 import pytest
+
+import squama
 
 pytest.importorskip("netgen", reason="meshes need netgen-mesher (the extra fe)")
 pytest.importorskip("ipctk", reason="needs the extra fe")
 pytest.importorskip("numba", reason="elements need numba (the extra fe)")
 
 from squama.beam.design import Beam
-from squama.errors import InputError
 from squama.fe.assembly import make_walk
 from squama.fe.body import Body, mean_turns
 from squama.fe.closed import row_mesh, sections
@@ -173,30 +173,41 @@ def test_a_bare_row_is_a_bar():
     assert 8 / np.diff(softness) == pytest.approx(GJ, rel=0.03)
 
 
-def test_parts_with_plain_ends_are_turned():
+def test_the_model_of_a_part_has_its_plain_bar():
+    """Before contact its softness is the sum over both kinds of cells."""
     sheets = Beam.from_toml("examples/long_tabs.toml")
-    with pytest.raises(InputError, match=r"have plain ends, and are turned; write e.g."):
-        parts.led("5 mm up at tip", None, sheets, 5)
-    assert parts.led("20 deg bend", None, sheets, 5).lead.turn == "bend"
+    part = parts.Closed.of(sheets, 4, "0.1 deg twist", "clamped", blank=0)
+    assert (part.before, part.behind) == (2, 1)
+    r = squama.load(part, scales=7, points=3)
+    assert not r["N"].fillna(0).values.any()
+    own = np.linalg.inv(sheets.joint.matrix.K)[6, 6] / sheets.unit_moment
+    plain = sheets.pitch / (sheets.G_B * sheets.J)
+    # tolerance: 0.1 deg is not quite linear
+    assert float(r["turn"][-1] / r["moment"][-1]) == pytest.approx(4 * own + 3 * plain, rel=1e-3)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("load", "off"), [("30 deg bend", 0.4), ("30 deg twist", 0.15)])
+@pytest.mark.parametrize(
+    ("load", "off"),
+    [("30 deg bend", 0.25), ("30 deg twist", 0.1), ("10 mm up at tip", 0.35)],
+    ids=["bend", "twist", "tip"],
+)
 def test_three_scales_beside_the_model(tmp_path, load, off):
-    """Before contact, joint of the same mesh: 25 and 5 % measured."""
+    """Before contact, joint of the same mesh: 7, 1.3 and 12 % measured."""
     sheets = Beam.from_toml("examples/long_tabs.toml").replace(scale=SHEETS)
     asked = {"scales": 3, "mesh": (0.4, 0.3), "beam_mesh": (0.4, 0.3), "increment": 0.02}
     found = verify(sheets, tmp_path / "v", load=load, **asked)
-    assert float(abs(found.table["off"].sel(model="mesh")).max()) < off
-    assert all(b > a for a, b in pairwise(found.table["turn"].values))
+    known = found.table["off"].sel(model="mesh").values
+    assert np.isfinite(known[1:]).all()
+    assert np.abs(known[1:]).max() < off
 
 
 @pytest.mark.slow
 def test_the_public_part_beside_elements_of_all_its_scales():
-    """Fifteen elastic sheets on two supports: model off by 1 % in stiffness and first touch; this mesh is coarse."""
+    """Fifteen elastic sheets on two supports: model off by 4 % in stiffness and first touch; this mesh is coarse."""
     tool = runpy.run_path("tools/long_row.py")
     pitch = pitch_mesh(geometry(tool["PUBLIC"]), 0.4, 0.3, tab=True)
     found, first = tool["elements"](pitch, 15)
     assert first in (6, 7, 8)
-    np.testing.assert_allclose(tool["model"](15), found, rtol=0.08)
+    np.testing.assert_allclose(tool["model"](15), found, rtol=0.12)
     assert found[0] > 4 * tool["bare"](15)

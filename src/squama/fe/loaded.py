@@ -100,15 +100,15 @@ def make_loaded(
     InputError
         The free memory is too small.
     """
-    pitches = scales + 2 * BLANK
-    mesh = row_mesh(pitch, geometry, pitches)
+    count, pitches = scales + 2 * BLANK, length(geometry, scales)
+    mesh = row_mesh(pitch, geometry, count)
     unknowns = 3 * len(mesh.nodes)
     check_memory(scales, unknowns, estimate(unknowns, pitches))
     mesh = mesh._replace(nodes=mesh.nodes - np.array([0.0, 0.0, BLANK]))
-    near, far = (np.array([0.0, 0.0, z + geometry.start]) for z in (-BLANK, scales + BLANK + geometry.plain))
+    near, far = (np.array([0.0, 0.0, z + geometry.start - BLANK]) for z in (0, pitches))
     rate = lead.rate(pitches)
-    course = End(pitches, far, rate)
-    order = [*range(BLANK, BLANK + scales), *range(BLANK), *range(BLANK + scales, pitches)]
+    course = End(count, pitches, far, rate)
+    order = [*range(BLANK, BLANK + scales), *range(BLANK), *range(BLANK + scales, count)]
     tied = [(mesh.tied[j], Carried(geometry.rest, mesh.nodes[mesh.tied[j]], j - BLANK, near[2])) for j in order]
     sections = [
         _end(mesh, geometry, pitch, 0, near, lambda loads: stays(loads)._replace(t=near[None])),
@@ -118,12 +118,17 @@ def make_loaded(
     body = Body(elements, mesh.nodes, tied, sections=sections, axis=near[2] if rate[TWIST] else None)
     row = Row(geometry.rest, scales, near[2], exposed, course)
     contact = RowContact(row, mu, dhat=DHAT, slip=SLIP)
-    free, bodies = lead.free(pitches), 6 * pitches
+    free, bodies = lead.free(pitches), 6 * count
     moved = np.zeros((body.motions, bodies + len(free)))
     moved[:bodies, :bodies] = np.eye(bodies)
     moved[bodies + np.array(free), bodies + np.arange(len(free))] = 1.0
     record = partial(_recorded, geometry, mesh, pitch.shares, lead, scales)
     return Walk(bent(body, row), contact, ways_of(moved, row), record, slack=max(1.0, pitches / 5))
+
+
+def length(geometry: Geometry, scales: int) -> int:
+    """Return the length of a part of N scales, pitches."""
+    return scales + 2 * BLANK + geometry.plain
 
 
 def _end(
@@ -154,7 +159,7 @@ def _recorded(geometry: Geometry, mesh: Tiled, shares: Array, lead: Lead, scales
         theta[i] = inclined(rest, attitude(before, after, shares).T @ n_X)
     return {
         "way": walk.phi,
-        "load": walk.T / lead.per_way(scales + 2 * BLANK),
+        "load": walk.T / lead.per_way(length(geometry, scales)),
         **walk.works(walk.dhat),
         **dict(zip(("x_end", "y_end", "z_end"), end[SHIFT], strict=True)),
         "theta": theta,
