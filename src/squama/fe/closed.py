@@ -26,11 +26,11 @@ def row_mesh(pitch: Pitch, geometry: Geometry, n: int) -> Tiled:
     mesh = tile(pitch, n)
     if not geometry.plain:
         return mesh
+    to = mesh.nodes[mesh.cuts[0]] * [1.0, 1.0, 0.0]
+    to[:, 2] = geometry.start + to[:, 0] * tan(geometry.alpha)
     for side in (0, 1):
-        place = geometry.start + side * (n + geometry.plain)
-        at = mesh.nodes[mesh.cuts[-side]] * [1.0, 1.0, 0.0]
-        at[:, 2] = place + at[:, 0] * tan(geometry.alpha)
-        mesh = _extended(mesh, side, pitch.faces, at, LAYERS * geometry.plain)
+        behind = [0.0, 0.0, side * (n + geometry.plain)]
+        mesh = _extended(mesh, side, pitch.faces, to + behind, LAYERS * geometry.plain)
     return mesh
 
 
