@@ -149,7 +149,7 @@ def test_tiles_join_where_the_cuts_are(fig6b, pitch):
     np.testing.assert_allclose(body.rest[cuts[2]], body.rest[cuts[0]] + [0, 0, 2], atol=1e-12)
     c, s = np.cos(0.4), np.sin(0.4)
     turned = body.rest @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]).T + [0.1, -0.2, 0.3]
-    np.testing.assert_allclose(mean_turns(body.rest, turned, cuts, pitch.shares), 0.4, atol=1e-12)
+    np.testing.assert_allclose(mean_turns(body.rest[cuts], turned[cuts], pitch.shares), 0.4, atol=1e-12)
     body.solver.close()
 
 

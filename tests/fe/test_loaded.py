@@ -42,7 +42,7 @@ def test_the_shear_of_a_twisted_rectangle_bears_its_torque_and_leaves_its_faces_
 
 
 def test_the_frame_of_the_end_has_the_derivatives_it_says():
-    end, dice, h = End(4, np.array([0.1, 0.2, 3.0]), np.arange(6.0)), np.random.default_rng(2), 1e-6
+    end, dice, h = End(4, 4, np.array([0.1, 0.2, 3.0]), np.arange(6.0)), np.random.default_rng(2), 1e-6
     loads, step, x = 0.2 * dice.normal(size=6), dice.normal(size=6), dice.normal(size=(5, 3))
     (_, rate, second), (up, rate_up, _), (down, rate_down, _) = (
         end.frame(loads + sign * h * step).of(x) for sign in (0, 1, -1)

@@ -25,7 +25,8 @@ pytest.importorskip("manifold3d")
 PLA = Plan(32, 16, 20, 4, 60, 6, 24, 0.8, math.radians(60), math.radians(15))
 STEEP = Plan(40, 20, 18, 3, 30, 7, 20, 1.1, math.radians(25), math.radians(35), clearance=0.1, bed=55.0)
 SIDE = Plan(30, 14, 21, 3, 25, 9, 9, 0.6, math.radians(80), math.radians(20), draft=math.radians(2))
-PLANS = pytest.mark.parametrize("plan", [PLA, STEEP, SIDE], ids=["pla", "steep", "side"])
+LONG = Plan(25, 12.5, 10, 5, 23.2, 12.8, 6, 1, math.radians(40), math.radians(10), clearance=0.05, feature=0.2)
+PLANS = pytest.mark.parametrize("plan", [PLA, STEEP, SIDE, LONG], ids=["pla", "steep", "side", "long tabs"])
 
 
 def directions(plan):

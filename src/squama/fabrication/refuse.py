@@ -78,7 +78,7 @@ def _section(plan: Plan) -> Iterator[Problem]:
 
 def _along(plan: Plan) -> Iterator[Problem]:
     """Yield problems of neighbouring slots, and of the bar's ends."""
-    slots = "the slots of neighbouring tabs {} in the bar", "or a smaller scale.embedded"
+    slots = "the slots of neighbouring tabs {} in the bar", "or a smaller scale.embedded or clearance"
     yield from _ligament(plan, lambda p: between(p, p.slot_profile, p.slot[1]), *slots)
     along = plan.corners(plan.slot_profile, plan.slot[1])[:, 2]
     last = (plan.scales - 1) * plan.pitch + max(shift for _, shift in plan.sides)

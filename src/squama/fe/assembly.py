@@ -4,11 +4,11 @@ The endless beam is one pitch with helical periodicity x(X + e_z) = Q(phi) x(X) 
 scale's images; the section's mean place and turn are held in the twisted frame, since a lateral shift is a null mode at
 phi = 0. Bent and twisted it is x(X + e_z) = g(x(X)) with the screw g of :mod:`squama.fe.periodic`; its strains are
 those of the line of the sections' mean places, and the stretch is free (no axial force) or held. A finite beam is N
-pitches in a row. Its end sections are the cuts of the pitches, z = x tan(alpha) + c, and are held rigidly, as in grips:
-they neither warp nor change shape. The front one is fixed. The back one is turned about z by N phi, where phi is the
-twist per pitch, and cannot tilt or move sideways; along z it is free to move (``ends="free"``), or stays where it was
-(``"held"``, as the periodic cell keeps the length of its pitch). So the bar
-may bow between its ends. Every scale has six motions.
+pitches in a row (:mod:`squama.fe.closed`). Its end sections are planes z = x tan(alpha) + c, and are held rigidly, as
+in grips: they neither warp nor change shape. The front one is fixed. The back one is turned about z by N phi, where phi
+is the twist per pitch, and cannot tilt or move sideways; along z it is free to move (``ends="free"``), or stays where
+it was (``"held"``, as the periodic cell keeps the length of its pitch). So the bar may bow between its ends. Every
+scale has six motions.
 
 Geometrically nonlinear quadratic elements, neo-Hookean; Coulomb contact. Lengths in pitches, stresses in the
 substrate's Young's modulus.
@@ -25,11 +25,12 @@ from squama.beam.matrixfile import MOTIONS
 from squama.errors import InputError
 from squama.fe.averages import Section
 from squama.fe.body import Body, Matrix, bent, mean_turns, ways_of
+from squama.fe.closed import row_mesh, sections
 from squama.fe.contact import DHAT, SLIP, RowContact, forces, where
 from squama.fe.elements import Elements, Helical, Material
 from squama.fe.exposed import Exposed
 from squama.fe.geometry import Geometry
-from squama.fe.mesh import Pitch, Tiled, tile
+from squama.fe.mesh import Pitch, Tiled
 from squama.fe.periodic import STRAINS, Course, Leg
 from squama.fe.plate import Carried, Rest, Turn, inclination, turned
 from squama.fe.rows import Row
@@ -62,7 +63,7 @@ def beam_body(mesh: Tiled, geometry: Geometry) -> Body:
 
     The turned end is a rigid body after the scales; its motions are translation and rotation along x, y, z.
     """
-    places, front, back = mesh.nodes, mesh.cuts[0], mesh.cuts[-1]
+    places, (front, back) = mesh.nodes, mesh.ends
     rigid = [(nodes, Carried(geometry.rest, places[nodes], k, geometry.cut)) for k, nodes in enumerate(mesh.tied)]
     # the end's frame is turned by N phi
     axis = Rest(0.0, 0.0, np.eye(3), np.zeros(3))
@@ -124,10 +125,9 @@ def make_walk(
         contact = RowContact(row, mu, dhat=dhat, slip=slip)
         body = make_body(pitch, geometry)
         return Walk(bent(body, row), contact, ways_of(each, row), _endless, dhat=dhat)
-    unknowns = 3 * len(pitch.images[2]) * scales
+    mesh = row_mesh(pitch, geometry, scales)
+    unknowns = 3 * len(mesh.nodes)
     check_memory(scales, unknowns, estimate(unknowns, scales))
-    geometry.check_ends()
-    mesh = tile(pitch, scales)
     body = beam_body(mesh, geometry)
     try:
         check_memory(scales, body.unknowns, body.solver.needs)
@@ -206,10 +206,10 @@ def _finite(geometry: Geometry, mesh: Tiled, shares: Array, walk: Walk) -> Recor
     scales = len(mesh.tied)
     N, f = forces(walk.load, scales)
     p, s, words = where(walk.touches, scales)
-    turns = mean_turns(mesh.nodes, walk.places(), mesh.cuts, shares)
-    # the section at a scale's base lies between two cuts
-    local = (1 + geometry.cut) * turns[:-1] - geometry.cut * turns[1:]
-    local -= walk.phi * (np.arange(scales) - geometry.cut)
+    places, base = walk.places(), np.arange(scales)
+    turns = mean_turns(mesh.nodes[mesh.cuts], places[mesh.cuts], shares)
+    before, after = (sections(mesh, geometry, at, base) for at in (mesh.nodes, places))
+    local = mean_turns(before, after, shares) - walk.phi * (base - geometry.cut)
     v = np.array(
         [turned_back(geometry.rest, *at) for at in zip(walk.v[: 6 * scales].reshape(-1, 6), local, strict=True)]
     )

@@ -365,13 +365,14 @@ def ways_of(motions: Array, row: Row) -> Array:
     return np.block([[motions, np.zeros((m, r))], [np.zeros((r, k)), np.eye(r)]])
 
 
-def mean_turns(rest: Array, places: Array, cuts: Index, weights: Array) -> Array:
-    """Return the mean turns (cuts,) of sections about z, rad, positive in the sense of the twist.
+def mean_turns(rest: Array, places: Array, weights: Array) -> Array:
+    """Return the mean turns (m,) of sections about z, rad, positive in the sense of the twist.
 
-    The turn of a cut (its nodes are a row of ``cuts``) is that of the rigid motion in the plane that fits the places of
-    its nodes best (least squares weighted by area), their mean place set aside, so that bowing does not count.
+    The turn of a section (its k points are a row of ``rest`` and ``places``, (m, k, 3)) is that of the rigid motion in
+    the plane that fits their places best (least squares weighted by area), their mean place set aside, so that bowing
+    does not count.
     """
-    X, x = (at[cuts][..., :2] for at in (rest, places))
+    X, x = (at[..., :2] for at in (rest, places))
     X, x = (at - np.einsum("k,jki->ji", weights, at)[:, None] for at in (X, x))
     cross = X[..., 0] * x[..., 1] - X[..., 1] * x[..., 0]
     return np.unwrap(-np.arctan2(cross @ weights, (X * x).sum(-1) @ weights))

@@ -21,8 +21,9 @@ from squama import arguments
 from squama._version import __version__
 from squama.beam.faces import only_one
 from squama.beam.parts import PLASTIC
+from squama.fe.closed import row_mesh
 from squama.fe.geometry import Geometry, geometry
-from squama.fe.mesh import Index, Tiled, pitch_mesh, tile
+from squama.fe.mesh import Index, Tiled, pitch_mesh
 from squama.types import Array
 
 if TYPE_CHECKING:
@@ -145,17 +146,16 @@ def model(
     arguments.positive("twist", twist)
     arguments.one_of("material", material, MATERIALS)
     shape = geometry(beam)
-    shape.check_ends()
-    mesh = tile(pitch_mesh(shape, size, edge_size), scales)
+    mesh = row_mesh(pitch_mesh(shape, size, edge_size), shape, scales)
     d, E = beam.pitch * 1e3, beam.substrate.youngs_modulus * 1e-6
     elastic = not ideal and beam.scale.youngs_modulus is not None
     points, plates = _plates(shape, mesh, 0.0 if ideal else shape.thickness, elastic=elastic)
     count = len(mesh.nodes) + len(points)
-    middle = np.array([[0.0, 0.0, shape.cut + scales]])
+    middle = np.array([[0.0, 0.0, shape.start + scales + shape.plain]])
     # the two edges of the face without scales tell the local twist
     x, y = mesh.nodes[:, 0], mesh.nodes[:, 1]
     edges = np.flatnonzero((abs(y + shape.lam) < 1e-6) & (abs(abs(x) - shape.width / 2) < 1e-6)) + 1
-    sets = {"FIXED": np.unique(mesh.cuts[0]) + 1, "TURNED": np.unique(mesh.cuts[-1]) + 1, "EDGES": edges}
+    sets = {"FIXED": np.unique(mesh.ends[0]) + 1, "TURNED": np.unique(mesh.ends[1]) + 1, "EDGES": edges}
     about = {"version": __version__, "scales": scales, "pitch_mm": d, "twist_per_pitch": twist, "E_MPa": E, "mu": mu}
     if elastic:
         nu = beam.scale.poisson_ratio

@@ -8,13 +8,13 @@ It fills -zeta <= X <= eta, |Y| <= beta, |Z| <= t_s/2; what has X < 0 is embedde
 
 from __future__ import annotations
 
-from math import cos, sin, tan
+from math import ceil, cos, sin, tan
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from squama.errors import Problems, refuse
+from squama.errors import Problems
 from squama.fe.plate import Rest
 
 if TYPE_CHECKING:
@@ -24,6 +24,9 @@ ROOM = 0.02
 """Least distance of an embedded scale from the substrate's other face, over the substrate's thickness."""
 CROWDED = 0.85
 """Share of the pitch along the bar above which an embedded scale is long, so that cuts between pitches lean with it."""
+
+PLAIN = 0.2
+"""Least length of plain bar between leaning cuts and the end of a row, pitches."""
 
 
 class Geometry(NamedTuple):
@@ -81,6 +84,16 @@ class Geometry(NamedTuple):
         """Depth (pitches) down to which leaning cuts lean, below the embedded part; 0 for plane cuts."""
         return min(self.depth + self.gap / 2, 2 * self.lam) if self.lean else 0.0
 
+    @property
+    def plain(self) -> int:
+        """Number of pitches of plain bar in which the ends of a row pass from leaning cuts to plane sections, or 0."""
+        return ceil(self.lean * self.knee + 2 * PLAIN) if self.lean else 0
+
+    @property
+    def start(self) -> float:
+        """Place of the plane section at the front of a row, as :attr:`cut`; half of the plain bar lies at each end."""
+        return self.cut - (self.plain + self.lean * self.knee) / 2
+
     def front(self, y: NDArray[np.float64] | float) -> NDArray[np.float64]:
         """Return the front, z - x tan(alpha), at heights y (pitches), parallel to long embedded parts."""
         return self.cut + self.lean * np.maximum(np.asarray(y) - self.lam, -self.knee)
@@ -123,20 +136,6 @@ class Geometry(NamedTuple):
             reason = f"the scale comes out of the substrate's other face, {deep}"
             problems.add("scale.embedded", embedded, reason, f"write at most {down:.4g}")
         problems.settle()
-
-    def check_ends(self) -> None:
-        """Refuse long embedded parts in a finite beam, whose end sections are plane.
-
-        Raises
-        ------
-        InputError
-            Cuts between pitches lean.
-        """
-        if self.lean:
-            most = self.longest(CROWDED)
-            reason = "N scales in elements end at plane sections, which such long embedded parts would cross"
-            remedy = "write " + f"at most {most:.4g}, or " * (most > 0) + "compute one pitch: squama joint, squama cell"
-            refuse("scale.embedded", f"{self.zeta:.4g} pitches", reason, remedy)
 
 
 def geometry(beam: Beam) -> Geometry:

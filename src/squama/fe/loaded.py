@@ -1,10 +1,10 @@
 """A finite beam of elements under load: one end clamped, the other moved along a shift, a bend or a twist.
 
 A pitch of bar whose scale has no exposed part lies beside the first and the last scale, so that all scales stand in a
-whole bar. The end sections are the cuts of the outer pitches, z = x tan(alpha) + c. Six conditions hold each of them;
-their tractions are those of Saint-Venant's bar in tension, bending and torsion. So oblique ends disturb the bar little,
-and are free to warp. The mean place and turns of the far section are its motion: one is imposed, others are free or
-held.
+whole bar. The end sections are planes z = x tan(alpha) + c (:mod:`squama.fe.closed`). Six conditions hold each of
+them; their tractions are those of Saint-Venant's bar in tension, bending and torsion. So oblique ends disturb the bar
+little, and are free to warp. The mean place and turns of the far section are its motion: one is imposed, others are
+free or held.
 """
 
 from __future__ import annotations
@@ -17,11 +17,12 @@ import numpy as np
 
 from squama.fe.averages import Section
 from squama.fe.body import Body, bent, ways_of
+from squama.fe.closed import row_mesh, sections
 from squama.fe.contact import DHAT, SLIP, RowContact, forces, where
 from squama.fe.elements import Elements, Material
 from squama.fe.exposed import Exposed
 from squama.fe.geometry import Geometry
-from squama.fe.mesh import Pitch, Tiled, tile
+from squama.fe.mesh import Pitch, Tiled
 from squama.fe.periodic import End, Moves, stays
 from squama.fe.plate import Carried, Turn, inclined, turned
 from squama.fe.rows import Row
@@ -80,7 +81,7 @@ def make_loaded(
     mu : float
         Coefficient of friction.
     scales : int
-        Number N of scales; the beam has N + 2 :data:`BLANK` pitches.
+        Number N of scales; the beam has N + 2 :data:`BLANK` pitches, and :attr:`Geometry.plain` of plain bar.
     lead : Lead
         Imposed motion of the far end.
     exposed : Exposed, optional
@@ -99,16 +100,15 @@ def make_loaded(
     InputError
         The free memory is too small.
     """
-    geometry.check_ends()
-    pitches = scales + 2 * BLANK
-    unknowns = 3 * len(pitch.images[2]) * pitches
+    count, pitches = scales + 2 * BLANK, length(geometry, scales)
+    mesh = row_mesh(pitch, geometry, count)
+    unknowns = 3 * len(mesh.nodes)
     check_memory(scales, unknowns, estimate(unknowns, pitches))
-    mesh = tile(pitch, pitches)
     mesh = mesh._replace(nodes=mesh.nodes - np.array([0.0, 0.0, BLANK]))
-    near, far = (np.array([0.0, 0.0, z + geometry.cut]) for z in (-BLANK, scales + BLANK))
+    near, far = (np.array([0.0, 0.0, z + geometry.start - BLANK]) for z in (0, pitches))
     rate = lead.rate(pitches)
-    course = End(pitches, far, rate)
-    order = [*range(BLANK, BLANK + scales), *range(BLANK), *range(BLANK + scales, pitches)]
+    course = End(count, pitches, far, rate)
+    order = [*range(BLANK, BLANK + scales), *range(BLANK), *range(BLANK + scales, count)]
     tied = [(mesh.tied[j], Carried(geometry.rest, mesh.nodes[mesh.tied[j]], j - BLANK, near[2])) for j in order]
     sections = [
         _end(mesh, geometry, pitch, 0, near, lambda loads: stays(loads)._replace(t=near[None])),
@@ -118,7 +118,7 @@ def make_loaded(
     body = Body(elements, mesh.nodes, tied, sections=sections, axis=near[2] if rate[TWIST] else None)
     row = Row(geometry.rest, scales, near[2], exposed, course)
     contact = RowContact(row, mu, dhat=DHAT, slip=SLIP)
-    free, bodies = lead.free(pitches), 6 * pitches
+    free, bodies = lead.free(pitches), 6 * count
     moved = np.zeros((body.motions, bodies + len(free)))
     moved[:bodies, :bodies] = np.eye(bodies)
     moved[bodies + np.array(free), bodies + np.arange(len(free))] = 1.0
@@ -126,12 +126,17 @@ def make_loaded(
     return Walk(bent(body, row), contact, ways_of(moved, row), record, slack=max(1.0, pitches / 5))
 
 
+def length(geometry: Geometry, scales: int) -> int:
+    """Return the length of a part of N scales, pitches."""
+    return scales + 2 * BLANK + geometry.plain
+
+
 def _end(
     mesh: Tiled, geometry: Geometry, pitch: Pitch, cut: int, place: Array, frame: Callable[[Array], Moves]
 ) -> Section:
     """Return an end section; its conditions are the work of Saint-Venant's tractions on its displacements."""
     used = pitch.shares != 0
-    nodes, shares = mesh.cuts[cut][used], pitch.shares[used]
+    nodes, shares = mesh.ends[cut][used], pitch.shares[used]
     arms = mesh.nodes[nodes] - place
     x, y, _ = arms.T
     none = np.zeros(x.size)
@@ -145,16 +150,16 @@ def _end(
 def _recorded(geometry: Geometry, mesh: Tiled, shares: Array, lead: Lead, scales: int, walk: Walk) -> Recorded:
     N, f = forces(walk.load, scales)
     end, rest, places = walk.contact.row.course.at(walk.v, walk.phi), geometry.rest, walk.places()
-    frames = [attitude(mesh.nodes[cut], places[cut], shares) for cut in mesh.cuts[BLANK : BLANK + scales + 1]]
     theta = np.empty(scales)
-    for i in range(scales):
+    both = (sections(mesh, geometry, at, np.arange(scales)) for at in (mesh.nodes, places))
+    for i, (before, after) in enumerate(zip(*both, strict=True)):
         # scales are counted in frames that turn with the twist
-        frame = Turn.at((i + BLANK - geometry.cut) * end[TWIST]).Q
+        frame = Turn.at((i + BLANK - geometry.start) * end[TWIST]).Q
         n_X = frame @ rest.axes.T @ turned(walk.v[6 * i + 3 : 6 * i + 6])[:, 0]
-        theta[i] = inclined(rest, _between(frames[i], frames[i + 1], -geometry.cut).T @ n_X)
+        theta[i] = inclined(rest, attitude(before, after, shares).T @ n_X)
     return {
         "way": walk.phi,
-        "load": walk.T / lead.per_way(scales + 2 * BLANK),
+        "load": walk.T / lead.per_way(length(geometry, scales)),
         **walk.works(walk.dhat),
         **dict(zip(("x_end", "y_end", "z_end"), end[SHIFT], strict=True)),
         "theta": theta,
@@ -170,11 +175,3 @@ def attitude(rest: Array, places: Array, weights: Array) -> Array:
     X, x = (at - weights @ at for at in (rest, places))
     U, _, V = np.linalg.svd((weights[:, None] * x).T @ X)
     return np.asarray(U @ np.diag([1.0, 1.0, np.linalg.det(U @ V)]) @ V)
-
-
-def _between(first: Array, second: Array, share: float) -> Array:
-    """Return the rotation at a share of the rotation from the first to the second."""
-    from scipy.spatial.transform import Rotation
-
-    step = Rotation.from_matrix(first.T @ second).as_rotvec()
-    return first @ turned(share * step)

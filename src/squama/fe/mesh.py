@@ -63,24 +63,35 @@ class Pitch(NamedTuple):
 
     @property
     def shares(self) -> Array:
-        """Weights (k,) of the front nodes over the section's area: integrals of their shape functions."""
+        """Weights (k,) of the front nodes over the bar's section: integrals of their shape functions along x and y."""
+        faces = self.faces
+        a, b, c = (self.nodes[self.front[faces[:, i]], :2] for i in range(3))
+        areas = np.abs(np.linalg.det(np.stack([b - a, c - a], axis=1))) / 2
+        # in a quadratic triangle the corners' functions integrate to nothing
+        weights = np.bincount(faces[:, 3:].ravel(), np.repeat(areas / 3, 3), minlength=self.front.size)
+        return np.asarray(weights / weights.sum())
+
+    @property
+    def faces(self) -> Index:
+        """Triangles (q, 6) of the front, numbered among its nodes."""
         place = np.full(len(self.nodes), -1)
         place[self.front] = np.arange(self.front.size)
-        faces = self.surface[(place[self.surface] >= 0).all(axis=1)]
-        a, b, c = (self.nodes[faces[:, i]] for i in range(3))
-        areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-        # in a quadratic triangle the corners' functions integrate to nothing
-        weights = np.bincount(place[faces[:, 3:]].ravel(), np.repeat(areas / 3, 3), minlength=self.front.size)
-        return np.asarray(weights / weights.sum())
+        faces = place[self.surface]
+        return np.asarray(faces[(faces >= 0).all(axis=1)])
 
 
 class Tiled(NamedTuple):
-    """Pitches in a row with shared nodes; ``tied``: nodes of each scale's slot, ``cuts`` (n + 1, k)."""
+    """Pitches in a row with shared nodes.
+
+    ``tied``: nodes of each scale's slot, ``cuts`` (n + 1, k), ``ends`` (2, k): nodes of the outer sections, which are
+    the outer cuts unless plain bar is added (:mod:`squama.fe.closed`).
+    """
 
     nodes: Array
     tets: Index
     tied: list[Index]
     cuts: Index
+    ends: Index
 
 
 def pitch_mesh(geometry: Geometry, size: float = SIZE, edge_size: float = EDGE_SIZE, *, tab: bool = False) -> Pitch:
@@ -128,11 +139,13 @@ def tile(pitch: Pitch, n: int) -> Tiled:
     # the last pitch has its own back nodes
     number[-1][pitch.back] = n * count + np.arange(pitch.back.size)
     moved = masters + np.array([0.0, 0.0, 1.0]) * k[:, None, None]
+    cuts = np.concatenate([number[:, pitch.front], number[-1:, pitch.back]])
     return Tiled(
         nodes=np.concatenate([moved.reshape(-1, 3), pitch.nodes[pitch.back] + [0, 0, n - 1]]),
         tets=number[:, pitch.tets].reshape(-1, 10),
         tied=list(number[:, pitch.tied]),
-        cuts=np.concatenate([number[:, pitch.front], number[-1:, pitch.back]]),
+        cuts=cuts,
+        ends=cuts[[0, -1]],
     )
 
 

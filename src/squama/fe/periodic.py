@@ -126,8 +126,8 @@ class End:
 
     Parameters
     ----------
-    pitches : int
-        Number of pitches.
+    bodies, pitches : int
+        Numbers of rigid bodies and of pitches.
     place : (3,) array
         Place of the end at rest, pitches.
     rate : (6,) array
@@ -136,8 +136,8 @@ class End:
 
     loads = strains = 6
 
-    def __init__(self, pitches: int, place: Array, rate: Array) -> None:
-        self.pitches, self.first, self._place, self._rate = pitches, 6 * pitches, place, rate
+    def __init__(self, bodies: int, pitches: int, place: Array, rate: Array) -> None:
+        self.pitches, self.first, self._place, self._rate = pitches, 6 * bodies, place, rate
 
     def at(self, v: Array, way: float) -> Array:
         """Return the loads (6,) for motions v and the place ``way`` on the path."""

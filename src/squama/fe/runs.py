@@ -22,7 +22,7 @@ from squama.fe import bending
 from squama.fe.assembly import ENDS, make_walk
 from squama.fe.body import Bent, Body
 from squama.fe.deformed import Deformed, deformed
-from squama.fe.elements import Elements, Material
+from squama.fe.elements import Helical, Material
 from squama.fe.exposed import Exposed, box
 from squama.fe.geometry import Geometry, geometry
 from squama.fe.mesh import pitch_mesh
@@ -53,6 +53,10 @@ _OBLIQUE = (
     "the gripped end sections run along the scales' bases, over {:.3g} of {} pitches: the beam is stiffer than "
     "between clamps straight across, before contact 1.4 times for 5 scales of stiff_skin.toml (alpha 50 deg); squama "
     "verify --load holds the ends on average"
+)
+_LONGER = (
+    "around long embedded parts the bar is {} pitches long, {} of them plain at its two ends; twists per pitch are the "
+    "turn of the end over {}"
 )
 _ITERATIONS = 4.5
 _OTHER = 2.5
@@ -215,7 +219,7 @@ def cell(
         "sense": sense,
         "joint": "elements, roll and yaw blocked" if hinged else "elements",
         **({"ends": ends} if scales else {}),
-        "mesh": f"{(scales or 1) * len(pitch.tets)} quadratic tetrahedra, {sizes[0]:g} and {sizes[1]:g} pitches",
+        "mesh": f"{count(walk)} quadratic tetrahedra, {sizes[0]:g} and {sizes[1]:g} pitches",
         "plates": plates,
         "reached": int(ended.reached),
         "sentence": ended.sentence,
@@ -342,27 +346,39 @@ def print_progress(at: Progress) -> None:
 
 def warnings(shape: Geometry, scales: int) -> list[str]:
     """Return warnings where the oblique grips stiffen the beam, or leave no section of the bar free."""
-    skew = shape.width * np.tan(shape.alpha)
-    if scales - skew >= 1:
-        return [_OBLIQUE.format(skew, scales)] if skew > _SHORT * scales else []
+    skew, pitches = shape.width * np.tan(shape.alpha), scales + shape.plain
+    longer = [_LONGER.format(pitches, shape.plain, scales)] if shape.plain else []
+    if pitches - skew >= 1:
+        return longer + [_OBLIQUE.format(skew, pitches)] * bool(skew > _SHORT * pitches)
     return [
-        f"the gripped end sections run along with the scales' bases, over {skew:.3g} pitches of the bar: of {scales} "
-        f"pitches none is free of them, so the beam is far stiffer than an endless one; take {int(skew) + 4} or more"
+        *longer,
+        f"the gripped end sections run along with the scales' bases, over {skew:.3g} pitches of the bar: of {pitches} "
+        f"pitches none is free of them, so the beam is far stiffer than an endless one; take {int(skew) + 4} or more",
     ]
+
+
+def count(walk: Walk) -> int:
+    """Return the number of elements of a run."""
+    elements = _substrate(walk).elements
+    return len((elements.elements if isinstance(elements, Helical) else elements).volumes)
+
+
+def _substrate(walk: Walk) -> Body:
+    body = walk.body.body if isinstance(walk.body, Bent) else walk.body
+    assert isinstance(body, Body)
+    return body
 
 
 def size(walk: Walk, scales: int, goal: float, increment: float) -> str:
     """Return a text on the size of a run; its time is a guess from the speed of this machine at dense products."""
-    body = walk.body.body if isinstance(walk.body, Bent) else walk.body
-    assert isinstance(body, Body)
-    assert isinstance(body.elements, Elements)
+    body = _substrate(walk)
     A = np.ones((700, 700))
     A @ A
     begun = time.perf_counter()
     A @ A
     rate = 2 * len(A) ** 3 / (time.perf_counter() - begun)
     steps = int(np.ceil(abs(goal) / increment - 1e-9))
-    text = f"{scales} scales, {len(body.elements.volumes)} elements, {body.unknowns} unknowns"
+    text = f"{scales} scales, {count(walk)} elements, {body.unknowns} unknowns"
     if not body.solver.needs:
         return f"{text}, {steps} increments; slow and large without pypardiso"
     seconds = _OTHER * body.solver.work / rate + body.unknowns * 1e-5

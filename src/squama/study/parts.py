@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -15,12 +16,14 @@ from squama.contacts.system import PHI, PSI
 from squama.errors import refuse
 from squama.fe import runs
 from squama.fe.geometry import geometry
-from squama.fe.loaded import BLANK, Lead, make_loaded
+from squama.fe.loaded import BLANK, Lead, length, make_loaded
 from squama.fe.mesh import pitch_mesh
 from squama.fe.pitch_stiffness import response
 from squama.fe.sizes import MeshSize
 from squama.io import datasets, files
+from squama.joints import law
 from squama.part import door, loading
+from squama.part.definition import Part
 from squama.symbols import SYMBOLS
 from squama.units import Dimension, shown
 
@@ -58,7 +61,7 @@ def led(load: str, support: str | None, beam: Beam, scales: int) -> Led:
     InputError
         The text is no load, or no load that finite elements can impose.
     """
-    pitches = scales + 2 * BLANK
+    pitches = length(geometry(beam), scales)
     found = loading.loads(load, beam, pitches)
     one, held = found[0], loading.support(support or "clamped", beam, pitches)
     if not one.given:
@@ -72,6 +75,32 @@ def led(load: str, support: str | None, beam: Beam, scales: int) -> Led:
     lead = Lead(force, turn, coaxial=held.word == "gripped")
     size = one.size / (beam.pitch if one.measures is Dimension.LENGTH else 1.0)
     return Led(lead, one.size, size / lead.per_way(pitches), load, held.word)
+
+
+@dataclass(frozen=True)
+class Closed(Part):
+    """A part with cells of plain bar where elements have it: ``before`` the scales at the root, ``behind`` them."""
+
+    before: int = 0
+    behind: int = 0
+
+    @classmethod
+    def of(cls, beam: Beam, scales: int, load: str, support: str, blank: int = BLANK) -> Closed:
+        """Return the part of N scales with ``blank`` pitches beside them whose scales are too short to touch."""
+        plain = geometry(beam).plain
+        part = cls(beam, load, support, before=plain - plain // 2, behind=plain // 2)
+        lengths = np.full(scales + 2 * blank + plain, _BLANK_LENGTH * beam.pitch)
+        first = part.before + blank
+        lengths[first : first + scales] = beam.scale.length
+        return replace(part, along={"scale.length": [f"{length!r} m" for length in lengths.tolist()]})
+
+    def graded(self, n: int) -> list[Beam]:
+        """Return the beam of each of n cells; a plain one has a scale that is held and stiffens nothing."""
+        g = geometry(self.beam)
+        K = np.diag([*np.ones(6), *law.bare(law.Shape(*g[:3], *g[4:]))])
+        bare = {"matrix": matrixfile.stored(self.beam, K), "stiffness": None, "inclusion_factor": None}
+        plain = [*range(self.before), *range(n - self.behind, n)]
+        return [one.replace(joint=bare) if i in plain else one for i, one in enumerate(super().graded(n))]
 
 
 class Run(NamedTuple):
@@ -108,7 +137,8 @@ def elements(
 ) -> xr.Dataset:
     """Load a part of N scales by finite elements: clamped on average at one end, deformation imposed at the other.
 
-    Each end has one more pitch of bar without exposed scales, see :mod:`squama.fe.loaded`.
+    Each end has one more pitch of bar without exposed scales, and plain bar where embedded parts are long, see
+    :mod:`squama.fe.loaded`.
 
     Returns
     -------
@@ -136,7 +166,7 @@ def elements(
         "mesh": list(sizes),
         "plates": plates,
     }
-    count = (scales + 2 * BLANK) * len(pitch.tets)
+    count = runs.count(walk)
     announce(f"a part of {scales} scales, {count} elements, {walk.body.start().size} unknowns")
     ended = runs.follow(walk, asked.way, run.increment, restart, key, progress)
     columns = {name: np.array(values) for name, values in walk.columns.items()}
@@ -189,14 +219,12 @@ def beside(beam: Beam, data: xr.Dataset, run: Run) -> xr.Dataset:
     K = response(pitch_mesh(shape, *runs.mesh_sizes(run.mesh)), shape).K
     own = beam.replace(joint={"matrix": matrixfile.stored(beam, K), "stiffness": None, "inclusion_factor": None})
     by, name = _NAMES[bool(asked.lead.turn)]
-    lengths = np.full(run.scales + 2 * BLANK, _BLANK_LENGTH * beam.pitch)
-    lengths[BLANK:-BLANK] = beam.scale.length
-    along = {"scale.length": [f"{length!r} m" for length in lengths.tolist()]}
     x, F = (np.asarray(data[key].values, float) for key in (by, name))
     loads, touch = [], []
     for one in (beam, own):
         same: dict[str, Any] = {"mu": run.mu, "ideal": run.ideal, "points": _POINTS}
-        r = door.load(one, asked.text, support=asked.support, scales=lengths.size, along=along, **same)
+        part = Closed.of(one, run.scales, asked.text, asked.support)
+        r = door.load(part, scales=length(shape, run.scales), **same)
         at = np.append(0.0, r[by].values)
         # (the last point is reached but for rounding)
         loads.append(np.interp(x * (1 - 1e-9), at, np.append(0.0, r[name].values), right=np.nan))

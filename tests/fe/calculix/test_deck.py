@@ -118,6 +118,29 @@ def test_a_deck_of_thick_scales(beam):
             assert np.unique(bricks).max() < plate.ref
 
 
+@pytest.mark.slow
+def test_a_deck_of_long_tabs():
+    """Plain bar closes the leaning ends: its faces are planes, and nothing else is held."""
+    pytest.importorskip("netgen", reason="meshes need netgen-mesher (the extra fe)")
+    from squama.fe import deck
+
+    sheets = squama.Beam.from_toml("examples/long_tabs.toml").replace(scale={"width": 0.01})
+    made = deck.model(sheets, scales=2, mu=0.2, twist=0.1, size=0.4, edge_size=0.3)
+    for dialect in ("calculix", "abaqus"):
+        assert decks.check(deck.write(made, dialect), dialect) == []
+    x = made.nodes / 10
+    a, b, c, e = (x[made.tets[:, i] - 1] for i in range(4))
+    volume = np.einsum("ij,ij->i", np.cross(b - a, c - a), e - a) / 6
+    assert volume.min() > 0
+    assert volume.sum() == pytest.approx((2 + 3) * 2.5 * 1.25 - 2 * 1.28 * 1.0 * 0.1, rel=1e-6)
+    front, back = (x[made.sets[name] - 1] for name in ("FIXED", "TURNED"))
+    places = [at[:, 2] - at[:, 0] * np.tan(np.radians(40)) for at in (front, back)]
+    assert [np.ptp(place) for place in places] == pytest.approx([0, 0], abs=1e-9)
+    assert places[1].mean() - places[0].mean() == pytest.approx(5)
+    assert x[made.ref - 1][2] == pytest.approx(places[1].mean())
+    assert made.angle == pytest.approx(0.2)
+
+
 GOOD = """*HEADING
 a brick
 *NODE, NSET=NALL
