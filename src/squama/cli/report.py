@@ -11,7 +11,7 @@ import numpy as np
 from squama import loads
 from squama.cli import output
 from squama.cli.output import table
-from squama.cli.summary import Summary, modelled, percent, rigidity, rigidity_unit
+from squama.cli.summary import Summary, modelled, percent, rigidity
 from squama.cli.verdict import Curve, free_until
 from squama.curves import bench
 from squama.curves.both_faces import worst
@@ -19,7 +19,7 @@ from squama.fe.agreement import SHARE, holds
 from squama.loads import ENDLESS, LOADS, THIN, Load
 from squama.model.laws import LAWS
 from squama.model.outcome import SENTENCES, End
-from squama.people import apart_by, degrees, figure, per_pitch, turned
+from squama.people import apart_by, degrees, figure, per_pitch, rigidity_unit, turned
 from squama.symbols import OTHER
 from squama.units import moment, number, torque_unit
 

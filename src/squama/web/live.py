@@ -22,13 +22,13 @@ from squama.io import datasets
 from squama.loads import ENDLESS, LOADS, ending
 from squama.loads import FREE as LOOSE
 from squama.model.outcome import SENTENCES, End
-from squama.people import degrees, over, turned
+from squama.people import degrees, over, readable, turned
 from squama.plot.palette import WORDS
 from squama.scene import standalone
 from squama.scene.motion import FREE, SLIDING, Motion, Setting
 from squama.study import columns, compliant_columns, models
 from squama.types import Array
-from squama.units import number, prefix
+from squama.units import number
 from squama.web import fields
 from squama.web.fields import FIELDS
 from squama.web.state import State, read
@@ -397,9 +397,9 @@ def warnings(state: State) -> list[str]:
 
 
 def quantity(value: float, unit: str) -> str:
-    """Return a number with a prefixed unit."""
-    factor, sign = prefix(value)
-    return f"{number(value * factor)} {sign}{unit}"
+    """Return a number in a readable unit."""
+    factor, unit = readable(unit, value)
+    return f"{number(value * factor)} {unit}"
 
 
 def make_file(state: State, kind: str) -> tuple[str, bytes]:
