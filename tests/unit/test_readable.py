@@ -54,3 +54,14 @@ def test_a_region_that_tapers_is_outlined_to_its_tip():
     thin = Figure().subplots()
     maps._outline(thin, x, y, np.broadcast_to(y[:, None] < 2, (90, 90)))
     assert not any(len(path) for one in thin.collections for path in one.get_paths())
+
+
+def test_the_endless_beam_beside_a_row_names_its_model():
+    beam = squama.Beam.from_toml("examples/stiff_skin.toml")
+    words = {
+        "compliant": "thick, elastic scales on compliant joints",
+        "hinge": "thin, rigid scales on hinges, edge law",
+    }
+    for joint, model in words.items():
+        r = squama.row(beam, scales=3, to="0.05 rad/pitch", points=3, joint=joint)
+        assert r.T_periodic.attrs["long_name"] == f"torque of the endless beam ({model})"

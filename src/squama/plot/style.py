@@ -231,7 +231,7 @@ def headline(figure: Figure, text: str, panels: Iterable[Axes] = ()) -> Figure:
     for part in text.splitlines():
         line = ""
         # units are not broken
-        for word in part.replace("N m", "N\u00a0m").split(" "):
+        for word in re.sub(r"(?<=N) (?=m)| (?=[=\u00b1] *[-\d])|(?<=[=\u00b1]) (?=[-\d])", "\u00a0", part).split(" "):
             title.set_text(f"{line} {word}".strip())
             if line and title.get_window_extent().width > 0.98 * figure.bbox.width:
                 lines.append(line)
