@@ -324,6 +324,6 @@ def test_a_write_that_works(tmp_path):
 
 @pytest.mark.parametrize("wrong", [Beam.from_ratios(), 3, None, b"beam.toml"])
 def test_no_path_is_refused_in_one_line(wrong):
-    with pytest.raises(InputError, match="not a path; write e.g") as caught:
+    with pytest.raises(InputError, match="not a path; write") as caught:
         Beam.from_toml(wrong)
     assert len(str(caught.value).splitlines()) == 1
