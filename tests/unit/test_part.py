@@ -349,8 +349,10 @@ def test_a_graded_part_engages_where_its_scales_lie_low():
     assert low.attrs["graded"] == "scale.theta0"
 
 
-@pytest.mark.slow
-def test_grading_by_which_scales_meet_at_rest_is_refused():
+def test_grading_by_which_scales_meet_at_rest_is_refused_before_joints_by_elements(monkeypatch):
+    from squama.curves import compliant
+
+    monkeypatch.setattr(compliant, "joint_of", None)
     with pytest.raises(InputError, match="scales touch before anything is loaded"):
         part("tip", along={"scale.theta0": ["10 deg", "40 deg"]})
 
