@@ -135,11 +135,8 @@ class Motion:
         if own and not bend and setting.beam.pitches <= MOST_SCALES:
             ends = doors.ends_of(analysis, setting.ends)
             if ends != ENDLESS and analysis.joint != COMPLIANT:
-                if setting.ends:
-                    refuse(
-                        "ends", shown(ends), "is not drawn on hinges: the view is of an endless beam", "leave it out"
-                    )
-                ends = ENDLESS
+                why = "is not drawn on hinges: the view is of an endless beam"
+                refuse("ends", shown(ends), why, "leave it out")
             if ends != ENDLESS:
                 far = setting.to if setting.to <= STRAIN_LIMIT else math.inf
                 way = Way.of(load, [arguments.sense(sense) * far])
