@@ -122,7 +122,8 @@ def _contacts(ax: Axes, dataset: xr.Dataset, paths: Sequence[xr.Dataset]) -> lis
     """Draw contacts over the rates of bend and twist, and paths; return the handles of the legend."""
     handles = _regimes(ax, dataset, (dataset["kappa"].values, dataset["Phi"].values))
     _frame(ax, dataset, paths)
-    return [*handles, style.key(FLUSH, **_FRAMED)]
+    path = style.key("path with its events", color=ACCENT, marker="o", markersize=3, markerfacecolor="white")
+    return [*handles, style.key(FLUSH, **_FRAMED), *([path] if paths else [])]
 
 
 def _flush(ax: Axes, dataset: xr.Dataset, look: style.Look) -> None:

@@ -315,7 +315,7 @@ def own_scales(state: State) -> str:
 
 
 def outcome(state: State) -> tuple[str, str, str]:
-    """Return the name of the end, its load angle and earlier thresholds, and its sentence."""
+    """Return the name of the end ("" where the range ends), its load angle, earlier thresholds, and its sentence."""
     m = motion(state.setting)
     p, where = m.figures, []
     if m.end is not End.NONE:
@@ -329,7 +329,7 @@ def outcome(state: State) -> tuple[str, str, str]:
     sentence = f"{words[0].upper()}{words[1:]}."
     if state.twist > m.last:
         sentence += f" Shown at its last state, {turned(m.last, state.beam)}."
-    return str(m.end), "; ".join(where), sentence
+    return "" if m.end is End.RANGE else str(m.end), "; ".join(where), sentence
 
 
 def _differing(states: Sequence[State]) -> list[str]:
