@@ -80,7 +80,7 @@ def test_range_end_is_half_a_turn_or_a_scale_on_its_back() -> None:
 
 
 def test_names_of_ends_and_their_sentences() -> None:
-    assert set(SENTENCES) == set(End) == {*CODES, End.LINE, End.STOPPED, End.SIDE}
+    assert set(SENTENCES) == set(End) == {*CODES, End.LINE, End.STOPPED, End.SIDE, End.JOINT}
     assert all(text and not text.endswith(".") for text in SENTENCES.values())
     assert [e for e in End if e.locks] == [End.FRICTIONAL, End.KINEMATIC, End.LINE, End.STATIC]
     assert squama.End is End

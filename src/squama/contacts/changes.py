@@ -6,7 +6,7 @@ import math
 
 from squama.batch.keeping import part as _jit
 from squama.contacts import conditions, increments, tally, touch
-from squama.contacts.conditions import FLIP, MEET, OFF, PULL, SLOPE, beyond, dips, sideways, violated
+from squama.contacts.conditions import FLIP, LEAN, MEET, OFF, PULL, SLOPE, beyond, dips, sideways, violated
 from squama.contacts.detection import edges_of, vertices
 from squama.contacts.handover import add_contact, any_let_go, apart, become, drop, every, leave, roll, succeed
 from squama.contacts.increments import Walk, guess, number, remark, tell, weigh
@@ -224,6 +224,8 @@ def regroup(w: Walk, h: float, deep: bool) -> int:
         what, c, v = violated(w, w.new, True)
         if what < 0:
             return 0
+        if what >= LEAN:
+            return increments.SIDE_ENTRY if what == LEAN else increments.TOO_FAR
         if what != MEET:
             scale = w.con[c, touch.FIRST]
             give(w, w.new, what, c)

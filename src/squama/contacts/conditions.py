@@ -7,7 +7,7 @@ import math
 from squama.batch.keeping import part as _jit
 from squama.contacts import touch
 from squama.contacts.detection import covers, deepest, over, vertices, view
-from squama.contacts.geometry import back
+from squama.contacts.geometry import back, vector
 from squama.contacts.increments import Walk
 from squama.contacts.meeting import MARGIN, N_, along_edges, inclination, meet
 from squama.contacts.system import BETA, ELASTIC, ETA, MU, H, State, System, copy, high, low, on_edge, partner, spots
@@ -17,6 +17,11 @@ from squama.types import Array
 
 PULL, OFF, SLOPE, FLIP, MEET = range(5)
 """Conditions: no pulling force, place within its features, no dip of the gap, stick or slide, no further contact."""
+LEAN, FAR = 6, 7
+"""Conditions of the model: normals of crossing edges that point out of both faces, motions of the joint within
+:data:`MOST`; 5 is a snap (:data:`squama.contacts.increments.LOST`)."""
+MOST = 1.0
+"""Rotation (rad) and displacement (pitches) of a scale in its joint, up to which the joint is taken for linear."""
 MISSED_GAP, MISSED_PULL, MISSED_PLACE, MISSED_CONE, MISSED_SLOPE = 1e-10, 1e-12, 1e-9, 1e-11, 1e-9
 """Tolerances of the conditions: gap, force, place, force beyond the cone of friction, slope of the gap."""
 FLAT, _SHALLOW, _BESIDE = 1e-8, 1e-6, (0.01, 0.03, 0.1, 0.3)
@@ -120,8 +125,37 @@ def beside_it(w: Walk, st: State, k: int, edge: int) -> tuple[float, float]:
 
 
 @_jit
+def faced(w: Walk, st: State, k: int) -> float:
+    """Return the cosine of the angle from the first scale's normal to a contact's, where edges cross.
+
+    It is negative where side faces bear on each other.
+    """
+    c = w.con[k]
+    if c[touch.KIND] != touch.EE:
+        return 1.0 + 0.0 * st.s[k, 0]
+    g = meet(w.S, st, c, st.s[k], w.W)
+    return dot(cross(g.tx1, g.ty1), g.n)
+
+
+@_jit
+def room(S: System, st: State) -> float:
+    """Return how far the motions of joints are within :data:`MOST`: its square less the largest square."""
+    least: float = MOST**2 + 0.0 * st.q[0, 0]
+    for i in range(0 if len(S.masked) > 0 else len(st.q)):
+        for a in (0, 3):
+            v = vector(st.q[i], a)
+            left = MOST**2 - dot(v, v)
+            least = left if left.real < least.real else least
+    return least
+
+
+@_jit
 def condition(w: Walk, st: State, what: int, c: int) -> float:
-    """Return the value of a contact's condition at the state just solved for; negative if violated."""
+    """Return the value of a condition other than MEET at the state just solved for; negative if violated."""
+    if what == LEAN:
+        return faced(w, st, c)
+    if what == FAR:
+        return room(w.S, st)
     if what == PULL:
         pressed: float = w.W.told[c, N_]
         return pressed
@@ -179,6 +213,12 @@ def violated(w: Walk, st: State, every: bool) -> tuple[int, int, float]:
             v = -margin if w.con[c, touch.STUCK] > 0 else margin
             if v < -MISSED_CONE and v < worst:
                 what, which, worst = FLIP, c, v
+        v = faced(w, st, c)
+        if v < -MISSED_SLOPE and v < worst:
+            what, which, worst = LEAN, c, v
+    v = room(w.S, st)
+    if v < -MISSED_PLACE and v < worst:
+        what, which, worst = FAR, -1, v
     if what >= 0:
         return what, which, worst
     a = deepest(w.S, st, w.con, m, w.W, -MISSED_GAP, w.near, every, w.found)

@@ -12,9 +12,9 @@ import math
 from squama.batch.keeping import part as _jit
 from squama.contacts import increments, tally, touch
 from squama.contacts.changes import change, missed, regroup, tried
-from squama.contacts.conditions import FLIP, MEET, MISSED_GAP, OFF, lying, sideways, violated
+from squama.contacts.conditions import FLIP, LEAN, MEET, MISSED_GAP, OFF, lying, sideways, violated
 from squama.contacts.detection import deepest, deepest_of
-from squama.contacts.handover import every, merged, successor
+from squama.contacts.handover import doubled, drop, every, merged, successor
 from squama.contacts.increments import Legs, Walk, Written, guess, keep, note, remark, restore, tell, tell_gone, weigh
 from squama.contacts.locating import LOCATED, locate
 from squama.contacts.meeting import clear, inclination, prepared
@@ -195,7 +195,12 @@ def stopped(w: Walk, goal: float, step: float, events: Array) -> int:
     # of a row one place is given up before all of its contacts are looked for anew
     if not merged(w, several):
         code = jump(w, goal, step, -1, events)
-        if several or code == increments.RANGE or not merged(w, True):
+        o = doubled(w) if code == increments.NO_EQUILIBRIUM else -1
+        if o >= 0:
+            # a corner about to leave a face, whose edge comes in beside it
+            drop(w, w.now, c)
+            code = jump(w, goal, step, o, events)
+        if several or code == increments.RANGE or o >= 0 or not merged(w, True):
             return code
     copy(w.kept[c], w.con[c])
     tell(w, events, increments.OPEN, c, 0.0)
@@ -252,6 +257,8 @@ def advance(w: Walk, goal: float, step: float, events: Array) -> int:
         t[tally.H], t[tally.ZERO] = min(most, h.real), 0.0
         return 0
     accept(w, where, True, spent)
+    if what >= LEAN:
+        return increments.SIDE_ENTRY if what == LEAN else increments.TOO_FAR
     scale = int(w.best[touch.FIRST]) if what == MEET else int(w.con[c, touch.FIRST])
     t[tally.ZERO] = t[tally.ZERO] + 1 if where < 10 * LOCATED else 0.0
     t[tally.H] = step * (_START if m == 0 else _SOFTLY)

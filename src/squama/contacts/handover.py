@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from squama.batch.keeping import part as _jit
 from squama.contacts import touch
 from squama.contacts.conditions import FLAT, beside_it
@@ -16,6 +18,8 @@ from squama.types import Array
 
 _CLOSE = 1e-6
 """Distance, as a share of the plates, and difference of normals, of two vertices at one place."""
+_DOUBLED = 1e-3
+"""Distance, as a share of the plates, below which a contact that comes in shares the place of another one."""
 _WIDER, _WIDEST = 2.0, 0.2
 """Factor that widens the window of an edge along a face if two contacts in it have no equilibrium, and its limit."""
 
@@ -172,15 +176,10 @@ def merged(w: Walk, ends: bool) -> bool:
     one.
     """
     c = w.counts[0] - 1
-    F = vector(w.now.F[c], 0)
-    if c < 1 or w.con[c, touch.KIND] == touch.LIES or F[0] != 0.0 or F[1] != 0.0 or F[2] != 0.0:
-        return False
-    for o in range(c):
+    for o in range(c if waiting(w) else 0):
         a, b = w.con[o], w.con[c]
-        pair = a[touch.FIRST] == b[touch.FIRST] and a[touch.APART] == b[touch.APART] and a[touch.KIND] != touch.LIES
         along = max(a[touch.KIND], b[touch.KIND]) >= touch.EF if ends else a[touch.KIND] >= touch.EF
-        edge = along and (ends or number(a) == number(b))
-        if pair and edge and beside(w, o, c) < _WIDEST:
+        if along and (ends or number(a) == number(b)) and beside(w, o, c) < _WIDEST:
             while w.W.window[0] <= beside(w, o, c):
                 w.W.window[0] *= _WIDER
             drop(w, w.now, c)
@@ -189,10 +188,32 @@ def merged(w: Walk, ends: bool) -> bool:
 
 
 @_jit
+def doubled(w: Walk) -> int:
+    """Return the contact at whose place the last added one is, still without force; -1 if there is none."""
+    c = w.counts[0] - 1
+    for o in range(c if waiting(w) else 0):
+        if beside(w, o, c) < _DOUBLED:
+            return o
+    return -1
+
+
+@_jit
+def waiting(w: Walk) -> bool:
+    """Return whether the last added contact is still without force."""
+    c = w.counts[0] - 1
+    if c < 0 or w.con[c, touch.KIND] == touch.LIES:
+        return False
+    F = vector(w.now.F[c], 0)
+    return bool(F[0] == 0.0 and F[1] == 0.0 and F[2] == 0.0)
+
+
+@_jit
 def beside(w: Walk, o: int, c: int) -> float:
-    """Return the distance of two contacts of a pair, as a share of the plates' sizes."""
-    S, far = w.S, 0.0
-    i, j = w.con[c, touch.FIRST], partner(S, w.con[c])
+    """Return the distance of two contacts as a share of the plates' sizes; infinite between different pairs."""
+    S, far, a, b = w.S, 0.0, w.con[o], w.con[c]
+    if a[touch.KIND] == touch.LIES or a[touch.FIRST] != b[touch.FIRST] or a[touch.APART] != b[touch.APART]:
+        return math.inf
+    i, j = b[touch.FIRST], partner(S, b)
     sizes = (S.shapes[i, ETA], 2 * S.shapes[i, BETA], S.shapes[j, ETA], 2 * S.shapes[j, BETA])
     for a, b, size in zip(spots(S, w.con[o], w.now.s[o]), spots(S, w.con[c], w.now.s[c]), sizes):  # noqa: B905
         far = max(far, abs(a - b) / size.real)

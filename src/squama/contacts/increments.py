@@ -15,9 +15,9 @@ from squama.contacts.supports import GIVEN, LOADS
 from squama.contacts.system import IMPOSED, STRAINS, Past, State, System, copied, copy, transfer
 from squama.types import Array
 
-RANGE, NO_EQUILIBRIUM, SIDE_ENTRY, AT_REST, MANY = range(5)
-"""How a path ends: at its last target, without an equilibrium, where a plate comes in from the side, plates that touch
-at rest, more contacts than there is room for."""
+RANGE, NO_EQUILIBRIUM, SIDE_ENTRY, AT_REST, MANY, TOO_FAR = range(6)
+"""How a path ends: at its last target, without an equilibrium, where side faces bear, plates that touch at rest, more
+contacts than there is room for, motions beyond the linear joint."""
 ENGAGE, OPEN, SLIDE, STICK, CHANGE, SNAP = range(6)
 """What happens on the way."""
 CONTACT, EVENT, LINE = 16, 25, 22

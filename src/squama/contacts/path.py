@@ -49,7 +49,9 @@ FEATURES = (*EDGES, "face", *(f"corner {letter}" for letter in "CBDA"))
 """Features of a contact in words, by number."""
 MIRRORED = (plate.TIP, plate.SIDE_A, plate.SIDE_D, plate.BASE, FACE, *(CORNERS + c for c in (1, 0, 3, 2)))
 """Numbers of the features in the mirror image."""
-WORDS = np.array([Outcome.RANGE, Outcome.STOPPED, Outcome.SIDE, Outcome.TOUCHING, Outcome.STOPPED, Outcome.NONE], str)
+WORDS = np.array([
+    Outcome.RANGE, Outcome.STOPPED, Outcome.SIDE, Outcome.TOUCHING, Outcome.STOPPED, Outcome.JOINT, Outcome.NONE,
+], str)  # fmt: skip
 """Ends in words: those of the compiled solver by number, then that of a path without contact."""
 _LOADS = [COLUMNS.index(name) for name in ("T", "T_slip")]
 

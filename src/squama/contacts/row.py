@@ -19,8 +19,8 @@ from squama.contacts.ties import LOOSE, freed, of_ends
 from squama.people import per_pitch
 from squama.types import Array
 
-_CONTACTS, _EVENTS, _BEGIN = 4, 16, 2e-4
-"""Room for contacts and for events of each scale; twist behind engagement at which the decay is measured."""
+_EVENTS, _BEGIN = 16, 2e-4
+"""Room for events of each scale; twist behind engagement at which the decay is measured."""
 
 
 class Other(NamedTuple):
@@ -130,7 +130,7 @@ def tied(
     ``strains`` (n, 4): corners with straight paths between them, from rest; ``free`` (N, 4): whether strains are
     imposed, free or loaded; ``within`` (4,): largest strains of a cell, at which the path ends.
     """
-    n, room, own, held = len(strains), _CONTACTS * scales, about == OWN, ties or UNTIED
+    n, room, own, held = len(strains), path.ROOM * scales, about == OWN, ties or UNTIED
     ways = np.cumsum(np.linalg.norm(np.diff(strains, axis=0, prepend=0.0), axis=1))
     line = increments.LINE + held.course.shape[0] + 6 * held.floating
     sizes = (line,), (scales, MOTIONS + 2 * STRAINS * own), (scales, 24)

@@ -24,6 +24,7 @@ class End(StrEnum):
     NONE = "no engagement"
     STOPPED = "no equilibrium"
     SIDE = "side entry"
+    JOINT = "beyond the joint"
     TOUCHING = "touching at rest"
 
     @property
@@ -32,7 +33,7 @@ class End(StrEnum):
         return self in (End.FRICTIONAL, End.KINEMATIC, End.LINE, End.STATIC)
 
 
-CODES = (*(end for end in End if end not in (End.LINE, End.STOPPED, End.SIDE)), End.LINE)
+CODES = (*(end for end in End if end not in (End.LINE, End.STOPPED, End.SIDE, End.JOINT)), End.LINE)
 """Ends on hinges in the order of their integer codes (index = code); the others occur on compliant joints only."""
 
 SENTENCES: dict[End, str] = {
@@ -47,6 +48,7 @@ SENTENCES: dict[End, str] = {
     End.RANGE: "the range of the curve ends here; nothing locks before",
     End.STOPPED: "no equilibrium was found beyond this twist, however small the increment: the scales lock or jump",
     End.SIDE: "a plate comes to lie beside another one's edge, face against thickness; the model ends there",
+    End.JOINT: "a scale turns by more than 57 deg or moves by more than a pitch in its joint; the model ends there",
     End.TOUCHING: "the scales are thicker than the gap between them: they touch before anything is loaded",
     End.NONE: "the tip edge of a scale never rests on a side edge of a neighbour in this sense of loading",
 }

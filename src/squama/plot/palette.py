@@ -27,6 +27,7 @@ ENDS = {
     End.TOUCHING: "#f7d4d6",
     End.STOPPED: "#664422",
     End.SIDE: "#ee99aa",
+    End.JOINT: "#7a9a8b",
     "joint unknown": "#bbbbbb",
     "not computed": "#f4e3e3",
 }

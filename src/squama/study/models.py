@@ -230,6 +230,7 @@ def shares(counts: Array) -> list[str]:
         compliant_columns.UNKNOWN: "the law of the joint does not know them: they have no figures",
         End.STOPPED: "no equilibrium was found up to the twist: they have no figures there",
         End.SIDE: "a plate comes in from the side before the twist, where figures end",
+        End.JOINT: "a scale turns or moves too far in its joint before the twist, where figures end",
     }
     for end, what in of.items():
         share = counts[compliant_columns.ENDS.index(end)] / max(1, counts.sum())
