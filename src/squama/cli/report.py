@@ -127,13 +127,13 @@ def _family(words: Load, beam: Beam, data: Answer, *, loads: bool) -> Table:
     whole = math.degrees(beam.length)
     columns = {
         "end": ("end", 1.0),
-        "engages deg": (f"{rate}_e", whole),
-        "ends deg": (f"{rate}_end", whole),
-        "theta deg": ("theta_end", math.degrees(1)),
+        "engages, deg": (f"{rate}_e", whole),
+        "ends, deg": (f"{rate}_end", whole),
+        "theta, deg": ("theta_end", math.degrees(1)),
     }
     if loads:
         newton = torque_unit(_largest(data[f"{torque}_c"]))
-        columns |= {f"{torque} {newton[1]}": (f"{torque}_c", newton[0]), f"{torque}/{torque}0": ("stiffening", 1.0)}
+        columns |= {f"{torque}, {newton[1]}": (f"{torque}_c", newton[0]), f"{torque}/{torque}0": ("stiffening", 1.0)}
     columns["RED"] = ("RED_c", 1.0)
     rows = ([f"{one['mu']:g}", *(_figure(one, *figure) for figure in columns.values())] for one in singles(data))
     return table(["mu", *columns], rows, gap=1)
