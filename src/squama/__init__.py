@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from squama.model.outcome import End
     from squama.part.definition import Part
     from squama.part.door import load
+    from squama.scene.part_motion import view_part
     from squama.scene.picture import view
     from squama.sections.table import LawTable, law_table
     from squama.sections.trial import Law, law
@@ -89,6 +90,7 @@ _NAMES = {
     "study.sweeping": "sweep",
     "study.store": "open_sweep",
     "study.tolerances.monte_carlo": "uncertainty",
+    "scene.part_motion": "view_part",
     "scene.picture": "view",
     "fabrication.exporting": "export Export",
     "io.datasets": "save read",
@@ -171,6 +173,7 @@ __all__ = [
     "verify",
     "vibrate",
     "view",
+    "view_part",
 ]
 
 

@@ -125,7 +125,7 @@ def test_a_modulus_and_its_tolerance_are_both_used():
     by_file = fitted(data, **given, tolerances={"substrate.youngs_modulus": ("normal", E + s, 2 * s)})
     assert by_file.values == both.values
     far = fitted(data, **given, tolerances={"E_B": ("normal", E + 8 * s, 2 * s)})
-    (doubt,) = (d for d in far.doubts if "what is given" in d)
+    (doubt,) = (d for d in far.doubts if "the given value" in d)
     assert doubt.startswith("the points alone give E_B below the given value")
     assert not fitted(data, **given, tolerances={"E_B": ("normal", E, s / 10)}).holds
 

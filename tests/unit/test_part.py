@@ -349,14 +349,6 @@ def test_a_graded_part_engages_where_its_scales_lie_low():
     assert low.attrs["graded"] == "scale.theta0"
 
 
-def test_grading_by_which_scales_meet_at_rest_is_refused_before_joints_by_elements(monkeypatch):
-    from squama.curves import compliant
-
-    monkeypatch.setattr(compliant, "joint_of", None)
-    with pytest.raises(InputError, match="scales touch before anything is loaded"):
-        part("tip", along={"scale.theta0": ["10 deg", "40 deg"]})
-
-
 # ---- input ----------------------------------------------------------------------------------------------------------
 
 
@@ -450,11 +442,3 @@ def test_the_command_as_json(capsys):
 def test_the_command_refuses(given, words, capsys):
     assert main(["load", "examples/stiff_skin.toml", "--scales", "5", *given]) == 2
     assert words in capsys.readouterr().err
-
-
-def test_the_summary_says_that_all_of_the_load_is_on(capsys):
-    """The strain at which it is on is located, so its share is not 1 exactly."""
-    assert main(["load", "examples/pla_on_vps.toml", "--load", "2 N up at tip"]) == 0
-    said = capsys.readouterr().out
-    assert "2 N up at tip; all of it is on" in said
-    assert "range end" not in said

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from squama.beam import beamfile
@@ -54,11 +56,14 @@ def load(
     ideal: flags.Ideal = False,
     points: Annotated[int, flags.points(50)] = 50,
     full: flags.Full = False,
-    gif: Annotated[flags.File | None, flag("Animation of the part as it deforms (.gif).")] = None,
+    gif: Annotated[flags.File | None, flag("Animation of the part from the side as it deforms (.gif).")] = None,
+    view: Annotated[tuple[flags.File, ...], flag("The part in space (.png, .gif, .html); may be repeated.")] = (),
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Load a part of N scales on its supports: forces, moments, a tendon, its weight."""
-    flags.check_places([(gif, (".gif",))])
+    from squama.scene import picture
+
+    flags.check_places([(gif, (".gif",)), *((path, picture.FORMATS) for path in view)])
     common.check(beam, *(grade.text for grade in along if not grade.name))
     given: dict[str, Any] = {"load": list(load) or None, "support": support, "along": _grades(along)}
     given = {name: value for name, value in given.items() if value is not None}
@@ -66,13 +71,17 @@ def load(
 
     from squama import plot
     from squama.part import door
+    from squama.scene import part_motion
 
     own = {name: f"{label(beam)}: {beamfile.heading(name)}" for name in beamfile.PART}
     with flags.laid(flags.arguments("scales") | own | {name: f"--{name}" for name in given}):
-        data = door.load(part, **given, scales=scales, points=points, back=back, ideal=ideal or None)
+        whole = replace(part, **given)
+        answer, told = door.followed(whole, scales=scales, points=points, back=back, ideal=ideal or None)
+        data = answer.dataset()
     written = output.write(common, lambda: data, "part_figure")
     if gif is not None:
         written.append(plot.part_animation(data, gif))
+    written += part_motion.drawn(answer, told, *view, name=Path(beam).stem).files if view else []
     parts = {"figures": output.figures(data), "curve": "point", "root": "point axis", "sections": "point section"}
     record = output.record(part.beam, data, _KEYS, **parts, each="point scale")
     replaced = [f"--{name} in place of {own[name]}" for name in given if getattr(part, name)]
@@ -135,7 +144,9 @@ def _summary(beam: Beam, data: xr.Dataset, replaced: list[str]) -> Summary:
     if bare and math.isfinite(bare):
         ratio = figure(size / bare)
         verdict += ", as without contact" if ratio == "1" else f", {ratio} times the load without contact"
-    tip = [figure(1e3 * float(most[f"{v}_axis"][-1] - data[f"{v}_axis"][0, -1]), "mm") for v in "xyz"]
+    moved = [1e3 * float(most[f"{v}_axis"][-1] - data[f"{v}_axis"][0, -1]) for v in "xyz"]
+    # rounding is no motion
+    tip = [figure(v if abs(v) > 1e-6 * max(map(abs, moved)) else 0.0, "mm") for v in moved]
     # the strain at which all of it is on is located to a part in a thousand
     whole = "all of it is on" if on > 1 - 1e-3 else f"only {percent(on)} of it is on: {data['end'].item()}"
     graded = f"; graded: {attrs['graded']}" if "graded" in attrs else ""

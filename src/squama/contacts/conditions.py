@@ -130,11 +130,12 @@ def faced(w: Walk, st: State, k: int) -> float:
 
     It is negative where side faces bear on each other.
     """
-    c = w.con[k]
-    if c[touch.KIND] != touch.EE:
-        return 1.0 + 0.0 * st.s[k, 0]
-    g = meet(w.S, st, c, st.s[k], w.W)
-    return dot(cross(g.tx1, g.ty1), g.n)
+    c, cosine = w.con[k], 1.0 + 0.0 * st.s[k, 0]
+    if c[touch.KIND] == touch.EE:
+        g = meet(w.S, st, c, st.s[k], w.W)
+        cosine = dot(cross(g.tx1, g.ty1), g.n)
+    out: float = cosine
+    return out
 
 
 @_jit

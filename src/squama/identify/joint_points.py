@@ -129,12 +129,13 @@ class Walked:
         return out
 
     def _slope(self, v: Physical, name: str) -> Array:
-        """Return a derivative by central differences; one-sided at 0, and where the contact ends on one side."""
+        """Return a derivative by central differences; one-sided at 0, with ends, and where the contact ends."""
         value = getattr(v, name)
         h = _STEPS[name] * (value if name in _RELATIVE else 1.0)
         if name == "compliance":
             h /= float(np.abs(self.readings.torque).max()) or 1.0
-        ends = [value - h if name in _OF_TWIST else max(value - h, 0.0), value + h]
+        # with ends a loop takes long, and that at the value itself is known
+        ends = [value if self.finite else value - h if name in _OF_TWIST else max(value - h, 0.0), value + h]
         for i, end in enumerate(ends):
             try:
                 self._at(v._replace(**{name: end}))

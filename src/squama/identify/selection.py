@@ -56,7 +56,7 @@ _SHARES, _NEAR = 3, 1e-2
 """Largest number of computations of the finite beam's share; change of the share that calls for another one."""
 _NOISELESS, _WEIGHT = 1e-6, 0.1
 """Least noise of a point against which a prior counts, over the largest torque; change that ends the rounds."""
-_ROUNDS, _STAYS, _SMALL, _HALVES = 10, 0.02, 0.5, 6
+_ROUNDS, _STAYS, _SMALL, _HALVES = 10, 0.02, 2.0, 6
 """Largest number of linearisations; move over its error that ends them; move below which derivatives are kept; halvings
 of a step.
 """

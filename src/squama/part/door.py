@@ -105,20 +105,20 @@ def load(
     part = beam if isinstance(beam, Part) else Part(beam)
     given: dict[str, Any] = {"load": load, "support": support, "along": along}
     part = replace(part, **{name: value for name, value in given.items() if value is not None})
-    return _loaded(part, scales=scales, points=points, back=back, mu=mu, ideal=ideal, hold=hold).dataset()
+    return followed(part, scales=scales, points=points, back=back, mu=mu, ideal=ideal, hold=hold)[0].dataset()
 
 
-def _loaded(
+def followed(
     part: Part,
     *,
-    scales: int | None,
-    points: int,
-    back: bool,
-    mu: float | None,
-    ideal: bool | None,
-    hold: str | None,
-) -> Answer:
-    """Return what :func:`load` returns, before it is a dataset."""
+    scales: int | None = None,
+    points: int = 50,
+    back: bool = False,
+    mu: float | None = None,
+    ideal: bool | None = None,
+    hold: str | None = None,
+) -> tuple[Answer, Told]:
+    """Return what :func:`load` returns, before it is a dataset, and the part that was followed."""
     beam = part.beam
     only_one(beam.faces, "a part under load")
     n = arguments.whole("scales", beam.pitches if scales is None else scales, 2, MANY_SCALES)
@@ -135,7 +135,8 @@ def _loaded(
     beams = part.graded(n)
     _check_rest([compliant.scale(one, ideal=analysis.ideal) for one in beams], n)
     ones = [compliant.Path.of(one, float(analysis.mus), (NOTHING,), ideal=analysis.ideal) for one in beams]
-    states = _solve(ones, n, given, held, points, back=back)
+    told, notes = _solve(ones, n, given, held, points, back=back)
+    states = States(told.by_dim(), compliant.attributes(ones[0].held, NOTHING), notes)
     words = "; ".join(g.words.strip() for g in given)
     attrs: dict[str, object] = {"load": "part", "loads": words, "support": support, "pitch": beam.pitch}
     # the whole part, for whoever reads the result
@@ -147,7 +148,7 @@ def _loaded(
     for name, count in (("scale", range(1, n + 1)), ("section", range(n + 1))):
         answer.variables[name] = Labelled((name,), np.array(count), {"long_name": f"{name}, counted along the beam"})
     answer.variables["axis"] = Labelled(("axis",), np.array(["x", "y", "z"]), {"long_name": "direction"})
-    return answer
+    return answer, told
 
 
 def _check_rest(scales: Sequence[path.Scale], n: int) -> None:
@@ -167,8 +168,8 @@ def _whole(ways: Sequence[path.Path]) -> path.Path:
 
 def _solve(
     ones: Sequence[compliant.Path], n: int, given: Sequence[Load], held: Support, points: int, *, back: bool
-) -> States:  # fmt: skip
-    """Follow a part to all of its load and back; return what is told of it."""
+) -> tuple[Told, list[str]]:
+    """Follow a part to all of its load and back; return it with notes on its model."""
     one = ones[0]
     if len(one.held.K) < 9:
         refuse("joint", "", "joint.matrix knows no bend", "squama joint --matrix writes all nine motions")
@@ -197,4 +198,4 @@ def _solve(
     if most > compliant.STRAIN_LIMIT:
         strained = f"pitches bend or twist by up to {number(math.degrees(most))} deg"
         notes.append(f"give a smaller load: {strained}, and {compliant.COMPARED}")
-    return States(told.by_dim(), compliant.attributes(one.held, NOTHING), notes)
+    return told, notes

@@ -1,10 +1,10 @@
 """The beam in space: bar, scales, contact points and forces, in pitches; ``js/geometry.js`` has the same functions.
 
 Axes: z along the beam, y out of the scaled face, as in docs, theory: geometry. The middle of the beam stays where it
-is. A design is what :func:`squama.scene.motion.shape` returns; ``S`` maps the scaled face's places to those of its
-face, which sees the bend ``d["bend"]`` times and the twist in the sense ``d["sense"]`` (:mod:`squama.beam.faces`).
-Loads are angles per pitch, or all strains per pitch: bend, twist, lateral bend (rad) and stretch; of a beam with ends
-the strains of each cell, in the middle of which its scale stands.
+is, or the section ``still`` pitches from it. A design is what :func:`squama.scene.motion.shape` returns; ``S`` maps the
+scaled face's places to those of its face, which sees the bend ``d["bend"]`` times and the twist in the sense
+``d["sense"]`` (:mod:`squama.beam.faces`). Loads are angles per pitch, or all strains per pitch: bend, twist, lateral
+bend (rad) and stretch; of a beam with ends the strains of each cell, in the middle of which its scale stands.
 """
 
 from __future__ import annotations
@@ -89,13 +89,14 @@ def _screw(own: Sequence[float], k: float) -> tuple[Array, Array]:
 
 
 @lru_cache(maxsize=16)
-def _sections(cells: Cells) -> list[tuple[Array, Array]]:
-    """Return turn and shift of the n + 1 sections between n cells, from the middle of the beam."""
-    n, out = len(cells), [(np.eye(3), np.zeros(3))] * (len(cells) + 1)
+def _sections(cells: Cells, still: float) -> list[tuple[Array, Array]]:
+    """Return turn and shift of the n + 1 sections between n cells; ``still``: what does not move, from the middle."""
+    n, start = len(cells), (np.eye(3), np.array([0.0, 0.0, still]))
+    out = [start] * (n + 1)
     for way in (1, -1):
         # the middle of an odd number of cells lies in one
-        R, o, place = np.eye(3), np.zeros(3), n / 2
-        while 0 < place < n or place == n / 2:
+        (R, o), place = start, n / 2 + still
+        while place < n if way > 0 else place > 0:
             cell = math.floor(place) if way > 0 else math.ceil(place) - 1
             end = cell + 1 if way > 0 else cell
             turn, shift = _screw(cells[cell], end - place)
@@ -109,7 +110,7 @@ def frame(d: Design, load: Load, k: float) -> Frame:
     if _by_cell(load):
         place = k + len(load) / 2
         cell = min(max(math.floor(place), 0), len(load) - 1)
-        R, o = _sections(load)[cell]
+        R, o = _sections(load, d.get("still", 0.0))[cell]
         turn, shift = _screw(load[cell], place - cell)
         turn, shift = R @ turn, o + R @ shift
     else:

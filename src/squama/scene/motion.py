@@ -117,12 +117,15 @@ class Motion:
     ``ideal`` as of :func:`squama.twist`, and ``notes`` where the model differs from the chosen one or leaves its range.
 
     With scales on both faces these belong to the scaled face, and ``other`` is the motion of the other face (computed
-    if ``own``); ``last`` and ``end`` are those of the face that ends first. ``whole``: both faces are followed
+    if ``own``); ``last`` and ``end`` are those of the face that ends first. ``graded``: beams of the scales, where they
+    differ. ``whole``: both faces are followed
     together, and the curve's torque is that of the beam.
 
     Raises InputError for a law, margin, sense, friction or joint that is out of range, or for an impossible
     combination.
     """
+
+    graded: Sequence[Beam] = ()
 
     def __init__(self, setting: Setting, *, own: bool = True) -> None:
         self.setting = setting
@@ -205,6 +208,11 @@ class Motion:
         beam = self.setting.beam
         flat = thin(self.kind, self.setting.law, self.joint, ideal=self.ideal)
         return shape(self.setting, self.neighbour, 0.0 if flat else beam.scale.thickness / beam.pitch)
+
+    @property
+    def verb(self) -> str:
+        """What the load does, in a word."""
+        return self.kind.verb
 
     @property
     def flat(self) -> bool:
@@ -317,10 +325,11 @@ class Motion:
         strains, bent = ([at(column) for column in values.T] for values in self.shapes[0])
         return state._replace(strains=strains, bent=bent if any(bent) else None)
 
-    def _pose(self, moves: Sequence[float]) -> list[list[float]]:
+    def _pose(self, moves: Sequence[float], number: int = 0) -> list[list[float]]:
         """Return place of the base, n_X and n_Y of a scale that has moved (m, rad), see :class:`State`."""
-        rest = geometry(self.setting.beam).rest
-        c, R = plate.pose(rest, np.array(moves) / ([self.setting.beam.pitch] * 3 + [1.0] * 3))
+        beam = self.graded[number] if len(self.graded) > 1 else self.setting.beam
+        rest = geometry(beam).rest
+        c, R = plate.pose(rest, np.array(moves) / ([beam.pitch] * 3 + [1.0] * 3))
         return [row.tolist() for row in (c - rest.base, *(R @ rest.axes[:2].T).T)]
 
     def _of_each(self, load: float, name: str) -> State:
@@ -342,7 +351,7 @@ class Motion:
         each = [
             whole._replace(
                 theta=float(theta[j]), N=float(N[j]), f=float(f[j]), x=self.drawn * float(N[j]) / half,
-                slip=(-float(s[j]), float(p[j])), name=name if touching[j] else FREE, pose=self._pose(moves[j]),
+                slip=(-float(s[j]), float(p[j])), name=name if touching[j] else FREE, pose=self._pose(moves[j], j),
                 strains=None, bent=bent[j].tolist() if bent[j].any() else None,
             )
             for j in range(N.size)

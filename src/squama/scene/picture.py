@@ -136,11 +136,7 @@ def view(
     """
     arguments.beam(beam)
     names = arguments.load(load)
-    problems = Problems()
-    for path in paths:
-        if (ending := Path(path).suffix.lower()) not in FORMATS:
-            problems.add("", f'the ending "{ending}"', "is not known", "write .png, .gif or .html", files.label(path))
-    problems.settle()
+    known(paths)
     count = arguments.whole("frames", frames, 2, 500)
     friction = float(arguments.frictions(beam.friction.mu, mu))
     with naming("bend"):
@@ -158,8 +154,22 @@ def view(
             reason = "is an animation in which nothing moves: a bend is held and no twist is given"
             refuse(files.label(path), "", reason, "give a twist, or write a .png")
     written = [save(motion, asked, path, name=name, dark=dark, forces=forces, frames=count) for path in paths]
-    state, notes = motion.state(asked), tuple(motion.notes)
-    return View(tuple(written), state, asked, motion.last, motion.end, f"{motion.model}; {motion.place}", notes, motion)
+    return viewed(motion, asked, written)
+
+
+def known(paths: Sequence[str | os.PathLike[str]]) -> None:
+    """Refuse files of unknown kinds."""
+    problems = Problems()
+    for path in paths:
+        if (ending := Path(path).suffix.lower()) not in FORMATS:
+            problems.add("", f'the ending "{ending}"', "is not known", "write .png, .gif or .html", files.label(path))
+    problems.settle()
+
+
+def viewed(motion: Motion, load: float, written: Sequence[Path]) -> View:
+    """Return the result of a motion that was drawn at a load angle into files."""
+    state, notes = motion.state(load), tuple(motion.notes)
+    return View(tuple(written), state, load, motion.last, motion.end, f"{motion.model}; {motion.place}", notes, motion)
 
 
 def save(

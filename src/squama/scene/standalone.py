@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from squama.errors import refuse
-from squama.loads import LOADS
 from squama.model.outcome import SENTENCES
 from squama.plot.palette import SCENE, variables
 from squama.scene.motion import Motion, State, shapes
@@ -60,7 +59,7 @@ def page(motion: Motion, load: float, name: str = "") -> str:
         "sentence": SENTENCES[motion.end],
         "palette": SCENE,
         "model": ": ".join(filter(None, (name, f"{motion.model}; {motion.place}"))) + ", drawn flat" * motion.flat,
-        "angle": LOADS[setting.load].verb,
+        "angle": motion.verb,
     }
     # "<" inside a script would end it early
     return _own("standalone.html").format(

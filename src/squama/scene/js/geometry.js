@@ -64,15 +64,15 @@ const onward = (f, by) => ({
   shift: add(f.shift, turned(f, by.shift)),
 });
 
-// Sections between cells, from the middle of the beam.
+// Sections between cells, from the middle of the beam, or from the section that does not move.
 const known = new WeakMap();
-function sections(cells) {
+function sections(cells, still) {
   if (known.has(cells)) return known.get(cells);
   const [n, out] = [cells.length, []];
   for (const way of [1, -1]) {
-    let [f, place] = [{ x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1], shift: [0, 0, 0] }, n / 2];
+    let [f, place] = [{ x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1], shift: [0, 0, still] }, n / 2 + still];
     out[place] = f;
-    while (place === n / 2 || (place > 0 && place < n)) {
+    while (way > 0 ? place < n : place > 0) {
       const cell = way > 0 ? Math.floor(place) : Math.ceil(place) - 1;
       const end = way > 0 ? cell + 1 : cell;
       f = onward(f, screw(cells[cell], end - place));
@@ -91,7 +91,7 @@ export function frame(d, load, k) {
   if (Array.isArray(load?.[0])) {
     const place = k + load.length / 2;
     const cell = Math.min(Math.max(Math.floor(place), 0), load.length - 1);
-    f = onward(sections(load)[cell], screw(load[cell], place - cell));
+    f = onward(sections(load, d.still ?? 0)[cell], screw(load[cell], place - cell));
   } else f = screw(strains(d, load), k);
   return { o: add(mul(d.lam, f.y), f.shift), x: f.x, y: f.y, z: f.z };
 }

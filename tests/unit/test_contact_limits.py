@@ -1,0 +1,123 @@
+"""Where the model of scales in contact ends: side faces, motions beyond the linear joint. Hooked edges are within it."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from oracle.boxes import displaced
+from squama.contacts import increments, path
+from squama.joints import law
+from squama.model.outcome import End
+from squama.model.screw import rotations
+from squama.types import Array
+
+
+class Case(NamedTuple):
+    """A random beam, by the numbers of the law's shape, of its scale and its friction; E = d = 1."""
+
+    shape: law.Shape
+    scale: path.Scale
+    mu: float
+    sense: int = 1
+
+    def path(self) -> path.Path:
+        """Return what is followed."""
+        return path.Path.of(self.scale, law.stiffness(self.shape), self.mu, sense=self.sense, most=0.5)
+
+
+JAMS = Case(
+    law.Shape(0.661239, 0.747916, 0.278649, 0.458581, 0.0716685, 0.941275, 0.367199, 0.250336),
+    path.Scale(2.80394, 0.458581, 0.747916, 0.941275, 0.367199, 0.0716685, math.inf, 0.35),
+    0.59432,
+)
+"""Rigid scales that fall past each other; untwisted, their side edges stick and lift them."""
+SIDES = Case(
+    law.Shape(0.691741, 0.72446, 0.253218, 0.450195, 0.0142297, 1.08809, 0.161032, 0.451276),
+    path.Scale(4.37936, 0.450195, 0.72446, 1.08809, 0.161032, 0.0, 0.00751648, 0.35),
+    0.46284,
+)
+"""Thin elastic scales that fall past each other; untwisted, side edges press them apart sideways."""
+HOOKED = Case(
+    law.Shape(0.992861, 0.757561, 0.133242, 0.365926, 0.0532855, 0.641141, 0.26498, 0.480026),
+    path.Scale(3.87525, 0.365926, 0.757561, 0.641141, 0.26498, 0.0532855, math.inf, 0.35),
+    0.77743,
+)
+"""Rigid scales that fall past each other and stay hooked down to no twist."""
+LEAVES = Case(
+    law.Shape(2.52394, 0.71986, 0.141299, 0.796738, 0.0283402, 0.39302, 0.124316, 0.463764),
+    path.Scale(2.74042, 0.796738, 0.71986, 0.39302, 0.124316, 0.0283402, 0.00764667, 0.35),
+    0.178998,
+    -1,
+)
+"""A corner that leaves a face while the edge beside it comes in."""
+
+
+def history(*turns: float, points: int = 60) -> Array:
+    """Return twists of a history, so many on each way."""
+    ways = [np.linspace(a, b, points + 1)[1:] for a, b in itertools.pairwise(turns)]
+    return np.concatenate([[0.0], *ways])
+
+
+def moves(rows: Array) -> Array:
+    """Return the motions of the scales (n, 6) in states."""
+    at = path.COLUMNS.index("u_X")
+    return rows[:, at : at + 6]
+
+
+def test_a_path_ends_where_a_scale_leaves_its_linear_joint() -> None:
+    x = history(0.0, 0.15369, 0.09601, 0.15369, 0.0)
+    ends = []
+    for step in (2e-4, 1e-4):
+        rows, end = JAMS.path().states(x, step)
+        assert end.code == increments.TOO_FAR
+        assert end.word is End.JOINT
+        known = rows[np.isfinite(rows[:, 1])]
+        assert np.linalg.norm(moves(known).reshape(-1, 2, 3), axis=2).max() < 1
+        ends.append(end.phi)
+    # located: the steps of friction alone differ
+    assert ends[1] == pytest.approx(ends[0], abs=1e-3)
+    first = len(known)
+    on_the_way = history(x[first - 1], 2 * x[first] - x[first - 1], points=40)[1:]
+    rows, _ = JAMS.path().states(np.append(x[:first], on_the_way), 2e-4)
+    last = moves(rows[np.isfinite(rows[:, 1])][-1:]).reshape(2, 3)
+    assert 0.9 < np.linalg.norm(last, axis=1).max() < 1
+
+
+def test_a_path_ends_where_side_faces_bear() -> None:
+    rows, end = SIDES.path().states(history(0.0, 0.04344, 0.02476, 0.04344, 0.0), 2e-4)
+    assert end.word is End.SIDE
+    known = rows[np.isfinite(rows[:, 1])][-1:]
+    # without friction the force is along the normal: here within its cone about the plane of the plate
+    F = known[0, [path.COLUMNS.index(name) for name in ("F_x", "F_y", "F_z")]]
+    up = rotations(moves(known)[:, 3:])[0][:, 2]
+    assert abs(F @ up) < 0.1 * np.linalg.norm(F)
+
+
+@pytest.mark.parametrize("case", [HOOKED, JAMS], ids=["hooked", "jams"])
+def test_rigid_scales_that_fell_past_each_other_touch_and_do_not_overlap(case: Case) -> None:
+    s, turns = case.scale, (0.0, 0.12816, 0.08898, 0.12816, 0.002) if case is HOOKED else (0.0, 0.15369, 0.09)
+    x = history(*turns, points=15)
+    rows, _ = case.path().states(x, 2e-4)
+    shape, pressed = (s.eta, s.beta, s.lam, s.alpha, s.h), 0
+    for phi, row in zip(x, rows, strict=True):
+        if np.isfinite(row[1]) and row[path.COLUMNS.index("N")] > 0:
+            gap = min(displaced(shape, s.theta0, phi, k, moves(row[None])[0], 0.0) for k in (1, 2, 3))
+            assert gap == pytest.approx(0.0, abs=1e-8)
+            pressed += 1
+    assert pressed > 15
+    if case is HOOKED:
+        assert x[-1] < case.path().contact.phi / 10
+        assert rows[-1, path.COLUMNS.index("N")] > 0
+
+
+def test_a_corner_leaves_a_face_together_with_its_edge() -> None:
+    way = LEAVES.path()
+    rows, end = way.states(history(0.0, 0.42262, 0.22253, 0.42262, 0.0, points=24), 2e-4)
+    assert end.word is End.RANGE
+    v = path.named(rows)
+    assert np.nanmax(np.abs(v["energy"] + v["W_fr"] + v["W_snap"] - v["W"])) < 2e-4 * np.nanmax(v["energy"])
