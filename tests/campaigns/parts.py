@@ -16,6 +16,7 @@ from histories import drawn
 from squama.contacts import increments, path
 from squama.contacts.path import Path
 from squama.contacts.row import Track
+from squama.contacts.system import PHI, PSI
 from squama.contacts.ties import Tie
 from squama.part import loaded
 from squama.part.loaded import Course
@@ -55,7 +56,7 @@ def part(r: np.random.Generator) -> Part:
         "tendon": Tie(carried=(r.uniform(-0.5, 0.5), 0, 0, -1)),
     }
     measures = Dimension.ANGLE if kind in ("twist", "bend") else Dimension.RATIO
-    load = Load(kind, 1.0, measures, ties[kind], given=True)
+    load = Load(kind, 1.0, measures, ties[kind], given=True, turns={"twist": PHI, "bend": PSI}.get(kind, -1))
     words = f"{n} scales, {word}, {kind}, mu {beam.mu:.3g}"
     return Part(loaded.course(way, n, [load], held, (1.0, 1.0, 1.0)), words)
 

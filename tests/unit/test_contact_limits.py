@@ -1,4 +1,4 @@
-"""Where the model of scales in contact ends: side faces, motions beyond the linear joint. Hooked edges are within it."""
+"""Where the model of scales in contact ends: side faces, motions beyond the linear joint; hooked edges are in it."""
 
 from __future__ import annotations
 
