@@ -69,11 +69,11 @@ def shade(face: np.ndarray, colour: str) -> tuple[float, ...]:
     return tuple(rgb * bright)
 
 
-def beam(ax: Axes, phi: float, down: float) -> None:
-    """Draw the beam, bar before scales and far faces first, moved down on the page."""
+def beam(ax: Axes, phi: float) -> None:
+    """Draw the beam, bar before scales and far faces first."""
     page = axes_of_the_page()
     ordered = sorted(faces(phi), key=lambda each: (each[1] == SCALE, float((each[0] @ page[2]).mean())))
-    outlines = [face @ page[:2].T - [0, down] for face, _ in ordered]
+    outlines = [face @ page[:2].T for face, _ in ordered]
     look = {
         "facecolors": [shade(*each) for each in ordered],
         "edgecolors": [EDGE if colour == SCALE else shade(face, colour) for face, colour in ordered],
@@ -92,15 +92,14 @@ def torque(ax: Axes) -> None:
     ax.plot(turn, 1e3 * (r["T"] - r.T_scales).values, **style.BARE)
     at = float(np.interp(touch, turn, mN))
     ax.plot(touch, at, color=INK, **style.ENGAGED)
-    leader = {"arrowstyle": "-", "lw": 0.6, "shrinkB": 4}
-    ax.annotate(f"scales touch\nat {touch:.0f} deg", (touch, at), (touch - 52, at + 4.2), arrowprops=leader)
-    twice = 2 * touch
-    i = int(np.argmin(abs(turn - twice)))
+    leader = {"arrowstyle": "-", "lw": 0.6, "shrinkB": 3}
+    ax.annotate(f"scales touch\nat {touch:.0f} deg", (touch, at), (touch - 62, at + 4.5), arrowprops=leader)
+    i = int(np.argmin(abs(turn - 2 * touch)))
     ax.plot(turn[i], mN[i], "o", ms=4, color=ACCENT)
     ratio = float(r.stiffness_ratio[i])
-    ax.text(turn[i] - 4, mN[i] + 0.4, f"{ratio:.1f} times as stiff\nas the bar", ha="right", color=ACCENT)
-    ax.text(turn[-1] - 2, 1e3 * float(r["T"][-1] - r.T_scales[-1]) - 2.4, "bar alone", ha="right", color=GREY)
-    ax.set_xlim(0, turn[-1])
+    ax.text(turn[i] + 6, mN[i] - 1.2, f"{ratio:.1f} times as\nstiff as the bar", va="center", color=ACCENT)
+    ax.text(turn[-1] + 6, 1e3 * float(r["T"][-1] - r.T_scales[-1]) - 0.7, "bar alone", va="center", color=GREY)
+    ax.set_xlim(0, 1.33 * turn[-1])
     ax.set_ylim(0, None)
     ax.set_xlabel("Twist of the whole beam (deg)")
     ax.set_ylabel("Torque (N mm)")
@@ -109,16 +108,17 @@ def torque(ax: Axes) -> None:
 @style.styled
 def picture() -> Figure:
     """Return the figure."""
-    figure = style.new_figure(style.PAGE, 2.7)
-    left, right = figure.subplots(1, 2, width_ratios=(1.15, 1))
-    beam(left, 0.0, 0.0)
-    beam(left, 0.11, 4.6)
-    left.set_title(f"(a)  a beam at rest and twisted ({DRAWN} of its {BEAM.scales} scales)")
-    right.set_title(f"(b)  its torque, all {BEAM.scales} scales")
-    left.set_aspect("equal")
-    left.autoscale_view()
-    left.axis("off")
+    figure = style.new_figure(style.PAGE, 1.6)
+    rest, twisted, right = figure.subplots(1, 3, width_ratios=(1, 1, 1.5))
+    for ax, phi in ((rest, 0.0), (twisted, 0.11)):
+        beam(ax, phi)
+        ax.set_aspect("equal", adjustable="datalim")
+        ax.autoscale_view()
+        ax.axis("off")
     torque(right)
+    rest.set_title(f"(a)  at rest ({DRAWN} of {BEAM.scales} scales)")
+    twisted.set_title("(b)  twisted")
+    right.set_title(f"(c)  torque of all {BEAM.scales} scales")
     return figure
 
 

@@ -91,12 +91,6 @@ def held_by(beam: Beam, hold: str | None) -> Beam:
     return beam.replace(hold=hold)
 
 
-def place(value: object, example: str, name: str = "path") -> None:
-    """Refuse a value that is neither a path nor text."""
-    if not isinstance(value, str | os.PathLike) or isinstance(os.fspath(value), bytes):
-        refuse(name, "", f"is of type {type(value).__name__}, not a path", f'write e.g. "{example}"')
-
-
 def _kind(value: object) -> str:
     """Return the name in :data:`_KINDS` of a value, or an element of it, that is no number; "" if all are numbers."""
     inside: list[object] = []

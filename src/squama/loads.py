@@ -8,7 +8,7 @@ from typing import Any, Literal, NamedTuple, cast, get_args
 
 from squama import units
 from squama.errors import refuse
-from squama.people import per_pitch
+from squama.people import per_pitch, readable
 from squama.symbols import OTHER
 
 THIN = "thin, rigid scales"
@@ -101,8 +101,8 @@ class Load(NamedTuple):
 
     def size(self, value: float) -> str:
         """Return a torque (N m) or a force (N) as text for people."""
-        factor, sign = units.prefix(value)
-        return units.number(factor * value, f"{sign}N") if self.pushed else units.moment(value)
+        factor, unit = readable(self.force, value)
+        return units.number(factor * value, unit)
 
     def variable(self, role: str) -> str:
         """Return the dataset variable of a role: "torque_c" gives T_c or M_c, "theta" gives theta."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Protocol
 
-from squama.units import change, number
+from squama.units import change, number, prefix, torque_unit
 
 PITCH = "deg per pitch"
 """Unit of the twist or bend of an endless beam."""
@@ -23,6 +23,29 @@ class Counted(Protocol):
 def figure(value: float, unit: str = "") -> str:
     """Return a number with its unit, to three digits; "" for NaN."""
     return "" if math.isnan(value) else number(value, unit)
+
+
+def rigidity_unit(largest: float) -> tuple[float, str]:
+    """Return factor and unit for a rigidity or tangent stiffness (N m^2): N mm2 or N m2."""
+    factor, unit = torque_unit(largest)
+    return factor**2, f"{unit}2"
+
+
+def readable(unit: str, largest: float) -> tuple[float, str]:
+    """Return factor and unit in which texts and pictures show a quantity of an SI unit, by its largest value.
+
+    Torques and rigidities are in N mm or N m, forces in N from 0.01 N on. Other quantities get an SI prefix.
+
+    Examples
+    --------
+    >>> readable("N m", 0.02), readable("N", 0.05), readable("J/m", 0.02)
+    ((1000.0, 'N mm'), (1.0, 'N'), (1000.0, 'mJ/m'))
+    """
+    by_size = {"N m": torque_unit, "N m^2": rigidity_unit}
+    if unit in by_size:
+        return by_size[unit](largest)
+    factor, sign = (1.0, "") if unit == "N" and 0.01 <= abs(largest) < 1e3 else prefix(largest)
+    return factor, sign + unit
 
 
 def tidy(value: float) -> float:

@@ -164,7 +164,7 @@ _TABLE: tuple[tuple[str, ...], ...] = (
     ("psi_jam", "rad", "smallest bend per pitch that is not given back", r"\psi_j", "theory: cycles"),
     ("psi_most", "rad", "largest bend per pitch of a history", r"\psi_m", "theory: cycles"),
     ("M_drop", "N m", "drop of the moment where a loop turns at its top", r"\Delta M", "theory: cycles"),
-    ("T_periodic", "N m", "torque of the endless beam (edge law)", "T"),
+    ("T_periodic", "N m", "torque of the endless beam", "T"),
     ("M_periodic", "N m", "moment of the endless beam", "M"),
     ("theta_periodic", "rad", "inclination of the scales of the endless beam", r"\theta"),
     ("Q", "N m", "moment by which the substrate holds a scale that lies on it", "Q"),

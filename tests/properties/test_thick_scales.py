@@ -187,7 +187,7 @@ def test_plates_that_touch_at_rest_and_scales_that_never_meet() -> None:
 
 
 def test_compliances_of_a_plate() -> None:
-    """Against converged plate elements of another library (real.md, section 4)."""
+    """Against converged plate elements of another library (docs/theory/elastic_scales.md, "Elastic plates")."""
     (S,) = plate.compliances(np.array([3.0]), np.array([0.6]), np.array([0.35]))
     tip, side = plate.monomials(np.array([1.0, 2.2 / 3]), np.array([-0.15 / 0.6, -1.0]))
     found = tip @ S @ tip, tip @ S @ side, side @ S @ side

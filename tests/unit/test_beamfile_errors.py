@@ -183,6 +183,8 @@ def test_missing_tables(tmp_path):
 def test_unreadable_contents(content, words, tmp_path):
     (line,) = _complaints(content, tmp_path)
     assert words in line
+    # the file is there, so that squama new needs --force
+    assert line.endswith("--force") == (words == "is empty")
 
 
 def test_no_file_and_a_folder(tmp_path):
@@ -318,3 +320,10 @@ def test_a_write_that_works(tmp_path):
     atomic_write(link, lambda place: place.write_text("again"))
     assert link.is_symlink()
     assert path.read_text() == "again"
+
+
+@pytest.mark.parametrize("wrong", [Beam.from_ratios(), 3, None, b"beam.toml"])
+def test_no_path_is_refused_in_one_line(wrong):
+    with pytest.raises(InputError, match="not a path; write") as caught:
+        Beam.from_toml(wrong)
+    assert len(str(caught.value).splitlines()) == 1

@@ -114,7 +114,7 @@ def test_the_figure_shows_every_model(table):
     assert high >= 15
     assert apart.get_ylabel() == r"Difference of $\theta$ (deg)"
     words = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert words == ["finite elements: a mesh", *table["words"].values]
+    assert words == ["finite elements: a mesh", *table["words"].values, "within 5 %"]
 
 
 def test_the_figure_of_a_run():
@@ -127,7 +127,7 @@ def test_the_figure_of_a_run():
     data = data.assign(contact=("point", words)).assign_coords(mu=0.2)
     figure = elements_figure(data)
     assert len(figure.axes) == 4
-    assert figure.axes[0].get_ylabel() == r"Torque $T$ (mN m)"
+    assert figure.axes[0].get_ylabel() == r"Torque $T$ (N m)"
     assert "stopped" in figure.get_suptitle()
-    assert "scales: thin, rigid" in figure.get_suptitle()
+    assert "scales thin, rigid" in figure.get_suptitle()
     assert "from 6.3 deg per pitch: tip edge on side edge" in [t.get_text() for t in figure.legends[0].get_texts()]

@@ -349,12 +349,6 @@ def test_a_graded_part_engages_where_its_scales_lie_low():
     assert low.attrs["graded"] == "scale.theta0"
 
 
-@pytest.mark.slow
-def test_grading_by_which_scales_meet_at_rest_is_refused():
-    with pytest.raises(InputError, match="scales touch before anything is loaded"):
-        part("tip", along={"scale.theta0": ["10 deg", "40 deg"]})
-
-
 # ---- input ----------------------------------------------------------------------------------------------------------
 
 

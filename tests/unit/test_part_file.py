@@ -268,3 +268,19 @@ def test_all_mistakes_of_a_file_are_told_at_once():
     ]
     with pytest.raises(InputError, match=r"^part\.toml: line 3: "):
         squama.Part.from_toml_text("[scale]\nlength = 3\na\n", source="part.toml")
+
+
+def test_grading_by_which_scales_meet_at_rest_is_refused_before_joints_by_elements(monkeypatch):
+    from squama.curves import compliant
+
+    monkeypatch.setattr(compliant, "joint_of", None)
+    with pytest.raises(InputError, match="scales touch before anything is loaded"):
+        squama.load(BEAM, "0.1 N up at tip", along={"scale.theta0": ["10 deg", "40 deg"]})
+
+
+def test_the_summary_says_that_all_of_the_load_is_on(capsys):
+    """The strain at which it is on is located, so its share is not 1 exactly."""
+    assert main(["load", "examples/pla_on_vps.toml", "--load", "2 N up at tip"]) == 0
+    said = capsys.readouterr().out
+    assert "2 N up at tip; all of it is on" in said
+    assert "range end" not in said

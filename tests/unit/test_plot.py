@@ -189,7 +189,7 @@ def test_labels_have_the_unit_of_the_table():
 
 @pytest.mark.parametrize(
     ("largest", "factor", "unit"),
-    [(25.0, 1.0, "(N m)"), (0.02, 1e3, "(mN m)"), (4.4e6, 1e-6, "(MN m)"), (3e-7, 1e6, "(µN m)"), (0.0, 1.0, "(N m)")],
+    [(25.0, 1.0, "(N m)"), (0.02, 1e3, "(N mm)"), (4.4e6, 1.0, "(N m)"), (3e-7, 1e3, "(N mm)"), (0.0, 1.0, "(N m)")],
 )
 def test_prefix_of_an_axis(largest, factor, unit):
     got, text = prefixed("T", largest)

@@ -107,3 +107,9 @@ def test_the_command_names_the_ends(tmp_path, monkeypatch, capsys) -> None:
     assert "; 6 scales with gripped ends" in capsys.readouterr().out
     assert main(["view", "beam.toml", "--twist", TO["twisting"], "--ends", "glued", "-o", "a.png"]) == 2
     assert "--ends" in capsys.readouterr().err
+
+
+def test_on_hinges_the_view_is_endless_and_says_so() -> None:
+    assert squama.view(SKIN, joint="hinge").model.endswith("endless beam")
+    with pytest.raises(squama.InputError, match="the view is of an endless beam; leave it out"):
+        squama.view(SKIN, joint="hinge", ends="equal")

@@ -91,4 +91,4 @@ def test_a_curve_says_its_values_with_their_units_under_the_pointer(visit) -> No
     page.shot("read_off")
     assert re.fullmatch(r"\d+(\.\d)? deg", first)
     assert rows
-    assert all(re.fullmatch(r"[\w ()]+: \d+(\.\d+)? mN m", row) for row in rows)
+    assert all(re.fullmatch(r"[\w ()]+: \d+(\.\d+)? N mm", row) for row in rows)

@@ -114,9 +114,11 @@ _UNQUOTED = re.compile(r"\s*([\w.-]+)\s*=\s*([+-]?\d[\w.+-]*\s*[^\s\d\"'#\[\]{},
 
 def read(path: str | os.PathLike[str]) -> tuple[str, str]:
     """Return a beam file's name for messages, and its text."""
+    files.place(path, "beam.toml")
     name = files.label(path)
     example = "beam.toml" if os.fspath(path) == files.INPUT else name
-    return name, files.read_text(path, missing=f"write an example with: squama new {example}")
+    force = " --force" if files.exists(path) else ""
+    return name, files.read_text(path, missing=f"write an example with: squama new {example}{force}")
 
 
 def loads(text: str) -> dict[str, Any]:

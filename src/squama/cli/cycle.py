@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
-from squama.cli.summary import Summary, energy, energy_unit, modelled, rigidity_unit, touching
+from squama.cli.summary import Summary, energy, energy_unit, modelled, touching
 from squama.errors import refuse
 from squama.loads import LOADS
-from squama.people import degrees, figure, per_pitch, span, turned
+from squama.people import degrees, figure, per_pitch, rigidity_unit, span, turned
 from squama.units import is_number, moment, number, shown, torque_unit
 
 if TYPE_CHECKING:

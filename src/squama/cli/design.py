@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -114,6 +115,10 @@ def _summary(found: InverseDesign, target: Target) -> Summary:
     """Return the summary: whether the target is reached, the first design, a line for each other design."""
     best, many = found[0], len(found)
     reached, *but = found.verdict.split("; ")
+    if best.refused:
+        # the reasons of a model that is not computed are those for which the design cannot be made
+        but = [line.partition(", ")[0] if "not computed" in line else line for line in but]
+        but = [line for line in but if not any(line in reason for reason in best.refused)]
     verdict = f"{reached}; {many} design{'s' * (many > 1)}"
     figures = [(goal.name, _reached(goal)) for goal in best.goals]
     figures.append(("model", f"{model(found.settings)}"))
@@ -121,10 +126,21 @@ def _summary(found: InverseDesign, target: Target) -> Summary:
     for i, d in enumerate(found.designs[1:], 2):
         words = ", ".join(f"{goal.name} {_with_unit(goal, goal.reached)}" for goal in d.goals)
         others.append(f"design {i}{'' if d.met else ' (not reached)'}: {words}")
-    warned = [*(f"design 1 cannot be made as it is: {line}" for line in best.refused), *best.warnings]
     table: list[str | Table] = [*but, "design 1:", _dimensions(found, target.space.beam), *_missed(found), *others]
     notes = (f"note: {note}" for note in found.notes)
-    return Summary(verdict, figures, [*table, *notes], warned, _all(found))
+    return Summary(verdict, figures, [*table, *notes], _warned(best), _all(found))
+
+
+def _warned(best: Design) -> Iterable[str]:
+    """Yield what speaks against the first design, one short line each; --full has the whole sentences."""
+    places: dict[str, list[str]] = {}
+    for line in best.refused:
+        where, what, *_ = line.split(": ")
+        places.setdefault(where, []).append(what)
+    if places:
+        said = "; ".join(f"{', '.join(what)} ({where})" for where, what in places.items())
+        yield f"design 1 cannot be made as it is: {said}; --full says why"
+    yield from dict.fromkeys(re.split(r"; | \(", line)[0] for line in best.warnings)
 
 
 def _with_unit(goal: Reached, value: float) -> str:
@@ -168,7 +184,7 @@ def _missed(found: InverseDesign) -> Iterable[str]:
 
 
 def _all(found: InverseDesign) -> Iterable[str | Table]:
-    """Yield the table of the designs, then the effects of tolerances on the first."""
+    """Yield the table of the designs, the effects of tolerances on the first, and its warnings as whole sentences."""
     from squama.inverse.goals import SENSES
     from squama.study.parameters import people
 
@@ -225,6 +241,7 @@ def _notes(found: InverseDesign) -> Iterable[str]:
             yield f"tolerances, design 1, {goal.name} ({goal.unit or '1'}): {', '.join(words)}"
     if others := [str(i) for i, d in enumerate(found.designs[1:], 2) if d.refused]:
         yield f"other designs that cannot be made as they are: {', '.join(others)}"
+    yield from output.warnings([*found[0].refused, *found[0].warnings])
 
 
 # ---- a front ---------------------------------------------------------------------------------------------

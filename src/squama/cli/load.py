@@ -14,7 +14,7 @@ from squama.cli.flags import flag, settled
 from squama.cli.summary import Summary, largest_stress, modelled, percent
 from squama.io.files import label
 from squama.people import figure
-from squama.units import number, shown
+from squama.units import moment, number, shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -140,14 +140,15 @@ def _summary(beam: Beam, data: xr.Dataset, replaced: list[str]) -> Summary:
     size, bare, travel = (float(most[v]) for v in (name, f"{name}_bare", way))
     far = figure(1e3 * travel, "mm") if force else figure(math.degrees(travel), "deg")
     on, engaged = float(most["share"]), float(data["share_e"])
-    verdict = f"{figure(size, 'N') if force else figure(1e3 * size, 'N mm')} at {far}"
+    verdict = f"{figure(size, 'N') if force else moment(size)} at {far}"
     if bare and math.isfinite(bare):
         ratio = figure(size / bare)
         verdict += ", as without contact" if ratio == "1" else f", {ratio} times the load without contact"
     moved = [1e3 * float(most[f"{v}_axis"][-1] - data[f"{v}_axis"][0, -1]) for v in "xyz"]
     # rounding is no motion
     tip = [figure(v if abs(v) > 1e-6 * max(map(abs, moved)) else 0.0, "mm") for v in moved]
-    whole = "all of it is on" if on > 1 - 1e-6 else f"only {percent(on)} of it is on: {data['end'].item()}"
+    # the strain at which all of it is on is located to a part in a thousand
+    whole = "all of it is on" if on > 1 - 1e-3 else f"only {percent(on)} of it is on: {data['end'].item()}"
     graded = f"; graded: {attrs['graded']}" if "graded" in attrs else ""
     figures = [
         ("load", f"{attrs['loads']}; {whole}"),

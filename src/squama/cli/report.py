@@ -11,7 +11,7 @@ import numpy as np
 from squama import loads
 from squama.cli import output
 from squama.cli.output import table
-from squama.cli.summary import Summary, modelled, percent, rigidity, rigidity_unit
+from squama.cli.summary import Summary, modelled, percent, rigidity
 from squama.cli.verdict import Curve, free_until
 from squama.curves import bench
 from squama.curves.both_faces import worst
@@ -19,7 +19,7 @@ from squama.fe.agreement import SHARE, holds
 from squama.loads import ENDLESS, LOADS, THIN, Load
 from squama.model.laws import LAWS
 from squama.model.outcome import SENTENCES, End
-from squama.people import apart_by, degrees, figure, per_pitch, turned
+from squama.people import apart_by, degrees, figure, per_pitch, rigidity_unit, turned
 from squama.symbols import OTHER
 from squama.units import moment, number, torque_unit
 
@@ -127,13 +127,13 @@ def _family(words: Load, beam: Beam, data: Answer, *, loads: bool) -> Table:
     whole = math.degrees(beam.length)
     columns = {
         "end": ("end", 1.0),
-        "engages deg": (f"{rate}_e", whole),
-        "ends deg": (f"{rate}_end", whole),
-        "theta deg": ("theta_end", math.degrees(1)),
+        "engages, deg": (f"{rate}_e", whole),
+        "ends, deg": (f"{rate}_end", whole),
+        "theta, deg": ("theta_end", math.degrees(1)),
     }
     if loads:
         newton = torque_unit(_largest(data[f"{torque}_c"]))
-        columns |= {f"{torque} {newton[1]}": (f"{torque}_c", newton[0]), f"{torque}/{torque}0": ("stiffening", 1.0)}
+        columns |= {f"{torque}, {newton[1]}": (f"{torque}_c", newton[0]), f"{torque}/{torque}0": ("stiffening", 1.0)}
     columns["RED"] = ("RED_c", 1.0)
     rows = ([f"{one['mu']:g}", *(_figure(one, *figure) for figure in columns.values())] for one in singles(data))
     return table(["mu", *columns], rows, gap=1)

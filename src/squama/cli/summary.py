@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from squama.cli.output import warnings
 from squama.loads import ENDLESS, NOTHING, ending, fixed, model
-from squama.people import figure, turned
+from squama.people import figure, rigidity_unit, turned
 from squama.units import number, torque_unit
 
 if TYPE_CHECKING:
@@ -82,12 +82,6 @@ def joules(largest: float) -> tuple[float, str]:
     """Return factor and unit for an energy (J) that match those of a torque: mJ with N mm, J with N m."""
     factor, unit = torque_unit(largest)
     return factor, "mJ" if unit == "N mm" else "J"
-
-
-def rigidity_unit(largest: float) -> tuple[float, str]:
-    """Return factor and unit for a rigidity or tangent stiffness (N m^2): N mm2 or N m2."""
-    factor, unit = torque_unit(largest)
-    return factor**2, f"{unit}2"
 
 
 def rigidity(value: float) -> str:

@@ -98,7 +98,7 @@ def sweep(
     figures = [
         ("figures at", at.words(described.pitches) if at else ""),
         ("model", f"{model(dataset.attrs)}; endless beams"),
-        ("finite_...", f"torque and stiffness of {own.words}" if own else ""),
+        ("finite_torque", f"and finite_stiffness_ratio: of {own.words}" if own else ""),
         ("draw it with", f"squama map {name} --plot map.png" if done == tiles else ""),
     ]
     facts = {"cells": plan.cells, "tiles": tiles, "tiles_done": done, "sha256": plan.digest}

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Annotated
 from squama.beam import beamfile
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, pair, settled, whole
-from squama.cli.summary import Summary, energy_unit, modelled, rigidity_unit
+from squama.cli.summary import Summary, energy_unit, modelled
 from squama.errors import naming, refuse
 from squama.io.files import label, read_text
 from squama.loads import LOADS, THIN, ending
-from squama.people import degrees, figure, turned
+from squama.people import degrees, figure, readable, turned
 from squama.units import for_people, number, torque_unit
 
 if TYPE_CHECKING:
@@ -322,8 +322,7 @@ def _unit(unit: str, value: float, beam: Beam) -> tuple[float, str]:
         return degrees(beam)
     if unit == "J/m":
         return energy_unit(value, beam)
-    by_size = {"N m": torque_unit, "N m^2": rigidity_unit}
-    return by_size[unit](value) if unit in by_size else for_people(unit)
+    return readable(unit, value) if unit in ("N m", "N m^2") else for_people(unit)
 
 
 def _said(p: Probability, n: int) -> str:

@@ -162,6 +162,10 @@ def answer(
     }
     page = model.pages[load.name] if page is None else page
     found = Answer(_labelled(load, states, analysis.mus, page), {**about, **attrs, **states.attrs})
+    own = load.model(about["law"], joint, about["scales"])
+    for name, v in found.variables.items():
+        if name.endswith("_periodic"):
+            found.variables[name] = v._replace(attrs={**v.attrs, "long_name": f"{v.attrs['long_name']} ({own})"})
     if any("scale" in dims for dims in states.by_dim):
         words = {"long_name": "scale, counted along the beam"}
         found.variables["scale"] = Labelled(("scale",), np.arange(1, beam.pitches + 1), words)

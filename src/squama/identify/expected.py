@@ -121,7 +121,7 @@ class Plan:
         lines = [f"{what}: {self._tells(best, loops or ENOUGH)}"]
         if loops is None:
             remedy = "measure farther or with less noise, or find fewer parameters"
-            lines.append(f"No {ENOUGH} loops reach {self._percent}: {remedy}")
+            lines.append(f"{ENOUGH} loops do not reach {self._percent}: {remedy}")
         nearer = (one for one in self.candidates if abs(one.top) < abs(best.top))
         gentle = [(abs(one.top), one.worst, n, one) for one in nearer if (n := self.loops(one) or ENOUGH) <= _FEW]
         if gentle:

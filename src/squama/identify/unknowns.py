@@ -22,9 +22,10 @@ from squama.identify.hinge_points import Physical
 from squama.io import tabular
 from squama.loads import TESTS
 from squama.model.sensitivity import STEP
+from squama.people import readable
 from squama.study.parameters import of_beam
 from squama.types import Array
-from squama.units import Dimension, for_people, prefix, torque_unit
+from squama.units import Dimension, for_people
 
 DEFAULT = ("mu", "K_theta")
 """Parameters that are found by default."""
@@ -91,11 +92,8 @@ def with_error(value: float, error: float, unit: str) -> str:
     """
     factor, name = for_people(unit)
     largest = max(abs(value), error if math.isfinite(error) else 0.0)
-    if unit == "N m" and largest < 1:
-        factor, name = torque_unit(largest)
-    elif unit in ("Pa", "N m", "N"):
-        factor, sign = prefix(largest)
-        name = sign + unit
+    if unit in ("Pa", "N m", "N"):
+        factor, name = readable(unit, largest)
     value, error = value * factor, error * factor
     if not math.isfinite(error) or error < 1e-6 * abs(value):
         return f"{value:.7g} +- {error:.1e} {name}".strip()

@@ -75,7 +75,7 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     True
     """
     arguments.result(dataset)
-    arguments.place(path, "curve.nc")
+    files.place(path, "curve.nc")
     write, _ = FORMATS[extension(path, FORMATS)]
     return files.atomic_write(path, lambda place: write(dataset, place))
 
@@ -86,7 +86,7 @@ def read(path: str | os.PathLike[str]) -> xr.Dataset:
     Raises InputError for an unknown extension, and for a file that is missing, damaged, changed or not written by
     squama. In files without a hash some damage stays unnoticed.
     """
-    arguments.place(path, "curve.nc")
+    files.place(path, "curve.nc")
     reader = FORMATS[extension(path, FORMATS)][1]
     with warnings.catch_warnings():
         # warnings of libraries about a damaged file add nothing to the error

@@ -64,6 +64,12 @@ _TO_WRITE: Known = {
 }
 
 
+def place(value: object, example: str, name: str = "path") -> None:
+    """Refuse a value that is neither a path nor text."""
+    if not isinstance(value, str | os.PathLike) or isinstance(os.fspath(value), bytes):
+        raise InputError(Problem(name, "", f"is of type {type(value).__name__}, not a path", f'write e.g. "{example}"'))
+
+
 def label(path: str | os.PathLike[str]) -> str:
     """Return a path as printed in messages, without quotes and on one line."""
     return "standard input" if os.fspath(path) == INPUT else shown(os.fspath(path), limit=200).strip('"')

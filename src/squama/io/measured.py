@@ -126,7 +126,7 @@ def read_measured(
     >>> found.load
     array([0.0015])
     """
-    arguments.place(path, "test.csv")
+    files.place(path, "test.csv")
     arguments.beam(beam)
     given = {"pitch": beam.pitch, "scales": beam.pitches}
     return read(path, **given, load=arguments.load(load).name, decimal=decimal, columns=columns)

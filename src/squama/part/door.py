@@ -13,8 +13,8 @@ import numpy as np
 from squama import arguments
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
-from squama.contacts import entry, increments
-from squama.contacts.system import PHI
+from squama.contacts import entry, increments, path, row
+from squama.contacts.system import EQUAL, PHI, STRAINS
 from squama.curves import compliant, doors, labelled
 from squama.curves.chosen import COMPLIANT
 from squama.curves.labelled import Answer, Labelled
@@ -132,7 +132,9 @@ def followed(
     given, held = loading.together(part.load, support, beam, n)
     grades = {} if part.along is None else grading.of_scales(part.along, n)
     part = replace(part, beam=beam, along=grades)
-    ones = [compliant.Path.of(one, float(analysis.mus), (NOTHING,), ideal=analysis.ideal) for one in part.graded(n)]
+    beams = part.graded(n)
+    _check_rest([compliant.scale(one, ideal=analysis.ideal) for one in beams], n)
+    ones = [compliant.Path.of(one, float(analysis.mus), (NOTHING,), ideal=analysis.ideal) for one in beams]
     told, notes = _solve(ones, n, given, held, points, back=back)
     states = States(told.by_dim(), compliant.attributes(ones[0].held, NOTHING), notes)
     words = "; ".join(g.words.strip() for g in given)
@@ -149,6 +151,21 @@ def followed(
     return answer, told
 
 
+def _check_rest(scales: Sequence[path.Scale], n: int) -> None:
+    """Refuse scales that touch at rest, before their joints are known, which may take minutes by elements."""
+    way = _whole([path.Path.at_rest(one, np.eye(9), 0.0) for one in scales])
+    rest = row.tied(way, n, row.legs(np.array([1e-9]), PHI), None, np.zeros((n, STRAINS)), about=EQUAL)
+    if rest.end.code == increments.AT_REST:
+        where = "along" if len(scales) > 1 else "scale"
+        refuse(where, "", "scales touch before anything is loaded", "let them differ less")
+
+
+def _whole(ways: Sequence[path.Path]) -> path.Path:
+    """Return the way of a part from those of its scales, or of one where all are alike."""
+    parts = zip(*(way.beams for way in ways), strict=True)
+    return ways[0]._replace(beams=entry.Beams._make(map(np.concatenate, parts)))
+
+
 def _solve(
     ones: Sequence[compliant.Path], n: int, given: Sequence[Load], held: Support, points: int, *, back: bool
 ) -> tuple[Told, list[str]]:
@@ -156,10 +173,7 @@ def _solve(
     one = ones[0]
     if len(one.held.K) < 9:
         refuse("joint", "", "joint.matrix knows no bend", "squama joint --matrix writes all nine motions")
-    way = one.way
-    if len(ones) > 1:
-        whole = [np.concatenate(parts) for parts in zip(*(o.way.beams for o in ones), strict=True)]
-        way = way._replace(beams=entry.Beams._make(whole))
+    way = _whole([each.way for each in ones])
     units = one.beam.pitch, one.unit_moment / one.beam.pitch, one.unit_moment
     course = loaded.course(way, n, given, held, units)
     last, on = course.asked()
@@ -170,9 +184,6 @@ def _solve(
         free = points + int(np.flatnonzero(told.load[points:] < 0)[0])
         rest = float(np.interp(0.0, told.load[[free, free - 1]], told.at[[free, free - 1]]))
         told = Told.of(ones, given[0], course, np.append(at, np.linspace(last, rest, points + 1)[1:]), on=on)
-    if told.track.end.code == increments.AT_REST:
-        where = "along" if len(ones) > 1 else "scale"
-        refuse(where, "", "scales touch before anything is loaded", "let them differ less")
     notes = compliant.notes(one.held, one.beam, 0.0, ideal=not one.way.scale.h)
     if len(ones) > 1 and one.beam.joint.matrix is not None:
         notes.append("joint.matrix is of one shape: all scales of the part have this joint, whatever their shape")

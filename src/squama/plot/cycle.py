@@ -27,7 +27,7 @@ def cycle_figure(dataset: xr.Dataset) -> Figure:
     energies(dataset, right)
     for ax in (left, right):
         style.degrees_above(ax, LOADS[dataset.attrs["load"]], Beam.from_toml_text(dataset.attrs["beam"]))
-    title = f"Cycles of {dataset.attrs['load']} {ended(dataset.attrs)}, {style.about(dataset)}"
+    title = f"Cycles of {dataset.attrs['load']} {ended(dataset.attrs)}: {style.about(dataset)}"
     return style.headline(figure, title, (left, right))
 
 

@@ -94,7 +94,8 @@ def elements_figure(data: xr.Dataset) -> Figure:
     attrs = data.attrs
     blocked = ", roll and yaw blocked" if "blocked" in attrs["joint"] else ""
     stopped = "" if attrs["reached"] else f"\n{attrs['sentence']}"
-    about = f"One pitch by finite elements (scales: {attrs['plates']}{blocked})"
+    # the mesh stands in the summary
+    about = f"One pitch by finite elements; scales {attrs['plates'].partition(':')[0]}{blocked}"
     title = f"{about}, sense {attrs['sense']}, $\\mu$ = {float(data['mu']):g}{stopped}"
     return style.headline(figure, title, axes.flat)
 
@@ -129,7 +130,7 @@ def compare_figure(table: xr.Dataset) -> Figure:
             apart.plot(phi, np.degrees(one["dtheta"].values), **look)
         handles.append(style.key(str(one["words"].item()), **look))
     share = 100 * float(table.attrs["share"])
-    off.axhspan(-share, share, color=GREY, alpha=0.18, linewidth=0)
+    handles.append(off.axhspan(-share, share, color=GREY, alpha=0.18, linewidth=0, label=f"within {share:g} %"))
     apart.axhline(0, color=GREY, linewidth=0.7)
     # the whole curve of the elements is shown; a model that diverges leaves the panel
     torque.set_ylim(0, min(1.6 * factor * highest, torque.get_ylim()[1]))
@@ -144,7 +145,7 @@ def compare_figure(table: xr.Dataset) -> Figure:
     for ax in (theta, apart):
         ax.ticklabel_format(useOffset=False, style="plain")
     figure.legend(handles=handles, loc="outside lower center", ncols=2)
-    return style.headline(figure, str(table.attrs["title"]), axes.flat)
+    return style.headline(figure, str(table.attrs["title"]).replace("mu =", r"$\mu$ ="), axes.flat)
 
 
 @style.styled
@@ -201,7 +202,8 @@ def deformed_figure(state: Deformed) -> Figure:
     ax.text(x, y - 0.06 * state.pitch, f"one pitch, {1e3 * state.pitch:.4g} mm", va="top", fontsize=7, color=GREY)
     bar = ScalarMappable(norm, mpl.colormaps["viridis"])
     figure.colorbar(bar, ax=ax, shrink=0.7, extend="max", label="Largest principal strain (%)")
-    return style.headline(figure, f"Deformed at {per_pitch(abs(state.phi))}; one pitch of elements, its images pale")
+    title = f"Deformed at {per_pitch(abs(state.phi))}: one pitch of elements, its neighbours pale"
+    return style.headline(figure, title)
 
 
 def _lit(colours: Array, normal: Array, strength: float) -> Array:

@@ -47,6 +47,8 @@ NAMES = {
     "f_0": "$f_0$",
 }
 """Words for parameters in figures."""
+_NOISE, _ERROR = "#f6e3e6", "#e4aeb5"
+"""Colours of the bands of a curve; they are opaque, because the bands of several loops overlap."""
 NO_BREAK = "\u00a0"
 """Non-breaking space, between a value and its unit in titles."""
 
@@ -77,23 +79,22 @@ def fitted(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     angle, torque = names.angle, names.torque
     factor, text = prefixed(torque, float(np.abs(dataset[torque].values).max()))
     values, noise = factor * dataset[torque].values, factor * float(dataset["noise"])
-    ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)
+    ax.axhline(0, color=GREY, linewidth=0.5, zorder=2.2)
     for leg in np.unique(dataset["leg"].values):
         one = dataset.isel(curve=np.flatnonzero(dataset["leg"].values == leg))
         x, y = one[f"{angle}_curve"].values, factor * one[f"{torque}_curve"].values
         error = factor * one[f"{torque}_curve_error"].values
         ax.plot(x, y, color=ACCENT, zorder=3, linewidth=1.1)
         # no band along the drop at the start of a way
-        for wide, alpha, zorder in ((np.full_like(error, noise), 0.12, 1), (error, 0.35, 2)):
-            ax.fill_between(
-                x[1:], (y - 2 * wide)[1:], (y + 2 * wide)[1:], color=ACCENT, alpha=alpha, linewidth=0, zorder=zorder
-            )
+        for wide, colour, zorder in ((np.full_like(error, noise), _NOISE, 1), (error, _ERROR, 2)):
+            look: Look = {"color": colour, "linewidth": 0, "zorder": zorder}
+            ax.fill_between(x[1:], (y - 2 * wide)[1:], (y + 2 * wide)[1:], **look)
     _points(ax, dataset, angle, values)
     handles = [
         *ax.get_legend_handles_labels()[0],
         key("fitted", color=ACCENT),
-        Patch(color=ACCENT, alpha=0.35, linewidth=0, label="twice its standard error"),
-        Patch(color=ACCENT, alpha=0.12, linewidth=0, label="twice the noise of a point"),
+        Patch(color=_ERROR, linewidth=0, label="twice its standard error"),
+        Patch(color=_NOISE, linewidth=0, label="twice the noise of a point"),
     ]
     _across(ax, names)
     ax.set_ylabel(text)
@@ -124,7 +125,7 @@ def prediction_figure(dataset: xr.Dataset) -> Figure:
     handles = [key("estimates", color=ACCENT), Patch(color=ACCENT, alpha=0.3, linewidth=0, label=share)]
     ax.legend(handles=handles, loc="upper left")
     ax.set(xlabel=angle_label(names.name), ylabel=text)
-    return headline(figure, f"Prediction in {dataset.attrs['load']}: {dataset.attrs['estimates']}", ())
+    return headline(figure, f"Prediction in {dataset.attrs['load']}: {found(dataset)}", ())
 
 
 def residuals(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
@@ -203,7 +204,7 @@ def corner_figure(dataset: xr.Dataset) -> Figure:
             both = np.linalg.cholesky(np.array([[1, c], [c, 1 + 1e-12]])) @ circle
             ax.plot(estimate[j] + error[j] * both[0], estimate[i] + error[i] * both[1], color=ACCENT)
             ax.tick_params(labelleft=j == 0)
-        ax.locator_params(axis="x", nbins=4)
+        ax.locator_params(axis="x", nbins=3)
         if i == n - 1:
             ax.set_xlabel(labels[j])
         if i and not j:

@@ -33,7 +33,7 @@ from squama.plot.style import (
 )
 from squama.study.parameters import people
 from squama.types import Array
-from squama.units import for_people, shown
+from squama.units import for_people, shown, torque_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -81,7 +81,7 @@ def inverse_figure(found: InverseDesign, target: Target) -> Figure:
 
 
 def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
-    """Draw the curves with the goals; return the model of the curves in words."""
+    """Draw the curves of endless beams with the goals; return the model of the curves in words."""
     kind, options, first = LOADS[target.space.load], target.options, found[0].beam
     # twists of whole beams, whose numbers of scales may differ
     degrees, own = 180 / np.pi * first.pitches, (first.pitch, first.pitches)
@@ -93,7 +93,7 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
         most = 1.1 * max((float(at.per_pitch(d.beam.pitch, d.beam.pitches)) for at in ats), default=0.0)
         to = f"{most!r} rad/pitch" if target.compliant and most else None
         curve = doors.respond(d.beam, kind.name, to=to, **how)
-        which = model(curve.attrs)
+        which = f"{model(curve.attrs)}; {ENDLESS} beams"
         lines.append((curve[kind.angle] * np.degrees(d.beam.pitches), curve[kind.torque], d, colour))
         handles.append(
             key(f"design {i + 1}{'' if target.compliant and d.end == End.RANGE else f': {d.end}'}", color=colour)
@@ -106,7 +106,7 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
     part, room = (1.0, 1.1) if target.compliant else (0.9, 1.0)
     least = room * max((float(np.interp(part * x[-1], x, y)) for x, y, _, _ in lines), default=1.0)
     top = 1.6 * float(points[:, 1].max()) if points.size else least
-    factor, unit = (1e3, "N mm") if top < 1 else (1.0, "N m")
+    factor, unit = torque_unit(top)
     for x, y, d, colour in lines:
         ax.plot(x, factor * y, color=colour)
         if d.end.endswith("lock"):

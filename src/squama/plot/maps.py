@@ -109,14 +109,17 @@ def hatch_region(ax: Axes, x: Array, y: Array, inside: Array, end: str, *, blank
 
 
 def _outline(ax: Axes, x: Array, y: Array, inside: Array) -> None:
-    """Draw a line around a region, but not around slivers a few cells wide."""
-    from scipy.ndimage import binary_dilation, binary_opening
+    """Draw a line around a region, but not around pieces that are a few cells wide everywhere."""
+    from scipy.ndimage import binary_dilation, binary_opening, label
 
     if not inside.any() or inside.all():
         return
     seen = np.ones_like(inside)
     if min(inside.shape) > THIN:
-        seen = binary_dilation(binary_opening(inside, np.ones((4, 4), bool)), np.ones((3, 3), bool))
+        # a piece is outlined as a whole, where it tapers too
+        pieces, _ = label(inside, np.ones((3, 3)))
+        wide = np.unique(pieces[binary_opening(inside, np.ones((4, 4), bool))])
+        seen = binary_dilation(np.isin(pieces, wide[wide > 0]), np.ones((3, 3), bool))
     if (inside & seen).any():
         shown = np.ma.masked_where(~seen, inside.astype(float))
         ax.contour(x, y, shown, levels=[0.5], colors=ACCENT, linewidths=0.9, zorder=4)

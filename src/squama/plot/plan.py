@@ -36,7 +36,7 @@ def plan_figure(dataset: xr.Dataset) -> Figure:
         expected_errors(dataset, name, ax)
     handles = [*axes[0].get_legend_handles_labels()[0], key("accuracy that is wanted", **_WANTED)]
     legend_below(figure, handles, len(handles))
-    title = f"Expected errors of one loop in {LOADS[dataset.attrs['load']].name}, {model(dataset.attrs)}"
+    title = f"Expected errors of one loop in {LOADS[dataset.attrs['load']].name}: {model(dataset.attrs)}"
     return headline(figure, title, axes[: len(names)])
 
 

@@ -17,7 +17,7 @@ from matplotlib.ticker import MaxNLocator
 
 from squama.beam.design import Beam
 from squama.errors import refuse
-from squama.loads import HELD, covering, ending
+from squama.loads import HELD, LOADS, covering, ending
 from squama.model.outcome import End
 from squama.model.screw import WORDS
 from squama.plot import style
@@ -28,7 +28,11 @@ from squama.units import shown
 
 CONTACTS = {"": GREY, "TS": KEPT[0], "CF": KEPT[0], "BF": KEPT[1], "TA": KEPT[2], "TF": INK}
 """Colours of contacts; contacts at the base have another."""
-PAIRS = {"BF and TF": "#7f5fa8", "BF and TS": "#2f8f5b", "TF and TS": "#8c2d4f"}
+PAIRS = {
+    frozenset({"BF", "TF"}): "#7f5fa8",
+    frozenset({"BF", "TS"}): "#2f8f5b",
+    frozenset({"TF", "TS"}): "#8c2d4f",
+}
 """Colours of pairs of simultaneous contacts."""
 BOX: style.Look = {"loc": "best", "frameon": True, "framealpha": 0.85, "edgecolor": "none"}
 """Settings of a legend that lies over lines."""
@@ -39,15 +43,13 @@ WAY = "Length of the path (rad per pitch)"
 
 
 def said(name: str) -> str:
-    """Return a contact in words; two simultaneous contacts by their letters."""
-    return (
-        " and ".join(sorted(name.split("+"))) if "+" in name else f"{WORDS[name]} ({name})" if name in WORDS else name
-    )
+    """Return a contact, or simultaneous contacts, in words with their letters."""
+    return " and ".join(f"{WORDS[one]} ({one})" if one in WORDS else one for one in sorted(name.split("+")))
 
 
 def coloured(name: str) -> str:
     """Return the colour of a contact, or of two simultaneous contacts."""
-    return CONTACTS.get(name) or PAIRS.get(said(name), UNLOADED)
+    return CONTACTS.get(name) or PAIRS.get(frozenset(name.split("+")), UNLOADED)
 
 
 @style.styled
@@ -77,9 +79,7 @@ def plane_figure(dataset: xr.Dataset, paths: Sequence[xr.Dataset] = ()) -> Figur
     for ax, words in zip(axes, (first, "(b) moment", "(c) torque"), strict=True):
         style.letter(ax, words)
         style.scaled_above(ax, degrees, "deg per pitch").xaxis.label.set_fontsize(7)
-    beside = axes[0].secondary_yaxis("right", functions=(lambda v: v * degrees, lambda v: v / degrees))
-    beside.set_ylabel("deg per pitch", fontsize=7)
-    beside.tick_params(labelsize=7)
+    style.scaled_right(axes[0], degrees, "deg per pitch").yaxis.label.set_fontsize(7)
     style.legend_below(figure, handles, 5)
     held = f"{dataset.attrs['scales']} on {HELD[dataset.attrs['joint']]}"
     return style.headline(
@@ -122,7 +122,8 @@ def _contacts(ax: Axes, dataset: xr.Dataset, paths: Sequence[xr.Dataset]) -> lis
     """Draw contacts over the rates of bend and twist, and paths; return the handles of the legend."""
     handles = _regimes(ax, dataset, (dataset["kappa"].values, dataset["Phi"].values))
     _frame(ax, dataset, paths)
-    return [*handles, style.key(FLUSH, **_FRAMED)]
+    path = style.key("path with its events", color=ACCENT, marker="o", markersize=3, markerfacecolor="white")
+    return [*handles, style.key(FLUSH, **_FRAMED), *([path] if paths else [])]
 
 
 def _flush(ax: Axes, dataset: xr.Dataset, look: style.Look) -> None:
@@ -193,7 +194,11 @@ def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.
     if legend := plane_path(dataset, left, plane=plane).get_legend():
         # below the panels, where it lies over nothing
         legend.remove()
-        style.legend_below(figure, left.get_legend_handles_labels()[0], 4)
+        each = [style.key("each scale, in (c)", color=INK, **EACH)] if "scale" in dataset["theta"].dims else []
+        style.legend_below(figure, [*left.get_legend_handles_labels()[0], *each], 4)
+    beam = Beam.from_toml_text(dataset.attrs["beam"])
+    style.degrees_above(left, LOADS["bending"], beam)
+    style.scaled_right(left, *style.over_beam(LOADS["twisting"], beam))
     path_loads(dataset, loads, hinge=hinge)
     loads.set_xlabel("")
     way, inclined = _path_length(dataset), np.degrees(dataset["theta"].values)

@@ -326,7 +326,8 @@ def _variable(ax: Axes, shown: _Shown, name: str) -> float:
         if shown.measured is not None:
             highest = style.finite_max(np.asarray(shown.measured.load, float), 0.0)
             most = max(min(most, BEYOND * highest), 1.08 * highest, 1.08 * bare)
-        factor, text = style.prefixed(name, most)
+        # the unit is that of the curves: the axis goes on beyond them
+        factor, text = style.prefixed(name, min(most, max(style.finite_max(np.abs(c.values(name))) for c in curves)))
         ax.plot([0, right], [0, factor * bare], **style.BARE)
     elif name == "theta":
         factor, text = 180 / np.pi, style.label(name, "deg")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import io
 import os
+import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -26,10 +27,10 @@ from squama.beam.design import Beam
 from squama.errors import refuse
 from squama.io import files
 from squama.loads import LOADS, TESTS, Load, model
+from squama.people import readable
 from squama.plot.palette import GREY, INK
 from squama.symbols import SYMBOLS
 from squama.types import Array
-from squama.units import prefix
 
 P = ParamSpec("P")
 
@@ -161,9 +162,9 @@ def shades(n: int) -> list[Colour]:
 
 
 def prefixed(name: str, largest: float) -> tuple[float, str]:
-    """Return the factor and the axis label of a quantity with a readable prefix (N m to mN m, kN m ...)."""
-    factor, sign = prefix(largest)
-    return factor, label(name, sign + SYMBOLS[name].unit)
+    """Return the factor and the axis label of a quantity in a readable unit (N mm, N m, mJ/m ...)."""
+    factor, unit = readable(SYMBOLS[name].unit, largest)
+    return factor, label(name, unit)
 
 
 def unit_of(text: str) -> str:
@@ -175,7 +176,7 @@ def label(name: str, unit: str | None = None) -> str:
     """Return the axis label of a quantity, in SI or another unit."""
     symbol = SYMBOLS[name]
     text = AXIS.get(name, symbol.axis)
-    return text.replace(f"({symbol.unit})", f"({unit or symbol.unit})").replace("N m^2", "N m$^2$")
+    return re.sub(r"(N m+)\^?2", r"\1$^2$", text.replace(f"({symbol.unit})", f"({unit or symbol.unit})"))
 
 
 def key(text: str, **line: Any) -> Line2D:
@@ -230,7 +231,7 @@ def headline(figure: Figure, text: str, panels: Iterable[Axes] = ()) -> Figure:
     for part in text.splitlines():
         line = ""
         # units are not broken
-        for word in part.replace("N m", "N\u00a0m").split(" "):
+        for word in re.sub(r"(?<=N) (?=m)| (?=[=\u00b1] *[-\d])|(?<=[=\u00b1]) (?=[-\d])", "\u00a0", part).split(" "):
             title.set_text(f"{line} {word}".strip())
             if line and title.get_window_extent().width > 0.98 * figure.bbox.width:
                 lines.append(line)
@@ -244,10 +245,18 @@ def headline(figure: Figure, text: str, panels: Iterable[Axes] = ()) -> Figure:
 
 def scaled_above(ax: Axes, factor: float, text: str) -> SecondaryAxis:
     """Draw an axis above a panel with ``factor`` times the values of the axis below."""
-    top = ax.secondary_xaxis("top", functions=(lambda x: np.multiply(x, factor), lambda x: np.divide(x, factor)))
+    top = ax.secondary_xaxis("top", functions=(lambda v: np.multiply(v, factor), lambda v: np.divide(v, factor)))
     top.set_xlabel(text)
     top.tick_params(labelsize=7)
     return top
+
+
+def scaled_right(ax: Axes, factor: float, text: str) -> SecondaryAxis:
+    """Draw an axis on the right of a panel with ``factor`` times the values of the axis on its left."""
+    right = ax.secondary_yaxis("right", functions=(lambda v: np.multiply(v, factor), lambda v: np.divide(v, factor)))
+    right.set_ylabel(text)
+    right.tick_params(labelsize=7)
+    return right
 
 
 def degrees_above(ax: Axes, kind: Load, beam: Beam, pitch: float = 1.0) -> SecondaryAxis:

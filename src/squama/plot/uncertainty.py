@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from squama.beam.design import Beam
-from squama.loads import Load, model
+from squama.loads import ENDLESS, Load, model
 from squama.model.outcome import End
 from squama.plot import style
 from squama.plot.palette import ACCENT, GREY, INK
@@ -41,8 +41,8 @@ def uncertainty_figure(dataset: xr.Dataset) -> Figure:
     cumulative(dataset, panels["b"])
     if indexed:
         sobol(dataset, panels["c"])
-    kind = f"{dataset.attrs['load']}, {model(dataset.attrs)}"
-    return style.headline(figure, f"{dataset.attrs['samples']} beams within their tolerances, {kind}", panels.values())
+    title = f"{dataset.attrs['samples']} {ENDLESS} beams within their tolerances in {dataset.attrs['load']}: "
+    return style.headline(figure, title + model(dataset.attrs), panels.values())
 
 
 def _ends(dataset: xr.Dataset) -> list[str]:

@@ -31,7 +31,7 @@ def vibration_figure(dataset: xr.Dataset) -> Figure:
     phase_plane(dataset, axes["plane"])
     attrs = dataset.attrs
     material = f", $\\zeta$ of the material {attrs['damping']:g}" if attrs["damping"] else ""
-    title = f"Free vibration in {attrs['load']}, {attrs['mode']}, {about(dataset)}{material}"
+    title = f"Free vibration in {attrs['load']} ({attrs['mode']}): {about(dataset)}{material}"
     return headline(figure, title, axes.values())
 
 
@@ -70,7 +70,8 @@ def damping(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax.set_ylim(0, max(1e-6, 1.15 * float(np.nanmax(zeta, initial=0.0))))
     _engaged(dataset, names, ax.axvline, (1,))
     if np.isfinite(float(dataset[f"{names.angle}_e"])):
-        ax.legend(loc="upper left")
+        # behind the points, which rise with the peak
+        ax.legend(loc="lower right")
     return ax
 
 
@@ -102,7 +103,7 @@ def decay_figure(dataset: xr.Dataset) -> Figure:
     noise_band(lower, float(dataset["noise"]))
     lower.plot(t, y - fitted, **point)
     lower.set(xlabel=label("t"), ylabel="Residual (rad per pitch)")
-    title = f"Decay in {names.name}, {attrs['mode']}, {model(attrs)}: {found(dataset, 'twist_zero')}"
+    title = f"Decay in {names.name} ({attrs['mode']}), {model(attrs)}: {found(dataset, 'twist_zero')}"
     return headline(figure, title, (upper, lower))
 
 
@@ -142,5 +143,5 @@ def shaken_figure(dataset: xr.Dataset) -> Figure:
     right.set(xlabel=label("frequency"), ylabel="Work of friction over that of the torque")
     right.set_ylim(0, max(0.01, 1.15 * right.get_ylim()[1]))
     left.legend(loc="upper right", fontsize=7)
-    title = f"Steady states in {names.name}, {dataset.attrs['mode']}, {about(dataset)}, $\\zeta$ = {zeta:g}"
+    title = f"Steady states in {names.name} ({dataset.attrs['mode']}): {about(dataset)}, $\\zeta$ = {zeta:g}"
     return headline(figure, title, (left, right))

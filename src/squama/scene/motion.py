@@ -14,7 +14,7 @@ from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
 from squama.curves import both_faces, compliant_figures, compliant_walk, doors, hinge
 from squama.curves.bent_twist import Twisted
-from squama.curves.chosen import idealisation, thin
+from squama.curves.chosen import COMPLIANT, idealisation, thin
 from squama.curves.compliant import STRAIN_LIMIT
 from squama.curves.way import Solved, Way
 from squama.errors import refuse
@@ -28,7 +28,7 @@ from squama.people import over, per_pitch, turned
 from squama.scene.geometry import Attitude, Cells, Load
 from squama.symbols import OTHER
 from squama.types import Array
-from squama.units import moment, number
+from squama.units import moment, number, shown
 
 MOST_SCALES = 60
 """Largest number of drawn scales of a beam."""
@@ -137,6 +137,9 @@ class Motion:
         analysis = doors.analysis(setting.beam, way, one, points=3, **how)
         if own and not bend and setting.beam.pitches <= MOST_SCALES:
             ends = doors.ends_of(analysis, setting.ends)
+            if ends != ENDLESS and analysis.joint != COMPLIANT:
+                why = "is not drawn on hinges: the view is of an endless beam"
+                refuse("ends", shown(ends), why, "leave it out")
             if ends != ENDLESS:
                 far = setting.to if setting.to <= STRAIN_LIMIT else math.inf
                 way = Way.of(load, [arguments.sense(sense) * far])

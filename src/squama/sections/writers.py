@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from squama import arguments
 from squama.beam import mass
 from squama.errors import refuse
 from squama.io import files
@@ -90,7 +89,7 @@ def write(data: xr.Dataset, place: str | Path, format: str | None = None) -> Pat
     InputError
         The format is not known, cannot hold the table, or the place cannot take the file.
     """
-    arguments.place(place, "law.csv")
+    files.place(place, "law.csv")
     known = {one.extension: name for name, one in FORMATS.items()}
     name = known.get(Path(place).suffix.lower(), "") if format is None else format
     if name not in FORMATS:

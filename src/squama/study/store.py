@@ -25,7 +25,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from squama import arguments
 from squama.beam.design import Beam
 from squama.errors import InputError, Problem, refuse
 from squama.io import files
@@ -361,7 +360,7 @@ def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
 
     Raises InputError where there is no store, or one that squama did not write, or a damaged one.
     """
-    arguments.place(path, "map.zarr")
+    files.place(path, "map.zarr")
     place = Path(path)
     plan = read_plan(place)
     done = check(place, plan)

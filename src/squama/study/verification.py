@@ -154,7 +154,7 @@ def verify(
         models["beam"] = f"finite beam {which}", data.assign(theta=data["theta"].isel(scale=middle))
         models["row"] = f"row {which.replace('scales', 'hinges', 1)}", row.assign(theta=row["theta"].isel(scale=middle))
     blocked = ", roll and yaw blocked" if hinged else ""
-    title = f"Models beside finite elements{blocked}, twisted in sense {sense}, mu = {friction:g}"
+    title = f"Models compared with finite elements{blocked}, twisted in sense {sense}, mu = {friction:g}"
     table = compare(elements, models, title=title)
     touched = min(_touched(data) for data in (elements, *(data for _, data in models.values())))
     meets = min(float(data["phi_e"]) for _, data in models.values() if "phi_e" in data)

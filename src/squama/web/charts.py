@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama.loads import HELD, LOADS
+from squama.people import readable
 from squama.plot.palette import KEPT, THEMES
 from squama.types import Array
-from squama.units import prefix
 from squama.web import fields, live, tables
 from squama.web.state import State
 from squama.web.tables import Fitted, Table
@@ -157,17 +157,17 @@ class Axis(NamedTuple):
 
 def axes(state: State, plot: str, ends: Frame) -> tuple[Axis, Axis]:
     """Return the horizontal and the vertical axis of a plot."""
-    factor, sign = (1.0, "") if plot == "theta" else prefix(ends.top)
     words, unit = {
         "torque": (live.torque_label(state.load), "N m"),
         "theta": ("Inclination θ", "deg"),
         "f": ("Friction force f", "N"),
         RESIDUAL: (f"{LOADS[state.load].torque}, measured − computed", "N m"),
     }[plot]
+    factor, unit = (1.0, unit) if plot == "theta" else readable(unit, ends.top)
     # kept designs may have other numbers of scales
     turn = fields.of("twist", state.beam, *(one.beam for one in state.kept), load=state.load)
     across = Axis(f"{turn.label} {turn.symbol}", turn.unit, turn.turn)
-    return across, Axis(words, sign + unit, factor)
+    return across, Axis(words, unit, factor)
 
 
 def line_options(

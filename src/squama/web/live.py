@@ -22,13 +22,13 @@ from squama.io import datasets
 from squama.loads import ENDLESS, LOADS, ending
 from squama.loads import FREE as LOOSE
 from squama.model.outcome import SENTENCES, End
-from squama.people import degrees, over, turned
+from squama.people import degrees, over, readable, turned
 from squama.plot.palette import WORDS
 from squama.scene import standalone
 from squama.scene.motion import FREE, SLIDING, Motion, Setting
 from squama.study import columns, compliant_columns, models
 from squama.types import Array
-from squama.units import number, prefix
+from squama.units import number
 from squama.web import fields
 from squama.web.fields import FIELDS
 from squama.web.state import State, read
@@ -315,7 +315,7 @@ def own_scales(state: State) -> str:
 
 
 def outcome(state: State) -> tuple[str, str, str]:
-    """Return the name of the end, its load angle and earlier thresholds, and its sentence."""
+    """Return the name of the end ("" where the range ends), its load angle, earlier thresholds, and its sentence."""
     m = motion(state.setting)
     p, where = m.figures, []
     if m.end is not End.NONE:
@@ -329,7 +329,7 @@ def outcome(state: State) -> tuple[str, str, str]:
     sentence = f"{words[0].upper()}{words[1:]}."
     if state.twist > m.last:
         sentence += f" Shown at its last state, {turned(m.last, state.beam)}."
-    return str(m.end), "; ".join(where), sentence
+    return "" if m.end is End.RANGE else str(m.end), "; ".join(where), sentence
 
 
 def _differing(states: Sequence[State]) -> list[str]:
@@ -397,9 +397,9 @@ def warnings(state: State) -> list[str]:
 
 
 def quantity(value: float, unit: str) -> str:
-    """Return a number with a prefixed unit."""
-    factor, sign = prefix(value)
-    return f"{number(value * factor)} {sign}{unit}"
+    """Return a number in a readable unit."""
+    factor, unit = readable(unit, value)
+    return f"{number(value * factor)} {unit}"
 
 
 def make_file(state: State, kind: str) -> tuple[str, bytes]:

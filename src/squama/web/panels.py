@@ -140,7 +140,7 @@ class Outcome:
         write(self.verdict, live.verdict(now))
         write(self.own, live.own_scales(now))
         write(self.model, live.motion(now.setting).model)
-        write(self.sentence, f"End of the curve: {', '.join(filter(None, (end, where)))}. {sentence}")
+        write(self.sentence, f"{' '.join(filter(None, ('The curve ends', f'({end})' * bool(end), where)))}. {sentence}")
         rows = live.readings(now)
         if anew(self.readings, [label for label, _ in rows]):
             self.shown.clear()

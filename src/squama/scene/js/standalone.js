@@ -69,7 +69,7 @@ canvas.addEventListener("keydown", (event) => beam.key(event.key) && event.preve
 find("reset").addEventListener("click", () => beam.reset());
 legend();
 find("name").textContent = data.angle;
-find("end").textContent = `${data.model}; ${data.end}: ${data.sentence}`;
+find("end").textContent = `${data.model}; ${data.sentence}`;
 dark.addEventListener("change", theme);
 new ResizeObserver(resize).observe(find("stage"));
 resize();
