@@ -52,7 +52,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0, help="of the first trial")
     given = parser.parse_args()
     given.state.mkdir(parents=True, exist_ok=True)
-    sys.path.insert(0, str(HERE))
+    sys.path[:0] = [str(HERE), str(HERE.parent)]
     failed = sum(campaign(name, given.trials, given.state, given.seed) for name in given.names or every)
     return int(failed > 0)
 
