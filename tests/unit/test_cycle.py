@@ -287,6 +287,8 @@ def test_the_command(folder, capsys):
     assert "the first 12 of 20 loops" in capsys.readouterr().out
     assert main(["cycle", "beam.toml", "--joint", "hinge", "--history", "0.1, -0.1 rad/pitch", "--full"]) == 0
     assert "sense -: no engagement" in capsys.readouterr().out
+    assert main(["cycle", "beam.toml", "--joint", "hinge", "--to", "0.01 rad/pitch"]) == 0
+    assert capsys.readouterr().out.startswith("beam.toml: no contact up to ")
 
 
 @pytest.mark.parametrize(

@@ -91,6 +91,8 @@ def _summary(beam: Beam, data: Answer) -> Summary:
             ("stored at the top", stored),
             ("let go at the top", "" if math.isnan(left) else back),
         ]
+    if not (data["N"] > 0).any():
+        verdict = f"no contact up to {turned(float(abs(data[angle]).max()), beam)}: no friction, no damping"
     figures.append((f"largest {kind.torque_words}", moment(float(abs(data[torque]).max()))))
     for sense, engaged in zip(data["sense"], data[f"{angle}_e"], strict=True):
         figures.append((f"scales touch, sense {sense}", touching(float(engaged), beam)))
