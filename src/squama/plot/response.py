@@ -135,7 +135,7 @@ def curve(
     >>> import squama
     >>> r = squama.twist(squama.Beam.from_ratios(), mu=[0.2, 0.5], joint="hinge", points=50)
     >>> curve(r, "T").get_ylabel()
-    'Torque $T$ (kN m)'
+    'Torque $T$ (N m)'
     """
     arguments.result(dataset)
     load = LOADS.get(dataset.attrs.get("load", ""))
