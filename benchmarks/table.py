@@ -121,7 +121,8 @@ def table() -> str:
     threads = " and ".join(f"{by[ONE].wall / by[TWO].wall:.2f}" for by in found.values())
     short = [law for law, by in found.items() if by[CAREFUL].cpu / by[ONE].cpu < TARGET]
     verdict = f"missed with the law {' and '.join(short)}" if short else "met"
-    end = f"The target, {TARGET} times the script, is {verdict}. Two cores are {threads} times as fast on the clock."
+    target = f"The target, {TARGET} times as fast as the careful script, is {verdict}."
+    end = f"{target} Two cores are {threads} times as fast on the clock."
     return "\n".join([*rows, "", end, ""])
 
 
@@ -159,7 +160,7 @@ INTRODUCTION = """# Benchmarks
 
 Engagement, end and RED (with the frictional work at a margin of 1 %) of {designs} random designs on hinges, by
 `python benchmarks/table.py` (a part of `make bench`) on {date}: {cpu}, {python}, {versions}.
-The figures are CPU time of one run, on one core if not stated. Other work slows compiled code most, and
+The figures are CPU time of one run, on one core if not stated. Other work slows compiled code most. On average
 {load:.1f} programs were at work on the {cores} cores when the run ended, so the figures for two cores are rough.
 
 - *naive script* (SciPy): a search for the twist at every inclination (`brentq`), differences, a scan for the end,

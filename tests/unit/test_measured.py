@@ -260,7 +260,7 @@ def test_commands_and_targets_read_them_alike_and_say_what_is_guessed(tmp_path, 
     assert said["lab", 0][1].count("\n") == 1
     assert (
         said["lab", 4][1] == "squama: warning: lab.csv is read in latin-1, with the units of line 2; if that is "
-        "wrong, tell decimal and columns\n"
+        "wrong, set decimal and columns\n"
     )
     assert main(["twist", "beam.toml", "--joint", "hinge", "--data", "lab.csv", "--plot", "a.svg"]) == 0
     assert "is read in latin-1" in capsys.readouterr().err

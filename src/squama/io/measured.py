@@ -171,7 +171,7 @@ def read(
         found.append(one)
         said += [words for words in guessed if words not in said]
     if said:
-        remedy = "if that is wrong, tell decimal and columns"
+        remedy = "if that is wrong, set decimal and columns"
         warnings.warn(f"{files.label(path)} is read {', '.join(said)}; {remedy}", TableWarning, stacklevel=2)
     return found[0] if len(found) == 1 else _joined(found, [sheet.title for sheet in sheets], files.label(path))
 
