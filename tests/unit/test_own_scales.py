@@ -123,6 +123,8 @@ def test_ends_that_are_refused(door, beam, ends, words):
 def test_a_history_on_hinges_has_no_ends():
     with pytest.raises(squama.InputError, match="is not known of a row on hinges"):
         squama.cycle(SKIN, "0.05 rad/pitch", joint="hinge", ends="equal")
+    with pytest.raises(squama.InputError, match="is not known of a row on hinges"):
+        squama.bend(SKIN, joint="hinge", ends="equal")
 
 
 def test_the_commands(tmp_path, capsys):

@@ -365,6 +365,7 @@ def test_the_door():
     [
         ({"ends": "clamped"}, 'must be one of "free", "couple", "gripped", "equal"'),
         ({"ends": "free", "joint": "hinge"}, "is not known of a row on hinges"),
+        ({"ends": "endless", "joint": "hinge"}, 'has no row of scales; leave it out, or write ends="equal"'),
         ({"ends": "gripped", "hold": "lateral bend"}, "the cells' bend is held"),
         ({"ends": "gripped", "scales": 61}, "must be 60 or less between grips"),
         ({"ends": "couple", "scales": 61}, "must be 60 or less under a couple"),

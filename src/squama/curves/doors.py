@@ -255,7 +255,7 @@ def ends_of(asked: Analysis, word: str | None, *, history: bool = False, row: bo
     couple = grips and len(asked.way.loaded) == 1
     may = {COUPLE: couple, GRIPPED: couple and asked.way.loaded == (LOADS["twisting"].verb,)}
     known = [end for end in model.ends if may.get(end, True)]
-    if history and model.straight:
+    if model.straight and (history or asked.way.loaded != (LOADS["twisting"].verb,)):
         known = [ENDLESS]
     own = beam.ends if beam.ends in known else known[0]
     if word is None and not row:
@@ -264,6 +264,9 @@ def ends_of(asked: Analysis, word: str | None, *, history: bool = False, row: bo
         word = "equal" if own == ENDLESS else own
     if word not in ENDS:
         refuse("ends", shown(word), f"must be one of {', '.join(map(shown, ENDS))}", f'write e.g. ends="{known[0]}"')
+    if word == ENDLESS and row:
+        other = next(end for end in known if end != ENDLESS)
+        refuse("ends", shown(word), "has no row of scales", f'leave it out, or write ends="{other}"')
     if word == ENDLESS:
         return word
     if beam.scales is None:
