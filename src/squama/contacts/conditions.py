@@ -18,8 +18,8 @@ from squama.types import Array
 PULL, OFF, SLOPE, FLIP, MEET = range(5)
 """Conditions: no pulling force, place within its features, no dip of the gap, stick or slide, no further contact."""
 LEAN, FAR = 6, 7
-"""Conditions of the model: normals of crossing edges that point out of both faces, motions of the joint within
-:data:`MOST`; 5 is a snap (:data:`squama.contacts.increments.LOST`)."""
+"""Conditions of the model: crossing edges press the first scale from below, not from its side; motions of joints within
+:data:`MOST`. 5 is a snap (:data:`squama.contacts.increments.LOST`)."""
 MOST = 1.0
 """Rotation (rad) and displacement (pitches) of a scale in its joint, up to which the joint is taken for linear."""
 MISSED_GAP, MISSED_PULL, MISSED_PLACE, MISSED_CONE, MISSED_SLOPE = 1e-10, 1e-12, 1e-9, 1e-11, 1e-9
