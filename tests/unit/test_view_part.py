@@ -58,6 +58,21 @@ def test_scales_of_different_sizes_are_refused() -> None:
         squama.view_part(part, points=3)
 
 
+@pytest.mark.parametrize(
+    ("part", "given", "words"),
+    [
+        (SKIN, {}, "load: must be 1 to 12 texts"),
+        ("skin.toml", {}, "is a text, not a beam"),
+        (squama.Part(SKIN, "1 mm up at tip"), {"frames": 1}, "frames = 1: must be"),
+    ],
+)
+def test_what_is_no_part_is_refused(part, given, words) -> None:
+    with pytest.raises(squama.InputError, match=words):
+        squama.view_part(part, **given)
+    with pytest.raises(squama.InputError, match="not a path"):
+        squama.view_part(part, 3)
+
+
 def test_the_command_draws_the_part(tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     Path("skin.toml").write_text(SKIN.to_toml())

@@ -61,9 +61,14 @@ def load(
     common: flags.Common = flags.COMMON,
 ) -> int:
     """Load a part of N scales on its supports: forces, moments, a tendon, its weight."""
-    from squama.scene import picture
+    flags.check_places([(gif, (".gif",))])
+    if view:
+        from squama.scene import picture, standalone
 
-    flags.check_places([(gif, (".gif",)), *((path, picture.FORMATS) for path in view)])
+        flags.check_places([(path, picture.FORMATS) for path in view])
+        with flags.problems().caught():
+            if any(path.lower().endswith(".html") for path in view):
+                standalone.find()
     common.check(beam, *(grade.text for grade in along if not grade.name))
     given: dict[str, Any] = {"load": list(load) or None, "support": support, "along": _grades(along)}
     given = {name: value for name, value in given.items() if value is not None}
@@ -71,7 +76,6 @@ def load(
 
     from squama import plot
     from squama.part import door
-    from squama.scene import part_motion
 
     own = {name: f"{label(beam)}: {beamfile.heading(name)}" for name in beamfile.PART}
     with flags.laid(flags.arguments("scales") | own | {name: f"--{name}" for name in given}):
@@ -81,7 +85,10 @@ def load(
     written = output.write(common, lambda: data, "part_figure")
     if gif is not None:
         written.append(plot.part_animation(data, gif))
-    written += part_motion.drawn(answer, told, *view, name=Path(beam).stem).files if view else []
+    if view:
+        from squama.scene import part_motion
+
+        written += part_motion.drawn(answer, told, *view, name=Path(beam).stem).files
     parts = {"figures": output.figures(data), "curve": "point", "root": "point axis", "sections": "point section"}
     record = output.record(part.beam, data, _KEYS, **parts, each="point scale")
     replaced = [f"--{name} in place of {own[name]}" for name in given if getattr(part, name)]

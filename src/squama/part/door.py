@@ -102,10 +102,15 @@ def load(
     >>> print(f"engaged at {float(r.share_e):.2f} of it, {stiffer:.1f} times the bare moment")
     engaged at 0.58 of it, 1.3 times the bare moment
     """
-    part = beam if isinstance(beam, Part) else Part(beam)
+    part = of(beam)
     given: dict[str, Any] = {"load": load, "support": support, "along": along}
     part = replace(part, **{name: value for name, value in given.items() if value is not None})
     return followed(part, scales=scales, points=points, back=back, mu=mu, ideal=ideal, hold=hold)[0].dataset()
+
+
+def of(beam: Beam | Part) -> Part:
+    """Return a part, or a beam as a part without loads of its own."""
+    return beam if isinstance(beam, Part) else Part(beam)
 
 
 def followed(

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from squama import arguments
 from squama.beam.design import Beam
 from squama.contacts.path import deflections
 from squama.curves.chosen import COMPLIANT, idealisation
@@ -116,7 +117,8 @@ def view_part(
     'sliding'
     """
     picture.known(paths)
-    return drawn(*door.followed(part, **given), *paths, name=name, dark=dark, frames=frames)
+    count = arguments.whole("frames", frames, 2, 500)
+    return drawn(*door.followed(door.of(part), **given), *paths, name=name, dark=dark, frames=count)
 
 
 def drawn(answer: Answer, told: Told, *paths: str | os.PathLike[str], name: str = "", **looks: Any) -> picture.View:

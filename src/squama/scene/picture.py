@@ -161,6 +161,7 @@ def known(paths: Sequence[str | os.PathLike[str]]) -> None:
     """Refuse files of unknown kinds."""
     problems = Problems()
     for path in paths:
+        files.place(path, "beam.png")
         if (ending := Path(path).suffix.lower()) not in FORMATS:
             problems.add("", f'the ending "{ending}"', "is not known", "write .png, .gif or .html", files.label(path))
     problems.settle()
