@@ -102,6 +102,14 @@ def test_every_kind_finds_its_figure(kind, monkeypatch) -> None:
     assert options == {"dark": 1}
 
 
+def test_a_part_turned_by_a_moment_finds_the_figure_of_a_part(monkeypatch) -> None:
+    # its record has a turn too, as has that of a vibration
+    for name in ("part_figure", "vibration_figure"):
+        monkeypatch.setattr(plot, name, lambda *_, name=name: name, raising=False)
+    beam = squama.Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness=45, mu=0.2)
+    assert squama.load(squama.Part(beam, "2 deg bend"), scales=3, points=3).squama.plot() == "part_figure"
+
+
 @pytest.mark.parametrize("kind", ["response_figure", "cycle_figure", "path_figure", "row_figure", "vibration_figure"])
 def test_the_figure_is_one_and_a_variable_goes_into_axes_that_are_there(kind) -> None:
     data = result(kind)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 FIGURES = {
     "way": "shaken_figure",
-    "turn": "vibration_figure",
+    "t_turn": "vibration_figure",
     "bin": "uncertainty_figure",
     "design": "front_figure",
     "t": "decay_figure",
