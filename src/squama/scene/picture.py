@@ -317,7 +317,7 @@ def _framed(
     whole.paste(Image.fromarray(beam), (0, room // 2))
     pen = ImageDraw.Draw(whole)
     said = motion.words(state)
-    title = ": ".join(filter(None, (name, f"{motion.model}; {motion.place}"))) + ", drawn flat" * motion.flat
+    title = motion.title(name)
     keys = _keys(motion, faces, theme, **looks)
     box, font = room // 5, Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")
     letters = ImageFont.truetype(font, room // 3.2)
