@@ -102,6 +102,15 @@ def test_every_kind_finds_its_figure(kind, monkeypatch) -> None:
     assert options == {"dark": 1}
 
 
+def test_a_variable_of_the_row_is_drawn_over_that_of_each_scale() -> None:
+    data = result("row_figure")
+    lines = plot.line(data, "T", x="theta").lines
+    assert [line.get_label() for line in lines] == [f"scale = {i}" for i in range(1, 6)]
+    for line, theta in zip(lines, data["theta"].transpose("scale", "point").values, strict=True):
+        np.testing.assert_array_equal(line.get_xdata(), theta)
+        np.testing.assert_array_equal(line.get_ydata(), data["T"])
+
+
 def test_a_part_turned_by_a_moment_finds_the_figure_of_a_part(monkeypatch) -> None:
     # its record has a turn too, as has that of a vibration
     for name in ("part_figure", "vibration_figure"):

@@ -200,12 +200,11 @@ def line(
     ax, _ = style.panel(ax, dataset, name, "")
     factor, y_words = _unit(dataset, name, unit)
     x_factor, x_words = _unit(dataset, over, x_unit)
-    drawn, across = dataset[name].transpose(..., "point"), dataset[over].transpose(..., "point")
+    drawn, across = (v.transpose(..., "point") for v in xr.broadcast(dataset[name], dataset[over]))
     for index in np.ndindex(drawn.shape[:-1]):
         one = dict(zip(drawn.dims[:-1], index, strict=True))
         words = ", ".join(f"{dim} = {dataset[dim].values[i]:g}" for dim, i in one.items())
-        place = across.isel({dim: i for dim, i in one.items() if dim in across.dims})
-        ax.plot(x_factor * place, factor * drawn.isel(one), **{**({"label": words} if words else {}), **look})
+        ax.plot(x_factor * across.isel(one), factor * drawn.isel(one), **{"label": words or None, **look})
     ax.set_ylabel(ax.get_ylabel() or y_words)
     ax.set_xlabel(ax.get_xlabel() or x_words)
     return ax
