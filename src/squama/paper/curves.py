@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -18,13 +17,14 @@ from squama.model.outcome import End
 from squama.paper.elements import FePoints
 from squama.plot import style
 from squama.plot.palette import GREY, INK
+from squama.types import Array
 
 POINTS = 300
 NEAR = 1e-3
 """Margin before a lock at which curves end."""
 ABOVE = 2.0
 MARKERS = "osD^v<>p"
-COMPLIANT: Any = (0, (5, 1.5, 1, 1.5))
+COMPLIANT: style.Dash = (0, (5, 1.5, 1, 1.5))
 """Line style of the compliant joint."""
 BARE: style.Look = {"color": GREY, "linewidth": 1, "linestyle": (0, (1, 1.2))}
 """Style of the beam without contact."""
@@ -50,7 +50,7 @@ def _lines(ax: Axes, data: xr.Dataset, x: str, y: str, *, asymptotes: bool = Fal
             # where the laws coincide the curve below is broad and pale, so that the dashes above it are visible
             values = data[y].isel(mu=i).values
             same = len(values) > 1 and bool(np.allclose(values[0], values[1], rtol=1e-9, equal_nan=True))
-            below: dict[str, Any] = {"linewidth": 3.2, "alpha": 0.35} if same and law == "plate" else {}
+            below: style.Look = {"linewidth": 3.2, "alpha": 0.35} if same and law == "plate" else {}
             ax.plot(line[x].values, line[y].values, color=colour, linestyle=style.DASHES[str(law)], **below)
             if asymptotes and law == "plate" and line["end"] == "frictional lock":
                 ax.axvline(float(line["phi_end"] / line["phi_e"]), color=colour, linewidth=0.8, linestyle=":", zorder=0)
@@ -150,7 +150,7 @@ def fig6b(
     return figure
 
 
-def _draw_points(axes: Any, data: xr.Dataset, points: FePoints, eta: float) -> float:
+def _draw_points(axes: Array, data: xr.Dataset, points: FePoints, eta: float) -> float:
     """Draw the points of one overlap ratio, and the compliant joint in the lower panel; return the largest load."""
     look: style.Look = {"linestyle": "", "markersize": 3.5, "markeredgecolor": INK, "markeredgewidth": 0.6, "zorder": 4}
     top = 0.0

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 from scipy.optimize import elementwise
 
 from squama.arrays import edge_contacts, solution
@@ -85,7 +86,7 @@ def kinematic_lock(r: Ratios) -> tuple[Array, Array]:
     return phi, theta
 
 
-def _coords(over: str, laws: Sequence[str], mus: Any, **along: Any) -> dict[str, Any]:
+def _coords(over: str, laws: Sequence[str], mus: ArrayLike, **along: ArrayLike) -> dict[str, Any]:
     """Return the coordinates ``law`` and ``mu``, and those in ``along``, values of the ratio ``over``."""
     found = {name: (name, np.asarray(values, float), SYMBOLS[over].attrs) for name, values in along.items()}
     return {**found, **known("mu", mu=np.asarray(mus, float)), "law": list(laws)}

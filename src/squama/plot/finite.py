@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -193,9 +194,9 @@ def part_animation(dataset: xr.Dataset, path: str | os.PathLike[str], *, frames:
         mark.set_data(*travel[i : i + 1].T)
         canvas.draw()
         pictures.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
-    more: dict[str, Any] = {"save_all": True, "append_images": pictures[1:], "loop": 0}
     times = [60] * (len(pictures) - 1) + [800]
-    return files.atomic_write(path, lambda place: pictures[0].save(place, format="GIF", duration=times, **more))
+    film = partial(pictures[0].save, format="GIF", duration=times, save_all=True, append_images=pictures[1:], loop=0)
+    return files.atomic_write(path, film)
 
 
 def _scales(beams: Sequence[Beam], theta: Array, y: Array, z: Array) -> tuple[Array, Array]:

@@ -13,6 +13,7 @@ from typing import Any
 
 import nicegui
 from nicegui import ui
+from nicegui.events import GenericEventArguments
 
 from squama import scene
 from squama.people import per_pitch
@@ -65,7 +66,7 @@ class NumberField(ui.element, component="field.js"):
         self.name = name
         self._props.update({**_parts(FIELDS[name]), "name": name, "error": "", "answered": 0})
 
-        def changed(event: Any) -> None:
+        def changed(event: GenericEventArguments) -> None:
             if sent := received(event.args, number=int, text=str):
                 self._props["answered"] = sent["number"]
                 on_change(name, sent["text"][:200])
@@ -100,7 +101,7 @@ class FileButton(ui.element, component="open.js"):
         title = f"Open a file of at most {largest // 1024} KiB: {accept}"
         self._props.update({"label": label, "title": title, "accept": accept, "largest": largest})
 
-        def read(event: Any) -> None:
+        def read(event: GenericEventArguments) -> None:
             sent = received(event.args, name=str, data=str)
             try:
                 content = base64.b64decode(sent["data"] if sent else "?", validate=True)
@@ -147,7 +148,7 @@ class Entry(ui.element):
         super().__init__("label")
         self.classes("choice")
 
-        def changed(event: Any) -> None:
+        def changed(event: GenericEventArguments) -> None:
             on_change(str(event.args)[:most])
 
         with self:
