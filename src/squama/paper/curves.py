@@ -93,10 +93,8 @@ def fig6a(data: xr.Dataset) -> Figure:
 
 
 @style.styled
-def fig6b(
-    parts: dict[float, xr.Dataset], points: FePoints | None, own: dict[float, xr.Dataset] | None = None
-) -> Figure:
-    """Draw torque over G_B I against twist rate for each overlap ratio, with finite element points if given.
+def fig6b(parts: dict[float, xr.Dataset], points: FePoints, own: dict[float, xr.Dataset]) -> Figure:
+    """Draw torque over G_B I against twist rate for each overlap ratio, with finite element points.
 
     ``own``: curves of the edge law with K_theta and C_f of the elements; drawn in a second row of panels, with the
     compliant joint if the points include it.
@@ -118,8 +116,7 @@ def fig6b(
         # the axis ends at twice the torque of the curve with the least friction, or at the largest torque
         torque = data["T_GI"].values
         top = max(top, min(ABOVE * style.finite_max(torque[:, 0]), style.finite_max(torque)))
-        if points is not None:
-            top = max(top, _draw_points(axes[:, column], data, points, eta))
+        top = max(top, _draw_points(axes[:, column], data, points, eta))
         for ax in axes[:, column]:
             rate = np.array([0.0, style.finite_max(data["Phi"].values)])
             bare = float(data["T_GI"].values.flat[1] / data["Phi"].values.flat[1])
@@ -127,7 +124,7 @@ def fig6b(
             ax.set_xlim(0, None)
         axes[-1, column].set_xlabel(r"Twist rate $\Phi$ (rad/m)")
     axes[0, 0].set_ylim(0, 1.05 * top)
-    if own and points is not None:
+    if own:
         axes[1, 0].set_ylim(0, 1.4 * style.finite_max(points.load))
     for ax in axes[:, 0]:
         ax.set_ylabel(r"Torque $T/(G_B I)$, $I$ polar moment (rad/m)")
@@ -136,16 +133,12 @@ def fig6b(
         style.key("no contact", color=GREY, linewidth=1, linestyle=(0, (1, 1.2))),
     ]
     handles.append(style.key("off the tip edge (edge law)", linestyle="", marker="x"))
-    if points is None:
-        words = "no finite element\npoints given"
-        axes[0, 0].text(0.03, 0.97, words, transform=axes[0, 0].transAxes, va="top", color=GREY)
-    else:
-        mus = next(iter(parts.values()))["mu"].values
-        for mu, colour, marker in zip(mus, style.shades(mus.size), MARKERS * mus.size, strict=False):
-            look = {"linestyle": "", "marker": marker, "markerfacecolor": colour, "markersize": 3.5}
-            handles.append(style.key(f"finite elements, $\\mu$ = {mu:g}", **look))
-        if own and points.compliant is not None:
-            handles.append(style.key("compliant joint", linewidth=0.9, linestyle=COMPLIANT))
+    mus = next(iter(parts.values()))["mu"].values
+    for mu, colour, marker in zip(mus, style.shades(mus.size), MARKERS * mus.size, strict=False):
+        look = {"linestyle": "", "marker": marker, "markerfacecolor": colour, "markersize": 3.5}
+        handles.append(style.key(f"finite elements, $\\mu$ = {mu:g}", **look))
+    if own and points.compliant is not None:
+        handles.append(style.key("compliant joint", linewidth=0.9, linestyle=COMPLIANT))
     figure.legend(handles=handles, loc="outside lower center", ncols=4 if n > 1 else 3)
     return figure
 

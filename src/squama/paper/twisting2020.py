@@ -108,13 +108,12 @@ def fig6a(_points: FePoints | None = None) -> Made:
 
 def fig6b(points: FePoints | None = None) -> Made:
     """Make the figure of torque over G_B I against twist rate, with points given or stored in the package."""
-    points = elements.stored() if points is None else points
-    etas = par.FIG6B_ETAS if points is None else tuple(np.unique(points.eta))
-    mus = par.FIG6B_MUS if points is None else tuple(np.unique(points.mu))
+    points = elements.read_points(elements.STORED) if points is None else points
+    etas, mus = (tuple(np.unique(values)) for values in (points.eta, points.mu))
     beams = {float(eta): par.fig6b(float(eta)) for eta in etas}
     parts = {eta: curves.both_laws(beam, mus, par.LAWS) for eta, beam in beams.items()}
     own = {}
-    if points is not None and points.joint is not None:
+    if points.joint is not None:
         for eta, beam in beams.items():
             K_theta = points.joint[0] * beam.unit_moment
             alike = beam.replace(joint={"stiffness": K_theta, "inclusion_factor": points.joint[1]})
@@ -125,11 +124,10 @@ def fig6b(points: FePoints | None = None) -> Made:
         for source, curves_of in (("model", parts), ("model, joint of the elements", own))
         for eta, data in curves_of.items()
     ]
-    if points is not None:
-        for source, load in (("finite elements", points.load), ("compliant joint", points.compliant)):
-            if load is not None:
-                cells: tuple[ArrayLike, ...] = "", points.mu, points.rate, load
-                pieces.append({"source": source, "eta (1)": points.eta, **dict(zip(columns, cells, strict=True))})
+    for source, load in (("finite elements", points.load), ("compliant joint", points.compliant)):
+        if load is not None:
+            cells: tuple[ArrayLike, ...] = "", points.mu, points.rate, load
+            pieces.append({"source": source, "eta (1)": points.eta, **dict(zip(columns, cells, strict=True))})
     fixed = par.fixed(par.fig6b(1.0), "eta")
     return Made(
         curves.fig6b(parts, points, own),

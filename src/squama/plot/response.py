@@ -260,14 +260,12 @@ def _curves(dataset: xr.Dataset, names: Load) -> list[_Curve]:
     colours = style.shades(mus.size) if mus.size > 1 else [INK]
     out = []
     for i, (mu, colour) in enumerate(zip(mus, colours, strict=True)):
-        data = dataset.isel(mu=i) if "mu" in dataset.dims else dataset
+        data = (dataset.isel(mu=i) if "mu" in dataset.dims else dataset).sortby(names.rate)
         rate = np.asarray(data[names.rate].values, float)
-        order = np.argsort(rate, kind="stable")
-        data = data.isel(point=order)
         each = data[[str(v) for v in data.data_vars if "scale" in data[v].dims]]
         data = data.assign({v: (x.mean("scale") if v in MEAN else x.max("scale")) for v, x in each.items()})
         e, last = float(data[f"{names.rate}_e"]), float(data[f"{names.rate}_end"])
-        out.append(_Curve(data, each, float(mu), colour, rate[order], e, last, str(data["end"].values)))
+        out.append(_Curve(data, each, float(mu), colour, rate, e, last, str(data["end"].values)))
     return out
 
 
