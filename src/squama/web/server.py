@@ -13,7 +13,6 @@ import webbrowser
 from collections.abc import Callable
 from contextlib import suppress
 from types import FrameType
-from typing import Any
 
 from squama.errors import InputError, refuse
 from squama.web import aside
@@ -126,7 +125,7 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
             os._exit(128 + signal.SIGINT)
 
 
-def _borne(handler: Callable[..., Any]) -> Callable[..., Any]:
+def _borne(handler: Callable[..., object]) -> Callable[..., object]:
     """Return a message handler that ignores its exceptions; actions of the user have their own handlers inside."""
 
     @functools.wraps(handler)

@@ -76,7 +76,7 @@ class NumberField(ui.element, component="field.js"):
 
     def show(self, value: float | None, f: Field, *, hint: float | None = None) -> None:
         """Show a value (SI) of a field; ``hint``: the value (SI) of an empty field."""
-        new: dict[str, Any] = {**_parts(f), "shown": f.shown(value), "error": ""}
+        new: dict[str, object] = {**_parts(f), "shown": f.shown(value), "error": ""}
         if f.unit == "deg" and f.turn and value is not None:
             new["allowed"] = f"{per_pitch(value)} ({f.slider})"
         if hint is not None:
@@ -193,7 +193,7 @@ def anew(place: ui.element, wanted: object) -> bool:
     return True
 
 
-def put(element: ui.element, **props: Any) -> None:
+def put(element: ui.element, **props: object) -> None:
     """Set properties of an element; unchanged ones are not sent to the browser again."""
     if any(element.props.get(key) != value for key, value in props.items()):
         element.props.update(props)
