@@ -13,7 +13,7 @@ with U the elastic energy. y = A - (A - y_e) u^2 takes the root out of the integ
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -55,15 +55,16 @@ class Decay(NamedTuple):
     t: Array
     y: Array
     stored: Array
-    end: Any
-    rest: Any = math.nan
-    energy: Any = math.nan
+    end: str | Array
+    rest: float | Array = math.nan
+    energy: float | Array = math.nan
 
     def single(self) -> Decay:
         """Return the decay of one system (n = 1) without the NaN values beyond its end."""
         own = ~np.isnan(self.y[:, 0])
         t, y, stored = (v[own, 0] for v in self[:3])
-        return Decay(t, y, stored, str(self.end[0]), float(self.rest[0]), float(self.energy[0]))
+        rest, energy = (float(np.ravel(v)[0]) for v in (self.rest, self.energy))
+        return Decay(t, y, stored, str(self.end[0]), rest, energy)
 
 
 def decay(sides: Sides, *, start: float | Array = 0.0, speed: float | Array = 0.0, turns: int) -> Decay:
