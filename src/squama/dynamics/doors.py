@@ -209,9 +209,8 @@ def _ends(mode: str, ends: str | None) -> str | None:
     if mode == UNIFORM:
         return ends
     if ends not in (None, ENDLESS):
-        refuse(
-            "ends", shown(ends), "is for the uniform mode: other modes take the endless beam's moment", "leave it out"
-        )
+        reason = "is for the uniform mode: other modes take the endless beam's moment"
+        refuse("ends", shown(ends), reason, "leave it out")
     return ENDLESS
 
 

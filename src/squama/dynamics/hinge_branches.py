@@ -219,10 +219,8 @@ def _uniform(paths: Paths, parts: int) -> tuple[Side, Array]:
         free = np.repeat(at.free[NODES - 1 :: NODES], NODES, axis=0)
         slopes = ((at.y + at.up) * at.rate, np.where(free, (at.y + at.down) * at.rate, 0.0))
     load, elastic, *ways = (Pieces.through(v) for v in (at.y, at.lift, *slopes))
-    up, down = (
-        PathBranch(load, slope.integral(y_e * y_e / 2), slope, end)
-        for slope, end in zip(ways, (np.ones_like(y_e), free.mean(axis=0)), strict=True)
-    )
+    ends = np.ones_like(y_e), free.mean(axis=0)
+    up, down = (PathBranch(load, v.integral(y_e * y_e / 2), v, end) for v, end in zip(ways, ends, strict=True))
     rough = np.max([v.rough() for v in (load, elastic, *ways)], axis=0)
     return Side(y_e, last, "", up, lambda _: down, elastic, paths.endless), rough
 

@@ -128,13 +128,8 @@ def fig6b(points: FePoints | None = None) -> Made:
         if load is not None:
             cells: tuple[ArrayLike, ...] = "", points.mu, points.rate, load
             pieces.append({"source": source, "eta (1)": points.eta, **dict(zip(columns, cells, strict=True))})
-    fixed = par.fixed(par.fig6b(1.0), "eta")
-    return Made(
-        curves.fig6b(parts, points, own),
-        _stacked(pieces),
-        chain(elements.compare(points), elements.straight(etas)),
-        fixed,
-    )
+    said = chain(elements.compare(points), elements.straight(etas))
+    return Made(curves.fig6b(parts, points, own), _stacked(pieces), said, par.fixed(par.fig6b(1.0), "eta"))
 
 
 def _red(over: str, values: Array, claims: Callable[[xr.Dataset], Iterable[Claim]]) -> Made:

@@ -82,9 +82,8 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
         curve = doors.respond(d.beam, kind.name, to=to, **how)
         which = f"{model(curve.attrs)}; {ENDLESS} beams"
         lines.append((curve[kind.angle] * np.degrees(d.beam.pitches), curve[kind.torque], d, colour))
-        handles.append(
-            style.key(f"design {i + 1}{'' if target.compliant and d.end == End.RANGE else f': {d.end}'}", color=colour)
-        )
+        end = "" if target.compliant and d.end == End.RANGE else f": {d.end}"
+        handles.append(style.key(f"design {i + 1}{end}", color=colour))
     # a bound "at most" may lie far above the curves: it is in the legend only
     at = {i: float(goal.want.at.per_pitch(*own)) * degrees for i, goal in enumerate(target.goals) if goal.want.at}
     drawn = [i for i, goal in enumerate(target.goals) if goal.want.figure == "torque" and goal.sense == "="]
