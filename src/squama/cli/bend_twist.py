@@ -91,10 +91,7 @@ def _curves(data: Answer) -> dict[str, object]:
 
 
 def ways(data: Answer) -> dict[str, list[float]]:
-    """Return strains, loads, inclination and stress at the end of each way; NaN where the path ended before.
-
-    With scales on both faces the stress is the larger of the two.
-    """
+    """Return strains, loads, inclination and stress (the larger of both faces) at the ends of the ways; NaN beyond."""
     import numpy as np
 
     from squama.curves.both_faces import worst

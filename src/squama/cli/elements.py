@@ -44,7 +44,7 @@ def _mesh(name: str, text: str) -> MeshSize:
     sizes = text.split(",")
     if len(sizes) != 2:
         refuse(name, f'"{text}"', f"must be {', '.join(MESHES)}, or two sizes in pitches such as 0.2,0.02")
-    return _size(name, sizes[0]), _size(name, sizes[1])
+    return _size.read(name, sizes[0]), _size.read(name, sizes[1])
 
 
 _mesh_read = flags.Reader[MeshSize](_mesh, "medium")
@@ -383,10 +383,7 @@ def ranges(data: xr.Dataset) -> list[tuple[str, ...]]:
 
 
 def finite(data: xr.Dataset) -> list[str]:
-    """Return lines that compare the elements' finite beam with their endless beam, and the row with the finite beam.
-
-    An endless beam is no reference for a short one, so the row of hinges is compared with the elements' finite beam.
-    """
+    """Return lines that compare the elements' finite beam with their endless beam, and the row with the finite beam."""
     import numpy as np
 
     if "beam" not in data["model"].values:

@@ -35,7 +35,7 @@ _pair = pair("name=lower:upper", "mu=0.1:0.5")
 
 def _bounds(name: str, text: str) -> flags.Pair:
     """Read the bounds of a parameter; an open end is empty."""
-    found = _pair(name, text)
+    found = _pair.read(name, text)
     if found.text.count(":") != 1:
         refuse(f"{name} {shown(text)}", "", "is not name=lower:upper", "write e.g. mu=0.1:0.5")
     return found

@@ -40,7 +40,7 @@ _PAIR = flags.pair("name=first, last", 'scale.theta0="5 deg, 10 deg"')
 
 def _grade(name: str, text: str) -> flags.Pair:
     """Read a value that varies along the beam; a text without "=" is the name of a table."""
-    return _PAIR(name, text) if "=" in text else flags.Pair("", text)
+    return _PAIR.read(name, text) if "=" in text else flags.Pair("", text)
 
 
 def load(

@@ -39,11 +39,7 @@ def write(
     table: Callable[[xr.Dataset], xr.Dataset] | None = None,
     **also: object,
 ) -> list[Path]:
-    """Write the requested pictures, CSV and netCDF; ``data`` is called only if there are any.
-
-    ``figure``: function of :mod:`squama.plot` that draws the dataset with the arguments ``also``; ``table``: function
-    that converts the dataset to a single table for CSV. Returns the written paths.
-    """
+    """Write the requested pictures, CSV (of ``table(data)``) and netCDF; ``data`` is called only if there are any."""
     if not (flags.plot or flags.csv or flags.netcdf):
         return []
     from squama.io import datasets
@@ -159,10 +155,7 @@ def figures(data: xr.Dataset | Answer) -> dict[str, object]:
 
 
 def record(beam: Beam, data: xr.Dataset | Answer, attrs: str, **parts: object) -> dict[str, object]:
-    """Return a result for JSON: attributes, friction, warnings, beam, ``parts``, units.
-
-    A part that is text is replaced by the variables along the dimensions that it names.
-    """
+    """Return a result for JSON; a part that is text is replaced by the variables along the dimensions that it names."""
     return {
         **{key: data.attrs[key] for key in attrs.split() if key in data.attrs},
         "mu": data.variables["mu"].values,

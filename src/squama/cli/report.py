@@ -38,10 +38,7 @@ _KEEPS = "  torque T that keeps it from twisting"
 
 
 def beside(beam: Beam, laws: Mapping[str, Answer], *, asked: bool = False) -> Bench | None:
-    """Return simpler beams at the load of the figures, to compare compliant joints with; None for hinges and families.
-
-    The load of the figures depends on whether the end of the curve was given (``asked``).
-    """
+    """Return simpler beams at the load of the figures, to compare compliant joints with; None for hinges, families."""
     data = next(iter(laws.values()))
     if data.family is not None or data.attrs.get("joint") != "compliant":
         return None
@@ -59,11 +56,7 @@ def summary(
     compare: bool = False,
     full: bool = False,
 ) -> Shown:
-    """Return the summary of the response that is saved and drawn, ``laws[law]``.
-
-    ``asked``: whether the end of the curve was given; ``compare`` adds simpler models, ``full`` all figures; ``found``:
-    the result of :func:`beside`.
-    """
+    """Return the summary of ``laws[law]``; ``compare`` adds simpler models (``found``), ``full`` all figures."""
     data = laws[law]
     words = LOADS[data.attrs["load"]]
     table: Shown = ()
@@ -240,10 +233,7 @@ def ladder(
     ends: str | None,
     simpler: bool,
 ) -> dict[str, Answer]:
-    """Return the response of the beam and, if ``simpler``, those of simpler models at the same loads, by name.
-
-    N scales are compared with the endless beam; an endless beam with thin, rigid scales.
-    """
+    """Return the response of the beam and, if ``simpler``, those of simpler models at the same loads, by name."""
     from squama.curves.doors import respond
 
     ours = respond(beam, load, law=law, sense=sense, joint="compliant", ideal=ideal, ends=ends, **numbers)
@@ -410,11 +400,7 @@ def _borne(words: Load, beam: Beam, data: Answer) -> list[str]:
 
 
 class Difference(NamedTuple):
-    """A curve against a reference: range of agreement ``within``, differences at ``last``, the last common load.
-
-    Loads in rad per pitch; ``torque`` is the torque or moment over the reference's, less 1; ``theta`` the inclination
-    less the reference's, rad; NaN where the curves have no load in common.
-    """
+    """A curve against a reference: agreement up to ``within``; differences at ``last``, the last common load."""
 
     mu: float
     within: float

@@ -21,11 +21,7 @@ if TYPE_CHECKING:
 
 
 class Summary(NamedTuple):
-    """The printed result of a command.
-
-    ``verdict`` follows the name of the file. ``figures``: names and values, a line each, without empty values.
-    ``table`` is always printed, ``full`` only with --full.
-    """
+    """The printed result of a command: figures by name (without empty ones), a table, and more with --full."""
 
     verdict: str
     figures: Iterable[tuple[str, str]] = ()

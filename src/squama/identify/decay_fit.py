@@ -31,7 +31,7 @@ from squama.dynamics.motion import Drive, Part, State
 from squama.dynamics.systems import Model
 from squama.errors import InputError, refuse
 from squama.identify import estimate, noise, records
-from squama.identify.estimated import Estimated
+from squama.identify.estimated import Estimated, of
 from squama.identify.records import Swings
 from squama.identify.unknowns import PARAMETERS, Parameter, ask, named
 from squama.io.columns import TIME
@@ -114,10 +114,7 @@ class Trials(NamedTuple):
         return way(at) + zero / self.beam.pitches, np.array([speed * tau / f, -2 * math.pi * f * speed, zeros]).T
 
     def derivatives(self, p: Array, t: Array, sizes: Array, limits: tuple[Array, Array], *, central: bool) -> Array:
-        """Return the derivatives of the readings by the parameters over their ``sizes``, (n, parameters).
-
-        Those of the motion are differences, one-sided or with ``central`` two-sided; at a limit from inside.
-        """
+        """Return the derivatives (n, parameters) of the readings by the parameters over ``sizes``, inside limits."""
         low, high = limits
         here, of_reading = self.reading(p, t)
         columns = dict(zip(_READ, of_reading.T, strict=True))
@@ -188,7 +185,7 @@ class DecayFit(Estimated):
         return {
             **self.attrs,
             "parameters": self._parameters(at_bound=self.at_bound),
-            **{name: getattr(self, name) for name in ("correlation", "noise", "rms")},
+            **of(self, "correlation", "noise", "rms"),
             "points": {"t": self.t, angle: self.angle, f"{angle}_fit": self.fitted},
             "notes": list(self.notes),
             "beam": self.beam.model_dump(),

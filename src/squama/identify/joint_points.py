@@ -50,10 +50,9 @@ _LEAST, _MOST = 1e-3, 20.0
 
 
 class Walked:
-    """Points of a test of scales on compliant joints, whose matrix is that of the beam.
+    """Points of a test of scales on compliant joints, whose matrix is that of the beam; ``ends`` as in a beam file.
 
-    Trials on which the contact ends have a torque a thousand times too large; a record that the given beam cannot
-    follow is refused. ``ends``: of :data:`squama.loads.ENDS`.
+    Trials on which the contact ends have a torque a thousand times too large.
     """
 
     def __init__(self, beam: Beam, load: Load, readings: Readings, v: Physical, ends: str = ENDLESS) -> None:
@@ -209,11 +208,7 @@ class Walked:
 
 
 class Linear(Walked):
-    """Points whose torque is linearised about values at which the full model is computed.
-
-    A derivative is computed on first use and kept. ``columns``: derivatives already known, by name; ``parts``: points
-    of the groups, linearised about values of their own.
-    """
+    """Points with a torque linearised about values; ``columns``: known derivatives; ``parts``: those of groups."""
 
     def __init__(self, own: Walked, v: Physical, columns: dict[str, Array] | None = None) -> None:
         vars(self).update(vars(own))

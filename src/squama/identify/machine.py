@@ -13,25 +13,27 @@ in the fit that ignores it (J with the rows of the priors).
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from squama.errors import naming, refuse
-from squama.identify.estimate import Points
 from squama.identify.hinge_points import Physical
-from squama.identify.unknowns import Asked
 from squama.loads import TESTS, Load
 from squama.study.tolerances.distributions import spread
 from squama.types import Array
 from squama.units import Bounds, Dimension
+
+if TYPE_CHECKING:
+    from squama.identify.selection import Found
 
 STIFFNESS = Bounds(1e-12, 1e15, "1e-12 to 1e15 N m/rad", closed=True, example='"2 N m/rad"')
 """Bounds of the torsional or bending stiffness of a machine."""
 SHARES = (0.005, 0.01, 0.02)
 """Shares of the rotation at the top of a record that an unknown machine may take."""
 RIGID = "rigid"
+_TOLD = ("mu", "K_theta")
+"""Parameters whose changes are reported."""
 _SEEN = 1.0
 """Change of an estimate by the last of the shares, over its error, above which the machine is reported."""
 
@@ -55,10 +57,10 @@ def read(given: object) -> Machine | None:
 
 
 class Unknown(NamedTuple):
-    """Effect of an unknown machine on a fit.
+    """Effect of an unknown machine on a fit; ``told``: whether to report it.
 
-    ``stiffness``: N m/rad of a machine that takes 1 % of the rotation at the top; ``changes``: increases of the
-    estimates, in their order, if this machine were taken into account; ``told``: whether to report them.
+    ``stiffness`` (N m/rad) of a machine that takes 1 % of the rotation at the top, and the ``changes`` of the estimates
+    if it were taken into account.
     """
 
     stiffness: float
@@ -75,14 +77,12 @@ class Unknown(NamedTuple):
         """Return a sentence: the effect of the shares of :data:`SHARES` on friction and joint stiffness."""
         parts = []
         for name, change in zip(self.names, self.changes.tolist(), strict=True):
-            if name in ("mu", "K_theta"):
-                all_of = [change * share / 0.01 for share in SHARES]
+            all_of = [change * share / 0.01 for share in SHARES]
+            if name == "K_theta":
+                parts.append(f"K_theta by {', '.join(f'{100 * c / values[name]:+.2g}' for c in all_of)} %")
+            elif name in _TOLD:
                 digits = max(0, 1 - math.floor(math.log10(abs(change)))) if change else 3
-                if name == "K_theta":
-                    relative = [100 * c / values[name] for c in all_of]
-                    parts.append(f"K_theta by {', '.join(f'{c:+.2g}' for c in relative)} %")
-                else:
-                    parts.append(f"{name} by {', '.join(f'{c:+.{digits}f}' for c in all_of)}")
+                parts.append(f"{name} by {', '.join(f'{c:+.{digits}f}' for c in all_of)}")
         shares = ", ".join(f"{100 * share:g}" for share in SHARES)
         of = self.load.way if self.load.pushed else "rotation"
         own = f"{self.stiffness:.2g} {self.load.force}/{self.load.unit}"
@@ -94,25 +94,22 @@ class Unknown(NamedTuple):
         )
 
 
-def unknown(
-    points: Points, used: NDArray[np.bool_], asked: Asked, estimates: Array, jacobian: Array, deviations: Array
-) -> Unknown | None:
-    """Return the effect of an unknown machine, from the ``jacobian`` of a fit (with the rows of priors).
-
-    None without torque. ``deviations``: standard errors of the estimates.
-    """
-    readings, place = points.readings, Physical._fields.index("compliance")
-    size = np.where(used, np.abs(readings.load), -1.0)
+def unknown(found: Found) -> Unknown | None:
+    """Return the effect of an unknown machine on a fit; None without torque."""
+    asked, jacobian = found.asked, found.jacobian
+    readings, place = found.points.readings, Physical._fields.index("compliance")
+    size = np.where(found.used, np.abs(readings.load), -1.0)
     top = int(np.argmax(size))
     torque = abs(float(readings.torque[top]))
     if "compliance" in asked.names or not torque > 0 or not size[top] > 0:
         return None
     percent = 0.01 * float(size[top]) * readings.scales / torque
-    wanted = np.arange(len(Physical._fields)) == place
-    column = points.take(np.flatnonzero(used)).jacobian(asked.physical(estimates), wanted)[:, place] * percent
+    used, wanted = found.points.take(np.flatnonzero(found.used)), np.arange(len(Physical._fields)) == place
+    column = used.jacobian(asked.physical(found.estimates), wanted)[:, place] * percent
+    # the priors do not depend on the machine
     target = np.concatenate([column, np.zeros(len(jacobian) - column.size)])
     norm = np.linalg.norm(jacobian, axis=0)
     changes = -np.linalg.lstsq(jacobian / norm, target, rcond=None)[0] / norm
-    far = np.abs(changes) * SHARES[-1] / 0.01 > _SEEN * deviations
-    told = any(f for f, name in zip(far, asked.names, strict=True) if name in ("mu", "K_theta"))
+    far = np.abs(changes) * SHARES[-1] / 0.01 > _SEEN * found.deviations
+    told = any(f for f, name in zip(far, asked.names, strict=True) if name in _TOLD)
     return Unknown(1 / percent, changes, asked.names, told, TESTS[asked.load])

@@ -33,10 +33,7 @@ _ENDS = 'give torque and twist (bend) of its ends, with load="twisting" (--load 
 
 
 def of_test(beam: Beam | Part, load: str | Sequence[str] | None, support: str | None) -> tuple[str, Part]:
-    """Return the kind of load of a test, and its part, with support and load where a force acts on it.
-
-    ``load``: the name of a kind of load, or the loads on a part; by default those of the part, else "twisting".
-    """
+    """Return the kind of load of a test, and its part, with support and load where a force acts on it."""
     part = beam if isinstance(beam, Part) else Part(beam)
     words = part.load if load is None else load
     if not words or (isinstance(words, str) and not any(map(str.isdigit, words))):
@@ -92,10 +89,7 @@ class Loaded(Walked):
         return {sense: track.engaged * course.share * self.beam.pitch for sense, track in ways.items()}
 
     def straight(self, v: Physical) -> Array:
-        """Return the travels (m) at which a linear bar of the first slope has the forces of the given part.
-
-        A part bends far before its scales touch, so its force is not linear in the travel.
-        """
+        """Return the travels (m) at which a linear bar of the first slope has the forces of the given part."""
         placed = {name: getattr(v, name) for name in ("twist_zero", "backlash", "compliance")}
         return self.whole(self.start._replace(**placed)) / self.bar()
 

@@ -31,11 +31,10 @@ LINEAR, WALKED, _WORTH = 4000, 400, 0.25
 
 
 class Posterior(NamedTuple):
-    """Samples, shape (samples, parameters), and measures of their independence.
+    """Samples (samples, parameters) and their independence.
 
-    ``acceptance``: share of accepted proposals; ``steps`` steps of the chains; ``autocorrelation`` the largest of the
-    integrated autocorrelation times, in steps. ``walked``: number of samples computed with the full model on compliant
-    joints (0 on hinges), worth ``worth`` independent samples.
+    ``steps`` of the chains; ``autocorrelation``: the longest of the integrated times, in steps; ``walked``: samples
+    that are computed with the full model on compliant joints (0 on hinges), worth ``worth`` independent ones.
     """
 
     samples: Array

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,7 +12,6 @@ from squama.curves.doors import How
 from squama.curves.histories import cycled
 from squama.errors import InputError, refuse
 from squama.identify.estimated import Table, variables
-from squama.identify.selection import Found
 from squama.loads import LOADS
 from squama.progress import steps
 from squama.types import Array
@@ -22,37 +21,24 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
+    from squama.identify.result import Fit
 
 _ENDED = 0.5
 """Largest share of the draws that may end before the end of the curve."""
 
 
-class Model(NamedTuple):
-    """The fitted beam and its model: arguments of :func:`squama.cycle`."""
-
-    beam: Beam
-    load: str
-    law: str
-    joint: str
-    ends: str
-
-
-def draws(fit: Found, posterior: Array | None, number: int, seed: int) -> Array:
-    """Return draws of the parameters of a fit, within their bounds, shape (number, parameters).
-
-    From the posterior samples where they exist, else from the estimates and their covariance.
-    """
+def draws(fit: Fit, number: int, seed: int) -> Array:
+    """Return draws (number, parameters): of the posterior samples, else of estimates and covariance within bounds."""
     r = np.random.default_rng(seed)
-    if posterior is not None:
-        return np.asarray(posterior[r.integers(0, len(posterior), number)])
+    if fit.posterior is not None:
+        samples = fit.posterior.samples
+        return np.asarray(samples[r.integers(0, len(samples), number)])
     drawn = r.multivariate_normal(np.zeros(len(fit.rows)), fit.correlation, number) * fit.deviations
     return np.clip(fit.estimates + drawn, fit.asked.low, fit.asked.high)
 
 
 def predict(
-    fit: Found,
-    model: Model,
-    posterior: Array | None,
+    fit: Fit,
     to: float | str | Sequence[float | str],
     *,
     samples: int = 100,
@@ -65,18 +51,16 @@ def predict(
     arguments.whole("seed", seed, 0, 2**32 - 1)
     if not 0 < probability < 1:
         refuse("probability", str(probability), "must lie between 0 and 1", "write e.g. 0.95")
-    load = LOADS[model.load]
+    load, hinged = LOADS[fit.load], fit.joint == "hinge"
 
     def curve(beam: Beam) -> xr.Dataset:
-        hinged = model.joint == "hinge"
-        how: How = {"law": model.law, "joint": model.joint, "ideal": hinged}
-        ends = None if hinged else model.ends
-        return cycled(beam, to, load=model.load, ends=ends, points=points, **how).dataset()
+        how: How = {"law": fit.law, "joint": fit.joint, "ideal": hinged}
+        return cycled(beam, to, load=fit.load, ends=None if hinged else fit.ends, points=points, **how).dataset()
 
-    best = curve(model.beam)
+    best = curve(fit.beam)
     angle, leg = best[load.angle].values, best["leg"].values
-    values, work, asked = [], [], fit.asked._replace(beam=model.beam)
-    for p in steps(list(draws(fit, posterior, samples, seed)), samples, "draws of the fit"):
+    values, work, asked = [], [], fit.asked._replace(beam=fit.beam)
+    for p in steps(list(draws(fit, samples, seed)), samples, "draws of the fit"):
         try:
             one = curve(asked.fitted(p))
         except InputError:
@@ -86,7 +70,7 @@ def predict(
         work.append(np.trapezoid(T, x))
     if len(values) < (1 - _ENDED) * samples:
         refuse("to", "", f"{samples - len(values)} of {samples} draws are not followed", "go less far")
-    return _dataset(fit, model, best, np.array(values), np.array(work), probability)
+    return _dataset(fit, best, np.array(values), np.array(work), probability)
 
 
 def _on(angle: Array, leg: Array, x: Array, T: Array, own: Array) -> Array:
@@ -100,10 +84,10 @@ def _on(angle: Array, leg: Array, x: Array, T: Array, own: Array) -> Array:
     return out
 
 
-def _dataset(fit: Found, model: Model, best: xr.Dataset, values: Array, work: Array, probability: float) -> xr.Dataset:
+def _dataset(fit: Fit, best: xr.Dataset, values: Array, work: Array, probability: float) -> xr.Dataset:
     import xarray as xr
 
-    load, tail = LOADS[model.load], (1 - probability) / 2
+    load, tail = LOADS[fit.load], (1 - probability) / 2
     T, between = load.torque, f"{100 * probability:g} % of the draws lie between"
     known = np.count_nonzero(np.isfinite(values), axis=0) > _ENDED * len(values)
     low, high = (
@@ -124,5 +108,5 @@ def _dataset(fit: Found, model: Model, best: xr.Dataset, values: Array, work: Ar
         "work_low": ("", ends[0], f"{loss}, {between} this", "J"),
         "work_high": ("", ends[1], f"{loss}, {between} and this", "J"),
     }
-    attrs = {"title": f"prediction in {model.load} from a fit", "load": model.load, "estimates": ", ".join(fit.lines)}
+    attrs = {"title": f"prediction in {fit.load} from a fit", "load": fit.load, "estimates": ", ".join(fit.lines)}
     return xr.Dataset(variables(table), attrs=attrs | {"draws": len(values), "probability": probability})

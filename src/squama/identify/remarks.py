@@ -47,10 +47,7 @@ _GAIN = 0.7
 
 
 def disagreement(found: Found, rival: Rival | None) -> str:
-    """Return a sentence where the other model's estimates differ by more than the errors; else empty.
-
-    Also empty where the other model does not describe the points as well: its estimates then mean nothing.
-    """
+    """Return a sentence where a model that describes the points as well has other estimates; else empty."""
     if rival is None or rival.found is None or rival.found.rms > _AS_WELL * found.rms:
         return ""
     other = rival.found

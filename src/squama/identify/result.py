@@ -19,7 +19,7 @@ from squama.curves.finite_rows import Ends
 from squama.errors import refuse
 from squama.identify import estimate
 from squama.identify.estimate import Remedy
-from squama.identify.estimated import Table
+from squama.identify.estimated import Table, of
 from squama.identify.groups import Differing
 from squama.identify.joint_points import Walked
 from squama.identify.machine import Unknown
@@ -264,11 +264,11 @@ class Fit(Found):
             "autocorrelation": samples.autocorrelation,
         }
         return {
-            **self._of("load", "law", "joint", "scales"),
+            **of(self, "load", "law", "joint", "scales"),
             "parameters": self._parameters(**dict(zip(("low", "high", "initial", "at_bound"), columns, strict=True))),
-            **self._of("correlation", "condition", "noise"),
+            **of(self, "correlation", "condition", "noise"),
             "noise_given": self.given_noise,
-            **self._of("rms", "dependence"),
+            **of(self, "rms", "dependence"),
             "nuisances": list(self.added),
             "starts": dict(zip(("agreed", "of"), self.starts, strict=True)),
             "points": {
@@ -278,7 +278,7 @@ class Fit(Found):
                 f"{load.torque}_fit": self.fitted,
                 f"{load.torque}_error": self.band,
                 "residual": self.residuals,
-                **self._of("branch", "used"),
+                **of(self, "branch", "used"),
             },
             "specimens": [
                 {"label": s.label, "estimates": s.values, "errors": s.errors, "problem": s.problem}
@@ -331,7 +331,7 @@ class Fit(Found):
         if self.posterior is not None:
             table["sample_value"] = ("sample parameter", self.posterior.samples, "posterior sample", None)
         attrs = {
-            **{name: getattr(self, name) for name in ("load", "law", "joint", "scales", "disagreement")},
+            **of(self, "load", "law", "joint", "scales", "disagreement"),
             "initial_beam": self.initial.to_toml(),
             "checked": "\n".join(self.checked),
             **({} if self.ends == ENDLESS else {"ends": self.ends}),
@@ -370,18 +370,14 @@ class Fit(Found):
         InputError
             An argument is out of range, or the model cannot follow more than half of the draws.
         """
-        from squama.identify.predict import Model, predict
+        from squama.identify.predict import predict
 
         if TESTS[self.load].pushed:
             refuse("predict", "", "is not available for a part under load", "squama.load(fit.beam, ...) has its curve")
-        model = Model(self.beam, self.load, self.law, self.joint, self.ends)
-        return predict(self, model, None if self.posterior is None else self.posterior.samples, to, **how)
+        return predict(self, to, **how)
 
     def curve(self) -> Curve:
-        """Return the fitted curve of readings along the ways of the records; repeated ways appear once.
-
-        A way that begins at a reversal begins with the drop there.
-        """
+        """Return the fitted curve along the ways of the records, each once; a way back begins with the drop there."""
         once = "drift" not in self.parameters and not self.asked.groups
         drawn, leg = self.points.drawn(POINTS, once=once)
         error = estimate.standard_error(drawn, self.asked, self.estimates, self.covariance)

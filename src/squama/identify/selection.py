@@ -174,10 +174,7 @@ def robust(test: Prepared, starts: Sequence[Array], most: int = 300) -> tuple[Es
 
 
 def fit_for(test: Prepared, names: Collection[str]) -> Prepared:
-    """Return the test without points at reversals where backlash is to be found.
-
-    The torque of such a point jumps between the backlash, the drop after it and the branch beyond.
-    """
+    """Return the test without points at reversals, where the torque jumps, if backlash is to be found."""
     if "backlash" not in names:
         return test
     return test._replace(usable=test.usable & ~test.points.readings.turning(_TURNING))
@@ -298,10 +295,7 @@ def _selections(whole: Found, own: int) -> dict[frozenset[int], _Selection]:
 
 
 def _needed(whole: Found, asked: Asked) -> tuple[tuple[str, ...], Array]:
-    """Return the nuisances that the residual shows, or without which the parameters would move.
-
-    The second result is the covariance that the other selections add to parameters and kept nuisances.
-    """
+    """Return the nuisances that are kept, and the covariance that the other selections add."""
     from scipy.linalg import eigh
 
     own = len(asked.names)
@@ -393,10 +387,7 @@ def _left(test: Prepared, at: Physical, used: NDArray[np.bool_]) -> float:
 
 
 def _nearer(test: Prepared, found: Found, v: Physical, goal: Physical) -> Physical | None:
-    """Return ``goal``, or a point on the way to it, where the residual does not grow; None if there is none.
-
-    The bound is the residual at ``v`` or that of the linearised fit, which includes nuisances left out.
-    """
+    """Return ``goal``, or a point on the way to it, where the residual does not grow; None if there is none."""
     # (with a slack of a tenth of the noise of a point)
     most = max(_left(test, v, found.used), found.square) * (1 + 0.1 / np.count_nonzero(found.used))
     for _ in range(_HALVES):

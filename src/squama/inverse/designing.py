@@ -329,10 +329,7 @@ class _Refined(NamedTuple):
         return sorted(chosen, key=order.index)
 
     def spread(self) -> Array:
-        """Return the relative deviation from the target that tolerances cause (designs,); less is better.
-
-        Goals "at least" or "at most" leave room for tolerances: only the effect beyond this room counts.
-        """
+        """Return the relative deviation from the target that tolerances cause (designs,); less is better."""
         target, found = self.residuals.target, np.zeros(self.look.merit.size)
         for k, goal in enumerate(target.goals):
             size = np.sqrt((self.effects[k] ** 2).sum(axis=0))

@@ -191,11 +191,7 @@ def read_settings(table: FrontTable, context: Context, source: str = "") -> Sett
 
 
 class Seen(NamedTuple):
-    """Evaluated designs: objectives (n, k), violations (n,), figures and columns.
-
-    A violation is 0 where the design is a valid beam, has all figures and keeps all limits; ``broken`` holds masks (n,)
-    by broken limit or missing figure.
-    """
+    """Evaluated designs: objectives (n, k), violations (n,), figures, columns, and masks (n,) of what is ``broken``."""
 
     values: Array
     violation: Array
@@ -205,11 +201,7 @@ class Seen(NamedTuple):
 
 
 class Trade:
-    """Objectives and limits of many designs, and the best designs so far.
-
-    ``best``: points of the unit cube (n, m), costs (n, k) and objectives (n, k) of all designs so far that no other
-    design dominates, each tested for every contact of its plates.
-    """
+    """Objectives and limits of many designs; ``best``: points (n, m), costs, objectives (n, k) of the front so far."""
 
     def __init__(self, target: Target, chosen: Settings) -> None:
         self.target, self.chosen = target, chosen
@@ -282,10 +274,7 @@ class Trade:
         return f"most often missed: {', '.join(f'{name} ({shares[name]:.0%})' for name in worst)}"
 
     def made(self, y: Array) -> tuple[Array, Array]:
-        """Return the points (n, m) of rounded beams that remain on a front, and their objectives (n, k).
-
-        Each keeps all limits, obeys the rules of printer files and has the figures of its own curve with all contacts.
-        """
+        """Return the rounded beams that can be made and remain on a front: points (n, m) and objectives (n, k)."""
         y = np.unique(self.space.nearest(y), axis=0)
         values, violation = self.evaluate(y, plates=True)[:2]
         kept = np.flatnonzero(violation <= 0)

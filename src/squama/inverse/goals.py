@@ -120,11 +120,7 @@ def reached(
     effects: Array | None = None,
     names: Sequence[str] = (),
 ) -> list[Reached]:
-    """Return the reached goals of one design from its figures (goals,) in SI; points of a curve make one goal.
-
-    ``own``: pitch and number of scales of the design; ``effects`` (goals, dimensions): effects of tolerances over the
-    required values; ``names`` of the dimensions.
-    """
+    """Return the reached goals of one design from its figures (goals,) in SI; ``effects`` (goals, dimensions)."""
     by = np.zeros((len(goals), 0)) if effects is None else effects
     found: list[tuple[tuple[str, str, str, float], float, bool, Array]] = []
     for k, goal in enumerate(goals):

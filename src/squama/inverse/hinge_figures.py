@@ -44,11 +44,7 @@ Steps = dict[str, Array]
 
 
 def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: Options, *, plates: bool) -> Found:
-    """Evaluate the wanted figures of many designs from flat columns (n,).
-
-    Each entry of ``moved`` holds the same designs with one variable moved by i STEP. With ``plates`` all plates are
-    tested against each other, as :func:`squama.twist` does; without, a contact of another kind goes unnoticed.
-    """
+    """Evaluate figures of designs (n,); each of ``moved`` has one variable moved by i STEP; ``plates``: test all."""
     n = c.eta.size
     columns = {name: np.stack([getattr(m, name) for m in moved or [c]]) for name in COLUMNS}
     used = [p for p in CONTACT if np.imag(columns[p]).any()]

@@ -198,10 +198,8 @@ def _most(a: Array, b: Array) -> Array:
 
 
 def refused(beam: Beam, sizes: dict[str, float] | None, *, sided: bool = True) -> list[str]:
-    """Return reasons, one a line, why a beam cannot be printed with a workshop's sizes, or its joint is not covered.
-
-    The joint is checked where the load is ``sided`` only, because the joint's law is that of twisting.
-    """
+    """Return reasons, one a line, why a beam cannot be printed with a workshop's sizes, or its joint is not covered."""
+    # the law of the joint is that of twisting
     unknown = sided and beam.joint.matrix is None
     lines = [f"joint: {p}" for p in law.outside(shape(beam))] if unknown else []
     if sizes is not None:

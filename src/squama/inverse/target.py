@@ -42,11 +42,9 @@ LOCK_GOALS = ("lock", "lock_by", "RED", "critical_mu")
 
 
 class Target(NamedTuple):
-    """A target, read and checked.
+    """A target, read and checked; ``printer``: sizes with which thick scales must be printable, or None.
 
-    ``limits`` by name, SI; ``laws``: scaling laws whose ranges are limits; ``tolerance`` by key, SI, or minus the share
-    of the value; ``front`` as in the file; ``printer``: sizes (m, rad) with which thick scales must be printable, or
-    None.
+    ``limits`` by name, SI; ``laws``: scaling laws whose ranges are limits; ``tolerance`` by key, SI, or minus a share.
     """
 
     source: str
@@ -77,10 +75,7 @@ class Target(NamedTuple):
         return self.accept if self.compliant else 0.0
 
     def figures(self, c: Cells, moved: Sequence[Cells], wants: Sequence[Want], *, plates: bool) -> Found:
-        """Evaluate figures of designs; rows that are no valid beam get harmless values first.
-
-        Arguments as of :func:`squama.inverse.hinge_figures.evaluate`.
-        """
+        """Evaluate figures of designs; rows that are no valid beam get harmless values first."""
         return EVALUATE[self.options.joint](harmless(c, valid(c)), moved, wants, self.options, plates=plates)
 
     def rooms(self, c: Cells, s: Sizes) -> dict[str, Array]:

@@ -118,10 +118,7 @@ _KEYS = {
 
 
 def parse(data: Mapping[str, object]) -> tuple[File | None, dict[str, Any], list[Problem]]:
-    """Split a target file into its own part (None if its structure is wrong) and the unread tables of the beam.
-
-    The third part of the result lists mistakes of structure.
-    """
+    """Return a target file's own part (None if its structure is wrong), the beam's tables, and mistakes."""
     # joint = "..." is the kind of joint, [joint] a table of the beam
     beam = {key: value for key, value in data.items() if key in TABLES and (key, type(value)) != ("joint", str)}
     try:
@@ -165,10 +162,7 @@ class Given(NamedTuple):
 
 
 class Context(NamedTuple):
-    """Context of reading: number of scales, kind of load, whether bare numbers are SI, kind of joint.
-
-    ``hinged``: the keys of the file that select hinges, where the user may leave them out.
-    """
+    """Context of reading; ``hinged``: the keys of the file that select hinges, where the user may leave them out."""
 
     scales: int
     load: str
