@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
-from squama.cli.summary import Summary, energy, energy_unit, modelled, touching
+from squama.cli.summary import Shown, Summary, energy, energy_unit, modelled, touching
 from squama.errors import refuse
 from squama.loads import LOADS
 from squama.people import degrees, figure, per_pitch, rigidity_unit, span, turned
 from squama.units import is_number, moment, number, shown, torque_unit
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from squama.beam.design import Beam
     from squama.curves.labelled import Answer
 
@@ -100,7 +97,7 @@ def _summary(beam: Beam, data: Answer) -> Summary:
     return Summary(verdict, figures, (), data.attrs["warnings"], _loops(beam, data))
 
 
-def _loops(beam: Beam, data: Answer) -> Iterable[str | Table]:
+def _loops(beam: Beam, data: Answer) -> Shown:
     """Yield a table with a row per loop, and figures of the whole history."""
     kind = LOADS[data.attrs["load"]]
     angle, torque, tangent = kind.angle, kind.torque, kind.tangent

@@ -201,11 +201,9 @@ def _run_in_full(beam: Beam, data: xr.Dataset) -> Iterable[str | Table]:
             before = words
     if "scale" in data.sizes:
         last = data.isel(point=-1)
-        angles = (units.number(math.degrees(v) + 0.0) for name in ("theta", "twist") for v in last[name].values)
-        forces = (units.number(v) for name in ("N", "f") for v in last[name].values)
-        n = data.sizes["scale"]
-        cells = [*angles, *forces]
-        rows = [(str(i + 1), *(cells[k * n + i] for k in range(4))) for i in range(n)]
+        angles = ([math.degrees(v) + 0.0 for v in last[name].values] for name in ("theta", "twist"))
+        cells = zip(*angles, *(last[name].values for name in ("N", "f")), strict=True)
+        rows = ((str(i), *map(units.number, row)) for i, row in enumerate(cells, 1))
         yield output.table(("scale", "theta, deg", "twist of its pitch, deg", "N, N", "f, N"), rows)
 
 
@@ -294,15 +292,12 @@ def _part(found: Verified) -> dict[str, object]:
 
 def _part_summary(found: Verified) -> Summary:
     """Return the summary of a part: its load by finite elements and by both joints."""
-    import numpy as np
-
     data, attrs = found.table, found.elements.attrs
     by = "turn" if "turn" in data.coords else "travel"
     size, unit = (math.degrees(1.0), "deg") if by == "turn" else (1e3, "mm")
     load, of = (1e3, "N mm") if by == "turn" else (1.0, "N")
     rows = []
-    for i in np.unique(np.linspace(0, data.sizes["point"] - 1, ROWS + 1).round().astype(int))[1:]:
-        at = data.isel(point=int(i))
+    for at in _some(data):
         off = ["-" if math.isnan(v) else f"{100 * v:+.1f}" for v in at["off"].values.tolist()]
         rows.append([units.number(size * float(at[by])), units.number(load * float(at["elements"])), *off])
     figures = [
@@ -311,12 +306,9 @@ def _part_summary(found: Verified) -> Summary:
         ("energy balance", f"(W - U_el - W_fr)/W = {attrs['energy_error']:.0e}"),
     ]
     words = "difference from the load of the elements, %: joint of the beam (law), joint of this mesh (mesh)"
-    table: list[str | Table] = [
-        words,
-        output.table((f"{by} ({unit})", f"elements ({of})", "law", "mesh"), rows, left=0),
-    ]
+    table = output.table((f"{by} ({unit})", f"elements ({of})", "law", "mesh"), rows, left=0)
     verdict = found.verdict if found.tested else data.attrs["title"]
-    return Summary(verdict, figures, table, () if found.tested else [found.verdict])
+    return Summary(verdict, figures, [words, table], () if found.tested else [found.verdict])
 
 
 def _summary(found: Verified) -> Summary:
@@ -332,15 +324,10 @@ def _summary(found: Verified) -> Summary:
     verdict = f"{one['words'].item()} differ from finite elements in torque by {off}"
     last = float(one["within"])
     near = f"{share} up to {per_pitch(last)}" if last else f"{share} nowhere"
-    figures = [("within", near), ("tested", found.verdict)]
-    figures.append(("about", data.attrs["title"]))
+    figures = [("within", near), ("tested", found.verdict), ("about", data.attrs["title"])]
     unit = f"deg per pitch up to which a model is within {share} in torque; then torque and theta (deg) at its end"
-    table: list[str | Table] = [
-        output.table(("model", "holds to", "torque", "theta"), ranges(data), left=1),
-        unit,
-        *finite(data),
-    ]
-    return Summary(verdict, figures, table, data.attrs["warnings"], _all(data, attrs))
+    table = output.table(("model", "holds to", "torque", "theta"), ranges(data), left=1)
+    return Summary(verdict, figures, [table, unit, *finite(data)], data.attrs["warnings"], _all(data, attrs))
 
 
 def _all(data: xr.Dataset, attrs: Mapping[Hashable, Any]) -> Iterable[str | Table]:
@@ -355,13 +342,18 @@ def _all(data: xr.Dataset, attrs: Mapping[Hashable, Any]) -> Iterable[str | Tabl
     yield _table(data, "dtheta", math.degrees(1.0), "theta_elements", math.degrees(1.0), "deg")
 
 
-def _table(data: xr.Dataset, name: str, factor: float, own: str, scale: float, unit: str) -> Table:
-    """Return the differences of all models at some twists, with the elements' own value."""
+def _some(data: xr.Dataset) -> Iterable[xr.Dataset]:
+    """Return at most :data:`ROWS` points of a comparison, evenly spaced, without the first."""
     import numpy as np
 
+    places = np.unique(np.linspace(0, data.sizes["point"] - 1, ROWS + 1).round().astype(int))
+    return (data.isel(point=int(i)) for i in places[1:])
+
+
+def _table(data: xr.Dataset, name: str, factor: float, own: str, scale: float, unit: str) -> Table:
+    """Return the differences of all models at some twists, with the elements' own value."""
     rows = []
-    for i in np.unique(np.linspace(0, data.sizes["point"] - 1, ROWS + 1).round().astype(int))[1:]:
-        at = data.isel(point=int(i))
+    for at in _some(data):
         cells = factor * at[name].values
         texts = ["-" if math.isnan(cell) else units.number(cell, sign="+") for cell in cells]
         rows.append([units.number(math.degrees(float(at["phi"]))), units.number(scale * float(at[own])), *texts])

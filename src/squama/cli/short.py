@@ -77,13 +77,10 @@ def ends(
         return 2 if solved.bad else 0
     counts = ", ".join(f"{count} {end}" for end, count in solved.ends.items())
     left = f"; {solved.bad} bad left out" if solved.bad else ""
-    written = f"wrote {label(out)}" if solved.rows else f"{label(out)} is not written"
-    summary = f"{written}: {len(solved.rows)} designs{f' ({counts})' if counts else ''}{left}"
-    output.say(
-        json,
-        {"out": place if solved.rows else None, "rows": len(solved.rows), "bad": solved.bad, "counts": solved.ends},
-        [summary],
-    )
+    n, counted = len(solved.rows), f" ({counts})" if counts else ""
+    written = f"wrote {label(out)}" if n else f"{label(out)} is not written"
+    record = {"out": place if n else None, "rows": n, "bad": solved.bad, "counts": solved.ends}
+    output.say(json, record, [f"{written}: {n} designs{counted}{left}"])
     return 2 if solved.bad else 0
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from squama.cli.output import warnings
 from squama.loads import ENDLESS, NOTHING, ending, fixed, model
@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from squama.beam.design import Beam
     from squama.types import Array
 
-    Shown = Iterable[str | Table]
+Shown: TypeAlias = "Iterable[str | Table]"
+"""Lines and tables of a summary."""
 
 
 class Summary(NamedTuple):

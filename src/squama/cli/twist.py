@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
@@ -12,7 +11,7 @@ from cyclopts import Parameter
 from squama.cli import flags, output
 from squama.cli.fit import TABLES, Tables
 from squama.cli.flags import flag, settled
-from squama.cli.summary import Summary, largest_stress, modelled, percent, touching
+from squama.cli.summary import Shown, Summary, largest_stress, modelled, percent, touching
 from squama.errors import refuse
 from squama.loads import ENDLESS, LOADS, fixed
 from squama.model.outcome import SENTENCES, End
@@ -21,7 +20,6 @@ from squama.units import moment, number, shown, torque_unit
 
 if TYPE_CHECKING:
     import xarray as xr
-    from rich.table import Table
 
     from squama.beam.design import Beam
     from squama.curves.doors import How
@@ -203,7 +201,7 @@ def _summary(beam: Beam, data: xr.Dataset) -> Summary:
     return Summary(verdict, figures, (), data.attrs["warnings"], _all(data))
 
 
-def _all(data: xr.Dataset) -> Iterable[str | Table]:
+def _all(data: xr.Dataset) -> Shown:
     """Yield figures of the row at its last point, and a table of its scales."""
     import numpy as np
 

@@ -113,17 +113,15 @@ def _bench(u: xr.Dataset, beam: Beam, given: Mapping[str, object]) -> Bench | No
     if beam.friction.mu is None:
         (friction,) = tolerances({"friction.mu": given["friction.mu"]}, beam, joint="compliant")
         beam = beam.replace(friction={"mu": nominal(friction, beam)})
-    load, at = u.attrs["load"], float(Twist.from_text(u.attrs["at"]).per_pitch(beam.pitch))
-    ideal, sense = u.attrs["scales"] == THIN, u.attrs["sense"]
+    at, ideal = float(Twist.from_text(u.attrs["at"]).per_pitch(beam.pitch)), u.attrs["scales"] == THIN
     how = doors.How(joint="compliant", ideal=ideal)
-    answer = doors.respond(beam, load, to=at / beam.pitch, sense=sense, **how)
+    answer = doors.respond(beam, u.attrs["load"], to=at / beam.pitch, sense=u.attrs["sense"], **how)
     return bench.bench(beam, answer, ideal=ideal, at=at)
 
 
 def _tolerances(vary: Iterable[flags.Pair], path: str | None, beam: Beam, study: Study) -> dict[str, object]:
     """Return the tolerances of flags and file, by names of the beam file; mistakes are collected."""
     from squama.curves.chosen import chosen
-    from squama.loads import LOADS
     from squama.study.tolerances.distributions import tolerances
 
     before = len(flags.problems())
@@ -202,9 +200,9 @@ def _record(u: xr.Dataset, nominal: Bench | None = None) -> dict[str, object]:
         table = u[["S1", "S1_conf", "ST", "ST_conf"]].reset_coords(drop=True).to_dataframe()
         indices = {str(figure): table.loc[figure].to_dict("index") for figure in u["indexed"].values}
         indices["without"] = json.loads(u.attrs["without_indices"])
-    same = ("load", "law", "joint", "scales", "at", "sense", "margin", "samples", "sampler", "seed", "nominal_end")
+    same = "load law joint scales at sense margin samples sampler seed nominal_end"
     return {
-        **{key: u.attrs[key] for key in same if key in u.attrs},
+        **{key: u.attrs[key] for key in same.split() if key in u.attrs},
         "tolerances": {name: u["distribution"].sel(parameter=name).item() for name in u["parameter"].values},
         "chances": {name: p._asdict() for name, p in _ends(u).items()},
         **{name: _share(u, f"P_{name}")._asdict() for name in _SHARES if f"P_{name}" in u},
@@ -278,10 +276,8 @@ def _all(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Iterable[str | Tab
         of = " but for rows finite_..." if "finite_torque" in u["figure"].values else ""
         yield f"{_own(u)}: the nominal beam {ending(u.attrs['ends'])}; all other columns are endless{of}"
     spread = picked.isel(figure=(picked["sd"] != 0).values)
-    means, quantiles = (
-        float((spread[key] / spread["sd"]).max()) if spread.sizes["figure"] else 0.0
-        for key in ("mean_se", "quantile_se")
-    )
+    shares = (spread[key] / spread["sd"] for key in ("mean_se", "quantile_se"))
+    means, quantiles = (float(share.max()) if spread.sizes["figure"] else 0.0 for share in shares)
     yield (
         f"standard errors: of the means up to {means:.2g} sd, of the quantiles shown up to {quantiles:.2g} sd; "
         "in: beams that have the figure"

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
-from squama.cli.summary import Summary, joules, modelled, percent, touching
+from squama.cli.summary import Shown, Summary, joules, modelled, percent, touching
 from squama.loads import LOADS
 from squama.people import degrees, figure, turned
 from squama.units import number
 
 if TYPE_CHECKING:
     import xarray as xr
-    from rich.table import Table
 
     from squama.beam.design import Beam
 
@@ -100,7 +98,7 @@ def _summary(beam: Beam, data: xr.Dataset) -> Summary:
     return Summary(verdict, figures, [below] if rubs else [], attrs["warnings"], _cycles(beam, data))
 
 
-def _cycles(beam: Beam, data: xr.Dataset) -> Iterable[str | Table]:
+def _cycles(beam: Beam, data: xr.Dataset) -> Shown:
     """Yield a table with a row per cycle."""
     angle = LOADS[data.attrs["load"]].angle
     columns = ("t_turn", f"{angle}_turn", "U_turn", "zeta_cycle", "period")
@@ -178,7 +176,7 @@ def _shaken(beam: Beam, data: xr.Dataset) -> Summary:
     top, hertz = float(sizes[way, i]), data["frequency"].values
     verdict = f"largest {kind.verb} {turned(top, beam)}, at {figure(hertz[i], 'Hz')}"
     if i in (0, hertz.size - 1):
-        verdict += f", the {'lowest' if i == 0 else 'highest'} frequency asked"
+        verdict += f", the {'highest' if i else 'lowest'} frequency asked"
     up, down = (sizes[list(data["way"].values).index(name)] for name in ("up", "down"))
     apart = hertz[np.abs(up - down) > _APART * np.maximum(up, down)]
     jumps = f"from {figure(apart[0])} to {figure(apart[-1], 'Hz')}" if apart.size else "nowhere"
@@ -198,7 +196,7 @@ def _shaken(beam: Beam, data: xr.Dataset) -> Summary:
     return Summary(verdict, figures, (), attrs["warnings"], _states(beam, data))
 
 
-def _states(beam: Beam, data: xr.Dataset) -> Iterable[str | Table]:
+def _states(beam: Beam, data: xr.Dataset) -> Shown:
     """Yield a table with a row per frequency, upwards and downwards."""
     kind = LOADS[data.attrs["load"]]
     factor, unit = degrees(beam)

@@ -74,8 +74,7 @@ def solve(
     low, high = asked.low / scale, asked.high / scale
 
     def residual(u: Array) -> Array:
-        apart = modelled(points, asked, u * scale) - torque
-        return np.concatenate([apart, -asked.pull(u * scale)]) / size
+        return np.concatenate([modelled(points, asked, u * scale) - torque, -asked.pull(u * scale)]) / size
 
     def slope(u: Array) -> Array:
         return np.concatenate([derivatives(points, asked, u * scale), asked.pull_slope]) * scale / size
@@ -178,9 +177,8 @@ def starts(points: Points, torque: Array, asked: Asked, number: int) -> list[Arr
     mu, theta0 = asked.place("mu"), asked.place("theta0")
     least = asked.physical(asked.start)._replace(theta0=asked.bound("theta0", 0))
     lock = points.locks_at(least)
-    free = mu is not None or theta0 is not None
     found = []
-    for n in range(number if free else 1):
+    for n in range(1 if mu is None and theta0 is None else number):
         p = asked.start.copy()
         if n and mu is not None:
             top = min(asked.high[mu], lock, max(2.0, 2 * asked.low[mu]))
@@ -208,8 +206,7 @@ def _solved_for_linear(points: Points, torque: Array, asked: Asked, start: Array
     p = start.copy()
     p[linear] = np.linalg.lstsq(J / norm, torque - rest, rcond=None)[0] / norm
     # keep the beam's own value where the solution lies outside the bounds
-    outside = (p <= asked.low) | (p >= asked.high)
-    return np.where(outside, start, p)
+    return np.where((p <= asked.low) | (p >= asked.high), start, p)
 
 
 def covariance(jacobian: Array, noise: float, names: tuple[str, ...]) -> Array:
@@ -223,8 +220,7 @@ def covariance(jacobian: Array, noise: float, names: tuple[str, ...]) -> Array:
         one = [n for n, v in zip(names, vt[-1], strict=True) if abs(v) > 0.1]
         refuse(" and ".join(one), "", "these points do not tell them apart", "find fewer of them")
     half = vt.T / s
-    inner = half @ half.T / np.outer(norm, norm)
-    return np.asarray(noise**2 * inner)
+    return np.asarray(noise**2 * (half @ half.T / np.outer(norm, norm)))
 
 
 class Remedy(NamedTuple):

@@ -17,7 +17,7 @@ from squama.beam.design import Beam
 from squama.beam.faces import only_one
 from squama.contacts import increments, path
 from squama.curves import compliant
-from squama.errors import InputError, Problem, refuse
+from squama.errors import refuse
 from squama.identify.hinge_points import Physical
 from squama.identify.joint_points import Linear, Walked
 from squama.identify.readings import Readings
@@ -107,10 +107,8 @@ class Loaded(Walked):
         """Return the force (N) at travels (m) from 0 on, and the sum of the forces between scales there."""
         course, unit = self._course(beam, mu)
         track = course.follow(x[1:] / (course.share * beam.pitch))
-        solved = len(track.rows)
         if track.end.code != increments.RANGE:
-            far = 1e3 * float(x[min(solved, x.size - 1)])
-            reason = f"the part is not followed to {far:.4g} mm: {SENTENCES[track.end.word]}"
-            raise InputError(Problem("travel", "", reason))
+            far = 1e3 * float(x[min(len(track.rows), x.size - 1)])
+            refuse("travel", "", f"the part is not followed to {far:.4g} mm: {SENTENCES[track.end.word]}")
         pressing = path.named(track.rows)["N"].sum(axis=1)
         return np.append(0.0, course.load(track) * unit), np.append(0.0, pressing)

@@ -104,11 +104,10 @@ def kind(joint: str | None, wanted: Wanted) -> tuple[str, str]:
             return joint, ""
     means = chosen(wanted.beam, load, law=wanted.law, joint=joint)
     found, why = means.joint, means.note
-    if joint is None and found != "hinge" and (inclined or factor):
-        found = "hinge"
-        why = f"C_f is found on hinges only in bending: {_OF_TWIST}"
-        if inclined:
-            why = "theta0 is found on hinges only: the matrix of a joint depends on it"
+    if joint is None and found != "hinge" and factor:
+        found, why = "hinge", f"C_f is found on hinges only in bending: {_OF_TWIST}"
+    if joint is None and means.joint != "hinge" and inclined:
+        found, why = "hinge", "theta0 is found on hinges only: the matrix of a joint depends on it"
     if found == "hinge":
         only_one(wanted.beam.faces, "a fit on hinges")
     return found, why
@@ -182,8 +181,7 @@ def _walked(record: Record, asked: Asked, wanted: Wanted) -> Prepared:
         if asked.place("mu") is None or not asked.bound("mu", 0) < start.mu:
             raise
         points = at(start._replace(mu=asked.bound("mu", 0)))
-    stuck = record.stuck & points.touching(points.start)
-    return Prepared(record, asked, points, record.asked & ~stuck)
+    return Prepared(record, asked, points, record.asked & ~(record.stuck & points.touching(points.start)))
 
 
 def enough(made: Prepared) -> None:

@@ -148,10 +148,8 @@ class Fit(Found):
         notes = [*self._doubted, *self.checked, *self.notes]
         rows = zip(self.asked.rows, self.estimates, self.deviations, strict=True)
         found = [(f"{row.name}, {row.words}", row.written(value, error)) for row, value, error in rows]
-        used = (
-            f"{np.count_nonzero(self.used)} of {self.used.size} points, residual rms {TESTS[self.load].size(self.rms)}"
-        )
-        return card(f"Fit: {used}; {self.scales}", found, notes)
+        used = f"{np.count_nonzero(self.used)} of {self.used.size} points"
+        return card(f"Fit: {used}, residual rms {TESTS[self.load].size(self.rms)}; {self.scales}", found, notes)
 
     @property
     def _doubted(self) -> list[str]:
@@ -161,8 +159,7 @@ class Fit(Found):
     @property
     def doubted(self) -> list[str]:
         """Sentences on why the errors do not hold, and on the other model's estimates."""
-        doubts = (f"the errors do not hold: {doubt}" for doubt in self.doubts)
-        return [*doubts, *filter(None, [self.disagreement])]
+        return [*(f"the errors do not hold: {doubt}" for doubt in self.doubts), *filter(None, [self.disagreement])]
 
     @property
     def _outside(self) -> list[str]:

@@ -108,8 +108,7 @@ class Rival(NamedTuple):
     def words(self) -> str:
         """The model in words."""
         assert self.found is not None
-        scales = idealisation(self.found.asked.beam, self.joint, ideal=self.joint == "hinge")
-        return f"{scales} on {HELD[self.joint]}"
+        return f"{idealisation(self.found.asked.beam, self.joint, ideal=self.joint == 'hinge')} on {HELD[self.joint]}"
 
 
 def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
@@ -401,5 +400,4 @@ def _move(found: Found, v: Physical, goal: Physical) -> float:
     """Return the largest move from v to goal over the errors of the estimates."""
     chain = found.asked.chain(found.estimates)
     errors = np.sqrt(np.einsum("ij,jk,ik->i", chain, found.covariance, chain))
-    apart = np.abs(np.subtract(goal, v))
-    return float(np.max(apart / np.where(errors > 0, errors, np.inf), initial=0.0))
+    return float(np.max(np.abs(np.subtract(goal, v)) / np.where(errors > 0, errors, np.inf), initial=0.0))

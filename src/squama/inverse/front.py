@@ -284,10 +284,9 @@ class Trade:
         return y[kept], values[kept]
 
     def _sound(self, y: Array, values: Array) -> bool:
-        beam = self.space.beam_of(y)
+        beam, wants = self.space.beam_of(y), [o.want for o in self.chosen.objectives]
         if limits.refused(beam, self.target.printer):
             return False
-        wants = [o.want for o in self.chosen.objectives]
         again, _ = joint_figures.followed(beam, wants, self.target.options, endless=True)
         return bool(np.allclose(again, values, rtol=AGREES))
 

@@ -47,8 +47,7 @@ class Sizes(NamedTuple):
     def of(cls, c: Cells, load: str, rate: Array | float) -> Sizes:
         """Return the sizes of designs from their columns."""
         s, b = c.sizes["scale"], c.sizes["substrate"]
-        cos = np.cos(c.alpha)
-        plate = s["length"], s["embedded"], s["width"], s["thickness"], cos, np.sin(c.theta0)
+        plate = s["length"], s["embedded"], s["width"], s["thickness"], np.cos(c.alpha), np.sin(c.theta0)
         return cls(*plate, b["width"], b["thickness"], c.d, c.sizes["beam"]["scales"], rate, load)
 
     @property

@@ -41,8 +41,7 @@ class Look(NamedTuple):
 
     ``y`` (variables, n) in the unit cube; ``r`` (goals, n) and ``J`` (goals, variables, n); ``g`` (limits, n), negative
     where broken, and ``G`` (limits, variables, n); ``merit`` (n,), less is better. ``values`` and ``slopes`` of the
-    figures as in :class:`Found`, the goals first; ``code`` and ``load_end`` of the curve's end; ``d`` (m) and
-    ``scales`` are pitches and numbers of scales.
+    figures as in :class:`Found`, the goals first; ``d`` (m) and ``scales``: pitches and numbers of scales.
     """
 
     y: Array
@@ -53,8 +52,6 @@ class Look(NamedTuple):
     merit: Array
     values: Array
     slopes: Array
-    code: Array
-    load_end: Array
     d: Array
     scales: Array
 
@@ -100,7 +97,7 @@ class Residuals:
         # choices from lists have no derivative
         still = ((0, 0), (0, m - J.shape[1]), (0, 0))
         J, G = np.pad(J, still), np.pad(G, still)
-        return Look(y.T, r, J, g, G, merit, found.values, found.slopes, found.code, found.load_end, *own)
+        return Look(y.T, r, J, g, G, merit, found.values, found.slopes, *own)
 
     def _inside(self, every: Found, d: Array, d_slopes: Array) -> tuple[Array, Array]:
         """Return the room to the borders of the figures' domain and its derivatives; 1 where there is no border."""

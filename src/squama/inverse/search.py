@@ -136,8 +136,7 @@ def _step(look: Look, i: int, radius: float) -> Array:
 def _model(look: Look, i: int, step: Array) -> float:
     """Return the merit of point i after a step, by the linearised residuals and limits."""
     r = look.r[:, i] + look.J[:, :, i] @ step
-    g = look.g[:, i] + look.G[:, :, i] @ step
-    return float(0.5 * r @ r + PRICE * np.maximum(-g, 0).sum())
+    return float(0.5 * r @ r + PRICE * np.maximum(-look.g[:, i] - look.G[:, :, i] @ step, 0).sum())
 
 
 def lsi(E: Array, f: Array, G: Array, h: Array) -> Array | None:
