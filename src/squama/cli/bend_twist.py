@@ -11,7 +11,7 @@ from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, settled
-from squama.cli.summary import Summary, energy, modelled, percent
+from squama.cli.output import Summary, energy, modelled, percent
 from squama.errors import refuse
 from squama.loads import ENDLESS, LOADS, THIN
 from squama.model.outcome import SENTENCES, End

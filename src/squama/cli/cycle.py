@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
-from squama.cli.summary import Shown, Summary, energy, energy_unit, modelled, touching
+from squama.cli.output import Shown, Summary, energy, energy_unit, modelled, touching
 from squama.errors import refuse
 from squama.loads import LOADS
 from squama.people import degrees, figure, per_pitch, rigidity_unit, span, turned
@@ -46,18 +46,16 @@ def cycle(
         flags.problems().add("--to, --history", "", what, 'give one of them, e.g. --to "0.2 rad/pitch"')
     common.check(beam)
     described = settled(common.beam(beam, mu))
-    name, text = ("--history", history) if to is None else ("--to", to)
+    name, text = ("--history", history or "") if to is None else ("--to", to)
 
     from squama.curves.histories import cycled
 
     with flags.laid(flags.arguments("ends", twist=name)):
-        twists = _twists(name, text or "")
-        data = cycled(described, twists, margin=margin, points=points, loops=loops, ends=ends, **vars(how))
+        data = cycled(described, _twists(name, text), margin=margin, points=points, loops=loops, ends=ends, **vars(how))
     written = output.write(common, data.dataset, "cycle_figure")
-    balance = {key: data[key] for key in ("energy_error",) if key in data.variables}
-    record = output.record(
-        described, data, _KEYS, loops="loop", senses="sense", curve="point", each="point scale", **balance
-    )
+    parts: dict[str, object] = {"loops": "loop", "senses": "sense", "curve": "point", "each": "point scale"}
+    parts |= {key: data[key] for key in ("energy_error",) if key in data.variables}
+    record = output.record(described, data, _KEYS, **parts)
     return output.report(common.json, beam, written, record, _summary(described, data).shown(full=full))
 
 
@@ -130,10 +128,8 @@ def _loops(beam: Beam, data: Answer) -> Shown:
     yield f"frictional work of the history: {energy(work, beam)}"
     yield f"tangent stiffness {low} to {high} {newtons}"
     if "energy_error" in data.variables:
-        yield (
-            f"walked in increments of up to {per_pitch(float(data.attrs['increment']))}: the work of the "
-            f"{kind.torque_words} is balanced to {abs(float(data['energy_error'])):.1e}"
-        )
+        balance = f"the work of the {kind.torque_words} is balanced to {abs(float(data['energy_error'])):.1e}"
+        yield f"walked in increments of up to {per_pitch(float(data.attrs['increment']))}: {balance}"
     words_of = _range if f"{angle}_most" in data.variables else _contact
     for i, sense in enumerate(data["sense"]):
         yield f"sense {sense}: {words_of(beam, data, i, angle)}"

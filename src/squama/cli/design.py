@@ -14,7 +14,7 @@ from cyclopts import Parameter
 from squama import loads
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
-from squama.cli.summary import Summary
+from squama.cli.output import of
 from squama.io.files import label
 from squama.loads import LOADS, model
 from squama.people import PITCH, figure
@@ -96,9 +96,6 @@ _GOAL = "name unit sense asked reached difference met"
 
 
 def _record(found: InverseDesign) -> dict[str, object]:
-    def of(given: object, names: str) -> dict[str, object]:
-        return {name: getattr(given, name) for name in names.split()}
-
     designs: list[dict[str, object]] = []
     for d in found.designs:
         beside = {
@@ -110,7 +107,7 @@ def _record(found: InverseDesign) -> dict[str, object]:
     return {**of(found, _ALL), **{key: found.settings[key] for key in ("joint", "scales")}, "designs": designs}
 
 
-def _summary(found: InverseDesign, target: Target) -> Summary:
+def _summary(found: InverseDesign, target: Target) -> output.Summary:
     """Return the summary: whether the target is reached, the first design, a line for each other design."""
     best, many = found[0], len(found)
     reached, *but = found.verdict.split("; ")
@@ -126,7 +123,7 @@ def _summary(found: InverseDesign, target: Target) -> Summary:
         lines.append(f"design {i}{'' if d.met else ' (not reached)'}: {words}")
     lines += [f"note: {note}" for note in found.notes]
     first = _dimensions(found, target.space.beam)
-    return Summary(verdict, figures, [*but, "design 1:", first, *lines], _warned(best), _all(found))
+    return output.Summary(verdict, figures, [*but, "design 1:", first, *lines], _warned(best), _all(found))
 
 
 def _warned(best: Design) -> Iterable[str]:
@@ -305,7 +302,7 @@ def _front(front: xr.Dataset) -> dict[str, object]:
     }
 
 
-def _front_summary(front: xr.Dataset) -> Summary:
+def _front_summary(front: xr.Dataset) -> output.Summary:
     """Return the summary of a front: ranges of its objectives, and a few of its designs."""
     names, held = _objectives(front), "; held straight" * loads.holds(front.attrs["hold"], LOADS[front.attrs["load"]])
     spans, figures = list[str](), list[tuple[str, str]]()
@@ -317,7 +314,7 @@ def _front_summary(front: xr.Dataset) -> Summary:
         figures.append((name, f"{front[name].attrs['long_name']}{at}"))
     figures.append(("model", f"{model(front.attrs)}; endless beam{held}"))
     verdict = f"{front.sizes['design']} designs; {', '.join(spans)}"
-    return Summary(verdict, figures, [_designs(front, FEW, names)], (), _whole(front))
+    return output.Summary(verdict, figures, [_designs(front, FEW, names)], (), _whole(front))
 
 
 def _people(front: xr.Dataset, name: str) -> tuple[float, str]:

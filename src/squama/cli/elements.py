@@ -13,7 +13,7 @@ from cyclopts import Parameter
 from squama import units
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, one_of, settled, whole
-from squama.cli.summary import Summary, percent
+from squama.cli.output import Summary, percent
 from squama.errors import refuse
 from squama.fe.sizes import MESHES, MeshSize
 from squama.interrupt import kept
@@ -129,18 +129,11 @@ def cell(
     from squama.fe import runs
 
     states: list[Deformed] = []
+    how: dict[str, Any] = {"scales": scales, "ends": ends, "restart": restart, **vars(run)}
+    how |= {} if quiet else {"progress": runs.print_progress, "announce": announce}
     with kept(label(beam), f"; {label(restart)} holds what is done" if restart else ""):
-        data = runs.cell(
-            described,
-            to=settled(twist),
-            scales=scales,
-            ends=ends,
-            restart=restart,
-            progress=None if quiet else runs.print_progress,
-            announce=None if quiet else announce,
-            last=states.append if vtk is not None or picture else None,
-            **vars(run),
-        )
+        last = states.append if vtk is not None or picture else None
+        data = runs.cell(described, to=settled(twist), last=last, **how)
     written = output.write(common, lambda: data, "elements_figure" if scales is None else "finite_figure")
     for state in states:
         if vtk is not None:
@@ -237,38 +230,33 @@ def verify(
     from squama.study import verification as study
 
     folder = Path(f"verify_{Path(beam).stem}" if out is None else out)
+    how: dict[str, Any] = {"load": load, "support": support, "scales": scales, "beam_mesh": beam_mesh, **vars(run)}
+    how |= {} if quiet else {"progress": print_progress, "announce": announce}
     with kept(label(beam), f"; {label(folder)} holds what is done"):
-        found = study.verify(
-            described,
-            folder,
-            to=twist,
-            load=load,
-            support=support,
-            scales=scales,
-            beam_mesh=beam_mesh,
-            progress=None if quiet else print_progress,
-            announce=None if quiet else announce,
-            **vars(run),
-        )
-    if load is not None:
-        shown = output.report(base.json, beam, found.written, _part(found), _part_summary(found).shown(full=full))
-        return shown or (0 if found.tested else UNTESTED)
-    written = [*found.written, *output.draw([str(folder / "comparison.png")], "compare_figure", found.table)]
-    status = output.report(base.json, beam, written, _verified(found), _summary(found).shown(full=full))
-    return status or (0 if found.tested else UNTESTED)
+        found = study.verify(described, folder, to=twist, **how)
+    written = found.written
+    if load is None:
+        record, made = _verified(found), _summary(found)
+        written = [*written, *output.draw([str(folder / "comparison.png")], "compare_figure", found.table)]
+    else:
+        record, made = _part(found), _part_summary(found)
+    return output.report(base.json, beam, written, record, made.shown(full=full)) or (0 if found.tested else UNTESTED)
+
+
+def _about(found: Verified) -> tuple[dict[str, object], dict[str, object]]:
+    """Return what a comparison is about and its verdict, and how the elements ran, for JSON."""
+    head = {**{key: found.table.attrs[key] for key in ("title", "load")}, **output.of(found, "tested verdict")}
+    return head, {key: found.elements.attrs[key] for key in ("mesh", "sentence", "reached", "energy_error")}
 
 
 def _verified(found: Verified) -> dict[str, object]:
-    table = found.table
+    table, (head, elements) = found.table, _about(found)
     each = ("words", "within", "last", "dT_last", "dtheta_last", "T", "theta", "dT", "dtheta")
     models = [table.isel(model=i) for i in range(table.sizes["model"])]
     return {
-        "title": table.attrs["title"],
-        "load": table.attrs["load"],
-        "tested": found.tested,
-        "verdict": found.verdict,
+        **head,
         "contact_from": found.touched,
-        "elements": {key: found.elements.attrs[key] for key in ("mesh", "sentence", "reached", "energy_error")},
+        "elements": elements,
         "share": table.attrs["share"],
         "curve": {name: table[name].values for name in ("phi", "T_elements", "theta_elements")},
         "models": {str(one["model"].item()): {key: one[key].values for key in each} for one in models},
@@ -277,13 +265,10 @@ def _verified(found: Verified) -> dict[str, object]:
 
 
 def _part(found: Verified) -> dict[str, object]:
-    table = found.table
+    table, (head, elements) = found.table, _about(found)
     return {
-        "title": table.attrs["title"],
-        "load": table.attrs["load"],
-        "tested": found.tested,
-        "verdict": found.verdict,
-        "elements": {key: found.elements.attrs[key] for key in ("mesh", "sentence", "reached", "energy_error")},
+        **head,
+        "elements": elements,
         "curve": {str(name): v.values for name, v in table.variables.items() if name != "model"},
         "compared": table["model"].values.tolist(),
         "units": output.units(table.variables.items()),

@@ -13,7 +13,7 @@ from cyclopts import Parameter
 from squama.beam.matrixfile import freed
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
-from squama.cli.summary import Shown, Summary, percent
+from squama.cli.output import Shown, Summary, of, percent
 from squama.interrupt import kept
 from squama.io.files import label, table_place
 from squama.units import change, number, torque_unit
@@ -104,15 +104,14 @@ def laws(beam: Beam, found: JointMatrix) -> dict[str, tuple[Value, float]]:
 
 def _record(beam: Beam, found: JointMatrix) -> dict[str, object]:
     """Return the record for JSON."""
-    levels = [
-        {"edge_size": x.edge_size, "elements": x.elements, "K_theta": x.K_theta, "C_f": c, "matrix": x.K}
-        for x, c in zip(found.levels, found.C_f_levels, strict=True)
-    ]
+    pairs = zip(found.levels, found.C_f_levels, strict=True)
+    levels = [{**of(x, "edge_size elements K_theta"), "C_f": c, "matrix": x.K} for x, c in pairs]
+    factors = {
+        name: {"elements": x.value, "error": x.error, "law": law, "difference": x.value / law - 1}
+        for name, (x, law) in laws(beam, found).items()
+    }
     return {
-        "factors": {
-            name: {"elements": x.value, "error": x.error, "law": law, "difference": x.value / law - 1}
-            for name, (x, law) in laws(beam, found).items()
-        },
+        "factors": factors,
         "matrix": found.K,
         "order": found.order,
         "motions": [*dict(MOTIONS), *LOADS],

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from squama.beam import beamfile
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled
-from squama.cli.summary import Summary, largest_stress, modelled, percent
+from squama.cli.output import Summary, largest_stress, modelled, percent
 from squama.io.files import label
 from squama.people import figure
 from squama.units import moment, number, shown

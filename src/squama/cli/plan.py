@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated
 from squama.cli import flags, output
 from squama.cli.fit import Joint, with_unit
 from squama.cli.flags import flag, settled, whole
-from squama.cli.summary import Summary
 from squama.errors import refuse
 from squama.loads import LOADS
 from squama.units import is_number
@@ -86,13 +85,13 @@ def plan(
     return output.report(common.json, beam, written, found.report(), _summary(found).shown(full=full))
 
 
-def _summary(found: Plan) -> Summary:
+def _summary(found: Plan) -> output.Summary:
     """Return the summary: the recommended test and its errors; all loops in full."""
     kind = LOADS[found.load].model(found.law, found.joint, found.scales)
     first, *others = found.verdict()
     rests, *notes = found.notes()
     table = output.table(*found.table(), left=1)
-    return Summary(first, [("errors", rests), ("model", kind)], others, (), [table, *notes])
+    return output.Summary(first, [("errors", rests), ("model", kind)], others, (), [table, *notes])
 
 
 def flat(dataset: xr.Dataset) -> xr.Dataset:

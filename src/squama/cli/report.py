@@ -10,8 +10,7 @@ import numpy as np
 
 from squama import loads
 from squama.cli import output
-from squama.cli.output import table
-from squama.cli.summary import Summary, modelled, percent, rigidity
+from squama.cli.output import Shown, Summary, modelled, percent, rigidity, table
 from squama.cli.verdict import Curve, free_until
 from squama.curves import bench
 from squama.curves.both_faces import worst
@@ -27,7 +26,6 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from squama.beam.design import Beam
-    from squama.cli.summary import Shown
     from squama.curves.bench import Bench
     from squama.curves.labelled import Answer
     from squama.types import Array
@@ -172,10 +170,9 @@ def _others(beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
 
 
 def _stiffnesses(kind: Load, beam: Beam) -> list[str]:
-    matrix = beam.joint.matrix
+    matrix, without = beam.joint.matrix, rigidity(kind.rigidity(beam))
     given = "given", f"from {matrix.name}" if matrix is not None else "by its scaling law"
-    K, without = beam.joint_stiffness, rigidity(kind.rigidity(beam))
-    line = f"joint of a scale: K_theta = {moment(K)} per rad, {given[beam.joint.stiffness is None]}"
+    line = f"joint of a scale: K_theta = {moment(beam.joint_stiffness)} per rad, {given[beam.joint.stiffness is None]}"
     if not kind.sided:
         return [line, f"beam without contact: C_f E_B I = {without}"]
     factor = f"inclusion factor C_f = {figure(beam.C_f)}, {given[beam.joint.inclusion_factor is None]}"
@@ -215,11 +212,9 @@ def responses(load: str, beam: Beam, law: str, sense: str, numbers: dict[str, An
     """Return the responses on hinges by law; the law that was not chosen has three points, for its single figures."""
     from squama.curves.doors import respond
 
-    few = {**numbers, "points": 3}
-    return {
-        name: respond(beam, load, law=name, sense=sense, joint="hinge", **(numbers if name == law else few))
-        for name in (sorted(LAWS) if LOADS[load].sided else [law])
-    }
+    few, names = {**numbers, "points": 3}, sorted(LAWS) if LOADS[load].sided else [law]
+    how = {name: numbers if name == law else few for name in names}
+    return {name: respond(beam, load, law=name, sense=sense, joint="hinge", **own) for name, own in how.items()}
 
 
 def ladder(
@@ -316,11 +311,11 @@ def _states(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Iterable[lis
 
     def at(name: str, load: float, factor: float) -> Iterable[str]:
         for data, last in zip(laws.values(), reach, strict=True):
-            known = name in data.variables and load <= last * (1 + 1e-9)
-            along = (
-                None if not known else worst(data.curves, name) if name in ("stress", "strain") else data.along(name)
-            )
-            yield number(math.nan if along is None else float(np.interp(load, data[angle], along)) * factor)
+            value = math.nan
+            if name in data.variables and load <= last * (1 + 1e-9):
+                along = worst(data.curves, name) if name in ("stress", "strain") else data.along(name)
+                value = float(np.interp(load, data[angle], along))
+            yield number(value * factor)
 
     engaged = float(first[f"{angle}_e"])
     places = {"at twice the engagement": 2 * engaged} if 2 * engaged < reach[0] else {}
@@ -382,19 +377,18 @@ def _borne(words: Load, beam: Beam, data: Answer) -> list[str]:
         tail, place, where = where_most("stress", i)
         x, stress = float(data[f"stress_x{tail}"][place]), float(data[f"stress{tail}"][place])
         along = f"{number(x * 1e3)} mm from the root" if x else "at the root"
-        lines.append(
-            f"largest stress in a scale: {number(stress / 1e6)} MPa {along}{where}, at {turned(loads[i], beam)}"
-        )
+        at = turned(loads[i], beam)
+        lines.append(f"largest stress in a scale: {number(stress / 1e6)} MPa {along}{where}, at {at}")
     for i in np.flatnonzero(np.isfinite(data.along("tab_force")) & (loads > data[f"{words.angle}_e"]))[-1:]:
         tail, place, where = where_most("tab_force", i)
         names = "tab_force", "pull_out", "tab_bending", "tab_torsion"
         force, pull, bend, twist = (float(data[f"{name}{tail}"][place]) for name in names)
         size, newton = torque_unit(max(abs(bend), abs(twist)))
-        way = "pulling out" if pull > 0 else "pushing in"
+        out = f"{number(abs(pull), 'N')} {'pulling out' if pull > 0 else 'pushing in'}"
+        M, T = (number(size * abs(moment), newton) for moment in (bend, twist))
         lines.append(
-            f"load on the embedded tab{where or ' of a scale'}: {number(force, 'N')} ({number(abs(pull), 'N')} {way}), "
-            f"bending moment {number(size * abs(bend), newton)}, "
-            f"twisting moment {number(size * abs(twist), newton)}, at {turned(loads[i], beam)}"
+            f"load on the embedded tab{where or ' of a scale'}: {number(force, 'N')} ({out}), bending moment {M}, "
+            f"twisting moment {T}, at {turned(loads[i], beam)}"
         )
     return lines
 

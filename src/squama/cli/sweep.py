@@ -10,7 +10,6 @@ from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, pair, settled, whole
-from squama.cli.summary import Summary
 from squama.errors import refuse
 from squama.interrupt import kept
 from squama.io.files import label, table_place
@@ -104,7 +103,7 @@ def sweep(
     facts = {"cells": plan.cells, "tiles": tiles, "tiles_done": done, "sha256": plan.digest}
     notes = study.notes(plan, solving.joint, dataset)
     facts |= {**plan.model.attrs(described), "notes": notes}
-    return output.report(base.json, beam, [out], facts, Summary(verdict, figures, (), notes).shown())
+    return output.report(base.json, beam, [out], facts, output.Summary(verdict, figures, (), notes).shown())
 
 
 MOST_ROWS = 5_000_000

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from squama.cli import flags, output
 from squama.cli.fit import TABLES, Tables
 from squama.cli.flags import flag, settled
-from squama.cli.summary import Shown, Summary, largest_stress, modelled, percent, touching
+from squama.cli.output import Shown, Summary, largest_stress, modelled, percent, touching
 from squama.errors import refuse
 from squama.loads import ENDLESS, LOADS, fixed
 from squama.model.outcome import SENTENCES, End
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 _DATA = 'CSV file of measured points to draw too; header "Phi (deg/mm), T (N mm)", bent "kappa (1/m), M (N mm)".'
 _COMPARE = "Compare with simpler models: the endless beam, thin rigid scales, hinges."
+_END = f"End of the curve: {flags.TWISTS}. Default: 0.3 rad in a pitch; hinges: a lock."
 _TO = f"Twist at the end: {flags.TWISTS}. Default: where a pitch twists by 0.3 rad; on hinges the end of the curve."
 
 
@@ -37,9 +38,7 @@ class Curve:
     mu: flags.Family = ()
     margin: flags.Margin = 0.01
     points: Annotated[int, flags.points(200)] = 200
-    to: Annotated[
-        str | None, flag(f"End of the curve: {flags.TWISTS}. Default: 0.3 rad in a pitch; hinges: a lock.")
-    ] = None
+    to: Annotated[str | None, flag(_END)] = None
     ends: flags.Ends = None
     data: Annotated[flags.File | None, flag(_DATA)] = None
     compare: Annotated[bool, Parameter(help=_COMPARE)] = False
@@ -96,34 +95,31 @@ def respond(
     if beam is not None and data is not None:
         with flags.problems().caught():
             (measured,) = tables.read([data], beam, load)
-    if data is None:
-        remedy = "give --data too, e.g. --data test.csv, or leave it out"
-        for name, text in (("--decimal", tables.decimal), ("--columns", tables.columns)):
-            if text is not None:
-                flags.problems().add(name, shown(text), "says how --data is read", remedy)
+    for name, text in vars(tables).items():
+        if data is None and text is not None:
+            remedy = "give --data too, e.g. --data test.csv, or leave it out"
+            flags.problems().add(f"--{name}", shown(text), "says how --data is read", remedy)
     beam = settled(beam)
     if data and not common.plot:
         print("squama: warning: --data has no effect without --plot; add e.g. --plot picture.png", file=sys.stderr)
     from squama.cli import report
     from squama.curves.chosen import chosen
 
-    family = list(mu) if len(mu) > 1 else None
-    numbers: dict[str, Any] = {"margin": curve.margin, "points": curve.points, "to": stop, "mu": family}
-    numbers["neutral"] = joints.neutral
+    numbers: dict[str, Any] = {"margin": curve.margin, "points": curve.points, "to": stop, "neutral": joints.neutral}
+    numbers["mu"] = list(mu) if len(mu) > 1 else None
     with flags.laid(flags.arguments("neutral", "ends")):
         means = chosen(beam, LOADS[load], law=law, joint=joints.joint, neutral=joints.neutral)
         if means.note:
             print(f"squama: warning: {means.note}", file=sys.stderr)
+        if not means.compliant and curve.ends not in (None, ENDLESS):
+            why = "is not available on hinges, which are endless here"
+            refuse("ends", shown(curve.ends), why, "write squama row")
         if means.compliant:
             beside = common.json or curve.compare or curve.full or bool(common.plot)
             given: dict[str, Any] = {"ideal": bool(joints.ideal), "ends": curve.ends, "simpler": beside}
             laws = report.ladder(load, beam, law, sense, numbers, **given)
             law = next(iter(laws))
         else:
-            if curve.ends not in (None, ENDLESS):
-                refuse(
-                    "ends", shown(curve.ends), "is not available on hinges, which are endless here", "write squama row"
-                )
             laws = report.responses(load, beam, law, sense, numbers)
     hinge = laws[report.HINGE].dataset() if common.plot and report.HINGE in laws else None
     written = output.write(common, laws[law].dataset, "response_figure", measured=measured, hinge=hinge)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 from squama.beam import beamfile
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, pair, settled, whole
-from squama.cli.summary import Summary, energy_unit, modelled
+from squama.cli.output import Summary, energy_unit, modelled
 from squama.errors import naming, refuse
 from squama.io.files import label, read_text
 from squama.loads import LOADS, THIN, ending
@@ -34,6 +34,7 @@ _DRAWN = {"sobol": "scrambled Sobol points", "random": "random points (PCG64)"}
 _FIGURE = ("meaning", "nominal", "share", "mean", "mean_se", "sd", "sd_se", "low", "high")
 _TOLERANCE = 'Tolerance: scale.alpha="60 deg +- 1 deg" (limits), mu="normal(0.25, 0.03)"; may be repeated.'
 _FILE = "TOML file with tolerances under [tolerance]; --vary takes precedence."
+_BEFORE = 'Twist for which the probability of an earlier lock is computed (hinges), e.g. "120 deg total".'
 _SAMPLER = "Samples: sobol (scrambled Sobol points) or random (PCG64). Default: sobol."
 _SAMPLES = "Least number of beams. Default: 32768; on hinges 131072."
 _INDICES = "Samples for Sobol indices, a power of two such as 4096; 0 for none (extra fit). Default: 0."
@@ -44,10 +45,7 @@ class Study(flags.How):
     """Settings of samples and model: arguments of :func:`squama.uncertainty`."""
 
     at: Annotated[str | None, flag(flags.AT)] = None
-    before: Annotated[
-        str | None,
-        flag('Twist for which the probability of an earlier lock is computed (hinges), e.g. "120 deg total".'),
-    ] = None
+    before: Annotated[str | None, flag(_BEFORE)] = None
     samples: Annotated[int | None, flag(_SAMPLES, read=whole(3200, 1 << 24, "131072"))] = None
     sampler: Annotated[str, flag(_SAMPLER, read=one_of("sobol", "random"))] = "sobol"
     seed: Annotated[int, flag("Seed of the samples. Default: 0.", read=whole(0, 2**31, "7"))] = 0
@@ -278,10 +276,8 @@ def _all(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Iterable[str | Tab
     spread = picked.isel(figure=(picked["sd"] != 0).values)
     shares = (spread[key] / spread["sd"] for key in ("mean_se", "quantile_se"))
     means, quantiles = (float(share.max()) if spread.sizes["figure"] else 0.0 for share in shares)
-    yield (
-        f"standard errors: of the means up to {means:.2g} sd, of the quantiles shown up to {quantiles:.2g} sd; "
-        "in: beams that have the figure"
-    )
+    errors = f"of the means up to {means:.2g} sd, of the quantiles shown up to {quantiles:.2g} sd"
+    yield f"standard errors: {errors}; in: beams that have the figure"
     yield ""
     yield from (f"  {name}: {_said(p, n)}" for name, p in _ends(u).items())
     yield f"the nominal beam: {u.attrs['nominal_end']}"

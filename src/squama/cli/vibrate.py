@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
-from squama.cli.summary import Shown, Summary, joules, modelled, percent, touching
+from squama.cli.output import Shown, Summary, joules, modelled, percent, touching
 from squama.loads import LOADS
 from squama.people import degrees, figure, turned
 from squama.units import number
@@ -20,6 +20,10 @@ if TYPE_CHECKING:
 _KEYS = "load law joint scales mode ends faces damping inertia K_theta rigidity squama_version"
 SHOWN = 12
 """Largest number of cycles in the table of the summary."""
+_ROTOR = 'Moment of inertia at the end, e.g. "1e-4 kg m2". Default: the beam file\'s.'
+_DENSITY = 'Mean density of the bar, e.g. "1100 kg/m3". Default: the beam file\'s.'
+_IMPULSE = 'Angular impulse on the rotor at rest, instead of --release: "0.01 N m s".'
+_STATIC = f"Amplitude of the torque by the twist it gives the bare beam at rest: {flags.TWISTS}."
 _damping = flags.number(0.0, 0.5, "0.01")
 _APART = 0.02
 """Relative difference of amplitudes above which two states differ."""
@@ -34,12 +38,8 @@ class Swinging(flags.How):
 
     mode: flags.Mode = "uniform"
     ends: flags.Ends = None
-    rotor: Annotated[
-        str | None, flag('Moment of inertia at the end, e.g. "1e-4 kg m2". Default: the beam file\'s.')
-    ] = None
-    density: Annotated[str | None, flag('Mean density of the bar, e.g. "1100 kg/m3". Default: the beam file\'s.')] = (
-        None
-    )
+    rotor: Annotated[str | None, flag(_ROTOR)] = None
+    density: Annotated[str | None, flag(_DENSITY)] = None
 
 
 SWINGING = Swinging()
@@ -50,9 +50,7 @@ def vibrate(
     /,
     *,
     release: Annotated[str | None, flag(f"Twist from which the beam is let go: {flags.TWISTS}.")] = None,
-    impulse: Annotated[
-        str | None, flag('Angular impulse on the rotor at rest, instead of --release: "0.01 N m s".')
-    ] = None,
+    impulse: Annotated[str | None, flag(_IMPULSE)] = None,
     swinging: Swinging = SWINGING,
     damping: Annotated[float, flag("Damping ratio of the material. Default: 0.", read=_damping)] = 0.0,
     swings: Annotated[int, flag("Number of cycles. Default: 8.", read=whole(1, 10_000, "8"))] = 8,
@@ -129,9 +127,7 @@ def shake(
     *,
     lowest: Annotated[str, flag('Lowest frequency, e.g. "1 Hz".')],
     highest: Annotated[str, flag('Highest frequency, e.g. "5 Hz".')],
-    static: Annotated[
-        str | None, flag(f"Amplitude of the torque by the twist it gives the bare beam at rest: {flags.TWISTS}.")
-    ] = None,
+    static: Annotated[str | None, flag(_STATIC)] = None,
     torque: Annotated[str | None, flag('Amplitude of the torque, instead of --static: "0.1 N m".')] = None,
     swinging: Swinging = SWINGING,
     damping: Annotated[float, flag("Damping ratio of the material. Default: 0.01.", read=_damping)] = 0.01,

@@ -53,23 +53,11 @@ def view(
         if any(path.lower().endswith(".html") for path in out):
             standalone.find()
     described, rate = base.turned(beam, mu, "--twist", twist, load=how.load, still=True)
-    held = 0.0 if bend is None else bend
     described = settled(described)
-    model: dict[str, Any] = {"sense": sense, **vars(how)}
+    drawn: dict[str, Any] = {"name": Path(beam).stem, "dark": dark, "forces": not no_forces, "frames": frames}
+    model: dict[str, Any] = {"margin": margin, "ends": ends, "sense": sense, **vars(how)}
     with flags.laid(flags.arguments("bend", "ends")):
-        found = picture.view(
-            described,
-            *out,
-            to=rate,
-            bend=held,
-            name=Path(beam).stem,
-            margin=margin,
-            dark=dark,
-            forces=not no_forces,
-            frames=frames,
-            ends=ends,
-            **model,
-        )
+        found = picture.view(described, *out, to=rate, bend=0.0 if bend is None else bend, **drawn, **model)
     return output.report(base.json, beam, found.files, _record(how.load, found), _shown(found))
 
 

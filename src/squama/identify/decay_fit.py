@@ -310,10 +310,8 @@ def _check_engagement(trials: Trials, p: Array, record: Swings, contact: list[st
     sides = systems.sides(trials.fitted(p), trials.model, trials.mode, 1, max(doors.FAR, float(peaks.max())))
     if contact and peaks.max() < sides.plus.y_e and -peaks.min() < sides.minus.y_e:
         what = f"{' and '.join(contact)} {'are' if len(contact) > 1 else 'is'} not to be found"
-        reason = (
-            f"{what}: the record never engages; it goes to {per_pitch(np.abs(peaks).max(), 4)}, and scales engage at "
-            f"{per_pitch(sides.plus.y_e, 4)}"
-        )
+        far, engaged = (per_pitch(x, 4) for x in (np.abs(peaks).max(), sides.plus.y_e))
+        reason = f"{what}: the record never engages; it goes to {far}, and scales engage at {engaged}"
         refuse("parameters", "", reason, 'let the beam go from farther, or find "damping" only')
 
 

@@ -142,9 +142,8 @@ class Plan:
         return f"{degrees(self.beam)[0] * one.top:.3g}"
 
     def _tells(self, one: Candidate, loops: int) -> str:
-        return ", ".join(
-            f"{name} to +-{text}" for name, text in zip(self.parameters, self._errors(one, loops), strict=True)
-        )
+        pairs = zip(self.parameters, self._errors(one, loops), strict=True)
+        return ", ".join(f"{name} to +-{text}" for name, text in pairs)
 
     def _errors(self, one: Candidate, loops: int = 1) -> list[str]:
         """Return the errors after so many loops as text: absolute for a ratio, else in per cent."""

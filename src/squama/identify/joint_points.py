@@ -174,10 +174,8 @@ class Walked:
 
     def _trial(self, v: Physical) -> Beam:
         """Return the beam with the values of a trial."""
-        values = {
-            "joint.stiffness": v.stiffness,
-            "substrate.youngs_modulus": self.beam.substrate.youngs_modulus * v.modulus,
-        }
+        modulus = self.beam.substrate.youngs_modulus * v.modulus
+        values = {"joint.stiffness": v.stiffness, "substrate.youngs_modulus": modulus}
         if self.load.sided:
             values["joint.inclusion_factor"] = v.rigidity / (self.beam.G_B * self.beam.J * v.modulus)
         return self.beam._with({name: float(x) for name, x in values.items()})
@@ -187,9 +185,8 @@ class Walked:
         compliant_cycles.check(x.tolist())
         one = compliant.Path.of(beam, float(mu), (self.load.verb,), ideal=False)
         found = compliant_cycles.pressed(one, self.load, x, self.kind)
-        return compliant_cycles.torque(found, self.load) * beam.unit_moment, np.sum(
-            [state["N"] for state in found], axis=0
-        )
+        torque = compliant_cycles.torque(found, self.load) * beam.unit_moment
+        return torque, np.sum([state["N"] for state in found], axis=0)
 
     def _walk(self, v: Physical) -> tuple[Array, Array]:
         """Return torque and contact of a trial beam along the load angles (rad per pitch) of the specimen."""

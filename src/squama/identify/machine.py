@@ -88,10 +88,8 @@ class Unknown(NamedTuple):
         own = f"{self.stiffness:.2g} {self.load.force}/{self.load.unit}"
         remedy = f"correct the travels for it (1 %: {own})" if self.load.pushed else (
             f'give its stiffness (1 %: machine "{own}")')  # fmt: skip
-        return (
-            f"machine not given: if it takes {shares} % of the {of} at the top, that changes "
-            f'{" and ".join(parts)}; {remedy}, or "{RIGID}"'
-        )
+        effect = f"if it takes {shares} % of the {of} at the top, that changes {' and '.join(parts)}"
+        return f'machine not given: {effect}; {remedy}, or "{RIGID}"'
 
 
 def unknown(found: Found) -> Unknown | None:

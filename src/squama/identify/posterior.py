@@ -52,16 +52,13 @@ class Posterior(NamedTuple):
     def note(self) -> str | None:
         """Return a note on chains that are too short or a model far from linear; None without."""
         if self.worth < _WORTH * self.walked:
-            return (
-                f"{self.walked} samples of linear torques are worth {self.worth:.0f} of the model's own posterior, "
-                "which is far from theirs: narrow the bounds, or measure what tells the parameters apart"
-            )
+            worth = f"{self.walked} samples of linear torques are worth {self.worth:.0f} of the model's own posterior"
+            remedy = "narrow the bounds, or measure what tells the parameters apart"
+            return f"{worth}, which is far from theirs: {remedy}"
         if self.steps >= _LEAST * self.autocorrelation:
             return None
-        return (
-            f"the chains of the samples are short ({self.steps} steps, {self.steps / self.autocorrelation:.0f} times "
-            f"their autocorrelation time; {_LEAST} are wanted): ask for more samples"
-        )
+        times = f"{self.steps / self.autocorrelation:.0f} times their autocorrelation time; {_LEAST} are wanted"
+        return f"the chains of the samples are short ({self.steps} steps, {times}): ask for more samples"
 
 
 def sample(made: Prepared, found: Found, number: int, seed: int) -> Posterior:

@@ -90,9 +90,8 @@ def _dataset(fit: Fit, best: xr.Dataset, values: Array, work: Array, probability
     load, tail = LOADS[fit.load], (1 - probability) / 2
     T, between = load.torque, f"{100 * probability:g} % of the draws lie between"
     known = np.count_nonzero(np.isfinite(values), axis=0) > _ENDED * len(values)
-    low, high = (
-        np.where(known, np.nanquantile(np.where(known, values, 0.0), q, axis=0), np.nan) for q in (tail, 1 - tail)
-    )
+    band = np.nanquantile(np.where(known, values, 0.0), (tail, 1 - tail), axis=0)
+    low, high = np.where(known, band, np.nan)
     x, torque = best[load.angle].values, best[T].values
     ends = np.quantile(work, (tail, 1 - tail))
     words = load.torque_words

@@ -216,11 +216,9 @@ def _usable(s: Measured, turns: list[int], load: Load) -> None:
         refuse("", "", reason, "sort the rows by the time: loading and unloading are mixed up")
     if len(turns) > 1 and n < _LEAST_LEG * (len(turns) + 1):
         reason = f"the {way} turns round {len(turns)} times in {n} rows, first at {s.where(turns[0])}"
-        remedy = (
-            f"give the rows in the order measured, a curve of loading only in growing {way}; if the {way} is noisy, "
-            f'say by how much with reversal, e.g. "{"0.1 mm" if load.pushed else "0.5 deg total"}"'
-        )
-        refuse("", "", reason, remedy)
+        order = f"give the rows in the order measured, a curve of loading only in growing {way}"
+        noisy = f'say by how much with reversal, e.g. "{"0.1 mm" if load.pushed else "0.5 deg total"}"'
+        refuse("", "", reason, f"{order}; if the {way} is noisy, {noisy}")
 
 
 def check_range(rec: Record, senses: Senses, lowest: float) -> None:
@@ -238,10 +236,8 @@ def check_range(rec: Record, senses: Senses, lowest: float) -> None:
             why += f", where the beam locks even with the least friction allowed, {lowest:g}"
         elif path.other:
             why = f"{minus}{per_pitch(senses.most[sign], 6)}, where another contact comes in: {path.other}"
-        reason = (
-            f"{np.count_nonzero(beyond)} of {rec.load.size} points, the farthest at {per_pitch(rec.load[i], 6)}, "
-            f"lie beyond what the model covers: {why}"
-        )
+        points = f"{np.count_nonzero(beyond)} of {rec.load.size} points, the farthest at {per_pitch(rec.load[i], 6)}"
+        reason = f"{points}, lie beyond what the model covers: {why}"
         geometry = "check the unit of the twist and the geometry in the beam file"
         remedy = f'{geometry}, or use the points before only with to "{at_most(senses.most[sign])}"'
         problems.add(rec.where(i), "", reason, remedy)

@@ -74,10 +74,9 @@ class Slope(NamedTuple):
         if self.gives > 0 and not machine and "compliance" not in names:
             stiffness = f"{1 / self.gives:.2g} {load.force}/{load.unit}"
             gives = f', or the machine gives in ("{stiffness}"; the slope alone cannot tell which)'
-        return (
-            f"{off}: the bar is {much} {kind} than its file says (modulus, section or inclusion factor){gives}, "
-            f"which moves the other estimates; correct the file, or find E_B {'' if load.pushed else 'or C_f '}too"
-        )
+        why = f"the bar is {much} {kind} than its file says (modulus, section or inclusion factor){gives}"
+        remedy = f"correct the file, or find E_B {'' if load.pushed else 'or C_f '}too"
+        return f"{off}: {why}, which moves the other estimates; {remedy}"
 
     @property
     def wrong_unit(self) -> bool:

@@ -97,9 +97,8 @@ class Design:
     @property
     def words(self) -> str:
         """Reached goals, varied dimensions and choices, in one line."""
-        goals = (
-            ", ".join([f"{goal.name} {goal.reached:.4g} {goal.unit}".strip(), *self.said(goal)]) for goal in self.goals
-        )
+        own = ((f"{goal.name} {goal.reached:.4g} {goal.unit}".strip(), *self.said(goal)) for goal in self.goals)
+        goals = map(", ".join, own)
         values = (f"{name} {text_of(name, value)}" for name, value in self.values.items())
         return "; ".join([*goals, *values, *(f"{k} {v}" for k, v in self.chosen.items())])
 

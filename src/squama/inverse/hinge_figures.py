@@ -156,9 +156,9 @@ class _Part:
         def room(row: Any, mu: Array, at: Any) -> Array:
             if figure == "hold":
                 return np.asarray((at.M_N + mu * at.M_f) / row.eta)
-            return np.asarray(
-                1 - side * at.p / row.beta if figure == "tip" else np.where(side > 0, at.s, row.eta - at.s) / row.eta
-            )
+            if figure == "tip":
+                return np.asarray(1 - side * at.p / row.beta)
+            return np.asarray(np.where(side > 0, at.s, row.eta - at.s) / row.eta)
 
         steps = {}
         for p, s in self.seeds.items():
