@@ -123,8 +123,9 @@ def cell(
     if scales is not None and (vtk is not None or picture):
         remedy = "leave them out, or leave out --scales"
         flags.problems().add("--vtk and --picture", "", "show one endless pitch", remedy)
-    described, twist = common.turned(beam, mu, "--to", to, scales=scales)
-    described = settled(described)
+    found = common.beam(beam, mu, scales=scales)
+    twist = flags.asked("--to", to, found)
+    described = settled(found)
 
     from squama.fe import runs
 
@@ -223,8 +224,9 @@ def verify(
     Exit status 1 if no scale touches up to --to: nothing is tested then. The folder gets the table (CSV), the picture
     and the elements' run; the same command continues a run that was stopped.
     """
-    described, twist = base.turned(beam, mu, "--to", to)
-    described = settled(described)
+    given = base.beam(beam, mu)
+    twist = flags.asked("--to", to, given)
+    described = settled(given)
 
     from squama.fe.runs import print_progress
     from squama.study import verification as study
@@ -398,8 +400,9 @@ def deck(
     """Write an input deck of a finite beam for CalculiX or Abaqus."""
     place = table_place(flags.problems(), "-o", out, as_json=base.json)
     flags.check_places([(place, (".inp",))])
-    described, rate = base.turned(beam, mu, "--to", to, scales=scales)
-    described = settled(described)
+    found = base.beam(beam, mu, scales=scales)
+    rate = flags.asked("--to", to, found)
+    described = settled(found)
     twist = settled(rate) * described.pitch
 
     from squama.fe import deck as decks

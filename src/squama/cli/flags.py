@@ -245,6 +245,15 @@ def rate(name: str, text: str, beam: Beam, load: str = "twisting", *, still: boo
     return found
 
 
+def asked(
+    name: str, text: str | None, beam: Beam | None, load: str = "twisting", *, still: bool = False
+) -> float | None:
+    """Return the twist rate or curvature of a flag, None where it or the beam is missing; mistakes are collected."""
+    with problems().caught():
+        return None if text is None or beam is None else rate(name, text, beam, load, still=still)
+    return None
+
+
 @dataclass_transform(frozen_default=True, kw_only_default=True)
 def group(flags: type[T]) -> type[T]:
     """Return a class of flags as a frozen dataclass, whose flags join those of the command."""
@@ -360,37 +369,21 @@ class Base:
             table[key] = one.value
         return found
 
-    def beam(self, path: str, mu: float | None = None, *, friction: bool = True) -> Beam | None:
-        """Read the beam, with ``mu`` in place of the file's, required with ``friction``; mistakes are collected."""
+    def beam(
+        self, path: str, mu: float | None = None, *, scales: int | None = None, friction: bool = True
+    ) -> Beam | None:
+        """Read the beam, with ``mu`` and ``scales`` in place of the file's; ``friction``: required.
+
+        Mistakes are collected, those of --set under that flag.
+        """
         from squama.beam.design import Beam
 
         with problems().caught(), laid({s.place: s.name for s in self.settings}):
             found = Beam.from_toml(path, overrides=self.overrides(mu))
             if friction:
                 check_friction(path, found)
-            return found
+            return found if scales is None else found.replace(scales=scales)
         return None
-
-    def turned(
-        self,
-        path: str,
-        mu: float | None,
-        name: str,
-        text: str | None,
-        *,
-        scales: int | None = None,
-        load: str = "twisting",
-        friction: bool = True,
-        still: bool = False,
-    ) -> tuple[Beam | None, float | None]:
-        """Read the beam, with ``scales`` scales, and the twist of a flag if given; mistakes are collected."""
-        found, twist = self.beam(path, mu, friction=friction), None
-        if found is not None:
-            found = found.replace(scales=scales or found.scales)
-        if found is not None and text is not None:
-            with problems().caught():
-                twist = rate(name, text, found, load, still=still)
-        return found, twist
 
 
 _HOLD = "Strains of the bar that are held: bend, twist, lateral bend, stretch; or straight (all). Default: the file's."

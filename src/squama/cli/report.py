@@ -35,7 +35,7 @@ THICK, IDEAL, HINGE = "thick scales", "thin, rigid", "hinge"
 _KEEPS = "  torque T that keeps it from twisting"
 
 
-def beside(beam: Beam, laws: Mapping[str, Answer], *, asked: bool = False) -> Bench | None:
+def beside(beam: Beam, laws: Mapping[str, Answer], *, asked: bool) -> Bench | None:
     """Return simpler beams at the load of the figures, to compare compliant joints with; None for hinges, families."""
     data = next(iter(laws.values()))
     if data.family is not None or data.attrs.get("joint") != "compliant":
@@ -45,14 +45,7 @@ def beside(beam: Beam, laws: Mapping[str, Answer], *, asked: bool = False) -> Be
 
 
 def summary(
-    beam: Beam,
-    law: str,
-    laws: Mapping[str, Answer],
-    found: Bench | None = None,
-    *,
-    asked: bool = False,
-    compare: bool = False,
-    full: bool = False,
+    beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None, *, asked: bool, compare: bool, full: bool
 ) -> Shown:
     """Return the summary of ``laws[law]``; ``compare`` adds simpler models (``found``), ``full`` all figures."""
     data = laws[law]
@@ -179,7 +172,7 @@ def _stiffnesses(kind: Load, beam: Beam) -> list[str]:
     return [line, f"beam without contact: C_f J G_B = {without}, {factor}"]
 
 
-def record(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None = None) -> dict[str, object]:
+def record(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None) -> dict[str, object]:
     """Return the record of a twisted or bent beam for JSON; ``found``: the result of :func:`beside`.
 
     ``figures``: single figures of the curve, lists for a family over ``mu``; ``laws``: the same for each law;
@@ -208,44 +201,34 @@ def _figures(data: Answer) -> dict[str, object]:
     return {**data.figures, "sentence": words[0] if data.family is None else words}
 
 
-def responses(load: str, beam: Beam, law: str, sense: str, numbers: dict[str, Any]) -> dict[str, Answer]:
+def responses(load: str, beam: Beam, how: dict[str, Any]) -> dict[str, Answer]:
     """Return the responses on hinges by law; the law that was not chosen has three points, for its single figures."""
     from squama.curves.doors import respond
 
-    few, names = {**numbers, "points": 3}, sorted(LAWS) if LOADS[load].sided else [law]
-    how = {name: numbers if name == law else few for name in names}
-    return {name: respond(beam, load, law=name, sense=sense, joint="hinge", **own) for name, own in how.items()}
+    names = sorted(LAWS) if LOADS[load].sided else [how["law"]]
+    few = {name: {} if name == how["law"] else {"points": 3} for name in names}
+    return {name: respond(beam, load, joint="hinge", **how | {"law": name} | more) for name, more in few.items()}
 
 
-def ladder(
-    load: str,
-    beam: Beam,
-    law: str,
-    sense: str,
-    numbers: dict[str, Any],
-    *,
-    ideal: bool,
-    ends: str | None,
-    simpler: bool,
-) -> dict[str, Answer]:
+def ladder(load: str, beam: Beam, how: dict[str, Any], *, simpler: bool) -> dict[str, Answer]:
     """Return the response of the beam and, if ``simpler``, those of simpler models at the same loads, by name."""
     from squama.curves.doors import respond
 
-    ours = respond(beam, load, law=law, sense=sense, joint="compliant", ideal=ideal, ends=ends, **numbers)
+    ours, ideal = respond(beam, load, joint="compliant", **how), how["ideal"]
+    own = beam.extent if "ends" in ours.attrs else IDEAL if ideal else THICK
     if not simpler:
-        return {beam.extent if "ends" in ours.attrs else IDEAL if ideal else THICK: ours}
+        return {own: ours}
     rates = ours[LOADS[load].rate] if ours.family is None else ours[LOADS[load].rate][0]
     # the ends of simpler models are searched within the same range
-    same = {**numbers, "points": 3, "to": float(rates[-1]), "at": rates, "sense": sense, "ends": ENDLESS}
+    same = how | {"points": 3, "to": float(rates[-1]), "at": rates, "ends": ENDLESS}
+    found = {own: ours}
     if "ends" in ours.attrs:
-        found = {beam.extent: ours, ENDLESS: respond(beam, load, joint="compliant", ideal=ideal, **same)}
-    else:
-        found = {IDEAL if ideal else THICK: ours}
-        if not ideal:
-            found[IDEAL] = respond(beam, load, joint="compliant", ideal=True, **same)
+        found[ENDLESS] = respond(beam, load, joint="compliant", **same)
+    elif not ideal:
+        found[IDEAL] = respond(beam, load, joint="compliant", **same | {"ideal": True})
     # in bending the neutral line of hinges is the bar's middle
-    hinged = same | {"neutral": None if LOADS[load].sided else "middle"}
-    return {**found, HINGE: respond(beam, load, joint="hinge", ideal=True, **hinged)}
+    hinged = same | {"ideal": True, "neutral": None if LOADS[load].sided else "middle"}
+    return {**found, HINGE: respond(beam, load, joint="hinge", **hinged)}
 
 
 def _table(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Table:

@@ -77,9 +77,7 @@ def sweep(
         with flags.problems().caught(), flags.laid(names):
             check(text)
     described = base.beam(beam, mu, friction=False)
-    if described is not None and solving.at is not None:
-        with flags.problems().caught():
-            flags.rate("--at", solving.at, described, solving.load)
+    flags.asked("--at", solving.at, described, solving.load)
     described = settled(described)
 
     laws = {"law": tuple(part.strip() for part in solving.law.split(","))} if "," in solving.law else {}

@@ -90,7 +90,8 @@ def respond(
     mu, data = curve.mu, curve.data
     common.check(path, *([data] if data else []))
     # a single friction coefficient becomes the beam's, so that files and reports have it
-    beam, stop = common.turned(path, mu[0] if len(mu) == 1 else None, "--to", curve.to, load=load, friction=not mu)
+    beam = common.beam(path, mu[0] if len(mu) == 1 else None, friction=not mu)
+    stop = flags.asked("--to", curve.to, beam, load)
     measured = None
     if beam is not None and data is not None:
         with flags.problems().caught():
@@ -105,8 +106,8 @@ def respond(
     from squama.cli import report
     from squama.curves.chosen import chosen
 
-    numbers: dict[str, Any] = {"margin": curve.margin, "points": curve.points, "to": stop, "neutral": joints.neutral}
-    numbers["mu"] = list(mu) if len(mu) > 1 else None
+    how: dict[str, Any] = {"law": law, "sense": sense, "margin": curve.margin, "points": curve.points, "to": stop}
+    how |= {"mu": list(mu) if len(mu) > 1 else None, "neutral": joints.neutral}
     with flags.laid(flags.arguments("neutral", "ends")):
         means = chosen(beam, LOADS[load], law=law, joint=joints.joint, neutral=joints.neutral)
         if means.note:
@@ -116,11 +117,11 @@ def respond(
             refuse("ends", shown(curve.ends), why, "write squama row")
         if means.compliant:
             beside = common.json or curve.compare or curve.full or bool(common.plot)
-            given: dict[str, Any] = {"ideal": bool(joints.ideal), "ends": curve.ends, "simpler": beside}
-            laws = report.ladder(load, beam, law, sense, numbers, **given)
+            how |= {"ideal": bool(joints.ideal), "ends": curve.ends}
+            laws = report.ladder(load, beam, how, simpler=beside)
             law = next(iter(laws))
         else:
-            laws = report.responses(load, beam, law, sense, numbers)
+            laws = report.responses(load, beam, how)
     hinge = laws[report.HINGE].dataset() if common.plot and report.HINGE in laws else None
     written = output.write(common, laws[law].dataset, "response_figure", measured=measured, hinge=hinge)
     answer = beam, law, laws, report.beside(beam, laws, asked=stop is not None)
@@ -147,8 +148,9 @@ def row(
 ) -> int:
     """Twist a row of N scales, whose end scales lack a neighbour: inclination and force of every scale."""
     common.check(beam)
-    described, stop = common.turned(beam, mu, "--to", to, scales=scales)
-    described = settled(described)
+    found = common.beam(beam, mu, scales=scales)
+    stop = flags.asked("--to", to, found)
+    described = settled(found)
 
     from squama.curves import finite_rows
 

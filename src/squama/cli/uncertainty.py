@@ -83,10 +83,8 @@ def uncertainty(
         given = _tolerances(vary, tolerances, described, study)
         if "friction.mu" not in given and not flags.problems():
             flags.check_friction(beam, described)
-        with flags.problems().caught():
-            for name, text in (("--before", study.before), ("--at", study.at)):
-                if text is not None:
-                    flags.rate(name, text, described, study.load)
+        for name, text in (("--before", study.before), ("--at", study.at)):
+            flags.asked(name, text, described, study.load)
     described = settled(described)
 
     from squama.study.tolerances.monte_carlo import uncertainty as solve

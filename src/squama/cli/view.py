@@ -52,8 +52,9 @@ def view(
     with flags.problems().caught():
         if any(path.lower().endswith(".html") for path in out):
             standalone.find()
-    described, rate = base.turned(beam, mu, "--twist", twist, load=how.load, still=True)
-    described = settled(described)
+    given = base.beam(beam, mu)
+    rate = flags.asked("--twist", twist, given, how.load, still=True)
+    described = settled(given)
     drawn: dict[str, Any] = {"name": Path(beam).stem, "dark": dark, "forces": not no_forces, "frames": frames}
     model: dict[str, Any] = {"margin": margin, "ends": ends, "sense": sense, **vars(how)}
     with flags.laid(flags.arguments("bend", "ends")):

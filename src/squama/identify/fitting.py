@@ -267,18 +267,17 @@ def _result(made: Prepared, found: Found, shared: Found, wanted: Wanted, rival: 
         branch=np.where(covered, branch, "beyond"),
         specimens=_specimens(made, shared),
         remedies=tuple(remedies),
-        notes=(),
         rival=rival,
         disagreement=remarks.disagreement(found, rival),
         slope=steep,
         ends=points.ends if isinstance(points, Walked) else ENDLESS,
         row=_row(made, found, beam) if wanted.ends == ENDLESS else None,
         endless=_endless(made, shared),
-        doubts=tuple(remarks.doubts(made, found, rival, steep, wanted.machine, loops)),
         loops=loops,
         machine=effect,
     )
-    return replace(result, notes=(*([why] if why else []), *remarks.notes(result, senses)))
+    notes = (*([why] if why else []), *remarks.notes(result, senses))
+    return replace(result, notes=notes, doubts=tuple(remarks.doubts(result, machine=wanted.machine is not None)))
 
 
 def _endless(made: Prepared, found: Found) -> Alone | None:

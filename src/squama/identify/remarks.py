@@ -10,11 +10,8 @@ import numpy as np
 from squama.curves.hinge_cycles import Senses
 from squama.identify import estimate
 from squama.identify.groups import Differing
-from squama.identify.machine import Machine
-from squama.identify.prepare import Prepared
 from squama.identify.result import Fit
 from squama.identify.selection import Found, Rival
-from squama.identify.slope import Slope
 from squama.identify.unknowns import NUISANCES
 from squama.loads import TESTS
 from squama.people import per_pitch
@@ -75,23 +72,16 @@ def describes_better(found: Found, other: Found) -> int:
     return int(gain > _BETTER) - int(gain < -_BETTER)
 
 
-def doubts(
-    test: Prepared,
-    found: Found,
-    rival: Rival | None,
-    steep: Slope | None,
-    given_machine: Machine | None,
-    loops: Differing | None,
-) -> list[str]:
-    """Return why the errors do not hold, as sentences: faults of the record or of the bar, and of the residual."""
-    given, used, out = test.noise, np.flatnonzero(found.used), list[str]()
-    scales, load = found.asked.scales, TESTS[found.asked.load]
-    if steep is not None and (cause := steep.cause(found.parameters, scales, load, given_machine is not None)):
+def doubts(found: Fit, *, machine: bool) -> list[str]:
+    """Return why the errors do not hold, as sentences; ``machine``: whether its stiffness is given."""
+    given, rival, out = found.noise if found.given_noise else None, found.rival, list[str]()
+    scales, load = found.asked.scales, TESTS[found.load]
+    if found.slope is not None and (cause := found.slope.cause(found.parameters, scales, load, machine)):
         out.append(cause)
     out += _contradicted(found)
-    if loops is not None and loops.told:
-        out.append(_differing(loops))
-    n, tau, p = used.size, found.dependence, len(found.rows)
+    if found.loops is not None and found.loops.told:
+        out.append(_differing(found.loops))
+    n, tau, p = np.count_nonzero(found.used), found.dependence, len(found.rows)
     least = p + (_SPARE if given is None else 1)
     if n < least:
         what = "the noise" if given is None else "whether the model holds"

@@ -106,14 +106,14 @@ class Fit(Found):
     branch: NDArray[np.str_]
     specimens: tuple[Alone, ...]
     remedies: tuple[Remedy, ...]
-    notes: tuple[str, ...]
     rival: Rival | None
     disagreement: str
     slope: Slope | None
     ends: str
     row: Ends | None
     endless: Alone | None
-    doubts: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
     machine: Unknown | None = None
     loops: Differing | None = None
     posterior: Posterior | None = None
