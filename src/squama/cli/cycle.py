@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from squama.curves.labelled import Answer
 
 _HISTORY = 'Twists in turn, instead of --to: "0, 0.15, 0.05, 0.2, 0 rad/pitch"; negative the other way.'
+_MANY = "Number of loops, or of times the history is repeated. Default: 1."
 _KEYS = "load law joint scales hold margin increment K_theta rigidity history squama_version"
 SHOWN = 12
 """Largest number of loops in the table of the summary."""
@@ -29,9 +30,7 @@ def cycle(
     *,
     to: Annotated[str | None, flag(f"Largest twist of the loop: {flags.TWISTS}.")] = None,
     history: Annotated[str | None, flag(_HISTORY)] = None,
-    loops: Annotated[
-        int, flag("Number of loops, or of times the history is repeated. Default: 1.", read=whole(1, 10_000, "3"))
-    ] = 1,
+    loops: Annotated[int, flag(_MANY, read=whole(1, 10_000, "3"))] = 1,
     how: flags.How = flags.HOW,
     ends: flags.Ends = None,
     mu: flags.Mu = None,

@@ -41,6 +41,8 @@ Force = Annotated[bool, Parameter(help="Replace designs in the folder.")]
 _ELEMENTS = "Check the first design by finite elements (extra fe; takes minutes)."
 _FRONT = "Target file (TOML) with a table [front]; docs: how to design a beam."
 _PICK = flags.several(whole(1, 100_000, "1,40,200"))
+_GENERATIONS = "Number of generations. Default: the file's, or 100."
+_SEED = "Seed of the search. Default: the file's, or 1."
 _POPULATION = "Designs of a generation, and at most of the front. Default: the file's, or 200."
 
 
@@ -249,12 +251,8 @@ def pareto(
     pick: Annotated[tuple[int, ...], flag("Designs that -o writes, e.g. 1,40,200. Default: all.", read=_PICK)] = (),
     force: Force = False,
     population: Annotated[int | None, flag(_POPULATION, read=whole(8, 10_000, "200"))] = None,
-    generations: Annotated[
-        int | None, flag("Number of generations. Default: the file's, or 100.", read=whole(1, 100_000, "100"))
-    ] = None,
-    seed: Annotated[
-        int | None, flag("Seed of the search. Default: the file's, or 1.", read=whole(0, 2**31 - 1, "1"))
-    ] = None,
+    generations: Annotated[int | None, flag(_GENERATIONS, read=whole(1, 100_000, "100"))] = None,
+    seed: Annotated[int | None, flag(_SEED, read=whole(0, 2**31 - 1, "1"))] = None,
     full: flags.Full = False,
     common: flags.Common = flags.COMMON,
 ) -> int:

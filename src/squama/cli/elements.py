@@ -51,6 +51,8 @@ _mesh_read = flags.Reader[MeshSize](_mesh, "medium")
 _INCREMENT = "Largest increment of the twist, rad per pitch. Default: 0.01."
 _ENDS = "Axial motion of the turned end of a finite beam: free or held. Default: free. The other end is fixed."
 _LOAD = 'Deformation of a part of --scales scales, instead of --to: "10 mm up at tip", "60 deg bend", "90 deg twist".'
+_SCALES = "Number of scales of a finite beam. Default: one pitch of an endless beam; allowed:"
+_FOLDER = "Folder to write to. Default: verify_ and the file's name."
 _FINITE = "Number of scales of the part, or of a finite beam to compute too,"
 _FINITE_MESH = "Mesh of the part or finite beam (--mesh: that of one pitch). Default: coarse."
 _SUPPORT = "Support of the part: clamped, or gripped with a twist. Default: clamped."
@@ -103,10 +105,7 @@ def cell(
     to: Annotated[str, flag(f"Twist at the end: {flags.TWISTS}.")],
     mu: flags.Mu = None,
     run: Run = RUN,
-    scales: Annotated[
-        int | None,
-        flags.scales(200, "Number of scales of a finite beam. Default: one pitch of an endless beam; allowed:"),
-    ] = None,
+    scales: Annotated[int | None, flags.scales(200, _SCALES)] = None,
     ends: Annotated[str, flag(_ENDS, read=one_of("free", "held"))] = "free",
     vtk: Annotated[flags.File | None, flag("File (.vtu) of the deformed pitch for ParaView.")] = None,
     picture: Annotated[tuple[flags.File, ...], flag(_PICTURE)] = (),
@@ -212,9 +211,7 @@ def verify(
     support: Annotated[str | None, flag(_SUPPORT)] = None,
     scales: Annotated[int | None, flags.scales(200, _FINITE)] = None,
     beam_mesh: Annotated[MeshSize, flag(_FINITE_MESH, read=_mesh_read)] = "coarse",
-    out: Annotated[
-        flags.File | None, flag("Folder to write to. Default: verify_ and the file's name.", "--out", "-o")
-    ] = None,
+    out: Annotated[flags.File | None, flag(_FOLDER, "--out", "-o")] = None,
     full: flags.Full = False,
     quiet: flags.Quiet = False,
     base: flags.Base = flags.BASE,

@@ -26,6 +26,7 @@ _FIGURES = (
 PICTURES = tuple(ending[1:] for ending in flags.PLOTS)
 _FORMATS = f"Formats of the pictures: {','.join(PICTURES)}. Default: png."
 _START = "Beam file (TOML). Default: PLA scales on silicone."
+_BROWSER = "Open a browser, or not (--no-browser). Default: open."
 _CONTACTS = "Contacts that may end a curve: tip (of all neighbours) or all (every pair of plates). Default: tip."
 
 
@@ -106,9 +107,7 @@ def explore(
     /,
     *,
     port: Annotated[int, flag("Port of the page. Default: any that is free.", read=whole(0, 65535, "8080"))] = 0,
-    browser: Annotated[
-        bool, Parameter(negative="--no-browser", help="Open a browser, or not (--no-browser). Default: open.")
-    ] = True,
+    browser: Annotated[bool, Parameter(negative="--no-browser", help=_BROWSER)] = True,
     base: flags.Base = flags.BASE,
 ) -> int:
     """Open the explorer: a page on this machine (127.0.0.1) with a beam in space, its curves and a regime map."""

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 _DATA = 'CSV file of measured points to draw too; header "Phi (deg/mm), T (N mm)", bent "kappa (1/m), M (N mm)".'
 _COMPARE = "Compare with simpler models: the endless beam, thin rigid scales, hinges."
+_SCALES = "Number of scales of the row. Default: the file's; allowed:"
 _END = f"End of the curve: {flags.TWISTS}. Default: 0.3 rad in a pitch; hinges: a lock."
 _TO = f"Twist at the end: {flags.TWISTS}. Default: where a pitch twists by 0.3 rad; on hinges the end of the curve."
 
@@ -133,9 +134,7 @@ def row(
     beam: flags.BeamFile,
     /,
     *,
-    scales: Annotated[
-        int | None, flags.scales(2000, "Number of scales of the row. Default: the file's; allowed:")
-    ] = None,
+    scales: Annotated[int | None, flags.scales(2000, _SCALES)] = None,
     mu: flags.Mu = None,
     to: Annotated[str | None, flag(_TO)] = None,
     sense: flags.Sense = "+",

@@ -17,25 +17,22 @@ from squama.people import figure, turned
 if TYPE_CHECKING:
     from squama.scene.picture import View
 
+_TWIST = f"Twist to draw: {flags.TWISTS}. Default: 0.7 of that at the end; 0 with --bend."
+_BEND = f"Bend that is held meanwhile: {flags.TWISTS}; negative is away from the scales."
+_OUT = "File to write (.png, .gif, .html); may be repeated."
+_FRAMES = "Pictures of an animation, there and back. Default: 36."
+
 
 def view(
     beam: flags.BeamFile,
     /,
     *,
-    twist: Annotated[
-        str | None, flag(f"Twist to draw: {flags.TWISTS}. Default: 0.7 of that at the end; 0 with --bend.")
-    ] = None,
-    bend: Annotated[
-        str | None, flag(f"Bend that is held meanwhile: {flags.TWISTS}; negative is away from the scales.")
-    ] = None,
-    out: Annotated[
-        tuple[flags.File, ...], flag("File to write (.png, .gif, .html); may be repeated.", "--out", "-o")
-    ] = (),
+    twist: Annotated[str | None, flag(_TWIST)] = None,
+    bend: Annotated[str | None, flag(_BEND)] = None,
+    out: Annotated[tuple[flags.File, ...], flag(_OUT, "--out", "-o")] = (),
     mu: flags.Mu = None,
     margin: flags.Margin = 0.01,
-    frames: Annotated[
-        int, flag("Pictures of an animation, there and back. Default: 36.", read=whole(2, 500, "36"))
-    ] = 36,
+    frames: Annotated[int, flag(_FRAMES, read=whole(2, 500, "36"))] = 36,
     how: flags.How = flags.HOW,
     ends: flags.Ends = None,
     sense: flags.Sense = "+",

@@ -256,9 +256,7 @@ class Fit(Found):
             "effective": samples.effective,
             "mean": self._by_name(samples.samples.mean(axis=0)),
             "sd": self._by_name(samples.samples.std(axis=0, ddof=1)),
-            "walked": samples.walked,
-            "acceptance": samples.acceptance,
-            "autocorrelation": samples.autocorrelation,
+            **of(samples, "walked", "acceptance", "autocorrelation"),
         }
         return {
             **of(self, "load", "law", "joint", "scales"),

@@ -117,9 +117,9 @@ def pareto(
     assert target.front is not None
     given = {"population": population, "generations": generations, "seed": seed}
     table = target.front.model_copy(update={k: v for k, v in given.items() if v is not None})
-    options, bare = target.options, not target.source
-    only_one(target.space.beam.faces, "a front")
-    context = Context(target.space.beam.pitches, target.space.load, bare, options.joint)
+    start, load = target.space.beam, target.space.load
+    only_one(start.faces, "a front")
+    context = Context(start.pitches, load, bare=not target.source, joint=target.options.joint)
     chosen = read_settings(table, context, target.source)
     trade = Trade(target, chosen)
     y, values = search(trade, chosen)
@@ -169,13 +169,12 @@ def read_settings(table: FrontTable, context: Context, source: str = "") -> Sett
             if name not in known:
                 allowed = f"{guess(str(name), known)}allowed: {', '.join(known)}"
                 problems.add(where, "", f"{shown(name)} is not known", allowed)
-            elif name in found:
+                continue
+            if name in found:
                 problems.add(where, "", f"{name} is given twice", "keep one")
-            else:
-                found[name] = Objective(name, sense, Want(name, at if name in at_twist else None))
-                if name in at_twist and table.at is None:
-                    remedy = f'{name} needs a twist, write e.g. at = "60 deg total"'
-                    problems.add("front.at", "", "is missing", remedy)
+            elif name in at_twist and table.at is None:
+                problems.add("front.at", "", "is missing", f'{name} needs a twist, write e.g. at = "60 deg total"')
+            found.setdefault(name, Objective(name, sense, Want(name, at if name in at_twist else None)))
     if not problems and not 2 <= len(found) <= MOST:
         remedy = f"give 2 to {MOST} in maximise and minimise"
         problems.add("[front]", "", f"names {len(found)} objectives", remedy)

@@ -190,17 +190,16 @@ def _goal(where: str, name: str, want: Want, value: object, weight: float, conte
 def _points(where: str, table: PointTable, kind: str, context: Context) -> list[Goal]:
     """Read the goals at one twist: figures of a point, or a tangent stiffness."""
     at = targetfile.twist(f"{where}.twist", table.twist, context).at
-    words = LOADS[context.load].torque_words
-    known = {"points": ("torque", *AT_POINTS), "tangent": ("stiffness",)}[kind]
+    torques = ("torque", *AT_POINTS, LOADS[context.load].torque_words)
+    allowed = dict.fromkeys(torques if kind == "points" else ("stiffness",))
     given = {key: value for key, value in table if key not in ("twist", "weight") and value is not None}
-    allowed = dict.fromkeys([*known, *(words for _ in known if kind == "points")])
     for key in given:
         if key not in allowed:
             refuse(f"{where}.{key}", "", "does not belong here", f"allowed: twist, {', '.join(allowed)}, weight")
         if key in AT_POINTS and context.joint == "hinge":
             refuse(f"{where}.{key}", "", "is not a figure of hinges", f"leave out {' and '.join(context.hinged)}")
     if not given:
-        refuse(f"{where}.{known[0]}", "", "is missing", f"write e.g. {targetfile.EXAMPLES[kind]}")
+        refuse(f"{where}.{next(iter(allowed))}", "", "is missing", f"write e.g. {targetfile.EXAMPLES[kind]}")
     twist = table.twist.strip() if isinstance(table.twist, str) else f"{shown(table.twist)} rad/m"
     weight, found = _weight(where, table.weight), []
     for key, value in given.items():

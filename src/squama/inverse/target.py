@@ -280,17 +280,16 @@ def _tolerances(table: dict[str, object], space: Space, problems: Problems, cont
     """Return tolerances by key: SI, or minus the share of the value."""
     compliant = context.joint == "compliant"
     has = (ALIASES.get(name, name) for name in DIMENSIONS if own(space.beam, name) is not None)
-    keys = dict.fromkeys([*has, *(v.key for v in space.variables)])
     without = (SCALES,) if compliant else (SCALES, *ELASTIC)
-    keys = {key: None for key in keys if key not in without}
+    keys = (key for key in (*has, *(v.key for v in space.variables)) if key not in without)
     kinds = {key: PARAMETERS[key].dimension for key in keys}
-    found = {key: DEFAULTS.get(kinds[key], -SHARE) for key in keys}
+    found = {key: DEFAULTS.get(kind, -SHARE) for key, kind in kinds.items()}
     groups = {"length": Dimension.LENGTH, "angle": Dimension.ANGLE, "relative": Dimension.RATIO}
     for name, value in sorted(dict(flattened(table)).items(), key=lambda item: item[0] not in groups):
         where = f"tolerance.{name}"
         with problems.caught():
             key = "" if name in groups else targetfile.key_of(where, name)
-            if compliant and key and key not in keys:
+            if compliant and key and key not in kinds:
                 refuse(where, "", "is for a value that the beam does not give", "give it to the beam")
             share = name == "relative" or (bool(key) and isinstance(value, str) and value.strip().endswith("%"))
             kind = Dimension.RATIO if share else groups.get(name) or PARAMETERS[key].dimension
@@ -298,6 +297,6 @@ def _tolerances(table: dict[str, object], space: Space, problems: Problems, cont
                 si = units.quantity(value, kind, bare=context.bare)
             if si < 0:
                 refuse(where, shown(value), "is below 0", "write the size of the tolerance")
-            same = [k for k in keys if (kinds[k] not in DEFAULTS if share else kinds[k] is kind)]
+            same = [k for k, own_kind in kinds.items() if (own_kind not in DEFAULTS if share else own_kind is kind)]
             found |= dict.fromkeys([key] if key else same, -si if share else si)
     return found
