@@ -227,7 +227,7 @@ def fit(
     assert given is not None
 
     from squama.identify import decay_fit, fitting
-    from squama.identify.part_points import of_test
+    from squama.identify.joint_points import of_test
 
     names = {name: f"--{name}" for name in vars(search)}
     names |= {"parameters": "--find", "bounds:": "--bounds", "data": ", ".join(data), "mode": "--mode"}

@@ -16,8 +16,7 @@ from squama.errors import InputError, naming, refuse
 from squama.identify import estimate, groups, known, prepare, records, remarks, selection
 from squama.identify import machine as machines
 from squama.identify.hinge_points import Hinged
-from squama.identify.joint_points import Walked
-from squama.identify.part_points import of_test
+from squama.identify.joint_points import Walked, of_test
 from squama.identify.posterior import sample
 from squama.identify.prepare import Prepared, Wanted
 from squama.identify.result import Alone, Fit

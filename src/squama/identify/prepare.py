@@ -22,10 +22,9 @@ from squama.errors import InputError, refuse
 from squama.identify import records
 from squama.identify.estimate import Points
 from squama.identify.hinge_points import Hinged, Physical
-from squama.identify.joint_points import Walked
+from squama.identify.joint_points import Loaded, Walked
 from squama.identify.machine import Machine
 from squama.identify.noise import scatter
-from squama.identify.part_points import Loaded
 from squama.identify.records import Limits, Record
 from squama.identify.slope import slope
 from squama.identify.unknowns import Asked, ask

@@ -23,7 +23,7 @@ from squama.identify.estimated import Table, of
 from squama.identify.groups import Differing
 from squama.identify.joint_points import Walked
 from squama.identify.machine import Unknown
-from squama.identify.posterior import Posterior
+from squama.identify.posterior import Posterior, predict
 from squama.identify.records import Record
 from squama.identify.selection import Found, Rival
 from squama.identify.slope import Slope
@@ -365,8 +365,6 @@ class Fit(Found):
         InputError
             An argument is out of range, or the model cannot follow more than half of the draws.
         """
-        from squama.identify.predict import predict
-
         if TESTS[self.load].pushed:
             refuse("predict", "", "is not available for a part under load", "squama.load(fit.beam, ...) has its curve")
         return predict(self, to, **how)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from squama.identify import noise
 from squama.identify.estimate import Points
 from squama.identify.hinge_points import Physical
-from squama.identify.part_points import Loaded
+from squama.identify.joint_points import Loaded
 from squama.identify.records import Record
 from squama.identify.unknowns import PARAMETERS, with_error
 from squama.loads import Load
