@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, get_args
 
@@ -14,7 +15,7 @@ from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, pair
 from squama.cli.load import SUPPORT
 from squama.cli.load import read as read_part
-from squama.errors import Problems, naming, refuse
+from squama.errors import Problems, refuse
 from squama.io.files import label
 from squama.io.numerals import DecimalName
 from squama.loads import LOADS, TESTS, model
@@ -226,7 +227,8 @@ def fit(
     flags.problems().settle()
     assert given is not None
 
-    from squama.identify import decay_fit, fitting
+    from squama.cli.uncertainty import given_tolerances
+    from squama.identify import decay_fit, fitting, known
     from squama.identify.joint_points import of_test
 
     names = {name: f"--{name}" for name in vars(search)}
@@ -251,7 +253,9 @@ def fit(
         else:
             how = {name: value for name, value in vars(search).items() if value is not None}
             parted = ((name, text.partition(":")) for name, text in limits.items())
-            how["tolerances"] = _known(prior, tolerances, part.beam)
+            priors = partial(known.read, beam=part.beam, bare=False)
+            how["tolerances"] = given_tolerances("--prior", prior, tolerances, priors) or None
+            flags.problems().settle()
             how["bounds"] = {name: (low.strip(), high.strip()) for name, (low, _, high) in parted}
             found = fitting.fit(read, given, *wanted, **how)
     written = output.write(common, found.dataset, *(("decay_figure", on_points) if decays else ("fit_figure", flat)))
@@ -263,22 +267,6 @@ def fit(
     record = {"file": label(beams[0]), "data": data, **found.report(), **of_band}
     shown = _summary(found, label(beams[0]), lines).shown(full=full)
     return output.report(common.json, ", ".join(data), [*written, *more], record, shown)
-
-
-def _known(prior: Iterable[flags.Pair], path: str | None, beam: Beam) -> dict[str, object] | None:
-    """Return the tolerances of the flags and of the file; mistakes are collected."""
-    from squama.cli.uncertainty import tolerance_table
-    from squama.identify import known
-
-    found: dict[str, object] = {}
-    if path is not None:
-        with naming(source=label(path)):
-            found |= {t.name: (t.kind, *t.numbers) for t in known.read(tolerance_table(path), beam, bare=False)}
-    if given := flags.once("--prior", prior):
-        flags.problems().settle()
-        with flags.laid({name: f"--prior {name}" for name in given}):
-            found |= {t.name: (t.kind, *t.numbers) for t in known.read(given, beam, bare=False)}
-    return found or None
 
 
 def _have_units(search: Search, prediction: Prediction, kind: str) -> None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 from squama.beam import beamfile
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
     from squama.beam.design import Beam
     from squama.curves.bench import Bench
+    from squama.study.tolerances.distributions import Tolerance
     from squama.study.tolerances.statistics import Probability
 
 INFLUENCES = 4
@@ -120,27 +122,33 @@ def _tolerances(vary: Iterable[flags.Pair], path: str | None, beam: Beam, study:
     from squama.curves.chosen import chosen
     from squama.study.tolerances.distributions import tolerances
 
-    before = len(flags.problems())
-    found: dict[str, object] = {}
-    kind = LOADS[study.load]
+    before, kind = len(flags.problems()), LOADS[study.load]
     means = chosen(beam, kind, law=kind.law(study.law), joint=study.joint, ideal=study.ideal, elements=False)
+    read = partial(tolerances, beam=beam, bare=False, joint=means.joint, ideal=means.ideal)
+    found = given_tolerances("--vary", vary, path, read)
+    if not found and len(flags.problems()) == before and "--vary" not in flags.problems().flags:
+        flags.problems().add("--vary", "", "no tolerance is given", 'write e.g. --vary scale.alpha="60 deg +- 1 deg"')
+    return found
 
-    def read(group: Mapping[str, object]) -> None:
+
+def given_tolerances(
+    flag: str, pairs: Iterable[flags.Pair], path: str | None, read: Callable[[Mapping[str, object]], list[Tolerance]]
+) -> dict[str, object]:
+    """Return the tolerances of a file and of a flag, which takes precedence; mistakes are collected."""
+    found: dict[str, object] = {}
+
+    def add(group: Mapping[str, object]) -> None:
         # a distribution in SI units can be read again unchanged
-        if group:
-            parts = tolerances(group, beam, bare=False, joint=means.joint, ideal=means.ideal)
-            found.update({t.name: (t.kind, *t.numbers) for t in parts})
+        found.update({t.name: (t.kind, *t.numbers) for t in (read(group) if group else ())})
 
     if path is not None:
         with flags.problems().caught():
             table = tolerance_table(path)
             with naming(source=label(path)):
-                read(table)
-    given = flags.once("--vary", vary)
-    with flags.problems().caught(), flags.laid({name: f"--vary {name}" for name in given}):
-        read(given)
-    if not found and len(flags.problems()) == before and "--vary" not in flags.problems().flags:
-        flags.problems().add("--vary", "", "no tolerance is given", 'write e.g. --vary scale.alpha="60 deg +- 1 deg"')
+                add(table)
+    given = flags.once(flag, pairs)
+    with flags.problems().caught(), flags.laid({name: f"{flag} {name}" for name in given}):
+        add(given)
     return found
 
 
