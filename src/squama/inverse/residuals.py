@@ -41,7 +41,7 @@ class Look(NamedTuple):
 
     ``y`` (variables, n) in the unit cube; ``r`` (goals, n) and ``J`` (goals, variables, n); ``g`` (limits, n), negative
     where broken, and ``G`` (limits, variables, n); ``merit`` (n,), less is better. ``values`` and ``slopes`` of the
-    figures as in :class:`Found`, the goals first; ``d`` (m) and ``scales``: pitches and numbers of scales.
+    figures, ``code`` and ``load_end`` as in :class:`Found`, the goals first; ``d`` (m): pitches; numbers of scales.
     """
 
     y: Array
@@ -52,6 +52,8 @@ class Look(NamedTuple):
     merit: Array
     values: Array
     slopes: Array
+    code: Array
+    load_end: Array
     d: Array
     scales: Array
 
@@ -97,7 +99,7 @@ class Residuals:
         # choices from lists have no derivative
         still = ((0, 0), (0, m - J.shape[1]), (0, 0))
         J, G = np.pad(J, still), np.pad(G, still)
-        return Look(y.T, r, J, g, G, merit, found.values, found.slopes, *own)
+        return Look(y.T, r, J, g, G, merit, found.values, found.slopes, found.code, found.load_end, *own)
 
     def _inside(self, every: Found, d: Array, d_slopes: Array) -> tuple[Array, Array]:
         """Return the room to the borders of the figures' domain and its derivatives; 1 where there is no border."""
