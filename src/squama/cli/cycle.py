@@ -117,10 +117,9 @@ def _loops(beam: Beam, data: Answer) -> Shown:
         yield output.table(["loop", angle, *columns], rows[:SHOWN], gap=1)
         if tops.size > SHOWN:
             yield f"the first {SHOWN} of {tops.size} loops"
-        yield (
-            "taken: by friction; stored: elastic energy at the top; damping: taken/(4 pi stored); "
-            f"drop of {torque} at the top; left: {kind.verb} that stays when the beam is let go at the top"
-        )
+        energies = "taken: by friction; stored: elastic energy at the top; damping: taken/(4 pi stored)"
+        left = f"{kind.verb} that stays when the beam is let go at the top"
+        yield f"{energies}; drop of {torque} at the top; left: {left}"
     work = float(data["W_fr"][-1])
     rigid, newtons = rigidity_unit(float(data[tangent].max()))
     low, high = (number(rigid * float(v)) for v in (data[tangent].min(), data[tangent].max()))

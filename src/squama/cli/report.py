@@ -369,10 +369,8 @@ def _borne(words: Load, beam: Beam, data: Answer) -> list[str]:
         size, newton = torque_unit(max(abs(bend), abs(twist)))
         out = f"{number(abs(pull), 'N')} {'pulling out' if pull > 0 else 'pushing in'}"
         M, T = (number(size * abs(moment), newton) for moment in (bend, twist))
-        lines.append(
-            f"load on the embedded tab{where or ' of a scale'}: {number(force, 'N')} ({out}), bending moment {M}, "
-            f"twisting moment {T}, at {turned(loads[i], beam)}"
-        )
+        tab = f"load on the embedded tab{where or ' of a scale'}: {number(force, 'N')} ({out})"
+        lines.append(f"{tab}, bending moment {M}, twisting moment {T}, at {turned(loads[i], beam)}")
     return lines
 
 

@@ -242,10 +242,8 @@ def _with(test: Prepared, values: Array, names: tuple[str, ...]) -> tuple[Asked,
     if index.size < 10 * (len(asked.rows) + len(names)):
         return None
     twists, readings = test.points.readings.load[index], test.points.readings
-    reach = {
-        **dict.fromkeys(OF_TWIST, float(np.ptp(twists)) * readings.scales),
-        **dict.fromkeys(("torque_zero", "drift"), float(np.ptp(torque))),
-    }
+    reach = dict.fromkeys(OF_TWIST, float(np.ptp(twists)) * readings.scales)
+    reach |= dict.fromkeys(("torque_zero", "drift"), float(np.ptp(torque)))
     limits = {n: ((0.0 if n == "backlash" else -_SHARE * reach[n]), _SHARE * reach[n]) for n in names}
     wanted = asked.more(names, limits)
     start = np.concatenate([values, np.zeros(len(names))])
