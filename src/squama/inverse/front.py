@@ -21,7 +21,7 @@ from squama.inverse.named_figures import AT_TWIST, OF_BEAM, OF_LOCKS, At, Found,
 from squama.inverse.search import sobol
 from squama.inverse.space import built
 from squama.inverse.target import Target, read_target
-from squama.inverse.targetfile import Context, FrontTable, twist
+from squama.inverse.targetfile import Context, Table, twist
 from squama.io.tabular import guess
 from squama.loads import STRAIGHT
 from squama.model.outcome import named
@@ -116,7 +116,7 @@ def pareto(
         refuse("pareto", "", "pymoo is not installed", "pip install squama[fit]")
     assert target.front is not None
     given = {"population": population, "generations": generations, "seed": seed}
-    table = target.front.model_copy(update={k: v for k, v in given.items() if v is not None})
+    table = {**target.front, **{k: v for k, v in given.items() if v is not None}}
     start, load = target.space.beam, target.space.load
     only_one(start.faces, "a front")
     context = Context(start.pitches, load, bare=not target.source, joint=target.options.joint)
@@ -150,18 +150,18 @@ class Settings(NamedTuple):
     given: str
 
 
-def read_settings(table: FrontTable, context: Context, source: str = "") -> Settings:
+def read_settings(table: Table, context: Context, source: str = "") -> Settings:
     """Read the table [front]; one InputError names all mistakes."""
     problems = Problems()
     known = OBJECTIVES[context.joint]
     at_twist = [name for name in known if known[name] == AT_TWIST.get(name)]
     at: At | None = None
-    if table.at is not None:
+    if table["at"] is not None:
         with problems.caught():
-            at = twist("front.at", table.at, context).at
+            at = twist("front.at", table["at"], context).at
     found: dict[str, Objective] = {}
     for key, sense in (("maximise", 1), ("minimise", -1)):
-        names, where = getattr(table, key), f"front.{key}"
+        names, where = table[key], f"front.{key}"
         if not isinstance(names, list | tuple):
             problems.add(where, shown(names), "is no list", f'write e.g. {key} = ["tangent", "range"]')
             continue
@@ -172,7 +172,7 @@ def read_settings(table: FrontTable, context: Context, source: str = "") -> Sett
                 continue
             if name in found:
                 problems.add(where, "", f"{name} is given twice", "keep one")
-            elif name in at_twist and table.at is None:
+            elif name in at_twist and table["at"] is None:
                 problems.add("front.at", "", "is missing", f'{name} needs a twist, write e.g. at = "60 deg total"')
             found.setdefault(name, Objective(name, sense, Want(name, at if name in at_twist else None)))
     if not problems and not 2 <= len(found) <= MOST:
@@ -180,13 +180,13 @@ def read_settings(table: FrontTable, context: Context, source: str = "") -> Sett
         problems.add("[front]", "", f"names {len(found)} objectives", remedy)
     numbers: dict[str, int] = {}
     for key, low, high in (("population", 8, 10_000), ("generations", 1, 100_000), ("seed", 0, 2**31 - 1)):
-        value = getattr(table, key)
+        value = table[key]
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
             problems.add(f"front.{key}", shown(value), f"is not a whole number from {low} to {high}")
         else:
             numbers[key] = value
     problems.settle(source)
-    return Settings(tuple(found.values()), **numbers, at=at, given="" if at is None else str(table.at))
+    return Settings(tuple(found.values()), **numbers, at=at, given="" if at is None else str(table["at"]))
 
 
 class Seen(NamedTuple):
