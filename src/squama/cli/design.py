@@ -60,10 +60,7 @@ def design(
     full: flags.Full = False,
     base: flags.Base = flags.BASE,
 ) -> int:
-    """Find beams that meet a target: stiffness at a twist within a torque and a stress, a curve, a lock.
-
-    Exit status 0 also where the target is not reached; the summary then says "not reached".
-    """
+    """Find beams that meet a target; the exit status is 0 also where the summary says "not reached"."""
     flags.check_places([(path, flags.PLOTS) for path in plot], [target])
     read = settled(read_target(base, target, out, force=force))
 

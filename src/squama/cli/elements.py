@@ -216,11 +216,7 @@ def verify(
     quiet: flags.Quiet = False,
     base: flags.Base = flags.BASE,
 ) -> int:
-    """Compare the compliant joint, the hinge and finite beams with finite elements, twisted; needs the extra fe.
-
-    Exit status 1 if no scale touches up to --to: nothing is tested then. The folder gets the table (CSV), the picture
-    and the elements' run; the same command continues a run that was stopped.
-    """
+    """Compare the models with finite elements along the twist; exit status 1 where no scale touches: no test then."""
     given = base.beam(beam, mu)
     twist = flags.asked("--to", to, given)
     described = settled(given)

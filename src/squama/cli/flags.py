@@ -372,10 +372,7 @@ class Base:
     def beam(
         self, path: str, mu: float | None = None, *, scales: int | None = None, friction: bool = True
     ) -> Beam | None:
-        """Read the beam, with ``mu`` and ``scales`` in place of the file's; ``friction``: required.
-
-        Mistakes are collected, those of --set under that flag.
-        """
+        """Read the beam, with ``mu`` and ``scales`` for the file's, ``friction`` required; mistakes are collected."""
         from squama.beam.design import Beam
 
         with problems().caught(), laid({s.place: s.name for s in self.settings}):

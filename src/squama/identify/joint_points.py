@@ -64,10 +64,7 @@ _ENDS = 'give torque and twist (bend) of its ends, with load="twisting" (--load 
 
 
 class Walked:
-    """Points of a test of scales on compliant joints, whose matrix is that of the beam; ``ends`` as in a beam file.
-
-    Trials on which the contact ends have a torque a thousand times too large.
-    """
+    """Points of a test of scales on compliant joints, whose matrix is that of the beam; ``ends`` as in a beam file."""
 
     def __init__(self, beam: Beam, load: Load, readings: Readings, v: Physical, ends: str = ENDLESS) -> None:
         self.beam, self.load, self.readings, self.start, self.ends = beam, load, readings, v, ends
@@ -123,6 +120,7 @@ class Walked:
         try:
             torque, _ = self._at(v)
         except InputError:
+            # a trial on which the contact ends
             torque, touching = self._at(self.start)
             torque = np.where(touching, _FAR, 1.0) * torque
         return np.asarray((torque + v.drift * self.readings.order)[self.index] + v.torque_zero)

@@ -49,10 +49,7 @@ POINTS = 80
 
 
 class Alone(NamedTuple):
-    """Estimates, errors and rms (N m) from one specimen alone, or with the endless beam.
-
-    None where no fit is possible, with the reason in ``problem``; ``rows``: the parameters.
-    """
+    """Estimates, errors and rms (N m) of one specimen alone, or of the endless beam; None with a ``problem``."""
 
     label: str
     values: Array | None
