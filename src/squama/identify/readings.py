@@ -117,7 +117,7 @@ class Readings(NamedTuple):
         return x, direction * np.where(x < 0, -1.0, 1.0)
 
     def drawn(self, points: int, *, once: bool, same: float = 0.02) -> tuple[Readings, Array]:
-        """Return evenly spaced readings of each way, and its number: 0, not drawn, where short or (``once``) repeated."""
+        """Return evenly spaced readings of a way, and its number; 0, not drawn, where short or repeated (``once``)."""
         size, seen = float(np.abs(self.load).max()), list[tuple[float, float]]()
         parts: list[tuple[Array, ...]] = []
         given = (self.torque, *(shift for _, shift in self.shifts.values()))
