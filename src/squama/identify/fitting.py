@@ -249,7 +249,7 @@ def _result(made: Prepared, found: Found, shared: Found, wanted: Wanted, rival: 
         remedies = estimate.remedies(asked, found.estimates, senses, used, found.jacobian, found.noise)
     steep = slope(rec, points, found.used, at, prepare.bar(made), found.noise)
     if wanted.machine is None:
-        effect = machines.unknown(found)
+        effect = machines.unknown(found.points, found.used, asked, found.estimates, found.jacobian, found.deviations)
     if not asked.groups and len(rec.specimens) == 1:
         loops = groups.differing(made, shared, "mu")
     result = Fit(

@@ -13,19 +13,19 @@ in the fit that ignores it (J with the rows of the priors).
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squama.errors import naming, refuse
+from squama.identify.estimate import Points
 from squama.identify.hinge_points import Physical
+from squama.identify.unknowns import Asked
 from squama.loads import TESTS, Load
 from squama.study.tolerances.distributions import spread
 from squama.types import Array
 from squama.units import Bounds, Dimension
-
-if TYPE_CHECKING:
-    from squama.identify.selection import Found
 
 STIFFNESS = Bounds(1e-12, 1e15, "1e-12 to 1e15 N m/rad", closed=True, example='"2 N m/rad"')
 """Bounds of the torsional or bending stiffness of a machine."""
@@ -92,22 +92,23 @@ class Unknown(NamedTuple):
         return f'machine not given: {effect}; {remedy}, or "{RIGID}"'
 
 
-def unknown(found: Found) -> Unknown | None:
-    """Return the effect of an unknown machine on a fit; None without torque."""
-    asked, jacobian = found.asked, found.jacobian
-    readings, place = found.points.readings, Physical._fields.index("compliance")
-    size = np.where(found.used, np.abs(readings.load), -1.0)
+def unknown(
+    points: Points, used: NDArray[np.bool_], asked: Asked, estimates: Array, jacobian: Array, errors: Array
+) -> Unknown | None:
+    """Return the effect of an unknown machine on a fit, from its ``jacobian`` with priors; None without torque."""
+    readings, place = points.readings, Physical._fields.index("compliance")
+    size = np.where(used, np.abs(readings.load), -1.0)
     top = int(np.argmax(size))
     torque = abs(float(readings.torque[top]))
     if "compliance" in asked.names or not torque > 0 or not size[top] > 0:
         return None
     percent = 0.01 * float(size[top]) * readings.scales / torque
-    used, wanted = found.points.take(np.flatnonzero(found.used)), np.arange(len(Physical._fields)) == place
-    column = used.jacobian(asked.physical(found.estimates), wanted)[:, place] * percent
+    wanted = np.arange(len(Physical._fields)) == place
+    column = points.take(np.flatnonzero(used)).jacobian(asked.physical(estimates), wanted)[:, place] * percent
     # the priors do not depend on the machine
     target = np.concatenate([column, np.zeros(len(jacobian) - column.size)])
     norm = np.linalg.norm(jacobian, axis=0)
     changes = -np.linalg.lstsq(jacobian / norm, target, rcond=None)[0] / norm
-    far = np.abs(changes) * SHARES[-1] / 0.01 > _SEEN * found.deviations
+    far = np.abs(changes) * SHARES[-1] / 0.01 > _SEEN * errors
     told = any(f for f, name in zip(far, asked.names, strict=True) if name in _TOLD)
     return Unknown(1 / percent, changes, asked.names, told, TESTS[asked.load])

@@ -12,13 +12,13 @@ independent samples (Kish), a measure of how far the linear torques are from the
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from squama import arguments, progress
 from squama.beam.design import Beam
-from squama.curves.doors import How
 from squama.curves.histories import cycled
 from squama.errors import InputError, refuse
 from squama.identify import estimate, groups
@@ -32,11 +32,7 @@ from squama.needs import need
 from squama.types import Array
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import xarray as xr
-
-    from squama.identify.result import Fit
 
 WALKERS, BURN, THIN, _LEAST = 32, 200, 15, 50
 LINEAR, WALKED, _WORTH = 4000, 400, 0.25
@@ -135,18 +131,20 @@ def sample(made: Prepared, found: Found, number: int, seed: int) -> Posterior:
     return drawn_from._replace(samples=some[np.minimum(drawn, len(some) - 1)], walked=len(some), worth=worth)
 
 
-def draws(fit: Fit, number: int, seed: int) -> Array:
+def draws(fit: Found, posterior: Posterior | None, number: int, seed: int) -> Array:
     """Return draws (number, parameters): of the posterior samples, else of estimates and covariance within bounds."""
     r = np.random.default_rng(seed)
-    if fit.posterior is not None:
-        samples = fit.posterior.samples
-        return np.asarray(samples[r.integers(0, len(samples), number)])
+    if posterior is not None:
+        return np.asarray(posterior.samples[r.integers(0, len(posterior.samples), number)])
     drawn = r.multivariate_normal(np.zeros(len(fit.rows)), fit.correlation, number) * fit.deviations
     return np.clip(fit.estimates + drawn, fit.asked.low, fit.asked.high)
 
 
 def predict(
-    fit: Fit,
+    fit: Found,
+    beam: Beam,
+    model: Mapping[str, Any],
+    posterior: Posterior | None,
     to: float | str | Sequence[float | str],
     *,
     samples: int = 100,
@@ -154,21 +152,20 @@ def predict(
     points: int = 60,
     probability: float = 0.95,
 ) -> xr.Dataset:
-    """Return the curve of the fitted beam there and back with its band; see :meth:`squama.Fit.predict`."""
+    """Return the curve of the fitted beam with its band, see :meth:`squama.Fit.predict`; ``model``: for ``cycled``."""
     samples = arguments.whole("samples", samples, 10, 1e5)
     arguments.whole("seed", seed, 0, 2**32 - 1)
     if not 0 < probability < 1:
         refuse("probability", str(probability), "must lie between 0 and 1", "write e.g. 0.95")
-    load, hinged = LOADS[fit.load], fit.joint == "hinge"
+    load, asked = LOADS[fit.asked.load], fit.asked._replace(beam=beam)
 
     def curve(beam: Beam) -> xr.Dataset:
-        how: How = {"law": fit.law, "joint": fit.joint, "ideal": hinged}
-        return cycled(beam, to, load=fit.load, ends=None if hinged else fit.ends, points=points, **how).dataset()
+        return cycled(beam, to, points=points, **model).dataset()
 
-    best = curve(fit.beam)
+    best = curve(beam)
     angle, leg = best[load.angle].values, best["leg"].values
-    values, work, asked = [], [], fit.asked._replace(beam=fit.beam)
-    for p in progress.steps(list(draws(fit, samples, seed)), samples, "draws of the fit"):
+    values, work = [], []
+    for p in progress.steps(list(draws(fit, posterior, samples, seed)), samples, "draws of the fit"):
         try:
             one = curve(asked.fitted(p))
         except InputError:
@@ -192,10 +189,10 @@ def _on(angle: Array, leg: Array, x: Array, T: Array, own: Array) -> Array:
     return out
 
 
-def _dataset(fit: Fit, best: xr.Dataset, values: Array, work: Array, probability: float) -> xr.Dataset:
+def _dataset(fit: Found, best: xr.Dataset, values: Array, work: Array, probability: float) -> xr.Dataset:
     import xarray as xr
 
-    load, tail = LOADS[fit.load], (1 - probability) / 2
+    load, tail = LOADS[fit.asked.load], (1 - probability) / 2
     T, between = load.torque, f"{100 * probability:g} % of the draws lie between"
     known = np.count_nonzero(np.isfinite(values), axis=0) > _ENDED * len(values)
     band = np.nanquantile(np.where(known, values, 0.0), (tail, 1 - tail), axis=0)
@@ -215,5 +212,5 @@ def _dataset(fit: Fit, best: xr.Dataset, values: Array, work: Array, probability
         "work_low": ("", ends[0], f"{loss}, {between} this", "J"),
         "work_high": ("", ends[1], f"{loss}, {between} and this", "J"),
     }
-    attrs = {"title": f"prediction in {fit.load} from a fit", "load": fit.load, "estimates": ", ".join(fit.lines)}
+    attrs = {"title": f"prediction in {load.name} from a fit", "load": load.name, "estimates": ", ".join(fit.lines)}
     return xr.Dataset(variables(table), attrs=attrs | {"draws": len(values), "probability": probability})

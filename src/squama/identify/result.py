@@ -364,7 +364,9 @@ class Fit(Found):
         """
         if TESTS[self.load].pushed:
             refuse("predict", "", "is not available for a part under load", "squama.load(fit.beam, ...) has its curve")
-        return predict(self, to, **how)
+        hinged = self.joint == "hinge"
+        model = {**of(self, "load", "law", "joint"), "ideal": hinged, "ends": None if hinged else self.ends}
+        return predict(self, self.beam, model, self.posterior, to, **how)
 
     def curve(self) -> Curve:
         """Return the fitted curve along the ways of the records, each once; a way back begins with the drop there."""
