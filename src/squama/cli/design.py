@@ -335,8 +335,8 @@ def _designs(front: xr.Dataset, most: int, names: Sequence[str]) -> Table:
         heads.append(f"{words} ({unit})" if unit else words)
         values = few[name].values.tolist()
         columns.append([number(factor * x) if isinstance(x, float) else str(x) for x in values])
-    rows = zip(few.design.values.astype(str).tolist(), *columns, strict=True)
-    return output.table(("design", *heads), rows, left=0)
+    numbers = few.design.values.astype(str).tolist()
+    return output.table(("design", *heads), zip(numbers, *columns, strict=True), left=0)
 
 
 def _whole(front: xr.Dataset) -> Iterable[str | Table]:

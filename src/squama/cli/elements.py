@@ -148,9 +148,8 @@ def _record(data: xr.Dataset) -> dict[str, object]:
     from squama.beam.design import Beam
 
     # "ends" of other records are the loads of the ends, here the axial motion of the turned end
-    names = {"ends": "axial"}
     return {
-        **{names.get(str(key), str(key)): value for key, value in data.attrs.items()},
+        **{"axial" if key == "ends" else str(key): value for key, value in data.attrs.items()},
         "warnings": data.attrs["warnings"].splitlines(),
         "beam": Beam.from_toml_text(data.attrs["beam"], source="elements").model_dump(),
         "mu": float(data["mu"]),

@@ -140,8 +140,7 @@ def _notes(kind: Load, beam: Beam, law: str, laws: Mapping[str, Answer]) -> list
 
 def _largest(values: Array) -> float:
     """Return the largest magnitude among finite values, for the unit of a table; else 0."""
-    known = np.abs(values[np.isfinite(values)])
-    return float(known.max(initial=0.0))
+    return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
 
 
 def _others(beam: Beam, laws: Mapping[str, Answer]) -> list[str]:

@@ -98,8 +98,7 @@ def paper(
     from squama.paper import twisting2020
 
     written = twisting2020.write(figures, Path(out), Path(points) if points is not None else None, format_)
-    record = {"written": [str(path) for path in written]}
-    return output.say(json, record, (f"wrote {label(path)}" for path in written))
+    return output.say(json, {"written": [*map(str, written)]}, (f"wrote {label(path)}" for path in written))
 
 
 def explore(

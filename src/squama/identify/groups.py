@@ -96,5 +96,4 @@ def differing(test: Prepared, shared: Found, name: str) -> Differing | None:
     gain = max(shared.square - own.square, 0.0) / (groups - 1)
     chance = float(f.sf(gain / (own.noise**2 * own.dependence), groups - 1, freedom))
     place = [i for i, row in enumerate(asked.rows) if row.group is not None]
-    rows = tuple(asked.rows[i] for i in place)
-    return Differing(name, rows, own.estimates[place], own.deviations[place], chance)
+    return Differing(name, tuple(asked.rows[i] for i in place), own.estimates[place], own.deviations[place], chance)

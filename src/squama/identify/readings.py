@@ -88,8 +88,7 @@ class Readings(NamedTuple):
     @property
     def numbers(self) -> NDArray[np.int64]:
         """Number of each point's way."""
-        new = (np.diff(self.direction) != 0) | (np.diff(self.specimen) != 0)
-        return np.concatenate([[0], np.cumsum(new)])
+        return np.concatenate([[0], np.cumsum((np.diff(self.direction) != 0) | (np.diff(self.specimen) != 0))])
 
     def turning(self, share: float) -> NDArray[np.bool_]:
         """Return which readings follow a reversal within a share of the range."""

@@ -72,8 +72,7 @@ class Parameter(NamedTuple):
         if self.name == "compliance":
             refuse("parameters", "", "compliance is not found of a part under load", "correct the travels for it")
         kind = {Dimension.TORQUE: Dimension.FORCE, Dimension.ANGLE: Dimension.LENGTH}[self.dimension]
-        words = self.words.replace("twist", "travel").removesuffix(", whole beam")
-        return self._replace(dimension=kind, words=words)
+        return self._replace(dimension=kind, words=self.words.replace("twist", "travel").removesuffix(", whole beam"))
 
     def written(self, value: float, error: float) -> str:
         """Return a value and its error as text: "0.251 +- 0.013 N m"."""

@@ -278,8 +278,7 @@ class Trade:
         values, violation = self.evaluate(y, plates=True)[:2]
         kept = np.flatnonzero(violation <= 0)
         kept = kept[[self._sound(y[i], values[i]) for i in kept.tolist()]] if kept.size else kept
-        costs = self.costs(values[kept])
-        kept = kept[undominated(costs)]
+        kept = kept[undominated(self.costs(values[kept]))]
         return y[kept], values[kept]
 
     def _sound(self, y: Array, values: Array) -> bool:
