@@ -16,7 +16,7 @@ import numpy as np
 import squama
 from squama.arrays import designs_table
 from squama.beam import matrixfile
-from squama.cli.uncertainty import _table as tolerances
+from squama.cli.uncertainty import tolerance_table as tolerances
 from squama.errors import InputError, ValidityWarning
 from squama.inverse.target import read_target
 from squama.io import measured

@@ -346,6 +346,7 @@ TESTS: dict[str, tuple[str, ...]] = {
         "unit/test_fit_branches.py",
         "fe/test_fit_compliant.py",
         "unit/test_fit_doubts.py",
+        "unit/test_fit_parts.py",
     ),
     "identify/readings.py": ("unit/test_fit_branches.py", "unit/test_fit_doubts.py"),
     "identify/noise.py": ("unit/test_fit_doubts.py", "unit/test_fit_checks.py"),
@@ -354,7 +355,6 @@ TESTS: dict[str, tuple[str, ...]] = {
     "identify/remarks.py": ("unit/test_fit_doubts.py", "unit/test_fit_checks.py"),
     "identify/prepare.py": ("unit/test_fit.py", "unit/test_fit_input.py", "fe/test_fit_compliant.py"),
     "identify/posterior.py": ("unit/test_fit_input.py", "unit/test_fit_parts.py", "unit/test_fit_known.py"),
-    "identify/part_points.py": ("unit/test_fit_parts.py",),
     "identify/fitting.py": ("unit/test_fit.py", "unit/test_fit_input.py", "unit/test_fit_doubts.py"),
     "identify/estimate.py": ("unit/test_fit_branches.py", "unit/test_fit.py"),
     "identify/decay_fit.py": ("unit/test_fit_decay.py",),
@@ -392,7 +392,7 @@ TESTS: dict[str, tuple[str, ...]] = {
 
 BY_HAND: tuple[tuple[str, str, str], ...] = (
     # the travel of a part in pitches; samples without priors, or all with one weight
-    ("identify/part_points.py", "x[1:] / (course.share * beam.pitch)", "x[1:] / course.share"),
+    ("identify/joint_points.py", "x[1:] / (course.share * beam.pitch)", "x[1:] / course.share"),
     ("identify/posterior.py", "known = -0.5 * np.sum", "known = 0 * np.sum"),
     ("identify/posterior.py", "weights = np.exp(ratio - ratio.max())", "weights = np.exp(0 * ratio)"),
     # dropped friction

@@ -13,7 +13,7 @@ import squama
 from squama.cli import main
 from squama.errors import InputError
 from squama.identify import prepare, records
-from squama.identify.part_points import of_test
+from squama.identify.joint_points import of_test
 from squama.identify.prepare import Wanted
 from squama.loads import PUSHED
 

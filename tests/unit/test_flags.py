@@ -17,20 +17,20 @@ def elsewhere(tmp_path, monkeypatch):
 
 def _said(read, text):
     with pytest.raises(InputError) as caught:
-        read("--x", text)
+        read.read("--x", text)
     return str(caught.value)
 
 
 def test_numbers_keep_their_bounds():
     read = flags.number(0, 10, "0.25")
-    assert (read("--x", "0"), read("--x", "10"), read("--x", "2.5e-1")) == (0.0, 10.0, 0.25)
+    assert (read.read("--x", "0"), read.read("--x", "10"), read.read("--x", "2.5e-1")) == (0.0, 10.0, 0.25)
     assert _said(read, "10.5") == '--x = "10.5": is out of range (0 to 10); write e.g. 0.25'
     assert _said(read, "1 mm").startswith('--x = "1 mm": is a length')
 
 
 def test_whole_numbers():
     read = flags.whole(3, 100_000, "200")
-    value = read("--x", "2e2")
+    value = read.read("--x", "2e2")
     assert (value, type(value)) == (200, int)
     assert _said(read, "2.5") == "--x = 2.5: is not a whole number; allowed: 3 to 100000; write e.g. 200"
     assert _said(read, "2") == '--x = "2": is out of range (3 to 100000); write e.g. 200'
@@ -38,10 +38,10 @@ def test_whole_numbers():
 
 
 def test_words_and_pairs():
-    assert flags.one_of("edge", "plate")("--x", "plate") == "plate"
+    assert flags.one_of("edge", "plate").read("--x", "plate") == "plate"
     assert _said(flags.one_of("edge", "plate"), "both") == '--x = "both": must be "edge" or "plate"'
     read = flags.pair("name=value", "eta=3")
-    assert read("--x", ' alpha = "30 deg" ') == ("alpha", "30 deg")
+    assert read.read("--x", ' alpha = "30 deg" ') == ("alpha", "30 deg")
     for text in ("alpha", "alpha=", "=3", 'alpha=""'):
         assert "is not name=value; write e.g. eta=3" in _said(read, text)
 

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, settled
-from squama.cli.summary import Summary, energy, modelled, percent
+from squama.cli.output import Summary, energy, modelled, percent
 from squama.errors import refuse
 from squama.loads import ENDLESS, LOADS, THIN
 from squama.model.outcome import SENTENCES, End
@@ -69,32 +69,27 @@ def bend_twist(
         if plane and free:
             refuse("--map", "", "has both loads imposed", "leave out --free")
     how: dict[str, Any] = {"neutral": joints.neutral}
+    also: dict[str, Any] = {}
     if plane:
-        shown_in = [data.dataset()] if common.plot else []
+        also["paths"] = [data.dataset()] if common.plot else []
         how |= {"joint": data.attrs["joint"], "ideal": joints.ideal}
-        written = output.write(common, lambda: bend_twist_map(described, path, **how), "plane_figure", paths=shown_in)
+        written = output.write(common, lambda: bend_twist_map(described, path, **how), "plane_figure", **also)
     else:
-        beside: dict[str, Any] = {}
         if common.plot and "hinge" in found and found["hinge"] is not data:
-            beside["hinge"] = found["hinge"].dataset()
+            also["hinge"] = found["hinge"].dataset()
         elif common.plot:
-            beside["plane"] = bend_twist_map(described, path, **how, joint="hinge", mu=0.0)
-        written = output.write(common, data.dataset, "path_figure", **beside)
-    figures, at_ends = output.figures(data), {name: {**ways(one), "end": one["end"]} for name, one in found.items()}
-    record = output.record(described, data, _KEYS, figures=figures, events="event", ways=at_ends, **_curves(data))
+            also["plane"] = bend_twist_map(described, path, **how, joint="hinge", mu=0.0)
+        written = output.write(common, data.dataset, "path_figure", **also)
+    parts: dict[str, object] = {"figures": output.figures(data), "events": "event"}
+    parts["ways"] = {name: {**ways(one), "end": one["end"]} for name, one in found.items()}
+    # a beam with a number of scales has curves of each scale, too
+    parts |= {"curve": data.curves, "each": data.each} if "ends" in data.attrs else {"curve": "point"}
+    record = output.record(described, data, _KEYS, **parts)
     return output.report(common.json, beam, written, record, _summary(described, found).shown(full=full))
 
 
-def _curves(data: Answer) -> dict[str, object]:
-    """Return the parts of the record along the path; for a beam with a number of scales also those of each scale."""
-    return {"curve": data.curves, "each": data.each} if "ends" in data.attrs else {"curve": "point"}
-
-
 def ways(data: Answer) -> dict[str, list[float]]:
-    """Return strains, loads, inclination and stress at the end of each way; NaN where the path ended before.
-
-    With scales on both faces the stress is the larger of the two.
-    """
+    """Return strains, loads, inclination and stress (the larger of both faces) at the ends of the ways; NaN beyond."""
     import numpy as np
 
     from squama.curves.both_faces import worst
@@ -157,9 +152,8 @@ def _all(beam: Beam, found: Mapping[str, Answer]) -> Iterable[str | Table]:
     yield ""
     for joint, one in found.items():
         end, other = one["end"].item(), one["other_contact"].item()
-        whose = (
-            end if one is data else f"{joint}: {end} at {_place(beam, float(one['psi_end']), float(one['phi_end']))}"
-        )
+        place = _place(beam, float(one["psi_end"]), float(one["phi_end"]))
+        whose = end if one is data else f"{joint}: {end} at {place}"
         yield f"{whose}: {SENTENCES[End(end)]}{f' ({other})' if other else ''}"
     if not End(data["end"].item()).locks:
         yield f"frictional work at the last point: {energy(float(data['W_fr_c']), beam)}"
@@ -181,10 +175,9 @@ def _events(beam: Beam, data: Answer) -> Iterable[str | Table]:
     scales = data["event_scale"].tolist() if "event_scale" in data.variables else []
     runs: list[list[int]] = []
     for i, one in enumerate(same):
-        if scales and scales[i] and runs and same[runs[-1][0]] == one:
-            runs[-1].append(i)
-        else:
-            runs.append([i])
+        if not (scales and scales[i] and runs and same[runs[-1][0]] == one):
+            runs.append([])
+        runs[-1].append(i)
     rows = (
         (
             same[i][0],
@@ -213,10 +206,9 @@ def _ranges(scales: Iterable[int]) -> str:
     """Return numbers of scales as text: "1-4, 7"; empty for the whole beam."""
     parts: list[list[int]] = []
     for i in sorted({*scales} - {0}):
-        if parts and i == parts[-1][-1] + 1:
-            parts[-1].append(i)
-        else:
-            parts.append([i])
+        if not (parts and i == parts[-1][-1] + 1):
+            parts.append([])
+        parts[-1].append(i)
     return ", ".join(str(p[0]) if len(p) == 1 else f"{p[0]}-{p[-1]}" for p in parts)
 
 
@@ -224,11 +216,10 @@ def _ratios(beam: Beam, data: Answer, endless: Answer) -> Iterable[str]:
     """Yield the ratio of the loads of N scales to those of the endless beam at the end of each way."""
     own, other = ways(data), ways(endless)
     for i in range(len(data.attrs["path"])):
-        most = max(abs(other[name][i]) for name in ("M", "T"))
         both = {name: (own[name][i], other[name][i]) for name in ("M", "T")}
-        shares = [
-            f"{name} {number(a / b)}" for name, (a, b) in both.items() if abs(b) > _SMALL * most and math.isfinite(a)
-        ]
+        most = max(abs(b) for _, b in both.values())
+        known = {name: (a, b) for name, (a, b) in both.items() if abs(b) > _SMALL * most and math.isfinite(a)}
+        shares = [f"{name} {number(a / b)}" for name, (a, b) in known.items()]
         if most > 0 and shares:
             yield f"{beam.extent} over the endless beam at the end of way {i + 1}: {', '.join(shares)} times"
 

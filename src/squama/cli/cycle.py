@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
-from squama.cli.summary import Summary, energy, energy_unit, modelled, touching
+from squama.cli.output import Shown, Summary, energy, energy_unit, modelled, touching
 from squama.errors import refuse
 from squama.loads import LOADS
 from squama.people import degrees, figure, per_pitch, rigidity_unit, span, turned
 from squama.units import is_number, moment, number, shown, torque_unit
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from squama.beam.design import Beam
     from squama.curves.labelled import Answer
 
 _HISTORY = 'Twists in turn, instead of --to: "0, 0.15, 0.05, 0.2, 0 rad/pitch"; negative the other way.'
+_MANY = "Number of loops, or of times the history is repeated. Default: 1."
 _KEYS = "load law joint scales hold margin increment K_theta rigidity history squama_version"
 SHOWN = 12
 """Largest number of loops in the table of the summary."""
@@ -32,9 +30,7 @@ def cycle(
     *,
     to: Annotated[str | None, flag(f"Largest twist of the loop: {flags.TWISTS}.")] = None,
     history: Annotated[str | None, flag(_HISTORY)] = None,
-    loops: Annotated[
-        int, flag("Number of loops, or of times the history is repeated. Default: 1.", read=whole(1, 10_000, "3"))
-    ] = 1,
+    loops: Annotated[int, flag(_MANY, read=whole(1, 10_000, "3"))] = 1,
     how: flags.How = flags.HOW,
     ends: flags.Ends = None,
     mu: flags.Mu = None,
@@ -49,18 +45,16 @@ def cycle(
         flags.problems().add("--to, --history", "", what, 'give one of them, e.g. --to "0.2 rad/pitch"')
     common.check(beam)
     described = settled(common.beam(beam, mu))
-    name, text = ("--history", history) if to is None else ("--to", to)
+    name, text = ("--history", history or "") if to is None else ("--to", to)
 
     from squama.curves.histories import cycled
 
     with flags.laid(flags.arguments("ends", twist=name)):
-        twists = _twists(name, text or "")
-        data = cycled(described, twists, margin=margin, points=points, loops=loops, ends=ends, **vars(how))
+        data = cycled(described, _twists(name, text), margin=margin, points=points, loops=loops, ends=ends, **vars(how))
     written = output.write(common, data.dataset, "cycle_figure")
-    balance = {key: data[key] for key in ("energy_error",) if key in data.variables}
-    record = output.record(
-        described, data, _KEYS, loops="loop", senses="sense", curve="point", each="point scale", **balance
-    )
+    parts: dict[str, object] = {"loops": "loop", "senses": "sense", "curve": "point", "each": "point scale"}
+    parts |= {key: data[key] for key in ("energy_error",) if key in data.variables}
+    record = output.record(described, data, _KEYS, **parts)
     return output.report(common.json, beam, written, record, _summary(described, data).shown(full=full))
 
 
@@ -100,7 +94,7 @@ def _summary(beam: Beam, data: Answer) -> Summary:
     return Summary(verdict, figures, (), data.attrs["warnings"], _loops(beam, data))
 
 
-def _loops(beam: Beam, data: Answer) -> Iterable[str | Table]:
+def _loops(beam: Beam, data: Answer) -> Shown:
     """Yield a table with a row per loop, and figures of the whole history."""
     kind = LOADS[data.attrs["load"]]
     angle, torque, tangent = kind.angle, kind.torque, kind.tangent
@@ -123,20 +117,17 @@ def _loops(beam: Beam, data: Answer) -> Iterable[str | Table]:
         yield output.table(["loop", angle, *columns], rows[:SHOWN], gap=1)
         if tops.size > SHOWN:
             yield f"the first {SHOWN} of {tops.size} loops"
-        yield (
-            "taken: by friction; stored: elastic energy at the top; damping: taken/(4 pi stored); "
-            f"drop of {torque} at the top; left: {kind.verb} that stays when the beam is let go at the top"
-        )
+        energies = "taken: by friction; stored: elastic energy at the top; damping: taken/(4 pi stored)"
+        left = f"{kind.verb} that stays when the beam is let go at the top"
+        yield f"{energies}; drop of {torque} at the top; left: {left}"
     work = float(data["W_fr"][-1])
     rigid, newtons = rigidity_unit(float(data[tangent].max()))
     low, high = (number(rigid * float(v)) for v in (data[tangent].min(), data[tangent].max()))
     yield f"frictional work of the history: {energy(work, beam)}"
     yield f"tangent stiffness {low} to {high} {newtons}"
     if "energy_error" in data.variables:
-        yield (
-            f"walked in increments of up to {per_pitch(float(data.attrs['increment']))}: the work of the "
-            f"{kind.torque_words} is balanced to {abs(float(data['energy_error'])):.1e}"
-        )
+        balance = f"the work of the {kind.torque_words} is balanced to {abs(float(data['energy_error'])):.1e}"
+        yield f"walked in increments of up to {per_pitch(float(data.attrs['increment']))}: {balance}"
     words_of = _range if f"{angle}_most" in data.variables else _contact
     for i, sense in enumerate(data["sense"]):
         yield f"sense {sense}: {words_of(beam, data, i, angle)}"

@@ -14,7 +14,7 @@ from cyclopts import Parameter
 from squama import loads
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
-from squama.cli.summary import Summary
+from squama.cli.output import of
 from squama.io.files import label
 from squama.loads import LOADS, model
 from squama.people import PITCH, figure
@@ -41,6 +41,8 @@ Force = Annotated[bool, Parameter(help="Replace designs in the folder.")]
 _ELEMENTS = "Check the first design by finite elements (extra fe; takes minutes)."
 _FRONT = "Target file (TOML) with a table [front]; docs: how to design a beam."
 _PICK = flags.several(whole(1, 100_000, "1,40,200"))
+_GENERATIONS = "Number of generations. Default: the file's, or 100."
+_SEED = "Seed of the search. Default: the file's, or 1."
 _POPULATION = "Designs of a generation, and at most of the front. Default: the file's, or 200."
 
 
@@ -58,10 +60,7 @@ def design(
     full: flags.Full = False,
     base: flags.Base = flags.BASE,
 ) -> int:
-    """Find beams that meet a target: stiffness at a twist within a torque and a stress, a curve, a lock.
-
-    Exit status 0 also where the target is not reached; the summary then says "not reached".
-    """
+    """Find beams that meet a target; the exit status is 0 also where the summary says "not reached"."""
     flags.check_places([(path, flags.PLOTS) for path in plot], [target])
     read = settled(read_target(base, target, out, force=force))
 
@@ -90,28 +89,24 @@ def read_target(base: flags.Base, path: str, out: str | None, *, force: bool, ne
     return None
 
 
-_DESIGN = (
-    *("met", "confirmed", "found_by", "verdict", "values", "chosen", "active", "end", "rate_end", "other_contact"),
-    *("refused", "warnings"),
-)
-_ALL = ("met", "confirmed", "verdict", "bounds", "tolerance", "settings", "notes")
-_GOAL = ("name", "unit", "sense", "asked", "reached", "difference", "met")
+_DESIGN = "met confirmed found_by verdict values chosen active end rate_end other_contact refused warnings"
+_ALL = "met confirmed verdict bounds tolerance settings notes"
+_GOAL = "name unit sense asked reached difference met"
 
 
 def _record(found: InverseDesign) -> dict[str, object]:
     designs: list[dict[str, object]] = []
     for d in found.designs:
-        beside = {}
-        for other in d.beside:
-            goals = [{name: getattr(goal, name) for name in _GOAL} for goal in other.goals]
-            beside[other.key] = {"words": other.words, "agrees": other.agrees, "note": other.note, "goals": goals}
+        beside = {
+            one.key: of(one, "words agrees note") | {"goals": [of(goal, _GOAL) for goal in one.goals]}
+            for one in d.beside
+        }
         own = {"goals": [vars(goal) for goal in d.goals], "beam": d.beam.model_dump(), "beside": beside}
-        designs.append({name: getattr(d, name) for name in _DESIGN} | own)
-    about = {name: getattr(found, name) for name in _ALL} | {key: found.settings[key] for key in ("joint", "scales")}
-    return {**about, "designs": designs}
+        designs.append(of(d, _DESIGN) | own)
+    return {**of(found, _ALL), **{key: found.settings[key] for key in ("joint", "scales")}, "designs": designs}
 
 
-def _summary(found: InverseDesign, target: Target) -> Summary:
+def _summary(found: InverseDesign, target: Target) -> output.Summary:
     """Return the summary: whether the target is reached, the first design, a line for each other design."""
     best, many = found[0], len(found)
     reached, *but = found.verdict.split("; ")
@@ -120,15 +115,14 @@ def _summary(found: InverseDesign, target: Target) -> Summary:
         but = [line.partition(", ")[0] if "not computed" in line else line for line in but]
         but = [line for line in but if not any(line in reason for reason in best.refused)]
     verdict = f"{reached}; {many} design{'s' * (many > 1)}"
-    figures = [(goal.name, _reached(goal)) for goal in best.goals]
-    figures.append(("model", f"{model(found.settings)}"))
-    others = []
+    figures = [*((goal.name, _reached(goal)) for goal in best.goals), ("model", model(found.settings))]
+    lines = [*_missed(found)]
     for i, d in enumerate(found.designs[1:], 2):
         words = ", ".join(f"{goal.name} {_with_unit(goal, goal.reached)}" for goal in d.goals)
-        others.append(f"design {i}{'' if d.met else ' (not reached)'}: {words}")
-    table: list[str | Table] = [*but, "design 1:", _dimensions(found, target.space.beam), *_missed(found), *others]
-    notes = (f"note: {note}" for note in found.notes)
-    return Summary(verdict, figures, [*table, *notes], _warned(best), _all(found))
+        lines.append(f"design {i}{'' if d.met else ' (not reached)'}: {words}")
+    lines += [f"note: {note}" for note in found.notes]
+    first = _dimensions(found, target.space.beam)
+    return output.Summary(verdict, figures, [*but, "design 1:", first, *lines], _warned(best), _all(found))
 
 
 def _warned(best: Design) -> Iterable[str]:
@@ -160,8 +154,7 @@ def _dimensions(found: InverseDesign, start: Beam) -> Table:
 
     best, rows = found[0], []
     for name, value in best.values.items():
-        factor, unit = people(name)
-        size, first = found.tolerance.get(name), own(start, name)
+        (factor, unit), size, first = people(name), found.tolerance.get(name), own(start, name)
         tolerance = f"+- {figure(factor * size)}" if size else ""
         change = number(factor * (value - first), sign="+") if first else ""
         rows.append((name, f"{factor * value:.4g} {unit}".strip(), tolerance, change))
@@ -255,12 +248,8 @@ def pareto(
     pick: Annotated[tuple[int, ...], flag("Designs that -o writes, e.g. 1,40,200. Default: all.", read=_PICK)] = (),
     force: Force = False,
     population: Annotated[int | None, flag(_POPULATION, read=whole(8, 10_000, "200"))] = None,
-    generations: Annotated[
-        int | None, flag("Number of generations. Default: the file's, or 100.", read=whole(1, 100_000, "100"))
-    ] = None,
-    seed: Annotated[
-        int | None, flag("Seed of the search. Default: the file's, or 1.", read=whole(0, 2**31 - 1, "1"))
-    ] = None,
+    generations: Annotated[int | None, flag(_GENERATIONS, read=whole(1, 100_000, "100"))] = None,
+    seed: Annotated[int | None, flag(_SEED, read=whole(0, 2**31 - 1, "1"))] = None,
     full: flags.Full = False,
     common: flags.Common = flags.COMMON,
 ) -> int:
@@ -286,9 +275,8 @@ def pareto(
         wrote.append(f"wrote {len(folder)} beam files into {label(out)}")
     files = output.write(common, lambda: found, "front_figure")
     wrote += [f"wrote {label(path)}" for path in files]
-    return output.report(
-        common.json, target, [*folder, *files], _front(found), _front_summary(found).shown(full=full), wrote
-    )
+    shown = _front_summary(found).shown(full=full)
+    return output.report(common.json, target, [*folder, *files], _front(found), shown, wrote)
 
 
 def _text(file: str, front: xr.Dataset, beam: Beam, number: int) -> str:
@@ -309,19 +297,19 @@ def _front(front: xr.Dataset) -> dict[str, object]:
     }
 
 
-def _front_summary(front: xr.Dataset) -> Summary:
+def _front_summary(front: xr.Dataset) -> output.Summary:
     """Return the summary of a front: ranges of its objectives, and a few of its designs."""
-    n, names = front.sizes["design"], _objectives(front)
-    held = "; held straight" * loads.holds(front.attrs["hold"], LOADS[front.attrs["load"]])
-    spans = {}
+    names, held = _objectives(front), "; held straight" * loads.holds(front.attrs["hold"], LOADS[front.attrs["load"]])
+    spans, figures = list[str](), list[tuple[str, str]]()
     for name in names:
         factor, unit = _people(front, name)
         low, high = (factor * float(limit) for limit in (front[name].min(), front[name].max()))
-        spans[name] = f"{figure(low)} to {figure(high, unit)}"
-    about = [(name, _meaning(front, name)) for name in names]
-    verdict = f"{n} designs; {', '.join(f'{name} {text}' for name, text in spans.items())}"
-    figures = [*about, ("model", f"{model(front.attrs)}; endless beam{held}")]
-    return Summary(verdict, figures, [_designs(front, FEW, names)], (), _whole(front))
+        spans.append(f"{name} {figure(low)} to {figure(high, unit)}")
+        at = f" ({front[name].attrs['at']})" if "at" in front[name].attrs else ""
+        figures.append((name, f"{front[name].attrs['long_name']}{at}"))
+    figures.append(("model", f"{model(front.attrs)}; endless beam{held}"))
+    verdict = f"{front.sizes['design']} designs; {', '.join(spans)}"
+    return output.Summary(verdict, figures, [_designs(front, FEW, names)], (), _whole(front))
 
 
 def _people(front: xr.Dataset, name: str) -> tuple[float, str]:
@@ -332,11 +320,6 @@ def _people(front: xr.Dataset, name: str) -> tuple[float, str]:
         return people(name)
     factor, unit = for_people(str(front[name].attrs["units"]))
     return factor, PITCH if unit == "deg" else unit
-
-
-def _meaning(front: xr.Dataset, name: str) -> str:
-    at = f" ({front[name].attrs['at']})" if "at" in front[name].attrs else ""
-    return f"{front[name].attrs['long_name']}{at}"
 
 
 def _designs(front: xr.Dataset, most: int, names: Sequence[str]) -> Table:
@@ -352,13 +335,13 @@ def _designs(front: xr.Dataset, most: int, names: Sequence[str]) -> Table:
         heads.append(f"{words} ({unit})" if unit else words)
         values = few[name].values.tolist()
         columns.append([number(factor * x) if isinstance(x, float) else str(x) for x in values])
-    rows = zip(few.design.values.astype(str).tolist(), *columns, strict=True)
-    return output.table(("design", *heads), rows, left=0)
+    numbers = few.design.values.astype(str).tolist()
+    return output.table(("design", *heads), zip(numbers, *columns, strict=True), left=0)
 
 
 def _whole(front: xr.Dataset) -> Iterable[str | Table]:
     """Yield a table of more designs, with their dimensions."""
-    own = [str(name) for name in front.data_vars if "." in str(name)]
-    words = [name for name in own if name.startswith("chosen.")]
-    dimensions = [name for name in own if "low" in front[name].attrs]
+    names = [str(name) for name in front.data_vars]
+    dimensions = [name for name in names if "low" in front[name].attrs]
+    words = [name for name in names if name.startswith("chosen.")]
     yield _designs(front, 4 * FEW, [*_objectives(front), *dimensions, *words])

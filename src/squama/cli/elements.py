@@ -13,7 +13,7 @@ from cyclopts import Parameter
 from squama import units
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, one_of, settled, whole
-from squama.cli.summary import Summary, percent
+from squama.cli.output import Summary, percent
 from squama.errors import refuse
 from squama.fe.sizes import MESHES, MeshSize
 from squama.interrupt import kept
@@ -44,13 +44,15 @@ def _mesh(name: str, text: str) -> MeshSize:
     sizes = text.split(",")
     if len(sizes) != 2:
         refuse(name, f'"{text}"', f"must be {', '.join(MESHES)}, or two sizes in pitches such as 0.2,0.02")
-    return _size(name, sizes[0]), _size(name, sizes[1])
+    return _size.read(name, sizes[0]), _size.read(name, sizes[1])
 
 
 _mesh_read = flags.Reader[MeshSize](_mesh, "medium")
 _INCREMENT = "Largest increment of the twist, rad per pitch. Default: 0.01."
 _ENDS = "Axial motion of the turned end of a finite beam: free or held. Default: free. The other end is fixed."
 _LOAD = 'Deformation of a part of --scales scales, instead of --to: "10 mm up at tip", "60 deg bend", "90 deg twist".'
+_SCALES = "Number of scales of a finite beam. Default: one pitch of an endless beam; allowed:"
+_FOLDER = "Folder to write to. Default: verify_ and the file's name."
 _FINITE = "Number of scales of the part, or of a finite beam to compute too,"
 _FINITE_MESH = "Mesh of the part or finite beam (--mesh: that of one pitch). Default: coarse."
 _SUPPORT = "Support of the part: clamped, or gripped with a twist. Default: clamped."
@@ -103,10 +105,7 @@ def cell(
     to: Annotated[str, flag(f"Twist at the end: {flags.TWISTS}.")],
     mu: flags.Mu = None,
     run: Run = RUN,
-    scales: Annotated[
-        int | None,
-        flags.scales(200, "Number of scales of a finite beam. Default: one pitch of an endless beam; allowed:"),
-    ] = None,
+    scales: Annotated[int | None, flags.scales(200, _SCALES)] = None,
     ends: Annotated[str, flag(_ENDS, read=one_of("free", "held"))] = "free",
     vtk: Annotated[flags.File | None, flag("File (.vtu) of the deformed pitch for ParaView.")] = None,
     picture: Annotated[tuple[flags.File, ...], flag(_PICTURE)] = (),
@@ -123,24 +122,18 @@ def cell(
     if scales is not None and (vtk is not None or picture):
         remedy = "leave them out, or leave out --scales"
         flags.problems().add("--vtk and --picture", "", "show one endless pitch", remedy)
-    described, twist = common.turned(beam, mu, "--to", to, scales=scales)
-    described = settled(described)
+    found = common.beam(beam, mu, scales=scales)
+    twist = flags.asked("--to", to, found)
+    described = settled(found)
 
     from squama.fe import runs
 
     states: list[Deformed] = []
+    how: dict[str, Any] = {"scales": scales, "ends": ends, "restart": restart, **vars(run)}
+    how |= {} if quiet else {"progress": runs.print_progress, "announce": announce}
     with kept(label(beam), f"; {label(restart)} holds what is done" if restart else ""):
-        data = runs.cell(
-            described,
-            to=settled(twist),
-            scales=scales,
-            ends=ends,
-            restart=restart,
-            progress=None if quiet else runs.print_progress,
-            announce=None if quiet else announce,
-            last=states.append if vtk is not None or picture else None,
-            **vars(run),
-        )
+        last = states.append if vtk is not None or picture else None
+        data = runs.cell(described, to=settled(twist), last=last, **how)
     written = output.write(common, lambda: data, "elements_figure" if scales is None else "finite_figure")
     for state in states:
         if vtk is not None:
@@ -155,9 +148,8 @@ def _record(data: xr.Dataset) -> dict[str, object]:
     from squama.beam.design import Beam
 
     # "ends" of other records are the loads of the ends, here the axial motion of the turned end
-    names = {"ends": "axial"}
     return {
-        **{names.get(str(key), str(key)): value for key, value in data.attrs.items()},
+        **{"axial" if key == "ends" else str(key): value for key, value in data.attrs.items()},
         "warnings": data.attrs["warnings"].splitlines(),
         "beam": Beam.from_toml_text(data.attrs["beam"], source="elements").model_dump(),
         "mu": float(data["mu"]),
@@ -201,11 +193,9 @@ def _run_in_full(beam: Beam, data: xr.Dataset) -> Iterable[str | Table]:
             before = words
     if "scale" in data.sizes:
         last = data.isel(point=-1)
-        angles = (units.number(math.degrees(v) + 0.0) for name in ("theta", "twist") for v in last[name].values)
-        forces = (units.number(v) for name in ("N", "f") for v in last[name].values)
-        n = data.sizes["scale"]
-        cells = [*angles, *forces]
-        rows = [(str(i + 1), *(cells[k * n + i] for k in range(4))) for i in range(n)]
+        angles = ([math.degrees(v) + 0.0 for v in last[name].values] for name in ("theta", "twist"))
+        cells = zip(*angles, *(last[name].values for name in ("N", "f")), strict=True)
+        rows = ((str(i), *map(units.number, row)) for i, row in enumerate(cells, 1))
         yield output.table(("scale", "theta, deg", "twist of its pitch, deg", "N, N", "f, N"), rows)
 
 
@@ -220,57 +210,47 @@ def verify(
     support: Annotated[str | None, flag(_SUPPORT)] = None,
     scales: Annotated[int | None, flags.scales(200, _FINITE)] = None,
     beam_mesh: Annotated[MeshSize, flag(_FINITE_MESH, read=_mesh_read)] = "coarse",
-    out: Annotated[
-        flags.File | None, flag("Folder to write to. Default: verify_ and the file's name.", "--out", "-o")
-    ] = None,
+    out: Annotated[flags.File | None, flag(_FOLDER, "--out", "-o")] = None,
     full: flags.Full = False,
     quiet: flags.Quiet = False,
     base: flags.Base = flags.BASE,
 ) -> int:
-    """Compare the compliant joint, the hinge and finite beams with finite elements, twisted; needs the extra fe.
-
-    Exit status 1 if no scale touches up to --to: nothing is tested then. The folder gets the table (CSV), the picture
-    and the elements' run; the same command continues a run that was stopped.
-    """
-    described, twist = base.turned(beam, mu, "--to", to)
-    described = settled(described)
+    """Compare the models with finite elements along the twist; exit status 1 where no scale touches: no test then."""
+    given = base.beam(beam, mu)
+    twist = flags.asked("--to", to, given)
+    described = settled(given)
 
     from squama.fe.runs import print_progress
     from squama.study import verification as study
 
     folder = Path(f"verify_{Path(beam).stem}" if out is None else out)
+    how: dict[str, Any] = {"load": load, "support": support, "scales": scales, "beam_mesh": beam_mesh, **vars(run)}
+    how |= {} if quiet else {"progress": print_progress, "announce": announce}
     with kept(label(beam), f"; {label(folder)} holds what is done"):
-        found = study.verify(
-            described,
-            folder,
-            to=twist,
-            load=load,
-            support=support,
-            scales=scales,
-            beam_mesh=beam_mesh,
-            progress=None if quiet else print_progress,
-            announce=None if quiet else announce,
-            **vars(run),
-        )
-    if load is not None:
-        shown = output.report(base.json, beam, found.written, _part(found), _part_summary(found).shown(full=full))
-        return shown or (0 if found.tested else UNTESTED)
-    written = [*found.written, *output.draw([str(folder / "comparison.png")], "compare_figure", found.table)]
-    status = output.report(base.json, beam, written, _verified(found), _summary(found).shown(full=full))
-    return status or (0 if found.tested else UNTESTED)
+        found = study.verify(described, folder, to=twist, **how)
+    written = found.written
+    if load is None:
+        record, made = _verified(found), _summary(found)
+        written = [*written, *output.draw([str(folder / "comparison.png")], "compare_figure", found.table)]
+    else:
+        record, made = _part(found), _part_summary(found)
+    return output.report(base.json, beam, written, record, made.shown(full=full)) or (0 if found.tested else UNTESTED)
+
+
+def _about(found: Verified) -> tuple[dict[str, object], dict[str, object]]:
+    """Return what a comparison is about and its verdict, and how the elements ran, for JSON."""
+    head = {**{key: found.table.attrs[key] for key in ("title", "load")}, **output.of(found, "tested verdict")}
+    return head, {key: found.elements.attrs[key] for key in ("mesh", "sentence", "reached", "energy_error")}
 
 
 def _verified(found: Verified) -> dict[str, object]:
-    table = found.table
+    table, (head, elements) = found.table, _about(found)
     each = ("words", "within", "last", "dT_last", "dtheta_last", "T", "theta", "dT", "dtheta")
     models = [table.isel(model=i) for i in range(table.sizes["model"])]
     return {
-        "title": table.attrs["title"],
-        "load": table.attrs["load"],
-        "tested": found.tested,
-        "verdict": found.verdict,
+        **head,
         "contact_from": found.touched,
-        "elements": {key: found.elements.attrs[key] for key in ("mesh", "sentence", "reached", "energy_error")},
+        "elements": elements,
         "share": table.attrs["share"],
         "curve": {name: table[name].values for name in ("phi", "T_elements", "theta_elements")},
         "models": {str(one["model"].item()): {key: one[key].values for key in each} for one in models},
@@ -279,13 +259,10 @@ def _verified(found: Verified) -> dict[str, object]:
 
 
 def _part(found: Verified) -> dict[str, object]:
-    table = found.table
+    table, (head, elements) = found.table, _about(found)
     return {
-        "title": table.attrs["title"],
-        "load": table.attrs["load"],
-        "tested": found.tested,
-        "verdict": found.verdict,
-        "elements": {key: found.elements.attrs[key] for key in ("mesh", "sentence", "reached", "energy_error")},
+        **head,
+        "elements": elements,
         "curve": {str(name): v.values for name, v in table.variables.items() if name != "model"},
         "compared": table["model"].values.tolist(),
         "units": output.units(table.variables.items()),
@@ -294,15 +271,12 @@ def _part(found: Verified) -> dict[str, object]:
 
 def _part_summary(found: Verified) -> Summary:
     """Return the summary of a part: its load by finite elements and by both joints."""
-    import numpy as np
-
     data, attrs = found.table, found.elements.attrs
     by = "turn" if "turn" in data.coords else "travel"
     size, unit = (math.degrees(1.0), "deg") if by == "turn" else (1e3, "mm")
     load, of = (1e3, "N mm") if by == "turn" else (1.0, "N")
     rows = []
-    for i in np.unique(np.linspace(0, data.sizes["point"] - 1, ROWS + 1).round().astype(int))[1:]:
-        at = data.isel(point=int(i))
+    for at in _some(data):
         off = ["-" if math.isnan(v) else f"{100 * v:+.1f}" for v in at["off"].values.tolist()]
         rows.append([units.number(size * float(at[by])), units.number(load * float(at["elements"])), *off])
     figures = [
@@ -311,12 +285,9 @@ def _part_summary(found: Verified) -> Summary:
         ("energy balance", f"(W - U_el - W_fr)/W = {attrs['energy_error']:.0e}"),
     ]
     words = "difference from the load of the elements, %: joint of the beam (law), joint of this mesh (mesh)"
-    table: list[str | Table] = [
-        words,
-        output.table((f"{by} ({unit})", f"elements ({of})", "law", "mesh"), rows, left=0),
-    ]
+    table = output.table((f"{by} ({unit})", f"elements ({of})", "law", "mesh"), rows, left=0)
     verdict = found.verdict if found.tested else data.attrs["title"]
-    return Summary(verdict, figures, table, () if found.tested else [found.verdict])
+    return Summary(verdict, figures, [words, table], () if found.tested else [found.verdict])
 
 
 def _summary(found: Verified) -> Summary:
@@ -332,15 +303,10 @@ def _summary(found: Verified) -> Summary:
     verdict = f"{one['words'].item()} differ from finite elements in torque by {off}"
     last = float(one["within"])
     near = f"{share} up to {per_pitch(last)}" if last else f"{share} nowhere"
-    figures = [("within", near), ("tested", found.verdict)]
-    figures.append(("about", data.attrs["title"]))
+    figures = [("within", near), ("tested", found.verdict), ("about", data.attrs["title"])]
     unit = f"deg per pitch up to which a model is within {share} in torque; then torque and theta (deg) at its end"
-    table: list[str | Table] = [
-        output.table(("model", "holds to", "torque", "theta"), ranges(data), left=1),
-        unit,
-        *finite(data),
-    ]
-    return Summary(verdict, figures, table, data.attrs["warnings"], _all(data, attrs))
+    table = output.table(("model", "holds to", "torque", "theta"), ranges(data), left=1)
+    return Summary(verdict, figures, [table, unit, *finite(data)], data.attrs["warnings"], _all(data, attrs))
 
 
 def _all(data: xr.Dataset, attrs: Mapping[Hashable, Any]) -> Iterable[str | Table]:
@@ -355,13 +321,18 @@ def _all(data: xr.Dataset, attrs: Mapping[Hashable, Any]) -> Iterable[str | Tabl
     yield _table(data, "dtheta", math.degrees(1.0), "theta_elements", math.degrees(1.0), "deg")
 
 
-def _table(data: xr.Dataset, name: str, factor: float, own: str, scale: float, unit: str) -> Table:
-    """Return the differences of all models at some twists, with the elements' own value."""
+def _some(data: xr.Dataset) -> Iterable[xr.Dataset]:
+    """Return at most :data:`ROWS` points of a comparison, evenly spaced, without the first."""
     import numpy as np
 
+    places = np.unique(np.linspace(0, data.sizes["point"] - 1, ROWS + 1).round().astype(int))
+    return (data.isel(point=int(i)) for i in places[1:])
+
+
+def _table(data: xr.Dataset, name: str, factor: float, own: str, scale: float, unit: str) -> Table:
+    """Return the differences of all models at some twists, with the elements' own value."""
     rows = []
-    for i in np.unique(np.linspace(0, data.sizes["point"] - 1, ROWS + 1).round().astype(int))[1:]:
-        at = data.isel(point=int(i))
+    for at in _some(data):
         cells = factor * at[name].values
         texts = ["-" if math.isnan(cell) else units.number(cell, sign="+") for cell in cells]
         rows.append([units.number(math.degrees(float(at["phi"]))), units.number(scale * float(at[own])), *texts])
@@ -383,10 +354,7 @@ def ranges(data: xr.Dataset) -> list[tuple[str, ...]]:
 
 
 def finite(data: xr.Dataset) -> list[str]:
-    """Return lines that compare the elements' finite beam with their endless beam, and the row with the finite beam.
-
-    An endless beam is no reference for a short one, so the row of hinges is compared with the elements' finite beam.
-    """
+    """Return lines that compare the elements' finite beam with their endless beam, and the row with the finite beam."""
     import numpy as np
 
     if "beam" not in data["model"].values:
@@ -424,8 +392,9 @@ def deck(
     """Write an input deck of a finite beam for CalculiX or Abaqus."""
     place = table_place(flags.problems(), "-o", out, as_json=base.json)
     flags.check_places([(place, (".inp",))])
-    described, rate = base.turned(beam, mu, "--to", to, scales=scales)
-    described = settled(described)
+    found = base.beam(beam, mu, scales=scales)
+    rate = flags.asked("--to", to, found)
+    described = settled(found)
     twist = settled(rate) * described.pitch
 
     from squama.fe import deck as decks

@@ -13,7 +13,6 @@ from squama import units
 from squama.beam.faces import described
 from squama.cli import flags, output
 from squama.cli.flags import flag, number, settled, words_of
-from squama.cli.summary import Summary
 from squama.fabrication.kinds import FORMATS, PARTS, FormatName, PartName
 from squama.io.files import exists, label
 
@@ -40,6 +39,7 @@ _size = flags.Reader(_read_size, 0.0)
 
 _density = number(0.01, 24.99, "1.2", "0.01 to 24.99 g/cm3")
 _PARTS = f"Parts to write. Default: {','.join(PARTS)}."
+_PLA = "Density of printed parts, g/cm3. Default: 1.24 (solid PLA)."
 _KINDS = "Formats: stl, 3mf (both in mm), step (extra step). Default: stl,3mf."
 _CLEARANCE = "Clearance of tabs in their slots, and of blades in the lid, on every side. Default: 0.2 mm."
 _PICTURE = "Picture of the assembled beam and the mould (.png, .svg, .pdf); may be repeated."
@@ -51,9 +51,7 @@ class Made:
     """Parts, formats and sizes of an export: arguments of :func:`squama.export`."""
 
     scales: Annotated[int | None, flags.scales(500, "Number of scales. Default: the file's; allowed:", least=1)] = None
-    parts: Annotated[
-        tuple[PartName, ...], flag(f"Parts to write. Default: {','.join(PARTS)}.", read=words_of(PARTS))
-    ] = PARTS
+    parts: Annotated[tuple[PartName, ...], flag(_PARTS, read=words_of(PARTS))] = PARTS
     formats: Annotated[tuple[FormatName, ...], flag(_KINDS, read=words_of(FORMATS))] = ("stl", "3mf")
     clearance: Annotated[float, flag(_CLEARANCE, read=_size)] = 0.2e-3
     feature: Annotated[float, flag("Smallest size that can be printed or cast. Default: 0.4 mm.", read=_size)] = 0.4e-3
@@ -61,9 +59,7 @@ class Made:
     ends: Annotated[float, flag("Plain length of the bar at each end, for grips. Default: 30 mm.", read=_size)] = 30e-3
     draft: Annotated[float, flag("Draft angle of the tray's sides. Default: 0 deg.", read=_size)] = 0.0
     bed: Annotated[float | None, flag(_BED, read=_size)] = None
-    scale_density: Annotated[
-        float, flag("Density of printed parts, g/cm3. Default: 1.24 (solid PLA).", read=_density)
-    ] = 1.24
+    scale_density: Annotated[float, flag(_PLA, read=_density)] = 1.24
     substrate_density: Annotated[float, flag("Density of the silicone, g/cm3. Default: 1.15.", read=_density)] = 1.15
 
 
@@ -109,13 +105,13 @@ def _record(made: Export) -> dict[str, object]:
     }
 
 
-def _summary(made: Export) -> Summary:
+def _summary(made: Export) -> output.Summary:
     """Return the summary: sizes, result of the checks, bill of materials."""
     plan = made.plan
     where = f", on {described(plan.faces)}" if plan.pieces > plan.scales else ""
     verdict = f"{plan.scales} scales on a bar of {plan.total:g} x {plan.width:g} x {plan.height:g} mm{where}"
     closed = f"{len(made.checks)} checks hold: every solid is closed, in one piece, and a manifold"
-    return Summary(verdict, [("solids", closed)], _bill(made), (), _measured(made.checks))
+    return output.Summary(verdict, [("solids", closed)], _bill(made), (), _measured(made.checks))
 
 
 def _bill(made: Export) -> Iterable[Table]:

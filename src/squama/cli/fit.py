@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, get_args
 
@@ -14,8 +15,7 @@ from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, pair
 from squama.cli.load import SUPPORT
 from squama.cli.load import read as read_part
-from squama.cli.summary import Summary
-from squama.errors import Problems, naming, refuse
+from squama.errors import Problems, refuse
 from squama.io.files import label
 from squama.io.numerals import DecimalName
 from squama.loads import LOADS, TESTS, model
@@ -35,7 +35,7 @@ _pair = pair("name=lower:upper", "mu=0.1:0.5")
 
 def _bounds(name: str, text: str) -> flags.Pair:
     """Read the bounds of a parameter; an open end is empty."""
-    found = _pair(name, text)
+    found = _pair.read(name, text)
     if found.text.count(":") != 1:
         refuse(f"{name} {shown(text)}", "", "is not name=lower:upper", "write e.g. mu=0.1:0.5")
     return found
@@ -73,6 +73,7 @@ _TO = 'Twist or travel beyond which points are not used, e.g. "0.1 rad/pitch".'
 _REVERSAL = 'Noise of the twist: a smaller way back is no reversal, e.g. "0.5 deg total". Default: from the points.'
 _NUISANCES = "Zeros, backlash and drift of the test: auto (found where the residual shows them) or none. Default: auto."
 _POSTERIOR = "Number of posterior samples (extra fit). Default: 0."
+_DECIMAL = 'Decimal sign of measured points: "." or ",". Default: guessed.'
 _COLUMNS = (
     'Names and units of the columns of measured points: "Winkel=total (deg), 3=T (N mm)". Default: from the header.'
 )
@@ -129,10 +130,7 @@ class Swing:
 class Tables:
     """Settings for reading tables of measured points."""
 
-    decimal: Annotated[
-        DecimalName | None,
-        flag('Decimal sign of measured points: "." or ",". Default: guessed.', read=one_of(*get_args(DecimalName))),
-    ] = None
+    decimal: Annotated[DecimalName | None, flag(_DECIMAL, read=one_of(*get_args(DecimalName)))] = None
     columns: Annotated[str | None, flag(_COLUMNS)] = None
 
     def swings(self, path: str) -> bool:
@@ -224,23 +222,21 @@ def fit(
     given: Beam | Part | None = None
     if len(beams) == 1:
         # twisting and bending of the ends need no load or support of the file
-        if search.load in LOADS:
-            given = common.beam(beams[0], friction=False)
-        else:
-            given = read_part(common, beams[0], friction=False)
+        ends = search.load in LOADS
+        given = common.beam(beams[0], friction=False) if ends else read_part(common, beams[0], friction=False)
     flags.problems().settle()
     assert given is not None
 
-    from squama.identify import decay_fit, fitting
-    from squama.identify.part_points import of_test
+    from squama.cli.uncertainty import given_tolerances
+    from squama.identify import decay_fit, fitting, known
+    from squama.identify.joint_points import of_test
 
     names = {name: f"--{name}" for name in vars(search)}
     names |= {"parameters": "--find", "bounds:": "--bounds", "data": ", ".join(data), "mode": "--mode"}
     decays = any(tables.swings(path) for path in data)
     if decays:
-        _of_tests(
-            data, search, corner=corner, bounds=bounds, prior=prior, tolerances=tolerances, predict=prediction.predict
-        )
+        others = {"bounds": bounds, "prior": prior, "tolerances": tolerances, "predict": prediction.predict}
+        _of_tests(data, {**vars(search), "corner": corner, **others})
     elif swing != SWING:
         refuse("--mode, --ideal", "", "are for decays: no table has a column of time, and no torque")
     own = {name: f"{label(beams[0])}: {heading(name)}" for name in ("load", "support", "along")}
@@ -252,12 +248,14 @@ def fit(
     found: Fit | DecayFit
     with flags.laid(names):
         if decays:
-            how = {name: getattr(search, name) for name in _OF_DECAYS} | {"load": kind} | vars(swing)
+            how = {"load": kind, "law": search.law, "joint": search.joint, **vars(swing)}
             found = decay_fit.fit_decay(read[0], part.beam, *wanted, **how)
         else:
             how = {name: value for name, value in vars(search).items() if value is not None}
             parted = ((name, text.partition(":")) for name, text in limits.items())
-            how["tolerances"] = _known(prior, tolerances, part.beam)
+            priors = partial(known.read, beam=part.beam, bare=False)
+            how["tolerances"] = given_tolerances("--prior", prior, tolerances, priors) or None
+            flags.problems().settle()
             how["bounds"] = {name: (low.strip(), high.strip()) for name, (low, _, high) in parted}
             found = fitting.fit(read, given, *wanted, **how)
     written = output.write(common, found.dataset, *(("decay_figure", on_points) if decays else ("fit_figure", flat)))
@@ -269,22 +267,6 @@ def fit(
     record = {"file": label(beams[0]), "data": data, **found.report(), **of_band}
     shown = _summary(found, label(beams[0]), lines).shown(full=full)
     return output.report(common.json, ", ".join(data), [*written, *more], record, shown)
-
-
-def _known(prior: Iterable[flags.Pair], path: str | None, beam: Beam) -> dict[str, object] | None:
-    """Return the tolerances of the flags and of the file; mistakes are collected."""
-    from squama.cli.uncertainty import tolerance_table
-    from squama.identify import known
-
-    found: dict[str, object] = {}
-    if path is not None:
-        with naming(source=label(path)):
-            found |= {t.name: (t.kind, *t.numbers) for t in known.read(tolerance_table(path), beam, bare=False)}
-    if given := flags.once("--prior", prior):
-        flags.problems().settle()
-        with flags.laid({name: f"--prior {name}" for name in given}):
-            found |= {t.name: (t.kind, *t.numbers) for t in known.read(given, beam, bare=False)}
-    return found or None
 
 
 def _have_units(search: Search, prediction: Prediction, kind: str) -> None:
@@ -299,30 +281,29 @@ def _have_units(search: Search, prediction: Prediction, kind: str) -> None:
     flags.problems().settle()
 
 
-def _of_tests(data: list[str], search: Search, **others: object) -> None:
+def _of_tests(data: list[str], given: Mapping[str, object]) -> None:
     """Refuse several files, and flags for tests of torque and twist only, with a decay."""
     for path in data[1:]:
         flags.problems().add(path, "", "is a second file beside the record of a decay", "give one")
-    given = {**vars(search), **others}
     for name, value in given.items():
         if name not in _OF_DECAYS and value != getattr(SEARCH, name, None) and value != ():
             flags.problems().add(f"--{name}", "", "is for torque and twist, not for a decay", "leave it out")
     flags.problems().settle()
 
 
-def _summary(found: Fit | DecayFit, file: str, predicted: list[str]) -> Summary:
+def _summary(found: Fit | DecayFit, file: str, predicted: list[str]) -> output.Summary:
     """Return the summary: estimates with errors, then checks and doubts; ``predicted``: lines of a prediction."""
     from squama.identify.decay_fit import DecayFit
 
     verdict, full = ", ".join(found.lines), [*found.described(), *found.more]
     if isinstance(found, DecayFit):
         words = f"{model(found.attrs)}; {found.attrs['load']}, {found.mode}; a decay (time, no torque)"
-        return Summary(verdict, [*found.sizes, ("beam", file), ("model", words)], predicted, (), full)
+        return output.Summary(verdict, [*found.sizes, ("beam", file), ("model", words)], predicted, (), full)
     kind = TESTS[found.load].model(found.law, found.joint, found.scales)
     figures = [*found.sizes, ("beam", file), ("model", f"{kind}; {found.fitted_as}; {found.load}")]
     table = [*predicted, *found.checked, *filter(None, [found.of_machine])]
     verdict = verdict if found.holds else f"{verdict}; the errors do not hold"
-    return Summary(verdict, figures, table, found.warnings, full)
+    return output.Summary(verdict, figures, table, found.warnings, full)
 
 
 def _count(beams: list[str], data: list[str]) -> None:

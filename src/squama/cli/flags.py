@@ -83,24 +83,15 @@ def laid(names: Mapping[str, str]) -> Iterator[None]:
 # ---- how a flag is read -----------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Reader(Generic[T]):
+class Reader(NamedTuple, Generic[T]):
     """Reads a value from the name and text of a flag; ``failed`` replaces a value that could not be read."""
 
     read: Callable[[str, str], T]
     failed: T
 
-    def __call__(self, name: str, text: str) -> T:
-        """Read a text, or raise InputError."""
-        return self.read(name, text)
-
 
 def flag(words: str, *names: str, read: Reader[T] | None = None, many: bool = False) -> Parameter:
-    """Return a flag whose value may begin with a minus sign.
-
-    ``words``: help text; ``names``: names other than the argument's; ``read``: reader of the value (default: the text);
-    ``many``: the flag may be repeated, and its value is a tuple.
-    """
+    """Return a flag with its help, other names and reader (default: the text); ``many``: repeated, a tuple."""
     plain = Parameter(name=names or None, help=words, allow_leading_hyphen=True)
     if read is None:
         return plain
@@ -112,7 +103,7 @@ def flag(words: str, *names: str, read: Reader[T] | None = None, many: bool = Fa
             with problems().caught():
                 if len(tokens) > 1 and not many:
                     refuse(name, "", f"is given {len(tokens)} times", "give it once")
-                found.append(read(name, token.value))
+                found.append(read.read(name, token.value))
                 continue
             problems().flags.add(name)
         return tuple(found) if many else found[0] if found else read.failed
@@ -140,9 +131,9 @@ def whole(low: int, high: int, example: str) -> Reader[int]:
     inside, endless = number(low, high, example), number(-math.inf, math.inf, example)
 
     def read(name: str, text: str) -> int:
-        if not endless(name, text).is_integer():
+        if not endless.read(name, text).is_integer():
             refuse(name, text, "is not a whole number", f"allowed: {low} to {high}; write e.g. {example}")
-        return int(inside(name, text))
+        return int(inside.read(name, text))
 
     return Reader(read, low)
 
@@ -229,14 +220,14 @@ def _setting(name: str, text: str) -> Setting:
 
 def several(one: Reader[T]) -> Reader[tuple[T, ...]]:
     """Return a reader of values separated by commas."""
-    return Reader(lambda name, text: tuple(one(name, part) for part in text.split(",")), ())
+    return Reader(lambda name, text: tuple(one.read(name, part) for part in text.split(",")), ())
 
 
 _mu = number(0.0, 10.0, "0.25")
 
 
 def _family(name: str, text: str) -> tuple[float, ...]:
-    values = several(_mu)(name, text)
+    values = several(_mu).read(name, text)
     kept = {f"{mu:g}": values.count(mu) for mu in values}
     if twice := [mu for mu, count in kept.items() if count > 1]:
         refuse(name, text, f"{' and '.join(twice)} is given twice", f"write {name} {','.join(kept)}")
@@ -252,6 +243,15 @@ def rate(name: str, text: str, beam: Beam, load: str = "twisting", *, still: boo
         least = "0 or more" if still else "more than 0"
         refuse(name, shown(text), f"must be {least}{kind.other_way('--sense -')}", 'write e.g. "0.2 rad/pitch"')
     return found
+
+
+def asked(
+    name: str, text: str | None, beam: Beam | None, load: str = "twisting", *, still: bool = False
+) -> float | None:
+    """Return the twist rate or curvature of a flag, None where it or the beam is missing; mistakes are collected."""
+    with problems().caught():
+        return None if text is None or beam is None else rate(name, text, beam, load, still=still)
+    return None
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True)
@@ -369,40 +369,18 @@ class Base:
             table[key] = one.value
         return found
 
-    def beam(self, path: str, mu: float | None = None, *, friction: bool = True) -> Beam | None:
-        """Read the beam, with ``mu`` in place of the file's; mistakes are collected, those of --set under that flag.
-
-        With ``friction`` a missing coefficient of friction is a mistake.
-        """
+    def beam(
+        self, path: str, mu: float | None = None, *, scales: int | None = None, friction: bool = True
+    ) -> Beam | None:
+        """Read the beam, with ``mu`` and ``scales`` for the file's, ``friction`` required; mistakes are collected."""
         from squama.beam.design import Beam
 
         with problems().caught(), laid({s.place: s.name for s in self.settings}):
             found = Beam.from_toml(path, overrides=self.overrides(mu))
             if friction:
                 check_friction(path, found)
-            return found
+            return found if scales is None else found.replace(scales=scales)
         return None
-
-    def turned(
-        self,
-        path: str,
-        mu: float | None,
-        name: str,
-        text: str | None,
-        *,
-        scales: int | None = None,
-        load: str = "twisting",
-        friction: bool = True,
-        still: bool = False,
-    ) -> tuple[Beam | None, float | None]:
-        """Read the beam, with ``scales`` scales, and the twist of a flag if given; mistakes are collected."""
-        found, twist = self.beam(path, mu, friction=friction), None
-        if found is not None:
-            found = found.replace(scales=scales or found.scales)
-        if found is not None and text is not None:
-            with problems().caught():
-                twist = rate(name, text, found, load, still=still)
-        return found, twist
 
 
 _HOLD = "Strains of the bar that are held: bend, twist, lateral bend, stretch; or straight (all). Default: the file's."

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -14,7 +13,7 @@ from cyclopts import Parameter
 from squama.beam.matrixfile import freed
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
-from squama.cli.summary import Summary, percent
+from squama.cli.output import Shown, Summary, of, percent
 from squama.interrupt import kept
 from squama.io.files import label, table_place
 from squama.units import change, number, torque_unit
@@ -105,15 +104,14 @@ def laws(beam: Beam, found: JointMatrix) -> dict[str, tuple[Value, float]]:
 
 def _record(beam: Beam, found: JointMatrix) -> dict[str, object]:
     """Return the record for JSON."""
-    levels = [
-        {"edge_size": x.edge_size, "elements": x.elements, "K_theta": x.K_theta, "C_f": c, "matrix": x.K}
-        for x, c in zip(found.levels, found.C_f_levels, strict=True)
-    ]
+    pairs = zip(found.levels, found.C_f_levels, strict=True)
+    levels = [{**of(x, "edge_size elements K_theta"), "C_f": c, "matrix": x.K} for x, c in pairs]
+    factors = {
+        name: {"elements": x.value, "error": x.error, "law": law, "difference": x.value / law - 1}
+        for name, (x, law) in laws(beam, found).items()
+    }
     return {
-        "factors": {
-            name: {"elements": x.value, "error": x.error, "law": law, "difference": x.value / law - 1}
-            for name, (x, law) in laws(beam, found).items()
-        },
+        "factors": factors,
         "matrix": found.K,
         "order": found.order,
         "motions": [*dict(MOTIONS), *LOADS],
@@ -155,7 +153,7 @@ def _summary(beam: Beam, found: JointMatrix) -> Summary:
     return Summary(", ".join(verdict), figures, (), (), _all(beam, found))
 
 
-def _all(beam: Beam, found: JointMatrix) -> Iterable[str | Table]:
+def _all(beam: Beam, found: JointMatrix) -> Shown:
     """Yield stiffnesses and motions of a scale, the whole matrix, and every mesh."""
     size, newton = torque_unit(found.stiffness.value)
     head = ("motion of the scale", "unit", "others free", "others held", f"per {TWIST:g} deg of twist per pitch")
@@ -209,10 +207,6 @@ def _motions(beam: Beam, K: Array, size: float, newton: str) -> list[tuple[str, 
     for i, (_, words) in enumerate(MOTIONS):
         unit = "N/mm" if i < 3 else f"{newton} per rad"
         cells = [number(x[i] * (1e-3 * E * d if i < 3 else size * E * d**3)) for x in (free, held)]
-        moved = (
-            f"{number(rates[i] * d * 1e3 * math.radians(TWIST), sign='+')} mm"
-            if i < 3
-            else f"{number(rates[i] * TWIST, sign='+')} deg"
-        )
-        rows.append((words, unit, *cells, moved))
+        rate, of = (d * 1e3 * math.radians(TWIST), "mm") if i < 3 else (TWIST, "deg")
+        rows.append((words, unit, *cells, f"{number(rates[i] * rate, sign='+')} {of}"))
     return rows

@@ -56,11 +56,9 @@ def law(
     given = {"--bend": bend, "--twist": twist}
     if bend is None and twist is None:
         given = dict.fromkeys(given, "0.3 rad/pitch")
-    far = {}
-    for (name, text), load in zip(given.items(), (LOADS["bending"], LOADS["twisting"]), strict=True):
-        if text is not None:
-            with flags.problems().caught():
-                far[load.rate] = flags.rate(name, text, described, load.name)
+    pairs = zip(given.items(), (LOADS["bending"], LOADS["twisting"]), strict=True)
+    rates = {load.rate: flags.asked(name, text, described, load.name) for (name, text), load in pairs}
+    far = {name: rate for name, rate in rates.items() if rate is not None}
     kind = format or {ending: name for name, ending in FORMATS.items()}.get(Path(out).suffix.lower(), "csv")
     alone = uncoupled or len(far) < 2 or kind not in ("csv", "npz")
     friction = settled(described.friction.mu)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from squama.beam import beamfile
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled
-from squama.cli.summary import Summary, largest_stress, modelled, percent
+from squama.cli.output import Summary, largest_stress, modelled, percent
 from squama.io.files import label
 from squama.people import figure
 from squama.units import moment, number, shown
@@ -40,7 +40,7 @@ _PAIR = flags.pair("name=first, last", 'scale.theta0="5 deg, 10 deg"')
 
 def _grade(name: str, text: str) -> flags.Pair:
     """Read a value that varies along the beam; a text without "=" is the name of a table."""
-    return _PAIR(name, text) if "=" in text else flags.Pair("", text)
+    return _PAIR.read(name, text) if "=" in text else flags.Pair("", text)
 
 
 def load(
@@ -72,7 +72,11 @@ def load(
     common.check(beam, *(grade.text for grade in along if not grade.name))
     given: dict[str, Any] = {"load": list(load) or None, "support": support, "along": _grades(along)}
     given = {name: value for name, value in given.items() if value is not None}
-    part = settled(_part(common, beam, mu, load))
+    found = read(common, beam, mu)
+    if found is not None and not (load or found.load):
+        remedy = 'give it, e.g. --load "0.2 N up at tip", or write [[load]] in the beam file'
+        flags.problems().add("--load", "", "is missing", remedy)
+    part = settled(found)
 
     from squama import plot
     from squama.part import door
@@ -117,15 +121,6 @@ def read(common: flags.Base, path: str, mu: float | None = None, *, friction: bo
     return None
 
 
-def _part(common: flags.Common, path: str, mu: float | None, load: tuple[str, ...]) -> Part | None:
-    """Read the part; mistakes are collected, also a part without any load."""
-    found = read(common, path, mu)
-    if found is not None and not (load or found.load):
-        remedy = 'give it, e.g. --load "0.2 N up at tip", or write [[load]] in the beam file'
-        flags.problems().add("--load", "", "is missing", remedy)
-    return found
-
-
 _SUPPORTS = {
     "clamped": "clamped at its root, free at its tip",
     "gripped": "both ends in grips that stay on one axis and may come nearer",
@@ -133,14 +128,9 @@ _SUPPORTS = {
 }
 
 
-def _top(data: xr.Dataset) -> int:
-    """Return the index of the point with the largest share of the load."""
-    return int(data["share"].values.argmax())
-
-
 def _summary(beam: Beam, data: xr.Dataset, replaced: list[str]) -> Summary:
     """Return the summary: the part under its full load; ``replaced``: values of the file that flags replace."""
-    attrs, top = data.attrs, _top(data)
+    attrs, top = data.attrs, int(data["share"].values.argmax())
     most = data.isel(point=top)
     force = "F" in data
     name, way = ("F", "travel") if force else ("moment", "turn")
@@ -166,21 +156,18 @@ def _summary(beam: Beam, data: xr.Dataset, replaced: list[str]) -> Summary:
     ]
     if top < data.sizes["point"] - 1:
         # no -0
-        left = round(float(data[way].values[-1]) / travel, 9) + 0.0
-        work = float(data["W_fr"].values[-1]) * data.sizes["scale"] * attrs["pitch"]
-        figures.append(
-            ("unloaded", f"{percent(left)} of the deformation is left; friction took {figure(1e3 * work, 'mJ')}")
-        )
+        left = percent(round(float(data[way].values[-1]) / travel, 9) + 0.0)
+        work = figure(1e3 * float(data["W_fr"].values[-1]) * data.sizes["scale"] * attrs["pitch"], "mJ")
+        figures.append(("unloaded", f"{left} of the deformation is left; friction took {work}"))
     figures.append(("friction", f"mu = {float(data['mu']):g}; it takes {percent(float(most['RED']))} of the work"))
     figures.append(("model", modelled(beam, attrs, f"{data.sizes['scale']} scales")))
-    return Summary(verdict, figures, replaced, attrs["warnings"], _all(data))
+    return Summary(verdict, figures, replaced, attrs["warnings"], _all(data, most))
 
 
-def _all(data: xr.Dataset) -> Iterable[str]:
-    """Yield reactions at the root, strains of the pitches, contact force, energy balance."""
+def _all(data: xr.Dataset, most: xr.Dataset) -> Iterable[str]:
+    """Yield reactions at the root, strains of the pitches, contact force, energy balance; ``most``: at the top."""
     import numpy as np
 
-    most = data.isel(point=_top(data))
     for what, unit, factor in (("root_force", "N", 1.0), ("root_moment", "N mm", 1e3)):
         if np.any(most[what].values):
             held = ", ".join(number(v) for v in (factor * most[what].values + 0.0).round(9))

@@ -1,4 +1,4 @@
-"""Output of a command: files, pictures, and the result for people or as JSON.
+"""Output of a command: files, pictures, and the result: a summary for people, or JSON.
 
 JSON is strictly valid: NaN is null, and infinity is the text "inf".
 """
@@ -9,13 +9,16 @@ import json
 import math
 import os
 import sys
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 from squama.errors import printable, refuse
 from squama.io import files
 from squama.io.files import label
+from squama.loads import ENDLESS, NOTHING, ending, fixed, model
+from squama.people import figure, rigidity_unit, turned
+from squama.units import number, torque_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,8 +27,11 @@ if TYPE_CHECKING:
     from squama.beam.design import Beam
     from squama.cli.flags import Common
     from squama.curves.labelled import Answer, Labelled
+    from squama.types import Array
 
 
+Shown: TypeAlias = "Iterable[str | Table]"
+"""Lines and tables of a summary."""
 SCHEMA = 3
 """Version of the JSON keys; it increases when a key is removed or changes its meaning or unit."""
 
@@ -39,11 +45,7 @@ def write(
     table: Callable[[xr.Dataset], xr.Dataset] | None = None,
     **also: object,
 ) -> list[Path]:
-    """Write the requested pictures, CSV and netCDF; ``data`` is called only if there are any.
-
-    ``figure``: function of :mod:`squama.plot` that draws the dataset with the arguments ``also``; ``table``: function
-    that converts the dataset to a single table for CSV. Returns the written paths.
-    """
+    """Write the requested pictures, CSV (of ``table(data)``) and netCDF; ``data`` is called only if there are any."""
     if not (flags.plot or flags.csv or flags.netcdf):
         return []
     from squama.io import datasets
@@ -115,7 +117,7 @@ def report(
     file: str,
     written: Iterable[Path | str],
     record: Mapping[str, object],
-    shown: Iterable[str | Table],
+    shown: Shown,
     wrote: Iterable[str] | None = None,
 ) -> int:
     """Print a result and the written files; return the exit status.
@@ -148,6 +150,11 @@ def report(
     return 0
 
 
+def of(given: object, names: str) -> dict[str, object]:
+    """Return attributes by name; ``names`` are words of a text."""
+    return {name: getattr(given, name) for name in names.split()}
+
+
 def part(data: xr.Dataset | Answer, *dims: str) -> dict[str, object]:
     """Return the values of the variables along exactly these dimensions, by name."""
     return {str(name): v.values for name, v in data.variables.items() if v.dims == dims}
@@ -159,10 +166,7 @@ def figures(data: xr.Dataset | Answer) -> dict[str, object]:
 
 
 def record(beam: Beam, data: xr.Dataset | Answer, attrs: str, **parts: object) -> dict[str, object]:
-    """Return a result for JSON: attributes, friction, warnings, beam, ``parts``, units.
-
-    A part that is text is replaced by the variables along the dimensions that it names.
-    """
+    """Return a result for JSON; a part that is text is replaced by the variables along the dimensions that it names."""
     return {
         **{key: data.attrs[key] for key in attrs.split() if key in data.attrs},
         "mu": data.variables["mu"].values,
@@ -227,3 +231,83 @@ def warnings(text: str | Iterable[str]) -> list[str]:
     """Return warnings as printed lines."""
     lines = text.splitlines() if isinstance(text, str) else text
     return [f"warning: {line}" for line in lines if line]
+
+
+# ---- the summary -------------------------------------------------------------------------------------------
+
+
+class Summary(NamedTuple):
+    """The printed result of a command: figures by name (without empty ones), a table, and more with --full."""
+
+    verdict: str
+    figures: Iterable[tuple[str, str]] = ()
+    table: Shown = ()
+    warnings: str | Iterable[str] = ()
+    full: Shown = ()
+
+    def shown(self, *, full: bool = False) -> Iterator[str | Table]:
+        """Yield the lines and tables in order."""
+        yield f": {self.verdict}"
+        rows = [(name, value) for name, value in self.figures if value]
+        wide = max((len(name) for name, _ in rows), default=0)
+        yield from (f"  {name:{wide}}  {value}" for name, value in rows)
+        yield from self.table
+        yield from warnings(self.warnings)
+        if full:
+            yield ""
+            yield from self.full
+
+
+def touching(engaged: float, beam: Beam) -> str:
+    """Return the load angle (rad per pitch) at which scales touch as text; "never" for inf."""
+    return f"at {turned(engaged, beam)}" if math.isfinite(engaged) else "never"
+
+
+def largest_stress(stress: Array, beam: Beam) -> str:
+    """Return the largest of the stresses (Pa) of all scales as text, with its share of the strength; "" without any."""
+    most = float(stress.max())
+    if not (math.isfinite(most) and most > 0):
+        return ""
+    share = f"; {percent(most / beam.scale.strength)} of its strength" if beam.scale.strength else ""
+    return f"{figure(1e-6 * most, 'MPa')}, in scale {stress.argmax() + 1}{share}"
+
+
+def percent(share: float) -> str:
+    """Return a share in per cent, with three digits; "below 0.01 %" for less."""
+    return "below 0.01 %" if 0 < share < 1e-4 else number(100 * share, "%")
+
+
+def energy(per_length: float, beam: Beam) -> str:
+    """Return an energy per length (J/m) as the text of the energy of the whole beam, or of a pitch."""
+    factor, unit = energy_unit(per_length, beam)
+    return figure(factor * per_length, unit)
+
+
+def energy_unit(largest: float, beam: Beam) -> tuple[float, str]:
+    """Return factor and unit for an energy per length (J/m): of the whole beam, or per pitch."""
+    length, of = (beam.length, "") if beam.scales else (beam.pitch, " per pitch")
+    factor, unit = joules(largest * length)
+    return factor * length, f"{unit}{of}"
+
+
+def joules(largest: float) -> tuple[float, str]:
+    """Return factor and unit for an energy (J) that match those of a torque: mJ with N mm, J with N m."""
+    factor, unit = torque_unit(largest)
+    return factor, "mJ" if unit == "N mm" else "J"
+
+
+def rigidity(value: float) -> str:
+    """Return a rigidity or tangent stiffness (N m^2) as text."""
+    factor, unit = rigidity_unit(value)
+    return figure(factor * value, unit)
+
+
+def modelled(beam: Beam, attrs: Mapping[str, Any], many: str = "") -> str:
+    """Return the model of a result, its scales and the band of its torque as text; ``many``: words for the scales."""
+    ends = attrs.get("ends", ENDLESS)
+    many = many or ("endless beam" if ends == ENDLESS else f"{beam.extent} {ending(ends)}")
+    held = "" if attrs.get("hold", NOTHING) == NOTHING else f"; {fixed(attrs)}"
+    band = float(attrs.get("band", math.nan))
+    # the accuracy of the joint's law is known in twisting only
+    known = "error of the moment not known" if attrs["load"] == "bending" else f"torque to about {100 * band:.2g} %"
+    return f"{model(attrs)}; {many}{held}{f'; {known}' if math.isfinite(band) else ''}"

@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 from squama.cli import flags, output
 from squama.cli.fit import Joint, with_unit
 from squama.cli.flags import flag, settled, whole
-from squama.cli.summary import Summary
 from squama.errors import refuse
 from squama.loads import LOADS
 from squama.units import is_number
 
 if TYPE_CHECKING:
     import xarray as xr
-    from rich.table import Table
 
     from squama.identify.expected import Plan
 
@@ -87,23 +85,21 @@ def plan(
     return output.report(common.json, beam, written, found.report(), _summary(found).shown(full=full))
 
 
-def _summary(found: Plan) -> Summary:
+def _summary(found: Plan) -> output.Summary:
     """Return the summary: the recommended test and its errors; all loops in full."""
     kind = LOADS[found.load].model(found.law, found.joint, found.scales)
     first, *others = found.verdict()
     rests, *notes = found.notes()
-    head, rows = found.table()
-    full: list[str | Table] = [output.table(head, rows, left=1), *notes]
-    return Summary(first, [("errors", rests), ("model", kind)], others, (), full)
+    table = output.table(*found.table(), left=1)
+    return output.Summary(first, [("errors", rests), ("model", kind)], others, (), [table, *notes])
 
 
 def flat(dataset: xr.Dataset) -> xr.Dataset:
     """Return a plan as a table: a row for each loop, a column for each correlation."""
-    names = dataset["parameter"].values.tolist()
-    related = dataset["correlation"].values
+    names, related = dataset["parameter"].values.tolist(), dataset["correlation"].values
     pairs = {
-        f"correlation_{names[j]}_{names[i]}": ("candidate", related[:, i, j], {"long_name": "correlation"})
-        for i in range(len(names))
+        f"correlation_{names[j]}_{one}": ("candidate", related[:, i, j], {"long_name": "correlation"})
+        for i, one in enumerate(names)
         for j in range(i)
     }
     return dataset.drop_dims(["parameter", "other"]).assign(pairs)

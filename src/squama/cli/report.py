@@ -10,8 +10,7 @@ import numpy as np
 
 from squama import loads
 from squama.cli import output
-from squama.cli.output import table
-from squama.cli.summary import Summary, modelled, percent, rigidity
+from squama.cli.output import Shown, Summary, modelled, percent, rigidity, table
 from squama.cli.verdict import Curve, free_until
 from squama.curves import bench
 from squama.curves.both_faces import worst
@@ -27,7 +26,6 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from squama.beam.design import Beam
-    from squama.cli.summary import Shown
     from squama.curves.bench import Bench
     from squama.curves.labelled import Answer
     from squama.types import Array
@@ -37,11 +35,8 @@ THICK, IDEAL, HINGE = "thick scales", "thin, rigid", "hinge"
 _KEEPS = "  torque T that keeps it from twisting"
 
 
-def beside(beam: Beam, laws: Mapping[str, Answer], *, asked: bool = False) -> Bench | None:
-    """Return simpler beams at the load of the figures, to compare compliant joints with; None for hinges and families.
-
-    The load of the figures depends on whether the end of the curve was given (``asked``).
-    """
+def beside(beam: Beam, laws: Mapping[str, Answer], *, asked: bool) -> Bench | None:
+    """Return simpler beams at the load of the figures, to compare compliant joints with; None for hinges, families."""
     data = next(iter(laws.values()))
     if data.family is not None or data.attrs.get("joint") != "compliant":
         return None
@@ -50,20 +45,9 @@ def beside(beam: Beam, laws: Mapping[str, Answer], *, asked: bool = False) -> Be
 
 
 def summary(
-    beam: Beam,
-    law: str,
-    laws: Mapping[str, Answer],
-    found: Bench | None = None,
-    *,
-    asked: bool = False,
-    compare: bool = False,
-    full: bool = False,
+    beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None, *, asked: bool, compare: bool, full: bool
 ) -> Shown:
-    """Return the summary of the response that is saved and drawn, ``laws[law]``.
-
-    ``asked``: whether the end of the curve was given; ``compare`` adds simpler models, ``full`` all figures; ``found``:
-    the result of :func:`beside`.
-    """
+    """Return the summary of ``laws[law]``; ``compare`` adds simpler models (``found``), ``full`` all figures."""
     data = laws[law]
     words = LOADS[data.attrs["load"]]
     table: Shown = ()
@@ -156,8 +140,7 @@ def _notes(kind: Load, beam: Beam, law: str, laws: Mapping[str, Answer]) -> list
 
 def _largest(values: Array) -> float:
     """Return the largest magnitude among finite values, for the unit of a table; else 0."""
-    known = np.abs(values[np.isfinite(values)])
-    return float(known.max(initial=0.0))
+    return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
 
 
 def _others(beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
@@ -179,17 +162,16 @@ def _others(beam: Beam, laws: Mapping[str, Answer]) -> list[str]:
 
 
 def _stiffnesses(kind: Load, beam: Beam) -> list[str]:
-    matrix = beam.joint.matrix
+    matrix, without = beam.joint.matrix, rigidity(kind.rigidity(beam))
     given = "given", f"from {matrix.name}" if matrix is not None else "by its scaling law"
-    K, without = beam.joint_stiffness, rigidity(kind.rigidity(beam))
-    line = f"joint of a scale: K_theta = {moment(K)} per rad, {given[beam.joint.stiffness is None]}"
+    line = f"joint of a scale: K_theta = {moment(beam.joint_stiffness)} per rad, {given[beam.joint.stiffness is None]}"
     if not kind.sided:
         return [line, f"beam without contact: C_f E_B I = {without}"]
     factor = f"inclusion factor C_f = {figure(beam.C_f)}, {given[beam.joint.inclusion_factor is None]}"
     return [line, f"beam without contact: C_f J G_B = {without}, {factor}"]
 
 
-def record(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None = None) -> dict[str, object]:
+def record(beam: Beam, law: str, laws: Mapping[str, Answer], found: Bench | None) -> dict[str, object]:
     """Return the record of a twisted or bent beam for JSON; ``found``: the result of :func:`beside`.
 
     ``figures``: single figures of the curve, lists for a family over ``mu``; ``laws``: the same for each law;
@@ -218,49 +200,34 @@ def _figures(data: Answer) -> dict[str, object]:
     return {**data.figures, "sentence": words[0] if data.family is None else words}
 
 
-def responses(load: str, beam: Beam, law: str, sense: str, numbers: dict[str, Any]) -> dict[str, Answer]:
+def responses(load: str, beam: Beam, how: dict[str, Any]) -> dict[str, Answer]:
     """Return the responses on hinges by law; the law that was not chosen has three points, for its single figures."""
     from squama.curves.doors import respond
 
-    few = {**numbers, "points": 3}
-    return {
-        name: respond(beam, load, law=name, sense=sense, joint="hinge", **(numbers if name == law else few))
-        for name in (sorted(LAWS) if LOADS[load].sided else [law])
-    }
+    names = sorted(LAWS) if LOADS[load].sided else [how["law"]]
+    few = {name: {} if name == how["law"] else {"points": 3} for name in names}
+    return {name: respond(beam, load, joint="hinge", **how | {"law": name} | more) for name, more in few.items()}
 
 
-def ladder(
-    load: str,
-    beam: Beam,
-    law: str,
-    sense: str,
-    numbers: dict[str, Any],
-    *,
-    ideal: bool,
-    ends: str | None,
-    simpler: bool,
-) -> dict[str, Answer]:
-    """Return the response of the beam and, if ``simpler``, those of simpler models at the same loads, by name.
-
-    N scales are compared with the endless beam; an endless beam with thin, rigid scales.
-    """
+def ladder(load: str, beam: Beam, how: dict[str, Any], *, simpler: bool) -> dict[str, Answer]:
+    """Return the response of the beam and, if ``simpler``, those of simpler models at the same loads, by name."""
     from squama.curves.doors import respond
 
-    ours = respond(beam, load, law=law, sense=sense, joint="compliant", ideal=ideal, ends=ends, **numbers)
+    ours, ideal = respond(beam, load, joint="compliant", **how), how["ideal"]
+    own = beam.extent if "ends" in ours.attrs else IDEAL if ideal else THICK
     if not simpler:
-        return {beam.extent if "ends" in ours.attrs else IDEAL if ideal else THICK: ours}
+        return {own: ours}
     rates = ours[LOADS[load].rate] if ours.family is None else ours[LOADS[load].rate][0]
     # the ends of simpler models are searched within the same range
-    same = {**numbers, "points": 3, "to": float(rates[-1]), "at": rates, "sense": sense, "ends": ENDLESS}
+    same = how | {"points": 3, "to": float(rates[-1]), "at": rates, "ends": ENDLESS}
+    found = {own: ours}
     if "ends" in ours.attrs:
-        found = {beam.extent: ours, ENDLESS: respond(beam, load, joint="compliant", ideal=ideal, **same)}
-    else:
-        found = {IDEAL if ideal else THICK: ours}
-        if not ideal:
-            found[IDEAL] = respond(beam, load, joint="compliant", ideal=True, **same)
+        found[ENDLESS] = respond(beam, load, joint="compliant", **same)
+    elif not ideal:
+        found[IDEAL] = respond(beam, load, joint="compliant", **same | {"ideal": True})
     # in bending the neutral line of hinges is the bar's middle
-    hinged = same | {"neutral": None if LOADS[load].sided else "middle"}
-    return {**found, HINGE: respond(beam, load, joint="hinge", ideal=True, **hinged)}
+    hinged = same | {"ideal": True, "neutral": None if LOADS[load].sided else "middle"}
+    return {**found, HINGE: respond(beam, load, joint="hinge", **hinged)}
 
 
 def _table(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Table:
@@ -326,11 +293,11 @@ def _states(words: Load, beam: Beam, laws: Mapping[str, Answer]) -> Iterable[lis
 
     def at(name: str, load: float, factor: float) -> Iterable[str]:
         for data, last in zip(laws.values(), reach, strict=True):
-            known = name in data.variables and load <= last * (1 + 1e-9)
-            along = (
-                None if not known else worst(data.curves, name) if name in ("stress", "strain") else data.along(name)
-            )
-            yield number(math.nan if along is None else float(np.interp(load, data[angle], along)) * factor)
+            value = math.nan
+            if name in data.variables and load <= last * (1 + 1e-9):
+                along = worst(data.curves, name) if name in ("stress", "strain") else data.along(name)
+                value = float(np.interp(load, data[angle], along))
+            yield number(value * factor)
 
     engaged = float(first[f"{angle}_e"])
     places = {"at twice the engagement": 2 * engaged} if 2 * engaged < reach[0] else {}
@@ -392,29 +359,22 @@ def _borne(words: Load, beam: Beam, data: Answer) -> list[str]:
         tail, place, where = where_most("stress", i)
         x, stress = float(data[f"stress_x{tail}"][place]), float(data[f"stress{tail}"][place])
         along = f"{number(x * 1e3)} mm from the root" if x else "at the root"
-        lines.append(
-            f"largest stress in a scale: {number(stress / 1e6)} MPa {along}{where}, at {turned(loads[i], beam)}"
-        )
+        at = turned(loads[i], beam)
+        lines.append(f"largest stress in a scale: {number(stress / 1e6)} MPa {along}{where}, at {at}")
     for i in np.flatnonzero(np.isfinite(data.along("tab_force")) & (loads > data[f"{words.angle}_e"]))[-1:]:
         tail, place, where = where_most("tab_force", i)
         names = "tab_force", "pull_out", "tab_bending", "tab_torsion"
         force, pull, bend, twist = (float(data[f"{name}{tail}"][place]) for name in names)
         size, newton = torque_unit(max(abs(bend), abs(twist)))
-        way = "pulling out" if pull > 0 else "pushing in"
-        lines.append(
-            f"load on the embedded tab{where or ' of a scale'}: {number(force, 'N')} ({number(abs(pull), 'N')} {way}), "
-            f"bending moment {number(size * abs(bend), newton)}, "
-            f"twisting moment {number(size * abs(twist), newton)}, at {turned(loads[i], beam)}"
-        )
+        out = f"{number(abs(pull), 'N')} {'pulling out' if pull > 0 else 'pushing in'}"
+        M, T = (number(size * abs(moment), newton) for moment in (bend, twist))
+        tab = f"load on the embedded tab{where or ' of a scale'}: {number(force, 'N')} ({out})"
+        lines.append(f"{tab}, bending moment {M}, twisting moment {T}, at {turned(loads[i], beam)}")
     return lines
 
 
 class Difference(NamedTuple):
-    """A curve against a reference: range of agreement ``within``, differences at ``last``, the last common load.
-
-    Loads in rad per pitch; ``torque`` is the torque or moment over the reference's, less 1; ``theta`` the inclination
-    less the reference's, rad; NaN where the curves have no load in common.
-    """
+    """A curve against a reference: agreement up to ``within``; differences at ``last``, the last common load."""
 
     mu: float
     within: float

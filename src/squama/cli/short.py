@@ -26,6 +26,7 @@ _FIGURES = (
 PICTURES = tuple(ending[1:] for ending in flags.PLOTS)
 _FORMATS = f"Formats of the pictures: {','.join(PICTURES)}. Default: png."
 _START = "Beam file (TOML). Default: PLA scales on silicone."
+_BROWSER = "Open a browser, or not (--no-browser). Default: open."
 _CONTACTS = "Contacts that may end a curve: tip (of all neighbours) or all (every pair of plates). Default: tip."
 
 
@@ -77,13 +78,10 @@ def ends(
         return 2 if solved.bad else 0
     counts = ", ".join(f"{count} {end}" for end, count in solved.ends.items())
     left = f"; {solved.bad} bad left out" if solved.bad else ""
-    written = f"wrote {label(out)}" if solved.rows else f"{label(out)} is not written"
-    summary = f"{written}: {len(solved.rows)} designs{f' ({counts})' if counts else ''}{left}"
-    output.say(
-        json,
-        {"out": place if solved.rows else None, "rows": len(solved.rows), "bad": solved.bad, "counts": solved.ends},
-        [summary],
-    )
+    n, counted = len(solved.rows), f" ({counts})" if counts else ""
+    written = f"wrote {label(out)}" if n else f"{label(out)} is not written"
+    record = {"out": place if n else None, "rows": n, "bad": solved.bad, "counts": solved.ends}
+    output.say(json, record, [f"{written}: {n} designs{counted}{left}"])
     return 2 if solved.bad else 0
 
 
@@ -100,8 +98,7 @@ def paper(
     from squama.paper import twisting2020
 
     written = twisting2020.write(figures, Path(out), Path(points) if points is not None else None, format_)
-    record = {"written": [str(path) for path in written]}
-    return output.say(json, record, (f"wrote {label(path)}" for path in written))
+    return output.say(json, {"written": [*map(str, written)]}, (f"wrote {label(path)}" for path in written))
 
 
 def explore(
@@ -109,9 +106,7 @@ def explore(
     /,
     *,
     port: Annotated[int, flag("Port of the page. Default: any that is free.", read=whole(0, 65535, "8080"))] = 0,
-    browser: Annotated[
-        bool, Parameter(negative="--no-browser", help="Open a browser, or not (--no-browser). Default: open.")
-    ] = True,
+    browser: Annotated[bool, Parameter(negative="--no-browser", help=_BROWSER)] = True,
     base: flags.Base = flags.BASE,
 ) -> int:
     """Open the explorer: a page on this machine (127.0.0.1) with a beam in space, its curves and a regime map."""

@@ -10,7 +10,6 @@ from cyclopts import Parameter
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, pair, settled, whole
-from squama.cli.summary import Summary
 from squama.errors import refuse
 from squama.interrupt import kept
 from squama.io.files import label, table_place
@@ -24,7 +23,8 @@ _OVER = (
 )
 _RANGE, _AT = pair("name=low:high:count", "mu=0:2:401"), pair("name=value", "eta=3")
 _TILE = "Largest number of cells solved and written at once. Default: by the memory."
-_CELLS = "CSV file to write: a row for each cell of the slice, with units in its header; - prints it alone."
+_CELLS = "CSV file to write: a row for each cell of the slice, units in its header; - prints it alone."
+_PROGRESS = "Progress on standard error: bar, json or none. Default: bar on a terminal."
 _DRAWN = "Variable to draw, e.g. phi_e, end; on hinges also lock. Default: stiffness_ratio; on hinges RED."
 _HELD = "Value of a dimension that is not drawn, e.g. eta=3; may be repeated."
 _PATHS = "Values of x whose paths are drawn too (--variable lock, y = mu), e.g. 30deg,45deg."
@@ -54,9 +54,7 @@ def sweep(
     mu: flags.Mu = None,
     shard: Annotated[str | None, flag("Share of the tiles for a job of an array, e.g. 1/4. Default: all.")] = None,
     dask: Annotated[str | None, flag("Cluster (dask.distributed): local:2 or tcp://host:8786. Default: none.")] = None,
-    progress: Annotated[
-        str | None, flag("Progress on standard error: bar, json or none. Default: bar on a terminal.")
-    ] = None,
+    progress: Annotated[str | None, flag(_PROGRESS)] = None,
     base: flags.Base = flags.BASE,
 ) -> int:
     """Solve a beam over ranges of its parameters, into a store that can be resumed."""
@@ -78,9 +76,7 @@ def sweep(
         with flags.problems().caught(), flags.laid(names):
             check(text)
     described = base.beam(beam, mu, friction=False)
-    if described is not None and solving.at is not None:
-        with flags.problems().caught():
-            flags.rate("--at", solving.at, described, solving.load)
+    flags.asked("--at", solving.at, described, solving.load)
     described = settled(described)
 
     laws = {"law": tuple(part.strip() for part in solving.law.split(","))} if "," in solving.law else {}
@@ -104,7 +100,7 @@ def sweep(
     facts = {"cells": plan.cells, "tiles": tiles, "tiles_done": done, "sha256": plan.digest}
     notes = study.notes(plan, solving.joint, dataset)
     facts |= {**plan.model.attrs(described), "notes": notes}
-    return output.report(base.json, beam, [out], facts, Summary(verdict, figures, (), notes).shown())
+    return output.report(base.json, beam, [out], facts, output.Summary(verdict, figures, (), notes).shown())
 
 
 MOST_ROWS = 5_000_000
@@ -116,10 +112,7 @@ def map(  # noqa: A001 - the command's name
     /,
     *,
     plot: flags.Plot = (),
-    csv: Annotated[
-        flags.File | None,
-        flag("CSV file to write: a row for each cell of the slice, units in its header; - prints it alone."),
-    ] = None,
+    csv: Annotated[flags.File | None, flag(_CELLS)] = None,
     variable: Annotated[str | None, flag(_DRAWN)] = None,
     x: Annotated[str | None, flag("Dimension of the horizontal axis.")] = None,
     y: Annotated[str | None, flag("Dimension of the vertical axis; of the lines with --variable lock.")] = None,

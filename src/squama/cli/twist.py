@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
@@ -12,7 +11,7 @@ from cyclopts import Parameter
 from squama.cli import flags, output
 from squama.cli.fit import TABLES, Tables
 from squama.cli.flags import flag, settled
-from squama.cli.summary import Summary, largest_stress, modelled, percent, touching
+from squama.cli.output import Shown, Summary, largest_stress, modelled, percent, touching
 from squama.errors import refuse
 from squama.loads import ENDLESS, LOADS, fixed
 from squama.model.outcome import SENTENCES, End
@@ -21,7 +20,6 @@ from squama.units import moment, number, shown, torque_unit
 
 if TYPE_CHECKING:
     import xarray as xr
-    from rich.table import Table
 
     from squama.beam.design import Beam
     from squama.curves.doors import How
@@ -29,6 +27,8 @@ if TYPE_CHECKING:
 
 _DATA = 'CSV file of measured points to draw too; header "Phi (deg/mm), T (N mm)", bent "kappa (1/m), M (N mm)".'
 _COMPARE = "Compare with simpler models: the endless beam, thin rigid scales, hinges."
+_SCALES = "Number of scales of the row. Default: the file's; allowed:"
+_END = f"End of the curve: {flags.TWISTS}. Default: 0.3 rad in a pitch; hinges: a lock."
 _TO = f"Twist at the end: {flags.TWISTS}. Default: where a pitch twists by 0.3 rad; on hinges the end of the curve."
 
 
@@ -39,9 +39,7 @@ class Curve:
     mu: flags.Family = ()
     margin: flags.Margin = 0.01
     points: Annotated[int, flags.points(200)] = 200
-    to: Annotated[
-        str | None, flag(f"End of the curve: {flags.TWISTS}. Default: 0.3 rad in a pitch; hinges: a lock.")
-    ] = None
+    to: Annotated[str | None, flag(_END)] = None
     ends: flags.Ends = None
     data: Annotated[flags.File | None, flag(_DATA)] = None
     compare: Annotated[bool, Parameter(help=_COMPARE)] = False
@@ -93,40 +91,38 @@ def respond(
     mu, data = curve.mu, curve.data
     common.check(path, *([data] if data else []))
     # a single friction coefficient becomes the beam's, so that files and reports have it
-    beam, stop = common.turned(path, mu[0] if len(mu) == 1 else None, "--to", curve.to, load=load, friction=not mu)
+    beam = common.beam(path, mu[0] if len(mu) == 1 else None, friction=not mu)
+    stop = flags.asked("--to", curve.to, beam, load)
     measured = None
     if beam is not None and data is not None:
         with flags.problems().caught():
             (measured,) = tables.read([data], beam, load)
-    if data is None:
-        remedy = "give --data too, e.g. --data test.csv, or leave it out"
-        for name, text in (("--decimal", tables.decimal), ("--columns", tables.columns)):
-            if text is not None:
-                flags.problems().add(name, shown(text), "says how --data is read", remedy)
+    for name, text in vars(tables).items():
+        if data is None and text is not None:
+            remedy = "give --data too, e.g. --data test.csv, or leave it out"
+            flags.problems().add(f"--{name}", shown(text), "says how --data is read", remedy)
     beam = settled(beam)
     if data and not common.plot:
         print("squama: warning: --data has no effect without --plot; add e.g. --plot picture.png", file=sys.stderr)
     from squama.cli import report
     from squama.curves.chosen import chosen
 
-    family = list(mu) if len(mu) > 1 else None
-    numbers: dict[str, Any] = {"margin": curve.margin, "points": curve.points, "to": stop, "mu": family}
-    numbers["neutral"] = joints.neutral
+    how: dict[str, Any] = {"law": law, "sense": sense, "margin": curve.margin, "points": curve.points, "to": stop}
+    how |= {"mu": list(mu) if len(mu) > 1 else None, "neutral": joints.neutral}
     with flags.laid(flags.arguments("neutral", "ends")):
         means = chosen(beam, LOADS[load], law=law, joint=joints.joint, neutral=joints.neutral)
         if means.note:
             print(f"squama: warning: {means.note}", file=sys.stderr)
+        if not means.compliant and curve.ends not in (None, ENDLESS):
+            why = "is not available on hinges, which are endless here"
+            refuse("ends", shown(curve.ends), why, "write squama row")
         if means.compliant:
             beside = common.json or curve.compare or curve.full or bool(common.plot)
-            given: dict[str, Any] = {"ideal": bool(joints.ideal), "ends": curve.ends, "simpler": beside}
-            laws = report.ladder(load, beam, law, sense, numbers, **given)
+            how |= {"ideal": bool(joints.ideal), "ends": curve.ends}
+            laws = report.ladder(load, beam, how, simpler=beside)
             law = next(iter(laws))
         else:
-            if curve.ends not in (None, ENDLESS):
-                refuse(
-                    "ends", shown(curve.ends), "is not available on hinges, which are endless here", "write squama row"
-                )
-            laws = report.responses(load, beam, law, sense, numbers)
+            laws = report.responses(load, beam, how)
     hinge = laws[report.HINGE].dataset() if common.plot and report.HINGE in laws else None
     written = output.write(common, laws[law].dataset, "response_figure", measured=measured, hinge=hinge)
     answer = beam, law, laws, report.beside(beam, laws, asked=stop is not None)
@@ -138,9 +134,7 @@ def row(
     beam: flags.BeamFile,
     /,
     *,
-    scales: Annotated[
-        int | None, flags.scales(2000, "Number of scales of the row. Default: the file's; allowed:")
-    ] = None,
+    scales: Annotated[int | None, flags.scales(2000, _SCALES)] = None,
     mu: flags.Mu = None,
     to: Annotated[str | None, flag(_TO)] = None,
     sense: flags.Sense = "+",
@@ -153,8 +147,9 @@ def row(
 ) -> int:
     """Twist a row of N scales, whose end scales lack a neighbour: inclination and force of every scale."""
     common.check(beam)
-    described, stop = common.turned(beam, mu, "--to", to, scales=scales)
-    described = settled(described)
+    found = common.beam(beam, mu, scales=scales)
+    stop = flags.asked("--to", to, found)
+    described = settled(found)
 
     from squama.curves import finite_rows
 
@@ -203,7 +198,7 @@ def _summary(beam: Beam, data: xr.Dataset) -> Summary:
     return Summary(verdict, figures, (), data.attrs["warnings"], _all(data))
 
 
-def _all(data: xr.Dataset) -> Iterable[str | Table]:
+def _all(data: xr.Dataset) -> Shown:
     """Yield figures of the row at its last point, and a table of its scales."""
     import numpy as np
 

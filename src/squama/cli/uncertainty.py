@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
 from squama.beam import beamfile
 from squama.cli import flags, output
 from squama.cli.flags import flag, one_of, pair, settled, whole
-from squama.cli.summary import Summary, energy_unit, modelled
+from squama.cli.output import Summary, energy_unit, modelled
 from squama.errors import naming, refuse
 from squama.io.files import label, read_text
 from squama.loads import LOADS, THIN, ending
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
     from squama.beam.design import Beam
     from squama.curves.bench import Bench
+    from squama.study.tolerances.distributions import Tolerance
     from squama.study.tolerances.statistics import Probability
 
 INFLUENCES = 4
@@ -34,6 +36,7 @@ _DRAWN = {"sobol": "scrambled Sobol points", "random": "random points (PCG64)"}
 _FIGURE = ("meaning", "nominal", "share", "mean", "mean_se", "sd", "sd_se", "low", "high")
 _TOLERANCE = 'Tolerance: scale.alpha="60 deg +- 1 deg" (limits), mu="normal(0.25, 0.03)"; may be repeated.'
 _FILE = "TOML file with tolerances under [tolerance]; --vary takes precedence."
+_BEFORE = 'Twist for which the probability of an earlier lock is computed (hinges), e.g. "120 deg total".'
 _SAMPLER = "Samples: sobol (scrambled Sobol points) or random (PCG64). Default: sobol."
 _SAMPLES = "Least number of beams. Default: 32768; on hinges 131072."
 _INDICES = "Samples for Sobol indices, a power of two such as 4096; 0 for none (extra fit). Default: 0."
@@ -44,10 +47,7 @@ class Study(flags.How):
     """Settings of samples and model: arguments of :func:`squama.uncertainty`."""
 
     at: Annotated[str | None, flag(flags.AT)] = None
-    before: Annotated[
-        str | None,
-        flag('Twist for which the probability of an earlier lock is computed (hinges), e.g. "120 deg total".'),
-    ] = None
+    before: Annotated[str | None, flag(_BEFORE)] = None
     samples: Annotated[int | None, flag(_SAMPLES, read=whole(3200, 1 << 24, "131072"))] = None
     sampler: Annotated[str, flag(_SAMPLER, read=one_of("sobol", "random"))] = "sobol"
     seed: Annotated[int, flag("Seed of the samples. Default: 0.", read=whole(0, 2**31, "7"))] = 0
@@ -85,10 +85,8 @@ def uncertainty(
         given = _tolerances(vary, tolerances, described, study)
         if "friction.mu" not in given and not flags.problems():
             flags.check_friction(beam, described)
-        with flags.problems().caught():
-            for name, text in (("--before", study.before), ("--at", study.at)):
-                if text is not None:
-                    flags.rate(name, text, described, study.load)
+        for name, text in (("--before", study.before), ("--at", study.at)):
+            flags.asked(name, text, described, study.load)
     described = settled(described)
 
     from squama.study.tolerances.monte_carlo import uncertainty as solve
@@ -113,40 +111,44 @@ def _bench(u: xr.Dataset, beam: Beam, given: Mapping[str, object]) -> Bench | No
     if beam.friction.mu is None:
         (friction,) = tolerances({"friction.mu": given["friction.mu"]}, beam, joint="compliant")
         beam = beam.replace(friction={"mu": nominal(friction, beam)})
-    load, at = u.attrs["load"], float(Twist.from_text(u.attrs["at"]).per_pitch(beam.pitch))
-    ideal, sense = u.attrs["scales"] == THIN, u.attrs["sense"]
+    at, ideal = float(Twist.from_text(u.attrs["at"]).per_pitch(beam.pitch)), u.attrs["scales"] == THIN
     how = doors.How(joint="compliant", ideal=ideal)
-    answer = doors.respond(beam, load, to=at / beam.pitch, sense=sense, **how)
+    answer = doors.respond(beam, u.attrs["load"], to=at / beam.pitch, sense=u.attrs["sense"], **how)
     return bench.bench(beam, answer, ideal=ideal, at=at)
 
 
 def _tolerances(vary: Iterable[flags.Pair], path: str | None, beam: Beam, study: Study) -> dict[str, object]:
     """Return the tolerances of flags and file, by names of the beam file; mistakes are collected."""
     from squama.curves.chosen import chosen
-    from squama.loads import LOADS
     from squama.study.tolerances.distributions import tolerances
 
-    before = len(flags.problems())
-    found: dict[str, object] = {}
-    kind = LOADS[study.load]
+    before, kind = len(flags.problems()), LOADS[study.load]
     means = chosen(beam, kind, law=kind.law(study.law), joint=study.joint, ideal=study.ideal, elements=False)
+    read = partial(tolerances, beam=beam, bare=False, joint=means.joint, ideal=means.ideal)
+    found = given_tolerances("--vary", vary, path, read)
+    if not found and len(flags.problems()) == before and "--vary" not in flags.problems().flags:
+        flags.problems().add("--vary", "", "no tolerance is given", 'write e.g. --vary scale.alpha="60 deg +- 1 deg"')
+    return found
 
-    def read(group: Mapping[str, object]) -> None:
+
+def given_tolerances(
+    flag: str, pairs: Iterable[flags.Pair], path: str | None, read: Callable[[Mapping[str, object]], list[Tolerance]]
+) -> dict[str, object]:
+    """Return the tolerances of a file and of a flag, which takes precedence; mistakes are collected."""
+    found: dict[str, object] = {}
+
+    def add(group: Mapping[str, object]) -> None:
         # a distribution in SI units can be read again unchanged
-        if group:
-            parts = tolerances(group, beam, bare=False, joint=means.joint, ideal=means.ideal)
-            found.update({t.name: (t.kind, *t.numbers) for t in parts})
+        found.update({t.name: (t.kind, *t.numbers) for t in (read(group) if group else ())})
 
     if path is not None:
         with flags.problems().caught():
             table = tolerance_table(path)
             with naming(source=label(path)):
-                read(table)
-    given = flags.once("--vary", vary)
-    with flags.problems().caught(), flags.laid({name: f"--vary {name}" for name in given}):
-        read(given)
-    if not found and len(flags.problems()) == before and "--vary" not in flags.problems().flags:
-        flags.problems().add("--vary", "", "no tolerance is given", 'write e.g. --vary scale.alpha="60 deg +- 1 deg"')
+                add(table)
+    given = flags.once(flag, pairs)
+    with flags.problems().caught(), flags.laid({name: f"{flag} {name}" for name in given}):
+        add(given)
     return found
 
 
@@ -202,9 +204,9 @@ def _record(u: xr.Dataset, nominal: Bench | None = None) -> dict[str, object]:
         table = u[["S1", "S1_conf", "ST", "ST_conf"]].reset_coords(drop=True).to_dataframe()
         indices = {str(figure): table.loc[figure].to_dict("index") for figure in u["indexed"].values}
         indices["without"] = json.loads(u.attrs["without_indices"])
-    same = ("load", "law", "joint", "scales", "at", "sense", "margin", "samples", "sampler", "seed", "nominal_end")
+    same = "load law joint scales at sense margin samples sampler seed nominal_end"
     return {
-        **{key: u.attrs[key] for key in same if key in u.attrs},
+        **{key: u.attrs[key] for key in same.split() if key in u.attrs},
         "tolerances": {name: u["distribution"].sel(parameter=name).item() for name in u["parameter"].values},
         "chances": {name: p._asdict() for name, p in _ends(u).items()},
         **{name: _share(u, f"P_{name}")._asdict() for name in _SHARES if f"P_{name}" in u},
@@ -278,14 +280,10 @@ def _all(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Iterable[str | Tab
         of = " but for rows finite_..." if "finite_torque" in u["figure"].values else ""
         yield f"{_own(u)}: the nominal beam {ending(u.attrs['ends'])}; all other columns are endless{of}"
     spread = picked.isel(figure=(picked["sd"] != 0).values)
-    means, quantiles = (
-        float((spread[key] / spread["sd"]).max()) if spread.sizes["figure"] else 0.0
-        for key in ("mean_se", "quantile_se")
-    )
-    yield (
-        f"standard errors: of the means up to {means:.2g} sd, of the quantiles shown up to {quantiles:.2g} sd; "
-        "in: beams that have the figure"
-    )
+    shares = (spread[key] / spread["sd"] for key in ("mean_se", "quantile_se"))
+    means, quantiles = (float(share.max()) if spread.sizes["figure"] else 0.0 for share in shares)
+    errors = f"of the means up to {means:.2g} sd, of the quantiles shown up to {quantiles:.2g} sd"
+    yield f"standard errors: {errors}; in: beams that have the figure"
     yield ""
     yield from (f"  {name}: {_said(p, n)}" for name, p in _ends(u).items())
     yield f"the nominal beam: {u.attrs['nominal_end']}"

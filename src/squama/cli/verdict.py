@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from squama.cli.summary import modelled, percent
+from squama.cli.output import modelled, percent
 from squama.curves.both_faces import worst
 from squama.loads import ending
 from squama.model.outcome import SENTENCES, End

@@ -3,25 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Annotated
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
-from squama.cli.summary import Summary, joules, modelled, percent, touching
+from squama.cli.output import Shown, Summary, joules, modelled, percent, touching
 from squama.loads import LOADS
 from squama.people import degrees, figure, turned
 from squama.units import number
 
 if TYPE_CHECKING:
     import xarray as xr
-    from rich.table import Table
 
     from squama.beam.design import Beam
 
 _KEYS = "load law joint scales mode ends faces damping inertia K_theta rigidity squama_version"
 SHOWN = 12
 """Largest number of cycles in the table of the summary."""
+_ROTOR = 'Moment of inertia at the end, e.g. "1e-4 kg m2". Default: the beam file\'s.'
+_DENSITY = 'Mean density of the bar, e.g. "1100 kg/m3". Default: the beam file\'s.'
+_IMPULSE = 'Angular impulse on the rotor at rest, instead of --release: "0.01 N m s".'
+_STATIC = f"Amplitude of the torque by the twist it gives the bare beam at rest: {flags.TWISTS}."
 _damping = flags.number(0.0, 0.5, "0.01")
 _APART = 0.02
 """Relative difference of amplitudes above which two states differ."""
@@ -36,12 +38,8 @@ class Swinging(flags.How):
 
     mode: flags.Mode = "uniform"
     ends: flags.Ends = None
-    rotor: Annotated[
-        str | None, flag('Moment of inertia at the end, e.g. "1e-4 kg m2". Default: the beam file\'s.')
-    ] = None
-    density: Annotated[str | None, flag('Mean density of the bar, e.g. "1100 kg/m3". Default: the beam file\'s.')] = (
-        None
-    )
+    rotor: Annotated[str | None, flag(_ROTOR)] = None
+    density: Annotated[str | None, flag(_DENSITY)] = None
 
 
 SWINGING = Swinging()
@@ -52,9 +50,7 @@ def vibrate(
     /,
     *,
     release: Annotated[str | None, flag(f"Twist from which the beam is let go: {flags.TWISTS}.")] = None,
-    impulse: Annotated[
-        str | None, flag('Angular impulse on the rotor at rest, instead of --release: "0.01 N m s".')
-    ] = None,
+    impulse: Annotated[str | None, flag(_IMPULSE)] = None,
     swinging: Swinging = SWINGING,
     damping: Annotated[float, flag("Damping ratio of the material. Default: 0.", read=_damping)] = 0.0,
     swings: Annotated[int, flag("Number of cycles. Default: 8.", read=whole(1, 10_000, "8"))] = 8,
@@ -100,7 +96,7 @@ def _summary(beam: Beam, data: xr.Dataset) -> Summary:
     return Summary(verdict, figures, [below] if rubs else [], attrs["warnings"], _cycles(beam, data))
 
 
-def _cycles(beam: Beam, data: xr.Dataset) -> Iterable[str | Table]:
+def _cycles(beam: Beam, data: xr.Dataset) -> Shown:
     """Yield a table with a row per cycle."""
     angle = LOADS[data.attrs["load"]].angle
     columns = ("t_turn", f"{angle}_turn", "U_turn", "zeta_cycle", "period")
@@ -131,9 +127,7 @@ def shake(
     *,
     lowest: Annotated[str, flag('Lowest frequency, e.g. "1 Hz".')],
     highest: Annotated[str, flag('Highest frequency, e.g. "5 Hz".')],
-    static: Annotated[
-        str | None, flag(f"Amplitude of the torque by the twist it gives the bare beam at rest: {flags.TWISTS}.")
-    ] = None,
+    static: Annotated[str | None, flag(_STATIC)] = None,
     torque: Annotated[str | None, flag('Amplitude of the torque, instead of --static: "0.1 N m".')] = None,
     swinging: Swinging = SWINGING,
     damping: Annotated[float, flag("Damping ratio of the material. Default: 0.01.", read=_damping)] = 0.01,
@@ -178,7 +172,7 @@ def _shaken(beam: Beam, data: xr.Dataset) -> Summary:
     top, hertz = float(sizes[way, i]), data["frequency"].values
     verdict = f"largest {kind.verb} {turned(top, beam)}, at {figure(hertz[i], 'Hz')}"
     if i in (0, hertz.size - 1):
-        verdict += f", the {'lowest' if i == 0 else 'highest'} frequency asked"
+        verdict += f", the {'highest' if i else 'lowest'} frequency asked"
     up, down = (sizes[list(data["way"].values).index(name)] for name in ("up", "down"))
     apart = hertz[np.abs(up - down) > _APART * np.maximum(up, down)]
     jumps = f"from {figure(apart[0])} to {figure(apart[-1], 'Hz')}" if apart.size else "nowhere"
@@ -198,7 +192,7 @@ def _shaken(beam: Beam, data: xr.Dataset) -> Summary:
     return Summary(verdict, figures, (), attrs["warnings"], _states(beam, data))
 
 
-def _states(beam: Beam, data: xr.Dataset) -> Iterable[str | Table]:
+def _states(beam: Beam, data: xr.Dataset) -> Shown:
     """Yield a table with a row per frequency, upwards and downwards."""
     kind = LOADS[data.attrs["load"]]
     factor, unit = degrees(beam)

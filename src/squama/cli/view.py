@@ -17,25 +17,22 @@ from squama.people import figure, turned
 if TYPE_CHECKING:
     from squama.scene.picture import View
 
+_TWIST = f"Twist to draw: {flags.TWISTS}. Default: 0.7 of that at the end; 0 with --bend."
+_BEND = f"Bend that is held meanwhile: {flags.TWISTS}; negative is away from the scales."
+_OUT = "File to write (.png, .gif, .html); may be repeated."
+_FRAMES = "Pictures of an animation, there and back. Default: 36."
+
 
 def view(
     beam: flags.BeamFile,
     /,
     *,
-    twist: Annotated[
-        str | None, flag(f"Twist to draw: {flags.TWISTS}. Default: 0.7 of that at the end; 0 with --bend.")
-    ] = None,
-    bend: Annotated[
-        str | None, flag(f"Bend that is held meanwhile: {flags.TWISTS}; negative is away from the scales.")
-    ] = None,
-    out: Annotated[
-        tuple[flags.File, ...], flag("File to write (.png, .gif, .html); may be repeated.", "--out", "-o")
-    ] = (),
+    twist: Annotated[str | None, flag(_TWIST)] = None,
+    bend: Annotated[str | None, flag(_BEND)] = None,
+    out: Annotated[tuple[flags.File, ...], flag(_OUT, "--out", "-o")] = (),
     mu: flags.Mu = None,
     margin: flags.Margin = 0.01,
-    frames: Annotated[
-        int, flag("Pictures of an animation, there and back. Default: 36.", read=whole(2, 500, "36"))
-    ] = 36,
+    frames: Annotated[int, flag(_FRAMES, read=whole(2, 500, "36"))] = 36,
     how: flags.How = flags.HOW,
     ends: flags.Ends = None,
     sense: flags.Sense = "+",
@@ -52,24 +49,13 @@ def view(
     with flags.problems().caught():
         if any(path.lower().endswith(".html") for path in out):
             standalone.find()
-    described, rate = base.turned(beam, mu, "--twist", twist, load=how.load, still=True)
-    held = 0.0 if bend is None else bend
-    described = settled(described)
-    model: dict[str, Any] = {"sense": sense, **vars(how)}
+    given = base.beam(beam, mu)
+    rate = flags.asked("--twist", twist, given, how.load, still=True)
+    described = settled(given)
+    drawn: dict[str, Any] = {"name": Path(beam).stem, "dark": dark, "forces": not no_forces, "frames": frames}
+    model: dict[str, Any] = {"margin": margin, "ends": ends, "sense": sense, **vars(how)}
     with flags.laid(flags.arguments("bend", "ends")):
-        found = picture.view(
-            described,
-            *out,
-            to=rate,
-            bend=held,
-            name=Path(beam).stem,
-            margin=margin,
-            dark=dark,
-            forces=not no_forces,
-            frames=frames,
-            ends=ends,
-            **model,
-        )
+        found = picture.view(described, *out, to=rate, bend=0.0 if bend is None else bend, **drawn, **model)
     return output.report(base.json, beam, found.files, _record(how.load, found), _shown(found))
 
 

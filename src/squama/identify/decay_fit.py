@@ -31,7 +31,7 @@ from squama.dynamics.motion import Drive, Part, State
 from squama.dynamics.systems import Model
 from squama.errors import InputError, refuse
 from squama.identify import estimate, noise, records
-from squama.identify.estimated import Estimated
+from squama.identify.estimated import Estimated, of
 from squama.identify.records import Swings
 from squama.identify.unknowns import PARAMETERS, Parameter, ask, named
 from squama.io.columns import TIME
@@ -114,10 +114,7 @@ class Trials(NamedTuple):
         return way(at) + zero / self.beam.pitches, np.array([speed * tau / f, -2 * math.pi * f * speed, zeros]).T
 
     def derivatives(self, p: Array, t: Array, sizes: Array, limits: tuple[Array, Array], *, central: bool) -> Array:
-        """Return the derivatives of the readings by the parameters over their ``sizes``, (n, parameters).
-
-        Those of the motion are differences, one-sided or with ``central`` two-sided; at a limit from inside.
-        """
+        """Return the derivatives (n, parameters) of the readings by the parameters over ``sizes``, inside limits."""
         low, high = limits
         here, of_reading = self.reading(p, t)
         columns = dict(zip(_READ, of_reading.T, strict=True))
@@ -188,7 +185,7 @@ class DecayFit(Estimated):
         return {
             **self.attrs,
             "parameters": self._parameters(at_bound=self.at_bound),
-            **{name: getattr(self, name) for name in ("correlation", "noise", "rms")},
+            **of(self, "correlation", "noise", "rms"),
             "points": {"t": self.t, angle: self.angle, f"{angle}_fit": self.fitted},
             "notes": list(self.notes),
             "beam": self.beam.model_dump(),
@@ -313,10 +310,8 @@ def _check_engagement(trials: Trials, p: Array, record: Swings, contact: list[st
     sides = systems.sides(trials.fitted(p), trials.model, trials.mode, 1, max(doors.FAR, float(peaks.max())))
     if contact and peaks.max() < sides.plus.y_e and -peaks.min() < sides.minus.y_e:
         what = f"{' and '.join(contact)} {'are' if len(contact) > 1 else 'is'} not to be found"
-        reason = (
-            f"{what}: the record never engages; it goes to {per_pitch(np.abs(peaks).max(), 4)}, and scales engage at "
-            f"{per_pitch(sides.plus.y_e, 4)}"
-        )
+        far, engaged = (per_pitch(x, 4) for x in (np.abs(peaks).max(), sides.plus.y_e))
+        reason = f"{what}: the record never engages; it goes to {far}, and scales engage at {engaged}"
         refuse("parameters", "", reason, 'let the beam go from farther, or find "damping" only')
 
 

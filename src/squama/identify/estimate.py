@@ -46,7 +46,6 @@ FAR = 0.5
 
 
 Points = Hinged | Walked
-"""Points of a test with the torque of a trial at each, by a model."""
 
 
 class Estimate(NamedTuple):
@@ -64,11 +63,7 @@ class Estimate(NamedTuple):
 def solve(
     points: Points, torque: Array, asked: Asked, starts: Sequence[Array], robust: float | None = None, most: int = 300
 ) -> Estimate:
-    """Find the parameters with the least sum of squares within their bounds, from several starts.
-
-    ``torque`` (N m): measured at the points. With ``robust`` (N m) larger residuals count linearly. Each start has
-    ``most`` evaluations.
-    """
+    """Find the least squares of torques (N m) within the bounds; residuals over ``robust`` (N m) count linearly."""
     from scipy.optimize import least_squares
 
     size = float(np.abs(torque).max())
@@ -79,8 +74,7 @@ def solve(
     low, high = asked.low / scale, asked.high / scale
 
     def residual(u: Array) -> Array:
-        apart = modelled(points, asked, u * scale) - torque
-        return np.concatenate([apart, -asked.pull(u * scale)]) / size
+        return np.concatenate([modelled(points, asked, u * scale) - torque, -asked.pull(u * scale)]) / size
 
     def slope(u: Array) -> Array:
         return np.concatenate([derivatives(points, asked, u * scale), asked.pull_slope]) * scale / size
@@ -110,14 +104,12 @@ def _at(points: Points, torque: Array, asked: Asked, p: Array, near: NDArray[np.
 
 
 def sliding(points: Points, torque: Array, asked: Asked, best: Estimate) -> Estimate:
-    """Return the least squares where scales slide, for an estimate whose friction makes them stick all along.
-
-    Above some friction scales stick, and the torque no longer depends on it. The search goes on from the least such
-    friction; where it returns there, the estimate is that friction, marked as a bound.
-    """
+    """Return the least squares where scales slide, for an estimate whose friction makes them stick all along."""
     mu = asked.place("mu")
     if mu is None or best.jacobian[:, mu].any():
         return best
+    # above some friction the torque no longer depends on it: the search goes on from the least such friction, and
+    # where it returns there, the estimate is that friction, marked as a bound
     again = solve(points, torque, asked, [_sticking(points, asked, best.values, mu)])
     if again.jacobian[:, mu].any() and again.square < best.square:
         return again
@@ -139,7 +131,7 @@ def _sticking(points: Points, asked: Asked, p: Array, mu: int) -> Array:
 
 
 def _groups(points: Points, asked: Asked) -> list[tuple[int | None, NDArray[np.bool_]]]:
-    """Return the groups that have parameters of their own, and the mask of their points; None for all points."""
+    """Return the groups with parameters of their own (None: all points), and the masks of their points."""
     if not asked.groups:
         return [(None, np.ones(points.index.size, bool))]
     number = points.readings.groups[points.index]
@@ -185,9 +177,8 @@ def starts(points: Points, torque: Array, asked: Asked, number: int) -> list[Arr
     mu, theta0 = asked.place("mu"), asked.place("theta0")
     least = asked.physical(asked.start)._replace(theta0=asked.bound("theta0", 0))
     lock = points.locks_at(least)
-    free = mu is not None or theta0 is not None
     found = []
-    for n in range(number if free else 1):
+    for n in range(1 if mu is None and theta0 is None else number):
         p = asked.start.copy()
         if n and mu is not None:
             top = min(asked.high[mu], lock, max(2.0, 2 * asked.low[mu]))
@@ -203,9 +194,9 @@ def starts(points: Points, torque: Array, asked: Asked, number: int) -> list[Arr
 
 def _solved_for_linear(points: Points, torque: Array, asked: Asked, start: Array) -> Array:
     """Return a start with the linear parameters solved for, within their bounds."""
-    linear = np.flatnonzero([row.linear for row in asked.rows])
-    if {"C_f", "E_B"} <= set(asked.names):
-        linear = np.array([i for i in linear if asked.names[i] != "C_f"])
+    # of two factors of the rigidity one
+    fixed = "C_f" if "E_B" in asked.names else ""
+    linear = np.flatnonzero([row.linear and row.name != fixed for row in asked.rows])
     if not linear.size:
         return start
     J = derivatives(points, asked, start)[:, linear]
@@ -215,15 +206,11 @@ def _solved_for_linear(points: Points, torque: Array, asked: Asked, start: Array
     p = start.copy()
     p[linear] = np.linalg.lstsq(J / norm, torque - rest, rcond=None)[0] / norm
     # keep the beam's own value where the solution lies outside the bounds
-    outside = (p <= asked.low) | (p >= asked.high)
-    return np.where(outside, start, p)
+    return np.where((p <= asked.low) | (p >= asked.high), start, p)
 
 
 def covariance(jacobian: Array, noise: float, names: tuple[str, ...]) -> Array:
-    """Return the covariance of the estimates, from the derivatives and the standard deviation of a point (N m).
-
-    Refuses derivatives that leave parameters undetermined, in one line that names them.
-    """
+    """Return the covariance of the estimates for the noise of a point (N m); refuse undetermined parameters."""
     norm = np.linalg.norm(jacobian, axis=0)
     unseen = [n for n, size in zip(names, norm, strict=True) if not size > 0]
     if unseen:
@@ -233,8 +220,7 @@ def covariance(jacobian: Array, noise: float, names: tuple[str, ...]) -> Array:
         one = [n for n, v in zip(names, vt[-1], strict=True) if abs(v) > 0.1]
         refuse(" and ".join(one), "", "these points do not tell them apart", "find fewer of them")
     half = vt.T / s
-    inner = half @ half.T / np.outer(norm, norm)
-    return np.asarray(noise**2 * inner)
+    return np.asarray(noise**2 * (half @ half.T / np.outer(norm, norm)))
 
 
 class Remedy(NamedTuple):
@@ -247,11 +233,7 @@ class Remedy(NamedTuple):
 def remedies(
     asked: Asked, values: Array, senses: Senses, forward: Forward, jacobian: Array, noise: float
 ) -> list[Remedy]:
-    """Return further measurements with the same noise, and the standard errors with them.
-
-    ``senses``: both senses at the estimates; ``forward``: the used points; ``jacobian``: the derivatives there. The
-    further measurements do not have the nuisances of this test.
-    """
+    """Return further measurements without the nuisances of this test (``forward``, ``jacobian``), with their errors."""
     found = []
     with np.errstate(all="ignore"):
         for what, more in _further(asked, values, senses, forward):
@@ -285,29 +267,23 @@ def _further(asked: Asked, values: Array, senses: Senses, forward: Forward) -> I
         beyond = build(senses, s * np.linspace(max(far, path.load_e), end, n + 1)[1:], np.ones(n))
         yield f"{n} points more of loading, up to {per_pitch(end)}", beyond.jacobian(at) @ chain
     if TESTS[asked.load].sided and touching.any():
-        yield from _bending(asked, values, float(forward.theta.max()), forward, n)
+        yield from _bending(asked, values, forward, n)
 
 
-def _bending(asked: Asked, values: Array, theta: float, forward: Forward, n: int) -> list[tuple[str, Array]]:
-    """Return a bending test up to the largest inclination of these points; its noise has the same share of its moment.
-
-    Friction, joint and inclination at rest are those of the twisting test; the bending rigidity is known.
-    """
+def _bending(asked: Asked, values: Array, forward: Forward, n: int) -> Iterator[tuple[str, Array]]:
+    """Yield a bending test up to the largest inclination of these points, with the same share of noise."""
     at = asked.physical(values)
     bent = ask(asked.fitted(values), "bending", asked.names)
     senses = hinge_cycles.senses(bent.beam, "bending", at.mu, "edge", 0.1)
     path = senses.paths["+"]
     if not path.engaged:
-        return []
-    theta = min(theta, path.theta_end)
+        return
+    theta = min(float(forward.theta.max()), path.theta_end)
     last = min(float(path.row.point(np.array([theta]), path.law, ARRAY).load[0]), senses.most["+"])
     if last <= path.load_e:
-        return []
+        return
     points = build(senses, np.linspace(path.load_e, last, n), np.ones(n))
     J = np.asarray(points.jacobian(bent.physical(values)) @ bent.chain(values)[:4])
-    for name in ("C_f", "E_B"):
-        i = asked.place(name)
-        if i is not None:
-            J[:, i] = 0.0
+    J[:, [name in ("C_f", "E_B") for name in asked.names]] = 0.0
     largest = np.abs(forward.torque(at)).max() / np.abs(points.torque(bent.physical(values))).max()
-    return [(f"a bending test too, {n} points of loading up to {per_pitch(last, 4)}", J * largest)]
+    yield f"a bending test too, {n} points of loading up to {per_pitch(last, 4)}", J * largest

@@ -21,6 +21,11 @@ Table = dict[str, tuple[str, object, str, str | None]]
 """Variables of a dataset by name: dimensions, values, words, and the unit (None for words and counts)."""
 
 
+def of(given: object, *names: str) -> dict[str, object]:
+    """Return attributes by name."""
+    return {name: getattr(given, name) for name in names}
+
+
 def variables(table: Table) -> dict[str, tuple[list[str], object, dict[str, str]]]:
     """Return the variables of a table with their attributes, for ``xarray.Dataset``."""
     return {
@@ -76,10 +81,6 @@ class Estimated(ABC):
     def deviations(self) -> Array:
         """Standard errors, in the order of the estimates."""
         return np.asarray(np.sqrt(np.diag(self.covariance)))
-
-    def _of(self, *names: str) -> dict[str, object]:
-        """Return attributes by name."""
-        return {name: getattr(self, name) for name in names}
 
     def _by_name(self, values: Array) -> dict[str, float]:
         return dict(zip(self.parameters, values.tolist(), strict=True))

@@ -12,7 +12,7 @@ from squama._version import __version__
 from squama.beam.design import Beam
 from squama.curves.chosen import idealisation
 from squama.identify.estimate import HARDLY, UNSEEN
-from squama.identify.estimated import Table, variables
+from squama.identify.estimated import Table, of, variables
 from squama.identify.unknowns import Parameter
 from squama.loads import LOADS
 from squama.people import degrees
@@ -36,10 +36,7 @@ _WAYS = {
 
 
 class Candidate(NamedTuple):
-    """A loop: its shape and top (rad per pitch), readings, largest torque (N m), values and covariance of estimates.
-
-    ``problem`` says why there are no estimates.
-    """
+    """A loop: shape, top (rad per pitch), readings, largest torque (N m), values and covariance, or the problem."""
 
     shape: str
     top: float
@@ -111,7 +108,11 @@ class Plan:
 
     def summary(self) -> str:
         """Return the verdict, a table of the loops, and notes, as text."""
-        return "\n".join([*self.verdict(), *self._table(), *self.notes()])
+        head, rows = self.table()
+        widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
+        every = (zip(row, widths, strict=True) for row in (head, *rows))
+        table = ("  ".join(f"{cell:{w}}" for cell, w in row).rstrip() for row in every)
+        return "\n".join([*self.verdict(), *table, *self.notes()])
 
     def verdict(self) -> list[str]:
         """Return the recommended test and its expected errors, as lines."""
@@ -141,9 +142,8 @@ class Plan:
         return f"{degrees(self.beam)[0] * one.top:.3g}"
 
     def _tells(self, one: Candidate, loops: int) -> str:
-        return ", ".join(
-            f"{name} to +-{text}" for name, text in zip(self.parameters, self._errors(one, loops), strict=True)
-        )
+        pairs = zip(self.parameters, self._errors(one, loops), strict=True)
+        return ", ".join(f"{name} to +-{text}" for name, text in pairs)
 
     def _errors(self, one: Candidate, loops: int = 1) -> list[str]:
         """Return the errors after so many loops as text: absolute for a ratio, else in per cent."""
@@ -180,11 +180,6 @@ class Plan:
         i, j = np.unravel_index(int(np.argmax(apart)), apart.shape)
         return float(one.correlation[i, j]), f"{self.parameters[j]}, {self.parameters[i]}"
 
-    def _table(self) -> list[str]:
-        head, rows = self.table()
-        widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
-        return ["  ".join(f"{cell:{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in [head, *rows]]
-
     def notes(self) -> list[str]:
         """Return the basis of the errors, parameters that are hardly separable, and loops left out, as lines."""
         said = f"standard errors of one loop, by the model's derivatives; noise of a reading {moment(self.noise)}"
@@ -213,8 +208,7 @@ class Plan:
             "notes": [*self.verdict()[1:], *self.notes()],
             "find": list(self.parameters),
             "units": {row.name: row.unit for row in self.rows},
-            **{name: getattr(self, name) for name in ("noise", "twist_noise", "compliance", "accuracy", "engaged")},
-            **{name: getattr(self, name) for name in ("load", "law", "joint", "ends")},
+            **of(self, "noise", "twist_noise", "compliance", "accuracy", "engaged", "load", "law", "joint", "ends"),
             "best": self._entry(self.best),
             "candidates": [self._entry(one) for one in self.candidates],
             "squama_version": __version__,
@@ -238,8 +232,7 @@ class Plan:
         import xarray as xr
 
         good = [one for one in self.candidates if not one.problem]
-        tops = np.array([one.top for one in good])
-        torque, loops = [one.torque for one in good], [self.loops(one) or 0 for one in good]
+        tops, words = np.array([one.top for one in good]), f"largest {LOADS[self.load].torque_words}"
         errors = zip(self.rows, np.array([one.errors for one in good]).T, strict=True)
         related, dims = [one.correlation for one in good], "candidate parameter other"
         table: Table = {
@@ -247,8 +240,8 @@ class Plan:
             "top": ("candidate", tops, "largest twist per pitch", "rad"),
             "total": ("candidate", tops * self.beam.pitches, "largest twist of the beam", "rad"),
             "readings": ("candidate", [one.readings for one in good], "readings of a loop", None),
-            "torque": ("candidate", torque, f"largest {LOADS[self.load].torque_words}", "N m"),
-            "loops": ("candidate", loops, "loops for the accuracy", None),
+            "torque": ("candidate", [one.torque for one in good], words, "N m"),
+            "loops": ("candidate", [self.loops(one) or 0 for one in good], "loops for the accuracy", None),
             **{f"error_{r.name}": ("candidate", v, f"standard error of {r.name}", r.unit) for r, v in errors},
             "correlation": (dims, related, "correlation of estimates", None),
         }
@@ -257,8 +250,7 @@ class Plan:
             "title": f"plan of a test of a scale-covered beam in {LOADS[self.load].name}",
             "verdict": self.verdict()[0],
             "values": self.best.values.tolist(),
-            **{name: getattr(self, name) for name in ("scales", "load", "law", "joint", "ends")},
-            **{name: getattr(self, name) for name in ("noise", "accuracy", "engaged")},
+            **of(self, "scales", "load", "law", "joint", "ends", "noise", "accuracy", "engaged"),
             "beam": self.beam.to_toml(),
             "squama_version": __version__,
         }

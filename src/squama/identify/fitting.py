@@ -16,8 +16,7 @@ from squama.errors import InputError, naming, refuse
 from squama.identify import estimate, groups, known, prepare, records, remarks, selection
 from squama.identify import machine as machines
 from squama.identify.hinge_points import Hinged
-from squama.identify.joint_points import Walked
-from squama.identify.part_points import of_test
+from squama.identify.joint_points import Walked, of_test
 from squama.identify.posterior import sample
 from squama.identify.prepare import Prepared, Wanted
 from squama.identify.result import Alone, Fit
@@ -28,7 +27,6 @@ from squama.joints import choice
 from squama.loads import ENDLESS, TESTS, EndsName, JointName, LawName
 from squama.needs import need
 from squama.part.definition import Part
-from squama.types import Array
 from squama.units import shown
 
 _MOST = 0.9
@@ -202,9 +200,8 @@ def fit(
 def _each(given: Sequence[str] | str, names: tuple[str, ...], samples: int) -> tuple[str, ...]:
     """Return the checked names of parameters with a value for each loop or specimen."""
     each = tuple(named(given, PARAMETERS)) if given else ()
-    for name in each:
-        if name not in names:
-            refuse("each", "", f"{name} is not to be found (found are: {', '.join(names)})", "find it too")
+    if unknown := [name for name in each if name not in names]:
+        refuse("each", "", f"{unknown[0]} is not to be found (found are: {', '.join(names)})", "find it too")
     if each and samples:
         refuse("posterior", str(samples), "no samples are drawn where loops have values of their own", "leave one out")
     return each
@@ -245,16 +242,14 @@ def _result(made: Prepared, found: Found, shared: Found, wanted: Wanted, rival: 
     branch = np.where(found.stray, "stray", branch)
     band = estimate.standard_error(found.points, asked, found.estimates, found.covariance)
     fitted = np.where(covered, estimate.modelled(points, asked, found.estimates), np.nan)
-    senses, remedies = None, []
+    senses, remedies, effect, loops = None, [], None, None
     if isinstance(points, Hinged) and found.parameters == shared.parameters:
         senses = hinge_cycles.senses(beam, asked.load, at.mu, wanted.law, 0.01)
         used = points.take(np.flatnonzero(found.used)).at(at)
         remedies = estimate.remedies(asked, found.estimates, senses, used, found.jacobian, found.noise)
     steep = slope(rec, points, found.used, at, prepare.bar(made), found.noise)
-    effect = None
     if wanted.machine is None:
         effect = machines.unknown(found.points, found.used, asked, found.estimates, found.jacobian, found.deviations)
-    loops = None
     if not asked.groups and len(rec.specimens) == 1:
         loops = groups.differing(made, shared, "mu")
     result = Fit(
@@ -271,18 +266,17 @@ def _result(made: Prepared, found: Found, shared: Found, wanted: Wanted, rival: 
         branch=np.where(covered, branch, "beyond"),
         specimens=_specimens(made, shared),
         remedies=tuple(remedies),
-        notes=(),
         rival=rival,
         disagreement=remarks.disagreement(found, rival),
         slope=steep,
         ends=points.ends if isinstance(points, Walked) else ENDLESS,
         row=_row(made, found, beam) if wanted.ends == ENDLESS else None,
         endless=_endless(made, shared),
-        doubts=tuple(remarks.doubts(made, found, rival, steep, wanted.machine, loops)),
         loops=loops,
         machine=effect,
     )
-    return replace(result, notes=(*([why] if why else []), *remarks.notes(result, senses)))
+    notes = (*([why] if why else []), *remarks.notes(result, senses))
+    return replace(result, notes=notes, doubts=tuple(remarks.doubts(result, machine=wanted.machine is not None)))
 
 
 def _endless(made: Prepared, found: Found) -> Alone | None:
@@ -290,24 +284,25 @@ def _endless(made: Prepared, found: Found) -> Alone | None:
     points = made.points
     if not isinstance(points, Walked) or points.kind is None:
         return None
-    plain = made._replace(asked=found.asked, usable=found.used, points=points.endless())
-    return _alone(ENDLESS, plain, found.estimates)
+    return _alone(ENDLESS, made._replace(usable=found.used, points=points.endless()), found)
 
 
 def _specimens(made: Prepared, found: Found) -> tuple[Alone, ...]:
     """Fit each of several specimens alone."""
-    rec, own = made.record, made._replace(asked=found.asked, points=found.points)
+    rec = made.record
     if len(rec.specimens) == 1:
         return ()
-    parts = [own._replace(usable=found.used & (rec.specimen == i)) for i in range(len(rec.specimens))]
-    return tuple(_alone(s.label, part, found.estimates) for s, part in zip(rec.specimens, parts, strict=True))
+    own = made._replace(points=found.points)
+    labels = enumerate(s.label for s in rec.specimens)
+    return tuple(_alone(label, own._replace(usable=found.used & (rec.specimen == i)), found) for i, label in labels)
 
 
-def _alone(label: str, made: Prepared, start: Array) -> Alone:
-    """Fit some of the points, or all of them with another model, from the estimates of a fit."""
+def _alone(label: str, made: Prepared, found: Found) -> Alone:
+    """Fit some of the points of a fit, or all of them with another model, from its estimates."""
+    made = made._replace(asked=found.asked)
     try:
         prepare.enough(made)
-        one = selection.settle(made, start)
+        one = selection.settle(made, found.estimates)
     except InputError as error:
         return Alone(label, None, None, problem=str(error))
     return Alone(label, one.estimates, one.deviations, one.rms, "", one.rows)

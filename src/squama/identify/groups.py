@@ -22,10 +22,7 @@ _TWICE, _OF_GROUP = 2, 8
 
 
 def apart(test: Prepared, shared: Found, each: tuple[str, ...], candidates: tuple[str, ...]) -> Found:
-    """Find the parameters ``each`` once for each group of the points, from the estimates for all together.
-
-    On compliant joints the torque is linearised about the values of each group, with the derivatives for all.
-    """
+    """Find the parameters ``each`` once for each group of the points, from the estimates for all together."""
     words = test.points.readings.words
     found, asked = shared, test.asked.apart(each, words)
     start, points = asked.spread(shared.values), linear(test.points, shared)
@@ -35,6 +32,7 @@ def apart(test: Prepared, shared: Found, each: tuple[str, ...], candidates: tupl
         found = chosen(near, rough, out, candidates)
         start = found.estimates[: len(asked.rows)]
         if isinstance(points, Linear):
+            # about the values of each group, with the derivatives for all
             points = points.apart([found.asked.physical(found.estimates, g) for g in range(len(words))])
     return replace(found, starts=shared.starts)
 
@@ -78,11 +76,7 @@ class Differing(NamedTuple):
 
 
 def differing(test: Prepared, shared: Found, name: str) -> Differing | None:
-    """Test whether a parameter differs between the groups of a test; None where the points do not suffice.
-
-    F test: the sum of squares with one value for all groups, against that with a value for each, with the noise and the
-    number of independent points of the latter.
-    """
+    """Compare one value of a parameter with one for each group (F test); None where the points do not suffice."""
     from scipy.stats import f
 
     readings, used = test.points.readings, shared.used
@@ -102,5 +96,4 @@ def differing(test: Prepared, shared: Found, name: str) -> Differing | None:
     gain = max(shared.square - own.square, 0.0) / (groups - 1)
     chance = float(f.sf(gain / (own.noise**2 * own.dependence), groups - 1, freedom))
     place = [i for i, row in enumerate(asked.rows) if row.group is not None]
-    rows = tuple(asked.rows[i] for i in place)
-    return Differing(name, rows, own.estimates[place], own.deviations[place], chance)
+    return Differing(name, tuple(asked.rows[i] for i in place), own.estimates[place], own.deviations[place], chance)

@@ -37,12 +37,9 @@ _STEP = 1e-5
 
 
 class Physical(NamedTuple):
-    """Physical quantities on which the torque depends.
+    """Physical quantities on which the torque depends, SI units; zero and backlash of the twist are of the whole beam.
 
-    Friction, joint stiffness (N m), rigidity (N m2), theta0 (rad); zero of the torque (N m), zero and backlash of the
-    twist (rad over the whole beam), drift of the torque in a record (N m), compliance of the testing machine (rad/(N
-    m)); the bar's modulus over that of the given beam, which scales all other stiffnesses of a joint's matrix (hinges
-    have none).
+    ``modulus`` of the bar over that of the given beam scales all other stiffnesses of a joint's matrix.
     """
 
     mu: float
@@ -61,8 +58,7 @@ class Forward(NamedTuple):
     """Points on the paths of their contacts; arrays of length n.
 
     ``rate``: signed twist rate or curvature (rad/m); ``sign`` of the sense; ``way``: +1 loading, -1 unloading;
-    ``theta``: inclination there (rad; 0 without contact for any theta0); ``lift_rate``: theta'/phi'; ``slip_rate``:
-    r'/phi'; moments ``M_N`` and ``M_f``.
+    ``theta``: inclination (rad; 0 without contact for any theta0); theta'/phi' and r'/phi'; moments.
     """
 
     rate: Array
@@ -99,15 +95,11 @@ class Forward(NamedTuple):
 
 
 def build(senses: Senses, load: Array, way: Array) -> Forward:
-    """Locate points on the paths of their contacts.
-
-    ``senses`` are solved for the smallest friction and inclination at rest of all trials; ``load``: signed load angles
-    (rad per pitch), none beyond the range of the senses; ``way``: +1 where their magnitude grew, -1 where it fell.
-    """
+    """Locate points on their paths: signed ``load`` (rad per pitch) within the range of ``senses``, ``way`` +-1."""
     sign = np.where(load < 0, -1.0, 1.0)
-    zero = np.zeros(load.size)
-    rate, apart = load / senses.case.pitch, [zero.copy(), zero.copy(), zero.copy(), zero - 1, zero.copy()]
-    out = Forward(rate, sign, way.astype(float), *apart)
+    apart = np.zeros((5, load.size))
+    apart[3] = -1
+    out = Forward(load / senses.case.pitch, sign, way.astype(float), *apart)
     for name, side in senses.sides.items():
         path, s = senses.paths[name], -1.0 if name == "-" else 1.0
         index = np.flatnonzero((sign == s) & (np.abs(load) > path.load_e))

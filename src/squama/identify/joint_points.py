@@ -11,6 +11,9 @@ and its ends, or is endless.
 with the drift D and the share o of the record up to the point. A loop takes some milliseconds, one of 25 scales half a
 second; derivatives are differences of loops. A search needs hundreds of them, so with ends it takes the torque of the
 endless beam times the share of the finite beam (:meth:`Walked.shared`).
+
+A part is a beam of N scales on its supports (docs, theory: parts) under one force with an imposed travel, on whose
+history the force depends.
 """
 
 from __future__ import annotations
@@ -18,17 +21,27 @@ from __future__ import annotations
 import copy
 import functools
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from squama import arguments
 from squama.beam.design import Beam
+from squama.beam.faces import only_one
+from squama.contacts import increments, path
 from squama.contacts.ties import KINDS
 from squama.curves import compliant, compliant_cycles
-from squama.errors import InputError
+from squama.errors import InputError, refuse
 from squama.identify.hinge_points import Physical
 from squama.identify.readings import Readings
-from squama.loads import ENDLESS, Load
+from squama.loads import ENDLESS, LOADS, MANY_SCALES, NOTHING, PUSHED, TESTS, Load
+from squama.model.outcome import SENTENCES
+from squama.part import loaded, loading
+from squama.part.definition import Part
+from squama.part.loading import texts
 from squama.types import Array
+from squama.units import Dimension, shown
 
 NODES = 500
 """Largest number of twists of a way that are computed; the torque is interpolated between them."""
@@ -47,14 +60,11 @@ _SLIGHT = 1e-4
 """A load angle before engagement, rad per pitch."""
 _LEAST, _MOST = 1e-3, 20.0
 """Torque over the largest below which no share is taken; largest share, and inverse of the least."""
+_ENDS = 'give torque and twist (bend) of its ends, with load="twisting" (--load twisting) or "bending", and ends'
 
 
 class Walked:
-    """Points of a test of scales on compliant joints, whose matrix is that of the beam.
-
-    Trials on which the contact ends have a torque a thousand times too large; a record that the given beam cannot
-    follow is refused. ``ends``: of :data:`squama.loads.ENDS`.
-    """
+    """Points of a test of scales on compliant joints, whose matrix is that of the beam; ``ends`` as in a beam file."""
 
     def __init__(self, beam: Beam, load: Load, readings: Readings, v: Physical, ends: str = ENDLESS) -> None:
         self.beam, self.load, self.readings, self.start, self.ends = beam, load, readings, v, ends
@@ -110,6 +120,7 @@ class Walked:
         try:
             torque, _ = self._at(v)
         except InputError:
+            # a trial on which the contact ends
             torque, touching = self._at(self.start)
             torque = np.where(touching, _FAR, 1.0) * torque
         return np.asarray((torque + v.drift * self.readings.order)[self.index] + v.torque_zero)
@@ -175,10 +186,8 @@ class Walked:
 
     def _trial(self, v: Physical) -> Beam:
         """Return the beam with the values of a trial."""
-        values = {
-            "joint.stiffness": v.stiffness,
-            "substrate.youngs_modulus": self.beam.substrate.youngs_modulus * v.modulus,
-        }
+        modulus = self.beam.substrate.youngs_modulus * v.modulus
+        values = {"joint.stiffness": v.stiffness, "substrate.youngs_modulus": modulus}
         if self.load.sided:
             values["joint.inclusion_factor"] = v.rigidity / (self.beam.G_B * self.beam.J * v.modulus)
         return self.beam._with({name: float(x) for name, x in values.items()})
@@ -188,9 +197,8 @@ class Walked:
         compliant_cycles.check(x.tolist())
         one = compliant.Path.of(beam, float(mu), (self.load.verb,), ideal=False)
         found = compliant_cycles.pressed(one, self.load, x, self.kind)
-        return compliant_cycles.torque(found, self.load) * beam.unit_moment, np.sum(
-            [state["N"] for state in found], axis=0
-        )
+        torque = compliant_cycles.torque(found, self.load) * beam.unit_moment
+        return torque, np.sum([state["N"] for state in found], axis=0)
 
     def _walk(self, v: Physical) -> tuple[Array, Array]:
         """Return torque and contact of a trial beam along the load angles (rad per pitch) of the specimen."""
@@ -209,11 +217,7 @@ class Walked:
 
 
 class Linear(Walked):
-    """Points whose torque is linearised about values at which the full model is computed.
-
-    A derivative is computed on first use and kept. ``columns``: derivatives already known, by name; ``parts``: points
-    of the groups, linearised about values of their own.
-    """
+    """Points with a torque linearised about values; ``columns``: known derivatives; ``parts``: those of groups."""
 
     def __init__(self, own: Walked, v: Physical, columns: dict[str, Array] | None = None) -> None:
         vars(self).update(vars(own))
@@ -255,6 +259,88 @@ class Linear(Walked):
         if name not in self.columns:
             self.columns[name] = self.own._slope(self.about._replace(torque_zero=0.0, drift=0.0), name)
         return self.columns[name]
+
+
+class Loaded(Walked):
+    """Points of a test of a part: travels of the loaded place (m) and forces (N) in place of twists and torques."""
+
+    def __init__(self, part: Part, beam: Beam, readings: Readings, v: Physical) -> None:
+        self.part = part
+        super().__init__(beam, TESTS[PUSHED], readings, v, self.words)
+
+    @property
+    def words(self) -> str:
+        """Support and load as text."""
+        given, held = loading.together(self.part.load, self.part.support, self.part.beam, self.part.beam.pitches)
+        return f"{self.part.support if held.word == 'simple' else held.word}, {given[0].where}"
+
+    @property
+    def finite(self) -> bool:
+        """True: a part has a number of scales."""
+        return True
+
+    def shared(self, v: Physical) -> Walked:
+        """Return the points with forces linearised about v, because no endless beam resembles a part."""
+        return Linear(self, v)
+
+    def engaged(self) -> dict[str, float]:
+        """Return the travel (m) at engagement, by sense."""
+        course, _ = self._course(self.beam, self.start.mu)
+        ways = {sense: course.follow(np.array([sign * path.RANGE])) for sense, sign in (("-", -1.0), ("+", 1.0))}
+        return {sense: track.engaged * course.share * self.beam.pitch for sense, track in ways.items()}
+
+    def straight(self, v: Physical) -> Array:
+        """Return the travels (m) at which a linear bar of the first slope has the forces of the given part."""
+        placed = {name: getattr(v, name) for name in ("twist_zero", "backlash", "compliance")}
+        return self.whole(self.start._replace(**placed)) / self.bar()
+
+    def _course(self, beam: Beam, mu: float) -> tuple[loaded.Course, float]:
+        """Return the course of a loaded part, and the unit of its forces, N."""
+        n = beam.pitches
+        given, held = loading.together(self.part.load, self.part.support, beam, n)
+        one = compliant.Path.of(beam, float(mu), (NOTHING,), ideal=False)
+        if len(one.held.K) < 9:
+            refuse("joint", "", "joint.matrix knows no bend", "squama joint --matrix writes all nine motions")
+        unit = one.unit_moment / beam.pitch
+        return loaded.course(one.way, n, given, held, (beam.pitch, unit, one.unit_moment)), unit
+
+    def _followed(self, beam: Beam, mu: float, x: Array) -> tuple[Array, Array]:
+        """Return the force (N) at travels (m) from 0 on, and the sum of the forces between scales there."""
+        course, unit = self._course(beam, mu)
+        track = course.follow(x[1:] / (course.share * beam.pitch))
+        if track.end.code != increments.RANGE:
+            far = 1e3 * float(x[min(len(track.rows), x.size - 1)])
+            refuse("travel", "", f"the part is not followed to {far:.4g} mm: {SENTENCES[track.end.word]}")
+        pressing = path.named(track.rows)["N"].sum(axis=1)
+        return np.append(0.0, course.load(track) * unit), np.append(0.0, pressing)
+
+
+def of_test(beam: Beam | Part, load: str | Sequence[str] | None, support: str | None) -> tuple[str, Part]:
+    """Return the kind of load of a test, and its part, with support and load where a force acts on it."""
+    part = beam if isinstance(beam, Part) else Part(beam)
+    words = part.load if load is None else load
+    if not words or (isinstance(words, str) and not any(map(str.isdigit, words))):
+        name = words if isinstance(words, str) and words else next(iter(LOADS))
+        if support is not None:
+            refuse("support", shown(support), "is of a part under a force", 'give its load too, e.g. "1 N up at tip"')
+        _alike(part)
+        return arguments.load(name).name, Part(part.beam)
+    only_one(part.beam.faces, "a part under load")
+    n = arguments.whole("scales", part.beam.pitches, 2, MANY_SCALES)
+    part = replace(part, load=texts(words), support=support or part.support or loading.SUPPORTS[0])
+    _alike(part)
+    first, *others = loading.together(part.load, part.support, part.beam, n)[0]
+    if others:
+        refuse("load", shown(others[0].words), "is a second load: a test has one force", "give one")
+    if first.measures not in (Dimension.FORCE, Dimension.LENGTH):
+        refuse("load", shown(first.words), "is no force", _ENDS)
+    return PUSHED, part
+
+
+def _alike(part: Part) -> None:
+    """Refuse scales that differ."""
+    if part.along:
+        refuse("along", "", "scales that differ along a part are not fitted", "leave it out")
 
 
 def _nodes(x: Array, sense: float) -> Array:

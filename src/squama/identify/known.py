@@ -60,10 +60,7 @@ Known = Mapping[str, tuple[float, float]]
 def priors(
     given: Mapping[str, object] | None, beam: Beam, machine: Machine | None, names: Collection[str]
 ) -> tuple[Known, Known]:
-    """Return the priors of parameters, and those of dimensions of the beam; see :func:`squama.fit`.
-
-    ``names``: the parameters to find; an inclination that is not among them counts as a dimension.
-    """
+    """Return the priors of parameters and of dimensions; an inclination that is not among ``names`` is a dimension."""
     found, dimensions = dict[str, tuple[float, float]](), dict[str, tuple[float, float]]()
     for one in [] if given is None else read(given, beam):
         name = _PLACES.get(one.name, "")
@@ -77,10 +74,7 @@ def priors(
 
 
 def tolerated(made: Prepared, found: Found, wanted: Wanted) -> tuple[Prepared, Found]:
-    """Find dimensions of the beam too, from their tolerances and the points, by Gauss-Newton steps.
-
-    The returned test has the beam with the fitted dimensions, and the derivatives by them at its points.
-    """
+    """Find dimensions of the beam too by Gauss-Newton steps; return the test of that beam, and the estimates."""
     rows = [_row(name, *wanted.dimensions[name]) for name in wanted.dimensions]
     at = np.array([wanted.dimensions[row.name][0] for row in rows])
     least = found.noise * math.sqrt(found.dependence) or 1e-6 * float(np.abs(made.record.torque).max())

@@ -32,6 +32,8 @@ STIFFNESS = Bounds(1e-12, 1e15, "1e-12 to 1e15 N m/rad", closed=True, example='"
 SHARES = (0.005, 0.01, 0.02)
 """Shares of the rotation at the top of a record that an unknown machine may take."""
 RIGID = "rigid"
+_TOLD = ("mu", "K_theta")
+"""Parameters whose changes are reported."""
 _SEEN = 1.0
 """Change of an estimate by the last of the shares, over its error, above which the machine is reported."""
 
@@ -55,10 +57,10 @@ def read(given: object) -> Machine | None:
 
 
 class Unknown(NamedTuple):
-    """Effect of an unknown machine on a fit.
+    """Effect of an unknown machine on a fit; ``told``: whether to report it.
 
-    ``stiffness``: N m/rad of a machine that takes 1 % of the rotation at the top; ``changes``: increases of the
-    estimates, in their order, if this machine were taken into account; ``told``: whether to report them.
+    ``stiffness`` (N m/rad) of a machine that takes 1 % of the rotation at the top, and the ``changes`` of the estimates
+    if it were taken into account.
     """
 
     stiffness: float
@@ -75,32 +77,25 @@ class Unknown(NamedTuple):
         """Return a sentence: the effect of the shares of :data:`SHARES` on friction and joint stiffness."""
         parts = []
         for name, change in zip(self.names, self.changes.tolist(), strict=True):
-            if name in ("mu", "K_theta"):
-                all_of = [change * share / 0.01 for share in SHARES]
+            all_of = [change * share / 0.01 for share in SHARES]
+            if name == "K_theta":
+                parts.append(f"K_theta by {', '.join(f'{100 * c / values[name]:+.2g}' for c in all_of)} %")
+            elif name in _TOLD:
                 digits = max(0, 1 - math.floor(math.log10(abs(change)))) if change else 3
-                if name == "K_theta":
-                    relative = [100 * c / values[name] for c in all_of]
-                    parts.append(f"K_theta by {', '.join(f'{c:+.2g}' for c in relative)} %")
-                else:
-                    parts.append(f"{name} by {', '.join(f'{c:+.{digits}f}' for c in all_of)}")
+                parts.append(f"{name} by {', '.join(f'{c:+.{digits}f}' for c in all_of)}")
         shares = ", ".join(f"{100 * share:g}" for share in SHARES)
         of = self.load.way if self.load.pushed else "rotation"
         own = f"{self.stiffness:.2g} {self.load.force}/{self.load.unit}"
         remedy = f"correct the travels for it (1 %: {own})" if self.load.pushed else (
             f'give its stiffness (1 %: machine "{own}")')  # fmt: skip
-        return (
-            f"machine not given: if it takes {shares} % of the {of} at the top, that changes "
-            f'{" and ".join(parts)}; {remedy}, or "{RIGID}"'
-        )
+        effect = f"if it takes {shares} % of the {of} at the top, that changes {' and '.join(parts)}"
+        return f'machine not given: {effect}; {remedy}, or "{RIGID}"'
 
 
 def unknown(
-    points: Points, used: NDArray[np.bool_], asked: Asked, estimates: Array, jacobian: Array, deviations: Array
+    points: Points, used: NDArray[np.bool_], asked: Asked, estimates: Array, jacobian: Array, errors: Array
 ) -> Unknown | None:
-    """Return the effect of an unknown machine, from the ``jacobian`` of a fit (with the rows of priors).
-
-    None without torque. ``deviations``: standard errors of the estimates.
-    """
+    """Return the effect of an unknown machine on a fit, from its ``jacobian`` with priors; None without torque."""
     readings, place = points.readings, Physical._fields.index("compliance")
     size = np.where(used, np.abs(readings.load), -1.0)
     top = int(np.argmax(size))
@@ -110,9 +105,10 @@ def unknown(
     percent = 0.01 * float(size[top]) * readings.scales / torque
     wanted = np.arange(len(Physical._fields)) == place
     column = points.take(np.flatnonzero(used)).jacobian(asked.physical(estimates), wanted)[:, place] * percent
+    # the priors do not depend on the machine
     target = np.concatenate([column, np.zeros(len(jacobian) - column.size)])
     norm = np.linalg.norm(jacobian, axis=0)
     changes = -np.linalg.lstsq(jacobian / norm, target, rcond=None)[0] / norm
-    far = np.abs(changes) * SHARES[-1] / 0.01 > _SEEN * deviations
-    told = any(f for f, name in zip(far, asked.names, strict=True) if name in ("mu", "K_theta"))
+    far = np.abs(changes) * SHARES[-1] / 0.01 > _SEEN * errors
+    told = any(f for f, name in zip(far, asked.names, strict=True) if name in _TOLD)
     return Unknown(1 / percent, changes, asked.names, told, TESTS[asked.load])

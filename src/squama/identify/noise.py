@@ -87,12 +87,9 @@ def _windows(values: Array, reach: int) -> Array:
 
 
 def interleaved(twist: Array, torque: Array) -> bool:
-    """Return whether the torque jumps between two branches, e.g. because rows are sorted by twist.
-
-    At the larger twists, where branches lie apart, the torque's distance from a line through its neighbours is that of
-    the branches. Points above and points below such lines then each form a smooth curve, much smoother than the halves
-    of pure noise.
-    """
+    """Return whether the torque jumps between two branches, e.g. because rows are sorted by twist."""
+    # at the larger twists branches lie apart: the points above and below lines through their neighbours then each form
+    # a smooth curve, much smoother than the halves of pure noise
     far = np.abs(twist) > np.median(np.abs(twist))
     x, y = twist[far], torque[far]
     if x.size < 2 * _LEAST:
@@ -106,11 +103,7 @@ def interleaved(twist: Array, torque: Array) -> bool:
 
 
 def mixed(twist: Array, torque: Array) -> bool:
-    """Return whether rows are sorted by twist while their torque jumps between two branches.
-
-    Where the rows of loading and unloading have the same twists, the torques of such pairs lie far apart, and the
-    higher ones are a smooth curve; else see :func:`interleaved`.
-    """
+    """Return whether rows are sorted by twist while their torque jumps between two branches."""
     steps = np.diff(twist)
     if not steps.size or (steps.min() < 0 < steps.max()):
         return False
@@ -123,6 +116,7 @@ def mixed(twist: Array, torque: Array) -> bool:
     pairs = pairs[np.abs(x[pairs]) >= np.median(np.abs(x))]
     if pairs.size < _PAIRS:
         return False
+    # rows of loading and unloading at the same twists: far apart, and the higher ones are a smooth curve
     apart, top = np.abs(y[pairs + 1] - y[pairs]), np.maximum(y[pairs + 1], y[pairs])
     return bool(np.median(apart) > _BETWEEN * np.median(np.abs(np.diff(top, 2))))
 

@@ -64,11 +64,10 @@ class _Test(NamedTuple):
 
 
 class _Walked(NamedTuple):
-    """Readings along the ways of loops to a top, at even steps of the twist.
+    """Readings along the ways of loops to a top, at even steps of the twist; none with a ``problem``.
 
-    ``J``: derivatives of the torque by the parameters (readings, parameters); ``zero``: by the zero of the twist;
-    ``torque`` (N m); ``way``: numbers of the readings' ways, of ``ways`` in all; ``values`` of the parameters;
-    ``problem``: why there are no readings.
+    ``J`` (readings, parameters) and ``zero``: derivatives of the torque by the parameters and by the zero of the twist;
+    ``torque`` N m; ``way``: numbers of the ways, of ``ways`` in all; ``values`` of the parameters.
     """
 
     J: Array
@@ -149,13 +148,17 @@ def plan(
     asked = Wanted(beam, [], names, load, law, None, records.ALL, sigma, 1, ())
     model, _ = prepare.kind(joint, asked)
     asked = asked._replace(ends=prepare.ends(model, asked, ends))
-    test = _Test(asked, model, sigma, 0.0, compliance, arguments.whole("points", points, 10, 10_000))
-    test = test._replace(twist_noise=_angle("twist_noise", twist_noise, test) * beam.pitches)
+    points = arguments.whole("points", points, 10, 10_000)
+
+    def angle(name: str, value: float | str) -> float:
+        return records.angle(name, value, beam, load, signed=True)
+
+    test = _Test(asked, model, sigma, angle("twist_noise", twist_noise) * beam.pitches, compliance, points)
     with naming("accuracy"):
         wanted = units.bounded(accuracy, "ratio", units.Bounds(1e-4, 1.0, "1e-4 to 1", closed=True, example="0.05"))
     engaged, last = _engaged(test)
-    given = [_angle(f"tops[{i}]", top, test) for i, top in enumerate(tops if tops is not None else ())]
-    limit = math.inf if to is None else _angle("to", to, test)
+    given = [angle(f"tops[{i}]", top) for i, top in enumerate(tops if tops is not None else ())]
+    limit = math.inf if to is None else angle("to", to)
     # near a lock a printed joint no longer follows the model of hinges
     near = engaged + _BEFORE_LOCK * (last - engaged) if math.isfinite(last) else math.inf
     heights = given or [math.copysign(min(times * abs(engaged), abs(near)), engaged) for times in TIMES]
@@ -187,13 +190,6 @@ def plan(
         best=best,
         free=tuple(more.items()),
     )
-
-
-def _angle(name: str, value: float | str, test: _Test) -> float:
-    """Return a load angle per pitch (rad) from a rate (rad/m) or text."""
-    beam = test.wanted.beam
-    with naming(name):
-        return LOADS[test.wanted.load].read(value, pitch=beam.pitch, scales=beam.pitches) * beam.pitch
 
 
 def _prepared(test: _Test, angle: Array) -> Prepared:

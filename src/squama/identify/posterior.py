@@ -1,4 +1,4 @@
-"""Samples of the parameters from their posterior distribution, by the affine-invariant ensemble of emcee.
+"""Draws of the parameters: samples of their posterior distribution by emcee, and predictions from them.
 
 The prior is that of the tolerances, else uniform within the bounds. An unknown noise of a point has the prior 1/noise
 and is integrated out, which leaves the likelihood S^(-n/2) of n points with the sum of squares S.
@@ -12,30 +12,40 @@ independent samples (Kish), a measure of how far the linear torques are from the
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from squama import progress
+from squama import arguments, progress
+from squama.beam.design import Beam
+from squama.curves.histories import cycled
+from squama.errors import InputError, refuse
 from squama.identify import estimate, groups
+from squama.identify.estimated import Table, variables
 from squama.identify.joint_points import Walked
 from squama.identify.prepare import Prepared
 from squama.identify.selection import Found
 from squama.interrupt import Interrupted, until_interrupted
+from squama.loads import LOADS
 from squama.needs import need
 from squama.types import Array
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 WALKERS, BURN, THIN, _LEAST = 32, 200, 15, 50
 LINEAR, WALKED, _WORTH = 4000, 400, 0.25
 """Least number of samples with linear torques; largest number with the full model; worth of each that gets a note."""
+_ENDED = 0.5
+"""Largest share of the draws that may end before the end of a predicted curve."""
 
 
 class Posterior(NamedTuple):
-    """Samples, shape (samples, parameters), and measures of their independence.
+    """Samples (samples, parameters) and their independence.
 
-    ``acceptance``: share of accepted proposals; ``steps`` steps of the chains; ``autocorrelation`` the largest of the
-    integrated autocorrelation times, in steps. ``walked``: number of samples computed with the full model on compliant
-    joints (0 on hinges), worth ``worth`` independent samples.
+    ``steps`` of the chains; ``autocorrelation``: the longest of the integrated times, in steps; ``walked``: samples
+    that are computed with the full model on compliant joints (0 on hinges), worth ``worth`` independent ones.
     """
 
     samples: Array
@@ -53,16 +63,13 @@ class Posterior(NamedTuple):
     def note(self) -> str | None:
         """Return a note on chains that are too short or a model far from linear; None without."""
         if self.worth < _WORTH * self.walked:
-            return (
-                f"{self.walked} samples of linear torques are worth {self.worth:.0f} of the model's own posterior, "
-                "which is far from theirs: narrow the bounds, or measure what tells the parameters apart"
-            )
+            worth = f"{self.walked} samples of linear torques are worth {self.worth:.0f} of the model's own posterior"
+            remedy = "narrow the bounds, or measure what tells the parameters apart"
+            return f"{worth}, which is far from theirs: {remedy}"
         if self.steps >= _LEAST * self.autocorrelation:
             return None
-        return (
-            f"the chains of the samples are short ({self.steps} steps, {self.steps / self.autocorrelation:.0f} times "
-            f"their autocorrelation time; {_LEAST} are wanted): ask for more samples"
-        )
+        times = f"{self.steps / self.autocorrelation:.0f} times their autocorrelation time; {_LEAST} are wanted"
+        return f"the chains of the samples are short ({self.steps} steps, {times}): ask for more samples"
 
 
 def sample(made: Prepared, found: Found, number: int, seed: int) -> Posterior:
@@ -122,3 +129,88 @@ def sample(made: Prepared, found: Found, number: int, seed: int) -> Posterior:
     drawn = np.searchsorted(np.cumsum(weights), (np.arange(number) + random.uniform()) / number)
     worth = float(1 / np.sum(weights**2))
     return drawn_from._replace(samples=some[np.minimum(drawn, len(some) - 1)], walked=len(some), worth=worth)
+
+
+def draws(fit: Found, posterior: Posterior | None, number: int, seed: int) -> Array:
+    """Return draws (number, parameters): of the posterior samples, else of estimates and covariance within bounds."""
+    r = np.random.default_rng(seed)
+    if posterior is not None:
+        return np.asarray(posterior.samples[r.integers(0, len(posterior.samples), number)])
+    drawn = r.multivariate_normal(np.zeros(len(fit.rows)), fit.correlation, number) * fit.deviations
+    return np.clip(fit.estimates + drawn, fit.asked.low, fit.asked.high)
+
+
+def predict(
+    fit: Found,
+    beam: Beam,
+    model: Mapping[str, Any],
+    posterior: Posterior | None,
+    to: float | str | Sequence[float | str],
+    *,
+    samples: int = 100,
+    seed: int = 1,
+    points: int = 60,
+    probability: float = 0.95,
+) -> xr.Dataset:
+    """Return the curve of the fitted beam with its band, see :meth:`squama.Fit.predict`; ``model``: for ``cycled``."""
+    samples = arguments.whole("samples", samples, 10, 1e5)
+    arguments.whole("seed", seed, 0, 2**32 - 1)
+    if not 0 < probability < 1:
+        refuse("probability", str(probability), "must lie between 0 and 1", "write e.g. 0.95")
+    load, asked = LOADS[fit.asked.load], fit.asked._replace(beam=beam)
+
+    def curve(beam: Beam) -> xr.Dataset:
+        return cycled(beam, to, points=points, **model).dataset()
+
+    best = curve(beam)
+    angle, leg = best[load.angle].values, best["leg"].values
+    values, work = [], []
+    for p in progress.steps(list(draws(fit, posterior, samples, seed)), samples, "draws of the fit"):
+        try:
+            one = curve(asked.fitted(p))
+        except InputError:
+            continue
+        x, T, own = (one[name].values for name in (load.angle, load.torque, "leg"))
+        values.append(_on(angle, leg, x, T, own))
+        work.append(np.trapezoid(T, x))
+    if len(values) < (1 - _ENDED) * samples:
+        refuse("to", "", f"{samples - len(values)} of {samples} draws are not followed", "go less far")
+    return _dataset(fit, best, np.array(values), np.array(work), probability)
+
+
+def _on(angle: Array, leg: Array, x: Array, T: Array, own: Array) -> Array:
+    """Return torques T at angles x interpolated to the angles of another curve, way by way; NaN beyond the way."""
+    out = np.full(angle.size, np.nan)
+    for number in np.unique(leg):
+        here, there = np.flatnonzero(leg == number), np.flatnonzero(own == number)
+        if there.size:
+            order = there[np.argsort(x[there], kind="stable")]
+            out[here] = np.interp(angle[here], x[order], T[order], left=np.nan, right=np.nan)
+    return out
+
+
+def _dataset(fit: Found, best: xr.Dataset, values: Array, work: Array, probability: float) -> xr.Dataset:
+    import xarray as xr
+
+    load, tail = LOADS[fit.asked.load], (1 - probability) / 2
+    T, between = load.torque, f"{100 * probability:g} % of the draws lie between"
+    known = np.count_nonzero(np.isfinite(values), axis=0) > _ENDED * len(values)
+    band = np.nanquantile(np.where(known, values, 0.0), (tail, 1 - tail), axis=0)
+    low, high = np.where(known, band, np.nan)
+    x, torque = best[load.angle].values, best[T].values
+    ends = np.quantile(work, (tail, 1 - tail))
+    words = load.torque_words
+    loss = "work per pitch of the whole history, there and back"
+    table: Table = {
+        load.angle: ("point", x, load.angle_words, "rad"),
+        T: ("point", torque, f"{words} of the estimates", "N m"),
+        f"{T}_low": ("point", low, f"{words}, {between} this", "N m"),
+        f"{T}_high": ("point", high, f"{words}, {between} and this", "N m"),
+        "leg": ("point", best["leg"].values, "way between two reversals, counted from 1", None),
+        f"{T}_draws": ("draw point", values, f"{words} of each draw", "N m"),
+        "work": ("", np.trapezoid(torque, x), loss, "J"),
+        "work_low": ("", ends[0], f"{loss}, {between} this", "J"),
+        "work_high": ("", ends[1], f"{loss}, {between} and this", "J"),
+    }
+    attrs = {"title": f"prediction in {load.name} from a fit", "load": load.name, "estimates": ", ".join(fit.lines)}
+    return xr.Dataset(variables(table), attrs=attrs | {"draws": len(values), "probability": probability})

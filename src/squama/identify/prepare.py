@@ -22,11 +22,9 @@ from squama.errors import InputError, refuse
 from squama.identify import records
 from squama.identify.estimate import Points
 from squama.identify.hinge_points import Hinged, Physical
-from squama.identify.joint_points import Walked
+from squama.identify.joint_points import Loaded, Walked
 from squama.identify.machine import Machine
 from squama.identify.noise import scatter
-from squama.identify.part_points import Loaded
-from squama.identify.readings import Readings
 from squama.identify.records import Limits, Record
 from squama.identify.slope import slope
 from squama.identify.unknowns import Asked, ask
@@ -44,10 +42,8 @@ _ENGAGED = {"mu", "K_theta", "theta0"}
 class Wanted(NamedTuple):
     """Settings of a fit, checked: arguments of :func:`squama.fit`.
 
-    ``noise`` N m, if given; ``candidates``: nuisances that may be added; ``ends`` of the beam on compliant joints
-    (hinges are endless); ``machine``: None where unknown; ``each``: parameters with a value for each loop or specimen;
-    ``priors`` by name, those of the beam's ``dimensions`` apart; ``part`` under a force, None for a beam twisted or
-    bent at its ends.
+    ``candidates``: nuisances that may be added; ``ends`` on compliant joints (hinges are endless); ``machine``: None
+    where unknown; ``priors`` by name, those of the beam's ``dimensions`` apart; ``part`` under a force, else None.
     """
 
     beam: Beam
@@ -107,11 +103,10 @@ def kind(joint: str | None, wanted: Wanted) -> tuple[str, str]:
             return joint, ""
     means = chosen(wanted.beam, load, law=wanted.law, joint=joint)
     found, why = means.joint, means.note
-    if joint is None and found != "hinge" and (inclined or factor):
-        found = "hinge"
-        why = f"C_f is found on hinges only in bending: {_OF_TWIST}"
-        if inclined:
-            why = "theta0 is found on hinges only: the matrix of a joint depends on it"
+    if joint is None and found != "hinge" and factor:
+        found, why = "hinge", f"C_f is found on hinges only in bending: {_OF_TWIST}"
+    if joint is None and means.joint != "hinge" and inclined:
+        found, why = "hinge", "theta0 is found on hinges only: the matrix of a joint depends on it"
     if found == "hinge":
         only_one(wanted.beam.faces, "a fit on hinges")
     return found, why
@@ -154,17 +149,12 @@ def placed(record: Record, asked: Asked, law: str) -> Prepared:
     start = asked.beam.replace(scale={"theta0": asked.bound("theta0", 0)})
     senses = hinge_cycles.senses(start, asked.load, asked.bound("mu", 0), law, _NEAR)
     records.check_range(record, senses, asked.bound("mu", 0))
-    points = Hinged(senses, _readings(record, asked))
+    points = Hinged(senses, record.readings(asked.scales, asked.base.compliance))
     # points outside the requested range may lie beyond the path
     most = np.where(record.load < 0, senses.most["-"], senses.most["+"])
     covered = np.abs(record.load) <= most * (1 + _NEAR)
     stuck = record.stuck & (points.at(asked.physical(asked.start)).theta > 0)
     return Prepared(record, asked, points, record.asked & covered & ~stuck)
-
-
-def _readings(record: Record, asked: Asked) -> Readings:
-    own = record.smooth, asked.base.compliance
-    return Readings.of(record.load, record.way, record.specimen, asked.scales, *own)
 
 
 def _held(beam: Beam) -> Beam:
@@ -177,7 +167,7 @@ def _held(beam: Beam) -> Beam:
 def _walked(record: Record, asked: Asked, wanted: Wanted) -> Prepared:
     """Follow a record on compliant joints; refuse a record that the beam cannot follow even with the least friction."""
     start = asked.physical(asked.start)
-    readings = _readings(record, asked)
+    readings = record.readings(asked.scales, asked.base.compliance)
 
     def at(v: Physical) -> Walked:
         if wanted.part is not None:
@@ -190,14 +180,12 @@ def _walked(record: Record, asked: Asked, wanted: Wanted) -> Prepared:
         if asked.place("mu") is None or not asked.bound("mu", 0) < start.mu:
             raise
         points = at(start._replace(mu=asked.bound("mu", 0)))
-    stuck = record.stuck & points.touching(points.start)
-    return Prepared(record, asked, points, record.asked & ~stuck)
+    return Prepared(record, asked, points, record.asked & ~(record.stuck & points.touching(points.start)))
 
 
 def enough(made: Prepared) -> None:
     """Refuse too few points, and points that do not show the parameters."""
     (rec, asked, points, usable, noise), load = made, TESTS[made.asked.load]
-    word = load.verb
     need, have = len(asked.rows) + (noise is None), int(np.count_nonzero(usable))
     if have < need:
         count = f"{have} usable point{'s' * (have != 1)} (of {rec.load.size}) for {len(asked.rows)} parameters"
@@ -213,21 +201,21 @@ def enough(made: Prepared) -> None:
     if touching:
         kinds = " and ".join([n for n in hidden if n != "theta0"] or hidden)
         reason = f"{touching} point in contact for {len(hidden)} parameters that are seen in contact only ({kinds})"
-        refuse("data", "", reason, f"give points at a larger {word}")
+        refuse("data", "", reason, f"give points at a larger {load.verb}")
     far = float(max(rec.load[usable], key=abs))
     here, there = ("-", "+") if far < 0 else ("+", "-")
     engaged = points.engaged()
     if np.isfinite(engaged[here]):
         at = float(np.copysign(engaged[here], far))
         where = f"engagement is at {load.shown(at)}"
-        other = "E_B" if load.pushed else f"({at / asked.beam.pitch:.4g} rad/m), or find C_f or E_B"
-        remedy = f"measure beyond {load.shown(at)}{', or find ' if load.pushed else ' '}{other} only"
+        other = ", or find E_B" if load.pushed else f" ({at / asked.beam.pitch:.4g} rad/m), or find C_f or E_B"
+        remedy = f"measure beyond {load.shown(at)}{other} only"
     else:
         where = f"in this sense, {here}, the scales do not engage"
         turned = np.isfinite(engaged[there])
-        signs = f"if the sense was the other, turn the signs of {word} and {load.noun}"
+        signs = f"if the sense was the other, turn the signs of {load.verb} and {load.noun}"
         remedy = signs if turned else "find C_f or E_B only"
-    reason = f"all {have} points lie before engagement (largest {word} {load.shown(far)}, {where})"
+    reason = f"all {have} points lie before engagement (largest {load.verb} {load.shown(far)}, {where})"
     cause = wrong_unit(made)
     remedy = f"{cause}, or {remedy}" if cause else remedy
     refuse("data", "", f"{reason}, where {' and '.join(hidden)} cannot be seen", remedy)

@@ -31,10 +31,9 @@ from squama.types import Array
 class Readings(NamedTuple):
     """Points of a test, arrays of length n.
 
-    ``load``: the signed reading, rad per pitch; ``direction``: +1 or -1, in which it moved; ``specimen``: index;
-    ``order``: place in the record, 0 to 1; ``torque``: N m, without noise; ``scales`` of the beam; ``compliance`` of
-    the machine for which the readings are corrected, rad/(N m). ``shifts``: by name, values of dimensions with a
-    tolerance and the torque's derivatives there.
+    ``load``: signed reading, rad per pitch; ``direction`` (+1 or -1) in which it moved; ``specimen``: index; ``order``:
+    place in the record, 0 to 1; ``torque`` N m, without noise; ``compliance`` (rad/(N m)) of the machine for which they
+    are corrected; ``shifts`` by name: values of dimensions with a tolerance, and the torque's derivatives there.
     """
 
     load: Array
@@ -89,8 +88,7 @@ class Readings(NamedTuple):
     @property
     def numbers(self) -> NDArray[np.int64]:
         """Number of each point's way."""
-        new = (np.diff(self.direction) != 0) | (np.diff(self.specimen) != 0)
-        return np.concatenate([[0], np.cumsum(new)])
+        return np.concatenate([[0], np.cumsum((np.diff(self.direction) != 0) | (np.diff(self.specimen) != 0))])
 
     def turning(self, share: float) -> NDArray[np.bool_]:
         """Return which readings follow a reversal within a share of the range."""
@@ -102,32 +100,23 @@ class Readings(NamedTuple):
         return found
 
     def placed(self, zero: float, backlash: float, compliance: float) -> tuple[Array, Array]:
-        """Return the specimen's twists (rad per pitch), and ``way`` there: +1 loading, -1 unloading.
-
-        Within the backlash the specimen keeps the twist of the reversal.
-        """
+        """Return the specimen's twists (rad per pitch), and ``way`` there: +1 loading, -1 unloading."""
         x = self.load - (zero + (compliance - self.compliance) * self.torque) / self.scales
         direction = self.direction.copy()
         for ways in self.records:
             first = self.direction[ways[0].start]
-            before: slice | None = None
-            for way in ways:
+            for before, way in itertools.pairwise(ways):
                 sense = self.direction[way.start]
-                if before is not None:
-                    if sense != first:
-                        x[way] += first * backlash / self.scales
-                    turned = x[before].max() if sense < 0 else x[before].min()
-                    # within the backlash the specimen keeps the twist of the reversal
-                    held = np.flatnonzero(sense * (x[way] - turned) <= 0) + way.start
-                    x[held], direction[held] = turned, -sense
-                before = way
+                if sense != first:
+                    x[way] += first * backlash / self.scales
+                turned = x[before].max() if sense < 0 else x[before].min()
+                # within the backlash the specimen keeps the twist of the reversal
+                held = np.flatnonzero(sense * (x[way] - turned) <= 0) + way.start
+                x[held], direction[held] = turned, -sense
         return x, direction * np.where(x < 0, -1.0, 1.0)
 
     def drawn(self, points: int, *, once: bool, same: float = 0.02) -> tuple[Readings, Array]:
-        """Return ``points`` evenly spaced readings of each way, and the number of their way; 0: not drawn.
-
-        Repeated ways are drawn once with ``once``; very short ways are left out.
-        """
+        """Return evenly spaced readings of a way, and its number; 0, not drawn, where short or repeated (``once``)."""
         size, seen = float(np.abs(self.load).max()), list[tuple[float, float]]()
         parts: list[tuple[Array, ...]] = []
         given = (self.torque, *(shift for _, shift in self.shifts.values()))
@@ -137,9 +126,8 @@ class Readings(NamedTuple):
                 own, sense = self.load[way], float(self.direction[way.start])
                 start = at if at is not None else float(own[0])
                 stop = float(own.max() if sense > 0 else own.min())
-                new = abs(stop - start) > same * size
-                if once:
-                    new &= all(max(abs(start - a), abs(stop - b)) > same * size for a, b in seen)
+                again = once and any(max(abs(start - a), abs(stop - b)) <= same * size for a, b in seen)
+                new = abs(stop - start) > same * size and not again
                 if new:
                     seen.append((start, stop))
                 # two points at the start of a way: the torque before the drop at a reversal, and after it

@@ -19,6 +19,7 @@ from squama.curves.hinge_cycles import Senses
 from squama.errors import Problems, naming, refuse
 from squama.identify import noise
 from squama.identify.noise import scatter
+from squama.identify.readings import Readings
 from squama.io import measured
 from squama.io.columns import Ordinate, torque
 from squama.io.measured import Measured
@@ -48,9 +49,9 @@ _OUTLIER = 1e6
 class Record(NamedTuple):
     """Points of all specimens, one after the other.
 
-    ``specimen``: index of each point's specimen; ``load``: signed load angle per pitch (rad), corrected for a given
-    machine; ``torque`` N m, ``smooth`` the same without noise; ``way``: +1 where its magnitude grew, -1 where it fell;
-    ``stuck``: where the contact may stick; ``asked``: whether the point is within the requested range.
+    ``specimen``: index; ``load``: signed angle per pitch (rad), corrected for a given machine; ``torque`` N m,
+    ``smooth`` without noise; ``way``: +1 where the magnitude of the load grew, -1 where it fell; ``stuck``: where the
+    contact may stick; ``asked``: within the requested range.
     """
 
     specimens: list[Measured]
@@ -62,6 +63,10 @@ class Record(NamedTuple):
     stuck: NDArray[np.bool_]
     asked: NDArray[np.bool_]
 
+    def readings(self, scales: int, compliance: float) -> Readings:
+        """Return the readings of a beam with so many scales, corrected for a machine's compliance (rad/(N m))."""
+        return Readings.of(self.load, self.way, self.specimen, scales, self.smooth, compliance)
+
     def where(self, i: int) -> str:
         """Return the place of a point in messages."""
         s = int(self.specimen[i])
@@ -69,11 +74,7 @@ class Record(NamedTuple):
 
 
 def read(given: object, beam: Beam, load: str, ordinate: Ordinate | None = None) -> list[Measured]:
-    """Return the specimens of a file, of several files, of a dataset or of arrays; see :func:`squama.fit`.
-
-    A mapping may have ``total`` (rad over the whole beam) in place of a twist rate; ``ordinate``: by default the
-    torque.
-    """
+    """Return the specimens of files, datasets or arrays, see :func:`squama.fit`; ``ordinate``: default the torque."""
     beside = ordinate or torque(TESTS[load])
     items = list(given) if isinstance(given, Sequence) and not isinstance(given, str | Measured) else [given]
     if not items:
@@ -103,6 +104,7 @@ def _arrays(item: Any, name: str, beam: Beam, load: Load, ordinate: Ordinate) ->
     wanted = f'"{load.rate}" ({unit}) and "{symbol}" {ordinate.cell.removeprefix(symbol).strip()}'
     if not isinstance(item, Mapping) and not hasattr(item, "data_vars"):
         refuse(name, "", "is no file and has no columns", f"give a path, a dataset, or a mapping with {wanted}")
+    # a total is of the whole beam
     over = {load.rate: 1.0, load.angle: beam.pitch} | ({} if load.pushed else {"total": beam.length})
     key = next((k for k in over if k in item), None)
     if key is None or symbol not in item:
@@ -121,10 +123,7 @@ def _arrays(item: Any, name: str, beam: Beam, load: Load, ordinate: Ordinate) ->
 
 
 class Limits(NamedTuple):
-    """Largest twist of used points, backward twist that is noise (None: from the record), twist of sticking.
-
-    All in rad per pitch.
-    """
+    """Largest twist of used points, backward twist that is noise (None: from the record), twist of sticking, rad."""
 
     to: float = np.inf
     reversal: float | None = None
@@ -133,12 +132,12 @@ class Limits(NamedTuple):
     @classmethod
     def of(cls, beam: Beam, load: str, to: object, reversal: object, stick: object) -> Limits:
         """Read the limits; see :func:`squama.fit`."""
-        limit = np.inf if to is None else _angle("to", to, beam, load)
+        limit = np.inf if to is None else angle("to", to, beam, load)
         if limit <= 0:
             example = "5 mm" if TESTS[load].pushed else "5 deg/pitch"
             refuse("to", "", "must be above 0", f'write e.g. "{example}"')
-        back = None if reversal is None else _angle("reversal", reversal, beam, load)
-        return cls(limit, back, _angle("stick", stick, beam, load))
+        back = None if reversal is None else angle("reversal", reversal, beam, load)
+        return cls(limit, back, angle("stick", stick, beam, load))
 
 
 ALL = Limits()
@@ -148,11 +147,7 @@ ALL = Limits()
 def record(
     specimens: list[Measured], beam: Beam, limits: Limits = ALL, compliance: float = 0.0, load: Load = _TWISTING
 ) -> Record:
-    """Join specimens, and find the direction in which every point was reached; see :func:`squama.fit`.
-
-    ``compliance`` of the machine, rad/(N m). A record that does not move, whose torque is constant, or that is not in
-    the order measured is refused.
-    """
+    """Join specimens and find the ways of their points, for a machine (rad/(N m)); refuse unusable records."""
     if sum(s.rate.size for s in specimens) > MOST:
         refuse("data", "", f"more than {MOST} points are too many", "thin them out")
     problems, parts = Problems(), []
@@ -165,36 +160,31 @@ def record(
         stick = max(limits.stick, _SURE * per_torque * scatter(s.load, np.zeros(s.load.size)))
         turns = turning_points(reading, back)
         smooth = noise.smooth(reading, s.load, turns)
-        angle = reading - per_torque * smooth
-        found = ways(reading, angle, tolerance=back, stick=stick)
+        x = reading - per_torque * smooth
+        found = ways(reading, x, tolerance=back, stick=stick)
         with problems.caught(place):
             _usable(s, found.turns, load)
-        way = found.direction * np.where(angle < 0, -1, 1)
-        within = np.abs(angle) <= limits.to
-        parts.append((np.full(angle.size, number), angle, s.load, smooth, way, found.stuck, within))
+        way = found.direction * np.where(x < 0, -1, 1)
+        parts.append((np.full(x.size, number), x, s.load, smooth, way, found.stuck, np.abs(x) <= limits.to))
     problems.settle()
     return Record(specimens, *map(np.concatenate, zip(*parts, strict=True)))
 
 
-def _angle(name: str, value: object, beam: Beam, load: str) -> float:
-    """Return an angle per pitch from a rate (rad/m) or a text such as "0.1 rad/pitch"."""
+def angle(name: str, value: object, beam: Beam, load: str, *, signed: bool = False) -> float:
+    """Return an angle (rad per pitch) from a rate (rad/m) or a text; one below 0 is refused unless ``signed``."""
     with naming(name):
         rate = TESTS[load].read(value, pitch=beam.pitch, scales=beam.pitches)
-    if rate < 0:
+    if rate < 0 and not signed:
         said = shown(value) if TESTS[load].pushed else f"{rate:.6g} rad/m"
         refuse(name, said, "must be 0 or more", "give its magnitude")
     return rate * beam.pitch
 
 
 def _jitter(values: Array) -> float:
-    """Return the backward twist that is noise: a multiple of the noise where noise turns the twist round, else 0.
-
-    Also 0 where it is a large share of the range: the rows are then not in the order measured.
-    """
-    if values.size < _FEWEST:
-        return 0.0
+    """Return the backward twist that is noise: a multiple of the noise where noise turns the twist round, else 0."""
     back = _TIMES * scatter(values, np.zeros(values.size))
-    if back > _WIDEST * float(np.ptp(values)):
+    # where it is a large share of the range the rows are not in the order measured
+    if values.size < _FEWEST or back > _WIDEST * float(np.ptp(values)):
         return 0.0
     return back if len(turning_points(values, back)) < len(turning_points(values, 0.0)) else 0.0
 
@@ -226,18 +216,13 @@ def _usable(s: Measured, turns: list[int], load: Load) -> None:
         refuse("", "", reason, "sort the rows by the time: loading and unloading are mixed up")
     if len(turns) > 1 and n < _LEAST_LEG * (len(turns) + 1):
         reason = f"the {way} turns round {len(turns)} times in {n} rows, first at {s.where(turns[0])}"
-        remedy = (
-            f"give the rows in the order measured, a curve of loading only in growing {way}; if the {way} is noisy, "
-            f'say by how much with reversal, e.g. "{"0.1 mm" if load.pushed else "0.5 deg total"}"'
-        )
-        refuse("", "", reason, remedy)
+        order = f"give the rows in the order measured, a curve of loading only in growing {way}"
+        noisy = f'say by how much with reversal, e.g. "{"0.1 mm" if load.pushed else "0.5 deg total"}"'
+        refuse("", "", reason, f"{order}; if the {way} is noisy, {noisy}")
 
 
 def check_range(rec: Record, senses: Senses, lowest: float) -> None:
-    """Refuse points where no trial has a contact that the model covers.
-
-    ``lowest`` is the smallest friction of all trials, for which ``senses`` are solved.
-    """
+    """Refuse points where no trial has a contact that the model covers; ``senses`` are of the least friction."""
     problems = Problems()
     for sign, path in senses.paths.items():
         there = rec.asked & ((rec.load < 0) == (sign == "-"))
@@ -251,25 +236,16 @@ def check_range(rec: Record, senses: Senses, lowest: float) -> None:
             why += f", where the beam locks even with the least friction allowed, {lowest:g}"
         elif path.other:
             why = f"{minus}{per_pitch(senses.most[sign], 6)}, where another contact comes in: {path.other}"
-        reason = (
-            f"{np.count_nonzero(beyond)} of {rec.load.size} points, the farthest at {per_pitch(rec.load[i], 6)}, "
-            f"lie beyond what the model covers: {why}"
-        )
+        points = f"{np.count_nonzero(beyond)} of {rec.load.size} points, the farthest at {per_pitch(rec.load[i], 6)}"
+        reason = f"{points}, lie beyond what the model covers: {why}"
         geometry = "check the unit of the twist and the geometry in the beam file"
-        problems.add(
-            rec.where(i),
-            "",
-            reason,
-            f'{geometry}, or use the points before only with to "{at_most(senses.most[sign])}"',
-        )
+        remedy = f'{geometry}, or use the points before only with to "{at_most(senses.most[sign])}"'
+        problems.add(rec.where(i), "", reason, remedy)
     problems.settle()
 
 
 class Ways(NamedTuple):
-    """For each point ``direction`` (+1 or -1) of the last twist, and whether it may be ``stuck`` at a turn.
-
-    ``turns``: indices of the turning points.
-    """
+    """Of each point the ``direction`` (+1 or -1), and whether it may be ``stuck``; indices of the turning points."""
 
     direction: NDArray[np.int64]
     stuck: NDArray[np.bool_]
@@ -295,9 +271,8 @@ def turning_points(values: Array, tolerance: float) -> list[int]:
 def ways(values: Array, own: Array | None = None, *, tolerance: float = 0.0, stick: float = 0.0) -> Ways:
     """Return for each point of a record the direction of the twist, and whether the contact may stick there.
 
-    ``own``: twist of the specimen where it differs from the reading, whose directions it takes. ``tolerance``: backward
-    twist that is noise; ``stick``: twist after a turning point within which the contact sticks (0: at the turning point
-    only).
+    ``own``: twist of the specimen where it differs from the reading; ``tolerance``: backward twist that is noise;
+    ``stick``: twist after a turning point within which the contact sticks.
     """
     n, own = values.size, values if own is None else own
     turns = turning_points(values, tolerance)
@@ -317,11 +292,7 @@ def ways(values: Array, own: Array | None = None, *, tolerance: float = 0.0, sti
 
 
 class Swings(NamedTuple):
-    """The record of a decay after its first turning point, or from the start where the beam is held there.
-
-    ``t`` (s), ``y`` (rad per pitch); ``turns``: indices of the turning points after the first; ``release`` (rad per
-    pitch) and ``start`` (s): angle and time of the first.
-    """
+    """The record of a decay (s, rad per pitch) after its ``release``, with the ``turns`` that follow."""
 
     t: Array
     y: Array

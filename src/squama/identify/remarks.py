@@ -10,11 +10,8 @@ import numpy as np
 from squama.curves.hinge_cycles import Senses
 from squama.identify import estimate
 from squama.identify.groups import Differing
-from squama.identify.machine import Machine
-from squama.identify.prepare import Prepared
 from squama.identify.result import Fit
 from squama.identify.selection import Found, Rival
-from squama.identify.slope import Slope
 from squama.identify.unknowns import NUISANCES
 from squama.loads import TESTS
 from squama.people import per_pitch
@@ -42,15 +39,13 @@ _INFORMED = 1e-3
 _HIDDEN = "the residual would hardly show it, but the errors would not hold without"
 _SMALL = 0.05
 """Largest standard error of a friction that is reported as near 0."""
+_MISSES = "the model misses something of the test"
 _GAIN = 0.7
 """Ratio of a standard error with a further measurement, below which the measurement is proposed."""
 
 
 def disagreement(found: Found, rival: Rival | None) -> str:
-    """Return a sentence where the other model's estimates differ by more than the errors; else empty.
-
-    Also empty where the other model does not describe the points as well: its estimates then mean nothing.
-    """
+    """Return a sentence where a model that describes the points as well has other estimates; else empty."""
     if rival is None or rival.found is None or rival.found.rms > _AS_WELL * found.rms:
         return ""
     other = rival.found
@@ -63,16 +58,11 @@ def disagreement(found: Found, rival: Rival | None) -> str:
     apart = [n for n in asked if abs(here[n][0] - there[n][0]) > _SAME * errors[n]]
     if not apart:
         return ""
-    values = ", ".join(
-        f"{row.name} = {row.written(*there[row.name])}"
-        for row in other.asked.rows
-        if row.name in (*asked, *other.added)
-    )
+    rows = (row for row in other.asked.rows if row.name in (*asked, *other.added))
+    values = ", ".join(f"{row.name} = {row.written(*there[row.name])}" for row in rows)
     words = {1: " and describe the points better", 0: " and describe the points as well", -1: ""}
-    return (
-        f"the models disagree on {' and '.join(apart)}: {rival.words} give {values}, with a residual rms of "
-        f"{moment(other.rms)} against {moment(found.rms)}{words[better]}"
-    )
+    rms = f"with a residual rms of {moment(other.rms)} against {moment(found.rms)}{words[better]}"
+    return f"the models disagree on {' and '.join(apart)}: {rival.words} give {values}, {rms}"
 
 
 def describes_better(found: Found, other: Found) -> int:
@@ -82,52 +72,38 @@ def describes_better(found: Found, other: Found) -> int:
     return int(gain > _BETTER) - int(gain < -_BETTER)
 
 
-def doubts(
-    test: Prepared,
-    found: Found,
-    rival: Rival | None,
-    steep: Slope | None,
-    given_machine: Machine | None,
-    loops: Differing | None,
-) -> list[str]:
-    """Return why the errors do not hold, as sentences: faults of the record or of the bar, and of the residual."""
-    given, used, out = test.noise, np.flatnonzero(found.used), list[str]()
-    scales, load = found.asked.scales, TESTS[found.asked.load]
-    if steep is not None and (cause := steep.cause(found.parameters, scales, load, given_machine is not None)):
+def doubts(found: Fit, *, machine: bool) -> list[str]:
+    """Return why the errors do not hold, as sentences; ``machine``: whether its stiffness is given."""
+    given, rival, out = found.noise if found.given_noise else None, found.rival, list[str]()
+    scales, load = found.asked.scales, TESTS[found.load]
+    if found.slope is not None and (cause := found.slope.cause(found.parameters, scales, load, machine)):
         out.append(cause)
     out += _contradicted(found)
-    if loops is not None and loops.told:
-        out.append(_differing(loops))
-    n, tau, p = used.size, found.dependence, len(found.rows)
+    if found.loops is not None and found.loops.told:
+        out.append(_differing(found.loops))
+    n, tau, p = np.count_nonzero(found.used), found.dependence, len(found.rows)
     least = p + (_SPARE if given is None else 1)
     if n < least:
         what = "the noise" if given is None else "whether the model holds"
-        out.append(
-            f"too few points: {n} for {p} parameter{'s' * (p != 1)} hardly tell {what}; measure {least} or more, "
-            f"better {int(_EACH) * p}"
-        )
+        few = f"too few points: {n} for {p} parameter{'s' * (p != 1)} hardly tell {what}"
+        out.append(f"{few}; measure {least} or more, better {int(_EACH) * p}")
     if tau > _WORTH or (tau > 1 and n / tau < _EACH * p):
-        out.append(
-            f"residuals are not noise alone: {n} points are worth only {n / tau:.0f} independent ones, so the model "
-            "misses something of the test"
-        )
+        worth = f"{n} points are worth only {n / tau:.0f} independent ones"
+        out.append(f"residuals are not noise alone: {worth}, so {_MISSES}")
     if rival is not None and rival.found is not None and describes_better(found, rival.found) > 0:
         out.append(f"{rival.words} describe the points better")
     if given is not None and found.rms > _LOUD * given:
-        out.append(
-            f"residuals ({load.size(found.rms)}) are larger than the noise that is given ({load.size(given)}), so the "
-            "model misses something of the test"
-        )
+        rms, noise = load.size(found.rms), load.size(given)
+        out.append(f"residuals ({rms}) are larger than the noise that is given ({noise}), so {_MISSES}")
     return out
 
 
 def _differing(loops: Differing) -> str:
     """Return a sentence on a parameter that differs between loops, with possible causes."""
     values = ", ".join(row.written(v, e) for row, v, e in zip(loops.rows, loops.values, loops.errors, strict=True))
-    return (
-        f"{loops.name} {loops.way} from loop to loop: {values} (chance {loops.chance:.1g} in equal loops); is it the "
-        f'rate, wear or run-in? find it for each loop: each="{loops.name}" (--each {loops.name})'
-    )
+    found = f"{loops.name} {loops.way} from loop to loop: {values} (chance {loops.chance:.1g} in equal loops)"
+    remedy = f'find it for each loop: each="{loops.name}" (--each {loops.name})'
+    return f"{found}; is it the rate, wear or run-in? {remedy}"
 
 
 def _contradicted(found: Found) -> list[str]:
@@ -145,11 +121,9 @@ def _contradicted(found: Found) -> list[str]:
             continue
         pull = abs(value - given) / math.sqrt(s**2 - error**2)
         if pull > _FROM_PRIOR:
-            out.append(
-                f"the points alone give {row.name} {'above' if value > given else 'below'} the given value "
-                f"({row.written(given, s)}) by {pull:.1f} standard deviations: one of the two is wrong, or the model "
-                "misses something of the test"
-            )
+            side = f"{'above' if value > given else 'below'} the given value ({row.written(given, s)})"
+            off = f"the points alone give {row.name} {side} by {pull:.1f} standard deviations"
+            out.append(f"{off}: one of the two is wrong, or {_MISSES}")
     return out
 
 
@@ -162,9 +136,8 @@ def notes(fit: Fit, senses: Senses | None) -> list[str]:
     for i in np.flatnonzero(fit.at_bound):
         low, high, value = fit.asked.low[i], fit.asked.high[i], fit.estimates[i]
         if fit.parameters[i] == "mu" and low + 2 * estimate.EDGE < value < high - 2 * estimate.EDGE:
-            out.append(
-                f"mu is {value:.3g} or more: from there on the scales stick all along, and the torque is the same"
-            )
+            stick = "from there on the scales stick all along, and the torque is the same"
+            out.append(f"mu is {value:.3g} or more: {stick}")
             continue
         nearer = low if value - low < high - value else high
         out.append(f"{fit.parameters[i]} is at its bound {nearer:.6g}: errors are as without bounds")
@@ -172,20 +145,17 @@ def notes(fit: Fit, senses: Senses | None) -> list[str]:
     pairs = [(fit.parameters[i], fit.parameters[j], fit.correlation[i, j]) for i, j in itertools.combinations(asked, 2)]
     hard = [(a, b, float(c)) for a, b, c in pairs if abs(c) > estimate.HARDLY]
     for a, b, c in hard:
-        out.append(
-            f"{a} and {b} are hardly separable by these points (correlation {c:+.3f}, condition of the scaled "
-            f"derivatives {fit.condition:.3g}): a change of one is made up for by the other"
-        )
+        how = f"correlation {c:+.3f}, condition of the scaled derivatives {fit.condition:.3g}"
+        pair = f"{a} and {b} are hardly separable by these points ({how})"
+        out.append(f"{pair}: a change of one is made up for by the other")
     weak = [n for n in fit.parameters if n not in NUISANCES and fit.errors[n] > estimate.UNSEEN * abs(fit.values[n])]
     weak = [n for n in weak if not fit.at_bound[fit.parameters.index(n)]]
     if "mu" in weak and fit.errors["mu"] < _SMALL:
         weak.remove("mu")
         most = fit.values["mu"] + 2 * fit.errors["mu"]
         out.append(f"mu cannot be told from 0: two standard errors above the estimate are {most:.2g}")
-    out += [
-        f"{n} is not determined by these points: its error is {fit.errors[n] / abs(fit.values[n]):.2g} times as large"
-        for n in weak
-    ]
+    shares = {n: fit.errors[n] / abs(fit.values[n]) for n in weak}
+    out += [f"{n} is not determined by these points: its error is {v:.2g} times as large" for n, v in shares.items()]
     concerned = [i for i, n in enumerate(fit.parameters) if n in {*weak, *(x for a, b, _ in hard for x in (a, b))}]
     for r in fit.remedies:
         if any(r.errors[i] < _GAIN * fit.deviations[i] for i in concerned):
@@ -195,9 +165,8 @@ def notes(fit: Fit, senses: Senses | None) -> list[str]:
             out.append(f"would help: {r.what} (standard errors then {errors})")
     if fit.dependence > _ALIKE:
         n = int(np.count_nonzero(fit.used))
-        out.append(
-            f"residuals resemble their neighbours: {n} points are worth {n / fit.dependence:.0f}; errors allow for that"
-        )
+        worth = f"{n} points are worth {n / fit.dependence:.0f}"
+        out.append(f"residuals resemble their neighbours: {worth}; errors allow for that")
     if fit.uneven:
         way = TESTS[fit.load].way
         out.append(f"the noise goes with the slope of the curve, as a noise of the {way} does; errors allow for that")
@@ -212,10 +181,9 @@ def _locked(fit: Fit, senses: Senses) -> list[str]:
         there = fit.used & ((rec.load < 0) == (sign == "-"))
         far = float(np.max(np.abs(rec.load), where=there, initial=0.0))
         if far > path.load_end * (1 + 1e-9):
-            return [
-                f"the fitted beam ends at {per_pitch(path.load_end, 6)} ({path.end}), before the farthest point "
-                f"({per_pitch(far, 6)}): the points beyond are not described by it"
-            ]
+            end = f"the fitted beam ends at {per_pitch(path.load_end, 6)} ({path.end})"
+            beyond = "the points beyond are not described by it"
+            return [f"{end}, before the farthest point ({per_pitch(far, 6)}): {beyond}"]
     return []
 
 
@@ -230,8 +198,7 @@ def _scatter(fit: Fit) -> list[str]:
     for i, (name, row) in enumerate(zip(fit.parameters, fit.rows, strict=True)):
         scatter = float(np.std(values[:, i], ddof=1))
         if scatter > 2 * float(np.sqrt(np.mean(errors[:, i] ** 2))):
-            out.append(
-                f"{name} differs between the {len(alone)} specimens by more than its errors: "
-                f"{row.written(values[:, i].mean(), scatter)} is mean and scatter of the specimens"
-            )
+            differs = f"{name} differs between the {len(alone)} specimens by more than its errors"
+            mean = row.written(values[:, i].mean(), scatter)
+            out.append(f"{differs}: {mean} is mean and scatter of the specimens")
     return out

@@ -19,11 +19,11 @@ from squama.curves.finite_rows import Ends
 from squama.errors import refuse
 from squama.identify import estimate
 from squama.identify.estimate import Remedy
-from squama.identify.estimated import Table
+from squama.identify.estimated import Table, of
 from squama.identify.groups import Differing
 from squama.identify.joint_points import Walked
 from squama.identify.machine import Unknown
-from squama.identify.posterior import Posterior
+from squama.identify.posterior import Posterior, predict
 from squama.identify.records import Record
 from squama.identify.selection import Found, Rival
 from squama.identify.slope import Slope
@@ -49,10 +49,7 @@ POINTS = 80
 
 
 class Alone(NamedTuple):
-    """Estimates, errors and rms (N m) from one specimen alone, or with the endless beam.
-
-    None where no fit is possible, with the reason in ``problem``; ``rows``: the parameters.
-    """
+    """Estimates, errors and rms (N m) of one specimen alone, or of the endless beam; None with a ``problem``."""
 
     label: str
     values: Array | None
@@ -106,14 +103,14 @@ class Fit(Found):
     branch: NDArray[np.str_]
     specimens: tuple[Alone, ...]
     remedies: tuple[Remedy, ...]
-    notes: tuple[str, ...]
     rival: Rival | None
     disagreement: str
     slope: Slope | None
     ends: str
     row: Ends | None
     endless: Alone | None
-    doubts: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
     machine: Unknown | None = None
     loops: Differing | None = None
     posterior: Posterior | None = None
@@ -148,10 +145,8 @@ class Fit(Found):
         notes = [*self._doubted, *self.checked, *self.notes]
         rows = zip(self.asked.rows, self.estimates, self.deviations, strict=True)
         found = [(f"{row.name}, {row.words}", row.written(value, error)) for row, value, error in rows]
-        used = (
-            f"{np.count_nonzero(self.used)} of {self.used.size} points, residual rms {TESTS[self.load].size(self.rms)}"
-        )
-        return card(f"Fit: {used}; {self.scales}", found, notes)
+        used = f"{np.count_nonzero(self.used)} of {self.used.size} points"
+        return card(f"Fit: {used}, residual rms {TESTS[self.load].size(self.rms)}; {self.scales}", found, notes)
 
     @property
     def _doubted(self) -> list[str]:
@@ -161,8 +156,7 @@ class Fit(Found):
     @property
     def doubted(self) -> list[str]:
         """Sentences on why the errors do not hold, and on the other model's estimates."""
-        doubts = (f"the errors do not hold: {doubt}" for doubt in self.doubts)
-        return [*doubts, *filter(None, [self.disagreement])]
+        return [*(f"the errors do not hold: {doubt}" for doubt in self.doubts), *filter(None, [self.disagreement])]
 
     @property
     def _outside(self) -> list[str]:
@@ -259,16 +253,14 @@ class Fit(Found):
             "effective": samples.effective,
             "mean": self._by_name(samples.samples.mean(axis=0)),
             "sd": self._by_name(samples.samples.std(axis=0, ddof=1)),
-            "walked": samples.walked,
-            "acceptance": samples.acceptance,
-            "autocorrelation": samples.autocorrelation,
+            **of(samples, "walked", "acceptance", "autocorrelation"),
         }
         return {
-            **self._of("load", "law", "joint", "scales"),
+            **of(self, "load", "law", "joint", "scales"),
             "parameters": self._parameters(**dict(zip(("low", "high", "initial", "at_bound"), columns, strict=True))),
-            **self._of("correlation", "condition", "noise"),
+            **of(self, "correlation", "condition", "noise"),
             "noise_given": self.given_noise,
-            **self._of("rms", "dependence"),
+            **of(self, "rms", "dependence"),
             "nuisances": list(self.added),
             "starts": dict(zip(("agreed", "of"), self.starts, strict=True)),
             "points": {
@@ -278,7 +270,7 @@ class Fit(Found):
                 f"{load.torque}_fit": self.fitted,
                 f"{load.torque}_error": self.band,
                 "residual": self.residuals,
-                **self._of("branch", "used"),
+                **of(self, "branch", "used"),
             },
             "specimens": [
                 {"label": s.label, "estimates": s.values, "errors": s.errors, "problem": s.problem}
@@ -331,7 +323,7 @@ class Fit(Found):
         if self.posterior is not None:
             table["sample_value"] = ("sample parameter", self.posterior.samples, "posterior sample", None)
         attrs = {
-            **{name: getattr(self, name) for name in ("load", "law", "joint", "scales", "disagreement")},
+            **of(self, "load", "law", "joint", "scales", "disagreement"),
             "initial_beam": self.initial.to_toml(),
             "checked": "\n".join(self.checked),
             **({} if self.ends == ENDLESS else {"ends": self.ends}),
@@ -370,18 +362,14 @@ class Fit(Found):
         InputError
             An argument is out of range, or the model cannot follow more than half of the draws.
         """
-        from squama.identify.predict import Model, predict
-
         if TESTS[self.load].pushed:
             refuse("predict", "", "is not available for a part under load", "squama.load(fit.beam, ...) has its curve")
-        model = Model(self.beam, self.load, self.law, self.joint, self.ends)
-        return predict(self, model, None if self.posterior is None else self.posterior.samples, to, **how)
+        hinged = self.joint == "hinge"
+        model = {**of(self, "load", "law", "joint"), "ideal": hinged, "ends": None if hinged else self.ends}
+        return predict(self, self.beam, model, self.posterior, to, **how)
 
     def curve(self) -> Curve:
-        """Return the fitted curve of readings along the ways of the records; repeated ways appear once.
-
-        A way that begins at a reversal begins with the drop there.
-        """
+        """Return the fitted curve along the ways of the records, each once; a way back begins with the drop there."""
         once = "drift" not in self.parameters and not self.asked.groups
         drawn, leg = self.points.drawn(POINTS, once=once)
         error = estimate.standard_error(drawn, self.asked, self.estimates, self.covariance)

@@ -108,8 +108,7 @@ class Rival(NamedTuple):
     def words(self) -> str:
         """The model in words."""
         assert self.found is not None
-        scales = idealisation(self.found.asked.beam, self.joint, ideal=self.joint == "hinge")
-        return f"{scales} on {HELD[self.joint]}"
+        return f"{idealisation(self.found.asked.beam, self.joint, ideal=self.joint == 'hinge')} on {HELD[self.joint]}"
 
 
 def find(test: Prepared, starts: int, candidates: tuple[str, ...]) -> Found:
@@ -174,10 +173,7 @@ def robust(test: Prepared, starts: Sequence[Array], most: int = 300) -> tuple[Es
 
 
 def fit_for(test: Prepared, names: Collection[str]) -> Prepared:
-    """Return the test without points at reversals where backlash is to be found.
-
-    The torque of such a point jumps between the backlash, the drop after it and the branch beyond.
-    """
+    """Return the test without points at reversals, where the torque jumps, if backlash is to be found."""
     if "backlash" not in names:
         return test
     return test._replace(usable=test.usable & ~test.points.readings.turning(_TURNING))
@@ -246,10 +242,8 @@ def _with(test: Prepared, values: Array, names: tuple[str, ...]) -> tuple[Asked,
     if index.size < 10 * (len(asked.rows) + len(names)):
         return None
     twists, readings = test.points.readings.load[index], test.points.readings
-    reach = {
-        **dict.fromkeys(OF_TWIST, float(np.ptp(twists)) * readings.scales),
-        **dict.fromkeys(("torque_zero", "drift"), float(np.ptp(torque))),
-    }
+    reach = dict.fromkeys(OF_TWIST, float(np.ptp(twists)) * readings.scales)
+    reach |= dict.fromkeys(("torque_zero", "drift"), float(np.ptp(torque)))
     limits = {n: ((0.0 if n == "backlash" else -_SHARE * reach[n]), _SHARE * reach[n]) for n in names}
     wanted = asked.more(names, limits)
     start = np.concatenate([values, np.zeros(len(names))])
@@ -298,10 +292,7 @@ def _selections(whole: Found, own: int) -> dict[frozenset[int], _Selection]:
 
 
 def _needed(whole: Found, asked: Asked) -> tuple[tuple[str, ...], Array]:
-    """Return the nuisances that the residual shows, or without which the parameters would move.
-
-    The second result is the covariance that the other selections add to parameters and kept nuisances.
-    """
+    """Return the nuisances that are kept, and the covariance that the other selections add."""
     from scipy.linalg import eigh
 
     own = len(asked.names)
@@ -393,10 +384,7 @@ def _left(test: Prepared, at: Physical, used: NDArray[np.bool_]) -> float:
 
 
 def _nearer(test: Prepared, found: Found, v: Physical, goal: Physical) -> Physical | None:
-    """Return ``goal``, or a point on the way to it, where the residual does not grow; None if there is none.
-
-    The bound is the residual at ``v`` or that of the linearised fit, which includes nuisances left out.
-    """
+    """Return ``goal``, or a point on the way to it, where the residual does not grow; None if there is none."""
     # (with a slack of a tenth of the noise of a point)
     most = max(_left(test, v, found.used), found.square) * (1 + 0.1 / np.count_nonzero(found.used))
     for _ in range(_HALVES):
@@ -410,5 +398,4 @@ def _move(found: Found, v: Physical, goal: Physical) -> float:
     """Return the largest move from v to goal over the errors of the estimates."""
     chain = found.asked.chain(found.estimates)
     errors = np.sqrt(np.einsum("ij,jk,ik->i", chain, found.covariance, chain))
-    apart = np.abs(np.subtract(goal, v))
-    return float(np.max(apart / np.where(errors > 0, errors, np.inf), initial=0.0))
+    return float(np.max(np.abs(np.subtract(goal, v)) / np.where(errors > 0, errors, np.inf), initial=0.0))

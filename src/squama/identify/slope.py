@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from squama.identify import noise
 from squama.identify.estimate import Points
 from squama.identify.hinge_points import Physical
-from squama.identify.part_points import Loaded
+from squama.identify.joint_points import Loaded
 from squama.identify.records import Record
 from squama.identify.unknowns import PARAMETERS, with_error
 from squama.loads import Load
@@ -36,10 +36,7 @@ BAR = ("C_f", "E_B")
 
 
 class Slope(NamedTuple):
-    """Slope of the torque before engagement over that of the given beam, its standard error, number of points.
-
-    ``E_B`` of that beam, Pa; ``gives``: the series compliance that would explain the ratio, rad/(N m).
-    """
+    """Slope before engagement over that of the given beam (``E_B``); ``gives``: compliance that would explain it."""
 
     ratio: float
     error: float
@@ -64,10 +61,7 @@ class Slope(NamedTuple):
         return PARAMETERS["E_B"].written(self.ratio * self.E_B, self.error * self.E_B)
 
     def cause(self, names: tuple[str, ...], scales: int, load: Load, machine: bool = False) -> str:
-        """Return why the slope is off by more than its error; empty where it is not, or where the fit adapts to it.
-
-        ``machine``: whether the stiffness of the machine is given.
-        """
+        """Return why the slope is off; empty where it is not, or the fit adapts; ``machine``: whether it is known."""
         if not self.wrong_unit and (set(names) & set(BAR) or abs(self.ratio - 1) < max(_OFF * self.error, _LEAST)):
             return ""
         off = f"the slope before engagement is {self.text} of the beam's own"
@@ -80,10 +74,9 @@ class Slope(NamedTuple):
         if self.gives > 0 and not machine and "compliance" not in names:
             stiffness = f"{1 / self.gives:.2g} {load.force}/{load.unit}"
             gives = f', or the machine gives in ("{stiffness}"; the slope alone cannot tell which)'
-        return (
-            f"{off}: the bar is {much} {kind} than its file says (modulus, section or inclusion factor){gives}, "
-            f"which moves the other estimates; correct the file, or find E_B {'' if load.pushed else 'or C_f '}too"
-        )
+        why = f"the bar is {much} {kind} than its file says (modulus, section or inclusion factor){gives}"
+        remedy = f"correct the file, or find E_B {'' if load.pushed else 'or C_f '}too"
+        return f"{off}: {why}, which moves the other estimates; {remedy}"
 
     @property
     def wrong_unit(self) -> bool:
@@ -121,12 +114,10 @@ def slope(
     bar: tuple[float, float],
     least: float | None,
 ) -> Slope | None:
-    """Return the slope before engagement over that of the bar; None with too few points.
+    """Return the slope of the usable points before engagement over that of the bar; None with too few points.
 
-    ``bar``: slope of the bar (N m per rad of a pitch) and its modulus (Pa). Usable points before the engagement at the
-    estimates ``at`` count, with the noise ``least`` of a point (N m). ``least`` None: points of the first part of the
-    twist, because a wrong unit hides the engagement. Where the slope of the first half differs, scales touch earlier
-    than in the model, and the slope of that half is returned.
+    ``bar``: its slope (N m per rad of a pitch) and modulus (Pa); ``least``: noise of a point (N m), None for points of
+    the first part of the twist, because a wrong unit hides the engagement.
     """
     readings, size = points.readings, np.abs(record.load)
     straight = usable & ~points.touching(at)
@@ -144,6 +135,7 @@ def slope(
         gives = (1 / ratio - 1) / unit if ratio > 0 else 0.0
         return Slope(ratio, line[1] / bar[0], int(np.count_nonzero(part)), bar[1], gives)
 
+    # where the slope of the first half differs, scales touch earlier than in the model
     found = of(straight)
     for _ in range(_HALVES):
         straight = straight & (size <= float(np.max(size, where=straight, initial=0.0)) / 2)
@@ -155,10 +147,7 @@ def slope(
 
 
 def _line(x: Array, y: Array, way: NDArray[np.int64], least: float) -> tuple[float, float] | None:
-    """Return the slope of y over x and its error, with an offset for each way; None with too few points.
-
-    Offsets of the ways absorb backlash and zeros. ``least``: noise of a point, where few points give it.
-    """
+    """Return the slope of y over x and its error, with an offset for each way; None with too few points."""
     numbers, place = np.unique(way, return_inverse=True)
     spare = x.size - numbers.size - 1
     if spare < 0:

@@ -37,11 +37,7 @@ _STEEP = (1e-4, math.radians(85))
 
 
 class Parameter(NamedTuple):
-    """A parameter: dimension, words, limits that always hold, and its place in a beam file.
-
-    ``place`` is "" for parameters of the test. ``group``: index of the loop or specimen that has this value; None where
-    all share it.
-    """
+    """A parameter; ``place`` in a beam file, "" for those of the test; ``group``: loop or specimen, None for all."""
 
     name: str
     dimension: Dimension
@@ -76,8 +72,7 @@ class Parameter(NamedTuple):
         if self.name == "compliance":
             refuse("parameters", "", "compliance is not found of a part under load", "correct the travels for it")
         kind = {Dimension.TORQUE: Dimension.FORCE, Dimension.ANGLE: Dimension.LENGTH}[self.dimension]
-        words = self.words.replace("twist", "travel").removesuffix(", whole beam")
-        return self._replace(dimension=kind, words=words)
+        return self._replace(dimension=kind, words=self.words.replace("twist", "travel").removesuffix(", whole beam"))
 
     def written(self, value: float, error: float) -> str:
         """Return a value and its error as text: "0.251 +- 0.013 N m"."""
@@ -181,10 +176,7 @@ class Asked(NamedTuple):
         return self._of(name) if i is None else float((self.low, self.high)[end][i])
 
     def physical(self, p: Array, group: int | None = None) -> Physical:
-        """Return the physical quantities of a group from values p of the parameters, shape (..., parameters).
-
-        Without a group, parameters with a value for each group have their mean.
-        """
+        """Return the physical quantities of a group, or their means, for values p (..., parameters)."""
         v: dict[str, Any] = {}
         for row, value in zip(self.rows, np.moveaxis(np.asarray(p), -1, 0), strict=True):
             if row.group is None or group is None:
@@ -279,12 +271,7 @@ def ask(
     joint: str = "compliant",
     priors: Mapping[str, tuple[float, float]] = MappingProxyType({}),
 ) -> Asked:
-    """Check the parameters to find and their bounds; start values are those of the beam.
-
-    One text may hold several names, separated by commas; bounds are SI numbers or texts with units. Names that are
-    unknown or repeated, bounds that are reversed or out of range, and, on hinges, parameters that no test can separate
-    are refused. ``priors``: mean and standard deviation by name.
-    """
+    """Check the parameters to find and their bounds (SI numbers or texts); start values are those of the beam."""
     given, problems = named(names, PARAMETERS), Problems()
     follows = beam.joint.stiffness is None and "K_theta" not in given
     if joint == "hinge" and {"C_f", "E_B"} <= set(given) and not follows:

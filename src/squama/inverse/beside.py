@@ -37,11 +37,10 @@ INCREMENTS = 20
 
 @dataclass(frozen=True)
 class Beside:
-    """Goals of a design by another model than that of the search.
+    """Goals of a design by another model than that of the search; ``note``: why a figure is missing.
 
-    ``key`` is "door" (``squama.twist`` or ``squama.bend`` of the file with default options), "endless" (without ends)
-    or "free_to_bow" (without the bending moment that holds the beam straight); ``words`` describe it; ``goals`` are
-    those that may differ there; ``note``: why a figure is missing.
+    ``key``: "door" (``squama.twist`` or ``squama.bend`` of the file with default options), "endless" (without ends) or
+    "free_to_bow" (not held straight).
     """
 
     key: str
@@ -72,10 +71,7 @@ def found_by(target: Target, beam: Beam) -> str:
 
 
 def beside(target: Target, beam: Beam, *, elements: bool) -> tuple[Beside, ...]:
-    """Compute the goals of a design by other models than that of the search.
-
-    ``elements`` allows finite elements for a joint outside the joint's law; they take a minute and are cached.
-    """
+    """Compute a design's goals by other models; ``elements``: allowed for a joint outside the law (a minute)."""
     load = LOADS[target.space.load]
     # thick scales on compliant joints never lock, so a lock needs no joint by finite elements
     locks = any(goal.want.at is None and goal.want.figure in OF_LOCKS for goal in target.goals)
@@ -117,15 +113,7 @@ def _judged(
 
 
 def by_elements(beam: Beam, sense: str, rates: Sequence[float]) -> list[str]:
-    """Return lines that compare finite elements with thick scales on compliant joints at twist rates (rad/m).
-
-    Both models are of one pitch that is held straight.
-
-    Raises
-    ------
-    InputError
-        The extra ``fe`` is not installed, or the mesh is refused.
-    """
+    """Return lines that compare finite elements of a pitch, held straight, with the model at twist rates (rad/m)."""
     way: SenseName = "-" if sense == "-" else "+"
     run = runs.cell(beam, to=max(rates), sense=way, mesh=MESH, increment=max(rates) * beam.pitch / INCREMENTS)
     x, T = run["Phi"].values, run["T"].values

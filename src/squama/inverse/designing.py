@@ -97,9 +97,8 @@ class Design:
     @property
     def words(self) -> str:
         """Reached goals, varied dimensions and choices, in one line."""
-        goals = (
-            ", ".join([f"{goal.name} {goal.reached:.4g} {goal.unit}".strip(), *self.said(goal)]) for goal in self.goals
-        )
+        own = ((f"{goal.name} {goal.reached:.4g} {goal.unit}".strip(), *self.said(goal)) for goal in self.goals)
+        goals = map(", ".join, own)
         values = (f"{name} {text_of(name, value)}" for name, value in self.values.items())
         return "; ".join([*goals, *values, *(f"{k} {v}" for k, v in self.chosen.items())])
 
@@ -329,10 +328,7 @@ class _Refined(NamedTuple):
         return sorted(chosen, key=order.index)
 
     def spread(self) -> Array:
-        """Return the relative deviation from the target that tolerances cause (designs,); less is better.
-
-        Goals "at least" or "at most" leave room for tolerances: only the effect beyond this room counts.
-        """
+        """Return the relative deviation from the target that tolerances cause (designs,); less is better."""
         target, found = self.residuals.target, np.zeros(self.look.merit.size)
         for k, goal in enumerate(target.goals):
             size = np.sqrt((self.effects[k] ** 2).sum(axis=0))

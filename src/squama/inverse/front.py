@@ -21,7 +21,7 @@ from squama.inverse.named_figures import AT_TWIST, OF_BEAM, OF_LOCKS, At, Found,
 from squama.inverse.search import sobol
 from squama.inverse.space import built
 from squama.inverse.target import Target, read_target
-from squama.inverse.targetfile import Context, FrontTable, twist
+from squama.inverse.targetfile import Context, Table, twist
 from squama.io.tabular import guess
 from squama.loads import STRAIGHT
 from squama.model.outcome import named
@@ -116,10 +116,10 @@ def pareto(
         refuse("pareto", "", "pymoo is not installed", "pip install squama[fit]")
     assert target.front is not None
     given = {"population": population, "generations": generations, "seed": seed}
-    table = target.front.model_copy(update={k: v for k, v in given.items() if v is not None})
-    options, bare = target.options, not target.source
-    only_one(target.space.beam.faces, "a front")
-    context = Context(target.space.beam.pitches, target.space.load, bare, options.joint)
+    table = {**target.front, **{k: v for k, v in given.items() if v is not None}}
+    start, load = target.space.beam, target.space.load
+    only_one(start.faces, "a front")
+    context = Context(start.pitches, load, bare=not target.source, joint=target.options.joint)
     chosen = read_settings(table, context, target.source)
     trade = Trade(target, chosen)
     y, values = search(trade, chosen)
@@ -150,18 +150,18 @@ class Settings(NamedTuple):
     given: str
 
 
-def read_settings(table: FrontTable, context: Context, source: str = "") -> Settings:
+def read_settings(table: Table, context: Context, source: str = "") -> Settings:
     """Read the table [front]; one InputError names all mistakes."""
     problems = Problems()
     known = OBJECTIVES[context.joint]
     at_twist = [name for name in known if known[name] == AT_TWIST.get(name)]
     at: At | None = None
-    if table.at is not None:
+    if table["at"] is not None:
         with problems.caught():
-            at = twist("front.at", table.at, context).at
+            at = twist("front.at", table["at"], context).at
     found: dict[str, Objective] = {}
     for key, sense in (("maximise", 1), ("minimise", -1)):
-        names, where = getattr(table, key), f"front.{key}"
+        names, where = table[key], f"front.{key}"
         if not isinstance(names, list | tuple):
             problems.add(where, shown(names), "is no list", f'write e.g. {key} = ["tangent", "range"]')
             continue
@@ -169,33 +169,28 @@ def read_settings(table: FrontTable, context: Context, source: str = "") -> Sett
             if name not in known:
                 allowed = f"{guess(str(name), known)}allowed: {', '.join(known)}"
                 problems.add(where, "", f"{shown(name)} is not known", allowed)
-            elif name in found:
+                continue
+            if name in found:
                 problems.add(where, "", f"{name} is given twice", "keep one")
-            else:
-                found[name] = Objective(name, sense, Want(name, at if name in at_twist else None))
-                if name in at_twist and table.at is None:
-                    remedy = f'{name} needs a twist, write e.g. at = "60 deg total"'
-                    problems.add("front.at", "", "is missing", remedy)
+            elif name in at_twist and table["at"] is None:
+                problems.add("front.at", "", "is missing", f'{name} needs a twist, write e.g. at = "60 deg total"')
+            found.setdefault(name, Objective(name, sense, Want(name, at if name in at_twist else None)))
     if not problems and not 2 <= len(found) <= MOST:
         remedy = f"give 2 to {MOST} in maximise and minimise"
         problems.add("[front]", "", f"names {len(found)} objectives", remedy)
     numbers: dict[str, int] = {}
     for key, low, high in (("population", 8, 10_000), ("generations", 1, 100_000), ("seed", 0, 2**31 - 1)):
-        value = getattr(table, key)
+        value = table[key]
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
             problems.add(f"front.{key}", shown(value), f"is not a whole number from {low} to {high}")
         else:
             numbers[key] = value
     problems.settle(source)
-    return Settings(tuple(found.values()), **numbers, at=at, given="" if at is None else str(table.at))
+    return Settings(tuple(found.values()), **numbers, at=at, given="" if at is None else str(table["at"]))
 
 
 class Seen(NamedTuple):
-    """Evaluated designs: objectives (n, k), violations (n,), figures and columns.
-
-    A violation is 0 where the design is a valid beam, has all figures and keeps all limits; ``broken`` holds masks (n,)
-    by broken limit or missing figure.
-    """
+    """Evaluated designs: objectives (n, k), violations (n,), figures, columns, and masks (n,) of what is ``broken``."""
 
     values: Array
     violation: Array
@@ -205,11 +200,7 @@ class Seen(NamedTuple):
 
 
 class Trade:
-    """Objectives and limits of many designs, and the best designs so far.
-
-    ``best``: points of the unit cube (n, m), costs (n, k) and objectives (n, k) of all designs so far that no other
-    design dominates, each tested for every contact of its plates.
-    """
+    """Objectives and limits of many designs; ``best``: points (n, m), costs, objectives (n, k) of the front so far."""
 
     def __init__(self, target: Target, chosen: Settings) -> None:
         self.target, self.chosen = target, chosen
@@ -282,23 +273,18 @@ class Trade:
         return f"most often missed: {', '.join(f'{name} ({shares[name]:.0%})' for name in worst)}"
 
     def made(self, y: Array) -> tuple[Array, Array]:
-        """Return the points (n, m) of rounded beams that remain on a front, and their objectives (n, k).
-
-        Each keeps all limits, obeys the rules of printer files and has the figures of its own curve with all contacts.
-        """
+        """Return the rounded beams that can be made and remain on a front: points (n, m) and objectives (n, k)."""
         y = np.unique(self.space.nearest(y), axis=0)
         values, violation = self.evaluate(y, plates=True)[:2]
         kept = np.flatnonzero(violation <= 0)
         kept = kept[[self._sound(y[i], values[i]) for i in kept.tolist()]] if kept.size else kept
-        costs = self.costs(values[kept])
-        kept = kept[undominated(costs)]
+        kept = kept[undominated(self.costs(values[kept]))]
         return y[kept], values[kept]
 
     def _sound(self, y: Array, values: Array) -> bool:
-        beam = self.space.beam_of(y)
+        beam, wants = self.space.beam_of(y), [o.want for o in self.chosen.objectives]
         if limits.refused(beam, self.target.printer):
             return False
-        wants = [o.want for o in self.chosen.objectives]
         again, _ = joint_figures.followed(beam, wants, self.target.options, endless=True)
         return bool(np.allclose(again, values, rtol=AGREES))
 

@@ -14,7 +14,7 @@ from squama.errors import Problems, refuse
 from squama.inverse import targetfile
 from squama.inverse.named_figures import FIGURES, At, Number, Want
 from squama.inverse.space import Space
-from squama.inverse.targetfile import AT_POINTS, Context, PointTable, TargetTable
+from squama.inverse.targetfile import AT_POINTS, GOALS, Context, File, Table
 from squama.io import files, measured
 from squama.loads import LOADS
 from squama.model.sensitivity import STEP
@@ -120,11 +120,7 @@ def reached(
     effects: Array | None = None,
     names: Sequence[str] = (),
 ) -> list[Reached]:
-    """Return the reached goals of one design from its figures (goals,) in SI; points of a curve make one goal.
-
-    ``own``: pitch and number of scales of the design; ``effects`` (goals, dimensions): effects of tolerances over the
-    required values; ``names`` of the dimensions.
-    """
+    """Return the reached goals of one design from its figures (goals,) in SI; ``effects`` (goals, dimensions)."""
     by = np.zeros((len(goals), 0)) if effects is None else effects
     found: list[tuple[tuple[str, str, str, float], float, bool, Array]] = []
     for k, goal in enumerate(goals):
@@ -147,20 +143,20 @@ def _rms(values: Array) -> Array:
     return np.asarray(np.sqrt(np.mean(np.square(values), axis=0)))
 
 
-def read_goals(table: TargetTable, context: Context, folder: Path, problems: Problems) -> tuple[Goal, ...]:
+def read_goals(file: File, context: Context, folder: Path, problems: Problems) -> tuple[Goal, ...]:
     """Read all goals; mistakes are added to ``problems``."""
-    found: list[Goal] = []
-    for name in ("lock", "engagement", "stiffness", "RED", "critical_mu", "length"):
-        if (value := getattr(table, name)) is not None:
+    found, table = list[Goal](), file.table("target")
+    for name in GOALS:
+        if (value := table.get(name)) is not None:
             with problems.caught():
                 found.append(_single(name, value, context))
-    for key in ("points", "tangent"):
-        for i, point in enumerate(getattr(table, key)):
+    for key, points in file.points.items():
+        for i, point in enumerate(points):
             with problems.caught():
                 found += _points(f"target.{key}[{i}]", point, key, context)
-    if table.curve is not None:
+    if (curve := table.get("curve")) is not None:
         with problems.caught():
-            found += _curve(table.curve, context, folder)
+            found += _curve(curve, context, folder)
     return tuple(found)
 
 
@@ -191,22 +187,21 @@ def _goal(where: str, name: str, want: Want, value: object, weight: float, conte
     return Goal(name, want, got.number, got.unit, got.si, got.at, got.sense, weight)
 
 
-def _points(where: str, table: PointTable, kind: str, context: Context) -> list[Goal]:
+def _points(where: str, table: Table, kind: str, context: Context) -> list[Goal]:
     """Read the goals at one twist: figures of a point, or a tangent stiffness."""
-    at = targetfile.twist(f"{where}.twist", table.twist, context).at
-    words = LOADS[context.load].torque_words
-    known = {"points": ("torque", *AT_POINTS), "tangent": ("stiffness",)}[kind]
-    given = {key: value for key, value in table if key not in ("twist", "weight") and value is not None}
-    allowed = dict.fromkeys([*known, *(words for _ in known if kind == "points")])
+    at = targetfile.twist(f"{where}.twist", table["twist"], context).at
+    torques = ("torque", *AT_POINTS, LOADS[context.load].torque_words)
+    allowed = dict.fromkeys(torques if kind == "points" else ("stiffness",))
+    given = {key: value for key, value in table.items() if key not in ("twist", "weight") and value is not None}
     for key in given:
         if key not in allowed:
             refuse(f"{where}.{key}", "", "does not belong here", f"allowed: twist, {', '.join(allowed)}, weight")
         if key in AT_POINTS and context.joint == "hinge":
             refuse(f"{where}.{key}", "", "is not a figure of hinges", f"leave out {' and '.join(context.hinged)}")
     if not given:
-        refuse(f"{where}.{known[0]}", "", "is missing", f"write e.g. {targetfile.EXAMPLES[kind]}")
-    twist = table.twist.strip() if isinstance(table.twist, str) else f"{shown(table.twist)} rad/m"
-    weight, found = _weight(where, table.weight), []
+        refuse(f"{where}.{next(iter(allowed))}", "", "is missing", f"write e.g. {targetfile.EXAMPLES[kind]}")
+    twist = table["twist"].strip() if isinstance(table["twist"], str) else f"{shown(table['twist'])} rad/m"
+    weight, found = _weight(where, table.get("weight", 1.0)), []
     for key, value in given.items():
         figure = _figure(key, value)
         name = f"{LABELS.get(figure, key)} at {twist}"

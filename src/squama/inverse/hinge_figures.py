@@ -44,11 +44,7 @@ Steps = dict[str, Array]
 
 
 def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: Options, *, plates: bool) -> Found:
-    """Evaluate the wanted figures of many designs from flat columns (n,).
-
-    Each entry of ``moved`` holds the same designs with one variable moved by i STEP. With ``plates`` all plates are
-    tested against each other, as :func:`squama.twist` does; without, a contact of another kind goes unnoticed.
-    """
+    """Evaluate figures of designs (n,); each of ``moved`` has one variable moved by i STEP; ``plates``: test all."""
     n = c.eta.size
     columns = {name: np.stack([getattr(m, name) for m in moved or [c]]) for name in COLUMNS}
     used = [p for p in CONTACT if np.imag(columns[p]).any()]
@@ -160,9 +156,9 @@ class _Part:
         def room(row: Any, mu: Array, at: Any) -> Array:
             if figure == "hold":
                 return np.asarray((at.M_N + mu * at.M_f) / row.eta)
-            return np.asarray(
-                1 - side * at.p / row.beta if figure == "tip" else np.where(side > 0, at.s, row.eta - at.s) / row.eta
-            )
+            if figure == "tip":
+                return np.asarray(1 - side * at.p / row.beta)
+            return np.asarray(np.where(side > 0, at.s, row.eta - at.s) / row.eta)
 
         steps = {}
         for p, s in self.seeds.items():

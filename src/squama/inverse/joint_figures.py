@@ -33,11 +33,7 @@ NEAR_REST = 1e-3
 
 
 def evaluate(c: Cells, moved: Sequence[Cells], wants: Sequence[Want], options: Options, *, plates: bool) -> Found:
-    """Evaluate figures of many beams; arguments and result as of :func:`squama.inverse.hinge_figures.evaluate`.
-
-    All contacts of the plates are always followed, whatever ``plates``. Beyond a snap derivatives are unknown and set
-    to 0.
-    """
+    """Evaluate figures of designs, as :func:`squama.inverse.hinge_figures.evaluate`; all contacts are followed."""
     del plates
     n, k = c.d.size, len(moved)
     if any(np.imag(m.mu).any() for m in moved):

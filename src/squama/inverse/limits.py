@@ -47,8 +47,7 @@ class Sizes(NamedTuple):
     def of(cls, c: Cells, load: str, rate: Array | float) -> Sizes:
         """Return the sizes of designs from their columns."""
         s, b = c.sizes["scale"], c.sizes["substrate"]
-        cos = np.cos(c.alpha)
-        plate = s["length"], s["embedded"], s["width"], s["thickness"], cos, np.sin(c.theta0)
+        plate = s["length"], s["embedded"], s["width"], s["thickness"], np.cos(c.alpha), np.sin(c.theta0)
         return cls(*plate, b["width"], b["thickness"], c.d, c.sizes["beam"]["scales"], rate, load)
 
     @property
@@ -198,10 +197,8 @@ def _most(a: Array, b: Array) -> Array:
 
 
 def refused(beam: Beam, sizes: dict[str, float] | None, *, sided: bool = True) -> list[str]:
-    """Return reasons, one a line, why a beam cannot be printed with a workshop's sizes, or its joint is not covered.
-
-    The joint is checked where the load is ``sided`` only, because the joint's law is that of twisting.
-    """
+    """Return reasons, one a line, why a beam cannot be printed with a workshop's sizes, or its joint is not covered."""
+    # the law of the joint is that of twisting
     unknown = sided and beam.joint.matrix is None
     lines = [f"joint: {p}" for p in law.outside(shape(beam))] if unknown else []
     if sizes is not None:

@@ -76,10 +76,7 @@ class Want(NamedTuple):
 
 
 class Options(NamedTuple):
-    """Options common to all designs; ``locks`` are the codes of the ends that count as locks.
-
-    ``joint`` is "hinge" or "compliant", as in :func:`squama.twist`.
-    """
+    """Options common to all designs; ``locks``: codes of the ends that count as locks."""
 
     law: str = "edge"
     sense: str = "+"

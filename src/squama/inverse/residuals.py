@@ -41,8 +41,7 @@ class Look(NamedTuple):
 
     ``y`` (variables, n) in the unit cube; ``r`` (goals, n) and ``J`` (goals, variables, n); ``g`` (limits, n), negative
     where broken, and ``G`` (limits, variables, n); ``merit`` (n,), less is better. ``values`` and ``slopes`` of the
-    figures as in :class:`Found`, the goals first; ``code`` and ``load_end`` of the curve's end; ``d`` (m) and
-    ``scales`` are pitches and numbers of scales.
+    figures, ``code`` and ``load_end`` as in :class:`Found`, the goals first; ``d`` (m): pitches; numbers of scales.
     """
 
     y: Array
@@ -127,10 +126,7 @@ class Residuals:
         return np.where(missing, 1.0, room) - EDGE, slopes
 
     def _residuals(self, found: Found, own: Pitches[Array], moved: Pitches[Array]) -> tuple[Array, Array]:
-        """Return weighted relative differences from the goals (goals, n), and derivatives (goals, variables, n).
-
-        A design without the figure has MISSING plus the share of the twist that its curve does not reach.
-        """
+        """Return weighted relative differences from the goals (goals, n) and derivatives (goals, variables, n)."""
         k, inside = len(self.target.goals), self.target.inside
         r, J = np.empty((k, own.d.size)), np.zeros_like(found.slopes[:k])
         for i, goal in enumerate(self.target.goals):
@@ -175,11 +171,7 @@ class Residuals:
         return found
 
     def effects(self, y: Array) -> Array:
-        """Return derivative times tolerance (goals, dimensions, n) of designs y (n, m), for each of the tolerances.
-
-        The unit is the required value (``scale`` where a goal has one); a twist required as a rate is compared at the
-        design's own pitch.
-        """
+        """Return derivative times tolerance over the required value (goals, dimensions, n) of designs y (n, m)."""
         goals, values = self.target.goals, self.space.values(y)
         moved = [stepped(*self.space[:2], values, key, size, len(y)) for key, size in self.tolerances(y).items()]
         found = self.target.figures(self.space.cells(y), moved, [goal.want for goal in goals], plates=False)

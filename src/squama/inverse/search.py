@@ -136,8 +136,7 @@ def _step(look: Look, i: int, radius: float) -> Array:
 def _model(look: Look, i: int, step: Array) -> float:
     """Return the merit of point i after a step, by the linearised residuals and limits."""
     r = look.r[:, i] + look.J[:, :, i] @ step
-    g = look.g[:, i] + look.G[:, :, i] @ step
-    return float(0.5 * r @ r + PRICE * np.maximum(-g, 0).sum())
+    return float(0.5 * r @ r + PRICE * np.maximum(-look.g[:, i] - look.G[:, :, i] @ step, 0).sum())
 
 
 def lsi(E: Array, f: Array, G: Array, h: Array) -> Array | None:
@@ -229,11 +228,7 @@ def _around(k: int) -> Array:
 
 
 def with_ends(target: Target, look: Look, count: int, seed: int) -> tuple[Look, Array]:
-    """Refine the designs of a search for their own number of scales; ``count`` designs are wanted.
-
-    First all designs with typical shares, then the best designs each with its own. Returns the designs, and the shares
-    (goals, n) of their figures in those of the endless beam.
-    """
+    """Refine designs for their own number of scales; return them with the shares (goals, n) of endless figures."""
     some = np.concatenate([_shares(target, look.y[:, [i]].T) for i in _best(look, TYPICAL)], axis=1)
     some = some[:, np.isfinite(some).all(axis=0)]
     if some.size:
@@ -277,10 +272,7 @@ def _with_ends(target: Target, y: Array, seed: int) -> tuple[Look, Array]:
 
 
 def _shares(target: Target, y: Array) -> Array:
-    """Return the figures of a design (1, m) over those of the endless beam, (goals, 1); 1 for goals without a twist.
-
-    NaN where the curve of the design ends before the twist.
-    """
+    """Return a design's figures over those of the endless beam (goals, 1); NaN where its curve ends before."""
     wants, beam = [goal.want for goal in target.goals], target.space.beam_of(y[0])
     own, _ = joint_figures.followed(beam, wants, target.options)
     endless, _ = joint_figures.followed(beam, wants, target.options, endless=True)

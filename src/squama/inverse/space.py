@@ -113,10 +113,7 @@ class Space(NamedTuple):
         return found
 
     def place(self, values: Mapping[str, Array | float]) -> Array:
-        """Return points (m,) or (n, m) of the unit cube for dimensions (SI) by key; the nearest within bounds.
-
-        A choice takes the option that is nearest in its first dimension.
-        """
+        """Return the nearest points (m,) or (n, m) for dimensions (SI) by key; choices by their first dimension."""
         shares = []
         for v in self.variables:
             value = np.clip(values[v.key], v.low, v.high)

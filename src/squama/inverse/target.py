@@ -19,7 +19,7 @@ from squama.inverse.joint_figures import EVALUATE
 from squama.inverse.limits import ALWAYS, LIMITS, Sizes, known_rooms, printed_rooms, rooms
 from squama.inverse.named_figures import AT_TWIST, LOCKS, OF_LOCKS, Found, Options, Want, harmless
 from squama.inverse.space import DIMENSIONS, Space
-from squama.inverse.targetfile import Context, File, FrontTable
+from squama.inverse.targetfile import FRONT, Context, File, Table
 from squama.io import files
 from squama.loads import LOADS
 from squama.model.outcome import CODES, End
@@ -42,11 +42,9 @@ LOCK_GOALS = ("lock", "lock_by", "RED", "critical_mu")
 
 
 class Target(NamedTuple):
-    """A target, read and checked.
+    """A target, read and checked; ``printer``: sizes with which thick scales must be printable, or None.
 
-    ``limits`` by name, SI; ``laws``: scaling laws whose ranges are limits; ``tolerance`` by key, SI, or minus the share
-    of the value; ``front`` as in the file; ``printer``: sizes (m, rad) with which thick scales must be printable, or
-    None.
+    ``limits`` by name, SI; ``laws``: scaling laws whose ranges are limits; ``tolerance`` by key, SI, or minus a share.
     """
 
     source: str
@@ -58,7 +56,7 @@ class Target(NamedTuple):
     laws: list[str]
     tolerance: dict[str, float]
     designs: int
-    front: FrontTable | None
+    front: Table | None
     printer: dict[str, float] | None
 
     @property
@@ -77,10 +75,7 @@ class Target(NamedTuple):
         return self.accept if self.compliant else 0.0
 
     def figures(self, c: Cells, moved: Sequence[Cells], wants: Sequence[Want], *, plates: bool) -> Found:
-        """Evaluate figures of designs; rows that are no valid beam get harmless values first.
-
-        Arguments as of :func:`squama.inverse.hinge_figures.evaluate`.
-        """
+        """Evaluate figures of designs; rows that are no valid beam get harmless values first."""
         return EVALUATE[self.options.joint](harmless(c, valid(c)), moved, wants, self.options, plates=plates)
 
     def rooms(self, c: Cells, s: Sizes) -> dict[str, Array]:
@@ -121,7 +116,7 @@ def read_target(
             start = _start(data.get("start"), tables, folder, overrides or {}, bare=bare)
     elif tables or "start" in data:
         problems.add("start", "", "a beam is given as an argument too", "give one of them")
-    if file is not None and getattr(file, need) is None:
+    if file is not None and need not in file.tables:
         problems.add(f"[{need}]", "", "is missing", f"add this table with e.g. {targetfile.EXAMPLES[need]}")
     common = {} if file is None else _common(file, problems)
     problems.settle(source)
@@ -130,7 +125,7 @@ def read_target(
     locks = _of_locks(file, need)
     joint = _joint(file, common, locks, problems)
     # the keys that select hinges
-    keys = [f'{key} = "{value}"' for key, value in _HINGED.items() if getattr(file, key) == value]
+    keys = [f'{key} = "{value}"' for key, value in _HINGED.items() if file.plain.get(key) == value]
     context = Context(start.pitches, common["load"], bare, joint, (*keys, *locks))
     found = _read(source, file, start, common, context, folder, problems)
     problems.settle(source)
@@ -161,10 +156,10 @@ def _start(
 def _of_locks(file: File, need: str) -> list[str]:
     """Return the places in the file of goals or objectives that exist on hinges only."""
     if need == "target":
-        return [f"target.{k}" for k in LOCK_GOALS if file.target is not None and getattr(file.target, k) is not None]
-    table = file.front or FrontTable()
-    listed = [names for names in (table.maximise, table.minimise) if isinstance(names, list | tuple)]
-    locks = [name for name in OF_LOCKS if table.at is None or name not in AT_TWIST]
+        return [f"target.{key}" for key in LOCK_GOALS if file.table(need).get(key) is not None]
+    table = file.table("front")
+    listed = [names for key in ("maximise", "minimise") if isinstance(names := table.get(key), list | tuple)]
+    locks = [name for name in OF_LOCKS if table.get("at") is None or name not in AT_TWIST]
     return [f"front: {name}" for names in listed for name in names if name in locks]
 
 
@@ -172,10 +167,10 @@ def _joint(file: File, common: Mapping[str, Any], locks: Sequence[str], problems
     """Return the joint: "hinge" for locks or the plate law, else "compliant"."""
     covered = LOADS[common["load"]].law(common["law"]) == "edge"
     joint = "compliant" if covered and not locks else "hinge"
-    if file.joint is None:
+    if (given := file.plain.get("joint")) is None:
         return joint
     with problems.caught():
-        joint = arguments.one_of("joint", str(file.joint), ("compliant", "hinge"))
+        joint = arguments.one_of("joint", str(given), ("compliant", "hinge"))
     if joint == "compliant" and not covered:
         problems.add("joint", shown(joint), "is for the edge law", 'write joint = "hinge"')
     if joint == "compliant" and locks:
@@ -195,7 +190,7 @@ def _common(file: File, problems: Problems) -> dict[str, Any]:
         "designs": lambda value: arguments.whole("designs", value, 1, MOST_DESIGNS),
     }
     for name, check in checks.items():
-        value = getattr(file, name)
+        value = file.plain[name]
         with problems.caught():
             if name in ("margin", "designs") and (isinstance(value, bool) or not isinstance(value, int | float)):
                 refuse(name, shown(value), "is no plain number")
@@ -209,7 +204,7 @@ def _read(
 ) -> Target:
     """Read the tables of a target; mistakes are added to ``problems``."""
     compliant, load = context.joint == "compliant", context.load
-    choices = targetfile.choices(file.choose, problems, context)
+    choices = targetfile.choices(file.table("choose"), problems, context)
     space = Space(beam, load, targetfile.variables(file, problems, context), choices)
     keys = set(space.keys)
     if len(keys) < len(space.keys):
@@ -217,36 +212,37 @@ def _read(
     if beam.friction.mu is None and "mu" not in keys:
         remedy = "write mu = 0.25 under [friction] of the beam, or vary friction.mu"
         problems.add("friction.mu", "", "is missing", remedy)
-    wanted = targetfile.TargetTable() if file.target is None else file.target
-    by = "any" if wanted.lock_by is None else str(wanted.lock_by)
+    given_by, accepted = (file.table("target").get(key) for key in ("lock_by", "accept"))
+    by = "any" if given_by is None else str(given_by)
     if by not in _LOCKS:
         words = f"allowed: {', '.join(map(shown, _LOCKS))}"
-        problems.add("target.lock_by", shown(wanted.lock_by), "is not known", words)
-    asked = goals.read_goals(wanted, context, folder, problems)
+        problems.add("target.lock_by", shown(given_by), "is not known", words)
+    asked = goals.read_goals(file, context, folder, problems)
     stressed = {goal.want.figure for goal in asked} & {"stress", "strength_share"}
     for key in ["youngs_modulus"] * bool(stressed) + ["strength"] * ("strength_share" in stressed):
         if getattr(beam.scale, key) is None and f"scale.{key}" not in keys:
             remedy = "a stress needs it: give it to the beam, or choose a material"
             problems.add(f"scale.{key}", "", "is missing", remedy)
-    if file.target is not None:
+    if "target" in file.tables:
         goals.conflicts(asked, space, problems)
     accept = ACCEPT
-    if wanted.accept is not None:
+    if accepted is not None:
         with problems.caught():
-            accept = targetfile.quantity("target.accept", wanted.accept, Dimension.RATIO, context).si
+            accept = targetfile.quantity("target.accept", accepted, Dimension.RATIO, context).si
             if accept >= 1:
-                refuse("target.accept", shown(wanted.accept), "must be below 1", 'write e.g. "1 %"')
+                refuse("target.accept", shown(accepted), "must be below 1", 'write e.g. "1 %"')
     limits, laws = _limits(file, beam, keys, context, problems)
     printer = None
     if limits.pop("printable", compliant):
         with problems.caught():
-            if wrong := [name for name in file.printer if name not in SIZES]:
+            if wrong := [name for name in file.table("printer") if name not in SIZES]:
                 raise InputError(targetfile.unknown(f"printer.{wrong[0]}", wrong[0], SIZES, "unknown key"))
-            printer = read_sizes(file.printer, "printer.", bare=context.bare)
+            printer = read_sizes(file.table("printer"), "printer.", bare=context.bare)
     law, locks = LOADS[load].law(common["law"]), _LOCKS.get(by, LOCKS)
     options = Options(law, common["sense"], common["margin"], load, locks, context.joint)
-    tolerance, designs = _tolerances(file.tolerance, space, problems, context), common["designs"]
-    return Target(source, space, options, asked, accept, limits, laws, tolerance, designs, file.front, printer)
+    tolerance = _tolerances(file.table("tolerance"), space, problems, context)
+    front = {**FRONT, **file.tables["front"]} if "front" in file.tables else None
+    return Target(source, space, options, asked, accept, limits, laws, tolerance, common["designs"], front, printer)
 
 
 def _limits(
@@ -258,7 +254,7 @@ def _limits(
         "joint_law": "hinges; a compliant joint is always within its law",
         "printable": "beams on compliant joints",
     }
-    for name, value in file.limits.items():
+    for name, value in file.table("limits").items():
         where = f"limits.{name}"
         if name in words and (name == "joint_law") != (context.joint == "hinge"):
             problems.add(where, "", f"is a limit of {words[name]}", "leave it out")
@@ -281,21 +277,20 @@ def _limits(
     return found, laws
 
 
-def _tolerances(table: dict[str, object], space: Space, problems: Problems, context: Context) -> dict[str, float]:
+def _tolerances(table: Table, space: Space, problems: Problems, context: Context) -> dict[str, float]:
     """Return tolerances by key: SI, or minus the share of the value."""
     compliant = context.joint == "compliant"
     has = (ALIASES.get(name, name) for name in DIMENSIONS if own(space.beam, name) is not None)
-    keys = dict.fromkeys([*has, *(v.key for v in space.variables)])
     without = (SCALES,) if compliant else (SCALES, *ELASTIC)
-    keys = {key: None for key in keys if key not in without}
+    keys = (key for key in (*has, *(v.key for v in space.variables)) if key not in without)
     kinds = {key: PARAMETERS[key].dimension for key in keys}
-    found = {key: DEFAULTS.get(kinds[key], -SHARE) for key in keys}
+    found = {key: DEFAULTS.get(kind, -SHARE) for key, kind in kinds.items()}
     groups = {"length": Dimension.LENGTH, "angle": Dimension.ANGLE, "relative": Dimension.RATIO}
     for name, value in sorted(dict(flattened(table)).items(), key=lambda item: item[0] not in groups):
         where = f"tolerance.{name}"
         with problems.caught():
             key = "" if name in groups else targetfile.key_of(where, name)
-            if compliant and key and key not in keys:
+            if compliant and key and key not in kinds:
                 refuse(where, "", "is for a value that the beam does not give", "give it to the beam")
             share = name == "relative" or (bool(key) and isinstance(value, str) and value.strip().endswith("%"))
             kind = Dimension.RATIO if share else groups.get(name) or PARAMETERS[key].dimension
@@ -303,6 +298,6 @@ def _tolerances(table: dict[str, object], space: Space, problems: Problems, cont
                 si = units.quantity(value, kind, bare=context.bare)
             if si < 0:
                 refuse(where, shown(value), "is below 0", "write the size of the tolerance")
-            same = [k for k in keys if (kinds[k] not in DEFAULTS if share else kinds[k] is kind)]
+            same = [k for k, own_kind in kinds.items() if (own_kind not in DEFAULTS if share else own_kind is kind)]
             found |= dict.fromkeys([key] if key else same, -si if share else si)
     return found

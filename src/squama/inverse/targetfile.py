@@ -7,8 +7,6 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, ValidationError
-
 from squama import units
 from squama.beam.beamfile import TABLES
 from squama.errors import InputError, Problem, Problems, naming, printable, refuse
@@ -31,69 +29,19 @@ ROUNDED = {"length": Grid(0.1, "mm"), "angle": Grid(0.5, "deg")}
 """Default rounding of beams with thick scales."""
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
+Table = Mapping[str, object]
 
 
-class PointTable(_Table):
-    """Figures at a twist."""
+class File(NamedTuple):
+    """A target file without the tables of the beam: plain keys, the tables that are given, lists of points by key."""
 
-    twist: object
-    torque: object = None
-    moment: object = None
-    stiffness: object = None
-    stiffness_ratio: object = None
-    stress: object = None
-    RED: object = None
-    W_fr: object = None
-    weight: object = 1.0
+    plain: Table
+    tables: Mapping[str, Table]
+    points: Mapping[str, Sequence[Table]]
 
-
-class TargetTable(_Table):
-    """The table [target]: goals."""
-
-    lock: object = None
-    lock_by: object = None
-    engagement: object = None
-    stiffness: object = None
-    RED: object = None
-    critical_mu: object = None
-    length: object = None
-    points: list[PointTable] = []
-    tangent: list[PointTable] = []
-    curve: object = None
-    accept: object = None
-
-
-class FrontTable(_Table):
-    """The table [front]: objectives and settings of NSGA-II."""
-
-    maximise: object = []
-    minimise: object = []
-    at: object = None
-    population: object = 200
-    generations: object = 100
-    seed: object = 1
-
-
-class File(_Table):
-    """A whole target file, without the tables of the beam."""
-
-    start: object = None
-    joint: object = None
-    load: object = "twisting"
-    law: object = "edge"
-    sense: object = "+"
-    margin: object = 0.01
-    designs: object = 5
-    target: TargetTable | None = None
-    front: FrontTable | None = None
-    vary: dict[str, object] = {}
-    choose: dict[str, object] = {}
-    rounding: dict[str, object] = {}
-    printer: dict[str, object] = {}
-    limits: dict[str, object] = {}
-    tolerance: dict[str, object] = {}
+    def table(self, name: str) -> Table:
+        """Return a table; empty where it is not given."""
+        return self.tables.get(name, {})
 
 
 EXAMPLES = {
@@ -108,43 +56,63 @@ EXAMPLES = {
     "points": '[[target.points]] with twist = "60 deg total" and torque = "80 N mm"',
     "tangent": '[[target.tangent]] with twist = "60 deg total" and stiffness = "0.1 N m^2"',
 }
+_PLAIN: Table = {"load": "twisting", "law": "edge", "sense": "+", "margin": 0.01, "designs": 5}
+FRONT: Table = {"maximise": [], "minimise": [], "at": None, "population": 200, "generations": 100, "seed": 1}
+"""Keys of [front] and their defaults: objectives and settings of NSGA-II."""
+GOALS = ("lock", "engagement", "stiffness", "RED", "critical_mu", "length")
+"""Figures of [target] without a twist."""
+_POINT = ("twist", "torque", "moment", "stiffness", *AT_POINTS, "weight")
+_TABLES = ("target", "front", "vary", "choose", "rounding", "printer", "limits", "tolerance")
 _KEYS = {
-    "": tuple(File.model_fields),
-    "target": tuple(TargetTable.model_fields),
-    "front": tuple(FrontTable.model_fields),
+    "": ("start", "joint", *_PLAIN, *_TABLES),
+    "target": (GOALS[0], "lock_by", *GOALS[1:], "points", "tangent", "curve", "accept"),
+    "front": tuple(FRONT),
     "points": ("twist", "torque", *AT_POINTS, "weight"),
     "tangent": ("twist", "stiffness", "weight"),
 }
 
 
-def parse(data: Mapping[str, object]) -> tuple[File | None, dict[str, Any], list[Problem]]:
-    """Split a target file into its own part (None if its structure is wrong) and the unread tables of the beam.
-
-    The third part of the result lists mistakes of structure.
-    """
+def parse(data: Table) -> tuple[File | None, dict[str, Any], list[Problem]]:
+    """Return a target file's own part (None if its structure is wrong), the beam's tables, and mistakes."""
     # joint = "..." is the kind of joint, [joint] a table of the beam
     beam = {key: value for key, value in data.items() if key in TABLES and (key, type(value)) != ("joint", str)}
-    try:
-        return File.model_validate({key: value for key, value in data.items() if key not in beam}), beam, []
-    except ValidationError as error:
-        found = error.errors(include_url=False)
-        return None, beam, [_misfit(e["type"], list(e["loc"]), e["input"]) for e in found]
+    own, problems = {key: value for key, value in data.items() if key not in beam}, Problems()
+    plain = {**_PLAIN, **{key: value for key, value in own.items() if key not in _TABLES}}
+    tables, points = dict[str, Table](), dict[str, list[Table]]()
+    for name in _TABLES:
+        given = own.get(name)
+        if isinstance(given, Mapping):
+            tables[name] = given
+        elif given is not None:
+            problems.add(name, shown(given), "is not a table", f"write [{name}] and under it e.g. {EXAMPLES[name]}")
+        table = tables.get(name, {})
+        if name == "target":
+            points = {kind: _points(kind, table, problems) for kind in ("points", "tangent")}
+        problems += _strange(f"{name}.", table, _KEYS.get(name, tuple(table)))
+    problems += _strange("", own, _KEYS[""], also=f", and the tables of a beam: {', '.join(TABLES)}")
+    return None if problems else File(plain, tables, points), beam, problems
 
 
-def _misfit(kind: str, path: list[int | str], value: object) -> Problem:
-    """Return the mistake of structure at a place such as target.points[1].twist."""
-    where = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path).removeprefix(".")
-    names = [part for part in path if isinstance(part, str)]
-    if kind == "extra_forbidden":
-        home = names[-2] if len(names) > 1 else ""
-        also = "" if home else f", and the tables of a beam: {', '.join(TABLES)}"
-        return unknown(where, names[-1], _KEYS[home], "unknown key", also)
-    if kind == "missing":
-        return Problem(where, "", "is missing", f"write e.g. {EXAMPLES[names[-2]]}")
-    example = EXAMPLES.get(names[-1], "")
-    if names[-1] in ("points", "tangent"):
-        return Problem(where, shown(value), "is no list of tables", f"write {example}")
-    return Problem(where, shown(value), "is not a table", f"write [{names[-1]}] and under it e.g. {example}")
+def _points(kind: str, target: Table, problems: Problems) -> list[Table]:
+    """Return a list of tables in [target], each with its keys in order."""
+    found, where, given = list[Table](), f"target.{kind}", target.get(kind, [])
+    pairs: list[tuple[str, object]] = [(where, given)]
+    if listed := isinstance(given, list | tuple):
+        pairs = [(f"{where}[{i}]", one) for i, one in enumerate(given)]
+    for place, point in pairs:
+        if not listed or not isinstance(point, Mapping):
+            problems.add(place, shown(point), "is no list of tables", f"write {EXAMPLES[kind]}")
+            continue
+        if "twist" not in point:
+            problems.add(f"{place}.twist", "", "is missing", f"write e.g. {EXAMPLES[kind]}")
+        problems += _strange(f"{place}.", {key: point[key] for key in point if key not in _POINT}, _KEYS[kind])
+        found.append({key: point[key] for key in _POINT if key in point})
+    return found
+
+
+def _strange(place: str, given: Table, known: Sequence[str], also: str = "") -> list[Problem]:
+    """Return the mistakes of keys that are not known in a table."""
+    return [unknown(f"{place}{key}", key, known, "unknown key", also) for key in given if key not in known]
 
 
 def unknown(where: str, name: str, known: Iterable[str], reason: str, also: str = "") -> Problem:
@@ -165,10 +133,7 @@ class Given(NamedTuple):
 
 
 class Context(NamedTuple):
-    """Context of reading: number of scales, kind of load, whether bare numbers are SI, kind of joint.
-
-    ``hinged``: the keys of the file that select hinges, where the user may leave them out.
-    """
+    """Context of reading; ``hinged``: the keys of the file that select hinges, where the user may leave them out."""
 
     scales: int
     load: str
@@ -236,13 +201,13 @@ def _split(value: object, unit: str) -> tuple[float, str]:
 def variables(file: File, problems: Problems, context: Context) -> tuple[Variable, ...]:
     """Read the tables [vary] and [rounding]."""
     found: list[Variable] = []
-    if not (flat := dict(flattened(file.vary))) and not file.choose:
+    if not (flat := dict(flattened(file.table("vary")))) and not file.table("choose"):
         problems.add("[vary]", "", "nothing to vary", f"add this table with e.g. {EXAMPLES['vary']}")
     for name, bounds in flat.items():
         with problems.caught():
             found.append(_variable(f"vary.{name}", name, bounds, context))
     grids: dict[str, Grid] = dict(ROUNDED) if context.joint == "compliant" else {}
-    for name, step in sorted(flattened(file.rounding), key=lambda item: item[0] not in GROUPS):
+    for name, step in sorted(flattened(file.table("rounding")), key=lambda item: item[0] not in GROUPS):
         where = f"rounding.{name}"
         with problems.caught():
             kind = GROUPS.get(name) or PARAMETERS[key_of(where, name)].dimension
@@ -258,7 +223,7 @@ def variables(file: File, problems: Problems, context: Context) -> tuple[Variabl
     return tuple(v._replace(grid=grids.get(v.key, grids.get(str(PARAMETERS[v.key].dimension), v.grid))) for v in found)
 
 
-def choices(table: dict[str, object], problems: Problems, context: Context) -> tuple[Choice, ...]:
+def choices(table: Table, problems: Problems, context: Context) -> tuple[Choice, ...]:
     """Read the table [choose]: lists of values of a dimension, or of materials."""
     found: list[Choice] = []
     for name, listed in flattened(table):
