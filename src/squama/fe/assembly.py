@@ -86,38 +86,20 @@ def make_walk(
 ) -> Walk:
     """Return an endless or a finite beam of elements at rest, ready to be twisted.
 
-    Parameters
-    ----------
-    pitch, geometry : Pitch, Geometry
-        Mesh of one pitch, and the geometry it was made from.
-    mu : float
-        Coefficient of friction.
-    scales : int, optional
-        Number of scales and pitches, 2 or more; an endless beam if not given.
-    ends : {"free", "held"}
-        Axial motion of the turned end of a finite beam: free, or held at its place.
-    hinged : bool
-        Block roll and yaw of the scales.
-    exposed : Exposed, optional
-        The exposed part of a scale; a rigid rectangle without thickness if not given.
-    dhat, slip : float
-        See :mod:`squama.fe.contact`.
+    ``pitch``: mesh of one pitch of the ``geometry``; ``scales``: number of scales and pitches, an endless beam without;
+    ``ends``: axial motion of the turned end of a finite beam, :data:`ENDS`; ``hinged``: roll and yaw are blocked;
+    ``exposed``: exposed part of a scale, without it a rigid rectangle without thickness; ``dhat``, ``slip``: see
+    :mod:`squama.fe.contact`.
 
-    Returns
-    -------
-    Walk
-        Lengths are in pitches, torques in E d^3, forces in E d^2. The columns of an endless beam are those of
-        :meth:`squama.fe.walk.Walk.endless` with the number of the touched ``neighbour``; works are per pitch. Of a
-        finite one T is the torque at the end (the walk's own is N times that: its works are those of the whole beam by
-        the twist per pitch), ``u_end`` the move of the end, and for each scale there are the inclination ``theta`` and
-        motions in the frame that turns with the section at its base, the contact with the next one (N, f, p, s), and
-        the ``twist`` of its pitch from cut to cut (see :func:`squama.fe.body.mean_turns`). ``contact`` names the
-        touching features, and ``deflection`` is the farthest that a point of a scale has moved in the scale's frame.
+    Lengths are in pitches, torques in E d^3, forces in E d^2. The columns of an endless beam are those of
+    :meth:`squama.fe.walk.Walk.endless` with the number of the touched ``neighbour``; works are per pitch. Of a finite
+    one T is the torque at the end (the walk's own is N times that: its works are those of the whole beam by the twist
+    per pitch), ``u_end`` the move of the end, and for each scale there are the inclination ``theta`` and motions in the
+    frame that turns with the section at its base, the contact with the next one (N, f, p, s), and the ``twist`` of its
+    pitch from cut to cut (see :func:`squama.fe.body.mean_turns`). ``contact`` names the touching features, and
+    ``deflection`` is the farthest that a point of a scale has moved in the scale's frame.
 
-    Raises
-    ------
-    InputError
-        The free memory is too small.
+    Raises InputError where the free memory is too small.
     """
     each = HINGED if hinged else FREE
     if scales is None:
@@ -158,20 +140,12 @@ def make_bent(
 ) -> Walk:
     """Return an endless beam at rest, to be bent and twisted along paths set by :meth:`squama.fe.walk.Walk.aim`.
 
-    Parameters
-    ----------
-    carrier : Pitch or (9, 9) array
-        Mesh of one pitch, or the stiffness matrix of a joint over a scale's motions, twist, bend and stretch.
-    free : sequence of str
-        Those of "twist", "bend" and "stretch" that are free, with no torque, moment or axial force.
-    geometry, mu, hinged, exposed, dhat, slip
-        As :func:`make_walk`.
+    ``carrier``: mesh of one pitch, or the stiffness matrix (9, 9) of a joint over a scale's motions, twist, bend and
+    stretch; ``free``: those of "twist", "bend" and "stretch" that are free, with no torque, moment or axial force;
+    otherwise as :func:`make_walk`.
 
-    Returns
-    -------
-    Walk
-        Columns as of an endless beam of :func:`make_walk`, with ``psi``, ``phi`` and ``stretch`` per pitch, and their
-        conjugate loads, those of the bar included: ``M`` and ``T`` (E d^3) and the axial ``force`` (E d^2).
+    Columns as of its endless beam, with ``psi``, ``phi`` and ``stretch`` per pitch, and their conjugate loads, those of
+    the bar included: ``M`` and ``T`` (E d^3) and the axial ``force`` (E d^2).
     """
     each, leg = HINGED if hinged else FREE, Leg()
     row = Row(geometry.rest, exposed=exposed, course=leg)

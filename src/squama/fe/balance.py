@@ -50,22 +50,9 @@ class Found(NamedTuple):
 class Balance(NamedTuple):
     """Equations of equilibrium of the scales on one increment, with their solver.
 
-    Attributes
-    ----------
-    body : callable
-        See :data:`Body`.
-    contact : RowContact
-        Contact with the neighbours.
-    before : (n, 3) array
-        Corners at the end of the last increment, from which the slip of friction is counted.
-    kappa : float
-        The barrier's stiffness, see :func:`squama.fe.contact.stiffness`.
-    ways : (6, m) array
-        Directions of motion of the scale, as columns; the identity for all.
-    tolerance : float
-        Tolerance of the residual, relative to the force of the body.
-    beat : callable, optional
-        Called at each Newton step, since one increment of a beam of many scales takes minutes.
+    ``before`` (n, 3): corners at the end of the last increment, from which the slip of friction is counted; ``kappa``:
+    the barrier's stiffness; ``ways`` (6, m): directions of motion, as columns; ``tolerance`` of the residual, relative
+    to the force of the body; ``beat`` is called at each Newton step, as an increment of many scales takes minutes.
     """
 
     body: Body
@@ -149,19 +136,10 @@ class Balance(NamedTuple):
         return Found(v, phi, False, _FALL, np.inf, np.zeros_like(v))
 
     def advance(self, start: tuple[Array, float], goal: tuple[Array, float]) -> Found:
-        """Advance from an equilibrium to another twist, with a stop wherever the straight path meets a contact.
+        """Advance from an equilibrium (v, phi) to another twist, with a stop where the straight path meets a contact.
 
-        Parameters
-        ----------
-        start : (v, phi)
-            Equilibrium.
-        goal : (v, phi)
-            Predicted motions at the goal.
-
-        Returns
-        -------
-        Found
-            State at the goal, or the last one reached (``solved`` is false).
+        ``goal``: the predicted motions and the twist there. Returns the state at the goal, or the last one reached
+        (``solved`` is false).
         """
         (v, phi), (guess, wanted) = start, goal
         contact, rounds = self.contact, 0
@@ -217,14 +195,8 @@ class Trail:
 
     Friction needs the direction of slip at the end of an increment, not along its chord; so slip is counted from a
     place extrapolated from two increments (second-order backward difference), and from the last place after a single
-    increment or a reversal of the twist.
-
-    Parameters
-    ----------
-    past : sequence of (state, phi, corners)
-        Equilibria in order; the last three are kept. A state is an array of unknowns that depend on the twist.
-    rate : array, optional
-        Derivative of the state by phi at the first equilibrium.
+    increment or a reversal of the twist. ``past``: equilibria (state, phi, corners) in order, of which the last three
+    are kept; a state is an array of unknowns that depend on the twist; ``rate``: its derivative by phi at the first.
     """
 
     def __init__(self, past: Sequence[tuple[Array, float, Array]], rate: Array | None = None) -> None:

@@ -72,33 +72,14 @@ class Lead(NamedTuple):
 def make_loaded(
     pitch: Pitch, geometry: Geometry, mu: float, scales: int, lead: Lead, exposed: Exposed | None = None
 ) -> Walk:
-    """Return a beam of N scales at rest with an imposed motion of its far end.
+    """Return a beam of N scales at rest with an imposed motion of its far end; it has :func:`length` pitches.
 
-    Parameters
-    ----------
-    pitch, geometry : Pitch, Geometry
-        Mesh of one pitch, and the geometry it was made from.
-    mu : float
-        Coefficient of friction.
-    scales : int
-        Number N of scales; the beam has N + 2 :data:`BLANK` pitches, and :attr:`Geometry.plain` of plain bar.
-    lead : Lead
-        Imposed motion of the far end.
-    exposed : Exposed, optional
-        The exposed part of a scale; a rigid rectangle without thickness if not given.
+    ``pitch``: mesh of one pitch of the ``geometry``; ``exposed``: exposed part of a scale, without it a rigid rectangle
+    without thickness. The way is one number, see :meth:`Lead.per_way`; T is the derivative of the work by it.
 
-    Returns
-    -------
-    Walk
-        The way is one number, see :meth:`Lead.per_way`; T is the derivative of the work by it. Columns: ``way``,
-        ``load``: force or moment (E d^2, E d^3); ``x_end``, ``y_end``, ``z_end`` (pitches): shift of the far end; works
-        of the whole beam; for each scale the inclination ``theta`` to its section, N and f on the next one; ``contact``
-        in words.
-
-    Raises
-    ------
-    InputError
-        The free memory is too small.
+    Columns: ``way``, ``load``: force or moment (E d^2, E d^3); ``x_end``, ``y_end``, ``z_end`` (pitches): shift of the
+    far end; works of the whole beam; for each scale the inclination ``theta`` to its section, N and f on the next one;
+    ``contact`` in words. Raises InputError where the free memory is too small.
     """
     count, pitches = scales + 2 * BLANK, length(geometry, scales)
     mesh = row_mesh(pitch, geometry, count)

@@ -75,21 +75,10 @@ class Twist:
 class Leg:
     """The loads of a beam in bend and twist: strains along a straight leg, plus free strains among the motions.
 
-    Three motions after those of the rigid bodies are added to the strains; their conjugate forces are the torque T, the
-    moment M and the axial force. Motions outside the ways of a run (:class:`squama.fe.walk.Walk`) stay 0, so that the
-    strain is imposed; others are free.
-
-    Parameters
-    ----------
-    first : int
-        Number of the first of these motions; 6 with one scale.
-
-    Attributes
-    ----------
-    start, rate : (3,) arrays
-        Strains at the begin of the leg, and their derivatives by the way.
-    way : float
-        Way at the begin of the leg.
+    Three motions from number ``first`` on (6 with one scale) are added to the strains; their conjugate forces are the
+    torque T, the moment M and the axial force. Motions outside the ways of a run (:class:`squama.fe.walk.Walk`) stay 0,
+    so that the strain is imposed; others are free. ``start`` and ``rate`` (3,) are the strains at the begin of the leg
+    and their derivatives by the way, ``way`` the way there.
     """
 
     loads = strains = STRAINS
@@ -121,17 +110,9 @@ class End:
     """The loads of a finite beam: the motion of its far end, imposed along the path or free.
 
     Six motions after those of the rigid bodies are the loads: shift of the end (3), tilt about x and y, and twist phi
-    per pitch. At rest the end is at ``place`` (3,); it is turned clockwise about z by phi times the number of pitches,
-    then tilted. Motions outside the ways of a run are held; motions of scales are in frames that turn with phi.
-
-    Parameters
-    ----------
-    bodies, pitches : int
-        Numbers of rigid bodies and of pitches.
-    place : (3,) array
-        Place of the end at rest, pitches.
-    rate : (6,) array
-        Derivatives of the loads by the way.
+    per pitch. At rest the end is at ``place`` (3,), in pitches; it is turned clockwise about z by phi times the number
+    of pitches, then tilted. Motions outside the ways of a run are held; motions of scales are in frames that turn with
+    phi. ``rate`` (6,): derivatives of the loads by the way.
     """
 
     loads = strains = 6

@@ -147,16 +147,9 @@ def inclined(rest: Rest, x: Array) -> float:
 
 
 class Attached:
-    """Points that move with a scale, and with its bending modes if given.
+    """Points (n, 3) that move with a scale, and with its bending modes if given.
 
-    Parameters
-    ----------
-    rest : Rest
-        The scale.
-    points : (n, 3) array
-        Their places at rest.
-    modes : (n, 3, r) array, optional
-        Displacements of the points along the scale's axes per amplitude; motions are then (6 + r,).
+    ``modes`` (n, 3, r): displacements of the points along the scale's axes per amplitude; motions are then (6 + r,).
     """
 
     def __init__(self, rest: Rest, points: Array, modes: Array | None = None) -> None:
@@ -222,19 +215,9 @@ _TURN = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
 class Carried:
     """Points on a rigid scale whose six motions are counted in a frame that turns with the twist.
 
-    Scale k of a beam stands at z = k; its frame is turned by (k - c) phi about z, where c is the place of the section
-    that does not turn. In an endless beam all scales have the same motions in their frames.
-
-    Parameters
-    ----------
-    rest : Rest
-        Scale 0 at rest.
-    points : (n, 3) array
-        Places of the points at rest, on scale k.
-    k : int
-        Number of pitches from scale 0 along z.
-    still : float
-        Place c along z of the section that does not turn.
+    Scale k of a beam stands at z = k; its frame is turned by (k - c) phi about z, where c (``still``) is the place of
+    the section that does not turn. In an endless beam all scales have the same motions in their frames. ``rest``: scale
+    0 at rest; ``points`` (n, 3): places at rest, on scale k.
     """
 
     def __init__(self, rest: Rest, points: Array, k: int = 0, still: float = 0.0) -> None:

@@ -233,10 +233,7 @@ def cell(
 def exposed_part(beam: Beam, shape: Geometry) -> tuple[Exposed, str]:
     """Return the exposed part of a beam's scales, thick, elastic if their modulus is known, and its description.
 
-    Raises
-    ------
-    InputError
-        Plates as thick as these touch at rest.
+    Refuses plates so thick that they touch at rest.
     """
     eta, beta, h = shape.eta, shape.beta, shape.thickness
     x, y, gap = np.abs(shape.rest.axes[:, 2])
@@ -282,12 +279,7 @@ def follow(
 ) -> Ended:
     """Run to a twist ``goal`` (rad per pitch) with restart file, progress, and Ctrl-C without loss of increments.
 
-    Raises
-    ------
-    InputError
-        The restart file belongs to another run, or cannot be written.
-    Interrupted
-        Ctrl-C.
+    Raises InputError where the restart file belongs to another run or cannot be written, Interrupted after Ctrl-C.
     """
     if restart is not None and files.exists(restart):
         walk.resume(restart, key)

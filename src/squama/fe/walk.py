@@ -76,34 +76,14 @@ Recorder = Callable[["Walk"], Recorded]
 class Walk:
     """A body with scales, and its sequence of equilibria along a history of the twist.
 
-    Parameters
-    ----------
-    body : Body, Matrix or Bent
-        Substrate that carries the scales.
-    contact : RowContact
-        Contact between the scales by (v, phi).
-    ways : (m, k) array
-        Directions of motion, as columns.
-    record : callable, optional
-        Values for the ``columns`` at every equilibrium, the state at rest first.
-    dhat : float
-        See :mod:`squama.fe.contact`.
-    slack : float
-        An increment may go ``slack`` times as far as :data:`JUMP`.
+    ``ways`` (m, k): directions of motion, as columns; ``record``: values for the ``columns`` at every equilibrium, the
+    state at rest first; an increment may go ``slack`` times as far as :data:`JUMP`.
 
-    Attributes
-    ----------
-    z, v, phi, T : arrays and floats
-        The last equilibrium: free unknowns, motions, twist per pitch, torque. Where a beam is bent and twisted, phi is
-        the way along the path and T the derivative of the work by it.
-    reduced, load, touches : Reduced, Load, list of Touch
-        The body and the contact there, once a run has begun.
-    W, W_fr : float
-        Work of the torque and of friction, E d^3.
-    contacts : list of Contacts
-        Features in contact, with the twist at which they began to touch.
-    columns : dict of str to list
-        Recorded values by name, with ``iterations`` and ``unbalanced``.
+    The last equilibrium is ``z``, ``v``, ``phi``, ``T``: free unknowns, motions, twist per pitch, torque (where a beam
+    is bent and twisted, the way along the path and the derivative of the work by it), with the body and the contact
+    there, ``reduced``, ``load`` and ``touches``, once a run has begun. ``W``, ``W_fr``: work of the torque and of
+    friction, E d^3. ``contacts``: features in contact, with the twist at which they began to touch. ``columns``:
+    recorded values by name, with ``iterations`` and ``unbalanced``.
     """
 
     def __init__(
@@ -187,20 +167,10 @@ class Walk:
         stop: Callable[[], bool] | None = None,
         watch: Callable[[Doing], None] | None = None,
     ) -> Ended:
-        """Advance to a twist in increments, halved where one does not converge.
+        """Advance to a twist per pitch (rad, negative in the other sense) in increments, halved where one fails.
 
-        Parameters
-        ----------
-        goal : float
-            Twist per pitch, rad; negative for the other sense.
-        increment : float
-            Largest increment.
-        told : callable, optional
-            Called after each increment.
-        stop : callable, optional
-            Called after each increment; returns whether to stop.
-        watch : callable, optional
-            Called at each step of an increment.
+        After each increment ``told`` is called, and ``stop``, which returns whether to stop; ``watch`` at each of its
+        steps.
         """
         self._watch = watch
         if not self._begun:
@@ -241,13 +211,7 @@ class Walk:
         return self.phi + length
 
     def begin(self) -> None:
-        """Set the state at rest and its derivatives by the twist, without contact.
-
-        Raises
-        ------
-        InputError
-            The mesh has an element without volume.
-        """
+        """Set the state at rest and its derivatives by the twist, without contact; refuse elements without volume."""
         reduced = self.body.reduce(self.z, self.v, 0.0)
         if reduced is None:
             message = "an element has no volume at rest: take another element size"
@@ -352,14 +316,8 @@ class Walk:
         """Release the scales a little beyond the last equilibrium; return their state of rest, None if it is unchanged.
 
         The body acts by its tangent at the last equilibrium. Where the scales leave, the next equilibrium is a jump
-        away (a limit point): energy is lost in the jump, and the curve of equilibria ends.
-
-        Parameters
-        ----------
-        way : float
-            Sign of the sense in which the twist goes on.
-        increment : float
-            Largest increment, rad per pitch.
+        away (a limit point): energy is lost in the jump, and the curve of equilibria ends. ``way``: sign of the sense
+        in which the twist goes on; ``increment``: the largest, rad per pitch.
         """
         reduced = self.body.reduce(self.z, self.v, self.phi)
         if reduced is None:
@@ -408,13 +366,7 @@ class Walk:
         files.atomic_write(path, write)
 
     def resume(self, path: Path, key: dict[str, Any]) -> None:
-        """Continue from a restart file.
-
-        Raises
-        ------
-        InputError
-            The file is no restart file, is damaged, or belongs to another run.
-        """
+        """Continue from a restart file; refuse one that is none, is damaged, or belongs to another run."""
         data = files.read_bytes(path, files.regular(path))
         try:
             with np.load(io.BytesIO(files.unsealed(data)), allow_pickle=False) as stored:

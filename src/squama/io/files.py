@@ -192,8 +192,6 @@ def read_ordinary(path: str | os.PathLike[str], most: int) -> bytes:
 def sealed(data: bytes) -> bytes:
     """Return the data with their seal.
 
-    Examples
-    --------
     >>> len(sealed(b"data")) == 4 + SEALED, unsealed(sealed(b"data"))
     (True, b'data')
     """
@@ -268,8 +266,6 @@ def atomic_write(path: str | os.PathLike[str], writer: Callable[[Path], object])
     removed. A place that cannot hold the file (a folder, read-only, disk full, ...) raises InputError and leaves an old
     file unchanged; errors of the writer other than OSError pass unchanged.
 
-    Examples
-    --------
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     atomic_write(f"{folder}/a.txt", lambda place: place.write_text("whole")).read_text()

@@ -75,14 +75,7 @@ class Contact(NamedTuple):
 def root(
     sn: Number, cs: Number, sa: Number, ca: Number, eta: Number, beta: Number, lam: Number, ts: Number = 0.0
 ) -> Root:
-    """Return the terms of the contact condition (paper Eq. 6) at an inclination.
-
-    Parameters
-    ----------
-    sn, cs, sa, ca, eta, beta, lam, ts
-        Sine and cosine of theta and of alpha, overlap ratio, half width of a scale and half thickness of the substrate
-        over the pitch, thickness of a scale over the pitch.
-    """
+    """Return the terms of the contact condition (paper Eq. 6) at an inclination; lengths in (k) pitches."""
     S = ca * sn
     zX = ca * cs
     # products of constants of a path come first: arrays of rows compute them once
@@ -98,12 +91,7 @@ def contact(
 ) -> Contact:
     """Return the contact at the root ``q`` of the contact condition: places, rates and cosines.
 
-    Parameters
-    ----------
-    r, q
-        Terms of the contact condition and the signed root of ``r.q2``: + before the fold, - beyond it.
-    sa, ca, eta, beta, lam, ts
-        As in :func:`root`.
+    ``q`` is the signed root of ``r.q2``: + before the fold, - beyond it.
     """
     sn, cs = r.sn, r.cs
     # half-angle tangent u, sine h and versine v of phi, and the torsion axis in the scale's own axes

@@ -112,10 +112,7 @@ class Model(NamedTuple):
     ) -> Model:
         """Return the model for a load, laws and options as of :func:`squama.twist`; ``bent``: beams are held bent too.
 
-        Raises
-        ------
-        InputError
-            The joint does not cover the load or the law, or ``at`` is no twist of it.
+        Refuses a joint that does not cover the load or the law, and an ``at`` that is no twist of it.
         """
         law = LOADS[load].law(max(laws))
         found = _chosen(beam, load, laws, joint, ideal, bent=bent)

@@ -54,13 +54,7 @@ class Led(NamedTuple):
 
 
 def led(load: str, support: str | None, beam: Beam, scales: int) -> Led:
-    """Read the imposed deformation of the far end of a part of finite elements.
-
-    Raises
-    ------
-    InputError
-        The text is no load, or no load that finite elements can impose.
-    """
+    """Read the imposed deformation of a part's far end; refuse a text that is none elements can impose."""
     pitches = length(geometry(beam), scales)
     found = loading.loads(load, beam, pitches)
     one, held = found[0], loading.support(support or "clamped", beam, pitches)
@@ -138,19 +132,9 @@ def elements(
     """Load a part of N scales by finite elements: clamped on average at one end, deformation imposed at the other.
 
     Each end has one more pitch of bar without exposed scales, and plain bar where embedded parts are long, see
-    :mod:`squama.fe.loaded`.
-
-    Returns
-    -------
-    xarray.Dataset
-        Along ``point`` the deformation ``travel`` (m) and force ``F`` (N), or ``turn`` (rad) and ``moment`` (N m);
-        ``U_el``, ``W_fr``, ``W`` (J); along ``scale`` too: ``theta`` (rad), ``N`` and ``f`` (N) on the next scale,
-        ``contact`` (kind of contact). Attributes as of :func:`squama.cell`.
-
-    Raises
-    ------
-    InputError
-        As from :func:`squama.cell`.
+    :mod:`squama.fe.loaded`. Returns along ``point`` the deformation ``travel`` (m) and force ``F`` (N), or ``turn``
+    (rad) and ``moment`` (N m); ``U_el``, ``W_fr``, ``W`` (J); along ``scale`` too: ``theta`` (rad), ``N`` and ``f`` (N)
+    on the next scale, ``contact`` (kind of contact). Attributes and errors as of :func:`squama.cell`.
     """
     import xarray as xr
 
@@ -206,12 +190,9 @@ def elements(
 def beside(beam: Beam, data: xr.Dataset, run: Run) -> xr.Dataset:
     """Compare :func:`squama.load` with finite elements of the same part.
 
-    Returns
-    -------
-    xarray.Dataset
-        Along ``point``: the deformation, ``elements`` (the load by finite elements); along ``model`` too: ``load`` and
-        ``off`` = load/elements - 1, for the beam's own joint ("law") and the joint stiffness of the elements' mesh
-        ("mesh"). ``touch`` by model and ``touch_elements``: deformation (m or rad) at which scales first touch.
+    Returns along ``point``: the deformation, ``elements`` (the load by finite elements); along ``model`` too: ``load``
+    and ``off`` = load/elements - 1, for the beam's own joint ("law") and the joint stiffness of the elements' mesh
+    ("mesh"). ``touch`` by model and ``touch_elements``: deformation (m or rad) at which scales first touch.
     """
     import xarray as xr
 
