@@ -81,15 +81,12 @@ def make_walk(
     ends: str = "free",
     hinged: bool = False,
     exposed: Exposed | None = None,
-    dhat: float = DHAT,
-    slip: float = SLIP,
 ) -> Walk:
     """Return an endless or a finite beam of elements at rest, ready to be twisted.
 
     ``pitch``: mesh of one pitch of the ``geometry``; ``scales``: number of scales and pitches, an endless beam without;
     ``ends``: axial motion of the turned end of a finite beam, :data:`ENDS`; ``hinged``: roll and yaw are blocked;
-    ``exposed``: exposed part of a scale, without it a rigid rectangle without thickness; ``dhat``, ``slip``: see
-    :mod:`squama.fe.contact`.
+    ``exposed``: exposed part of a scale, without it a rigid rectangle without thickness.
 
     Lengths are in pitches, torques in E d^3, forces in E d^2. The columns of an endless beam are those of
     :meth:`squama.fe.walk.Walk.endless` with the number of the touched ``neighbour``; works are per pitch. Of a finite
@@ -104,9 +101,7 @@ def make_walk(
     each = HINGED if hinged else FREE
     if scales is None:
         row = Row(geometry.rest, exposed=exposed)
-        contact = RowContact(row, mu, dhat=dhat, slip=slip)
-        body = make_body(pitch, geometry)
-        return Walk(bent(body, row), contact, ways_of(each, row), _endless, dhat=dhat)
+        return Walk(bent(make_body(pitch, geometry), row), RowContact(row, mu), ways_of(each, row), _endless)
     mesh = row_mesh(pitch, geometry, scales)
     unknowns = 3 * len(mesh.nodes)
     check_memory(scales, unknowns, estimate(unknowns, scales))
@@ -117,14 +112,13 @@ def make_walk(
         body.solver.close()
         raise
     row = Row(geometry.rest, scales, geometry.cut, exposed)
-    contact = RowContact(row, mu, dhat=dhat, slip=slip)
     moved = np.zeros((body.motions, each.shape[1] * scales + (ends == "free")))
     moved[: 6 * scales, : each.shape[1] * scales] = np.kron(np.eye(scales), each)
     if ends == "free":
         moved[6 * scales + 2, -1] = 1.0
     record = partial(_finite, geometry, mesh, pitch.shares)
     # displacements of a scale by the twist add up along the beam
-    return Walk(bent(body, row), contact, ways_of(moved, row), record, dhat=dhat, slack=max(1.0, scales / 5))
+    return Walk(bent(body, row), RowContact(row, mu), ways_of(moved, row), record, slack=max(1.0, scales / 5))
 
 
 def make_bent(
@@ -142,7 +136,7 @@ def make_bent(
 
     ``carrier``: mesh of one pitch, or the stiffness matrix (9, 9) of a joint over a scale's motions, twist, bend and
     stretch; ``free``: those of "twist", "bend" and "stretch" that are free, with no torque, moment or axial force;
-    otherwise as :func:`make_walk`.
+    ``dhat``, ``slip``: see :mod:`squama.fe.contact`; otherwise as :func:`make_walk`.
 
     Columns as of its endless beam, with ``psi``, ``phi`` and ``stretch`` per pitch, and their conjugate loads, those of
     the bar included: ``M`` and ``T`` (E d^3) and the axial ``force`` (E d^2).
@@ -155,7 +149,7 @@ def make_bent(
     motions[loose, range(each.shape[1], motions.shape[1])] = 1.0
     body = make_body(carrier, geometry, leg) if isinstance(carrier, Pitch) else Matrix(carrier, leg)
     contact = RowContact(row, mu, dhat=dhat, slip=slip)
-    return Walk(bent(body, row), contact, ways_of(motions, row), _strained, dhat=dhat)
+    return Walk(bent(body, row), contact, ways_of(motions, row), _strained)
 
 
 def _strained(walk: Walk) -> Recorded:
@@ -170,7 +164,7 @@ def _strained(walk: Walk) -> Recorded:
 
 
 def _endless(walk: Walk) -> Recorded:
-    touch, state = walk.touch, walk.endless(walk.dhat)
+    touch, state = walk.touch, walk.endless(walk.contact.dhat)
     words = f"{touch.pair} (k = {touch.second})" if touch else ""
     neighbour = touch.second if touch else 0
     return {**state, "neighbour": neighbour, "deflection": walk.deflection, "contact": words}
@@ -191,7 +185,7 @@ def _finite(geometry: Geometry, mesh: Tiled, shares: Array, walk: Walk) -> Recor
     return {
         "phi": walk.phi,
         "T": walk.T / scales,
-        **walk.works(walk.dhat),
+        **walk.works(walk.contact.dhat),
         "u_end": walk.v[6 * scales + 2],
         "theta": theta,
         **dict(zip(MOTIONS, v.T, strict=True)),

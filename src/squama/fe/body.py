@@ -235,16 +235,11 @@ class Body:
         rates = sparse.csr_array(sparse.hstack(parts))
         D += (rates.T @ (_taken(self._tt, r.values.ravel()) @ rates)).toarray()
         for i, (((nodes, rigid), motion), j) in enumerate(zip(both, J, strict=True)):
-            part, more = slice(6 * i, 6 * i + 6), rigid.curvature(motion, phi, r.forces[nodes])
+            at = np.append(np.arange(6 * i, 6 * i + 6), m + L - 1)
             beside = j.T @ r.forces_by[nodes].reshape(-1, L)
-            D[part, part] += more[:6, :6]
-            D[part, -1] += more[:6, 6]
-            D[-1, part] += more[6, :6]
-            D[-1, -1] += more[6, 6]
-            D[part, m:] += beside[:6]
-            D[m:, part] += beside[:6].T
-            D[-1, m:] += beside[6]
-            D[m:, -1] += beside[6]
+            D[np.ix_(at, at)] += rigid.curvature(motion, phi, r.forces[nodes])
+            D[at, m:] += beside
+            D[m:, at] += beside.T
         return J, D
 
 

@@ -164,7 +164,7 @@ class Contact:
         nodes = np.flatnonzero(gradient.any(axis=1) | friction.any(axis=1))
         return Push(gradient, friction, nodes, _among(nodes, tangents) if tangent else None)
 
-    def _found(self, V: Any, within: float) -> Any:
+    def _found(self, V: Array, within: float) -> Any:
         found = self._ipc.NormalCollisions()
         found.build(self._near(V, V, within), self._mesh, V, within)
         return found
@@ -214,11 +214,12 @@ class Contact:
         def corner(i: int) -> _Feature:
             return _Feature(i // self._each, exposed.names[i % self._each], np.array([i]))
 
+        none = np.empty(0, np.int64)
         both = [
             *((edge(c.edge0_id), edge(c.edge1_id), c) for c in found.ee_collisions),
             *((corner(c.vertex_id), edge(c.edge_id), c) for c in found.ev_collisions),
             *((corner(c.vertex0_id), corner(c.vertex1_id), c) for c in found.vv_collisions),
-            *((corner(c.vertex_id), _Feature(c.face_id // faces, FACE, np.empty(0)), c) for c in found.fv_collisions),
+            *((corner(c.vertex_id), _Feature(c.face_id // faces, FACE, none), c) for c in found.fv_collisions),
         ]
         for a, b, c in both:
             yield (b, a, c) if a.scale > b.scale else (a, b, c)
@@ -246,7 +247,7 @@ def _among(nodes: Index, matrices: Iterable[tuple[float, Any]]) -> Array:
     return out[:n, :n]
 
 
-def _whole(rows: Array | Index) -> Any:
+def _whole(rows: Index) -> Any:
     return np.asfortranarray(rows, dtype=np.int32)
 
 
@@ -255,7 +256,7 @@ class _Feature(NamedTuple):
 
     scale: int
     kind: str
-    nodes: Any
+    nodes: Index
 
     @property
     def words(self) -> str:

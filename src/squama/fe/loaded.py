@@ -18,7 +18,7 @@ import numpy as np
 from squama.fe.averages import Section
 from squama.fe.body import Body, bent, ways_of
 from squama.fe.closed import row_mesh, sections
-from squama.fe.contact import DHAT, SLIP, RowContact, forces, where
+from squama.fe.contact import RowContact, forces, where
 from squama.fe.elements import Elements, Material
 from squama.fe.exposed import Exposed
 from squama.fe.geometry import Geometry
@@ -98,13 +98,12 @@ def make_loaded(
     elements = Elements(mesh.nodes, mesh.tets, Material(1.0, geometry.nu), course)
     body = Body(elements, mesh.nodes, tied, sections=sections, axis=near[2] if rate[TWIST] else None)
     row = Row(geometry.rest, scales, near[2], exposed, course)
-    contact = RowContact(row, mu, dhat=DHAT, slip=SLIP)
     free, bodies = lead.free(pitches), 6 * count
     moved = np.zeros((body.motions, bodies + len(free)))
     moved[:bodies, :bodies] = np.eye(bodies)
     moved[bodies + np.array(free), bodies + np.arange(len(free))] = 1.0
     record = partial(_recorded, geometry, mesh, pitch.shares, lead, scales)
-    return Walk(bent(body, row), contact, ways_of(moved, row), record, slack=max(1.0, pitches / 5))
+    return Walk(bent(body, row), RowContact(row, mu), ways_of(moved, row), record, slack=max(1.0, pitches / 5))
 
 
 def length(geometry: Geometry, scales: int) -> int:
@@ -141,7 +140,7 @@ def _recorded(geometry: Geometry, mesh: Tiled, shares: Array, lead: Lead, scales
     return {
         "way": walk.phi,
         "load": walk.T / lead.per_way(length(geometry, scales)),
-        **walk.works(walk.dhat),
+        **walk.works(walk.contact.dhat),
         **dict(zip(("x_end", "y_end", "z_end"), end[SHIFT], strict=True)),
         "theta": theta,
         "N": N,

@@ -50,13 +50,6 @@ class Rest(NamedTuple):
         return cls(eta, beta, axes(alpha, theta), np.array([0.0, lam, 0.0]))
 
 
-class Pose(NamedTuple):
-    """Place ``c`` (3,) of the base midpoint, pitches, and rotation ``R`` (3, 3) from the attitude at rest."""
-
-    c: Array
-    R: Array
-
-
 class Rotation(NamedTuple):
     """Rotation matrix E (3, 3) of a rotation vector w and its derivatives by w, (3, 3, 3) and (3, 3, 3, 3)."""
 
@@ -124,10 +117,10 @@ def _with_rates(w: Array, a: float, a1: float, a2: float, b: float, b1: float, b
     return Rotation(_ONE + a * W + b * W2, dE, ddE)
 
 
-def pose(rest: Rest, v: Array) -> Pose:
-    """Return the pose of a scale for six motions (6,)."""
+def pose(rest: Rest, v: Array) -> tuple[Array, Array]:
+    """Return the base midpoint (3,), pitches, and the rotation (3, 3) from rest of a scale for six motions (6,)."""
     A = rest.axes
-    return Pose(rest.base + v[:3] @ A, A.T @ turned(v[3:6]) @ A)
+    return rest.base + v[:3] @ A, A.T @ turned(v[3:6]) @ A
 
 
 def inclination(rest: Rest, v: Array) -> float:

@@ -9,7 +9,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -275,7 +275,7 @@ def mesh_sizes(mesh: MeshSize) -> tuple[float, float]:
 
 
 def follow(
-    walk: Walk, goal: float, increment: float, restart: Path | None, key: dict[str, Any], progress: Listener | None
+    walk: Walk, goal: float, increment: float, restart: Path | None, key: dict[str, object], progress: Listener | None
 ) -> Ended:
     """Run to a twist ``goal`` (rad per pitch) with restart file, progress, and Ctrl-C without loss of increments.
 

@@ -21,7 +21,7 @@ from squama.beam.matrixfile import MOTIONS
 from squama.errors import InputError, refuse
 from squama.fe.balance import Balance, Found, Trail
 from squama.fe.body import Bent, Body, Matrix, Reduced
-from squama.fe.contact import DHAT, Load, RowContact, Touch, stiffness
+from squama.fe.contact import Load, RowContact, Touch, stiffness
 from squama.fe.periodic import STRAINS, Leg
 from squama.fe.plate import inclination
 from squama.io import files
@@ -43,14 +43,6 @@ _INVERTED = "elements invert, most likely at a scale's embedded edge: other elem
 _COLUMN = "column_"
 _KEPT = ("numbers", "past_states", "past_phi", "past_corners")
 """Arrays of a restart file, besides one for each column."""
-
-
-class Contacts(NamedTuple):
-    """Scales 1 and 1 + ``k`` touch at the features ``pair`` from the twist ``phi`` on; ``k`` = 0, "" for none."""
-
-    phi: float
-    k: int
-    pair: str
 
 
 class Doing(NamedTuple):
@@ -82,8 +74,7 @@ class Walk:
     The last equilibrium is ``z``, ``v``, ``phi``, ``T``: free unknowns, motions, twist per pitch, torque (where a beam
     is bent and twisted, the way along the path and the derivative of the work by it), with the body and the contact
     there, ``reduced``, ``load`` and ``touches``, once a run has begun. ``W``, ``W_fr``: work of the torque and of
-    friction, E d^3. ``contacts``: features in contact, with the twist at which they began to touch. ``columns``:
-    recorded values by name, with ``iterations`` and ``unbalanced``.
+    friction, E d^3. ``columns``: recorded values by name, with ``iterations`` and ``unbalanced``.
     """
 
     def __init__(
@@ -93,19 +84,17 @@ class Walk:
         ways: Array,
         record: Recorder | None = None,
         *,
-        dhat: float = DHAT,
         slack: float = 1.0,
     ) -> None:
-        self.body, self.contact, self.ways, self.dhat = body, contact, ways, dhat
+        self.body, self.contact, self.ways = body, contact, ways
         self._record, self._slack = record, slack
         self.z, self.v, self.phi = body.start(), np.zeros(len(ways)), 0.0
-        self.kappa = stiffness(_FIRST, dhat)
+        self.kappa = stiffness(_FIRST, contact.dhat)
         self.trail = Trail([(np.append(self.z, self.v), self.phi, contact.corners(self.v, self.phi))])
         self.T = self.W = self.W_fr = self._power = 0.0
         self.reduced: Reduced
         self.load: Load
         self.touches: list[Touch] = []
-        self.contacts: list[Contacts] = []
         self.columns: dict[str, list[float | str | Array]] = {}
         self.iterations = self.halvings = 0
         self._begun = False
@@ -197,7 +186,7 @@ class Walk:
     def aim(self, bend: float, twist: float) -> float:
         """Begin a straight leg of the path towards bend and twist (rad per pitch); return the way at its end."""
         leg = self.contact.row.course
-        if not isinstance(leg, Leg):
+        if type(leg) is not Leg:
             message = "the beam is not one to be bent: make it by squama.fe.assembly.make_bent"
             raise TypeError(message)
         step = np.array([twist, bend, 0.0]) - leg.at(np.zeros_like(self.v), self.phi)
@@ -301,16 +290,13 @@ class Walk:
             self.trail.add(np.append(z, v), phi, corners)
         self.z, self.v, self.phi, self.T, self.reduced, self.load = z, v, phi, T, reduced, load
         self.touches = self.contact.touches(corners, self.kappa) if self.N > 0 else []
-        now = (self.touches[0].second, self.touches[0].pair) if self.touches else (0, "")
-        if now != ((self.contacts[-1].k, self.contacts[-1].pair) if self.contacts else (0, "")):
-            self.contacts.append(Contacts(phi, *now))
         if self._record is not None:
             effort = {"iterations": self.iterations, "unbalanced": reduced.unbalanced}
             for name, value in {**self._record(self), **effort}.items():
                 self.columns.setdefault(name, []).append(value)
         if self.N > 0:
             # keep the gap near dhat / 2
-            self.kappa = float(np.clip(stiffness(self.N, self.dhat), self.kappa / 2, self.kappa * 2))
+            self.kappa = float(np.clip(stiffness(self.N, self.contact.dhat), self.kappa / 2, self.kappa * 2))
 
     def let_go(self, way: float, increment: float) -> Found | None:
         """Release the scales a little beyond the last equilibrium; return their state of rest, None if it is unchanged.
@@ -344,7 +330,7 @@ class Walk:
             "lost on the way, and the curve ends",
         )
 
-    def save(self, path: Path, key: dict[str, Any]) -> None:
+    def save(self, path: Path, key: dict[str, object]) -> None:
         """Write the state to a restart file, whole or not at all; :meth:`resume` refuses a run with another key."""
         states, twists, corners = zip(*self.trail.past, strict=True)
         arrays: dict[str, Any] = {
@@ -365,7 +351,7 @@ class Walk:
 
         files.atomic_write(path, write)
 
-    def resume(self, path: Path, key: dict[str, Any]) -> None:
+    def resume(self, path: Path, key: dict[str, object]) -> None:
         """Continue from a restart file; refuse one that is none, is damaged, or belongs to another run."""
         data = files.read_bytes(path, files.regular(path))
         try:

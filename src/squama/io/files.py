@@ -86,7 +86,8 @@ def read_text(path: str | os.PathLike[str], *, limit: int = LARGEST_TEXT, missin
     Refuses a missing file (remedy: ``missing``), a folder, and a file that is not readable, empty, larger than the
     limit in bytes, binary, or not UTF-8.
     """
-    data = _text_bytes(path, limit, missing)
+    data = read_bytes(path, limit + 1, missing=missing)
+    _check_text(path, data, limit, missing)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -119,13 +120,6 @@ def _unmarked(data: bytes) -> str:
         if len(data) % 2 == 0 and b"\0" not in low and high.count(0) > 0.8 * len(high) > 0:
             return encoding
     return ""
-
-
-def _text_bytes(path: str | os.PathLike[str], limit: int, missing: str) -> bytes:
-    """Return the bytes of a text file; refuse an empty, too large or binary one."""
-    data = read_bytes(path, limit + 1, missing=missing)
-    _check_text(path, data, limit, missing)
-    return data
 
 
 def _check_text(

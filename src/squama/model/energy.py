@@ -105,9 +105,7 @@ def work(row: Any, x0: float, x_stop: float, x_pole: float, mu: float, law: str)
             break
         if n >= MOST_NODES:
             warnings.warn(
-                f"frictional work converged to {np.abs(c[-4:]).max() / total:.1e} only",
-                ValidityWarning,
-                stacklevel=2,
+                f"frictional work converged to {np.abs(c[-4:]).max() / total:.1e} only", ValidityWarning, stacklevel=2
             )
             break
         n *= 2

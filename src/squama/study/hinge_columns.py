@@ -17,7 +17,8 @@ from squama.study.columns import Cells, beam_of
 from squama.types import Array
 
 _CONTACT = ("eta", "beta", "lam", "alpha", "theta0", "mu")
-_ENDS, _AT_CUT = ("load_e", "load_end", "theta_end", "neighbour"), ("torque", "U_el", "W_fr", "RED")
+_ENDS, AT_CUT = ("load_e", "load_end", "theta_end", "neighbour"), ("torque", "U_el", "W_fr", "RED")
+"""Figures at the ends of a curve, and at its cut-off."""
 
 
 def solved(
@@ -61,7 +62,7 @@ def bent(beam: Beam, c: Cells, shape: tuple[int, ...], *, sense: str, margin: fl
     Names and units as of :func:`solved`, only the variables of a sweep. Twists count from the bent, untwisted beam; a
     beam that ends before any twist has ``load_e`` = ``load_end`` = 0 and NaN at the cut-off.
     """
-    found: dict[str, Array] = {name: np.full(shape, math.nan) for name in (*_ENDS, "code", "f0", *_AT_CUT)}
+    found: dict[str, Array] = {name: np.full(shape, math.nan) for name in (*_ENDS, "code", "f0", *AT_CUT)}
     psi, mu = (np.broadcast_to(np.asarray(v), shape) for v in (c.psi, c.mu))
     for cell in np.ndindex(shape):
         one = beam_of(beam, c, shape, cell)
@@ -79,6 +80,6 @@ def _figures(beam: Beam, psi: float, mu: float, sense: str, margin: float) -> di
     else:
         curve = path.curve(points=2)
         f, end = curve.figures, str(curve.figures["end"])
-        found = {name: float(f[name]) for name in _ENDS} | {name: float(f[f"{name}_c"]) for name in _AT_CUT}
+        found = {name: float(f[name]) for name in _ENDS} | {name: float(f[f"{name}_c"]) for name in AT_CUT}
         found["f0"] = float(curve.along["f"][-1]) * beam.scale.length / path.case.stiffness
     return found | {"code": CODES.index(End(end))}

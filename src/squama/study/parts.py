@@ -25,6 +25,7 @@ from squama.joints import law
 from squama.part import door, loading
 from squama.part.definition import Part
 from squama.symbols import SYMBOLS
+from squama.types import Array
 from squama.units import Dimension, shown
 
 if TYPE_CHECKING:
@@ -92,9 +93,14 @@ class Closed(Part):
         """Return the beam of each of n cells; a plain one has a scale that is held and stiffens nothing."""
         g = geometry(self.beam)
         K = np.diag([*np.ones(6), *law.bare(law.Shape(*g[:3], *g[4:]))])
-        bare = {"matrix": matrixfile.stored(self.beam, K), "stiffness": None, "inclusion_factor": None}
+        bare = joint_of(self.beam, K)
         plain = [*range(self.before), *range(n - self.behind, n)]
         return [one.replace(joint=bare) if i in plain else one for i, one in enumerate(super().graded(n))]
+
+
+def joint_of(beam: Beam, K: Array) -> dict[str, object]:
+    """Return the joint of a beam whose stiffness is a matrix (7, 7) or (9, 9), E = 1, d = 1."""
+    return {"matrix": matrixfile.stored(beam, K), "stiffness": None, "inclusion_factor": None}
 
 
 class Run(NamedTuple):
@@ -143,7 +149,7 @@ def elements(
     exposed, plates = (None, "thin, rigid") if run.ideal else runs.exposed_part(beam, shape)
     pitch = pitch_mesh(shape, *sizes)
     walk = make_loaded(pitch, shape, mu, scales, asked.lead, exposed)
-    key: dict[str, Any] = {
+    key: dict[str, object] = {
         "part": [scales, asked.text, asked.support],
         "geometry": list(shape),
         "mu": mu,
@@ -198,7 +204,7 @@ def beside(beam: Beam, data: xr.Dataset, run: Run) -> xr.Dataset:
 
     shape, asked = geometry(beam), run.led
     K = response(pitch_mesh(shape, *runs.mesh_sizes(run.mesh)), shape).K
-    own = beam.replace(joint={"matrix": matrixfile.stored(beam, K), "stiffness": None, "inclusion_factor": None})
+    own = beam.replace(joint=joint_of(beam, K))
     by, name = _NAMES[bool(asked.lead.turn)]
     x, F = (np.asarray(data[key].values, float) for key in (by, name))
     loads, touch = [], []
@@ -236,9 +242,10 @@ def beside(beam: Beam, data: xr.Dataset, run: Run) -> xr.Dataset:
 
 
 def touched(data: xr.Dataset, by: str) -> float:
-    """Return the deformation (m or rad) at which scales of the finite elements first touch; inf where they do not."""
-    pressed = np.nan_to_num(np.asarray(data["N"].values, float)).max(axis=1) > 0
-    return float(data[by].values[pressed].min(initial=math.inf))
+    """Return the deformation (m or rad) ``by`` at which the first scales touch, as a magnitude; inf for none."""
+    force = np.nan_to_num(np.asarray(data["N"].transpose("point", ...).values, float))
+    pressed = force.reshape(data.sizes["point"], -1).max(axis=1) > 0
+    return float(np.abs(data[by].values[pressed]).min(initial=math.inf))
 
 
 def verdict(table: xr.Dataset, by: str) -> str:
