@@ -11,7 +11,7 @@ pytest.importorskip("numba", reason="elements need numba (the extra fe)")
 
 import squama
 from squama.fe import runs
-from squama.fe.assembly import make_walk
+from squama.fe.assembly import _endless, make_walk
 from squama.fe.bending import solid
 from squama.fe.elements import Material
 from squama.fe.exposed import box
@@ -41,7 +41,7 @@ def walked(mesh, exposed, mu=0.25):
 
 
 def state(walk):
-    return {**walk.endless(0.0), "v": walk.v[:6]}
+    return {**_endless(walk), "v": walk.v[:6]}
 
 
 def elastic(E, mesh=(6, 4)):

@@ -88,13 +88,13 @@ def make_walk(
     ``ends``: axial motion of the turned end of a finite beam, :data:`ENDS`; ``hinged``: roll and yaw are blocked;
     ``exposed``: exposed part of a scale, without it a rigid rectangle without thickness.
 
-    Lengths are in pitches, torques in E d^3, forces in E d^2. The columns of an endless beam are those of
-    :meth:`squama.fe.walk.Walk.endless` with the number of the touched ``neighbour``; works are per pitch. Of a finite
-    one T is the torque at the end (the walk's own is N times that: its works are those of the whole beam by the twist
-    per pitch), ``u_end`` the move of the end, and for each scale there are the inclination ``theta`` and motions in the
-    frame that turns with the section at its base, the contact with the next one (N, f, p, s), and the ``twist`` of its
-    pitch from cut to cut (see :func:`squama.fe.body.mean_turns`). ``contact`` names the touching features, and
-    ``deflection`` is the farthest that a point of a scale has moved in the scale's frame.
+    Lengths are in pitches, torques in E d^3, forces in E d^2. The columns of an endless beam are twist, inclination,
+    torque, forces, motions, works per pitch, and the number of the touched ``neighbour``. Of a finite one T is the
+    torque at the end (the walk's own is N times that: its works are those of the whole beam by the twist per pitch),
+    ``u_end`` the move of the end, and for each scale there are the inclination ``theta`` and motions in the frame that
+    turns with the section at its base, the contact with the next one (N, f, p, s), and the ``twist`` of its pitch from
+    cut to cut (see :func:`squama.fe.body.mean_turns`). ``contact`` names the touching features, and ``deflection`` is
+    the farthest that a point of a scale has moved in the scale's frame.
 
     Raises InputError where the free memory is too small.
     """
@@ -164,10 +164,21 @@ def _strained(walk: Walk) -> Recorded:
 
 
 def _endless(walk: Walk) -> Recorded:
-    touch, state = walk.touch, walk.endless(walk.contact.dhat)
-    words = f"{touch.pair} (k = {touch.second})" if touch else ""
-    neighbour = touch.second if touch else 0
-    return {**state, "neighbour": neighbour, "deflection": walk.deflection, "contact": words}
+    touch, most = walk.touch, walk.load.strongest
+    return {
+        "phi": walk.phi,
+        "theta": inclination(walk.contact.row.rest, walk.v),
+        "T": walk.T,
+        "N": most.N,
+        "f": most.f,
+        **dict(zip(MOTIONS, walk.v[:6].tolist(), strict=True)),
+        **walk.works(walk.contact.dhat),
+        "p": touch.p if touch else np.nan,
+        "s": touch.s if touch else np.nan,
+        "neighbour": touch.second if touch else 0,
+        "deflection": walk.deflection,
+        "contact": f"{touch.pair} (k = {touch.second})" if touch else "",
+    }
 
 
 def _finite(geometry: Geometry, mesh: Tiled, shares: Array, walk: Walk) -> Recorded:

@@ -35,15 +35,13 @@ _REACH = 0.1
 class Found(NamedTuple):
     """Result of a solution: motions ``v`` (6,) at the twist ``phi``; ``solved`` is false without an equilibrium there.
 
-    ``rounds`` counts the Newton steps, ``residual`` is the largest component of the residual force, and ``rate`` (6,)
-    the derivative of v by phi with the present state of friction.
+    ``rounds`` counts the Newton steps, ``rate`` (6,) is the derivative of v by phi with the present state of friction.
     """
 
     v: Array
     phi: float
     solved: bool
     rounds: int
-    residual: float
     rate: Array
 
 
@@ -105,9 +103,8 @@ class Balance(NamedTuple):
             if new is None:
                 break
             v, places, now = v_new, there, new
-        left = float(np.abs(now.r).max())
         rate = -ways @ _solved(now.stiff + now.tangent, ways.T @ now.by_phi)
-        return Found(v, phi, left <= max(self.tolerance, _ROUNDING) * now.scale, rounds, left, rate)
+        return Found(v, phi, bool(np.abs(now.r).max() <= max(self.tolerance, _ROUNDING) * now.scale), rounds, rate)
 
     def fall(self, v: Array, phi: float) -> Found:
         """Release a scale that is out of balance at a fixed twist, and return its state of rest.
@@ -133,7 +130,7 @@ class Balance(NamedTuple):
                     break
                 step = step * min(clear, 0.5 if clear == 1 else 1.0)
             v = v + step
-        return Found(v, phi, False, _FALL, np.inf, np.zeros_like(v))
+        return Found(v, phi, False, _FALL, np.zeros_like(v))
 
     def advance(self, start: tuple[Array, float], goal: tuple[Array, float]) -> Found:
         """Advance from an equilibrium (v, phi) to another twist, with a stop where the straight path meets a contact.
@@ -157,7 +154,7 @@ class Balance(NamedTuple):
             v, phi = found.v, found.phi
             # tangentially along the new contact
             guess = v + found.rate * (wanted - phi)
-        return Found(v, phi, False, rounds, np.inf, np.zeros_like(v))
+        return Found(v, phi, False, rounds, np.zeros_like(v))
 
 
 class _State(NamedTuple):

@@ -64,10 +64,7 @@ def shapes(at: Array) -> tuple[Array, Array]:
 
 
 class Bricks:
-    """Solid plate of equal bricks (``along`` by ``across`` by :data:`LAYERS`): ``nodes`` (n, 3), ``cells`` (m, 20).
-
-    Length ``eta``, half width ``beta`` and thickness ``h`` in pitches.
-    """
+    """Solid plate of equal bricks, :data:`LAYERS` over the thickness; ``nodes`` (n, 3), pitches, ``cells`` (m, 20)."""
 
     def __init__(self, eta: float, beta: float, h: float, along: int, across: int) -> None:
         self.counts = np.array([along, across, LAYERS])

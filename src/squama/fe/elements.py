@@ -56,10 +56,7 @@ class Result(NamedTuple):
 
 
 class Blocked:
-    """A tangent in 3 x 3 blocks over ``size`` nodes; ``indptr`` and ``indices`` are its rows and columns (CSR).
-
-    ``course``: loads of the body, and the moves from pitch to pitch.
-    """
+    """A tangent in 3 x 3 blocks over ``size`` nodes; ``indptr`` and ``indices`` are its rows and columns (CSR)."""
 
     size: int
     indptr: NDArray[np.int32]

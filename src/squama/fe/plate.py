@@ -140,10 +140,7 @@ def inclined(rest: Rest, x: Array) -> float:
 
 
 class Attached:
-    """Points (n, 3) that move with a scale, and with its bending modes if given.
-
-    ``modes`` (n, 3, r): displacements of the points along the scale's axes per amplitude; motions are then (6 + r,).
-    """
+    """Points (n, 3) that move with a scale; ``modes`` (n, 3, r): displacements along the scale's axes per amplitude."""
 
     def __init__(self, rest: Rest, points: Array, modes: Array | None = None) -> None:
         self.axes, self.base = rest.axes, rest.base

@@ -64,10 +64,7 @@ class Solver:
         self.work = 1e6 * int(solver.get_iparm(19))
 
     def factorise(self, values: Array) -> Array:
-        """Factorise the matrix with these values of the pattern's entries, and return the Schur complement (m, m).
-
-        Raises InputError where the matrix is singular, or the memory is too small.
-        """
+        """Factorise with values of the pattern's entries; return the Schur complement (m, m), or refuse the matrix."""
         self._A.data = np.ascontiguousarray(values)
         m, n = self._m, self._n
         if not self._by_columns:

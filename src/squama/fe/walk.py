@@ -17,13 +17,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama.beam.matrixfile import MOTIONS
 from squama.errors import InputError, refuse
 from squama.fe.balance import Balance, Found, Trail
 from squama.fe.body import Bent, Body, Matrix, Reduced
 from squama.fe.contact import Load, RowContact, Touch, stiffness
 from squama.fe.periodic import STRAINS, Leg
-from squama.fe.plate import inclination
 from squama.io import files
 from squama.people import per_pitch
 from squama.types import Array
@@ -112,16 +110,12 @@ class Walk:
         return self.touches[0] if self.touches else None
 
     @property
-    def moved(self) -> Array:
-        """Displacements (points, 3, scales) of the scales' surfaces by bending, in the scales' frames, pitches."""
-        row = self.contact.row
-        count = row.exposed.amplitudes, row.moving
-        return np.asarray(row.exposed.modes @ self.v[self.v.size - count[0] * count[1] :].reshape(count[::-1]).T)
-
-    @property
     def deflection(self) -> float:
         """Largest displacement of a point of a scale's surface by bending, pitches."""
-        return float(np.sqrt((self.moved**2).sum(axis=1).max()))
+        row = self.contact.row
+        count = row.exposed.amplitudes, row.moving
+        moved = row.exposed.modes @ self.v[self.v.size - count[0] * count[1] :].reshape(count[::-1]).T
+        return float(np.sqrt((moved**2).sum(axis=1).max()))
 
     def places(self) -> Array:
         """Return the places (n, 3) of the masters."""
@@ -131,21 +125,6 @@ class Walk:
         """Return strain energy, works, and the least gap between scales, inf beyond ``within``, by name."""
         gap = self.contact.gap(self.contact.corners(self.v, self.phi), within)
         return {"U_el": self.reduced.energy, "W_fr": self.W_fr, "W": self.W, "gap": gap}
-
-    def endless(self, within: float = np.inf) -> dict[str, float]:
-        """Return the state of an endless beam by name: twist, inclination, torque, forces, motions, works, contact."""
-        most, (p, s) = self.load.strongest, (self.touch.p, self.touch.s) if self.touch else (np.nan, np.nan)
-        return {
-            "phi": self.phi,
-            "theta": inclination(self.contact.row.rest, self.v),
-            "T": self.T,
-            "N": most.N,
-            "f": most.f,
-            **dict(zip(MOTIONS, self.v[:6].tolist(), strict=True)),
-            **self.works(within),
-            "p": p,
-            "s": s,
-        }
 
     def run(
         self,

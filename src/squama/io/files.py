@@ -170,10 +170,7 @@ def _standard_input(stream: TextIO | None) -> bytes:
 
 
 def read_ordinary(path: str | os.PathLike[str], most: int) -> bytes:
-    """Return the bytes of an ordinary file of at most ``most`` bytes.
-
-    Raises OSError at once for a missing file, a pipe, a device, a folder, or a larger file.
-    """
+    """Return the bytes of an ordinary file of at most ``most`` bytes; raise OSError at once for any other."""
     with open(path, "rb", buffering=0, opener=_at_once) as file:
         found = os.fstat(file.fileno())
         if not stat.S_ISREG(found.st_mode):

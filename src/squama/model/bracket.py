@@ -59,10 +59,7 @@ def zero(
 
 
 def place(a: float, fa: float, b: float, fb: float, c: float, fc: float) -> float:
-    """Return the zero by inverse quadratic interpolation, as a fraction of the way from a to b; 0.5 where it may fail.
-
-    a lies between b and c.
-    """
+    """Return the zero by inverse quadratic interpolation, as a share of the way from a to b, 0.5 where it may fail."""
     xi, bend = (a - b) / (c - b), (fa - fb) / (fc - fb)
     if bend * bend < xi and (1 - bend) * (1 - bend) < 1 - xi:
         return fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)

@@ -27,10 +27,7 @@ TIP, SIDE_D, SIDE_A, BASE = range(4)
 
 
 class _Basis(NamedTuple):
-    """Integrals of products of derivatives of orthogonal polynomials along x and y.
-
-    ``powers`` (24, 24): coefficients b_mn of each polynomial.
-    """
+    """Integrals of products of derivatives of the polynomials along x and y, and coefficients b_mn of each (24, 24)."""
 
     x: dict[tuple[int, int], Array]
     y: dict[tuple[int, int], Array]

@@ -97,10 +97,7 @@ def fill(designs: Array, low: int, high: int, common: Common, room: Room, out: A
 
 
 def figures(f: Followed, margin: float, cut: Rules, plain: Rules, room: Room) -> Figures:
-    """Return the results at the cut-off of a followed path.
-
-    A fraction ``margin`` of the path is left before a lock; ``cut`` and ``plain`` are the rules of :class:`Common`.
-    """
+    """Return the results at the cut-off of a followed path; arguments as of :class:`Common`."""
     d = f.d
     if f.k == 0:
         return Figures(d.theta0, 0.0, 0.0, 0.0, 0.0)

@@ -89,10 +89,7 @@ def root(
 def contact(
     r: Root, q: Number, sa: Number, ca: Number, eta: Number, beta: Number, lam: Number, ts: Number = 0.0
 ) -> Contact:
-    """Return the contact at the root ``q`` of the contact condition: places, rates and cosines.
-
-    ``q`` is the signed root of ``r.q2``: + before the fold, - beyond it.
-    """
+    """Return the contact at the signed root ``q`` of ``r.q2``, + before the fold and - beyond it."""
     sn, cs = r.sn, r.cs
     # half-angle tangent u, sine h and versine v of phi, and the torsion axis in the scale's own axes
     upright = r.H + q
