@@ -85,7 +85,7 @@ def cutoff(row: Any, x0: Array, x_end: Array, locks: Array, margin: float) -> Ar
 
 
 def work(row: Any, x0: float, x_stop: float, x_pole: float, mu: float, law: str) -> Series:
-    """Return the frictional work of one path from engagement to ``x_stop``, to 1e-9 or better, or with a warning."""
+    """Return the frictional work of one path up to ``x_stop`` before its pole, to 1e-9 or better, or with a warning."""
     if mu == 0 or x_stop <= x0:
         return Series(np.zeros(1), x0, x0 + 1.0, 1.0)
     y_end = -float(np.log1p(-(x_stop - x0) / (x_pole - x0)))

@@ -75,7 +75,11 @@ class Contact(NamedTuple):
 def root(
     sn: Number, cs: Number, sa: Number, ca: Number, eta: Number, beta: Number, lam: Number, ts: Number = 0.0
 ) -> Root:
-    """Return the terms of the contact condition (paper Eq. 6) at an inclination; lengths in (k) pitches."""
+    """Return the terms of the contact condition (paper Eq. 6) at an inclination.
+
+    From sine and cosine of theta and of alpha, and over the pitch overlap ratio, half width of a scale, half thickness
+    of the substrate, thickness of a scale.
+    """
     S = ca * sn
     zX = ca * cs
     # products of constants of a path come first: arrays of rows compute them once

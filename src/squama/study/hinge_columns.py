@@ -33,12 +33,10 @@ def solved(
 ) -> dict[str, Array]:
     """Solve the beams of columns; arguments as of :func:`squama.solve`; ``ideal``: scales are thin.
 
-    Returns the fields of the result of :func:`squama.solve` in SI units: torque in N m, energies in J/m, twists in rad
-    per pitch (divide by ``c.d`` for rates). A beam whose joint has no stiffness responds as without contact.
-
-    Up to ``few`` rows are solved in Python, more in compiled code, whose last digits differ. A caller that solves in
-    parts sets ``few`` by the size of the whole (0: compiled), so that results do not depend on the parts. Rows that are
-    no valid beam (see :func:`squama.study.columns.valid`) are refused.
+    Returns the fields of its result in SI units: torque in N m, energies in J/m, twists in rad per pitch (divide by
+    ``c.d`` for rates). A beam whose joint has no stiffness responds as without contact; rows that are no valid beam are
+    refused. Up to ``few`` rows are solved in Python, more in compiled code, whose last digits differ: a caller that
+    solves in parts sets ``few`` by the size of the whole (0: compiled), so that results do not depend on the parts.
     """
     given = {name: getattr(c, name) for name in _CONTACT} | {"stiffness_ratio": c.ratio}
     if not ideal:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -209,9 +209,8 @@ def beside(beam: Beam, data: xr.Dataset, run: Run) -> xr.Dataset:
     x, F = (np.asarray(data[key].values, float) for key in (by, name))
     loads, touch = [], []
     for one in (beam, own):
-        same: dict[str, Any] = {"mu": run.mu, "ideal": run.ideal, "points": _POINTS}
         part = Closed.of(one, run.scales, asked.text, asked.support)
-        r = door.load(part, scales=length(shape, run.scales), **same)
+        r = door.load(part, scales=length(shape, run.scales), mu=run.mu, ideal=run.ideal, points=_POINTS)
         at = np.append(0.0, r[by].values)
         # (the last point is reached but for rounding)
         loads.append(np.interp(x * (1 - 1e-9), at, np.append(0.0, r[name].values), right=np.nan))
