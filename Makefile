@@ -107,17 +107,23 @@ fig6b: .venv/.dev ## the elements' points of Fig. 6b anew (ten minutes; goes on 
 
 # ---- checks ----------------------------------------------------------------------------------------------
 
-# The docs are built beside lint, each on a core of its own, without the output of their long pages; what they
-# say is shown where they fail.
+# The docs are built beside lint, without the output of their long pages, and what each process of the tests would
+# compile anew is compiled; what they say is shown where they fail.
 .PHONY: test
 test: .venv/.dev ## everything a change must pass: lint, the tests, the docs
-	@echo "building the docs beside ruff and mypy"
+	@echo "building the docs and compiling beside ruff and mypy"
 	$(MAKE) --no-print-directory pages > "$(LOCAL)/docs.log" 2>&1 & docs=$$!
-	trap 'kill $$docs 2>/dev/null || true' EXIT
+	$(MAKE) --no-print-directory compiled > "$(LOCAL)/compiled.log" 2>&1 & compiled=$$!
+	trap 'kill $$docs $$compiled 2>/dev/null || true' EXIT
 	$(MAKE) --no-print-directory lint
 	wait $$docs || { cat "$(LOCAL)/docs.log" >&2; exit 1; }
+	wait $$compiled || { cat "$(LOCAL)/compiled.log" >&2; exit 1; }
 	trap - EXIT
 	$(MAKE) --no-print-directory pytest
+
+.PHONY: compiled
+compiled: .venv/.dev
+	$(RUN) -c 'import squama; law = squama.law(squama.Beam.from_toml("examples/stiff_skin.toml"), mu=0.2); law.trial(0, 4); law.tangent()'
 
 .PHONY: lint
 lint: .venv/.dev ## ruff and mypy --strict

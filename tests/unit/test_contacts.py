@@ -15,7 +15,7 @@ import squama
 from oracle.boxes import displaced
 from oracle.brute_force import Boxes
 from squama.contacts import entry, events, increments, path
-from squama.contacts.system import System
+from squama.contacts.system import ENDLESS, UNTIED
 from squama.curves import compliant
 from squama.joints import law
 from squama.joints.factor import MIRROR
@@ -88,30 +88,20 @@ CORNER = np.array([[0.0, 0.2]])
 TURNS = np.array([[0.05, 0.1], [0.05, 0.2], [-0.03, 0.12], [0.05, 0.2], [0.0, 0.0]])
 
 
-def system(one: Given, free: tuple[int, ...] = (0, 0, 0, 1), N: int = 1, grip: float = entry.GRIP) -> System:
-    """Return N scales that repeat for ever, each alike."""
-    b = one.beams(free)
-    eta, beta, lam, sa, ca, st, ct, h, mu = b.shapes[0]
-    X, Y = np.array([-sa * ct, st, ca * ct]), np.array([ca, 0.0, sa])
-    shape = [eta, beta, h, mu, float(b.elastic[0]), entry.SLIDING]
-    order, K = [0, 1, 2, 3, 4, 5, 7, 6, 9], np.zeros((10, 10))
-    K[np.ix_(order, order)], K[8, 8] = b.K[0], b.K[0, 7, 7]
-    every = ([shape], [[X, Y, np.cross(X, Y)]], [[0.0, lam, 0.0]], [K], b.plates[:1])
-    reach = int(math.hypot(eta, 2 * beta))
-    return System(*(np.array([*v] * N) for v in every), b.free[0], grip, reach, True, np.ones((N, 3)), 1)
-
-
-def ring(S: System, corners: Array, n: int = 20, step: float = path.STEP, C: int = 12) -> tuple[Array, Array]:
-    """Follow a system from rest through corners (m, 2); return rows and motions."""
+def ring(
+    one: Given, corners: Array, *, N: int = 1, grip: float = entry.GRIP, n: int = 20, C: int = 12
+) -> tuple[Array, Array]:
+    """Follow N scales that repeat for ever, each alike, through corners (m, 2); return rows and motions."""
     places, ways = along(corners, n)
-    strains = np.zeros((len(places), 4))
-    strains[:, :2] = places
-    N, m = len(S.shapes), len(ways)
-    sizes = (m, increments.LINE), (m, N, 6), (m, N, 24), (m, C, increments.CONTACT), (99, increments.EVENT), 4
-    found = increments.Written(*map(np.zeros, sizes))
-    entry.path(S, C, increments.Legs(ways, strains, 0.0, step), found, np.zeros(0))
-    assert found.ends[0] == increments.RANGE
-    return found.rows, found.motions
+    strains, m = np.zeros((1, len(places), 4)), len(ways)
+    strains[0, :, :2] = places
+    sizes = (m, increments.LINE), (m, N, 6), (m, N, 24), (m, C, increments.CONTACT), (99, increments.EVENT), (4,)
+    found, none = increments.Written(*(np.zeros((1, *size)) for size in sizes)), np.zeros((1, 0))
+    legs = increments.Legs(ways[None], strains, np.zeros(1), path.STEP)
+    b = one.beams((0, 0, 0, 1))._replace(grip=np.array([grip]))
+    entry.many(b, N, ENDLESS, UNTIED, C, legs, found, none, none)
+    assert found.ends[0, 0] == increments.RANGE
+    return found.rows[0], found.motions[0]
 
 
 BRUTE = {
@@ -193,7 +183,7 @@ def test_lengths_times_ten(tmp_path):
 def test_three_scales_in_a_ring_are_one(mu):
     """A scale with its images, and three of them that are free to do otherwise."""
     one = SOFT._replace(mu=mu)
-    (a, q), (b, p) = (ring(system(one, N=N), TURNS if mu else CORNER) for N in (1, 3))
+    (a, q), (b, p) = (ring(one, TURNS if mu else CORNER, N=N) for N in (1, 3))
     # as far as events are located, 1e-10 rad per pitch, friction knows where it began
     near = 1e-6 if mu else 6e-9
     np.testing.assert_allclose(b[:, 5:9], a[:, 5:9], rtol=0.0, atol=near * np.abs(a[:, 5:9]).max())
@@ -202,7 +192,7 @@ def test_three_scales_in_a_ring_are_one(mu):
 
 def test_grip_does_not_matter():
     """One contact that sticks and slides: the compliance of the law changes loads by a share below itself."""
-    a, b, c = (ring(system(SOFT, grip=grip), TURNS)[0][:, 5:9] for grip in (1e-8, 1e-6, 1e-5))
+    a, b, c = (ring(SOFT, TURNS, grip=grip)[0][:, 5:9] for grip in (1e-8, 1e-6, 1e-5))
     most = np.abs(a).max()
     assert np.abs(b - a).max() < 2e-6 * most
     assert 1e-9 * most < np.abs(c - a).max() < 2e-5 * most
@@ -438,7 +428,7 @@ def test_two_that_stick_on_one_edge(mu):
     """
     one, told = given(3.0, 0.6, 0.5, 0, 20, 0.08, mu=mu), []
     for grip in (1e-8, 1e-6, 1e-5):
-        rows, _ = ring(system(one, grip=grip), np.array([[0.3, 0.0], [0.299, 0.0]]))
+        rows, _ = ring(one, np.array([[0.3, 0.0], [0.299, 0.0]]), grip=grip)
         assert rows[-1, 12] == 2
         told.append(rows[-1, 5:9])
     M, others = np.array(told)[:, 0], np.array(told)[:, 1:]

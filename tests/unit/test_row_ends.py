@@ -10,8 +10,8 @@ from uncompiled import said
 import squama
 from squama.contacts import entry, increments, path, row, states
 from squama.contacts.path import Path, Scale
-from squama.contacts.system import EQUAL, PHI, PSI, UNTIED, System
-from squama.contacts.ties import COUPLE, GRIPPED, LOOSE, of_ends
+from squama.contacts.system import EQUAL, PHI, PSI, UNTIED
+from squama.contacts.ties import COUPLE, GRIPPED, LOOSE, freed, of_ends
 from squama.contacts.touch import LIES
 from squama.curves import compliant
 from squama.errors import InputError
@@ -271,27 +271,16 @@ def test_derivatives_are_those_of_complex_steps():
 
 
 def clamped(way, n, warping):
-    """Return a gripped row whose end sections stay plane: the stiffness of cells against twist, by Vlasov's theory.
+    """Return a row of n scales whose end sections stay plane: the stiffness of cells against twist, by Vlasov's theory.
 
     ``warping``: the length, in pitches, along which a clamp is felt.
     """
-    b = way.beams
-    eta, beta, lam, sa, ca, st, ct, h, mu = b.shapes[0]
-    X, Y = np.array([-sa * ct, st, ca * ct]), np.array([ca, 0.0, sa])
-    order, K = [0, 1, 2, 3, 4, 5, 7, 6, 9], np.zeros((n, 10, 10))
-    K[:, np.array(order)[:, None], order] = b.K[0]
-    K[:, 8, 8] = b.aside[0] * b.K[0, 7, 7]
     bounds = (np.arange(n + 1) - n / 2) / warping
     shares = 1 - warping * np.diff(np.sinh(bounds)) / np.cosh(bounds[-1])
-    alone = K[0, 7, 7] - K[0, 7, :6] @ np.linalg.solve(K[0, :6, :6], K[0, :6, 7])
-    K[:, 7, 7] += alone * (1 / shares - 1)
-    alike = ([eta, beta, h, mu, 1.0, entry.SLIDING], [X, Y, np.cross(X, Y)], [0.0, lam, 0.0])
-    rest = np.full(n, math.atan2(st, ct))
-    return System(
-        *(np.array([v] * n) for v in alike), K, np.array([b.plates[0]] * n), np.array([1.0, 2.0, 1.0, 1.0]),
-        entry.GRIP, int(math.hypot(eta, 2 * beta)), False, np.ones((n, 3)), 1, rest, np.zeros(0), True,
-        of_ends(n, GRIPPED),
-    )  # fmt: skip
+    beams = entry.Beams._make(v.repeat(n, axis=0) for v in way.beams)
+    K = beams.K[0]
+    beams.K[:, 6, 6] += (K[6, 6] - K[6, :6] @ np.linalg.solve(K[:6, :6], K[:6, 6])) * (1 / shares - 1)
+    return way._replace(beams=beams)
 
 
 def test_five_gripped_scales_against_elements():
@@ -302,12 +291,9 @@ def test_five_gripped_scales_against_elements():
     """
     phis, theirs = np.array([0.04, 0.06, 0.07, 0.08, 0.09]), np.array([3.791, 6.919, 8.937, 10.950, 12.958])
     n, way, unit = 5, made(SKIN.friction.mu), 1e3 * SKIN.unit_moment
-    strains, C = np.zeros((5, 4)), 4 * n
-    strains[:, 1] = phis
-    sizes = (5, increments.LINE), (5, n, 14), (5, n, 24), (5, C, increments.CONTACT), (200, increments.EVENT), 4
-    found = increments.Written(*map(np.zeros, sizes))
-    entry.path(clamped(way, n, 0.74), C, increments.Legs(phis, strains, 0.0, path.STEP), found, np.zeros(0))
-    torque = found.rows[:, 6] * unit
+    held, free = of_ends(n, GRIPPED), freed(np.ones((n, 4)), PHI, ends=GRIPPED)
+    found = row.tied(clamped(way, n, 0.74), n, row.legs(phis, PHI), held, free)
+    torque = column(found, "torque")[:, 0] * unit
     assert torque[0] == pytest.approx(theirs[0], rel=0.02)
     # tolerance: 1.7 % at most; small strains of the joint, elements of one size
     np.testing.assert_allclose(torque, theirs, rtol=0.04)

@@ -146,10 +146,10 @@ class Beams(NamedTuple):
     ``shapes`` (n, 9): eta, beta, lam, sine and cosine of alpha and of theta0, h, mu; ``K`` (n, 7, 7) over (u, w, phi),
     or (n, 9, 9) with bend and stretch; ``elastic`` (n,); ``plates`` (n, 24, 24), see
     :func:`squama.model.elastic_plate.compliances`; ``free`` (n, 4): flags of free strains; ``aside`` (n,): the bar's
-    stiffness against lateral bend over that against bend; ``masked`` (n, 6): 1 for blocked motions, or (n, 0). With
-    scales on both faces ``seen`` (n, 3) are the signs with which the other face sees bend, twist and lateral bend, and
-    ``own`` (n, 4) is the bar's own stiffness against the strains, included in the matrices of both; else both are (n,
-    0).
+    stiffness against lateral bend over that against bend; ``masked`` (n, 6): 1 for blocked motions, or (n, 0);
+    ``grip`` (n,): tangential compliance of a sticking contact, :data:`GRIP`. With scales on both faces ``seen`` (n, 3)
+    are the signs with which the other face sees bend, twist and lateral bend, and ``own`` (n, 4) is the bar's own
+    stiffness against the strains, included in the matrices of both; else both are (n, 0).
     """
 
     shapes: Array
@@ -161,6 +161,7 @@ class Beams(NamedTuple):
     masked: Array
     seen: Array
     own: Array
+    grip: Array
 
 
 @_jit
@@ -203,8 +204,8 @@ def system(b: Beams, i: int, n: int, about: int, ties: Ties) -> System:
             rests[o] = math.atan2(st.real, ct.real)
     one = max(i, 0)
     return System(
-        shapes, axes, bases, joint, plates, b.free[one], GRIP, reach, periodic, sees, stride, rests, b.masked[one],
-        about == OWN, ties,
+        shapes, axes, bases, joint, plates, b.free[one], b.grip[one], reach, periodic, sees, stride, rests,
+        b.masked[one], about == OWN, ties,
     )  # fmt: skip
 
 
@@ -228,11 +229,6 @@ def _place(a: int) -> int:
     if a < MOTIONS:
         return a
     return MOTIONS + (PHI if a == 6 else (PSI if a == 7 else EPS))
-
-
-def _path(S: System, C: int, legs: Legs, written: Written, notes: Array) -> None:
-    """Follow one system, see :func:`squama.contacts.follow.follow`; with room for C contacts and a record (or none)."""
-    _follow(walk(S, C, notes), legs, written)
 
 
 def _many(
@@ -271,4 +267,4 @@ def _move(b: Beams, C: int, legs: Legs, found: Written, notes: Array, snapshots:
         _again(w, _at(legs, i), _of(found, i))
 
 
-path, many, move = kept(_path, SOURCES), kept(_many, SOURCES), kept(_move, SOURCES)
+many, move = kept(_many, SOURCES), kept(_move, SOURCES)

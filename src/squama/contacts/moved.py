@@ -50,7 +50,7 @@ def moved(
 def stepped(beams: entry.Beams, real: entry.Beams, copies: int) -> entry.Beams:
     """Return real beams as complex ones, each ``copies`` times; fields without derivatives stay real."""
     kind = [v if v.dtype == bool else v.astype(complex) for v in beams]
-    alike = {name: getattr(real, name).repeat(copies, axis=0) for name in ("free", "masked", "seen")}
+    alike = {name: getattr(real, name).repeat(copies, axis=0) for name in ("free", "masked", "seen", "grip")}
     return entry.Beams._make(kind)._replace(**alike)
 
 

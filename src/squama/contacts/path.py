@@ -194,8 +194,8 @@ def beams(
     loose = np.tile(np.array(free, float) * (motions == 9), (n, 1))
     K = np.ascontiguousarray(K * np.outer(signs, signs))
     aside = np.broadcast_to(np.asarray(aside, K.dtype), n).copy()
-    alike = (np.tile(np.asarray(v, float), (n, 1)) for v in (masked, seen, own))
-    return entry.Beams(shapes, K, elastic, plates, loose, aside, *alike)
+    blocked, other, bar = (np.tile(np.asarray(v, float), (n, 1)) for v in (masked, seen, own))
+    return entry.Beams(shapes, K, elastic, plates, loose, aside, blocked, other, bar, np.full(n, entry.GRIP))
 
 
 def follow_all(

@@ -26,6 +26,7 @@ from squama.contacts.linear import Linear, enter
 from squama.contacts.meeting import Work
 from squama.contacts.system import (
     CHI,
+    EPS,
     LOADED,
     PHI,
     PSI,
@@ -83,6 +84,22 @@ def spine(S: System, st: State, W: Work) -> None:
 def moves(W: Work, i: int, e: int) -> tuple[Vector, Vector]:
     """Return the motion of all that is beyond cell i per strain e of it: rotation, and translation at the origin."""
     return vector(W.moves[i, e], 0), vector(W.moves[i, e], 3)
+
+
+@_in
+def bracket(o: Vector, v: Vector, p: Vector, u: Vector) -> tuple[Vector, Vector]:
+    """Return the change of the motion (p, u), each rotation and translation, that is moved along (o, v)."""
+    return cross(o, p), add(cross(o, u), 1.0, cross(v, p))
+
+
+@_in
+def screw(st: State, i: int, W: Work) -> tuple[Vector, Vector]:
+    """Return the motion from cell i's near to its far section, see :func:`moves`."""
+    o, v = moves(W, i, EPS)
+    for e in range(STRAINS):
+        p, u = moves(W, i, e)
+        o, v = add(o, st.strains[i, e], p), add(v, st.strains[i, e], u)
+    return o, v
 
 
 @_jit
@@ -339,11 +356,13 @@ def section_rates(S: System, st: State, at: Array, n: int, i: int, W: Work, J: L
         change = load_moved(S, st, W, i + 1, o, v)
         for a in range(3):
             enter(J, beyond + a, here + c, -change[a])
+    along = screw(st, i, W)
     for e in range(STRAINS):
         row = columns[e]
         if row < 0:
             continue
         o, v = moves(W, i, e)
+        half = bracket(along[0], along[1], o, v)
         change = load_moved(S, st, W, i + 1, o, v)
         by_turn, by_shift = add(cross(o, m), 1.0, cross(v, f)), cross(o, f)
         for a in range(3):
@@ -352,11 +371,14 @@ def section_rates(S: System, st: State, at: Array, n: int, i: int, W: Work, J: L
             enter(J, row, here + 3 + a, -by_shift[a])
             enter(J, row, beyond + a, -o[a])
             enter(J, row, beyond + 3 + a, -v[a])
-        # a cell's own strains move its middle by half
+        # a cell's own strains move its middle by half, and shorten its chord
         for other in range(STRAINS):
             if columns[other] >= 0:
                 p, u = moves(W, i, other)
-                enter(J, row, columns[other], -(dot(p, by_turn) + dot(u, by_shift)) / 2)
+                one, two = bracket(p, u, half[0], half[1]), bracket(along[0], along[1], p, u)
+                two = bracket(o, v, two[0], two[1])
+                chord = dot(m, add(one[0], 1.0, two[0])) + dot(f, add(one[1], 1.0, two[1]))
+                enter(J, row, columns[other], -(dot(p, by_turn) + dot(u, by_shift)) / 2 - chord / 12)
 
 
 @_jit
