@@ -102,6 +102,23 @@ def test_every_kind_finds_its_figure(kind, monkeypatch) -> None:
     assert options == {"dark": 1}
 
 
+def test_a_variable_of_the_row_is_drawn_over_that_of_each_scale() -> None:
+    data = result("row_figure")
+    lines = plot.line(data, "T", x="theta").lines
+    assert [line.get_label() for line in lines] == [f"scale = {i}" for i in range(1, 6)]
+    for line, theta in zip(lines, data["theta"].transpose("scale", "point").values, strict=True):
+        np.testing.assert_array_equal(line.get_xdata(), theta)
+        np.testing.assert_array_equal(line.get_ydata(), data["T"])
+
+
+def test_a_part_turned_by_a_moment_finds_the_figure_of_a_part(monkeypatch) -> None:
+    # its record has a turn too, as has that of a vibration
+    for name in ("part_figure", "vibration_figure"):
+        monkeypatch.setattr(plot, name, lambda *_, name=name: name, raising=False)
+    beam = squama.Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness=45, mu=0.2)
+    assert squama.load(squama.Part(beam, "2 deg bend"), scales=3, points=3).squama.plot() == "part_figure"
+
+
 @pytest.mark.parametrize("kind", ["response_figure", "cycle_figure", "path_figure", "row_figure", "vibration_figure"])
 def test_the_figure_is_one_and_a_variable_goes_into_axes_that_are_there(kind) -> None:
     data = result(kind)

@@ -11,6 +11,8 @@ import pytest
 
 from oracle.boxes import displaced
 from squama.contacts import increments, path
+from squama.contacts.row import track
+from squama.contacts.ties import LOOSE
 from squama.joints import law
 from squama.model.outcome import End
 from squama.model.screw import rotations
@@ -123,3 +125,16 @@ def test_a_corner_leaves_a_face_together_with_its_edge(far: float) -> None:
     assert end.word is End.RANGE
     v = path.named(rows)
     assert np.nanmax(np.abs(v["energy"] + v["W_fr"] + v["W_snap"] - v["W"])) < 2e-4 * np.nanmax(v["energy"])
+
+
+def test_rigid_scales_of_a_row_come_in_all_at_once():
+    """Friction of nine sliding contacts throws Newton's method to and fro; every cell carries the same torque."""
+    alpha, theta0, beta, lam = 1.2919262094045036, 0.20864402252207986, 0.6477966749412424, 0.722206552324585
+    h, nu = 0.004431012012950177, 0.2555280853088236
+    K = law.stiffness(law.Shape(0.41659717896644327, lam, 0.4535981205263303, beta, h, alpha, theta0, nu))
+    scale = path.Scale(4.075352699043692, beta, lam, alpha, theta0, h, math.inf, 0.35)
+    way = path.Path.at_rest(scale, K, 0.17437169359070914, free=(1, 1, 1, 1), aside=2.846946003127106)
+    found = track(way, 10, np.linspace(0.0, 0.25, 25)[1:], ends=LOOSE)
+    assert found.end.code == increments.RANGE
+    assert found.engaged == pytest.approx(0.014059, abs=1e-5)
+    np.testing.assert_allclose(found.cells[-1, :, 5], found.cells[-1, 0, 5], rtol=1e-9)

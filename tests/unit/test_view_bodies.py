@@ -126,5 +126,5 @@ def test_a_picture_has_the_name_of_its_beam_and_what_is_drawn_flat() -> None:
     differs = (plain != named).any(axis=(1, 2))
     assert differs.any()
     assert np.flatnonzero(differs).max() < picture.SIZE[1] // 16, "above the beam alone"
-    assert not motion.flat
-    assert Motion(Setting(beam, 0.25, bend=0.05)).flat
+    assert "drawn flat" not in motion.title("")
+    assert Motion(Setting(beam, 0.25, bend=0.05)).title("A").endswith(", drawn flat")

@@ -28,7 +28,7 @@ def test_a_cantilever_is_loaded_and_greyed_by_a_change(visit) -> None:
     picture.scroll_into_view_if_needed()
     page.shot("part")
     page.enter("mu", "0.4")
-    page.until("document.querySelector('.part img.old')")
+    page.until("document.querySelector('.part .old img')")
 
 
 @pytest.mark.slow

@@ -13,12 +13,11 @@ with U the elastic energy. y = A - (A - y_e) u^2 takes the root out of the integ
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from squama.dynamics.branches import Side, Way
+from squama.dynamics.branches import Curve, Side, Way
 from squama.dynamics.modes import gauss
 from squama.types import Array
 
@@ -56,24 +55,19 @@ class Decay(NamedTuple):
     t: Array
     y: Array
     stored: Array
-    end: Any
-    rest: Any = math.nan
-    energy: Any = math.nan
-
-    @classmethod
-    def of(cls, turns: Sequence[tuple[float, float, float]], end: str, rest: float, energy: float) -> Decay:
-        """Return a decay from its turning points (t, y, energy) in their order."""
-        t, y, stored = np.array(turns, float).reshape(-1, 3).T
-        return cls(t, y, stored, end, rest, energy)
+    end: str | Array
+    rest: float | Array = math.nan
+    energy: float | Array = math.nan
 
     def single(self) -> Decay:
         """Return the decay of one system (n = 1) without the NaN values beyond its end."""
         own = ~np.isnan(self.y[:, 0])
         t, y, stored = (v[own, 0] for v in self[:3])
-        return Decay(t, y, stored, str(self.end[0]), float(self.rest[0]), float(self.energy[0]))
+        rest, energy = (float(np.ravel(v)[0]) for v in (self.rest, self.energy))
+        return Decay(t, y, stored, str(self.end[0]), rest, energy)
 
 
-def decay(sides: Sides, *, start: Any = 0.0, speed: Any = 0.0, turns: int) -> Decay:
+def decay(sides: Sides, *, start: float | Array = 0.0, speed: float | Array = 0.0, turns: int) -> Decay:
     """Follow systems through turning points, released at ``start`` (signed) or passing 0 with a ``speed``.
 
     ``start`` or ``speed``, numbers or arrays (n,), are of one sign. ``turns`` includes the first turning point. A
@@ -112,7 +106,7 @@ def decay(sides: Sides, *, start: Any = 0.0, speed: Any = 0.0, turns: int) -> De
     return Decay(found[0], found[1], found[2], end, rest, energy)
 
 
-def root(f: Callable[[Array], Array], slope: Callable[[Array], Array], a: Array, b: Array, share: Any) -> Array:
+def root(f: Curve, slope: Curve, a: Array, b: Array, share: float | Array) -> Array:
     """Solve f(s) = 0 for n places between ``a`` (f <= 0) and ``b`` (f >= 0) by Newton's method within brackets.
 
     It starts at a fraction ``share`` of the way from a to b.
@@ -132,9 +126,7 @@ def root(f: Callable[[Array], Array], slope: Callable[[Array], Array], a: Array,
     return np.asarray(s)
 
 
-def _grown(
-    way: Way, seen: Array, values: Callable[[Array], Array], slope: Callable[[Array], Array], goal: Array
-) -> Array:
+def _grown(way: Way, seen: Array, values: Curve, slope: Curve, goal: Array) -> Array:
     """Return the places (n,) where a quantity that grows along a branch reaches ``goal``, or the branch's ends.
 
     ``seen`` (m, n) are its values at the branch's places.
@@ -180,7 +172,7 @@ def stays(down: Way, s: Array, top: Array, had: Array) -> Array:
     return rest
 
 
-def quarter(way: Way | None, y_e: Any, s: Array, energy: Array) -> Array:
+def quarter(way: Way | None, y_e: float | Array, s: Array, energy: Array) -> Array:
     """Return the times between 0 and turning points at the parameters ``s``, along one branch."""
     free = np.sqrt(2 * energy)
     bare = np.full(energy.shape, math.pi / 2)

@@ -209,9 +209,8 @@ def _ends(mode: str, ends: str | None) -> str | None:
     if mode == UNIFORM:
         return ends
     if ends not in (None, ENDLESS):
-        refuse(
-            "ends", shown(ends), "is for the uniform mode: other modes take the endless beam's moment", "leave it out"
-        )
+        reason = "is for the uniform mode: other modes take the endless beam's moment"
+        refuse("ends", shown(ends), reason, "leave it out")
     return ENDLESS
 
 
@@ -225,18 +224,12 @@ def _beyond(one: Swinging, found: Decay, name: str) -> NoReturn:
     sign = -1 if found.y.size and found.y[-1] > 0 else 1
     side, unit = one.sides.of(sign), one.bar.energy
     height = float(np.max(side.height())) * unit
+    why = f"where the contact ends: {side.ends}; what comes then (an impact, another contact) is not in the model"
     reason = (
-        f"a swing in the sense {'+' if sign > 0 else '-'} has {found.energy * unit:.4g} J, and "
-        f"{height:.4g} J take it to {per_pitch(side.last, 4)}, {_further(side)}"
+        f"a swing in the sense {'+' if sign > 0 else '-'} has {found.energy * unit:.4g} J, and {height:.4g} J take it "
+        f"to {per_pitch(side.last, 4)}, {why if side.ends else 'no further was the beam followed'}"
     )
     refuse(name, "", reason, "give less")
-
-
-def _further(side: Side) -> str:
-    """Return why the beam was not followed beyond the last angle in one sense."""
-    if not side.ends:
-        return "no further was the beam followed"
-    return f"where the contact ends: {side.ends}; what comes then (an impact, another contact) is not in the model"
 
 
 def _damped(one: Swinging, drive: Drive, state: State, cycles: int) -> Decay:
@@ -259,7 +252,8 @@ def _damped(one: Swinging, drive: Drive, state: State, cycles: int) -> Decay:
             end = BEYOND
         if len(rows) > 2 * cycles:
             break
-    return Decay.of(rows, end, rest, state.y**2 / 2 + state.v**2 / 2)
+    t, y, stored = np.array(rows, float).reshape(-1, 3).T
+    return Decay(t, y, stored, end, rest, state.y**2 / 2 + state.v**2 / 2)
 
 
 def _free_vibration(one: Swinging, drive: Drive, found: Decay, start: State) -> Answer:

@@ -88,7 +88,7 @@ class Pieces:
         last = np.abs(self.c[-1]).max(axis=0) / 2 ** (len(self.c) - 2)
         return np.asarray(last / np.abs(self.c).sum(axis=0).max(axis=0))
 
-    def take(self, index: Any) -> Pieces:
+    def take(self, index: Array) -> Pieces:
         """Return the polynomials of the designs ``index``."""
         return Pieces(self.c[:, :, index])
 
@@ -113,7 +113,7 @@ class PathBranch(Way):
         places = np.concatenate([[[0.0]], _nodes(load.parts), [[1.0]]])
         super().__init__(load, load.derivative(), energy, slope, places, last)
 
-    def take(self, index: Any) -> PathBranch:
+    def take(self, index: Array) -> PathBranch:
         """Return the branches of the designs ``index``."""
         load, energy, slope = (v.take(index) for v in self.pieces)
         return PathBranch(load, energy, slope, self.last[index])
@@ -146,7 +146,7 @@ class Paths(NamedTuple):
         pole = np.where(t.x_end > t.x0, energy.pole(t.row, t.x_end, mu, law, t.x0), t.x0 + 1)
         return cls(t.row, law, mu, kappa, t.x0, x1, pole, (t.code == CODES.index(End.FRICTIONAL)) & (mu > 0))
 
-    def take(self, index: Any) -> Paths:
+    def take(self, index: Array) -> Paths:
         """Return the paths of the designs ``index``."""
         return Paths(take(self.row, index), self.law, *(v[index] for v in self[2:]))
 
@@ -219,10 +219,8 @@ def _uniform(paths: Paths, parts: int) -> tuple[Side, Array]:
         free = np.repeat(at.free[NODES - 1 :: NODES], NODES, axis=0)
         slopes = ((at.y + at.up) * at.rate, np.where(free, (at.y + at.down) * at.rate, 0.0))
     load, elastic, *ways = (Pieces.through(v) for v in (at.y, at.lift, *slopes))
-    up, down = (
-        PathBranch(load, slope.integral(y_e * y_e / 2), slope, end)
-        for slope, end in zip(ways, (np.ones_like(y_e), free.mean(axis=0)), strict=True)
-    )
+    ends = np.ones_like(y_e), free.mean(axis=0)
+    up, down = (PathBranch(load, v.integral(y_e * y_e / 2), v, end) for v, end in zip(ways, ends, strict=True))
     rough = np.max([v.rough() for v in (load, elastic, *ways)], axis=0)
     return Side(y_e, last, "", up, lambda _: down, elastic, paths.endless), rough
 

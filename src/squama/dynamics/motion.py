@@ -175,8 +175,8 @@ def _part(sides: Sides, drive: Drive, state: State, until: float, way: int, bran
     x0 = np.array([state.y, state.v, state.fed, state.damped])
 
     def solve(stop: float) -> Any:
-        steps: dict[str, Any] = {"method": "DOP853", "rtol": drive.tolerance, "atol": drive.tolerance / 100}
-        return solve_ivp(rates, (state.t, stop), x0, events=events, dense_output=dense > 0, **steps)
+        near, few = drive.tolerance, drive.tolerance / 100
+        return solve_ivp(rates, (state.t, stop), x0, "DOP853", None, dense > 0, events, rtol=near, atol=few)
 
     found = solve(until)
     hit = _hit(found)

@@ -7,6 +7,7 @@ import itertools
 import re
 import zipfile
 from collections.abc import Iterable, Sequence
+from types import ModuleType
 from typing import Any, NamedTuple
 from xml.sax.saxutils import quoteattr
 
@@ -143,7 +144,7 @@ def _numbered(data: bytes) -> bytes:
     return _OCCURRENCE.sub(line, data)
 
 
-def _solid(cad: Any, recipe: Recipe) -> Any:
+def _solid(cad: ModuleType, recipe: Recipe) -> Any:
     whole, *cuts = (_block(cad, corners) for corners in (recipe.whole, *recipe.cuts))
     found = whole.cut(*cuts) if cuts else whole
     solids = found.solids()
@@ -157,6 +158,6 @@ def _solid(cad: Any, recipe: Recipe) -> Any:
     return found
 
 
-def _block(cad: Any, corners: Array) -> Any:
+def _block(cad: ModuleType, corners: Array) -> Any:
     loops = (cad.Wire.make_polygon([tuple(map(float, corners[i])) for i in quad], close=True) for quad in QUADS)
     return cad.Solid(cad.Shell([cad.Face(loop) for loop in loops]))

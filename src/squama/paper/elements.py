@@ -20,6 +20,7 @@ from squama.paper.parameters import Claim
 from squama.types import Array
 
 STORED = Path(__file__).with_name("fig6b_elements.csv")
+"""The points of the package."""
 COLUMNS = ("eta", "mu", "Phi (rad/m)", "T/(G_B I) (rad/m)")
 """Header of the file: overlap ratio, coefficient of friction, twist rate, torque over G_B times the polar moment."""
 COMPLIANT = "compliant joint T/(G_B I) (rad/m)"
@@ -94,16 +95,12 @@ def _value(column: str, cell: str) -> float:
     return value
 
 
-def compare(points: FePoints | None) -> Iterator[Claim]:
+def compare(points: FePoints) -> Iterator[Claim]:
     """Yield the differences of the points from both force laws and, if included, the compliant joint.
 
     For each: the largest difference of the torque, and the twist rate up to which it is below :data:`CLOSE`.
     """
     text = "the model agrees with finite elements"
-    if points is None:
-        what = "give a file of finite element points to compare"
-        yield Claim("fig6b", text, "both", what, ("no points given",), "", "open")
-        return
     for eta in np.unique(points.eta):
         beam = par.fig6b(float(eta))
         for mu in np.unique(points.mu[points.eta == eta]):
@@ -151,8 +148,3 @@ def straight(etas: Sequence[float]) -> Iterator[Claim]:
         ("torque without that moment, over the torque", torque),
     ):
         yield Claim("fig6b", text, law, what, tuple(f"{v:.3g}" for v in values.tolist()), "", "no", note, places)
-
-
-def stored() -> FePoints | None:
-    """Return the points stored in the package, or None."""
-    return read_points(STORED) if STORED.exists() else None

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 from scipy.optimize import elementwise
 
 from squama.arrays import edge_contacts, solution
@@ -29,7 +30,7 @@ Ratios = dict[str, Any]
 """Ratios of many designs that determine the contact: eta, beta, lam, alpha, theta0 (rad), in this order, each (n,)."""
 
 
-def known(axes: str | tuple[str, ...], **arrays: Array) -> dict[str, Any]:
+def known(axes: str | tuple[str, ...], **arrays: Array) -> dict[str, object]:
     """Return arrays as variables of a dataset, with the attributes of their symbols."""
     return {name: (axes, array, SYMBOLS[name].attrs) for name, array in arrays.items()}
 
@@ -85,7 +86,7 @@ def kinematic_lock(r: Ratios) -> tuple[Array, Array]:
     return phi, theta
 
 
-def _coords(over: str, laws: Sequence[str], mus: Any, **along: Any) -> dict[str, Any]:
+def _coords(over: str, laws: Sequence[str], mus: ArrayLike, **along: ArrayLike) -> dict[str, object]:
     """Return the coordinates ``law`` and ``mu``, and those in ``along``, values of the ratio ``over``."""
     found = {name: (name, np.asarray(values, float), SYMBOLS[over].attrs) for name, values in along.items()}
     return {**found, **known("mu", mu=np.asarray(mus, float)), "law": list(laws)}
@@ -165,7 +166,7 @@ def lock_lines(beam: Beam, mus: Sequence[float], etas: Array, law: str, points: 
             drop[i, j] = _line(*base, load[i, j]) - theta[i, j]
     angle = {"long_name": "load angle per pitch (psi in bending, phi in twisting)", "units": "rad"}
     axes = ("loading", "mu", "point")
-    data: dict[str, Any] = {
+    data: dict[str, object] = {
         "load": (axes, load, angle),
         "theta": (axes, theta, SYMBOLS["theta_end"].attrs),
         "drop": (axes, drop, {"long_name": "inclination below the kinematic lock", "units": "rad"}),

@@ -38,7 +38,7 @@ PLA_ON_PLA = (0.12, 0.38)
 
 
 class Claim(NamedTuple):
-    """One statement of the paper, with numbers computed for it; ``holds`` is yes, no, in part or open.
+    """One statement of the paper, with numbers computed for it; ``holds`` is yes, no or in part.
 
     ``at`` has the place of each of the ``values``, such as "mu = 0.2"; each makes a row.
     """

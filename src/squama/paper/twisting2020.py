@@ -12,10 +12,11 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from squama import arguments
 from squama._version import __version__
@@ -31,13 +32,15 @@ from squama.plot.style import FORMATS as ENDINGS
 from squama.plot.style import headline, save_figure
 from squama.progress import steps
 from squama.symbols import SYMBOLS
+from squama.types import Array
 from squama.units import shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Table = Mapping[str, Any]
+Table = Mapping[str, ArrayLike]
 """Columns by their headers (name and unit), all of one length."""
+Floats = tuple[float, ...]
 MODEL = f"{THIN} on {HELD['hinge']}"
 """Model of all figures; each line names its force law."""
 _OVER = {"eta": "eta (1)", "alpha": "alpha (deg)"}
@@ -49,12 +52,12 @@ class Made(NamedTuple):
     """A figure, the columns of its CSV file, its claims, and the ratios it does not vary, by symbol."""
 
     figure: Figure
-    table: dict[str, Any]
+    table: dict[str, Array]
     claims: Iterable[Claim]
     fixed: dict[str, str]
 
 
-def _stacked(pieces: Sequence[Table]) -> dict[str, Any]:
+def _stacked(pieces: Sequence[Table]) -> dict[str, Array]:
     """Return tables of the same columns stacked; a scalar in place of a column is repeated in every row."""
     sizes = [max(np.size(column) for column in p.values()) for p in pieces]
     return {
@@ -70,11 +73,11 @@ def fig4(_points: FePoints | None = None) -> Made:
     return Made(curves.fig4(data), table, claims.fig4(data), par.fixed(par.main()))
 
 
-def _regimes(over: str, values: Any, scan: Any, mus: Any, claims: Iterable[Claim]) -> Made:
+def _regimes(over: str, values: Floats, scan: Array, mus: Floats, claims: Iterable[Claim]) -> Made:
     """Make a regime map for several values of a ratio or an angle."""
     data = maps.regimes(par.main(), over, values, scan, mus, par.LAWS)
 
-    def piece(part: xr.Dataset, words: str, law: str, mu: float, at: str, name: str, end: Any = "") -> Table:
+    def piece(part: xr.Dataset, words: str, law: str, mu: float, at: str, name: str, end: ArrayLike = "") -> Table:
         columns = {_OVER[over]: at, "phi (rad)": f"phi{name}", "theta (deg)": f"theta{name}"}
         return {"line": words, "law": law, "mu (1)": mu, **flat(part, columns), "end": end}
 
@@ -105,13 +108,12 @@ def fig6a(_points: FePoints | None = None) -> Made:
 
 def fig6b(points: FePoints | None = None) -> Made:
     """Make the figure of torque over G_B I against twist rate, with points given or stored in the package."""
-    points = elements.stored() if points is None else points
-    etas = par.FIG6B_ETAS if points is None else tuple(np.unique(points.eta))
-    mus = par.FIG6B_MUS if points is None else tuple(np.unique(points.mu))
+    points = elements.read_points(elements.STORED) if points is None else points
+    etas, mus = (tuple(np.unique(values)) for values in (points.eta, points.mu))
     beams = {float(eta): par.fig6b(float(eta)) for eta in etas}
     parts = {eta: curves.both_laws(beam, mus, par.LAWS) for eta, beam in beams.items()}
     own = {}
-    if points is not None and points.joint is not None:
+    if points.joint is not None:
         for eta, beam in beams.items():
             K_theta = points.joint[0] * beam.unit_moment
             alike = beam.replace(joint={"stiffness": K_theta, "inclusion_factor": points.joint[1]})
@@ -122,21 +124,15 @@ def fig6b(points: FePoints | None = None) -> Made:
         for source, curves_of in (("model", parts), ("model, joint of the elements", own))
         for eta, data in curves_of.items()
     ]
-    if points is not None:
-        for source, load in (("finite elements", points.load), ("compliant joint", points.compliant)):
-            if load is not None:
-                rows = zip(columns, ("", points.mu, points.rate, load), strict=True)
-                pieces.append({"source": source, "eta (1)": points.eta, **dict(rows)})
-    fixed = par.fixed(par.fig6b(1.0), "eta")
-    return Made(
-        curves.fig6b(parts, points, own),
-        _stacked(pieces),
-        chain(elements.compare(points), elements.straight(etas)),
-        fixed,
-    )
+    for source, load in (("finite elements", points.load), ("compliant joint", points.compliant)):
+        if load is not None:
+            cells: tuple[ArrayLike, ...] = "", points.mu, points.rate, load
+            pieces.append({"source": source, "eta (1)": points.eta, **dict(zip(columns, cells, strict=True))})
+    said = chain(elements.compare(points), elements.straight(etas))
+    return Made(curves.fig6b(parts, points, own), _stacked(pieces), said, par.fixed(par.fig6b(1.0), "eta"))
 
 
-def _red(over: str, values: Any, claims: Callable[[xr.Dataset], Iterable[Claim]]) -> Made:
+def _red(over: str, values: Array, claims: Callable[[xr.Dataset], Iterable[Claim]]) -> Made:
     """Make a map of RED over mu and a ratio or an angle."""
     data = maps.red_map(par.main(), over, values, par.FIG7_MUS, par.LAWS, par.MARGIN)
     data["touched"] = data["phi_end"] > data["phi_touch"]
@@ -211,7 +207,7 @@ def write_table(table: Table, path: str | os.PathLike[str], about: str) -> Path:
     return files.atomic_write(path, lambda place: place.write_text(out.getvalue(), encoding="utf-8"))
 
 
-def _cell(value: Any) -> str:
+def _cell(value: object) -> str:
     if isinstance(value, bool | np.bool):
         return "yes" if value else "no"
     if isinstance(value, float | np.floating):
@@ -219,7 +215,7 @@ def _cell(value: Any) -> str:
     return str(value)
 
 
-def flat(data: xr.Dataset, columns: Mapping[str, str]) -> dict[str, Any]:
+def flat(data: xr.Dataset, columns: Mapping[str, str]) -> dict[str, Array]:
     """Return variables of a dataset as columns, one row for each cell of their common dimensions.
 
     ``columns`` maps headers to the variables' names; angles under a header with "(deg)" are converted to degrees.

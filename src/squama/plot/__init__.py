@@ -7,7 +7,7 @@ a name.
 from __future__ import annotations
 
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from squama.plot.cycle import cycle_figure as cycle_figure
@@ -80,7 +80,7 @@ _HOME = {name: module for module, names in _NAMES.items() for name in names.spli
 __all__ = list(_HOME)
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     if name not in _HOME:
         message = f"module 'squama.plot' has no attribute {name!r}"
         raise AttributeError(message)

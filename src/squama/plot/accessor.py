@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 FIGURES = {
     "way": "shaken_figure",
-    "turn": "vibration_figure",
+    "t_turn": "vibration_figure",
     "bin": "uncertainty_figure",
     "design": "front_figure",
     "t": "decay_figure",
@@ -65,7 +65,7 @@ class Result:
         text = self._dataset.attrs.get("beam")
         return None if text is None else Beam.from_toml_text(text)
 
-    def plot(self, *given: Any, **options: Any) -> Figure:
+    def plot(self, *given: object, **options: object) -> Figure:
         """Return the figure for this kind of result, with the arguments of its function in ``squama.plot``.
 
         Raises InputError for a dataset without a figure.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -138,18 +139,11 @@ def part_figure(dataset: xr.Dataset) -> Figure:
 def shape(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the bar's axis and its scales at some points of :func:`squama.load`, in mm."""
     ax, _ = style.panel(ax, dataset, "x_axis", "squama.load")
-    part = Part.from_toml_text(dataset.attrs["beam"])
-    beams = part.graded(dataset.sizes["scale"])
-    x, y, z = (1e3 * dataset[f"{name}_axis"].values for name in "xyz")
-    above = np.ptp(x) > np.ptp(y)
-    across = x if above else y
     most = int(dataset["share"].values.argmax())
     chosen = np.unique(np.linspace(0, most, 4).round().astype(int))
-    handles = []
+    handles, above = [], False
     for i, colour in zip(chosen, style.shades(len(chosen)), strict=True):
-        ax.plot(z[i], across[i], color=colour, linewidth=1.4)
-        if not above:
-            _from_the_side(ax, beams, dataset["theta"].values[i], y[i], z[i], colour)
+        above = _stand(ax, dataset, int(i), colour)
         handles.append(style.key(f"{float(dataset['share'][i]):.2f}", color=colour))
     ax.set_aspect("equal", adjustable="datalim")
     ax.set(xlabel="Along the bar at rest (mm)", ylabel="Across (mm)" if above else "Up (mm)")
@@ -157,13 +151,19 @@ def shape(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     return ax
 
 
-def _from_the_side(ax: Axes, beams: Sequence[Beam], theta: Array, y: Array, z: Array, colour: style.Colour) -> None:
-    """Draw the outline of the bar and its scales in side view; y and z of the axis in mm."""
-    along_z, along_y = np.gradient(z), np.gradient(y)
-    half = 1e3 * beams[0].substrate.thickness / 2 / np.hypot(along_z, along_y)
-    low, high = (np.array([z, y]) + side * half * [along_y, -along_z] for side in (1, -1))
-    ax.fill(*np.hstack([high, low[:, ::-1]]), color=colour, alpha=0.2, linewidth=0)
-    ax.plot(*_scales(beams, theta, y, z), color=colour, linewidth=0.8)
+def _stand(ax: Axes, dataset: xr.Dataset, i: int, colour: style.Colour) -> bool:
+    """Draw a part at a point, mm: the bar's axis, and unless seen from above (which is returned) bar and scales."""
+    x, y, z = (1e3 * dataset[f"{name}_axis"].values for name in "xyz")
+    above, y, z = bool(np.ptp(x) > np.ptp(y)), y[i], z[i]
+    ax.plot(z, x[i] if above else y, color=colour, linewidth=1.4)
+    if not above:
+        beams = Part.from_toml_text(dataset.attrs["beam"]).graded(dataset.sizes["scale"])
+        along_z, along_y = np.gradient(z), np.gradient(y)
+        half = 1e3 * beams[0].substrate.thickness / 2 / np.hypot(along_z, along_y)
+        low, high = (np.array([z, y]) + side * half * [along_y, -along_z] for side in (1, -1))
+        ax.fill(*np.hstack([high, low[:, ::-1]]), color=colour, alpha=0.2, linewidth=0)
+        ax.plot(*_scales(beams, dataset["theta"].values[i], y, z), color=colour, linewidth=0.8)
+    return above
 
 
 def part_animation(dataset: xr.Dataset, path: str | os.PathLike[str], *, frames: int = 40) -> Path:
@@ -183,25 +183,20 @@ def part_animation(dataset: xr.Dataset, path: str | os.PathLike[str], *, frames:
     limits = left.get_xlim(), left.get_ylim()
     if (legend := left.get_legend()) is not None:
         legend.remove()
-    part = Part.from_toml_text(dataset.attrs["beam"])
-    beams, theta = part.graded(dataset.sizes["scale"]), dataset["theta"].values
-    x, y, z = (1e3 * dataset[f"{name}_axis"].values for name in "xyz")
-    above, travel = np.ptp(x) > np.ptp(y), np.asarray(right.get_lines()[0].get_xydata())
+    travel = np.asarray(right.get_lines()[0].get_xydata())
     (mark,) = right.plot([], [], "o", color=ACCENT)
     pictures = []
     for i in steps:
         for artist in (*left.get_lines(), *left.patches):
             artist.remove()
-        left.plot(z[i], (x if above else y)[i], color=INK, linewidth=1.4)
-        if not above:
-            _from_the_side(left, beams, theta[i], y[i], z[i], INK)
+        _stand(left, dataset, int(i), INK)
         left.set(xlim=limits[0], ylim=limits[1])
         mark.set_data(*travel[i : i + 1].T)
         canvas.draw()
         pictures.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB"))
-    more: dict[str, Any] = {"save_all": True, "append_images": pictures[1:], "loop": 0}
     times = [60] * (len(pictures) - 1) + [800]
-    return files.atomic_write(path, lambda place: pictures[0].save(place, format="GIF", duration=times, **more))
+    film = partial(pictures[0].save, format="GIF", duration=times, save_all=True, append_images=pictures[1:], loop=0)
+    return files.atomic_write(path, film)
 
 
 def _scales(beams: Sequence[Beam], theta: Array, y: Array, z: Array) -> tuple[Array, Array]:

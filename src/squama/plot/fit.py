@@ -9,23 +9,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from squama.loads import TESTS, Load, model
+from squama.plot import style
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
-from squama.plot.style import (
-    PAGE,
-    Look,
-    angle_label,
-    headline,
-    key,
-    label,
-    new_figure,
-    panel,
-    prefixed,
-    styled,
-    unit_of,
-)
 from squama.types import Array
 
-_POINTS: dict[str, tuple[str, Look]] = {
+_POINTS: dict[str, tuple[str, style.Look]] = {
     "straight": ("before engagement", {"color": GREY, "marker": "."}),
     "loading": ("loading", {"color": INK, "marker": "."}),
     "unloading": ("unloading", {"color": UNLOADED, "marker": "."}),
@@ -53,21 +41,21 @@ NO_BREAK = "\u00a0"
 """Non-breaking space, between a value and its unit in titles."""
 
 
-@styled
+@style.styled
 def fit_figure(dataset: xr.Dataset) -> Figure:
     """Draw measured points, the fitted curve and the residuals, from :meth:`squama.Fit.dataset`.
 
     Above: torque (moment) against twist (bend) per pitch, the curve with twice its standard error (dark) and twice the
     noise of a point (light). Below: measured less fitted, with twice the noise.
     """
-    figure = new_figure(PAGE, 5.0)
+    figure = style.new_figure(style.PAGE, 5.0)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(2.4, 1))
     fitted(dataset, upper)
     residuals(dataset, lower)
     upper.set_xlabel("")
     load = TESTS[dataset.attrs["load"]]
     of = "of force over travel" if load.pushed else f"in {load.name}"
-    return headline(figure, f"Fit {of}, {model(dataset.attrs)}: {found(dataset)}", (upper, lower))
+    return style.headline(figure, f"Fit {of}, {model(dataset.attrs)}: {found(dataset)}", (upper, lower))
 
 
 def fitted(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
@@ -75,9 +63,9 @@ def fitted(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
 
     Around the curve: twice its standard error (dark) and twice the noise of a point (light).
     """
-    ax, names = panel(ax, dataset, "residual", "Fit.dataset()")
+    ax, names = style.panel(ax, dataset, "residual", "Fit.dataset()")
     angle, torque = names.angle, names.torque
-    factor, text = prefixed(torque, float(np.abs(dataset[torque].values).max()))
+    factor, text = style.prefixed(torque, float(np.abs(dataset[torque].values).max()))
     values, noise = factor * dataset[torque].values, factor * float(dataset["noise"])
     ax.axhline(0, color=GREY, linewidth=0.5, zorder=2.2)
     for leg in np.unique(dataset["leg"].values):
@@ -87,12 +75,12 @@ def fitted(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
         ax.plot(x, y, color=ACCENT, zorder=3, linewidth=1.1)
         # no band along the drop at the start of a way
         for wide, colour, zorder in ((np.full_like(error, noise), _NOISE, 1), (error, _ERROR, 2)):
-            look: Look = {"color": colour, "linewidth": 0, "zorder": zorder}
+            look: style.Look = {"color": colour, "linewidth": 0, "zorder": zorder}
             ax.fill_between(x[1:], (y - 2 * wide)[1:], (y + 2 * wide)[1:], **look)
     _points(ax, dataset, angle, values)
     handles = [
         *ax.get_legend_handles_labels()[0],
-        key("fitted", color=ACCENT),
+        style.key("fitted", color=ACCENT),
         Patch(color=_ERROR, linewidth=0, label="twice its standard error"),
         Patch(color=_NOISE, linewidth=0, label="twice the noise of a point"),
     ]
@@ -109,41 +97,41 @@ def fitted(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     return ax
 
 
-@styled
+@style.styled
 def prediction_figure(dataset: xr.Dataset) -> Figure:
     """Draw the predicted curve of a fit with its band, from ``squama.Fit.predict``."""
-    figure = new_figure(PAGE, 3.4)
-    ax, names = panel(figure.subplots(), dataset, "leg", "Fit.predict()")
+    figure = style.new_figure(style.PAGE, 3.4)
+    ax, names = style.panel(figure.subplots(), dataset, "leg", "Fit.predict()")
     T = names.torque
-    factor, text = prefixed(T, float(np.nanmax(np.abs(dataset[T].values))))
+    factor, text = style.prefixed(T, float(np.nanmax(np.abs(dataset[T].values))))
     for leg in np.unique(dataset["leg"].values):
         one = dataset.isel(point=np.flatnonzero(dataset["leg"].values == leg))
         x, low, high = one[names.angle].values, *(factor * one[f"{T}_{end}"].values for end in ("low", "high"))
         ax.fill_between(x, low, high, color=ACCENT, alpha=0.3, linewidth=0)
         ax.plot(x, factor * one[T].values, color=ACCENT, linewidth=1.1)
     share = f"{100 * float(dataset.attrs['probability']):g} % of {dataset.attrs['draws']} draws of the fit"
-    handles = [key("estimates", color=ACCENT), Patch(color=ACCENT, alpha=0.3, linewidth=0, label=share)]
+    handles = [style.key("estimates", color=ACCENT), Patch(color=ACCENT, alpha=0.3, linewidth=0, label=share)]
     ax.legend(handles=handles, loc="upper left")
-    ax.set(xlabel=angle_label(names.name), ylabel=text)
-    return headline(figure, f"Prediction in {dataset.attrs['load']}: {found(dataset)}", ())
+    ax.set(xlabel=style.angle_label(names.name), ylabel=text)
+    return style.headline(figure, f"Prediction in {dataset.attrs['load']}: {found(dataset)}", ())
 
 
 def residuals(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw measured less fitted torque (moment) and twice the noise of a point, from :meth:`squama.Fit.dataset`."""
-    ax, names = panel(ax, dataset, "residual", "Fit.dataset()")
+    ax, names = style.panel(ax, dataset, "residual", "Fit.dataset()")
     noise = float(dataset["noise"])
-    small, words = prefixed(names.torque, float(np.nanmax(np.abs(dataset["residual"].values), initial=2 * noise)))
+    small, words = style.prefixed(names.torque, float(np.nanmax(np.abs(dataset["residual"].values), initial=2 * noise)))
     noise_band(ax, small * noise)
     used = dataset.isel(point=np.flatnonzero(dataset["used"].values))
     _points(ax, used, names.angle, small * used["residual"].values)
     _across(ax, names)
-    ax.set_ylabel(f"Residual {unit_of(words)}")
+    ax.set_ylabel(f"Residual {style.unit_of(words)}")
     return ax
 
 
 def _across(ax: Axes, load: Load) -> None:
     """Label the axis with the load angle per pitch, or with the travel in mm."""
-    ax.set_xlabel(label("travel", "mm") if load.pushed else angle_label(load.name))
+    ax.set_xlabel(style.label("travel", "mm") if load.pushed else style.angle_label(load.name))
     if load.pushed:
         ax.xaxis.set_major_formatter(lambda x, _: f"{1e3 * x:g}")
 
@@ -165,14 +153,14 @@ def found(dataset: xr.Dataset, left_out: str = "") -> str:
 
 
 def _points(ax: Axes, dataset: xr.Dataset, angle: str, values: Array) -> None:
-    for name, (words, style) in _POINTS.items():
+    for name, (words, own) in _POINTS.items():
         mask = dataset["branch"].values == name
         if mask.any():
-            look: Look = {"markersize": 3.0, **style, "linestyle": "", "zorder": 2.5, "label": words}
+            look: style.Look = {"markersize": 3.0, **own, "linestyle": "", "zorder": 2.5, "label": words}
             ax.plot(dataset[angle].values[mask], values[mask], **look)
 
 
-@styled
+@style.styled
 def corner_figure(dataset: xr.Dataset) -> Figure:
     """Draw the posterior samples of a fit, each parameter against each other, from :meth:`squama.Fit.dataset`.
 
@@ -184,7 +172,7 @@ def corner_figure(dataset: xr.Dataset) -> Figure:
     n, labels = len(names), []
     for name, unit in zip(names, dataset["unit"].values, strict=True):
         labels.append(f"{NAMES[name][:1].upper()}{NAMES[name][1:]}{'' if unit == '1' else f' ({unit})'}")
-    figure = new_figure(min(PAGE, 1.2 + 1.9 * n), 0.6 + 1.8 * n)
+    figure = style.new_figure(min(style.PAGE, 1.2 + 1.9 * n), 0.6 + 1.8 * n)
     axes = figure.subplots(n, n, sharex="col", squeeze=False)
     angle = np.linspace(0, 2 * np.pi, 121)
     circle = np.sqrt(-2 * np.log(0.05)) * np.stack([np.cos(angle), np.sin(angle)])
@@ -211,6 +199,6 @@ def corner_figure(dataset: xr.Dataset) -> Figure:
             ax.set_ylabel(labels[i])
     figure.align_ylabels(axes[1:, 0])
     words = "estimates and their covariance: 95 %"
-    handles = [key("samples", color=GREY, linestyle="", marker="."), key(words, color=ACCENT)]
+    handles = [style.key("samples", color=GREY, linestyle="", marker="."), style.key(words, color=ACCENT)]
     figure.legend(handles=handles, loc="upper right")
     return figure

@@ -16,21 +16,8 @@ from squama.curves import doors
 from squama.errors import refuse
 from squama.loads import ENDLESS, LOADS, model
 from squama.model.outcome import End
+from squama.plot import style
 from squama.plot.palette import ACCENT, GREY, INK
-from squama.plot.style import (
-    COLUMN,
-    DASHED,
-    PAGE,
-    Dash,
-    Look,
-    headline,
-    key,
-    legend_under,
-    new_figure,
-    panel,
-    shades,
-    styled,
-)
 from squama.study.parameters import people
 from squama.types import Array
 from squama.units import for_people, shown, torque_unit
@@ -59,25 +46,25 @@ SYMBOL = {
     "critical_mu": "Friction that locks at engagement",
 }
 """Axis labels of the objectives, in the units of :func:`squama.units.for_people`."""
-_LOCK: Look = {"linewidth": 0.9, "linestyle": (0, (1, 1.5))}
-_GOAL: Look = {"linewidth": 1.0, "zorder": 0}
-_DASHES: tuple[Dash, ...] = (DASHED, (0, (1, 1.2)), (0, (5, 1.5, 1, 1.5)), (0, (8, 2)))
+_LOCK: style.Look = {"linewidth": 0.9, "linestyle": (0, (1, 1.5))}
+_GOAL: style.Look = {"linewidth": 1.0, "zorder": 0}
+_DASHES: tuple[style.Dash, ...] = (style.DASHED, (0, (1, 1.2)), (0, (5, 1.5, 1, 1.5)), (0, (8, 2)))
 """Line styles of the goals, in their order."""
 
 
-@styled
+@style.styled
 def inverse_figure(found: InverseDesign, target: Target) -> Figure:
     """Draw the designs of :func:`squama.inverse_design` for a target.
 
     Left: torque (moment) against the twist over the whole beam, a curve for each design, with the goals. Right: change
     of a goal's figure by the tolerance of each dimension, for the first design (a missed goal first).
     """
-    figure = new_figure(PAGE, 3.8)
+    figure = style.new_figure(style.PAGE, 3.8)
     left, right = figure.subplots(1, 2, width_ratios=(1.25, 1))
     which = _curves(left, found, target)
     _bars(right, found)
     count = "one design" if len(found) == 1 else f"{len(found)} designs"
-    return headline(figure, f"{target.space.load.capitalize()}, {count} for the target: {which}", (left, right))
+    return style.headline(figure, f"{target.space.load.capitalize()}, {count} for the target: {which}", (left, right))
 
 
 def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
@@ -85,19 +72,18 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
     kind, options, first = LOADS[target.space.load], target.options, found[0].beam
     # twists of whole beams, whose numbers of scales may differ
     degrees, own = 180 / np.pi * first.pitches, (first.pitch, first.pitches)
-    how: Look = {name: getattr(options, name) for name in ("law", "sense", "margin", "joint")} | {"ends": ENDLESS}
+    how: style.Look = {name: getattr(options, name) for name in ("law", "sense", "margin", "joint")} | {"ends": ENDLESS}
     lines, handles, which = [], [], ""
     ats = [at for goal in target.goals for at in (goal.want.at, goal.twist) if at is not None]
-    for i, (d, colour) in enumerate(zip(found.designs[:MOST], shades(min(len(found), MOST)), strict=False)):
+    for i, (d, colour) in enumerate(zip(found.designs[:MOST], style.shades(min(len(found), MOST)), strict=False)):
         # curves on hinges are drawn to their ends, those of thick scales a little beyond the target
         most = 1.1 * max((float(at.per_pitch(d.beam.pitch, d.beam.pitches)) for at in ats), default=0.0)
         to = f"{most!r} rad/pitch" if target.compliant and most else None
         curve = doors.respond(d.beam, kind.name, to=to, **how)
         which = f"{model(curve.attrs)}; {ENDLESS} beams"
         lines.append((curve[kind.angle] * np.degrees(d.beam.pitches), curve[kind.torque], d, colour))
-        handles.append(
-            key(f"design {i + 1}{'' if target.compliant and d.end == End.RANGE else f': {d.end}'}", color=colour)
-        )
+        end = "" if target.compliant and d.end == End.RANGE else f": {d.end}"
+        handles.append(style.key(f"design {i + 1}{end}", color=colour))
     # a bound "at most" may lie far above the curves: it is in the legend only
     at = {i: float(goal.want.at.per_pitch(*own)) * degrees for i, goal in enumerate(target.goals) if goal.want.at}
     drawn = [i for i, goal in enumerate(target.goals) if goal.want.figure == "torque" and goal.sense == "="]
@@ -112,11 +98,11 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
         if d.end.endswith("lock"):
             ax.axvline(np.degrees(d.rate_end * d.beam.length), color=colour, **_LOCK)
     if any(d.end.endswith("lock") for *_, d, _ in lines):
-        handles.append(key("lock of a design", **_LOCK))
+        handles.append(style.key("lock of a design", **_LOCK))
     if points.size:
-        mark: Look = {"linestyle": "", "marker": "o", "color": ACCENT, "markersize": 4}
+        mark: style.Look = {"linestyle": "", "marker": "o", "color": ACCENT, "markersize": 4}
         ax.plot(points[:, 0], factor * points[:, 1], zorder=5, **mark)
-        handles.append(key("asked", **mark))
+        handles.append(style.key("asked", **mark))
     asked: dict[tuple[float, str], list[str]] = {}
     for i, goal in enumerate(target.goals):
         sense = {"=": "", ">=": " at least", "<=": " at most"}[goal.sense]
@@ -127,13 +113,13 @@ def _curves(ax: Axes, found: InverseDesign, target: Target) -> str:
         if place is not None:
             asked.setdefault((place, colour), []).append(f"asked: {goal.name}{sense} {goal.number:g} {goal.unit}")
     for ((place, colour), words), dashes in zip(asked.items(), itertools.cycle(_DASHES)):
-        look: Look = {"color": colour, "linestyle": dashes, **_GOAL}
+        look: style.Look = {"color": colour, "linestyle": dashes, **_GOAL}
         ax.axvline(place, **look)
-        handles.append(key("\n".join(words), **look))
+        handles.append(style.key("\n".join(words), **look))
     scales = f"{first.pitches} scales" if len({d.beam.pitches for d in found.designs}) == 1 else "the beam"
     ax.set(ylim=(0, factor * top), xlim=(0, None), xlabel=f"{kind.verb.capitalize()} of {scales} (deg)")
     ax.set_ylabel(f"{kind.torque_words.capitalize()} ({unit})")
-    legend_under(ax, handles)
+    style.legend_under(ax, handles)
     return which
 
 
@@ -151,11 +137,11 @@ def _bars(ax: Axes, found: InverseDesign) -> None:
     unit = f" ({goal.unit})" if goal.unit else ""
     missed = "" if goal.met else ", missed"
     ax.set_xlabel(textwrap.fill(f"Change of {goal.name}{unit} by a tolerance, design 1{missed}", 40))
-    keys = [key("grows with it", color=INK, linewidth=4), key("falls with it", color=GREY, linewidth=4)]
-    legend_under(ax, keys)
+    keys = [style.key("grows with it", color=INK, linewidth=4), style.key("falls with it", color=GREY, linewidth=4)]
+    style.legend_under(ax, keys)
 
 
-@styled
+@style.styled
 def front_figure(front: xr.Dataset) -> Figure:
     """Draw a Pareto front from :func:`squama.pareto`.
 
@@ -173,14 +159,14 @@ def front_figure(front: xr.Dataset) -> Figure:
     pairs = list(itertools.combinations(names, 2))
     columns = min(len(pairs), 3)
     rows = -(-len(pairs) // columns)
-    figure = new_figure(COLUMN + 0.6 if len(pairs) == 1 else PAGE, 2.8 * rows + 0.2)
+    figure = style.new_figure(style.COLUMN + 0.6 if len(pairs) == 1 else style.PAGE, 2.8 * rows + 0.2)
     panels = np.ravel(figure.subplots(rows, columns, squeeze=False))
     for ax, (x, y) in zip(panels, pairs, strict=False):
         tradeoff(front, x, y, ax)
     for ax in panels[len(pairs) :]:
         ax.remove()
     title = f"Pareto front of {front.sizes['design']} beams: {model(front.attrs)}"
-    return headline(figure, title, panels[: len(pairs)] if len(pairs) > 1 else ())
+    return style.headline(figure, title, panels[: len(pairs)] if len(pairs) > 1 else ())
 
 
 def _objectives(front: xr.Dataset) -> list[str]:
@@ -198,7 +184,7 @@ def tradeoff(front: xr.Dataset, x: str, y: str, ax: Axes | None = None, *, by: s
     The colour shows ``by``, an objective or a dimension; default: another objective, else the dimension that changes
     most along the front.
     """
-    ax, _ = panel(ax, front, "design", "squama.pareto")
+    ax, _ = style.panel(ax, front, "design", "squama.pareto")
     names = _objectives(front)
     for where, name, known in (("x", x, names), ("y", y, names), ("by", by or x, [*map(str, front.data_vars)])):
         if name not in known:
@@ -209,16 +195,16 @@ def tradeoff(front: xr.Dataset, x: str, y: str, ax: Axes | None = None, *, by: s
         varied = {str(name): v for name, v in front.data_vars.items() if "low" in v.attrs}
         spans = {name: np.ptp(v.values) / (v.attrs["high"] - v.attrs["low"]) for name, v in varied.items()}
         by = max(spans, key=lambda name: float(spans[name]), default=None)
-    style: Look = {"s": 9, "linewidth": 0, "zorder": 3}
+    dots: style.Look = {"s": 9, "linewidth": 0, "zorder": 3}
     if by is not None:
         (factor, unit), text = for_people(front[by].attrs["units"]), SYMBOL.get(by, by)
         if "objective" not in front[by].attrs:
             text = f"{by} ({unit})" if unit else by
         shade = front[by].values * factor
         norm = (LogNorm if _wide(shade) else Normalize)(shade.min(), shade.max())
-        style |= {"c": shade, "norm": norm, "cmap": mpl.colormaps["viridis"]}
+        dots |= {"c": shade, "norm": norm, "cmap": mpl.colormaps["viridis"]}
     places = (front[name].values * for_people(front[name].attrs["units"])[0] for name in (x, y))
-    drawn = ax.scatter(*places, **style)
+    drawn = ax.scatter(*places, **dots)
     for name, axis in ((x, "x"), (y, "y")):
         if _wide(front[name].values):
             getattr(ax, f"set_{axis}scale")("log")

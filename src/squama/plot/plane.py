@@ -81,10 +81,8 @@ def plane_figure(dataset: xr.Dataset, paths: Sequence[xr.Dataset] = ()) -> Figur
         style.scaled_above(ax, degrees, "deg per pitch").xaxis.label.set_fontsize(7)
     style.scaled_right(axes[0], degrees, "deg per pitch").yaxis.label.set_fontsize(7)
     style.legend_below(figure, handles, 5)
-    held = f"{dataset.attrs['scales']} on {HELD[dataset.attrs['joint']]}"
-    return style.headline(
-        figure, f"Bent and twisted: {held}, $\\mu$ = {float(dataset['mu']):g}; every state straight from rest"
-    )
+    held = f"{dataset.attrs['scales']} on {HELD[dataset.attrs['joint']]}, $\\mu$ = {float(dataset['mu']):g}"
+    return style.headline(figure, f"Bent and twisted: {held}; every state straight from rest")
 
 
 def plane_contacts(dataset: xr.Dataset, ax: Axes | None = None, *, paths: Sequence[xr.Dataset] = ()) -> Axes:

@@ -200,12 +200,11 @@ def line(
     ax, _ = style.panel(ax, dataset, name, "")
     factor, y_words = _unit(dataset, name, unit)
     x_factor, x_words = _unit(dataset, over, x_unit)
-    drawn, across = dataset[name].transpose(..., "point"), dataset[over].transpose(..., "point")
+    drawn, across = (v.transpose(..., "point") for v in xr.broadcast(dataset[name], dataset[over]))
     for index in np.ndindex(drawn.shape[:-1]):
         one = dict(zip(drawn.dims[:-1], index, strict=True))
         words = ", ".join(f"{dim} = {dataset[dim].values[i]:g}" for dim, i in one.items())
-        place = across.isel({dim: i for dim, i in one.items() if dim in across.dims})
-        ax.plot(x_factor * place, factor * drawn.isel(one), **{**({"label": words} if words else {}), **look})
+        ax.plot(x_factor * across.isel(one), factor * drawn.isel(one), **{"label": words or None, **look})
     ax.set_ylabel(ax.get_ylabel() or y_words)
     ax.set_xlabel(ax.get_xlabel() or x_words)
     return ax
@@ -261,14 +260,12 @@ def _curves(dataset: xr.Dataset, names: Load) -> list[_Curve]:
     colours = style.shades(mus.size) if mus.size > 1 else [INK]
     out = []
     for i, (mu, colour) in enumerate(zip(mus, colours, strict=True)):
-        data = dataset.isel(mu=i) if "mu" in dataset.dims else dataset
+        data = (dataset.isel(mu=i) if "mu" in dataset.dims else dataset).sortby(names.rate)
         rate = np.asarray(data[names.rate].values, float)
-        order = np.argsort(rate, kind="stable")
-        data = data.isel(point=order)
         each = data[[str(v) for v in data.data_vars if "scale" in data[v].dims]]
         data = data.assign({v: (x.mean("scale") if v in MEAN else x.max("scale")) for v, x in each.items()})
         e, last = float(data[f"{names.rate}_e"]), float(data[f"{names.rate}_end"])
-        out.append(_Curve(data, each, float(mu), colour, rate[order], e, last, str(data["end"].values)))
+        out.append(_Curve(data, each, float(mu), colour, rate, e, last, str(data["end"].values)))
     return out
 
 

@@ -52,8 +52,8 @@ Colour = str | tuple[float, float, float]
 Dash = str | tuple[float, tuple[float, ...]]
 """Dashes of a line in matplotlib's form."""
 
-_SETTINGS: Any = mpl.rc_params_from_file(Path(__file__).with_name("figure.mplstyle"), use_default_template=False)
-_SETTINGS |= {"axes.edgecolor": INK, "hatch.color": GREY, "figure.dpi": DPI, "savefig.dpi": DPI}
+_SETTINGS = mpl.rc_params_from_file(Path(__file__).with_name("figure.mplstyle"), use_default_template=False)
+_SETTINGS.update({"axes.edgecolor": INK, "hatch.color": GREY, "figure.dpi": DPI, "savefig.dpi": DPI})
 
 AXIS = {
     "f0": r"Friction force $\bar{f}_0 = f\,l/K_\theta$",
@@ -184,9 +184,9 @@ def key(text: str, **line: Any) -> Line2D:
     return Line2D([], [], label=text, **{"color": INK, **line})
 
 
-def legend_below(figure: Figure, handles: Sequence[Artist], most: int, **look: Any) -> None:
+def legend_below(figure: Figure, handles: Sequence[Artist], most: int, **look: object) -> None:
     """Add a legend below all panels, in as many columns (at most ``most``) as fit the figure."""
-    legend_within(figure, most, handles=handles, loc="outside lower center", **look)
+    legend_within(figure, most, handles, loc="outside lower center", **look)
 
 
 def legend_under(ax: Axes, handles: Sequence[Artist], title: str = "") -> None:
@@ -194,14 +194,14 @@ def legend_under(ax: Axes, handles: Sequence[Artist], title: str = "") -> None:
     lines = 3.2 + 1.2 * ax.get_xlabel().count("\n")
     under = ScaledTranslation(0, -lines * mpl.rcParams["font.size"] / 72, ax.figure.dpi_scale_trans)
     look: Look = {"columnspacing": 1.2, "title": title, "alignment": "left", "bbox_to_anchor": (0.5, 0)}
-    legend_within(ax, 4, handles=handles, loc="upper center", bbox_transform=ax.transAxes + under, **look)
+    legend_within(ax, 4, handles, loc="upper center", bbox_transform=ax.transAxes + under, **look)
 
 
-def legend_within(place: Figure | Axes, most: int, **look: Any) -> None:
-    """Add a legend of ``handles`` in as many columns (at most ``most``) as fit a figure, or axes with labels."""
+def legend_within(place: Figure | Axes, most: int, handles: Sequence[Artist], **look: Any) -> None:
+    """Add a legend in as many columns (at most ``most``) as fit a figure, or axes with labels."""
     room = place.bbox.width * (1.0 if isinstance(place, Figure) else LABELS)
-    for columns in range(min(most, len(look["handles"])), 0, -1):
-        legend = place.legend(ncols=columns, **look)
+    for columns in range(min(most, len(handles)), 0, -1):
+        legend = place.legend(handles=handles, ncols=columns, **look)
         if columns == 1 or legend.get_window_extent().width <= room:
             return
         legend.remove()

@@ -37,7 +37,7 @@ def vibration_figure(dataset: xr.Dataset) -> Figure:
 
 def record(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the load angle of a free vibration of :func:`squama.vibrate` over time, with the envelope of its peaks."""
-    ax, names = panel(ax, dataset, "turn", "squama.vibrate")
+    ax, names = panel(ax, dataset, "t_turn", "squama.vibrate")
     angle = names.angle
     t, y = dataset["t_turn"].values, dataset[f"{angle}_turn"].values
     ax.plot(dataset["t"], dataset[angle], color=INK, linewidth=0.9)
@@ -61,7 +61,7 @@ def _engaged(dataset: xr.Dataset, names: Load, line: Callable[..., object], ways
 
 def damping(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the damping ratio of every cycle of :func:`squama.vibrate` against its first peak."""
-    ax, names = panel(ax, dataset, "turn", "squama.vibrate")
+    ax, names = panel(ax, dataset, "t_turn", "squama.vibrate")
     turns = dataset[f"{names.angle}_turn"].values
     zeta = dataset["zeta_cycle"].values
     ax.plot(np.abs(turns[0 : 2 * zeta.size : 2]), zeta, color=ACCENT, linestyle="", marker="o", markersize=3)
@@ -77,7 +77,7 @@ def damping(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
 
 def phase_plane(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     """Draw the speed of a free vibration of :func:`squama.vibrate` over its load angle."""
-    ax, names = panel(ax, dataset, "turn", "squama.vibrate")
+    ax, names = panel(ax, dataset, "t_turn", "squama.vibrate")
     ax.plot(dataset[names.angle], dataset[f"{names.angle}_speed"], color=INK, linewidth=0.4)
     ax.axhline(0, color=GREY, linewidth=0.5, zorder=0)
     _engaged(dataset, names, ax.axvline)

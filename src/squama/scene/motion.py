@@ -214,10 +214,10 @@ class Motion:
         """What the load does, in a word."""
         return self.kind.verb
 
-    @property
-    def flat(self) -> bool:
-        """Whether elastic scales are drawn flat."""
-        return not self.hinge and not self.ideal and not self.shapes
+    def title(self, name: str) -> str:
+        """Return name and model of the beam as text, and whether its elastic scales are drawn flat."""
+        flat = not self.hinge and not self.ideal and not self.shapes
+        return ": ".join(filter(None, (name, f"{self.model}; {self.place}"))) + ", drawn flat" * flat
 
     def value(self, role: str, load: float) -> float:
         """Return a variable of the curve at a load angle; NaN where the curve does not have it."""

@@ -10,7 +10,7 @@ import os
 from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -190,7 +190,7 @@ def save(
         states = [*(motion.state(last.load * i / there) for i in range(there)), last]
         pictures = _drawn(motion, states, SMALL, name, **looks)
         pictures += pictures[-2:0:-1]
-        more: dict[str, Any] = {"save_all": True, "append_images": pictures[1:], "duration": 60, "loop": 0}
+        more: dict[str, object] = {"save_all": True, "append_images": pictures[1:], "duration": 60, "loop": 0}
     else:
         pictures, more = [draw(motion, load, name, **looks)], {"optimize": True}
     return files.atomic_write(path, lambda place: pictures[0].save(place, format=ending[1:].upper(), **more))
@@ -317,7 +317,7 @@ def _framed(
     whole.paste(Image.fromarray(beam), (0, room // 2))
     pen = ImageDraw.Draw(whole)
     said = motion.words(state)
-    title = ": ".join(filter(None, (name, f"{motion.model}; {motion.place}"))) + ", drawn flat" * motion.flat
+    title = motion.title(name)
     keys = _keys(motion, faces, theme, **looks)
     box, font = room // 5, Path(mpl.get_data_path(), "fonts", "ttf", "DejaVuSans.ttf")
     letters = ImageFont.truetype(font, room // 3.2)

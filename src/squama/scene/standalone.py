@@ -58,7 +58,7 @@ def page(motion: Motion, load: float, name: str = "") -> str:
         "end": str(motion.end),
         "sentence": SENTENCES[motion.end],
         "palette": SCENE,
-        "model": ": ".join(filter(None, (name, f"{motion.model}; {motion.place}"))) + ", drawn flat" * motion.flat,
+        "model": motion.title(name),
         "angle": motion.verb,
     }
     # "<" inside a script would end it early

@@ -59,7 +59,7 @@ def ground(words: str, room: Mapping[str, int]) -> Options:
     return {"animation": False, "aria": aria, "backgroundColor": "transparent", "grid": dict(room)}
 
 
-def axis(name: str, look: Mapping[str, str], **more: Any) -> Options:
+def axis(name: str, look: Mapping[str, str], **more: object) -> Options:
     """Return the options of a value axis with its name in the middle."""
     return {
         "type": "value",

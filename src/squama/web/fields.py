@@ -11,18 +11,7 @@ from squama.beam.parts import RATIOS, Scale
 from squama.errors import refuse
 from squama.loads import LOADS
 from squama.people import degrees, over
-from squama.units import (
-    MARGIN,
-    UNITS,
-    Bounds,
-    Dimension,
-    NoLengthError,
-    bounded,
-    is_number,
-    number,
-    quantity,
-    shown,
-)
+from squama.units import MARGIN, UNITS, Bounds, Dimension, NoLengthError, bounded, is_number, number, quantity, shown
 
 MEASURES: dict[str, tuple[Dimension, Bounds]] = {
     **NUMBERS,

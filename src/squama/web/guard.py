@@ -17,11 +17,11 @@ import secrets
 from typing import TYPE_CHECKING, Any
 
 import h11
+from starlette.datastructures import Headers
+from starlette.responses import PlainTextResponse
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 TOKEN = "token"
@@ -40,7 +40,7 @@ MOST_STRANGERS = 128
 MOST = 384
 """Largest number of connections."""
 _NUMBERS = itertools.count()
-_HEADERS = [(b"cache-control", b"no-store"), (b"content-type", b"text/plain; charset=utf-8")]
+_FRESH = {"cache-control": "no-store"}
 _SHUT = [
     (b"cross-origin-resource-policy", b"same-origin"),
     (b"referrer-policy", b"no-referrer"),
@@ -84,7 +84,7 @@ class Guard:
             await send(message)
 
         # another host is refused below
-        host = b"".join(_values(scope, b"host")).decode("latin-1")
+        host = "".join(Headers(scope=scope).getlist("host"))
         policy = POLICY.format(host=host if HOSTS.fullmatch(host) else "localhost").encode()
         start, parts = f"{TOKEN}=".encode(), (scope["query_string"] if scope["path"] == "/" else b"").split(b"&")
         given = b"".join(part[len(start) :] for part in parts if part.startswith(start))
@@ -92,45 +92,34 @@ class Guard:
         if known := self._known(scope):
             scope[KNOWN] = True
         if refusal := self._refusal(scope, known or _same(given, self.secret)):
-            await _answer(shut, 403, _HEADERS, refusal)
+            await PlainTextResponse(f"{refusal}\n", 403, _FRESH)(scope, receive, shut)
         elif given:
-            place = (b"location", b"/" + (b"?" + rest if rest else b""))
-            cookie = f"{self.cookie}={self.pass_}; Path=/; HttpOnly; SameSite=Strict".encode()
-            await _answer(shut, 303, [*_HEADERS, place, (b"set-cookie", cookie)], "")
+            cookie = f"{self.cookie}={self.pass_}; Path=/; HttpOnly; SameSite=Strict"
+            place = {"location": "/" + "?" * bool(rest) + rest.decode("latin-1"), "set-cookie": cookie}
+            await PlainTextResponse("", 303, _FRESH | place)(scope, receive, shut)
         else:
             await self.app(scope, receive, shut)
 
     def _known(self, scope: Scope) -> bool:
         """Return whether a request has the cookie."""
-        start = f"{self.cookie}=".encode()
-        pairs = (pair.strip() for one in _values(scope, b"cookie") for pair in one.split(b";"))
-        return any(_same(pair[len(start) :], self.pass_) for pair in pairs if pair.startswith(start))
+        start, cookies = f"{self.cookie}=", Headers(scope=scope).getlist("cookie")
+        pairs = (pair.strip() for one in cookies for pair in one.split(";"))
+        return any(_same(pair[len(start) :].encode(), self.pass_) for pair in pairs if pair.startswith(start))
 
     def _refusal(self, scope: Scope, known: bool) -> str:
         """Return why a request is refused; "" for a permitted one."""
-        hosts, origins = _values(scope, b"host"), _values(scope, b"origin")
-        if len(hosts) != 1 or not HOSTS.fullmatch(host := hosts[0].decode("latin-1")):
+        hosts, origins = (Headers(scope=scope).getlist(name) for name in ("host", "origin"))
+        if len(hosts) != 1 or not HOSTS.fullmatch(host := hosts[0]):
             return FOREIGN
         own = (f"http://{host}".lower(), f"https://{host}".lower())
-        if any(origin.decode("latin-1").lower() not in own for origin in origins):
+        if any(origin.lower() not in own for origin in origins):
             return OTHER_PAGE
         return "" if known else UNKNOWN
-
-
-def _values(scope: Scope, name: bytes) -> list[bytes]:
-    return [value for key, value in scope["headers"] if key.lower() == name]
 
 
 def _same(given: bytes, secret: str) -> bool:
     # in constant time, so that the duration does not reveal how much of a guess is right
     return hmac.compare_digest(given, secret.encode())
-
-
-async def _answer(send: Send, status: int, headers: Sequence[tuple[bytes, bytes]], words: str) -> None:
-    body = f"{words}\n".encode() if words else b""
-    length = (b"content-length", str(len(body)).encode())
-    await send({"type": "http.response.start", "status": status, "headers": [*headers, length]})
-    await send({"type": "http.response.body", "body": body})
 
 
 class Patient(H11Protocol):

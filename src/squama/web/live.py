@@ -171,7 +171,7 @@ class Swing(NamedTuple):
     ``words``: its damping, and warnings that the page does not show already.
     """
 
-    frames: list[dict[str, dict[str, Any]]]
+    frames: list[dict[str, dict[str, object]]]
     step: float
     words: str
 
@@ -298,8 +298,9 @@ def share(setting: Setting, load: float) -> float:
         return math.nan
     # thin scales where law and joint of the curve require them, as on the map
     ideal = thin(m.kind, s.law, m.joint, ideal=m.ideal)
-    how: dict[str, Any] = {"load": s.load, "sense": s.sense, "ideal": ideal, "along": False, "own": own}
-    return float(compliant_columns.solved(columns.columns(s.beam, {}), load, **how).finite_ratio[0])
+    cells = columns.columns(s.beam, {})
+    found = compliant_columns.solved(cells, load, load=s.load, sense=s.sense, ideal=ideal, along=False, own=own)
+    return float(found.finite_ratio[0])
 
 
 def own_scales(state: State) -> str:

@@ -6,9 +6,11 @@ import asyncio
 from collections.abc import Callable, Coroutine, Iterator
 from contextlib import contextmanager
 from importlib.resources import files
+from operator import call
 from typing import Any, TypeVar, cast
 
 from nicegui import ui
+from nicegui.events import GenericEventArguments
 
 from squama.beam.beamfile import beside_the_beam
 from squama.errors import InputError
@@ -20,19 +22,6 @@ from squama.web.state import State, query
 from squama.web.tables import GUESSED, Fitted, How, Table
 from squama.web.widgets import BeamView, Chart, FileButton, button, put, received, text, write
 
-
-def _printed(state: State, table: Table | None, kind: str, fit: Fitted | None) -> tuple[str, bytes]:
-    """Draw the plots for print; matplotlib is imported here."""
-    from squama.web import prints
-
-    return prints.made(state, table, kind, fit)
-
-
-def _drawn(make: Callable[[], Any]) -> Any:
-    """Call a function that draws with matplotlib, whose settings are global to the process (one call at a time)."""
-    return make()
-
-
 WAIT = 0.3
 """Seconds without a change after which the link is written and the map computed."""
 T = TypeVar("T")
@@ -40,7 +29,8 @@ SOLVING = Aside(live.prepare, most=2)
 LOADING = Aside(bench.followed, most=1, limit=300)
 READING = Aside(tables.opened, most=1, limit=20)
 FITTING = Aside(tables.fitted, most=1, limit=tables.SECONDS + 5)
-PRINTING = Aside(_drawn, most=1, limit=60)
+PRINTING: Aside[[Callable[[], Any]], Any] = Aside(call, most=1, limit=60)
+"""Calls what draws with matplotlib, whose settings are global to the process: one call at a time."""
 MAPPING = Aside(map.grid, most=1)
 SWINGING = Aside(live.swing, most=1, limit=30)
 LINKING = Aside(live.linked, most=2, limit=5)
@@ -211,7 +201,7 @@ class Explorer:
                 self.drawn = aim
                 self.draw()
 
-    def clicked(self, event: Any) -> None:
+    def clicked(self, event: GenericEventArguments) -> None:
         """Show the design of a clicked cell of the map."""
         sent = received(event.args, value=list, seriesId=str)
         cell = sent["value"][:2] if sent else []
@@ -250,7 +240,7 @@ class Explorer:
         """Reset the button after a decay, when the view shows the state again."""
         write(self.release, LET_GO)
 
-    def go_back(self, event: Any) -> None:
+    def go_back(self, event: GenericEventArguments) -> None:
         """Show the state of an address of the browser's history."""
         if sent := received(event.args, link=str, step=int):
             # the browser has changed the address already; if the state cannot be shown, the address is corrected
@@ -284,8 +274,16 @@ class Explorer:
             return
         if kind.startswith("plots-"):
             wanted = self.drawn, self.table, kind.removeprefix("plots-"), self.found
-            made = PRINTING(lambda: _printed(*wanted))
-            self.beside("The plots are being drawn ...", made, lambda found: self.client.download(found[1], found[0]))
+
+            def printed() -> tuple[str, bytes]:
+                # it imports matplotlib
+                from squama.web import prints
+
+                return prints.made(*wanted)
+
+            self.beside(
+                "The plots are being drawn ...", PRINTING(printed), lambda made: self.client.download(*made[::-1])
+            )
             return
         with telling(self.say):
             name, content = live.make_file(self.state, kind)
@@ -300,7 +298,7 @@ class Explorer:
         return True
 
     def beside(
-        self, words: str, work: Coroutine[Any, Any, T], then: Callable[[T], object],
+        self, words: str, work: Coroutine[object, object, T], then: Callable[[T], object],
         failed: Callable[[], object] = lambda: None,
     ) -> None:  # fmt: skip
         """Run ``work`` off the event loop, one at a time, and pass its result to ``then``.

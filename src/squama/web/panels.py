@@ -52,9 +52,8 @@ def tools(save: Callable[[str], None], brightness: Callable[[], object]) -> None
                 for kind, what in FILES.items():
                     button(what[0].upper() + what[1:], partial(save, kind), f"Download the {what}", kind)
             every.on("click", js_handler="(e) => e.currentTarget.parentElement.removeAttribute('open')")
-        button("Undo", lambda: None, "Go back to the state before the last change (Ctrl+Z)", "undo").on(
-            "click", js_handler="() => { if (history.state?.step > 0) history.back(); }"
-        )
+        undo = button("Undo", lambda: None, "Go back to the state before the last change (Ctrl+Z)", "undo")
+        undo.on("click", js_handler="() => { if (history.state?.step > 0) history.back(); }")
         copy = button("Copy link", lambda: None, "Copy the address of this state", "link")
         copy.on(
             "click",
@@ -286,7 +285,7 @@ class Measured:
 class PartUnderLoad:
     """The beam as a part, a cantilever or a three-point bend: shape, force, contact force of each scale."""
 
-    def __init__(self, bear: Callable[[str, str, str], object]) -> None:
+    def __init__(self, bear: Callable[..., object]) -> None:
         self.state: State | None = None
         self.given = {"case": "cantilever", "way": "up", "force": "0.2 N"}
 
@@ -299,16 +298,10 @@ class PartUnderLoad:
                 Choice("Case", {name: one[0] for name, one in bench.CASES.items()}, "cantilever", put_in("case"))
                 Choice("Direction", bench.WAYS, "up", put_in("way"))
                 Entry("Force", self.given["force"], put_in("force"), most=50, mark="force")
-                button(
-                    "Load it",
-                    lambda: bear(self.given["case"], self.given["force"], self.given["way"]),
-                    "Load the part, by squama.load",
-                    "bear",
-                )
-            self.words = ui.element("ul")
-            self.picture = ui.element("img").props(
-                'alt="Shape of the part, force over travel, and force on each scale"'
-            )
+                button("Load it", lambda: bear(**self.given), "Load the part, by squama.load", "bear")
+            with ui.element("div") as self.result:
+                self.words, what = ui.element("ul"), "Shape of the part, force over travel, and force on each scale"
+                self.picture = ui.element("img").props(f'alt="{what}"')
             self.picture.set_visibility(False)
 
     def show(self, found: bench.Loaded, state: State) -> None:
@@ -321,15 +314,13 @@ class PartUnderLoad:
         self.picture.set_visibility(True)
         content = base64.b64encode(found.picture.encode()).decode()
         self.picture.props["src"] = f"data:image/svg+xml;base64,{content}"
-        for one in (self.words, self.picture):
-            one.classes(remove="old")
+        self.result.classes(remove="old")
 
     def fade(self, now: State) -> None:
         """Grey out a result for another beam or model."""
         if self.state is not None and bench.follows(now) != bench.follows(self.state):
             self.state = None
-            for one in (self.words, self.picture):
-                one.classes(add="old")
+            self.result.classes(add="old")
 
 
 def show_lines(place: ui.element, wanted: Sequence[Line]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import functools
 import inspect
 import logging
@@ -14,7 +13,6 @@ import webbrowser
 from collections.abc import Callable
 from contextlib import suppress
 from types import FrameType
-from typing import Any
 
 from squama.errors import InputError, refuse
 from squama.web import aside
@@ -49,7 +47,7 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
     import uvicorn
     from fastapi import FastAPI
     from fastapi.responses import PlainTextResponse
-    from nicegui import app, background_tasks, core, ui
+    from nicegui import app, core, ui
     from threadpoolctl import threadpool_limits
 
     from squama.web import map  # noqa: A004 - the module is named after what it draws
@@ -75,21 +73,6 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
     guard = Guard(outer, port)
     address = f"http://{HOST}:{port}/?{TOKEN}={guard.secret}"
 
-    async def announce() -> None:
-        # the server starts to listen shortly after its start
-        while True:
-            try:
-                _, writer = await asyncio.open_connection(HOST, port)
-            except OSError:
-                await asyncio.sleep(0.02)
-                continue
-            writer.close()
-            ready(address)
-            if browser:
-                threading.Thread(target=webbrowser.open, args=[address], daemon=True).start()
-            return
-
-    app.on_startup(lambda: background_tasks.create(announce()))
     app.on_startup(map.warm_up)
     # unreadable messages of socket.io or NiceGUI are dropped, because each would print a traceback
     logging.getLogger("engineio.server").setLevel(logging.CRITICAL)
@@ -102,7 +85,13 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
     )
 
     class Server(uvicorn.Server):
-        """Ends soon after it is asked to, whatever is computed."""
+        """Tells when it listens, and ends soon after it is asked to, whatever is computed."""
+
+        async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+            await super().startup(sockets)
+            ready(address)
+            if browser:
+                threading.Thread(target=webbrowser.open, args=[address], daemon=True).start()
 
         def handle_exit(self, sig: int, frame: FrameType | None) -> None:
             super().handle_exit(sig, frame)
@@ -136,7 +125,7 @@ def serve(start: State, port: int, *, browser: bool, ready: Callable[[str], None
             os._exit(128 + signal.SIGINT)
 
 
-def _borne(handler: Callable[..., Any]) -> Callable[..., Any]:
+def _borne(handler: Callable[..., object]) -> Callable[..., object]:
     """Return a message handler that ignores its exceptions; actions of the user have their own handlers inside."""
 
     @functools.wraps(handler)

@@ -7,7 +7,7 @@ runs in its own process, which is killed when it takes too long.
 from __future__ import annotations
 
 import itertools
-import json
+import pickle
 import re
 import subprocess
 import sys
@@ -199,64 +199,51 @@ def fitted(table: Table, state: State) -> Fitted:
         refuse("", "", "a fit needs a beam without bend", "set the held bend to 0")
     names = LOADS[state.load]
     every = table.points.specimens()
-    data = [{names.rate: one.rate.tolist(), names.torque: one.load.tolist()} for one in every]
-    request = {"data": data, "beam": state.beam.to_toml(), "load": state.load, "law": names.law(state.law)}
-    request["joint"] = live.motion(state.setting).joint
+    data = [{names.rate: one.rate, names.torque: one.load} for one in every]
+    how = {"load": state.load, "law": names.law(state.law), "joint": live.motion(state.setting).joint}
     command = [sys.executable, "-c", "from squama.web import tables; tables.answer()"]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         assert process.stdin
         assert process.stdout
         end = threading.Timer(SECONDS, process.kill)
         end.start()
         try:
-            process.stdin.write(json.dumps(request) + "\n")
+            process.stdin.write(pickle.dumps((data, state.beam, how)))
             process.stdin.flush()
-            said = process.stdout.readline()
-        except BrokenPipeError:
-            said = ""
+            found: Fitted | InputError = pickle.load(process.stdout)
+        except (BrokenPipeError, EOFError):
+            refuse("", "", f"no fit is found within {SECONDS} s", "thin the table out, or use squama fit")
         finally:
             end.cancel()
             process.kill()
-    if not said:
-        refuse("", "", f"no fit is found within {SECONDS} s", "thin the table out, or use squama fit")
-    found = json.loads(said)
-    if "error" in found:
-        refuse("", "", found["error"])
-    beam = Beam.from_toml_text(found.pop("beam"), source="fit")
-    torque, left = (np.array(found.pop(name), float) for name in ("torque", "left"))
+    if isinstance(found, InputError):
+        raise found
     load = np.concatenate([one.rate for one in every]) * state.beam.pitch
-    if torque.size != load.size:
-        load = torque = left = np.empty(0)
-    values = tuple((name, words, value) for name, words, value in found["values"])
-    doubts, lines = tuple(found["doubts"]), tuple(found["lines"])
-    return Fitted(beam, values, doubts, found["model"], found["specimen"], lines, load, torque, left)
+    if found.torque.size != load.size:
+        load, found = np.empty(0), found._replace(torque=np.empty(0), left=np.empty(0))
+    return found._replace(load=load)
 
 
 def answer() -> None:
-    """Run the fit requested in one line of the standard input; the process ends when the input is closed."""
+    """Run the fit requested on the standard input, and write what it found; the process ends with the input."""
     import os
 
     from squama.identify.fitting import fit
 
-    request = json.loads(sys.stdin.readline())
-    threading.Thread(target=lambda: (sys.stdin.read(), os._exit(1)), daemon=True).start()
+    data, beam, how = pickle.load(sys.stdin.buffer)
+    threading.Thread(target=lambda: (sys.stdin.buffer.read(), os._exit(1)), daemon=True).start()
+    reply: Fitted | InputError
     try:
-        beam = Beam.from_toml_text(request["beam"], source="beam")
-        found = fit(request["data"], beam, load=request["load"], law=request["law"], joint=request["joint"])
+        found = fit(data, beam, **how)
         rows = zip(found.asked.rows, found.estimates, found.deviations, strict=True)
-        reply: dict[str, object] = {
-            "beam": found.beam.to_toml(),
-            "values": [(row.name, row.words, row.written(value, error)) for row, value, error in rows],
-            "doubts": [*found.doubts, *filter(None, [found.disagreement])],
-            "model": found.scales,
-            "specimen": found.fitted_as,
-            "lines": found.summary().splitlines(),
-            # null for points that the model does not cover
-            "torque": [v if np.isfinite(v) else None for v in found.fitted.tolist()],
-            "left": [v if np.isfinite(v) else None for v in found.residuals.tolist()],
-        }
+        values = tuple((row.name, row.words, row.written(value, error)) for row, value, error in rows)
+        doubts = (*found.doubts, *filter(None, [found.disagreement]))
+        lines, none = tuple(found.summary().splitlines()), np.empty(0)
+        points = none, found.fitted, found.residuals
+        reply = Fitted(found.beam, values, doubts, found.scales, found.fitted_as, lines, *points)
     except InputError as error:
-        reply = {"error": str(error)}
-    print(json.dumps(reply), flush=True)
+        reply = error
+    sys.stdout.buffer.write(pickle.dumps(reply))
+    sys.stdout.buffer.flush()
     # the reading thread ends only with the process
     os._exit(0)

@@ -13,6 +13,7 @@ from typing import Any
 
 import nicegui
 from nicegui import ui
+from nicegui.events import GenericEventArguments
 
 from squama import scene
 from squama.people import per_pitch
@@ -65,7 +66,7 @@ class NumberField(ui.element, component="field.js"):
         self.name = name
         self._props.update({**_parts(FIELDS[name]), "name": name, "error": "", "answered": 0})
 
-        def changed(event: Any) -> None:
+        def changed(event: GenericEventArguments) -> None:
             if sent := received(event.args, number=int, text=str):
                 self._props["answered"] = sent["number"]
                 on_change(name, sent["text"][:200])
@@ -75,7 +76,7 @@ class NumberField(ui.element, component="field.js"):
 
     def show(self, value: float | None, f: Field, *, hint: float | None = None) -> None:
         """Show a value (SI) of a field; ``hint``: the value (SI) of an empty field."""
-        new: dict[str, Any] = {**_parts(f), "shown": f.shown(value), "error": ""}
+        new: dict[str, object] = {**_parts(f), "shown": f.shown(value), "error": ""}
         if f.unit == "deg" and f.turn and value is not None:
             new["allowed"] = f"{per_pitch(value)} ({f.slider})"
         if hint is not None:
@@ -100,7 +101,7 @@ class FileButton(ui.element, component="open.js"):
         title = f"Open a file of at most {largest // 1024} KiB: {accept}"
         self._props.update({"label": label, "title": title, "accept": accept, "largest": largest})
 
-        def read(event: Any) -> None:
+        def read(event: GenericEventArguments) -> None:
             sent = received(event.args, name=str, data=str)
             try:
                 content = base64.b64decode(sent["data"] if sent else "?", validate=True)
@@ -147,7 +148,7 @@ class Entry(ui.element):
         super().__init__("label")
         self.classes("choice")
 
-        def changed(event: Any) -> None:
+        def changed(event: GenericEventArguments) -> None:
             on_change(str(event.args)[:most])
 
         with self:
@@ -192,7 +193,7 @@ def anew(place: ui.element, wanted: object) -> bool:
     return True
 
 
-def put(element: ui.element, **props: Any) -> None:
+def put(element: ui.element, **props: object) -> None:
     """Set properties of an element; unchanged ones are not sent to the browser again."""
     if any(element.props.get(key) != value for key, value in props.items()):
         element.props.update(props)
