@@ -41,6 +41,12 @@ def curve(geometry, K, mu, twists, *, increment=INCREMENT, **options):
     return columns, walk
 
 
+def contacts(walk):
+    """The pairs of features in contact one after the other."""
+    pairs = [words.partition(" (")[0] for words in walk.columns["contact"]]
+    return [pair for before, pair in zip(["", *pairs], pairs, strict=False) if pair not in ("", before)]
+
+
 def unbalanced(columns):
     """Work of the torque less what is stored and rubbed away, over that work, at the last point that was reached."""
     i = np.flatnonzero(np.isfinite(columns["T"]))[-1]

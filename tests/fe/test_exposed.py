@@ -10,7 +10,7 @@ import pytest
 pytest.importorskip("ipctk", reason="needs the extra fe")
 pytest.importorskip("netgen", reason="meshes need netgen-mesher (the extra fe)")
 
-from matrices import curve, shape, unbalanced
+from matrices import contacts, curve, shape, unbalanced
 from solids import barrier_energy
 
 from squama.beam.matrixfile import MOTIONS
@@ -233,7 +233,7 @@ def test_a_plate_without_thickness_is_the_thin_one(joint):
         other, way = twisted(joint, surface)
         for name in ("T", "N", "theta", "p", "s"):
             np.testing.assert_allclose(other[name], usual[name], rtol=rtol, err_msg=name)
-        assert [touch.pair for touch in way.contacts] == [touch.pair for touch in walk.contacts]
+        assert contacts(way) == contacts(walk)
     assert thin(ETA, BETA).thickness == 0
 
 
@@ -252,7 +252,7 @@ def test_the_torques_work_is_stored_in_joint_and_plates_or_rubbed_away(joint, mu
     c, walk = twisted(joint, plate(sheet(*GRID, 0.04), ETA, BETA, 0.05, NU), mu)
     # tolerance: the step of 4e-3, 3.4e-4 measured on every processor
     assert abs(unbalanced(c)) < 1e-3
-    assert [touch.pair for touch in walk.contacts] == ["tip edge C1B1 on side edge D2C2"]
+    assert contacts(walk) == ["tip edge C1B1 on side edge D2C2"]
 
 
 RECORDED = json.loads((Path(__file__).parents[1] / "reference" / "thick_scales.json").read_text(encoding="utf-8"))

@@ -239,10 +239,9 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         "curves/hinge_cycles.py",
         "analysis = Analysis(beam, Way.of(load, [end]), np.asarray(mu), LOADS[load].law(law), margin, 3, None, ideal)",
     ): {"3 -> (3 * 2 + 1)": "points of a curve that is not asked for: only the path is solved"},
-    (
-        "fe/contact.py",
-        "*((corner(c.vertex_id), _Feature(c.face_id // faces, FACE, np.empty(0)), c) for c in found.fv_collisions),",
-    ): {"0 -> 1": "of a face no points are read: places are those of two edges"},
+    ("fe/contact.py", "none = np.empty(0, np.int64)"): {
+        "0 -> 1": "of a face no points are read: places are those of two edges"
+    },
     ("batch/answers.py", "thin = np.zeros_like(columns[0]) if thickness is None else thickness"): {"0 -> 1": _ZERO},
     ("fe/stiffness.py", "_SCHEME = 3"): {"*": "names what is kept: any number does that was not in use before"},
     ("fe/contact.py", "reach = min(4 * reach, within, _FAR)"): {"4 -> (4 * 2 + 1)": _TUNING},

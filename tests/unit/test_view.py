@@ -92,7 +92,7 @@ def test_a_moved_scale_has_its_pose_in_every_cross_section(sense: int) -> None:
     eta, beta, lam, alpha, phi = 3.0, 1.2, 0.45, 0.8, 0.2
     rest = plate.Rest.at(eta, beta, lam, alpha, 0.2)
     v = np.array([0.02, -0.01, 0.03, 0.1, 0.3, -0.2])
-    moved = plate.pose(rest, v)
+    base, turn = plate.pose(rest, v)
     d = {
         "kind": "twisting",
         "eta": eta,
@@ -106,10 +106,10 @@ def test_a_moved_scale_has_its_pose_in_every_cross_section(sense: int) -> None:
         "height": lam,
         **SCALED,
     }
-    pose = np.array([moved.c - rest.base, *(moved.R @ rest.axes[:2].T).T])
+    pose = np.array([base - rest.base, *(turn @ rest.axes[:2].T).T])
     first = geometry.scale(d, phi, pose.tolist(), 0.0)
     xi = np.array([[0, -beta, 0], [0, beta, 0], [eta, beta, 0], [eta, -beta, 0]])
-    assert np.allclose(first.corners, moved.c + xi @ rest.axes @ moved.R.T, rtol=0, atol=1e-13)
+    assert np.allclose(first.corners, base + xi @ rest.axes @ turn.T, rtol=0, atol=1e-13)
     other, turn = geometry.scale(d, phi, pose.tolist(), 3.0), -sense * 3 * phi
     c, s = np.cos(turn), np.sin(turn)
     R = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])

@@ -85,8 +85,8 @@ def of_both_faces() -> list:
 def moved(d: dict) -> list[list[float]]:
     """Return the pose of a scale whose base has moved and that has turned about all axes."""
     rest = plate.Rest.at(d["eta"], d["beta"], d["lam"], d["alpha"], 0.2)
-    found = plate.pose(rest, np.array([0.02, -0.01, 0.03, 0.1, 0.3, -0.2]))
-    return np.array([found.c - rest.base, *(found.R @ rest.axes[:2].T).T]).tolist()
+    c, R = plate.pose(rest, np.array([0.02, -0.01, 0.03, 0.1, 0.3, -0.2]))
+    return np.array([c - rest.base, *(R @ rest.axes[:2].T).T]).tolist()
 
 
 def test_the_scripts_geometry_is_the_packages(visit, states: list) -> None:

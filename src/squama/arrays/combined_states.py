@@ -84,10 +84,6 @@ def combined(
         Height y_n over the bar's middle, in pitches, of the line that keeps its length: 0 for a bar without axial
         force, ``lam`` for the scaled face.
 
-    Returns
-    -------
-    Combined
-
     Raises
     ------
     InputError
@@ -162,12 +158,12 @@ def held(
     )
     angles = np.linspace(0.0, 2 * np.pi, n, endpoint=False)
 
-    def border(part: list[Array]) -> screw.Held:
+    def border(part: list[Array]) -> Iterable[Array]:
         psi, phi, y_n, *_, theta0, mu = part
         posed = screw.Posed.of(psi, phi, y_n, part[3:-1])
         here = screw.touching(*posed[1:])
         found = screw.Velocities.of(posed.g, y_n, here).held(here.theta - theta0, mu, angles)
-        return screw.Held(*(np.where(here.contact == screw.NONE, np.nan, v) for v in found))
+        return [np.where(here.contact == screw.NONE, np.nan, v) for v in found]
 
     with np.errstate(all="ignore"):
         M, T, cone = (np.concatenate(v, axis=-1) for v in _by_parts(border, columns))

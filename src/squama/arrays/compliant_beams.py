@@ -173,10 +173,6 @@ def response(
     threads
         Number of threads; by default the number of cores, or NUMBA_NUM_THREADS.
 
-    Returns
-    -------
-    Response
-
     Raises
     ------
     InputError

@@ -81,10 +81,6 @@ def gradient(
     of, wrt
         Names of outputs and of parameters, or None for all of them.
 
-    Returns
-    -------
-    Gradient
-
     Raises
     ------
     InputError

@@ -108,10 +108,6 @@ def contact(
     neighbour
         k: the tip of scale 1 on the side edge of scale 1 + k.
 
-    Returns
-    -------
-    Contact
-
     Raises
     ------
     InputError
@@ -220,10 +216,6 @@ def ends(
         "+" or "-".
     contacts
         "tip": tip-side contacts of all neighbours; "all": every pair of plate edges and faces.
-
-    Returns
-    -------
-    Ends
 
     Raises
     ------

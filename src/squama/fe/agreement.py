@@ -25,28 +25,15 @@ def compare(
 ) -> xr.Dataset:
     """Compare models with a curve by finite elements, at the twists of the elements.
 
-    Parameters
-    ----------
-    elements : xarray.Dataset
-        The reference: ``phi`` (rad per pitch, from 0 on), ``T``, ``theta`` along ``point``.
-    models : mapping
-        Name of each model: a description, and its curve with the same variables. A curve at other twists is
-        interpolated linearly.
-    share : float
-        Allowed difference of the torque, over the torque of the elements.
-    title : str
-        Title of the dataset.
+    ``elements``: ``phi`` (rad per pitch, from 0 on), ``T``, ``theta`` along ``point``; ``models``: by name a
+    description and a curve with the same variables, interpolated linearly; ``share``: allowed difference of the torque,
+    relative.
 
-    Returns
-    -------
-    xarray.Dataset
-        Along ``point``: ``phi``, ``T_elements``, ``theta_elements``; along ``model`` and ``point``: ``T`` and ``theta``
-        (NaN beyond a model's end), ``dT`` = T/T_elements - 1, ``dtheta`` = theta - theta_elements; along ``model``:
-        ``words``, ``within``: the twist per pitch at which ``dT`` first leaves the share, ``last``: the last twist at
-        which both curves have values, ``dT_last``, ``dtheta_last``: the differences there.
+    Returns along ``point``: ``phi``, ``T_elements``, ``theta_elements``; along ``model`` and ``point``: ``T``,
+    ``theta`` (NaN beyond a model's end), ``dT`` = T/T_elements - 1, ``dtheta`` = theta - theta_elements; along
+    ``model``: ``words``, ``within``: twist per pitch at which ``dT`` first leaves the share, ``last``: last twist at
+    which both curves have values, ``dT_last``, ``dtheta_last``: the differences there.
 
-    Examples
-    --------
     >>> import numpy as np, xarray as xr
     >>> phi = np.array([0.0, 0.1, 0.2, 0.3])
     >>> def curve(T):
@@ -100,27 +87,11 @@ def _at(phi: Array, curve: xr.Dataset, name: str) -> Array:
 
 
 def holds(phi: Array, off: Array, share: float = SHARE) -> tuple[float, int]:
-    """Return the twist up to which a difference stays within a share.
+    """Return the twist up to which a relative difference ``off`` (n,) at rising twists (n,) stays within a share.
 
-    Parameters
-    ----------
-    phi : (n,) array
-        Twists, rising.
-    off : (n,) array
-        Relative difference at these twists; NaN where it is not defined.
-    share : float
-        Allowed magnitude of the difference.
+    It is linear between points; 0 if the difference is outside at the first point, the last twist if it never is, NaN
+    if all are NaN. The second value is the index of the last point with a difference; 0 if there is none.
 
-    Returns
-    -------
-    within : float
-        Twist at which the difference first leaves the share, linear between points; 0 if it is outside at the first
-        point, the last twist if it is never outside, NaN if all differences are NaN.
-    last : int
-        Index of the last point with a difference; 0 if there is none.
-
-    Examples
-    --------
     >>> holds(np.array([0.1, 0.2, 0.3]), np.array([0.0, 0.04, -0.06]), 0.05)
     (0.25, 2)
     """

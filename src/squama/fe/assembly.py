@@ -81,50 +81,27 @@ def make_walk(
     ends: str = "free",
     hinged: bool = False,
     exposed: Exposed | None = None,
-    dhat: float = DHAT,
-    slip: float = SLIP,
 ) -> Walk:
     """Return an endless or a finite beam of elements at rest, ready to be twisted.
 
-    Parameters
-    ----------
-    pitch, geometry : Pitch, Geometry
-        Mesh of one pitch, and the geometry it was made from.
-    mu : float
-        Coefficient of friction.
-    scales : int, optional
-        Number of scales and pitches, 2 or more; an endless beam if not given.
-    ends : {"free", "held"}
-        Axial motion of the turned end of a finite beam: free, or held at its place.
-    hinged : bool
-        Block roll and yaw of the scales.
-    exposed : Exposed, optional
-        The exposed part of a scale; a rigid rectangle without thickness if not given.
-    dhat, slip : float
-        See :mod:`squama.fe.contact`.
+    ``pitch``: mesh of one pitch of the ``geometry``; ``scales``: number of scales and pitches, an endless beam without;
+    ``ends``: axial motion of the turned end of a finite beam, :data:`ENDS`; ``hinged``: roll and yaw are blocked;
+    ``exposed``: exposed part of a scale, without it a rigid rectangle without thickness.
 
-    Returns
-    -------
-    Walk
-        Lengths are in pitches, torques in E d^3, forces in E d^2. The columns of an endless beam are those of
-        :meth:`squama.fe.walk.Walk.endless` with the number of the touched ``neighbour``; works are per pitch. Of a
-        finite one T is the torque at the end (the walk's own is N times that: its works are those of the whole beam by
-        the twist per pitch), ``u_end`` the move of the end, and for each scale there are the inclination ``theta`` and
-        motions in the frame that turns with the section at its base, the contact with the next one (N, f, p, s), and
-        the ``twist`` of its pitch from cut to cut (see :func:`squama.fe.body.mean_turns`). ``contact`` names the
-        touching features, and ``deflection`` is the farthest that a point of a scale has moved in the scale's frame.
+    Lengths are in pitches, torques in E d^3, forces in E d^2. The columns of an endless beam are twist, inclination,
+    torque, forces, motions, works per pitch, and the number of the touched ``neighbour``. Of a finite one T is the
+    torque at the end (the walk's own is N times that: its works are those of the whole beam by the twist per pitch),
+    ``u_end`` the move of the end, and for each scale there are the inclination ``theta`` and motions in the frame that
+    turns with the section at its base, the contact with the next one (N, f, p, s), and the ``twist`` of its pitch from
+    cut to cut (see :func:`squama.fe.body.mean_turns`). ``contact`` names the touching features, and ``deflection`` is
+    the farthest that a point of a scale has moved in the scale's frame.
 
-    Raises
-    ------
-    InputError
-        The free memory is too small.
+    Raises InputError where the free memory is too small.
     """
     each = HINGED if hinged else FREE
     if scales is None:
         row = Row(geometry.rest, exposed=exposed)
-        contact = RowContact(row, mu, dhat=dhat, slip=slip)
-        body = make_body(pitch, geometry)
-        return Walk(bent(body, row), contact, ways_of(each, row), _endless, dhat=dhat)
+        return Walk(bent(make_body(pitch, geometry), row), RowContact(row, mu), ways_of(each, row), _endless)
     mesh = row_mesh(pitch, geometry, scales)
     unknowns = 3 * len(mesh.nodes)
     check_memory(scales, unknowns, estimate(unknowns, scales))
@@ -135,14 +112,13 @@ def make_walk(
         body.solver.close()
         raise
     row = Row(geometry.rest, scales, geometry.cut, exposed)
-    contact = RowContact(row, mu, dhat=dhat, slip=slip)
     moved = np.zeros((body.motions, each.shape[1] * scales + (ends == "free")))
     moved[: 6 * scales, : each.shape[1] * scales] = np.kron(np.eye(scales), each)
     if ends == "free":
         moved[6 * scales + 2, -1] = 1.0
     record = partial(_finite, geometry, mesh, pitch.shares)
     # displacements of a scale by the twist add up along the beam
-    return Walk(bent(body, row), contact, ways_of(moved, row), record, dhat=dhat, slack=max(1.0, scales / 5))
+    return Walk(bent(body, row), RowContact(row, mu), ways_of(moved, row), record, slack=max(1.0, scales / 5))
 
 
 def make_bent(
@@ -158,20 +134,12 @@ def make_bent(
 ) -> Walk:
     """Return an endless beam at rest, to be bent and twisted along paths set by :meth:`squama.fe.walk.Walk.aim`.
 
-    Parameters
-    ----------
-    carrier : Pitch or (9, 9) array
-        Mesh of one pitch, or the stiffness matrix of a joint over a scale's motions, twist, bend and stretch.
-    free : sequence of str
-        Those of "twist", "bend" and "stretch" that are free, with no torque, moment or axial force.
-    geometry, mu, hinged, exposed, dhat, slip
-        As :func:`make_walk`.
+    ``carrier``: mesh of one pitch, or the stiffness matrix (9, 9) of a joint over a scale's motions, twist, bend and
+    stretch; ``free``: those of "twist", "bend" and "stretch" that are free, with no torque, moment or axial force;
+    ``dhat``, ``slip``: see :mod:`squama.fe.contact`; otherwise as :func:`make_walk`.
 
-    Returns
-    -------
-    Walk
-        Columns as of an endless beam of :func:`make_walk`, with ``psi``, ``phi`` and ``stretch`` per pitch, and their
-        conjugate loads, those of the bar included: ``M`` and ``T`` (E d^3) and the axial ``force`` (E d^2).
+    Columns as of its endless beam, with ``psi``, ``phi`` and ``stretch`` per pitch, and their conjugate loads, those of
+    the bar included: ``M`` and ``T`` (E d^3) and the axial ``force`` (E d^2).
     """
     each, leg = HINGED if hinged else FREE, Leg()
     row = Row(geometry.rest, exposed=exposed, course=leg)
@@ -181,7 +149,7 @@ def make_bent(
     motions[loose, range(each.shape[1], motions.shape[1])] = 1.0
     body = make_body(carrier, geometry, leg) if isinstance(carrier, Pitch) else Matrix(carrier, leg)
     contact = RowContact(row, mu, dhat=dhat, slip=slip)
-    return Walk(bent(body, row), contact, ways_of(motions, row), _strained, dhat=dhat)
+    return Walk(bent(body, row), contact, ways_of(motions, row), _strained)
 
 
 def _strained(walk: Walk) -> Recorded:
@@ -196,10 +164,21 @@ def _strained(walk: Walk) -> Recorded:
 
 
 def _endless(walk: Walk) -> Recorded:
-    touch, state = walk.touch, walk.endless(walk.dhat)
-    words = f"{touch.pair} (k = {touch.second})" if touch else ""
-    neighbour = touch.second if touch else 0
-    return {**state, "neighbour": neighbour, "deflection": walk.deflection, "contact": words}
+    touch, most = walk.touch, walk.load.strongest
+    return {
+        "phi": walk.phi,
+        "theta": inclination(walk.contact.row.rest, walk.v),
+        "T": walk.T,
+        "N": most.N,
+        "f": most.f,
+        **dict(zip(MOTIONS, walk.v[:6].tolist(), strict=True)),
+        **walk.works(walk.contact.dhat),
+        "p": touch.p if touch else np.nan,
+        "s": touch.s if touch else np.nan,
+        "neighbour": touch.second if touch else 0,
+        "deflection": walk.deflection,
+        "contact": f"{touch.pair} (k = {touch.second})" if touch else "",
+    }
 
 
 def _finite(geometry: Geometry, mesh: Tiled, shares: Array, walk: Walk) -> Recorded:
@@ -217,7 +196,7 @@ def _finite(geometry: Geometry, mesh: Tiled, shares: Array, walk: Walk) -> Recor
     return {
         "phi": walk.phi,
         "T": walk.T / scales,
-        **walk.works(walk.dhat),
+        **walk.works(walk.contact.dhat),
         "u_end": walk.v[6 * scales + 2],
         "theta": theta,
         **dict(zip(MOTIONS, v.T, strict=True)),

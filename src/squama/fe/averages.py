@@ -14,18 +14,9 @@ from squama.types import Array
 class Section:
     """Mean place and mean turns of a section, held by multipliers in a frame that follows the loads.
 
-    Parameters
-    ----------
-    nodes : (k,) integer array
-        Numbers of the section's nodes among the masters.
-    arms : (k, 3) array
-        Places of the nodes in the frame.
-    weights : (k,) array
-        Shares of the section's area.
-    frame : callable
-        Frame as a function of the loads: one :class:`squama.fe.periodic.Moves`, or one for each node.
-    turns : (c, k, 3) array
-        Directions in the frame: the mean displacement of the nodes along each, weighted by their shares, is 0, too.
+    ``nodes`` (k,): numbers among the masters; ``arms`` (k, 3): places in the frame; ``weights`` (k,): shares of the
+    section's area; ``frame``: by the loads, one :class:`squama.fe.periodic.Moves` or one for each node; ``turns`` (c,
+    k, 3): directions in the frame along each of which the mean displacement, weighted by the shares, is 0, too.
     """
 
     def __init__(

@@ -35,37 +35,22 @@ _REACH = 0.1
 class Found(NamedTuple):
     """Result of a solution: motions ``v`` (6,) at the twist ``phi``; ``solved`` is false without an equilibrium there.
 
-    ``rounds`` counts the Newton steps, ``residual`` is the largest component of the residual force, and ``rate`` (6,)
-    the derivative of v by phi with the present state of friction.
+    ``rounds`` counts the Newton steps, ``rate`` (6,) is the derivative of v by phi with the present state of friction.
     """
 
     v: Array
     phi: float
     solved: bool
     rounds: int
-    residual: float
     rate: Array
 
 
 class Balance(NamedTuple):
     """Equations of equilibrium of the scales on one increment, with their solver.
 
-    Attributes
-    ----------
-    body : callable
-        See :data:`Body`.
-    contact : RowContact
-        Contact with the neighbours.
-    before : (n, 3) array
-        Corners at the end of the last increment, from which the slip of friction is counted.
-    kappa : float
-        The barrier's stiffness, see :func:`squama.fe.contact.stiffness`.
-    ways : (6, m) array
-        Directions of motion of the scale, as columns; the identity for all.
-    tolerance : float
-        Tolerance of the residual, relative to the force of the body.
-    beat : callable, optional
-        Called at each Newton step, since one increment of a beam of many scales takes minutes.
+    ``before`` (n, 3): corners at the end of the last increment, from which the slip of friction is counted; ``kappa``:
+    the barrier's stiffness; ``ways`` (6, m): directions of motion, as columns; ``tolerance`` of the residual, relative
+    to the force of the body; ``beat`` is called at each Newton step, as an increment of many scales takes minutes.
     """
 
     body: Body
@@ -118,9 +103,8 @@ class Balance(NamedTuple):
             if new is None:
                 break
             v, places, now = v_new, there, new
-        left = float(np.abs(now.r).max())
         rate = -ways @ _solved(now.stiff + now.tangent, ways.T @ now.by_phi)
-        return Found(v, phi, left <= max(self.tolerance, _ROUNDING) * now.scale, rounds, left, rate)
+        return Found(v, phi, bool(np.abs(now.r).max() <= max(self.tolerance, _ROUNDING) * now.scale), rounds, rate)
 
     def fall(self, v: Array, phi: float) -> Found:
         """Release a scale that is out of balance at a fixed twist, and return its state of rest.
@@ -146,22 +130,13 @@ class Balance(NamedTuple):
                     break
                 step = step * min(clear, 0.5 if clear == 1 else 1.0)
             v = v + step
-        return Found(v, phi, False, _FALL, np.inf, np.zeros_like(v))
+        return Found(v, phi, False, _FALL, np.zeros_like(v))
 
     def advance(self, start: tuple[Array, float], goal: tuple[Array, float]) -> Found:
-        """Advance from an equilibrium to another twist, with a stop wherever the straight path meets a contact.
+        """Advance from an equilibrium (v, phi) to another twist, with a stop where the straight path meets a contact.
 
-        Parameters
-        ----------
-        start : (v, phi)
-            Equilibrium.
-        goal : (v, phi)
-            Predicted motions at the goal.
-
-        Returns
-        -------
-        Found
-            State at the goal, or the last one reached (``solved`` is false).
+        ``goal``: the predicted motions and the twist there. Returns the state at the goal, or the last one reached
+        (``solved`` is false).
         """
         (v, phi), (guess, wanted) = start, goal
         contact, rounds = self.contact, 0
@@ -179,7 +154,7 @@ class Balance(NamedTuple):
             v, phi = found.v, found.phi
             # tangentially along the new contact
             guess = v + found.rate * (wanted - phi)
-        return Found(v, phi, False, rounds, np.inf, np.zeros_like(v))
+        return Found(v, phi, False, rounds, np.zeros_like(v))
 
 
 class _State(NamedTuple):
@@ -217,14 +192,8 @@ class Trail:
 
     Friction needs the direction of slip at the end of an increment, not along its chord; so slip is counted from a
     place extrapolated from two increments (second-order backward difference), and from the last place after a single
-    increment or a reversal of the twist.
-
-    Parameters
-    ----------
-    past : sequence of (state, phi, corners)
-        Equilibria in order; the last three are kept. A state is an array of unknowns that depend on the twist.
-    rate : array, optional
-        Derivative of the state by phi at the first equilibrium.
+    increment or a reversal of the twist. ``past``: equilibria (state, phi, corners) in order, of which the last three
+    are kept; a state is an array of unknowns that depend on the twist; ``rate``: its derivative by phi at the first.
     """
 
     def __init__(self, past: Sequence[tuple[Array, float, Array]], rate: Array | None = None) -> None:

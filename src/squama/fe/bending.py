@@ -64,15 +64,7 @@ def shapes(at: Array) -> tuple[Array, Array]:
 
 
 class Bricks:
-    """Solid plate of equal bricks: ``nodes`` (n, 3), ``cells`` (m, 20).
-
-    Parameters
-    ----------
-    eta, beta, h : float
-        Length, half width and thickness, pitches.
-    along, across : int
-        Numbers of bricks; :data:`LAYERS` over the thickness.
-    """
+    """Solid plate of equal bricks, :data:`LAYERS` over the thickness; ``nodes`` (n, 3), pitches, ``cells`` (m, 20)."""
 
     def __init__(self, eta: float, beta: float, h: float, along: int, across: int) -> None:
         self.counts = np.array([along, across, LAYERS])
@@ -131,18 +123,8 @@ def solid(
 ) -> Exposed:
     """Return an exposed part whose bending modes come from a solid of quadratic bricks.
 
-    Parameters
-    ----------
-    eta, beta, h : float
-        Length, half width and thickness, pitches.
-    material : Material
-        Young's modulus over that of the substrate, and Poisson's ratio.
-    contact_h : float, optional
-        Thickness of the contact surface, 0 for the middle plane; that of the plate if not given.
-    bricks : (int, int)
-        Numbers along and across.
-    modes : int
-        Number of modes.
+    Length ``eta``, half width ``beta`` and thickness ``h`` in pitches; ``contact_h``: thickness of the contact surface,
+    0 for the middle plane, by default that of the plate; ``bricks`` along and across; ``modes``: their number.
     """
     plate = Bricks(eta, beta, h, *bricks)
     grid = lines(eta, beta, bricks)
@@ -214,16 +196,8 @@ def plate(
 ) -> Exposed:
     """Return an exposed part that bends as a thin plate, with polynomial modes.
 
-    Parameters
-    ----------
-    surface : Exposed
-        The contact surface, from :func:`squama.fe.exposed.sheet`.
-    eta, beta : float
-        Length and half width, pitches.
-    D, nu : float
-        Bending stiffness per width, E d^3, and Poisson's ratio.
-    along, across : int
-        Highest powers of X (from 2) and Y, at most these.
+    ``surface``: from :func:`squama.fe.exposed.sheet`; length ``eta`` and half width ``beta`` in pitches, stiffness
+    ``D`` per width in E d^3; ``along``, ``across``: highest powers of X (from 2) and Y, at most these.
     """
     i, j = np.indices((ritz.LENGTHWISE, ritz.ACROSS)).reshape(2, -1)
     used = np.flatnonzero((i <= along - 2) & (j <= across))

@@ -52,27 +52,11 @@ class Reduced(NamedTuple):
 class Body:
     """Elements with rigid bodies tied in, sections held on average, and fixed nodes.
 
-    Parameters
-    ----------
-    elements : Elements or Helical
-        The solid.
-    rest : (n, 3) array
-        Places of its masters at rest.
-    rigid : sequence of (nodes, Carried)
-        Masters tied to each rigid body, the scales first, and the kinematics of these points.
-    sections : sequence of Section
-        Sections held by multipliers.
-    still : (k,) integer array, optional
-        Fixed nodes.
-    axis : float, optional
-        Place along z from which heights are counted: the free unknowns are places turned back by phi times the height,
-        so that predictions follow the twist. Places in space if not given.
-
-    Attributes
-    ----------
-    places_free, unknowns, motions : int
-        Numbers of the free unknowns that are places, of all, and of the motions, six for each rigid body and the
-        strains of a Leg.
+    ``rest`` (n, 3): places of the masters at rest; ``rigid``: the masters tied to each rigid body, the scales first,
+    and the kinematics of these points; ``still`` (k,): fixed nodes; ``axis``: place along z from which heights are
+    counted: the free unknowns are places turned back by phi times the height, so that predictions follow the twist;
+    places in space without it. ``places_free``, ``unknowns`` and ``motions`` are the numbers of free unknowns that are
+    places, of all, and of the motions: six for each rigid body and the strains of the course.
     """
 
     def __init__(
@@ -180,17 +164,7 @@ class Body:
         return y
 
     def reduce(self, z: Array, v: Array, phi: float) -> Reduced | None:
-        """Condense onto the motions and the twist; return None where an element is inverted.
-
-        Parameters
-        ----------
-        z : (unknowns,) array
-            Free unknowns.
-        v : (m,) array
-            Motions.
-        phi : float
-            Twist per pitch.
-        """
+        """Condense onto motions v (m,) and twist at free unknowns z; return None where an element is inverted."""
         loads = self.course.at(v, phi)
         y = self.places(z, v, phi)
         r = self.elements(y, loads)
@@ -261,16 +235,11 @@ class Body:
         rates = sparse.csr_array(sparse.hstack(parts))
         D += (rates.T @ (_taken(self._tt, r.values.ravel()) @ rates)).toarray()
         for i, (((nodes, rigid), motion), j) in enumerate(zip(both, J, strict=True)):
-            part, more = slice(6 * i, 6 * i + 6), rigid.curvature(motion, phi, r.forces[nodes])
+            at = np.append(np.arange(6 * i, 6 * i + 6), m + L - 1)
             beside = j.T @ r.forces_by[nodes].reshape(-1, L)
-            D[part, part] += more[:6, :6]
-            D[part, -1] += more[:6, 6]
-            D[-1, part] += more[6, :6]
-            D[-1, -1] += more[6, 6]
-            D[part, m:] += beside[:6]
-            D[m:, part] += beside[:6].T
-            D[-1, m:] += beside[6]
-            D[m:, -1] += beside[6]
+            D[np.ix_(at, at)] += rigid.curvature(motion, phi, r.forces[nodes])
+            D[at, m:] += beside
+            D[m:, at] += beside.T
         return J, D
 
 
@@ -310,14 +279,7 @@ class Matrix:
 class Bent:
     """A body whose scales bend: its motions are followed by the amplitudes of each scale's modes (fe.exposed).
 
-    Parameters
-    ----------
-    body : Body or Matrix
-        Substrate that carries the scales.
-    stiffness : (r, r) array
-        Stiffness of the modes of one scale, E d.
-    scales : int
-        Number of scales that bend.
+    ``stiffness`` (r, r) of the modes of one scale, E d; ``scales``: number of scales that bend.
     """
 
     def __init__(self, body: Body | Matrix, stiffness: Array, scales: int = 1) -> None:

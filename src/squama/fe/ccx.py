@@ -53,23 +53,10 @@ def run_calculix(
     threads: int = 2,
     timeout: float | None = None,
 ) -> xr.Dataset:
-    """Run a deck that `squama deck --for calculix` has written.
+    """Run a deck (.inp) that `squama deck --for calculix` has written; return the dataset of :func:`results`.
 
-    Parameters
-    ----------
-    deck : path
-        The deck (.inp).
-    folder : path, optional
-        Working folder of the program, with its files after the run; a temporary folder if not given.
-    threads : int
-        Number of threads.
-    timeout : float, optional
-        Limit of the time, s.
-
-    Returns
-    -------
-    xarray.Dataset
-        As from `results`.
+    ``folder``: working folder of the program, with its files after the run, a temporary one if not given; ``threads``:
+    number of threads; ``timeout``: limit of the time, s.
 
     Raises
     ------
@@ -114,13 +101,7 @@ def run_calculix(
 
 
 def audit(data: xr.Dataset) -> xr.Dataset:
-    """Return the dataset unless a contact was lost in some increment.
-
-    Raises
-    ------
-    CalculixError
-        A tip edge went through its neighbour's side edge; ``done`` holds the increments before.
-    """
+    """Return the dataset, or raise CalculixError if a tip edge went through the next side edge in some increment."""
     gap = data["gap"].values
     for j, i in np.argwhere(gap < -DEEPEST)[:1].tolist():
         place = f"increment {j} at {per_pitch(float(data['phi'][j]))}"
@@ -134,20 +115,12 @@ def audit(data: xr.Dataset) -> xr.Dataset:
 
 
 def results(deck: str, printed: str) -> xr.Dataset:
-    """Return the printed results of a run as a dataset.
+    """Return a run's printed results as a dataset, from the texts of the deck and of the printed results (.dat).
 
-    Parameters
-    ----------
-    deck, printed : str
-        Texts of the deck and of the file of printed results (.dat).
-
-    Returns
-    -------
-    xarray.Dataset
-        Dimensions ``point`` (0 is the beam at rest) and ``scale``: ``phi`` twist per pitch (rad), ``T`` torque at the
-        fixed end (N m), ``theta`` inclination against the local section (rad), ``local_twist`` of the bar at the scale
-        (rad), ``w_X``, ``w_Z`` turns about its length and normal (rad), ``gap`` between tip edge and next side edge
-        (pitches, NaN where they do not cross), ``share`` of the twist.
+    Dimensions ``point`` (0 is the beam at rest) and ``scale``: ``phi`` twist per pitch (rad), ``T`` torque at the fixed
+    end (N m), ``theta`` inclination against the local section (rad), ``local_twist`` of the bar at the scale (rad),
+    ``w_X``, ``w_Z`` turns about its length and normal (rad), ``gap`` between tip edge and next side edge (pitches, NaN
+    where they do not cross), ``share`` of the twist.
     """
     import xarray as xr
 
@@ -262,10 +235,8 @@ def _turns(corners: Array, local: Array) -> Array:
 def _gaps(tips: Array, sides: Array) -> Array:
     """Return the gaps (states, scales) of each tip edge to the next scale's side edge; NaN where they do not cross.
 
-    Parameters
-    ----------
-    tips, sides : (states, scales, nodes, 3) arrays
-        Nodes in a row along the edges, the tip's from C to B, the side's from D to C.
+    ``tips``, ``sides`` (states, scales, nodes, 3): nodes in a row along the edges, the tip's from C to B, the side's
+    from D to C.
     """
     gap = np.full(tips.shape[:2], np.nan)
     # all pairs of segments

@@ -19,10 +19,7 @@ LAYERS = 1
 
 
 def row_mesh(pitch: Pitch, geometry: Geometry, n: int) -> Tiled:
-    """Join n pitches (n >= 1) in a row along z between plane sections at :attr:`Geometry.start` and at its other end.
-
-    The row is n + :attr:`Geometry.plain` pitches long.
-    """
+    """Join n pitches in a row along z, with :attr:`Geometry.plain` of plain bar, between two plane sections."""
     mesh = tile(pitch, n)
     if not geometry.plain:
         return mesh

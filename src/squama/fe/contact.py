@@ -78,18 +78,9 @@ class Touch(NamedTuple):
 class Contact:
     """Contact of scales given by the points of their surfaces, here called "corners", scale by scale.
 
-    Parameters
-    ----------
-    corners : (n m, 3) array
-        Corners of the m scales at rest.
-    pairs : sequence of (int, int)
-        Scales that may touch. Scales that bend are searched for all contacts, in an endless row those of scale 0.
-    mu : float
-        Coefficient of friction.
-    exposed : Exposed
-        Surface of each scale; a rectangle with the corners D, A, B, C if not given.
-    dhat, slip : float
-        As :data:`DHAT` and :data:`SLIP`.
+    ``corners`` (n m, 3) of the m scales at rest; ``pairs``: scales that may touch (scales that bend are searched for
+    all contacts, in an endless row those of scale 0); ``exposed``: surface of each scale, by default a rectangle with
+    the corners D, A, B, C; ``dhat``, ``slip`` as :data:`DHAT` and :data:`SLIP`.
     """
 
     def __init__(
@@ -150,17 +141,7 @@ class Contact:
         return self._kept[2]
 
     def push(self, corners: Array, before: Array | None, kappa: float, *, tangent: bool = True) -> Push:
-        """Evaluate barrier and friction.
-
-        Parameters
-        ----------
-        corners : (n, 3) array
-            Places of the corners, pitches.
-        before : (n, 3) array, optional
-            Places at the end of the last increment; no friction if not given.
-        kappa : float
-            Stiffness of the barrier, see :func:`stiffness`.
-        """
+        """Evaluate barrier and friction at corners (n, 3); there is no friction without those ``before``."""
         V = np.asfortranarray(corners)
         found = self._found(V, self.dhat)
         zero = np.zeros_like(corners)
@@ -183,7 +164,7 @@ class Contact:
         nodes = np.flatnonzero(gradient.any(axis=1) | friction.any(axis=1))
         return Push(gradient, friction, nodes, _among(nodes, tangents) if tangent else None)
 
-    def _found(self, V: Any, within: float) -> Any:
+    def _found(self, V: Array, within: float) -> Any:
         found = self._ipc.NormalCollisions()
         found.build(self._near(V, V, within), self._mesh, V, within)
         return found
@@ -233,11 +214,12 @@ class Contact:
         def corner(i: int) -> _Feature:
             return _Feature(i // self._each, exposed.names[i % self._each], np.array([i]))
 
+        none = np.empty(0, np.int64)
         both = [
             *((edge(c.edge0_id), edge(c.edge1_id), c) for c in found.ee_collisions),
             *((corner(c.vertex_id), edge(c.edge_id), c) for c in found.ev_collisions),
             *((corner(c.vertex0_id), corner(c.vertex1_id), c) for c in found.vv_collisions),
-            *((corner(c.vertex_id), _Feature(c.face_id // faces, FACE, np.empty(0)), c) for c in found.fv_collisions),
+            *((corner(c.vertex_id), _Feature(c.face_id // faces, FACE, none), c) for c in found.fv_collisions),
         ]
         for a, b, c in both:
             yield (b, a, c) if a.scale > b.scale else (a, b, c)
@@ -265,7 +247,7 @@ def _among(nodes: Index, matrices: Iterable[tuple[float, Any]]) -> Array:
     return out[:n, :n]
 
 
-def _whole(rows: Array | Index) -> Any:
+def _whole(rows: Index) -> Any:
     return np.asfortranarray(rows, dtype=np.int32)
 
 
@@ -274,7 +256,7 @@ class _Feature(NamedTuple):
 
     scale: int
     kind: str
-    nodes: Any
+    nodes: Index
 
     @property
     def words(self) -> str:
@@ -307,16 +289,9 @@ class Pair(NamedTuple):
 class Load:
     """Contact forces of a row at one state: minus the forces on (v, phi), normal and frictional, and their tangent.
 
-    Attributes
-    ----------
-    normal, friction, total : (m + 1,) array
-        Derivatives of the work by (v, phi), and their sum.
-    tangent : (m + 1, m + 1) array
-        Derivative of the total, not symmetric.
-    push : Push or None
-        Gradients by the corners; None without contact.
-    slid : float
-        Work of the present friction forces on the slip since ``before``, at least 0.
+    ``normal``, ``friction`` and their sum ``total`` (m + 1,) are derivatives of the work by (v, phi), ``tangent`` (m +
+    1, m + 1) that of the total, not symmetric; ``push``: gradients by the corners, None without contact; ``slid``: work
+    of the present friction forces on the slip since ``before``, at least 0.
     """
 
     def __init__(self, contact: RowContact, v: Array, phi: float, before: Array | None, kappa: float) -> None:
@@ -361,15 +336,7 @@ class Load:
 
 
 class RowContact(Contact):
-    """Frictional contact of the scales of a row with all neighbours within reach.
-
-    Parameters
-    ----------
-    row : Row
-        The scales; energies and forces of an endless row are per pitch.
-    mu, dhat, slip : float
-        As in :class:`Contact`.
-    """
+    """Frictional contact of a row's scales with all neighbours within reach; of an endless row per pitch."""
 
     def __init__(self, row: Row, mu: float, *, dhat: float = DHAT, slip: float = SLIP) -> None:
         self.row = row

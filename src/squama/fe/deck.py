@@ -109,35 +109,11 @@ def model(
     increments: int = INCREMENTS,
     ideal: bool = False,
 ) -> Model:
-    """Mesh a beam of ``scales`` pitches and return all data of its deck.
+    """Mesh a beam of ``scales`` pitches (2 to 100) and return all data of its deck.
 
-    Parameters
-    ----------
-    beam : Beam
-        The beam.
-    scales : int
-        Number of scales and pitches, 2 to 100.
-    mu : float
-        Coefficient of friction.
-    twist : float
-        Twist per pitch at the end, rad; above 0.
-    size, edge_size : float
-        Sizes of elements, pitches.
-    material : {"neo-hookean", "elastic"}
-        The substrate.
-    increments : int
-        Number of increments if none is cut.
-    ideal : bool
-        Rigid, thin scales.
-
-    Returns
-    -------
-    Model
-
-    Raises
-    ------
-    InputError
-        An argument is out of range, the mesher is missing or fails.
+    ``twist``: per pitch at the end, rad, above 0; ``size``, ``edge_size`` of elements, pitches; ``material`` of the
+    substrate, one of :data:`MATERIALS`; ``increments``: their number if none is cut; ``ideal``: rigid, thin scales.
+    Raises InputError where an argument is out of range, or the mesher is missing or fails.
     """
     only_one(beam.faces, "a deck")
     scales = arguments.whole("scales", scales, 2, MOST_SCALES)
@@ -238,20 +214,7 @@ def rows(numbers: Iterable[int], each: int = 16) -> list[str]:
 
 
 def write(m: Model, dialect: str) -> str:
-    """Return the text of the deck.
-
-    Parameters
-    ----------
-    m : Model
-        From `model`.
-    dialect : {"calculix", "abaqus"}
-        Program that reads the deck.
-
-    Raises
-    ------
-    InputError
-        The dialect is not known.
-    """
+    """Return the text of the deck for a program, one of :data:`DIALECTS`; refuse another name."""
     arguments.one_of("dialect", dialect, tuple(DIALECTS))
     return "\n".join(DIALECTS[dialect](m)) + "\n"
 

@@ -106,25 +106,11 @@ def _felt(pitch: Pitch, moved: Array, nu: float) -> Array:
 
 
 def write_vtu(state: Deformed, path: str | os.PathLike[str]) -> Path:
-    """Write tetrahedra and the mid-planes of three scales to a VTK file (.vtu), e.g. for ParaView.
+    """Write tetrahedra and the mid-planes of three scales to a VTK file (.vtu), e.g. for ParaView; return its path.
 
-    Parameters
-    ----------
-    state : Deformed
-        From :func:`deformed`.
-    path : path
-        File, ending in .vtu. Places are those at rest, in m; ``displacement`` (m) belongs to the points,
-        ``largest_stretch`` (1), ``strain_energy_density`` (J/m3), ``von_mises_stress`` (Pa) and ``part`` (0 the
-        substrate, 1 a scale) to the cells. Scales are rigid: their stretch is 1, the rest 0.
-
-    Returns
-    -------
-    Path
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
+    Places are those at rest, in m; ``displacement`` (m) belongs to the points, ``largest_stretch`` (1),
+    ``strain_energy_density`` (J/m3), ``von_mises_stress`` (Pa) and ``part`` (0 the substrate, 1 a scale) to the cells.
+    Scales are rigid: their stretch is 1, the rest 0. Raises InputError where the file cannot be written.
     """
     n, count = len(state.nodes), (len(state.tets), len(state.scales))
     tets, scales = count

@@ -56,10 +56,7 @@ class Result(NamedTuple):
 
 
 class Blocked:
-    """A tangent in 3 x 3 blocks over ``size`` nodes; ``indptr`` and ``indices`` are its rows and columns (CSR).
-
-    ``course``: loads of the body, and the moves from pitch to pitch.
-    """
+    """A tangent in 3 x 3 blocks over ``size`` nodes; ``indptr`` and ``indices`` are its rows and columns (CSR)."""
 
     size: int
     indptr: NDArray[np.int32]
@@ -82,16 +79,8 @@ class Blocked:
 class Elements(Blocked):
     """Elements of a mesh with precomputed gradients and pattern of the tangent.
 
-    Parameters
-    ----------
-    nodes : (n, 3) array
-        Places at rest.
-    tets : (m, 10) integer array
-        Corners, then the middles of the edges 01 12 02 03 13 23.
-    material : Material
-        Material of all elements.
-    course : Course, optional
-        Loads of the body, which have no effect on the elements themselves; a twist if not given.
+    ``nodes`` (n, 3): places at rest; ``tets`` (m, 10): corners, then the middles of the edges 01 12 02 03 13 23;
+    ``course``: loads of the body, by default a twist, without effect on the elements themselves.
     """
 
     def __init__(self, nodes: Array, tets: Index, material: Material, course: Course | None = None) -> None:
@@ -126,15 +115,8 @@ class Elements(Blocked):
 class Helical(Blocked):
     """Elements with periodic nodes, x = Q y + t, as functions of the places of the masters only.
 
-    Parameters
-    ----------
-    elements : Elements
-        The elements, as functions of the places of all nodes.
-    master, turned : (n,) arrays
-        The master of each node, and whether the node is its image a pitch further (it is the master itself if not).
-        Masters are numbered 0 .. ``size`` - 1.
-    course : Course, optional
-        Moves Q and t of the images by the loads; a twist if not given.
+    ``master``, ``turned`` (n,): master of each node, and whether the node is its image a pitch further (else it is the
+    master itself); masters are numbered 0 .. ``size`` - 1; ``course``: moves Q and t of the images, by default a twist.
     """
 
     def __init__(

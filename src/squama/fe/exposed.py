@@ -80,12 +80,7 @@ def thin(eta: float, beta: float) -> Exposed:
 def sheet(X: Array, Y: Array, h: float) -> Exposed:
     """Return the surface of a plate over a grid: lower and upper face and the walls between them; one face if h = 0.
 
-    Parameters
-    ----------
-    X, Y : (a,), (b,) arrays
-        Lines of the grid, from 0 to eta and from -beta to beta, pitches.
-    h : float
-        Thickness.
+    ``X`` (a,), ``Y`` (b,): lines of the grid, from 0 to eta and from -beta to beta; all in pitches.
     """
     a, b = X.size, Y.size
     i, j = (v.ravel() for v in np.meshgrid(np.arange(a), np.arange(b), indexing="ij"))

@@ -114,13 +114,7 @@ class Geometry(NamedTuple):
         return np.asarray(inside & (np.abs(p[:, 2]) <= self.thickness / 2 + slack))
 
     def check(self) -> None:
-        """Refuse a scale that does not fit into a pitch of the substrate.
-
-        Raises
-        ------
-        InputError
-            One line per mistake, each with the dimension to be changed.
-        """
+        """Refuse a scale that does not fit into a pitch of the substrate; a line per mistake, with the dimension."""
         half, th = self.thickness / 2, self.theta0
         problems, embedded = Problems(), f"{self.zeta:.4g} pitches"
         if self.thickness >= self.gap:

@@ -18,7 +18,7 @@ import numpy as np
 from squama.fe.averages import Section
 from squama.fe.body import Body, bent, ways_of
 from squama.fe.closed import row_mesh, sections
-from squama.fe.contact import DHAT, SLIP, RowContact, forces, where
+from squama.fe.contact import RowContact, forces, where
 from squama.fe.elements import Elements, Material
 from squama.fe.exposed import Exposed
 from squama.fe.geometry import Geometry
@@ -72,33 +72,14 @@ class Lead(NamedTuple):
 def make_loaded(
     pitch: Pitch, geometry: Geometry, mu: float, scales: int, lead: Lead, exposed: Exposed | None = None
 ) -> Walk:
-    """Return a beam of N scales at rest with an imposed motion of its far end.
+    """Return a beam of N scales at rest with an imposed motion of its far end; it has :func:`length` pitches.
 
-    Parameters
-    ----------
-    pitch, geometry : Pitch, Geometry
-        Mesh of one pitch, and the geometry it was made from.
-    mu : float
-        Coefficient of friction.
-    scales : int
-        Number N of scales; the beam has N + 2 :data:`BLANK` pitches, and :attr:`Geometry.plain` of plain bar.
-    lead : Lead
-        Imposed motion of the far end.
-    exposed : Exposed, optional
-        The exposed part of a scale; a rigid rectangle without thickness if not given.
+    ``pitch``: mesh of one pitch of the ``geometry``; ``exposed``: exposed part of a scale, without it a rigid rectangle
+    without thickness. The way is one number, see :meth:`Lead.per_way`; T is the derivative of the work by it.
 
-    Returns
-    -------
-    Walk
-        The way is one number, see :meth:`Lead.per_way`; T is the derivative of the work by it. Columns: ``way``,
-        ``load``: force or moment (E d^2, E d^3); ``x_end``, ``y_end``, ``z_end`` (pitches): shift of the far end; works
-        of the whole beam; for each scale the inclination ``theta`` to its section, N and f on the next one; ``contact``
-        in words.
-
-    Raises
-    ------
-    InputError
-        The free memory is too small.
+    Columns: ``way``, ``load``: force or moment (E d^2, E d^3); ``x_end``, ``y_end``, ``z_end`` (pitches): shift of the
+    far end; works of the whole beam; for each scale the inclination ``theta`` to its section, N and f on the next one;
+    ``contact`` in words. Raises InputError where the free memory is too small.
     """
     count, pitches = scales + 2 * BLANK, length(geometry, scales)
     mesh = row_mesh(pitch, geometry, count)
@@ -117,13 +98,12 @@ def make_loaded(
     elements = Elements(mesh.nodes, mesh.tets, Material(1.0, geometry.nu), course)
     body = Body(elements, mesh.nodes, tied, sections=sections, axis=near[2] if rate[TWIST] else None)
     row = Row(geometry.rest, scales, near[2], exposed, course)
-    contact = RowContact(row, mu, dhat=DHAT, slip=SLIP)
     free, bodies = lead.free(pitches), 6 * count
     moved = np.zeros((body.motions, bodies + len(free)))
     moved[:bodies, :bodies] = np.eye(bodies)
     moved[bodies + np.array(free), bodies + np.arange(len(free))] = 1.0
     record = partial(_recorded, geometry, mesh, pitch.shares, lead, scales)
-    return Walk(bent(body, row), contact, ways_of(moved, row), record, slack=max(1.0, pitches / 5))
+    return Walk(bent(body, row), RowContact(row, mu), ways_of(moved, row), record, slack=max(1.0, pitches / 5))
 
 
 def length(geometry: Geometry, scales: int) -> int:
@@ -160,7 +140,7 @@ def _recorded(geometry: Geometry, mesh: Tiled, shares: Array, lead: Lead, scales
     return {
         "way": walk.phi,
         "load": walk.T / lead.per_way(length(geometry, scales)),
-        **walk.works(walk.dhat),
+        **walk.works(walk.contact.dhat),
         **dict(zip(("x_end", "y_end", "z_end"), end[SHIFT], strict=True)),
         "theta": theta,
         "N": N,

@@ -95,26 +95,12 @@ class Tiled(NamedTuple):
 
 
 def pitch_mesh(geometry: Geometry, size: float = SIZE, edge_size: float = EDGE_SIZE, *, tab: bool = False) -> Pitch:
-    """Mesh one pitch of the substrate with the slot of scale 0 in its true thickness.
+    """Mesh one pitch of the substrate with the slot of scale 0 in its true thickness, cut off at the bar's sides.
 
-    Parameters
-    ----------
-    geometry : Geometry
-        The pitch; parts of the scale outside the bar's sides are cut off.
-    size, edge_size : float
-        Sizes of elements in the bulk and along the edges of the embedded scale, pitches.
-    tab : bool
-        Mesh the embedded part of the scale (X < 0), too. The part of the slot with X > 0 stays open; its walls are
-        tied, with the scale's section X = 0.
-
-    Returns
-    -------
-    Pitch
-
-    Raises
-    ------
-    InputError
-        The scale does not fit into a pitch, a size is not usable, or the mesher fails.
+    ``size``, ``edge_size``: of elements in the bulk and along the edges of the embedded scale, pitches; ``tab``: the
+    embedded part of the scale (X < 0) is meshed, too; then the part of the slot with X > 0 stays open, and its walls
+    are tied, with the scale's section X = 0. Refuses a scale that does not fit into a pitch, unusable sizes, and what
+    the mesher cannot mesh.
     """
     geometry.check()
     pitch = _mesh(geometry, size, edge_size, tab=tab)

@@ -75,40 +75,29 @@ class Twist:
 class Leg:
     """The loads of a beam in bend and twist: strains along a straight leg, plus free strains among the motions.
 
-    Three motions after those of the rigid bodies are added to the strains; their conjugate forces are the torque T, the
-    moment M and the axial force. Motions outside the ways of a run (:class:`squama.fe.walk.Walk`) stay 0, so that the
-    strain is imposed; others are free.
-
-    Parameters
-    ----------
-    first : int
-        Number of the first of these motions; 6 with one scale.
-
-    Attributes
-    ----------
-    start, rate : (3,) arrays
-        Strains at the begin of the leg, and their derivatives by the way.
-    way : float
-        Way at the begin of the leg.
+    Three motions from number ``first`` on (6 with one scale) are added to the strains; their conjugate forces are the
+    torque T, the moment M and the axial force. Motions outside the ways of a run (:class:`squama.fe.walk.Walk`) stay 0,
+    so that the strain is imposed; others are free. ``start`` and ``rate`` (3,) are the strains at the begin of the leg
+    and their derivatives by the way, ``way`` the way there.
     """
 
     loads = strains = STRAINS
 
     def __init__(self, first: int = 6) -> None:
         self.first = first
-        self.start, self.rate, self.way = np.zeros(STRAINS), np.zeros(STRAINS), 0.0
+        self.start, self.rate, self.way = np.zeros(self.loads), np.zeros(self.loads), 0.0
 
     def turn(self, rate: Array, way: float) -> None:
-        """Begin a new leg at ``way``, with the derivatives ``rate`` (3,) of the strains by the way."""
+        """Begin a new leg at ``way``, with the derivatives ``rate`` (L,) of the loads by the way."""
         self.start, self.rate, self.way = self.start + (way - self.way) * self.rate, rate, way
 
     def at(self, v: Array, way: float) -> Array:
-        """Return the strains (3,) for motions v and the place ``way`` on the path."""
-        return np.asarray(self.start + (way - self.way) * self.rate + v[self.first : self.first + STRAINS])
+        """Return the loads (L,) for motions v and the place ``way`` on the path."""
+        return np.asarray(self.start + (way - self.way) * self.rate + v[self.first : self.first + self.loads])
 
     def by(self, size: int) -> Array:
-        """Return the derivatives (3, size) of the strains by motions and way, ``size`` in all."""
-        out = np.eye(STRAINS, size, self.first)
+        """Return the derivatives (L, size) of the loads by motions and way, ``size`` in all."""
+        out = np.eye(self.loads, size, self.first)
         out[:, -1] = self.rate
         return out
 
@@ -117,37 +106,20 @@ class Leg:
         return _powers(tuple(loads.tolist()), tuple(k.tolist()))
 
 
-class End:
-    """The loads of a finite beam: the motion of its far end, imposed along the path or free.
+class End(Leg):
+    """The loads of a finite beam: the motion of its far end, imposed along one leg or free.
 
     Six motions after those of the rigid bodies are the loads: shift of the end (3), tilt about x and y, and twist phi
-    per pitch. At rest the end is at ``place`` (3,); it is turned clockwise about z by phi times the number of pitches,
-    then tilted. Motions outside the ways of a run are held; motions of scales are in frames that turn with phi.
-
-    Parameters
-    ----------
-    bodies, pitches : int
-        Numbers of rigid bodies and of pitches.
-    place : (3,) array
-        Place of the end at rest, pitches.
-    rate : (6,) array
-        Derivatives of the loads by the way.
+    per pitch. At rest the end is at ``place`` (3,), in pitches; it is turned clockwise about z by phi times the number
+    of pitches, then tilted. Motions outside the ways of a run are held; motions of scales are in frames that turn with
+    phi. ``rate`` (6,): derivatives of the loads by the way.
     """
 
     loads = strains = 6
 
     def __init__(self, bodies: int, pitches: int, place: Array, rate: Array) -> None:
-        self.pitches, self.first, self._place, self._rate = pitches, 6 * bodies, place, rate
-
-    def at(self, v: Array, way: float) -> Array:
-        """Return the loads (6,) for motions v and the place ``way`` on the path."""
-        return np.asarray(way * self._rate + v[self.first : self.first + 6])
-
-    def by(self, size: int) -> Array:
-        """Return the derivatives (6, size) of the loads by motions and way, ``size`` in all."""
-        out = np.eye(6, size, self.first)
-        out[:, -1] = self._rate
-        return out
+        super().__init__(6 * bodies)
+        self.pitches, self._place, self.rate = pitches, place, rate
 
     def moves(self, loads: Array, k: Array) -> Moves:
         """Return the moves by k (n,) pitches: a twist about the axis at rest."""
@@ -176,7 +148,7 @@ def stays(loads: Array) -> Moves:
     return Moves(np.eye(3)[None], np.zeros((1, 3)), *rest)
 
 
-Course = Twist | Leg | End
+Course = Twist | Leg
 
 
 @functools.lru_cache(maxsize=8)

@@ -129,11 +129,13 @@ def _section(pitch: Pitch, geometry: Geometry) -> tuple[Array, Array]:
 
     As matrices by displacements of all nodes (4, 3 n), and directly by motions and loads (4, 9).
     """
+    from scipy import sparse
+
     if geometry.lean:
         X, w, N, steps, rigid = _across(pitch, geometry)
     else:
         X, w = pitch.nodes[pitch.front], pitch.shares
-        N = _functions(np.arange(len(X)), pitch.front, np.ones(len(X)), len(X), len(pitch.nodes))
+        N = sparse.eye_array(len(pitch.nodes), format="csr")[pitch.front]
         steps, rigid = np.zeros(len(X)), np.zeros(len(X), bool)
     radius = float(w @ (X[:, :2] ** 2).sum(1))
     weights = np.zeros((4, len(X), 3))
@@ -153,19 +155,14 @@ def _section(pitch: Pitch, geometry: Geometry) -> tuple[Array, Array]:
     return means.reshape(4, -1), np.einsum("iqj,qjk->ik", weights, own)
 
 
-def _functions(points: Index, nodes: Index, values: Array, count: int, size: int) -> Any:
-    """Return the sparse matrix (count, size) of shape function values at points by nodes."""
-    from scipy import sparse
-
-    return sparse.csr_array((values, (points, nodes)), shape=(count, size))
-
-
 def _across(pitch: Pitch, geometry: Geometry) -> tuple[Array, Array, Any, Array, NDArray[np.bool_]]:
     """Return points (q, 3) of the section, their weights, shape functions (q, n), steps in pitches, and rigid ones.
 
     With leaning cuts the section is no face of the mesh: it runs through several pitches and their scales. ``steps``:
     number of pitches from the meshed pitch to the point. A rigid point lies in a scale and has no shape functions.
     """
+    from scipy import sparse
+
     (u, share_u), (v, share_v) = (np.polynomial.legendre.leggauss(n) for n in _ACROSS)
     x, y = (at.ravel() for at in np.meshgrid(u * geometry.width / 2, v * geometry.lam, indexing="ij"))
     weights = np.outer(share_u, share_v).ravel() / 4
@@ -188,7 +185,8 @@ def _across(pitch: Pitch, geometry: Geometry) -> tuple[Array, Array, Any, Array,
         e = int(inside.min(axis=1).argmax())
         c, at[i] = inside[e], pitch.tets[e]
         values[i, :4], values[i, 4:] = c * (2 * c - 1), 4 * c[EDGES].prod(axis=1)
-    N = _functions(np.repeat(soft, 10), at.ravel(), values.ravel(), x.size, len(pitch.nodes))
+    places, shape = (np.repeat(soft, 10), at.ravel()), (x.size, len(pitch.nodes))
+    N = sparse.csr_array((values.ravel(), places), shape=shape)
     return X, weights, N, steps, rigid
 
 

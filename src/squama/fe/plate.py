@@ -50,13 +50,6 @@ class Rest(NamedTuple):
         return cls(eta, beta, axes(alpha, theta), np.array([0.0, lam, 0.0]))
 
 
-class Pose(NamedTuple):
-    """Place ``c`` (3,) of the base midpoint, pitches, and rotation ``R`` (3, 3) from the attitude at rest."""
-
-    c: Array
-    R: Array
-
-
 class Rotation(NamedTuple):
     """Rotation matrix E (3, 3) of a rotation vector w and its derivatives by w, (3, 3, 3) and (3, 3, 3, 3)."""
 
@@ -124,10 +117,10 @@ def _with_rates(w: Array, a: float, a1: float, a2: float, b: float, b1: float, b
     return Rotation(_ONE + a * W + b * W2, dE, ddE)
 
 
-def pose(rest: Rest, v: Array) -> Pose:
-    """Return the pose of a scale for six motions (6,)."""
+def pose(rest: Rest, v: Array) -> tuple[Array, Array]:
+    """Return the base midpoint (3,), pitches, and the rotation (3, 3) from rest of a scale for six motions (6,)."""
     A = rest.axes
-    return Pose(rest.base + v[:3] @ A, A.T @ turned(v[3:6]) @ A)
+    return rest.base + v[:3] @ A, A.T @ turned(v[3:6]) @ A
 
 
 def inclination(rest: Rest, v: Array) -> float:
@@ -147,17 +140,7 @@ def inclined(rest: Rest, x: Array) -> float:
 
 
 class Attached:
-    """Points that move with a scale, and with its bending modes if given.
-
-    Parameters
-    ----------
-    rest : Rest
-        The scale.
-    points : (n, 3) array
-        Their places at rest.
-    modes : (n, 3, r) array, optional
-        Displacements of the points along the scale's axes per amplitude; motions are then (6 + r,).
-    """
+    """Points (n, 3) that move with a scale; ``modes`` (n, 3, r): displacements along the scale's axes per amplitude."""
 
     def __init__(self, rest: Rest, points: Array, modes: Array | None = None) -> None:
         self.axes, self.base = rest.axes, rest.base
@@ -222,19 +205,9 @@ _TURN = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
 class Carried:
     """Points on a rigid scale whose six motions are counted in a frame that turns with the twist.
 
-    Scale k of a beam stands at z = k; its frame is turned by (k - c) phi about z, where c is the place of the section
-    that does not turn. In an endless beam all scales have the same motions in their frames.
-
-    Parameters
-    ----------
-    rest : Rest
-        Scale 0 at rest.
-    points : (n, 3) array
-        Places of the points at rest, on scale k.
-    k : int
-        Number of pitches from scale 0 along z.
-    still : float
-        Place c along z of the section that does not turn.
+    Scale k of a beam stands at z = k; its frame is turned by (k - c) phi about z, where c (``still``) is the place of
+    the section that does not turn. In an endless beam all scales have the same motions in their frames. ``rest``: scale
+    0 at rest; ``points`` (n, 3): places at rest, on scale k.
     """
 
     def __init__(self, rest: Rest, points: Array, k: int = 0, still: float = 0.0) -> None:

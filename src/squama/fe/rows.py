@@ -21,23 +21,9 @@ class Row:
     and moved; so each pair counts once per pitch, and the derivatives by v contain the forces from the neighbours on
     both sides.
 
-    Parameters
-    ----------
-    rest : Rest
-        Scale 0 at rest.
-    scales : int, optional
-        Number of scales, each with its own motions; an endless row if not given.
-    still : float
-        Place along z of the section that does not turn.
-    exposed : Exposed, optional
-        Their exposed parts; rectangles without thickness if not given.
-    course : Course, optional
-        Moves from scale to scale and their loads; a twist if not given.
-
-    Attributes
-    ----------
-    pairs : list of (int, int)
-        Scales that may touch, each pair once.
+    ``rest``: scale 0 at rest; ``scales``: number of scales, each with its own motions, None for an endless row;
+    ``still``: place along z of the section that does not turn; ``exposed``: their exposed parts, by default rectangles
+    without thickness; ``course``: moves from scale to scale, by default a twist. ``pairs``: scales that may touch.
     """
 
     def __init__(

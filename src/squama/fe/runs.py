@@ -9,7 +9,7 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -231,13 +231,7 @@ def cell(
 
 
 def exposed_part(beam: Beam, shape: Geometry) -> tuple[Exposed, str]:
-    """Return the exposed part of a beam's scales, thick, elastic if their modulus is known, and its description.
-
-    Raises
-    ------
-    InputError
-        Plates as thick as these touch at rest.
-    """
+    """Return the exposed part of a beam's scales and its description; refuse plates so thick that they touch."""
     eta, beta, h = shape.eta, shape.beta, shape.thickness
     x, y, gap = np.abs(shape.rest.axes[:, 2])
     # the neighbour at rest is parallel, displaced by these
@@ -278,17 +272,9 @@ def mesh_sizes(mesh: MeshSize) -> tuple[float, float]:
 
 
 def follow(
-    walk: Walk, goal: float, increment: float, restart: Path | None, key: dict[str, Any], progress: Listener | None
+    walk: Walk, goal: float, increment: float, restart: Path | None, key: dict[str, object], progress: Listener | None
 ) -> Ended:
-    """Run to a twist ``goal`` (rad per pitch) with restart file, progress, and Ctrl-C without loss of increments.
-
-    Raises
-    ------
-    InputError
-        The restart file belongs to another run, or cannot be written.
-    Interrupted
-        Ctrl-C.
-    """
+    """Run to a twist (rad per pitch) with restart file and progress; Ctrl-C raises Interrupted and loses nothing."""
     if restart is not None and files.exists(restart):
         walk.resume(restart, key)
         if abs(walk.phi) > abs(goal):

@@ -33,21 +33,10 @@ _FREE = Path("/proc/meminfo")
 class Solver:
     """Factorise matrices of one pattern, one after another, and solve with the last one.
 
-    Parameters
-    ----------
-    pattern : scipy.sparse CSR matrix, (n + m, n + m)
-        Upper triangle, with all diagonal entries stored and columns sorted; the border last.
-    border : int
-        Number m of rows of the border.
-    multipliers : bool
-        Whether K has rows of multipliers, with zeros on its diagonal.
-
-    Attributes
-    ----------
-    needs : int
-        Memory of factors and factorisation, bytes, by the analysis of MKL; 0 if not known.
-    work : float
-        Floating-point operations of a factorisation; 0 if not known.
+    ``pattern``: sparse (CSR) upper triangle (n + m, n + m), with all diagonal entries stored and columns sorted, the
+    border of m rows last; ``multipliers``: whether K has rows of multipliers, with zeros on its diagonal. ``needs``:
+    memory of factors and factorisation, bytes, by the analysis of MKL, ``work``: floating-point operations of a
+    factorisation; 0 if not known.
     """
 
     def __init__(self, pattern: Any, border: int, *, multipliers: bool = False) -> None:
@@ -75,13 +64,7 @@ class Solver:
         self.work = 1e6 * int(solver.get_iparm(19))
 
     def factorise(self, values: Array) -> Array:
-        """Factorise the matrix with these values of the pattern's entries, and return the Schur complement (m, m).
-
-        Raises
-        ------
-        InputError
-            The matrix is singular, or the memory is too small.
-        """
+        """Factorise with values of the pattern's entries; return the Schur complement (m, m), or refuse the matrix."""
         self._A.data = np.ascontiguousarray(values)
         m, n = self._m, self._n
         if not self._by_columns:
@@ -170,13 +153,7 @@ def estimate(unknowns: int, scales: int) -> float:
 
 
 def check_memory(scales: int, unknowns: int, needs: float) -> None:
-    """Refuse a beam whose memory ``needs`` (bytes) exceeds the free memory.
-
-    Raises
-    ------
-    InputError
-        The free memory is too small.
-    """
+    """Refuse a beam whose memory ``needs`` (bytes) exceeds the free memory."""
     room = available()
     if room is not None and needs > room:
         message = (

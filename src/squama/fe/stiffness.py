@@ -73,10 +73,7 @@ class Value(NamedTuple):
 
 
 class Level(NamedTuple):
-    """Results of one mesh: edge size (pitches), number of elements, K (9, 9), seconds (0: from the cache).
-
-    ``strain`` (4, 9, 9): see :class:`squama.fe.pitch_stiffness.Response`.
-    """
+    """Results of one mesh: edge size (pitches), elements, K (9, 9), seconds (0: from the cache), strain (4, 9, 9)."""
 
     edge_size: float
     elements: int

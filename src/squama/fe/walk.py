@@ -17,13 +17,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama.beam.matrixfile import MOTIONS
 from squama.errors import InputError, refuse
 from squama.fe.balance import Balance, Found, Trail
 from squama.fe.body import Bent, Body, Matrix, Reduced
-from squama.fe.contact import DHAT, Load, RowContact, Touch, stiffness
+from squama.fe.contact import Load, RowContact, Touch, stiffness
 from squama.fe.periodic import STRAINS, Leg
-from squama.fe.plate import inclination
 from squama.io import files
 from squama.people import per_pitch
 from squama.types import Array
@@ -43,14 +41,6 @@ _INVERTED = "elements invert, most likely at a scale's embedded edge: other elem
 _COLUMN = "column_"
 _KEPT = ("numbers", "past_states", "past_phi", "past_corners")
 """Arrays of a restart file, besides one for each column."""
-
-
-class Contacts(NamedTuple):
-    """Scales 1 and 1 + ``k`` touch at the features ``pair`` from the twist ``phi`` on; ``k`` = 0, "" for none."""
-
-    phi: float
-    k: int
-    pair: str
 
 
 class Doing(NamedTuple):
@@ -76,34 +66,13 @@ Recorder = Callable[["Walk"], Recorded]
 class Walk:
     """A body with scales, and its sequence of equilibria along a history of the twist.
 
-    Parameters
-    ----------
-    body : Body, Matrix or Bent
-        Substrate that carries the scales.
-    contact : RowContact
-        Contact between the scales by (v, phi).
-    ways : (m, k) array
-        Directions of motion, as columns.
-    record : callable, optional
-        Values for the ``columns`` at every equilibrium, the state at rest first.
-    dhat : float
-        See :mod:`squama.fe.contact`.
-    slack : float
-        An increment may go ``slack`` times as far as :data:`JUMP`.
+    ``ways`` (m, k): directions of motion, as columns; ``record``: values for the ``columns`` at every equilibrium, the
+    state at rest first; an increment may go ``slack`` times as far as :data:`JUMP`.
 
-    Attributes
-    ----------
-    z, v, phi, T : arrays and floats
-        The last equilibrium: free unknowns, motions, twist per pitch, torque. Where a beam is bent and twisted, phi is
-        the way along the path and T the derivative of the work by it.
-    reduced, load, touches : Reduced, Load, list of Touch
-        The body and the contact there, once a run has begun.
-    W, W_fr : float
-        Work of the torque and of friction, E d^3.
-    contacts : list of Contacts
-        Features in contact, with the twist at which they began to touch.
-    columns : dict of str to list
-        Recorded values by name, with ``iterations`` and ``unbalanced``.
+    The last equilibrium is ``z``, ``v``, ``phi``, ``T``: free unknowns, motions, twist per pitch, torque (where a beam
+    is bent and twisted, the way along the path and the derivative of the work by it), with the body and the contact
+    there, ``reduced``, ``load`` and ``touches``, once a run has begun. ``W``, ``W_fr``: work of the torque and of
+    friction, E d^3. ``columns``: recorded values by name, with ``iterations`` and ``unbalanced``.
     """
 
     def __init__(
@@ -113,19 +82,17 @@ class Walk:
         ways: Array,
         record: Recorder | None = None,
         *,
-        dhat: float = DHAT,
         slack: float = 1.0,
     ) -> None:
-        self.body, self.contact, self.ways, self.dhat = body, contact, ways, dhat
+        self.body, self.contact, self.ways = body, contact, ways
         self._record, self._slack = record, slack
         self.z, self.v, self.phi = body.start(), np.zeros(len(ways)), 0.0
-        self.kappa = stiffness(_FIRST, dhat)
+        self.kappa = stiffness(_FIRST, contact.dhat)
         self.trail = Trail([(np.append(self.z, self.v), self.phi, contact.corners(self.v, self.phi))])
         self.T = self.W = self.W_fr = self._power = 0.0
         self.reduced: Reduced
         self.load: Load
         self.touches: list[Touch] = []
-        self.contacts: list[Contacts] = []
         self.columns: dict[str, list[float | str | Array]] = {}
         self.iterations = self.halvings = 0
         self._begun = False
@@ -143,16 +110,12 @@ class Walk:
         return self.touches[0] if self.touches else None
 
     @property
-    def moved(self) -> Array:
-        """Displacements (points, 3, scales) of the scales' surfaces by bending, in the scales' frames, pitches."""
-        row = self.contact.row
-        count = row.exposed.amplitudes, row.moving
-        return np.asarray(row.exposed.modes @ self.v[self.v.size - count[0] * count[1] :].reshape(count[::-1]).T)
-
-    @property
     def deflection(self) -> float:
         """Largest displacement of a point of a scale's surface by bending, pitches."""
-        return float(np.sqrt((self.moved**2).sum(axis=1).max()))
+        row = self.contact.row
+        count = row.exposed.amplitudes, row.moving
+        moved = row.exposed.modes @ self.v[self.v.size - count[0] * count[1] :].reshape(count[::-1]).T
+        return float(np.sqrt((moved**2).sum(axis=1).max()))
 
     def places(self) -> Array:
         """Return the places (n, 3) of the masters."""
@@ -163,21 +126,6 @@ class Walk:
         gap = self.contact.gap(self.contact.corners(self.v, self.phi), within)
         return {"U_el": self.reduced.energy, "W_fr": self.W_fr, "W": self.W, "gap": gap}
 
-    def endless(self, within: float = np.inf) -> dict[str, float]:
-        """Return the state of an endless beam by name: twist, inclination, torque, forces, motions, works, contact."""
-        most, (p, s) = self.load.strongest, (self.touch.p, self.touch.s) if self.touch else (np.nan, np.nan)
-        return {
-            "phi": self.phi,
-            "theta": inclination(self.contact.row.rest, self.v),
-            "T": self.T,
-            "N": most.N,
-            "f": most.f,
-            **dict(zip(MOTIONS, self.v[:6].tolist(), strict=True)),
-            **self.works(within),
-            "p": p,
-            "s": s,
-        }
-
     def run(
         self,
         goal: float,
@@ -187,20 +135,10 @@ class Walk:
         stop: Callable[[], bool] | None = None,
         watch: Callable[[Doing], None] | None = None,
     ) -> Ended:
-        """Advance to a twist in increments, halved where one does not converge.
+        """Advance to a twist per pitch (rad, negative in the other sense) in increments, halved where one fails.
 
-        Parameters
-        ----------
-        goal : float
-            Twist per pitch, rad; negative for the other sense.
-        increment : float
-            Largest increment.
-        told : callable, optional
-            Called after each increment.
-        stop : callable, optional
-            Called after each increment; returns whether to stop.
-        watch : callable, optional
-            Called at each step of an increment.
+        After each increment ``told`` is called, and ``stop``, which returns whether to stop; ``watch`` at each of its
+        steps.
         """
         self._watch = watch
         if not self._begun:
@@ -227,7 +165,7 @@ class Walk:
     def aim(self, bend: float, twist: float) -> float:
         """Begin a straight leg of the path towards bend and twist (rad per pitch); return the way at its end."""
         leg = self.contact.row.course
-        if not isinstance(leg, Leg):
+        if type(leg) is not Leg:
             message = "the beam is not one to be bent: make it by squama.fe.assembly.make_bent"
             raise TypeError(message)
         step = np.array([twist, bend, 0.0]) - leg.at(np.zeros_like(self.v), self.phi)
@@ -241,13 +179,7 @@ class Walk:
         return self.phi + length
 
     def begin(self) -> None:
-        """Set the state at rest and its derivatives by the twist, without contact.
-
-        Raises
-        ------
-        InputError
-            The mesh has an element without volume.
-        """
+        """Set the state at rest and its derivatives by the twist, without contact; refuse elements without volume."""
         reduced = self.body.reduce(self.z, self.v, 0.0)
         if reduced is None:
             message = "an element has no volume at rest: take another element size"
@@ -337,29 +269,20 @@ class Walk:
             self.trail.add(np.append(z, v), phi, corners)
         self.z, self.v, self.phi, self.T, self.reduced, self.load = z, v, phi, T, reduced, load
         self.touches = self.contact.touches(corners, self.kappa) if self.N > 0 else []
-        now = (self.touches[0].second, self.touches[0].pair) if self.touches else (0, "")
-        if now != ((self.contacts[-1].k, self.contacts[-1].pair) if self.contacts else (0, "")):
-            self.contacts.append(Contacts(phi, *now))
         if self._record is not None:
             effort = {"iterations": self.iterations, "unbalanced": reduced.unbalanced}
             for name, value in {**self._record(self), **effort}.items():
                 self.columns.setdefault(name, []).append(value)
         if self.N > 0:
             # keep the gap near dhat / 2
-            self.kappa = float(np.clip(stiffness(self.N, self.dhat), self.kappa / 2, self.kappa * 2))
+            self.kappa = float(np.clip(stiffness(self.N, self.contact.dhat), self.kappa / 2, self.kappa * 2))
 
     def let_go(self, way: float, increment: float) -> Found | None:
         """Release the scales a little beyond the last equilibrium; return their state of rest, None if it is unchanged.
 
         The body acts by its tangent at the last equilibrium. Where the scales leave, the next equilibrium is a jump
-        away (a limit point): energy is lost in the jump, and the curve of equilibria ends.
-
-        Parameters
-        ----------
-        way : float
-            Sign of the sense in which the twist goes on.
-        increment : float
-            Largest increment, rad per pitch.
+        away (a limit point): energy is lost in the jump, and the curve of equilibria ends. ``way``: sign of the sense
+        in which the twist goes on; ``increment``: the largest, rad per pitch.
         """
         reduced = self.body.reduce(self.z, self.v, self.phi)
         if reduced is None:
@@ -386,7 +309,7 @@ class Walk:
             "lost on the way, and the curve ends",
         )
 
-    def save(self, path: Path, key: dict[str, Any]) -> None:
+    def save(self, path: Path, key: dict[str, object]) -> None:
         """Write the state to a restart file, whole or not at all; :meth:`resume` refuses a run with another key."""
         states, twists, corners = zip(*self.trail.past, strict=True)
         arrays: dict[str, Any] = {
@@ -407,14 +330,8 @@ class Walk:
 
         files.atomic_write(path, write)
 
-    def resume(self, path: Path, key: dict[str, Any]) -> None:
-        """Continue from a restart file.
-
-        Raises
-        ------
-        InputError
-            The file is no restart file, is damaged, or belongs to another run.
-        """
+    def resume(self, path: Path, key: dict[str, object]) -> None:
+        """Continue from a restart file; refuse one that is none, is damaged, or belongs to another run."""
         data = files.read_bytes(path, files.regular(path))
         try:
             with np.load(io.BytesIO(files.unsealed(data)), allow_pickle=False) as stored:

@@ -55,11 +55,6 @@ def over(load: Load) -> dict[str, str]:
     return found | dict.fromkeys(("total", f"total {load.verb}"), " total")
 
 
-def _kinds(load: Load) -> tuple[Dimension, ...]:
-    """Return the dimensions that an abscissa may have."""
-    return (Dimension.LENGTH,) if load.pushed else (Dimension.ANGLE, Dimension.TWIST_RATE)
-
-
 def places(table: tabular.Table, how: Reading) -> tuple[list[int], str, list[str]]:
     """Return the columns of abscissa and ordinate, the length suffix of the abscissa, and the guesses in words."""
     load, ordinate, lengths = how.load, how.ordinate, over(how.load)
@@ -80,8 +75,9 @@ def places(table: tabular.Table, how: Reading) -> tuple[list[int], str, list[str
     others = [name for other in LOADS.values() for part in (over(other), torque(other).names) for name in part]
     taken = {i for name in others if name not in ("M", "moment") for i in names.get(name, [])}
     found, length, guessed, problems, several = list[int](), "", list[str](), Problems(), False
+    across = (Dimension.LENGTH,) if load.pushed else (Dimension.ANGLE, Dimension.TWIST_RATE)
     for noun, known, kinds in (
-        (load.rate_words, tuple(lengths), _kinds(load)),
+        (load.rate_words, tuple(lengths), across),
         (ordinate.noun, ordinate.names, (ordinate.dimension,)),
     ):
         there = [name for name in known if name in names]

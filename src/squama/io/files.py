@@ -86,7 +86,8 @@ def read_text(path: str | os.PathLike[str], *, limit: int = LARGEST_TEXT, missin
     Refuses a missing file (remedy: ``missing``), a folder, and a file that is not readable, empty, larger than the
     limit in bytes, binary, or not UTF-8.
     """
-    data = _text_bytes(path, limit, missing)
+    data = read_bytes(path, limit + 1, missing=missing)
+    _check_text(path, data, limit, missing)
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -119,13 +120,6 @@ def _unmarked(data: bytes) -> str:
         if len(data) % 2 == 0 and b"\0" not in low and high.count(0) > 0.8 * len(high) > 0:
             return encoding
     return ""
-
-
-def _text_bytes(path: str | os.PathLike[str], limit: int, missing: str) -> bytes:
-    """Return the bytes of a text file; refuse an empty, too large or binary one."""
-    data = read_bytes(path, limit + 1, missing=missing)
-    _check_text(path, data, limit, missing)
-    return data
 
 
 def _check_text(
@@ -176,10 +170,7 @@ def _standard_input(stream: TextIO | None) -> bytes:
 
 
 def read_ordinary(path: str | os.PathLike[str], most: int) -> bytes:
-    """Return the bytes of an ordinary file of at most ``most`` bytes.
-
-    Raises OSError at once for a missing file, a pipe, a device, a folder, or a larger file.
-    """
+    """Return the bytes of an ordinary file of at most ``most`` bytes; raise OSError at once for any other."""
     with open(path, "rb", buffering=0, opener=_at_once) as file:
         found = os.fstat(file.fileno())
         if not stat.S_ISREG(found.st_mode):
@@ -192,8 +183,6 @@ def read_ordinary(path: str | os.PathLike[str], most: int) -> bytes:
 def sealed(data: bytes) -> bytes:
     """Return the data with their seal.
 
-    Examples
-    --------
     >>> len(sealed(b"data")) == 4 + SEALED, unsealed(sealed(b"data"))
     (True, b'data')
     """
@@ -268,8 +257,6 @@ def atomic_write(path: str | os.PathLike[str], writer: Callable[[Path], object])
     removed. A place that cannot hold the file (a folder, read-only, disk full, ...) raises InputError and leaves an old
     file unchanged; errors of the writer other than OSError pass unchanged.
 
-    Examples
-    --------
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     atomic_write(f"{folder}/a.txt", lambda place: place.write_text("whole")).read_text()

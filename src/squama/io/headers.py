@@ -9,9 +9,6 @@ from functools import lru_cache
 from squama.io import numerals
 from squama.units import Dimension, look_up
 
-MEASURED = (
-    Dimension.ANGLE, Dimension.TORQUE, Dimension.TWIST_RATE, Dimension.TIME, Dimension.LENGTH, Dimension.FORCE
-)  # fmt: skip
 NAMES = {
     Dimension.ANGLE: "angle, twist, twist angle, angle of twist, torsion angle, rotation, rotation angle, bend angle,"
     "winkel, drehwinkel, verdrehwinkel, torsionswinkel, biegewinkel, verdrehung, rotation, position,"
@@ -25,6 +22,7 @@ NAMES = {
     Dimension.TIME: "time, elapsed time, t, zeit, laufzeit, temps",
 }
 """Names of columns in laboratories, by dimension."""
+MEASURED = tuple(NAMES)
 _WORDS: dict[Dimension, frozenset[str]] = {
     kind: frozenset(word.strip() for word in words.split(",")) for kind, words in NAMES.items()
 }

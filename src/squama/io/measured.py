@@ -142,16 +142,13 @@ def read(
     columns: str | Mapping[str, str] | None = None,
     ordinate: Ordinate | None = None,
 ) -> Measured:
-    r"""Read measured points of a beam of ``scales`` scales at a ``pitch`` (m); mistakes name file and line.
+    r"""Read measured points of a beam of ``scales`` scales at a ``pitch`` (m), otherwise as :func:`read_measured`.
 
     Columns of twisting: ``Phi`` or ``twist rate`` (rad/m, deg/mm ...), or ``phi`` or ``twist per pitch`` (deg ...), or
     ``total`` or ``total twist`` (deg ...), and ``T`` or ``torque`` (N m, N mm ...). Bending: ``kappa`` or
     ``curvature``, ``psi`` or ``bend per pitch``, ``total`` or ``total bend``, and ``M`` or ``moment``. A column
     ``specimen`` names the specimens. With :data:`TIME` as ``ordinate`` a column ``t`` or ``time`` replaces the torque.
-    Otherwise as :func:`read_measured`.
 
-    Examples
-    --------
     >>> import pathlib, tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = pathlib.Path(folder, "test.csv")
@@ -206,10 +203,7 @@ def _points(sheet: laboratory.Sheet, how: Reading, label: str) -> tuple[Measured
 def _values(
     sheet: laboratory.Sheet, places: Mapping[str, int], style: numerals.Style
 ) -> tuple[list[tabular.Row], list[int], list[list[float]], list[str]]:
-    """Return the rows with values, their blocks and values (as written), and the rows left out in words.
-
-    Rows without a value, and rows that repeat the row before, are left out.
-    """
+    """Return the rows with values, their blocks and values as written, and in words those without one, or repeated."""
     table, width = sheet.table, len(sheet.table.header.cells)
     rows, blocks, values, problems = list[tabular.Row](), list[int](), list[list[float]](), Problems()
     gaps, again, before = list[int](), list[int](), list[str]()

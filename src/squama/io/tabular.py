@@ -56,17 +56,14 @@ def read(path: str | os.PathLike[str], *, missing: str = "check the name") -> Ta
     return parse(files.read_text(path, limit=LARGEST_TABLE, missing=missing), files.label(path))
 
 
-def parse(text: str, name: str, delimiter: str = "") -> Table:
-    """Read a table from the text of a file; ``name``: the file in messages; otherwise as :func:`read`.
-
-    Default ``delimiter``: the most frequent one of the header.
-    """
+def parse(text: str, name: str) -> Table:
+    """Read a table from the text of a file; ``name``: the file in messages; otherwise as :func:`read`."""
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     first = next((i for i, line in enumerate(lines) if line.strip() and not line.startswith("#")), None)
     comments = [line for line in lines[:first] if line.startswith("#")]
     if first is None:
         refuse("", "", "has comments only", "give a header and a row for each point", name)
-    delimiter = delimiter or max(DELIMITERS, key=lines[first].count)
+    delimiter = max(DELIMITERS, key=lines[first].count)
     header, *found = rows(lines, first, delimiter, name)
     return Table(name, delimiter, comments, Row(header.line, [cell.strip() for cell in header.cells]), found)
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import io
 import warnings
 import zipfile
-import zlib
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -21,17 +20,6 @@ LARGEST = 100_000_000
 """Largest size of all parts of a workbook, unpacked, bytes."""
 ROWS, CELLS = 200_000, 2_000_000
 """Largest row number of a sheet, and largest number of cells of all sheets."""
-_DAMAGED: tuple[type[Exception], ...] = (
-    KeyError,
-    ValueError,
-    TypeError,
-    AttributeError,
-    IndexError,
-    OSError,
-    SyntaxError,
-)
-_DAMAGED += (EOFError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error)
-"""Errors that openpyxl and its readers of XML and zip files raise for a damaged workbook."""
 _ZIP, _OLD = b"PK\x03\x04", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 
 
@@ -72,7 +60,7 @@ def read(data: bytes, name: str) -> list[Grid]:
             grids = [Grid(place := f"{name}: sheet {shown(s.title)}", s.title, list(_rows(s, place))) for s in sheets]
     except InputError:
         raise
-    except _DAMAGED:
+    except Exception:  # damage shows itself in openpyxl and its readers as errors of many kinds
         refuse("", "", "is a damaged workbook", "save it again, or as CSV", name)
     filled = [grid for grid in grids if grid.rows]
     if not filled:

@@ -30,14 +30,8 @@ def zero(
 ) -> float:
     """Solve f(x, *args) = 0 between a and b (Chandrupatla, Adv. Eng. Software 28 (1997) 145).
 
-    Parameters
-    ----------
-    a, fa, b, fb
-        Two places and the values there, of different signs; NaN counts as negative.
-    c, fc
-        A third place beyond a, or a itself.
-    simple
-        Whether f crosses zero steeply and smoothly, so that a small interpolation step may end the search.
+    The values fa and fb have different signs, NaN counts as negative; c is a third place beyond a, or a itself;
+    ``simple``: f crosses zero steeply and smoothly, so that a small interpolation step may end the search.
     """
     if fa == 0 or fb == 0:
         return a if fa == 0 else b
@@ -65,10 +59,7 @@ def zero(
 
 
 def place(a: float, fa: float, b: float, fb: float, c: float, fc: float) -> float:
-    """Return the zero by inverse quadratic interpolation, as a fraction of the way from a to b; 0.5 where it may fail.
-
-    a lies between b and c.
-    """
+    """Return the zero by inverse quadratic interpolation, as a share of the way from a to b, 0.5 where it may fail."""
     xi, bend = (a - b) / (c - b), (fa - fb) / (fc - fb)
     if bend * bend < xi and (1 - bend) * (1 - bend) < 1 - xi:
         return fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)

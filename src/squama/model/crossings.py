@@ -38,12 +38,8 @@ SWING = 0.12
 def first_crossing(d: Design, pair: Twist, x0: float, x1: float, x_end: float, room: Room) -> tuple[int, float]:
     """Find the first tip-side contact of another neighbour before ``x_end``: its number (0 for none), and the place.
 
-    Parameters
-    ----------
-    pair
-        The contact with the next neighbour, lengths in pitches.
-    x0, x1, x_end
-        Path parameters of engagement, of the last sample, and of the end.
+    ``pair`` is the contact with the next neighbour, lengths in pitches; ``x0``, ``x1``, ``x_end`` are the path
+    parameters of engagement, of the last sample, and of the end.
     """
     far = max(1, int(reach(pair, FLOAT)))
     if far < 2 or not x_end > x0:

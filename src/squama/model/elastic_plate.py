@@ -27,10 +27,7 @@ TIP, SIDE_D, SIDE_A, BASE = range(4)
 
 
 class _Basis(NamedTuple):
-    """Integrals of products of derivatives of orthogonal polynomials along x and y.
-
-    ``powers`` (24, 24): coefficients b_mn of each polynomial.
-    """
+    """Integrals of products of derivatives of the polynomials along x and y, and coefficients b_mn of each (24, 24)."""
 
     x: dict[tuple[int, int], Array]
     y: dict[tuple[int, int], Array]
@@ -105,12 +102,7 @@ def stiffness(eta: ArrayLike, beta: ArrayLike, nu: ArrayLike) -> Array:
 def compliances(eta: Array, beta: Array, nu: Array) -> Array:
     """Return the coefficients b_mn (n, 24, 24), m first, of plates of D = 1 under unit loads on the powers X^m Y^n.
 
-    A force loads each power by its value at the force's place (:func:`monomials`).
-
-    Parameters
-    ----------
-    eta, beta, nu : (n,) arrays
-        Length and half width of the plates, Poisson's ratio.
+    The arguments are (n,). A force loads each power by its value at the force's place (:func:`monomials`).
     """
     powers = _basis().powers
     return np.asarray(powers @ np.linalg.inv(stiffness(eta, beta, nu)) @ powers.T)

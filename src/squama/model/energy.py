@@ -72,16 +72,10 @@ def beyond(D1: Any, D0: Any, h: Any, ops: Ops) -> Any:
 
 
 def cutoff(row: Any, x0: Array, x_end: Array, locks: Array, margin: float) -> Array:
-    """Return the path parameters at which the work up to a lock is cut off; the end itself for paths without a lock.
+    """Return the path parameters at which the work up to a lock is cut off; the end itself where ``locks`` is false.
 
-    A fraction ``margin`` is left of the inclination, or of the path parameter if the path has passed a fold.
-
-    Parameters
-    ----------
-    row, x0, x_end
-        A row of arrays, its path parameters of engagement and end.
-    locks
-        Whether the end is a frictional or a kinematic lock.
+    A fraction ``margin`` is left of the inclination, or of the path parameter if the path has passed a fold; ``row`` is
+    one of arrays.
     """
     x_c = x0 + (1 - margin) * (x_end - x0)
     if isinstance(row, FoldedTwist):
@@ -91,20 +85,7 @@ def cutoff(row: Any, x0: Array, x_end: Array, locks: Array, margin: float) -> Ar
 
 
 def work(row: Any, x0: float, x_stop: float, x_pole: float, mu: float, law: str) -> Series:
-    """Return the frictional work of one path from engagement to ``x_stop`` < ``x_pole``.
-
-    Parameters
-    ----------
-    row
-        A row of floats.
-    x0, x_stop, x_pole
-        Path parameters of engagement, of the cut-off and of the pole.
-
-    Returns
-    -------
-    Series
-        Relative accuracy 1e-9 or better; a warning reports a path that does not converge to it.
-    """
+    """Return the frictional work of one path up to ``x_stop`` before its pole, to 1e-9 or better, or with a warning."""
     if mu == 0 or x_stop <= x0:
         return Series(np.zeros(1), x0, x0 + 1.0, 1.0)
     y_end = -float(np.log1p(-(x_stop - x0) / (x_pole - x0)))
@@ -121,9 +102,7 @@ def work(row: Any, x0: float, x_stop: float, x_pole: float, mu: float, law: str)
             break
         if n >= MOST_NODES:
             warnings.warn(
-                f"frictional work converged to {np.abs(c[-4:]).max() / total:.1e} only",
-                ValidityWarning,
-                stacklevel=2,
+                f"frictional work converged to {np.abs(c[-4:]).max() / total:.1e} only", ValidityWarning, stacklevel=2
             )
             break
         n *= 2

@@ -97,15 +97,7 @@ def fill(designs: Array, low: int, high: int, common: Common, room: Room, out: A
 
 
 def figures(f: Followed, margin: float, cut: Rules, plain: Rules, room: Room) -> Figures:
-    """Return the results at the cut-off of a followed path.
-
-    Parameters
-    ----------
-    margin
-        Fraction of the path left before a lock.
-    cut, plain
-        Rules for paths cut off before their pole, and for the others.
-    """
+    """Return the results at the cut-off of a followed path; arguments as of :class:`Common`."""
     d = f.d
     if f.k == 0:
         return Figures(d.theta0, 0.0, 0.0, 0.0, 0.0)

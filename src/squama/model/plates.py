@@ -187,12 +187,7 @@ def _words(plates: Plates, theta: Array, phi: Array, pair: int, k: int, mirrored
 
 
 def _seen(
-    plates: Plates,
-    at: Callable[[Array], tuple[Array, Array]],
-    x: Array,
-    k: Array,
-    follows: int,
-    own: Sequence[int],
+    plates: Plates, at: Callable[[Array], tuple[Array, Array]], x: Array, k: Array, follows: int, own: Sequence[int]
 ) -> tuple[Array, Array, Array]:
     """Return samples, gaps and whether they count, with more samples where a gap has a minimum near zero."""
     for finer in range(_FINER + 1):

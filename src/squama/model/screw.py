@@ -357,8 +357,11 @@ class Velocities(NamedTuple):
         M, T = (N * (mu * dot(t, v) - slope) for v, slope in ((self.psi, g_psi), (self.phi, g_phi)))
         return Sliding(N, M, T, np.where(drag == 0, np.inf, g_theta / drag), D, g_theta, rate, speed)
 
-    def held(self, lift: Array, mu: Array, angles: Array) -> Held:
-        """Return the moments that friction holds, for a ``lift`` theta - theta_0; ``angles`` (m,) of the friction."""
+    def held(self, lift: Array, mu: Array, angles: Array) -> tuple[Array, Array, Array]:
+        """Return moments M and T (m, n) on the border of what friction holds, for its angles (m,) and theta - theta_0.
+
+        The third result (2, 2, n) are the edges of the cone of locked directions.
+        """
         g_theta, g_psi, g_phi = (dot(self.normal, v) for v in self[:3])
         u = self.theta - g_theta * self.normal
         size = np.sqrt(dot(u, u))
@@ -380,15 +383,7 @@ class Velocities(NamedTuple):
             [[dot(cross(t, phi), self.normal) / area, dot(cross(psi, t), self.normal) / area] for t in slips]
         )
         M, T = (np.where(np.isfinite(N), v, np.nan) for v in moments)
-        return Held(M, T, ways / np.sqrt((ways**2).sum(axis=1, keepdims=True)))
-
-
-class Held(NamedTuple):
-    """Border (m, n) of the moments M and T of a contact at rest, edges (2, 2, n) of the cone of locked directions."""
-
-    M: Array
-    T: Array
-    cone: Array
+        return M, T, ways / np.sqrt((ways**2).sum(axis=1, keepdims=True))
 
 
 class Sliding(NamedTuple):

@@ -21,14 +21,9 @@ def torsion_constant(width: Any, thickness: Any) -> Any:
     The sum is split by tanh(x / 2) = 1 - 2 / (exp(x) + 1) into 31/32 zeta(5) and a rest that converges like
     exp(-n pi a / b): six terms give full double precision, the next is below 1e-19 of the sum even for a square.
 
-    Notes
-    -----
-    Source: Timoshenko and Goodier, Theory of Elasticity, 3rd ed., section 109, Eq. 161. Range: any rectangle, its
-    sides (positive) in any order, within linear elasticity for free warping; small twist rate (the sides' helices stay
-    flat).
+    Source: Timoshenko and Goodier, Theory of Elasticity, 3rd ed., section 109, Eq. 161. Range: any rectangle, within
+    linear elasticity for free warping; small twist rate (the sides' helices stay flat).
 
-    Examples
-    --------
     >>> import numpy as np
     >>> round(torsion_constant(32, 16)), torsion_constant(np.array([32.0, 16.0]), 16.0).round()
     (29974, array([29974.,  9213.]))
@@ -55,13 +50,9 @@ def torsion_shear(x: Any, y: Any, width: float, thickness: float) -> tuple[Any, 
     (n^3 cosh(k t / 2)), k = n pi / w, they are psi_x - y and psi_y + x; x is along the width w from the middle, y along
     the thickness t. Counterclockwise about z = x cross y.
 
-    Notes
-    -----
     Source: Timoshenko and Goodier, Theory of Elasticity, 3rd ed., section 109. Range: any rectangle; thirty terms leave
     2 % of the largest stress at the corners, where it is 0.
 
-    Examples
-    --------
     >>> import numpy as np
     >>> tau = torsion_shear(np.array([0.0, 16.0]), np.array([8.0, 0.0]), 32, 16)
     >>> [abs(float(stress.round(2).sum())) for stress in tau]
@@ -89,14 +80,10 @@ def clamped_ratio(width: float, thickness: float, length: float, poisson_ratio: 
 
         a = sqrt((1 - J/I) E C / (G J)),    k = sqrt((1 - J/I) G J / (E C))
 
-    Notes
-    -----
     Source: Reissner, On non-uniform torsion of cylindrical rods, J. Math. Phys. 31 (1952) 214, for a rectangle.
     Vlasov's theory, whose warping goes with the twist rate, has a = 1/k = sqrt(E C/(G J)). By finite elements 5, 12,
     25 times a pitch of a bar 1.4 by 0.7 pitches are 1.077, 1.032, 1.016 times as stiff.
 
-    Examples
-    --------
     >>> [round(clamped_ratio(1.4, 0.7, n, 0.49), 3) for n in (5, 12, 25)]
     [1.073, 1.029, 1.014]
     """

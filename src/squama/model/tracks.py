@@ -38,12 +38,7 @@ class Track(NamedTuple):
 def at_loads(row: Any, load: Array, bounds: tuple[Array, Array], seen: tuple[Array, Array]) -> Array:
     """Return the path parameters (n,) at which paths reach load angles (n,), by Newton's method within bounds.
 
-    Parameters
-    ----------
-    load
-        Load angles, rad per pitch.
-    bounds, seen
-        Path parameters before and behind each load angle, and the load angles there.
+    ``bounds`` are path parameters before and behind each load angle (rad per pitch), ``seen`` the load angles there.
     """
     (a, b), (fa, fb) = bounds, seen
     # a load just beyond the ends of a path belongs to its ends

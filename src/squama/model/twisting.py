@@ -77,11 +77,8 @@ def root(
 ) -> Root:
     """Return the terms of the contact condition (paper Eq. 6) at an inclination.
 
-    Parameters
-    ----------
-    sn, cs, sa, ca, eta, beta, lam, ts
-        Sine and cosine of theta and of alpha, overlap ratio, half width of a scale and half thickness of the substrate
-        over the pitch, thickness of a scale over the pitch.
+    From sine and cosine of theta and of alpha, and over the pitch overlap ratio, half width of a scale, half thickness
+    of the substrate, thickness of a scale.
     """
     S = ca * sn
     zX = ca * cs
@@ -96,15 +93,7 @@ def root(
 def contact(
     r: Root, q: Number, sa: Number, ca: Number, eta: Number, beta: Number, lam: Number, ts: Number = 0.0
 ) -> Contact:
-    """Return the contact at the root ``q`` of the contact condition: places, rates and cosines.
-
-    Parameters
-    ----------
-    r, q
-        Terms of the contact condition and the signed root of ``r.q2``: + before the fold, - beyond it.
-    sa, ca, eta, beta, lam, ts
-        As in :func:`root`.
-    """
+    """Return the contact at the signed root ``q`` of ``r.q2``, + before the fold and - beyond it."""
     sn, cs = r.sn, r.cs
     # half-angle tangent u, sine h and versine v of phi, and the torsion axis in the scale's own axes
     upright = r.H + q

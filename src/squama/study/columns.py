@@ -198,7 +198,7 @@ def beam_of(beam: Beam, c: Cells, shape: tuple[int, ...] = (), cell: tuple[int, 
 
     parts = {table: {key: number(v) for key, v in content.items()} for table, content in c.sizes.items()}
     stated = {"stiffness": c.given.stiffness, "inclusion_factor": c.given.inclusion_factor}
-    changes: dict[str, Any] = {**parts, "pitch": number(c.d)}
+    changes: dict[str, object] = {**parts, "pitch": number(c.d)}
     changes["joint"] = {key: number(v) for key, v in stated.items() if v is not None}
     return beam.replace(**changes)
 

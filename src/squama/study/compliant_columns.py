@@ -82,13 +82,11 @@ def solved(
 ) -> Figures:
     """Follow beams to the twists, or bends, ``at`` (rad per pitch); all arrays broadcast, the result is flat.
 
-    ``c`` holds the columns of twisting whatever the load is: the joint's matrix covers both loads.
-
-    The joint is the beam's matrix or that of the law, with stiffness and inclusion factor replaced where the beam
-    states them and K_theta multiplied by ``c.joint_factor``; ``ideal``: scales are thin and rigid. At most
-    :data:`AT_ONCE` curves are in memory at a time. For complex-step derivatives each beam comes ``copies`` times in a
-    row, and figures are complex. ``along=False`` computes the stress at the twist only, without ``load_strength``;
-    without ``own`` (the beam's number of scales and its ends) the three ``finite_*`` figures are NaN.
+    ``c`` holds the columns of twisting for both loads. The joint is the beam's matrix or that of the law, with
+    stiffness and inclusion factor replaced where the beam states them, and K_theta times ``c.joint_factor``; ``ideal``:
+    scales are thin and rigid. For complex-step derivatives each beam comes ``copies`` times in a row, and figures are
+    complex. ``along=False`` computes the stress at the twist only, without ``load_strength``; without ``own`` (the
+    beam's number of scales and its ends) the three ``finite_*`` figures are NaN.
     """
     scale, bar = c.sizes["scale"], c.sizes["substrate"]
     E, d = bar["youngs_modulus"], c.d

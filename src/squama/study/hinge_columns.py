@@ -17,7 +17,8 @@ from squama.study.columns import Cells, beam_of
 from squama.types import Array
 
 _CONTACT = ("eta", "beta", "lam", "alpha", "theta0", "mu")
-_ENDS, _AT_CUT = ("load_e", "load_end", "theta_end", "neighbour"), ("torque", "U_el", "W_fr", "RED")
+_ENDS, AT_CUT = ("load_e", "load_end", "theta_end", "neighbour"), ("torque", "U_el", "W_fr", "RED")
+"""Figures at the ends of a curve, and at its cut-off."""
 
 
 def solved(
@@ -32,12 +33,10 @@ def solved(
 ) -> dict[str, Array]:
     """Solve the beams of columns; arguments as of :func:`squama.solve`; ``ideal``: scales are thin.
 
-    Returns the fields of the result of :func:`squama.solve` in SI units: torque in N m, energies in J/m, twists in rad
-    per pitch (divide by ``c.d`` for rates). A beam whose joint has no stiffness responds as without contact.
-
-    Up to ``few`` rows are solved in Python, more in compiled code, whose last digits differ. A caller that solves in
-    parts sets ``few`` by the size of the whole (0: compiled), so that results do not depend on the parts. Rows that are
-    no valid beam (see :func:`squama.study.columns.valid`) are refused.
+    Returns the fields of its result in SI units: torque in N m, energies in J/m, twists in rad per pitch (divide by
+    ``c.d`` for rates). A beam whose joint has no stiffness responds as without contact; rows that are no valid beam are
+    refused. Up to ``few`` rows are solved in Python, more in compiled code, whose last digits differ: a caller that
+    solves in parts sets ``few`` by the size of the whole (0: compiled), so that results do not depend on the parts.
     """
     given = {name: getattr(c, name) for name in _CONTACT} | {"stiffness_ratio": c.ratio}
     if not ideal:
@@ -61,7 +60,7 @@ def bent(beam: Beam, c: Cells, shape: tuple[int, ...], *, sense: str, margin: fl
     Names and units as of :func:`solved`, only the variables of a sweep. Twists count from the bent, untwisted beam; a
     beam that ends before any twist has ``load_e`` = ``load_end`` = 0 and NaN at the cut-off.
     """
-    found: dict[str, Array] = {name: np.full(shape, math.nan) for name in (*_ENDS, "code", "f0", *_AT_CUT)}
+    found: dict[str, Array] = {name: np.full(shape, math.nan) for name in (*_ENDS, "code", "f0", *AT_CUT)}
     psi, mu = (np.broadcast_to(np.asarray(v), shape) for v in (c.psi, c.mu))
     for cell in np.ndindex(shape):
         one = beam_of(beam, c, shape, cell)
@@ -79,6 +78,6 @@ def _figures(beam: Beam, psi: float, mu: float, sense: str, margin: float) -> di
     else:
         curve = path.curve(points=2)
         f, end = curve.figures, str(curve.figures["end"])
-        found = {name: float(f[name]) for name in _ENDS} | {name: float(f[f"{name}_c"]) for name in _AT_CUT}
+        found = {name: float(f[name]) for name in _ENDS} | {name: float(f[f"{name}_c"]) for name in AT_CUT}
         found["f0"] = float(curve.along["f"][-1]) * beam.scale.length / path.case.stiffness
     return found | {"code": CODES.index(End(end))}

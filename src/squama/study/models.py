@@ -110,13 +110,7 @@ class Model(NamedTuple):
         *,
         bent: bool = False,
     ) -> Model:
-        """Return the model for a load, laws and options as of :func:`squama.twist`; ``bent``: beams are held bent too.
-
-        Raises
-        ------
-        InputError
-            The joint does not cover the load or the law, or ``at`` is no twist of it.
-        """
+        """Return the model for a load, laws and options as of :func:`squama.twist`; ``bent``: beams are held bent."""
         law = LOADS[load].law(max(laws))
         found = _chosen(beam, load, laws, joint, ideal, bent=bent)
         ideal = found.ideal
@@ -214,10 +208,7 @@ def own_scales(beam: Beam, load: str, *, bent: bool) -> Own | None:
 
 
 def _engagement(beam: Beam, load: str, sense: str, *, ideal: bool) -> float:
-    """Return the load angle per pitch (rad) at engagement; inf: none below :data:`squama.contacts.path.RANGE`.
-
-    Raises InputError where the joint is not known.
-    """
+    """Return the load angle per pitch (rad) at engagement, inf for none within reach; refuse an unknown joint."""
     if why := choice.unknown(beam):
         refuse("joint", '"compliant"', why, "give at, the twist at which figures are taken")
     return float(compliant_columns.solved(columns(beam, {}), RANGE, load=load, sense=sense, ideal=ideal).load_e[0])

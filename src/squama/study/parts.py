@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from squama.joints import law
 from squama.part import door, loading
 from squama.part.definition import Part
 from squama.symbols import SYMBOLS
+from squama.types import Array
 from squama.units import Dimension, shown
 
 if TYPE_CHECKING:
@@ -54,13 +55,7 @@ class Led(NamedTuple):
 
 
 def led(load: str, support: str | None, beam: Beam, scales: int) -> Led:
-    """Read the imposed deformation of the far end of a part of finite elements.
-
-    Raises
-    ------
-    InputError
-        The text is no load, or no load that finite elements can impose.
-    """
+    """Read the imposed deformation of a part's far end; refuse a text that is none elements can impose."""
     pitches = length(geometry(beam), scales)
     found = loading.loads(load, beam, pitches)
     one, held = found[0], loading.support(support or "clamped", beam, pitches)
@@ -98,9 +93,14 @@ class Closed(Part):
         """Return the beam of each of n cells; a plain one has a scale that is held and stiffens nothing."""
         g = geometry(self.beam)
         K = np.diag([*np.ones(6), *law.bare(law.Shape(*g[:3], *g[4:]))])
-        bare = {"matrix": matrixfile.stored(self.beam, K), "stiffness": None, "inclusion_factor": None}
+        bare = joint_of(self.beam, K)
         plain = [*range(self.before), *range(n - self.behind, n)]
         return [one.replace(joint=bare) if i in plain else one for i, one in enumerate(super().graded(n))]
+
+
+def joint_of(beam: Beam, K: Array) -> dict[str, object]:
+    """Return the joint of a beam whose stiffness is a matrix (7, 7) or (9, 9), E = 1, d = 1."""
+    return {"matrix": matrixfile.stored(beam, K), "stiffness": None, "inclusion_factor": None}
 
 
 class Run(NamedTuple):
@@ -138,19 +138,9 @@ def elements(
     """Load a part of N scales by finite elements: clamped on average at one end, deformation imposed at the other.
 
     Each end has one more pitch of bar without exposed scales, and plain bar where embedded parts are long, see
-    :mod:`squama.fe.loaded`.
-
-    Returns
-    -------
-    xarray.Dataset
-        Along ``point`` the deformation ``travel`` (m) and force ``F`` (N), or ``turn`` (rad) and ``moment`` (N m);
-        ``U_el``, ``W_fr``, ``W`` (J); along ``scale`` too: ``theta`` (rad), ``N`` and ``f`` (N) on the next scale,
-        ``contact`` (kind of contact). Attributes as of :func:`squama.cell`.
-
-    Raises
-    ------
-    InputError
-        As from :func:`squama.cell`.
+    :mod:`squama.fe.loaded`. Returns along ``point`` the deformation ``travel`` (m) and force ``F`` (N), or ``turn``
+    (rad) and ``moment`` (N m); ``U_el``, ``W_fr``, ``W`` (J); along ``scale`` too: ``theta`` (rad), ``N`` and ``f`` (N)
+    on the next scale, ``contact`` (kind of contact). Attributes and errors as of :func:`squama.cell`.
     """
     import xarray as xr
 
@@ -159,7 +149,7 @@ def elements(
     exposed, plates = (None, "thin, rigid") if run.ideal else runs.exposed_part(beam, shape)
     pitch = pitch_mesh(shape, *sizes)
     walk = make_loaded(pitch, shape, mu, scales, asked.lead, exposed)
-    key: dict[str, Any] = {
+    key: dict[str, object] = {
         "part": [scales, asked.text, asked.support],
         "geometry": list(shape),
         "mu": mu,
@@ -206,25 +196,21 @@ def elements(
 def beside(beam: Beam, data: xr.Dataset, run: Run) -> xr.Dataset:
     """Compare :func:`squama.load` with finite elements of the same part.
 
-    Returns
-    -------
-    xarray.Dataset
-        Along ``point``: the deformation, ``elements`` (the load by finite elements); along ``model`` too: ``load`` and
-        ``off`` = load/elements - 1, for the beam's own joint ("law") and the joint stiffness of the elements' mesh
-        ("mesh"). ``touch`` by model and ``touch_elements``: deformation (m or rad) at which scales first touch.
+    Returns along ``point``: the deformation, ``elements`` (the load by finite elements); along ``model`` too: ``load``
+    and ``off`` = load/elements - 1, for the beam's own joint ("law") and the joint stiffness of the elements' mesh
+    ("mesh"). ``touch`` by model and ``touch_elements``: deformation (m or rad) at which scales first touch.
     """
     import xarray as xr
 
     shape, asked = geometry(beam), run.led
     K = response(pitch_mesh(shape, *runs.mesh_sizes(run.mesh)), shape).K
-    own = beam.replace(joint={"matrix": matrixfile.stored(beam, K), "stiffness": None, "inclusion_factor": None})
+    own = beam.replace(joint=joint_of(beam, K))
     by, name = _NAMES[bool(asked.lead.turn)]
     x, F = (np.asarray(data[key].values, float) for key in (by, name))
     loads, touch = [], []
     for one in (beam, own):
-        same: dict[str, Any] = {"mu": run.mu, "ideal": run.ideal, "points": _POINTS}
         part = Closed.of(one, run.scales, asked.text, asked.support)
-        r = door.load(part, scales=length(shape, run.scales), **same)
+        r = door.load(part, scales=length(shape, run.scales), mu=run.mu, ideal=run.ideal, points=_POINTS)
         at = np.append(0.0, r[by].values)
         # (the last point is reached but for rounding)
         loads.append(np.interp(x * (1 - 1e-9), at, np.append(0.0, r[name].values), right=np.nan))
@@ -255,9 +241,10 @@ def beside(beam: Beam, data: xr.Dataset, run: Run) -> xr.Dataset:
 
 
 def touched(data: xr.Dataset, by: str) -> float:
-    """Return the deformation (m or rad) at which scales of the finite elements first touch; inf where they do not."""
-    pressed = np.nan_to_num(np.asarray(data["N"].values, float)).max(axis=1) > 0
-    return float(data[by].values[pressed].min(initial=math.inf))
+    """Return the deformation (m or rad) ``by`` at which the first scales touch, as a magnitude; inf for none."""
+    force = np.nan_to_num(np.asarray(data["N"].transpose("point", ...).values, float))
+    pressed = force.reshape(data.sizes["point"], -1).max(axis=1) > 0
+    return float(np.abs(data[by].values[pressed]).min(initial=math.inf))
 
 
 def verdict(table: xr.Dataset, by: str) -> str:

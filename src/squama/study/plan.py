@@ -7,7 +7,7 @@ import itertools
 import json
 import math
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from importlib import metadata
 from typing import Any, NamedTuple
 
@@ -18,6 +18,7 @@ from squama.beam.design import Beam
 from squama.loads import LOADS
 from squama.model.outcome import CODES
 from squama.study.compliant_columns import ENDS, Figures
+from squama.study.hinge_columns import AT_CUT
 from squama.study.models import Model
 from squama.study.parameters import PARAMETERS, Axis
 from squama.symbols import SYMBOLS
@@ -38,40 +39,28 @@ class Variable(NamedTuple):
     attrs: dict[str, Any]
 
 
-def _end(ends: Sequence[str]) -> Variable:
-    return Variable(
-        "code",
-        "int8",
-        {
-            "long_name": "how the curve ends",
-            "flag_values": [-1, *range(len(ends))],
-            "flag_meanings": " ".join(["not_computed", *(end.replace(" ", "_") for end in ends)]),
-        },
-    )
-
-
-def _hinged(load: str) -> dict[str, Variable]:
-    of, found = LOADS[load], {}
-    for field in ("load_e", "theta_end", "load_end", "f0"):
-        found[of.variable(field)] = Variable(field, "float64", SYMBOLS[of.variable(field)].attrs)
-    found["f0"].attrs["long_name"] += " at the cut-off"
-    for field in ("torque", "U_el", "W_fr", "RED"):
-        found[field] = Variable(field, "float64", SYMBOLS[of.variable(f"{field}_c")].attrs)
-    found["end"] = _end(CODES)
-    found["neighbour"] = Variable("neighbour", "int16", SYMBOLS["neighbour"].attrs)
+def _variables(joint: str, load: str) -> dict[str, Variable]:
+    """Return the variables of one joint under a load: numbers, how the curve ends, the neighbour on hinges."""
+    of, hinged, found = LOADS[load], joint == "hinge", dict[str, Variable]()
+    for field in ("load_e", "theta_end", "load_end", "f0", *AT_CUT) if hinged else Figures._fields:
+        symbol = of.variable(f"{field}_c" if hinged and field in AT_CUT else field)
+        if field != "code":
+            name = of.variable(field) if field.startswith("load_") else field
+            found[name] = Variable(field, "float64", SYMBOLS[symbol].attrs)
+    ends = CODES if hinged else ENDS
+    about = {
+        "long_name": "how the curve ends",
+        "flag_values": [-1, *range(len(ends))],
+        "flag_meanings": " ".join(["not_computed", *(end.replace(" ", "_") for end in ends)]),
+    }
+    found["end"] = Variable("code", "int8", about)
+    if hinged:
+        found["f0"].attrs["long_name"] += " at the cut-off"
+        found["neighbour"] = Variable("neighbour", "int16", SYMBOLS["neighbour"].attrs)
     return found
 
 
-def _compliant(load: str) -> dict[str, Variable]:
-    of, found = LOADS[load], {}
-    for field in (name for name in Figures._fields if name != "code"):
-        name = of.variable(field)
-        attrs = SYMBOLS[name].attrs
-        found[name if field.startswith("load_") else field] = Variable(field, "float64", attrs)
-    return found | {"end": _end(ENDS)}
-
-
-VARIABLES = {(joint, load): of(load) for joint, of in (("hinge", _hinged), ("compliant", _compliant)) for load in LOADS}
+VARIABLES = {(joint, load): _variables(joint, load) for joint in ("hinge", "compliant") for load in LOADS}
 """Variables of a store by joint and load."""
 OWN = ("finite_torque", "finite_stiffness_ratio", "finite_ratio")
 """Fields for beams with a number of scales only."""

@@ -156,7 +156,7 @@ def verify(
     blocked = ", roll and yaw blocked" if hinged else ""
     title = f"Models compared with finite elements{blocked}, twisted in sense {sense}, mu = {friction:g}"
     table = compare(elements, models, title=title)
-    touched = min(_touched(data) for data in (elements, *(data for _, data in models.values())))
+    touched = min(parts.touched(data, "phi") for data in (elements, *(data for _, data in models.values())))
     meets = min(float(data["phi_e"]) for _, data in models.values() if "phi_e" in data)
     last = float(table["phi"].values[-1])
     table.attrs |= {"load": "twisting", "verdict": verdict(touched, last, meets, math.degrees(beam.pitches))}
@@ -196,16 +196,11 @@ def _curves(
         if not ideal:
             curves["thin"] = "", doors.twist(beam, **straight | {"ideal": True})
         curves["compliant"] = "", doors.twist(beam, **straight)
-        curves["mesh"] = ", stiffness of this mesh", doors.twist(with_matrix(beam, K), **straight)
+        curves["mesh"] = (
+            ", stiffness of this mesh",
+            doors.twist(beam.replace(joint=parts.joint_of(beam, K)), **straight),
+        )
     return curves
-
-
-def _touched(data: xr.Dataset) -> float:
-    """Return the twist per pitch (rad) at which scales first touch; inf where they do not."""
-    force = np.nan_to_num(np.asarray(data["N"].transpose("point", ...).values, float))
-    # in a finite beam the first of all scales counts
-    pressed = force.reshape(data.sizes["point"], -1).max(axis=1) > 0
-    return float(np.abs(data["phi"].values[pressed]).min(initial=math.inf))
 
 
 def verdict(touched: float, last: float, meets: float, degrees: float) -> str:
@@ -244,8 +239,3 @@ def hinge_of(K: Array, beam: Beam, *, hinged: bool = False) -> dict[str, float]:
         "stiffness": matrixfile.inclination_stiffness(K, 3 if hinged else 4) * unit,
         "inclusion_factor": matrixfile.twisting_stiffness(K) * unit * beam.pitch / (beam.G_B * beam.J),
     }
-
-
-def with_matrix(beam: Beam, K: Array) -> Beam:
-    """Return the beam with its joint replaced by a stiffness matrix (7, 7)."""
-    return beam.replace(joint={"matrix": matrixfile.stored(beam, K), "stiffness": None, "inclusion_factor": None})

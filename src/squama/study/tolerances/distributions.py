@@ -16,20 +16,8 @@ import numpy as np
 from squama.beam import beamfile
 from squama.beam.design import Beam
 from squama.errors import Problems, refuse
-from squama.study.parameters import (
-    EXAMPLES,
-    FACTOR,
-    FULL,
-    PARAMETERS,
-    UNUSED,
-    canonical,
-    effective,
-    flattened,
-    meant,
-    own,
-    people,
-    text_of,
-)
+from squama.study import parameters
+from squama.study.parameters import EXAMPLES, FACTOR, FULL, PARAMETERS, UNUSED, canonical
 from squama.types import Array
 from squama.units import LONGEST, Bounds, Dimension, QuantityError, bounded, quantity, shown
 
@@ -91,7 +79,7 @@ class Tolerance(NamedTuple):
     @property
     def text(self) -> str:
         """The distribution as text with units, such as "normal(0.25, 0.02)"."""
-        factor, unit = people(self.name)
+        factor, unit = parameters.people(self.name)
         return f"{self.kind}({', '.join(f'{v * factor:.6g} {unit}'.strip() for v in self.numbers)})"
 
     @property
@@ -113,10 +101,10 @@ def tolerances(
     """
     found: dict[str, Tolerance] = {}
     problems = Problems()
-    for name, value in flattened(given):
+    for name, value in parameters.flattened(given):
         with problems.caught():
             key = _key(name)
-            effective(key, joint, ideal=ideal)
+            parameters.effective(key, joint, ideal=ideal)
             if key in found:
                 refuse(name, "", "is given twice", "give each tolerance once")
             found[key] = _read(key, name, value, beam, bare=bare)
@@ -150,7 +138,7 @@ def _key(name: str) -> str:
         instead = "give tolerances of lengths, e.g. scale.length"
         refuse(name, "", "is a ratio or a setting, not a dimension", instead)
     if key not in KEYS:
-        remedy = f"{meant(name, KEYS, _SHORT)}allowed: {', '.join(KEYS)}"
+        remedy = f"{parameters.meant(name, KEYS, _SHORT)}allowed: {', '.join(KEYS)}"
         refuse(shown(name).strip('"'), "", "is not known as a dimension with a tolerance", remedy)
     return key
 
@@ -167,7 +155,7 @@ def _read(key: str, name: str, given: object, beam: Beam, *, bare: bool) -> Tole
     try:
         kind, items, sds = _form(given, no)
         if sds is not None and items[0] == "":
-            items[0] = own(beam, key)
+            items[0] = parameters.own(beam, key)
             if items[0] is None:
                 no(f"the beam has no {key} of its own to which this belongs", "write the value too")
         numbers = _numbers(items, dimension, bare, kind == "normal" or sds is not None)
@@ -199,7 +187,10 @@ def _read(key: str, name: str, given: object, beam: Beam, *, bare: bool) -> Tole
     elif not numbers[0] < numbers[-1] or numbers != sorted(numbers):
         no(f"the values of {kind} must grow from the first to the last")
     elif beyond := [number for number in numbers if not low <= number <= high]:
-        no(f"it reaches to {text_of(key, beyond[0])}, which is out of range ({bounds.allowed})", "make it narrower")
+        no(
+            f"it reaches to {parameters.text_of(key, beyond[0])}, which is out of range ({bounds.allowed})",
+            "make it narrower",
+        )
     return Tolerance(key, kind, tuple(numbers), low, high, outside)
 
 
@@ -249,5 +240,5 @@ def _numbers(items: list[Any], dimension: Dimension, bare: bool, spread: bool) -
 
 def nominal(tolerance: Tolerance, beam: Beam) -> float:
     """Return the beam's own value of a parameter (SI), or the median of its distribution where the beam states none."""
-    value = own(beam, tolerance.name)
+    value = parameters.own(beam, tolerance.name)
     return float(tolerance.at(np.array([0.5]))[0]) if value is None else value

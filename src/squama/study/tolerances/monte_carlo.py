@@ -335,10 +335,7 @@ def solved(case: Case, dimensions: dict[str, Array]) -> dict[str, Array]:
 
 
 def _before(found: dict[str, Array], to: Array) -> dict[str, Array]:
-    """Return fields of :class:`squama.study.compliant_columns.Figures`: NaN for an engagement or end beyond ``to``.
-
-    An end at ``to`` is only the twist at which figures are taken, so it is NaN too.
-    """
+    """Return figures with NaN for an engagement beyond ``to``, and for an end there, where figures are only taken."""
     found["load_e"] = np.where(found["load_e"] <= to, found["load_e"], np.nan)
     found["load_end"] = np.where(found["load_end"] < to, found["load_end"], np.nan)
     return found
