@@ -138,3 +138,25 @@ def test_rigid_scales_of_a_row_come_in_all_at_once():
     assert found.end.code == increments.RANGE
     assert found.engaged == pytest.approx(0.014059, abs=1e-5)
     np.testing.assert_allclose(found.cells[-1, :, 5], found.cells[-1, 0, 5], rtol=1e-9)
+
+
+def test_a_row_creeps_to_rest_where_it_has_no_way_on():
+    """Five scales under an end torque jump; where they come to rest is the same from any station, and work balances."""
+    alpha, theta0, beta, lam = 1.0023893353051005, 0.1860129432296795, 0.45677318336543876, 0.7271372877703923
+    h, nu = 0.015720034149947864, 0.2661120830416826
+    K = law.stiffness(law.Shape(0.7164362981598352, lam, 0.40302813319816777, beta, h, alpha, theta0, nu))
+    scale = path.Scale(3.9324313825525845, beta, lam, alpha, theta0, h, 0.02550241848432562, 0.35)
+    way = path.Path.at_rest(scale, K, 0.07875827071371233, free=(1, 1, 1, 1), aside=2.6268748895657685)
+    ends = []
+    for points in (10, 12, 50):
+        found = track(way, 5, np.linspace(0.0, 0.12, points + 1)[1:], ends=LOOSE)
+        v, snap = path.named(found.rows), found.events[found.events[:, 0] == increments.SNAP][-1]
+        assert found.end.code == increments.RANGE
+        assert snap[1] == pytest.approx(0.108855, abs=1e-5)
+        ends.append([v["torque"][-1, 0], v["energy"][-1].sum(), 100 * snap[12]])
+        U, W, rubbed, lost = (v[name].sum(axis=1) for name in ("energy", "W", "W_fr", "W_snap"))
+        # tolerance: what is asked for
+        assert np.abs(W - U - rubbed - lost).max() < 1e-4 * U.max()
+        assert lost[-1] > 0.01 * U.max()
+    # tolerance: where the jump begins is told to 1e-6 rad per pitch
+    np.testing.assert_allclose(ends[1:], ends[:1] * 2, rtol=1e-4)

@@ -159,7 +159,7 @@ def test_messages_do_not_steer_the_terminal(tmp_path, capsys):
 def test_messages_are_short():
     assert str(Problem("mu", "9" * 4000, "is out of range")) == f"mu = {'9' * 20}...: is out of range"
     assert len(str(Problem("w" * 10**6, "", "is not known"))) < 1100
-    _line(lambda: flags.whole(0, 9, "3")("--port", "7" * 4000), "777...")
+    _line(lambda: flags.whole(0, 9, "3").read("--port", "7" * 4000), "777...")
 
 
 # ---- places -----------------------------------------------------------------------------------------------

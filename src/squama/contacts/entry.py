@@ -121,6 +121,7 @@ def walk(S: System, C: int, notes: Array) -> Walk:
         np.zeros((2, LOCAL + 6 + strains), np.int64), np.zeros(N, np.int64), np.zeros(2 * C, np.int64),
         np.zeros((own, STRAINS), kind), np.zeros((sections, PLACED), kind), np.zeros((sections, STRAINS, 6), kind),
         np.zeros((sections, 6), kind), np.zeros(PLACED + RATES, kind), np.eye(3).astype(kind), np.full(1, WINDOW),
+        np.zeros((N, MOTIONS + STRAINS), kind), np.zeros(1),
     )  # fmt: skip
     band = n if S.periodic else min(n, 3 * (k * S.stride + 1) * (MOTIONS + ahead(S) + 6 * _CROWD))
     J = Linear(

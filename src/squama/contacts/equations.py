@@ -137,10 +137,25 @@ def residual(
                 r[columns[e]] = loads[e] * many
     else:
         tied(S, st, at, n, W, r, loads)
+    if W.stiffness[0] > 0.0:
+        held_back(S, st, at, n, W, r)
     for a in range(len(S.masked)):
         if S.masked[a] > 0:
             for i in range(N):
                 r[at[i] + a] = st.q[i, a]
+
+
+@_jit
+def held_back(S: System, st: State, at: Array, n: int, W: Work, r: Array) -> None:
+    """Add the forces of springs that hold motions and free strains, see :mod:`squama.contacts.relaxing`."""
+    for i in range(len(S.shapes)):
+        for a in range(MOTIONS):
+            r[at[i] + a] += W.stiffness[0] * S.K[i, a, a] * (st.q[i, a] - W.hold[i, a])
+        columns = strain_columns(S, at, n, i)
+        for e in range(STRAINS if S.own or i == 0 else 0):
+            if columns[e] >= 0:
+                own = S.K[i, MOTIONS + e, MOTIONS + e] * (st.strains[row_of(S, i), e] - W.hold[i, MOTIONS + e])
+                r[columns[e]] += W.stiffness[0] * own
 
 
 @_jit

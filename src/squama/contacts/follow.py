@@ -19,9 +19,10 @@ from squama.contacts.increments import Legs, Walk, Written, guess, keep, note, r
 from squama.contacts.locating import LOCATED, locate
 from squama.contacts.meeting import clear, inclination, prepared
 from squama.contacts.newton import solve
+from squama.contacts.relaxing import relaxed
 from squama.contacts.slipped import GUESSES, released, slipped
 from squama.contacts.system import FREE, MU, STRAINS, cells, copy
-from squama.contacts.works import INEXACT, UNBALANCED, accept, fall, remember, rounded, unbalanced, worked
+from squama.contacts.works import INEXACT, SNAPS, UNBALANCED, accept, fall, remember, rounded, unbalanced, worked
 from squama.contacts.written import write
 from squama.types import Array
 
@@ -32,9 +33,10 @@ _SHORT = 5e-4
 _LEAST, _SHRINK, _EVENTS, _ZEROS, _FLIPS = 1e-8, 0.35, 400, 8, 2
 """Least increment, and by how much one that fails shrinks; limits of events of each scale, of successive events without
 an increment, and of those of them in which contacts stick or slide."""
-_FAR, _SNAPS = 6, 1e-6
-"""How many increments, each ten times the last one, an equilibrium is looked for after; least part of the energy that a
-snap loses, for it to be one."""
+_CREEPS, _RESTS = 1e-6, 4
+"""Way at least between two states of rest that are crept to; how many of them, and one more for each scale."""
+_FAR = 6
+"""How many increments, each ten times the last one, an equilibrium is looked for after."""
 
 
 @_jit
@@ -65,7 +67,7 @@ def reached(w: Walk, h: float, before: float, gone: int) -> int:
             break
         if found == 0:
             lost, doubt = fall(w, h, before)
-            if lost.real >= -doubt.real - _SNAPS * max(before.real, rounded(w).real):
+            if lost.real >= -doubt.real - SNAPS * max(before.real, rounded(w).real):
                 return 0
             found = increments.NO_EQUILIBRIUM
         code = found if way == 0 else code
@@ -98,7 +100,7 @@ def land(w: Walk, h: float, before: float, events: Array) -> None:
         # it jumped where the loads did as much as is stored
         t[tally.WORK] -= lost / cells(w.S)
         lost *= 0.0
-    kind = increments.SNAP if lost > _SNAPS * max(before, rounded(w)) else increments.CHANGE
+    kind = increments.SNAP if lost > SNAPS * max(before, rounded(w)) else increments.CHANGE
     t[tally.LOST] += lost
     c, gone = altered(w)
     tell(w, events, kind, c, lost)
@@ -368,7 +370,7 @@ def follow(w: Walk, legs: Legs, written: Written) -> None:
     events, end = written.events, written.ends
     t = w.tally
     code = increments.RANGE
-    done, last = 0, math.inf
+    done, last, rests, rested = 0, math.inf, 0, -math.inf
     prepared(w.S, w.now, w.con, w.counts[0], True, w.W)
     if t[tally.COUNT] == 0:
         t[tally.H], t[tally.SIZE], t[tally.BEFORE] = step, step, step
@@ -387,6 +389,9 @@ def follow(w: Walk, legs: Legs, written: Written) -> None:
         guard = 0
         while code == increments.RANGE and t[tally.WAY] < ways[i] - 1e-13:
             code = advance(w, ways[i], step, events)
+            if code == increments.NO_EQUILIBRIUM and rests < _RESTS + len(w.S.shapes) and t[tally.WAY].real > rested:
+                rests, rested = rests + 1, t[tally.WAY].real + _CREEPS
+                code = relaxed(w, ways[i], events)
             guard += 1
             if guard > 100000:
                 code = increments.NO_EQUILIBRIUM

@@ -277,6 +277,18 @@ def spread(
 
 
 @_jit
+def hold_rates(S: System, at: Array, n: int, W: Work, J: Linear) -> None:
+    """Add the derivatives of :func:`squama.contacts.equations.held_back`."""
+    for i in range(len(S.shapes)):
+        for a in range(MOTIONS):
+            enter(J, at[i] + a, at[i] + a, W.stiffness[0] * S.K[i, a, a])
+        columns = strain_columns(S, at, n, i)
+        for e in range(STRAINS if S.own or i == 0 else 0):
+            if columns[e] >= 0:
+                enter(J, columns[e], columns[e], W.stiffness[0] * S.K[i, MOTIONS + e, MOTIONS + e])
+
+
+@_jit
 def jacobian(  # noqa: C901 - one loop over contacts
     S: System, st: State, past: Past, con: Array, m: int, n: int, W: Work, J: Linear
 ) -> None:
@@ -345,6 +357,8 @@ def jacobian(  # noqa: C901 - one loop over contacts
         spread(J, shared(S, at, n), L, column[:inputs], rows[:outputs], W.lifts, from1, to1, from2, to2)
     if S.own:
         tie_rates(S, st, at, n, W, J)
+    if W.stiffness[0] > 0.0:
+        hold_rates(S, at, n, W, J)
     for c in range(m):
         if con[c, touch.STUCK] == touch.LET_GO:
             for a in range(3 + places_of(con[c, touch.KIND])):

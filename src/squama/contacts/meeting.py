@@ -31,7 +31,8 @@ class Work(NamedTuple):
     cells have their own strains, the loads M, T, B, P of each (N, 4); if sections are followed, their frames (N + 1,
     12), motions beyond cells per strain (N, 4, 6), wrenches on sections and beyond (N + 1, 6), one cell as written by
     :func:`squama.contacts.geometry.chain` (36,), and the axes of a section (3, 3); ``window`` (1,): the share of a
-    plate within which a vertex beside an edge along a face counts as that contact.
+    plate within which a vertex beside an edge along a face counts as that contact; motions and strains (N, 10) at which
+    springs hold each scale and its cell, and their stiffness (1,) over the joints' own (mostly 0).
     """
 
     E: Array
@@ -57,6 +58,8 @@ class Work(NamedTuple):
     cell: Array
     section: Array
     window: Array
+    hold: Array
+    stiffness: Array
 
 
 class Meeting(NamedTuple):

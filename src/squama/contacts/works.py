@@ -19,6 +19,8 @@ UNBALANCED, INEXACT = 3e-4, 1e-3
 """Unbalanced work over the energy above which an increment has left its branch; unbalanced work over the largest energy
 so far, per rad per pitch, that a path may lose.
 """
+SNAPS = 1e-6
+"""Least part of the energy that a snap loses, for it to be one."""
 _SMALL = 1e-4
 """Motions, in pitches and rad, whose energy counts as rounding."""
 
