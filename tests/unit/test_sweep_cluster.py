@@ -178,6 +178,12 @@ def test_an_address_where_no_scheduler_answers_is_one_line_and_leaves_no_store(l
 
 def test_a_worker_with_other_versions_writes_nothing(place, monkeypatch):
     plan = sweeping.make_plan(squama.Beam.from_ratios(), {"mu": (0, 1, 4)}, tile=2, joint="hinge")
+    Path("elsewhere").mkdir()
+    with monkeypatch.context() as there:
+        # what is known of a store of the same name in another folder says nothing of this one
+        there.chdir("elsewhere")
+        store.prepare(Path("map.zarr"), plan)
+        assert sweeping.one_tile("map.zarr", (0,))
     store.prepare(Path("map.zarr"), plan)
     before = contents("map.zarr")
     monkeypatch.setattr(sweeping, "versions", lambda: {**plan.versions, "numpy": "1.0"})

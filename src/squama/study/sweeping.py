@@ -277,7 +277,8 @@ def notes(plan: Plan, joint: str | None, data: xr.Dataset) -> list[str]:
 
 
 @functools.lru_cache(maxsize=2)
-def _writer(path: str, digest: str) -> store.Writer:  # noqa: ARG001 - another sweep of the same name is another store
+def _writer(path: str, there: Path, digest: str) -> store.Writer:  # noqa: ARG001
+    """Return the writer of a store: one of the same name in another folder, or of another sweep, is another store."""
     place = Path(path)
     plan = store.read_plan(place)
     here = versions()
@@ -292,7 +293,7 @@ def one_tile(path: str, tile: Tile, values: Mapping[str, Array] | None = None) -
     """Write one tile, solved here unless ``values`` are given; False if it is done or another writer has it."""
     place = Path(path)
     with store.writing(place):
-        writer = _writer(path, store.read_plan(place).digest)
+        writer = _writer(path, place.absolute(), store.read_plan(place).digest)
         with writer.claim(tile) as mine:
             if mine:
                 writer.write(tile, values or compute(writer.plan, tile))
