@@ -34,7 +34,7 @@ _LEAST, _SHRINK, _EVENTS, _ZEROS, _FLIPS = 1e-8, 0.35, 400, 8, 2
 """Least increment, and by how much one that fails shrinks; limits of events of each scale, of successive events without
 an increment, and of those of them in which contacts stick or slide."""
 _CREEPS, _RESTS = 1e-6, 4
-"""Way at least between two states of rest that are crept to; how many of them, and one more for each scale."""
+"""Way at least between two states of rest that are crept to; how many of them, and one more for each scale of a row."""
 _FAR = 6
 """How many increments, each ten times the last one, an equilibrium is looked for after."""
 
@@ -371,6 +371,8 @@ def follow(w: Walk, legs: Legs, written: Written) -> None:
     t = w.tally
     code = increments.RANGE
     done, last, rests, rested = 0, math.inf, 0, -math.inf
+    # where an endless beam jumps, all of its scales do
+    most_rests = _RESTS + len(w.S.shapes) if len(w.S.shapes) > w.S.stride else 0
     prepared(w.S, w.now, w.con, w.counts[0], True, w.W)
     if t[tally.COUNT] == 0:
         t[tally.H], t[tally.SIZE], t[tally.BEFORE] = step, step, step
@@ -389,7 +391,7 @@ def follow(w: Walk, legs: Legs, written: Written) -> None:
         guard = 0
         while code == increments.RANGE and t[tally.WAY] < ways[i] - 1e-13:
             code = advance(w, ways[i], step, events)
-            if code == increments.NO_EQUILIBRIUM and rests < _RESTS + len(w.S.shapes) and t[tally.WAY].real > rested:
+            if code == increments.NO_EQUILIBRIUM and rests < most_rests and t[tally.WAY].real > rested:
                 rests, rested = rests + 1, t[tally.WAY].real + _CREEPS
                 code = relaxed(w, ways[i], events)
             guard += 1
