@@ -20,12 +20,12 @@ TIGHT, TIGHTER = 1e-11, 1e-13
 corrections fall in proportion."""
 ROUNDED = 1e-8
 """Size of corrections that may stall at rounding errors, mostly in places where plates are nearly tangent."""
-_ROUNDS, _LARGEST, _LOST, _QUICK, _STALLED = 40, 0.4, 3.0, 0.2, 0.1
+_ROUNDS, _LARGEST, _LOST, _QUICK, _STALLED = 30, 0.4, 3.0, 0.2, 0.1
 """Iterations; largest correction that is applied, and at which the iteration fails; ratios of successive corrections to
 keep a Jacobian, and to count as stalled.
 """
 _TRIED, _STUCK, _HALF = 10, 0.7, 0.5
-"""Iterations after which corrections that do not shrink by a ratio are halved."""
+"""Iterations for a row after which corrections that do not shrink by a ratio are halved."""
 
 
 @_jit
@@ -90,8 +90,8 @@ def solve(
                 return False
             old = np.inf
             continue
-        # forces that change sign, and with them their friction, may throw it to and fro
-        share = _HALF if count >= _TRIED and size > _STUCK * old else 1.0
+        # of several scales, forces that change sign, and with them their friction, may throw it to and fro
+        share = _HALF if len(S.shapes) > S.stride and count >= _TRIED and size > _STUCK * old else 1.0
         shift(S, st, con, m, J.at, n, J.r, -share * min(1.0, _LARGEST / max(size, 1e-300)))
         rate = min(size / old, 1.0) if old < np.inf else 1.0
         if size * rate < (TIGHT if own else TIGHTER) or (own and size < ROUNDED and rate > _STALLED and old < np.inf):

@@ -10,7 +10,7 @@ from __future__ import annotations
 from squama.batch.keeping import part as _jit
 from squama.contacts import increments, tally
 from squama.contacts.changes import regroup
-from squama.contacts.increments import Walk, guess, keep, note, remark, restore, tell
+from squama.contacts.increments import Walk, guess, keep, restore, tell
 from squama.contacts.system import MOTIONS, STRAINS, cells, row_of
 from squama.contacts.works import SNAPS, accept, rounded, worked
 from squama.types import Array
@@ -53,14 +53,12 @@ def crept(w: Walk, h: float, stiffness: float) -> int:
 
 @_jit
 def relaxed(w: Walk, goal: float, events: Array) -> int:
-    """Go on to where all comes to rest, as a snap; return why not, 0 if it did."""
+    """Go on to where all scales of a row come to rest, as a snap; return why not, 0 if they did."""
     t = w.tally
     before, work, rubbed = t[tally.ENERGY], t[tally.WORK], t[tally.RUBBED]
     slid, other, grips = t[tally.SLID], t[tally.SLID_OTHER], t[tally.GRIPS]
     left, stiffness, code = goal - t[tally.WAY].real, _FIRST, increments.NO_EQUILIBRIUM
     h = min(_STEP, left)
-    note(w, h)
-    remark(w, increments.LOST, -1)
     for _ in range(_STATES):
         if stiffness < _SOFT:
             code = crept(w, h, 0.0)
