@@ -11,8 +11,22 @@ from squama.batch.keeping import part as _jit
 from squama.contacts import tally, touch
 from squama.contacts.geometry import PLACED, vector
 from squama.contacts.increments import Walk
-from squama.contacts.meeting import before, meet
-from squama.contacts.system import ELASTIC, FREE, MOTIONS, MU, POWERS, STRAINS, State, cells, copied, copy, row_of
+from squama.contacts.meeting import before, meet, prepared
+from squama.contacts.system import (
+    CHI,
+    ELASTIC,
+    FREE,
+    MOTIONS,
+    MU,
+    PHI,
+    POWERS,
+    STRAINS,
+    State,
+    cells,
+    copied,
+    copy,
+    row_of,
+)
 from squama.contacts.vectors import Vector, add, dot
 
 UNBALANCED, INEXACT = 3e-4, 1e-3
@@ -23,6 +37,9 @@ SNAPS = 1e-6
 """Least part of the energy that a snap loses, for it to be one."""
 _SMALL = 1e-4
 """Motions, in pitches and rad, whose energy counts as rounding."""
+_UNEQUAL = 1e-9
+"""Motions (pitches, rad) and strains that differ left and right up to which scales straight across the bar are taken
+for symmetric."""
 
 
 @_jit
@@ -146,10 +163,37 @@ def unbalanced(w: Walk, spent: tuple[float, float, float, float, float, int]) ->
 
 
 @_jit
+def symmetric(w: Walk) -> bool:
+    """Remove from the new state what makes left and right differ, if that is rounding; return whether it was.
+
+    With friction it would grow from increment to increment, until corners of tips leave the edge they lie on.
+    """
+    st, most = w.new, 0.0
+    for i in range(len(st.q)):
+        if w.S.axes[i, 1, 2] != 0.0:
+            return False
+        for a in range(1, MOTIONS, 2):
+            most = max(most, abs(st.q[i, a].real))
+        e = st.strains[row_of(w.S, i)]
+        most = max(most, abs(e[PHI].real), abs(e[CHI].real))
+    if not 0.0 < most < _UNEQUAL:
+        return False
+    for i in range(len(st.q)):
+        for a in range(1, MOTIONS, 2):
+            st.q[i, a] -= st.q[i, a].real
+        e = st.strains[row_of(w.S, i)]
+        e[PHI] -= e[PHI].real
+        e[CHI] -= e[CHI].real
+    return True
+
+
+@_jit
 def accept(w: Walk, h: float, event: bool, spent: tuple[float, float, float, float, float, int]) -> None:
     """Make the new state the last one, after an increment with its works; ``event``: rates jump here."""
     t, S = w.tally, w.S
     work, rubbed, load, rate, grips, stick = spent
+    if symmetric(w):
+        prepared(S, w.new, w.con, w.counts[0], True, w.W)
     t[tally.GRIPS] += grips
     if stick == 0:
         # the energy of grips is dissipated when their contacts slide
