@@ -250,7 +250,7 @@ _TABLE: tuple[tuple[str, ...], ...] = (
 OTHER = "_other"
 """Ending of the names of quantities of a scale on the other face."""
 OF_A_SCALE = (
-    *("theta", "contact", "N", "f", "f0", "p", "s", "mu_lock", "u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z", "slip"),
+    *("theta", "contact", "N", "f", "f0", "p", "s", "mu_lock", "u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z", "slip", "Q"),
     *("deflection", "scale_twist", "stress", "stress_x", "stress_y", "strain"),
     *("pull_out", "tab_force", "tab_bending", "tab_torsion"),
 )

@@ -1,7 +1,7 @@
 """Random parts under load: each ends by name, its work is balanced, no number is missing.
 
-Beams of the campaign of histories with 3 to 12 scales, on any support, under a force at a place or over all, an end
-torque or moment, or a tendon, to strains of a quarter.
+Beams of the campaign of histories with 3 to 12 scales, a third of them with scales on both faces, on any support, under
+a force at a place or over all, an end torque or moment, or a tendon, to strains of a quarter.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from histories import drawn
 
+from squama.beam.faces import FACES
 from squama.contacts import increments, path
 from squama.contacts.path import Path
 from squama.contacts.row import Track
@@ -36,10 +37,12 @@ class Part(NamedTuple):
     words: str
 
 
-def part(r: np.random.Generator) -> Part:
+def part(r: np.random.Generator, of_faces: np.random.Generator) -> Part:
     """Return a part."""
     beam, n = drawn(r), int(r.integers(3, 13))
-    way = Path.at_rest(beam.scale, beam.K, beam.mu, sense=beam.sense, free=(1, 1, 1, 1), aside=r.uniform(1, 6))
+    other = FACES[str(of_faces.choice(["one"] * 4 + ["mirrored", "turned"]))]
+    bar = {"seen": other.seen, "own": (0.0, 0.0, 0.0, 0.0)} if other else {}
+    way = Path.at_rest(beam.scale, beam.K, beam.mu, sense=beam.sense, free=(1, 1, 1, 1), aside=r.uniform(1, 6), **bar)
     word = str(r.choice(["clamped", "clamped", "gripped", "simple"]))
     held = Support(word, (0.0, float(n)) if word == "simple" else (0.0, 0.0))
     kind = str(r.choice(_KINDS if word == "clamped" else _KINDS[1:3]))
@@ -57,7 +60,7 @@ def part(r: np.random.Generator) -> Part:
     }
     measures = Dimension.ANGLE if kind in ("twist", "bend") else Dimension.RATIO
     load = Load(kind, 1.0, measures, ties[kind], given=True, turns={"twist": PHI, "bend": PSI}.get(kind, -1))
-    words = f"{n} scales, {word}, {kind}, mu {beam.mu:.3g}"
+    words = f"{n} scales{' on both faces' * bool(other)}, {word}, {kind}, mu {beam.mu:.3g}"
     return Part(loaded.course(way, n, [load], held, (1.0, 1.0, 1.0)), words)
 
 
@@ -76,9 +79,10 @@ def wrong(track: Track) -> list[str]:
 
 def trial(seed: int, size: int = SIZE) -> list[str]:
     """Try parts; the line for a failure names the trial and its number."""
-    r, ends, failed = np.random.default_rng([29, seed]), collections.Counter[str](), []
+    r, of_faces = np.random.default_rng([29, seed]), np.random.default_rng([30, seed])
+    ends, failed = collections.Counter[str](), []
     for i in range(size):
-        one = part(r)
+        one = part(r, of_faces)
         track = one.course.follow(np.linspace(0.0, FAR, POINTS + 1)[1:])
         ends[str(track.end.word)] += 1
         failed += [f"trial {seed}, part {i} ({one.words}): {what}" for what in wrong(track)]

@@ -188,9 +188,8 @@ def test_the_curve_ends_where_one_face_does() -> None:
 
 
 @pytest.mark.parametrize("call", [
-    squama.row,
-    lambda b: squama.sweep(b, {"alpha": ("30 deg", "40 deg", 3)}, out="store.zarr"),
-    lambda b: squama.uncertainty(b, {"alpha": "+- 1 deg"}),
+    lambda b: squama.sweep(b, {"alpha": ("30 deg", "40 deg", 3)}, out="store.zarr", joint="hinge"),
+    lambda b: squama.uncertainty(b, {"alpha": "+- 1 deg"}, joint="hinge"),
     lambda b: squama.cell(b, to=1.0),
     squama.joint,
     lambda b: squama.bend_twist(b, "bend 1 rad/m", mu=0, free="twisting"),

@@ -119,7 +119,7 @@ def test_what_is_not_named_is_zero(tmp_path, capsys):
 @pytest.mark.parametrize("faces", ["mirrored", "turned, shifted"])
 def test_both_faces_are_shown_by_the_model_that_answers(faces, joint):
     """Bent, and bent and then twisted: the states are those of the curves, by the same scales and joint."""
-    beam = SKIN.replace(faces=faces)
+    beam = SKIN.replace(faces=faces, scales=None)
     shown = squama.view(beam, load="bending", to="0.14 rad/pitch", joint=None if joint == "compliant" else joint)
     r = squama.bend(beam, at="0.14 rad/pitch", joint=joint)
     same(shown, r, shown.state.torque, r.M, 1e-6)
@@ -179,7 +179,7 @@ def test_the_explorer_holds_a_bend():
 @pytest.mark.parametrize("sense", ["+", "-"])
 def test_the_scaled_face_is_shown_as_such_where_the_other_one_touches_first(sense: str) -> None:
     """A curve begins with the face that touches first, a picture with the scaled one."""
-    beam = SKIN.replace(faces="mirrored")
+    beam = SKIN.replace(faces="mirrored", scales=None)
     state = Motion(Setting(beam, 0.2, sense=sense)).state(0.1)
     r = squama.twist(beam, mu=0.2, at="0.1 rad/pitch", sense=sense)
     leading, open_one = (state, state.other)[:: 1 if sense == "+" else -1]

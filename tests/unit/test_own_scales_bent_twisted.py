@@ -105,7 +105,6 @@ def test_who_answers_with_ends():
     for beam, how in (
         (SKIN.replace(scales=None), {}),
         (SKIN.replace(scales=201), {}),
-        (SKIN.replace(faces="turned"), {}),
         (SKIN, {"joint": "hinge"}),
         (SKIN, {"ends": "endless"}),
     ):
@@ -117,7 +116,6 @@ def test_who_answers_with_ends():
         (SKIN, {"ends": "gripped"}, "is not known of a beam that is loaded so"),
         (SKIN, {"ends": "equal", "joint": "hinge"}, "is not known of a row on hinges"),
         (SKIN.replace(scales=None), {"ends": "free"}, "needs a number of scales, and this beam is endless"),
-        (SKIN.replace(faces="turned"), {"ends": "free"}, "takes scales on one face"),
     ):
         with pytest.raises(squama.InputError, match=words):
             squama.bend_twist(beam, path, **how)

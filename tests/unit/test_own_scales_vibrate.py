@@ -65,7 +65,6 @@ def test_who_swings_with_ends():
     for beam, how in (
         (SKIN.replace(scales=None), {}),
         (SKIN.replace(scales=201), {}),
-        (SKIN.replace(faces="turned"), {}),
         (SKIN, {"joint": "hinge"}),
         (SKIN, mode),
     ):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,11 +10,15 @@ from numpy.typing import ArrayLike
 
 from squama import arguments, loads
 from squama.batch.threads import in_parts
+from squama.beam import joint_law
+from squama.beam.faces import FACES, FacesName
+from squama.beam.faces import read as faces_word
 from squama.beam.joint_law import Given
 from squama.beam.parts import PLASTIC
-from squama.contacts import path, states
+from squama.contacts import entry, path, states
 from squama.contacts.moved import moved
 from squama.contacts.own_scales import Own, ratios
+from squama.contacts.system import PHI
 from squama.errors import naming, refuse
 from squama.joints import law
 from squama.joints.factor import K_THETA, pivots, scaled
@@ -77,9 +81,31 @@ class Designs(NamedTuple):
         K_theta = self.K_theta
         if self.factor is not None:
             K_theta = self.factor * (pivots(K)[..., K_THETA] if K_theta is None else K_theta)
-        if K_theta is None and self.rigidity is None:
+        # with scales on both faces the rigidity is that of both
+        rigidity = None if given.seen else self.rigidity
+        if K_theta is None and rigidity is None:
             return K
-        return scaled(K, K_theta=K_theta, rigidity=self.rigidity, free=given.free("twist"))
+        return scaled(K, K_theta=K_theta, rigidity=rigidity, free=given.free("twist"))
+
+    def beams(self, scale: path.Scale, given: Given, loaded: Sequence[str], sense: int) -> entry.Beams:
+        """Return the beams for the compiled solver, with the strains ``loaded``."""
+        K, aside, bar = self.joints(given), (self.width / (2 * self.lam)) ** 2, np.zeros((0,))
+        if given.seen:
+            sizes = joint_law.Sizes(
+                1.0, self.nu, self.width, 2 * self.lam, 1.0, self.beta, self.thickness, self.zeta, self.beta, self.lam,
+                self.zeta,
+            )  # fmt: skip
+            bar = np.stack(joint_law.own(sizes, joint_law.whole), axis=-1)
+            if K.shape[1] < 9:
+                bar[:, [0, 2, 3]] = 0.0
+        seen, free = given.seen, given.free(*loaded)
+        found = path.beams(scale, K, self.mu, sense=sense, free=free, aside=aside, seen=seen, own=bar)
+        if seen and self.rigidity is not None:
+            # the bar's own stiffness against twist is that with which the whole beam has the given rigidity
+            found.own[:, 1] = 0.0
+            twisted = found._replace(free=np.tile(np.array(given.free("twist"), float), (len(K), 1)))
+            found.own[:, 1] = states.bare(twisted)[:, 0, 0] - self.rigidity
+        return found
 
     def legs(self, at: Array, load: str) -> tuple[Array, Array | None]:
         """Return ways (n, m) to twists or bends ``at`` (n, m), and the (psi, phi) there; None for twist alone.
@@ -146,6 +172,7 @@ def response(
     scale_nu: ArrayLike = PLASTIC,
     sense: SenseName = "+",
     hold: str = NOTHING,
+    faces: FacesName = "one",
     scales: int | None = None,
     threads: int | None = None,
 ) -> Response:
@@ -168,8 +195,11 @@ def response(
         "+" or "-"; twists are magnitudes.
     hold
         Held strains, as in :func:`squama.twist`; by default none, so that the beams bow.
+    faces
+        "one", or scales on both faces: "mirrored" or "turned", as in a beam file. ``N``, ``f`` and ``phi_e`` are then
+        those of the face that touches first, ``stress`` is the larger one.
     scales
-        Number of scales of beams with free ends, for ``finite_ratio``.
+        Number of scales (of each face) of beams with free ends, for ``finite_ratio``.
     threads
         Number of threads; by default the number of cores, or NUMBA_NUM_THREADS.
 
@@ -194,7 +224,10 @@ def response(
     rest = {"thickness": thickness, "width": width, "nu": nu, "mu": mu}
     columns, shape = arguments.designs(**contact, **rest, modulus_ratio=modulus_ratio, scale_nu=scale_nu)
     with naming("hold"):
-        given = Given(None, None, None, held=loads.hold(hold))
+        held = loads.hold(hold)
+    with naming("faces"):
+        other = FACES[faces_word(faces)]
+    given = Given(None, None, None, other.seen if other else (), held)
     found = follow(
         Designs(*columns),
         np.broadcast_to(twists, (columns[0].size, twists.size)),
@@ -245,9 +278,8 @@ def follow(
         def work(low: int, high: int) -> None:
             i = which[low:high].ravel()
             some = designs.at(i)
-            joints, scale = some.joints(given), some.scales(ideal=ideal)
-            aside = (some.width / (2 * some.lam)) ** 2
-            beams = path.beams(scale, joints, some.mu, sense=sense, free=given.free(*loaded), aside=aside)
+            scale = some.scales(ideal=ideal)
+            beams = some.beams(scale, given, loaded, sense)
             ways, corners = some.legs(at[i], load)
             far = upto[i] + before[i].real
             if copies:
@@ -256,14 +288,21 @@ def follow(
                 found = path.follow_all(beams, ways, most=far, corners=corners, room=path.ROOM if own else 1)
             if own:
                 alone[4:, i] = ratios(beams, found, own, *strains)
-            found = found._replace(rows=found.rows[:, -m:])
-            places = np.stack([found.contacts[:, 3], found.ends[:, 1]])
+            faces = [face._replace(rows=face.rows[:, -m:]) for face in found.faces]
+            # in twisting that of the face that touches first
+            met = np.array([face.contacts[:, 3] for face in faces])
+            lead = met.real.argmin(axis=0) if strains == (PHI,) else np.zeros(len(i), int)
+            first = np.array([face.contacts for face in faces])[met.real.argmin(axis=0), np.arange(len(i))]
+            places = np.stack([first[:, 3], found.ends[:, 1]])
             alone[:2, i] = places if designs.psi is None else np.maximum(places - before[i], 0.0)
-            alone[2, i], alone[3, i] = pivots(joints)[:, K_THETA], states.bare(beams)[:, strain, strain]
-            ends[i], columns = path.endings(found.contacts, found.ends), path.named(found.rows)
+            alone[2, i], alone[3, i] = pivots(beams.K)[:, K_THETA], states.bare(beams)[:, strain, strain]
+            ends[i] = path.endings(first, found.ends)
+            rows = np.array([face.rows for face in faces])[lead, np.arange(len(i))]
             for row, name in zip(along, COLUMNS.values(), strict=False):
-                row[i] = columns[name]
-            along[-1, i, stressed] = states.stresses_of(scale, found._replace(rows=found.rows[:, stressed]))
+                row[i] = path.named(rows)[name]
+            stress = [states.stresses_of(scale, face._replace(rows=face.rows[:, stressed])) for face in faces]
+            most_of_both = np.nan_to_num(np.real(stress), nan=-1.0).argmax(axis=0)[None]
+            along[-1, i, stressed] = np.take_along_axis(np.array(stress), most_of_both, axis=0)[0]
 
         return work
 

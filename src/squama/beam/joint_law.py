@@ -128,13 +128,13 @@ def bare(load: str, s: Sizes, each: Each = one) -> Number:
     return _BARE[load](s, each)
 
 
-def own(s: Sizes) -> tuple[float, float, float, float]:
+def own(s: Sizes, each: Each = one) -> tuple[Number, Number, Number, Number]:
     """Return the stiffness of a pitch of the bar without scales against bend, twist, lateral bend (E d^3) and stretch.
 
     The last is the axial force per stretch over E d^2.
     """
-    bend, twist = (bare(load, s) / (s.modulus * s.pitch**4) for load in ("bending", "twisting"))
-    return float(bend), float(twist), float(bend * (s.width / s.depth) ** 2), float(s.width * s.depth / s.pitch**2)
+    bend, twist = (bare(load, s, each) / (s.modulus * s.pitch**4) for load in ("bending", "twisting"))
+    return bend, twist, bend * (s.width / s.depth) ** 2, s.width * s.depth / s.pitch**2
 
 
 def _scaled(figure: Number, modulus: Number, pitch: Number, power: int) -> Number:

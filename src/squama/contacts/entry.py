@@ -41,6 +41,7 @@ from squama.contacts.system import (
     Ties,
     ahead,
     borders,
+    cells,
     copy,
     pieces,
 )
@@ -98,7 +99,7 @@ def state(S: System, C: int) -> State:
     N, kind = len(S.shapes), S.K.dtype
     return State(
         np.zeros((N, 6), kind),
-        np.zeros((N if S.own else 1, STRAINS), kind),
+        np.zeros((cells(S) if S.own else 1, STRAINS), kind),
         np.zeros((N, 24), kind),
         np.zeros((C, 3), kind),
         np.zeros((C, 3), kind),
@@ -111,7 +112,7 @@ def walk(S: System, C: int, notes: Array) -> Walk:
     """Return a path at rest with room for C contacts, and an array for its record (or an empty one)."""
     N, k, kind = len(S.shapes), S.reach, S.K.dtype
     wide = borders(S)
-    n, own, sections = (MOTIONS + ahead(S)) * N + 6 * C + wide, N if S.own else 0, S.ties.forces.shape[1]
+    n, own, sections = (MOTIONS + ahead(S)) * N + 6 * C + wide, cells(S) if S.own else 0, S.ties.forces.shape[1]
     strains = STRAINS * pieces(S, k)
     W = Work(
         np.zeros((N, 12), kind), np.zeros((N, k, PLACED + RATES * pieces(S, k)), kind), np.zeros((N, 24), kind),
@@ -123,7 +124,7 @@ def walk(S: System, C: int, notes: Array) -> Walk:
         np.zeros((sections, 6), kind), np.zeros(PLACED + RATES, kind), np.eye(3).astype(kind), np.full(1, WINDOW),
         np.zeros((N, MOTIONS + STRAINS), kind), np.zeros(1),
     )  # fmt: skip
-    band = n if S.periodic else min(n, 3 * (k * S.stride + 1) * (MOTIONS + ahead(S) + 6 * _CROWD))
+    band = n if S.periodic else min(n, 3 * (k + 1) * S.stride * (MOTIONS + ahead(S) + 6 * _CROWD))
     J = Linear(
         np.zeros(n * band), np.zeros((n, wide)), np.zeros((wide, n)), np.zeros((wide, wide)), np.zeros(n, np.int64),
         np.zeros(n, np.int64), np.zeros(n, kind), np.zeros(N + C, np.int64), np.zeros(7, np.int64),
@@ -182,7 +183,7 @@ def system(b: Beams, i: int, n: int, about: int, ties: Ties) -> System:
     bases, joint, plates = np.zeros((n, 3), kind), np.zeros((n, 10, 10), kind), np.zeros((n, 24, 24), kind)
     rests, sees, stride = np.zeros(0 if periodic else n), np.ones((n, 3)), faces(b)
     for o in range(n):
-        own = o if i < 0 else i
+        own = o // stride if i < 0 else i
         s, K = b.shapes[own], b.K[own]
         eta, beta, sa, ca, st, ct = s[0], s[1], s[3], s[4], s[5], s[6]
         reach = max(reach, int(math.hypot(eta.real, 2 * beta.real)))

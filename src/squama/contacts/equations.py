@@ -50,6 +50,8 @@ def elastic(S: System, st: State, at: Array, W: Work, r: Array, loads: Array) ->
     N, many = len(S.shapes), cells(S)
     for e in range(STRAINS):
         loads[e] = 0.0
+        for i in range(len(W.carried)):
+            W.carried[i, e] = 0.0
     for i in range(N):
         K, q, strains = S.K[i], st.q[i], st.strains[row_of(S, i)]
         for a in range(MOTIONS + STRAINS):
@@ -63,7 +65,7 @@ def elastic(S: System, st: State, at: Array, W: Work, r: Array, loads: Array) ->
             else:
                 loads[a - MOTIONS] += out / many
                 if S.own:
-                    W.carried[i, a - MOTIONS] = out
+                    W.carried[row_of(S, i), a - MOTIONS] += out
 
 
 @_jit
@@ -129,7 +131,7 @@ def residual(
             rate = add(cross(vector(P, 12 + 6 * e), g.p2), 1.0, vector(P, 15 + 6 * e))
             loads[e % STRAINS] += dot(F, rate) / many
             if S.own:
-                W.carried[i + e // STRAINS, e % STRAINS] += dot(F, rate)
+                W.carried[row_of(S, i) + e // STRAINS, e % STRAINS] += dot(F, rate)
     if not S.own:
         columns = strain_columns(S, at, n, 0)
         for e in range(STRAINS):

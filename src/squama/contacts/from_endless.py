@@ -12,7 +12,7 @@ from squama.contacts.increments import CONTACT, Walk
 from squama.contacts.meeting import N_, prepared
 from squama.contacts.newton import solve
 from squama.contacts.supports import GIVEN, LOADS
-from squama.contacts.system import MOTIONS, POWERS, STRAINS
+from squama.contacts.system import MOTIONS, POWERS, STRAINS, cells, row_of
 from squama.contacts.touch import unknown
 from squama.contacts.works import remember
 from squama.types import Array
@@ -22,39 +22,42 @@ _TRIES = 4
 """Number of times that pulling contacts are removed."""
 
 
-def size(contacts: int) -> int:
+def size(contacts: int, faces: int = 1) -> int:
     """Return the length of an endless beam's data: its states at engagement and now, and its contacts now.
 
-    Motions, strains and plate coefficients of both; M, T, B, P; number of contacts, and each contact (16,).
+    Motions, strains and plate coefficients of both, for each face; M, T, B, P; number of contacts, and each contact
+    (16,).
     """
-    return 2 * _CELL + STRAINS + 1 + CONTACT * contacts
+    return 2 * faces * _CELL + STRAINS + 1 + CONTACT * contacts
 
 
 @_jit
 def _laid(w: Walk, given: Array, at: int) -> None:
-    """Copy the state of one scale to all cells."""
+    """Copy the state of one cell to all cells."""
     st = w.now
     for i in range(len(st.q)):
+        o = at + _CELL * (i % w.S.stride)
         for a in range(MOTIONS):
-            st.q[i, a] = given[at + a]
+            st.q[i, a] = given[o + a]
         for e in range(STRAINS):
-            st.strains[i, e] = given[at + MOTIONS + e]
+            st.strains[row_of(w.S, i), e] = given[o + MOTIONS + e]
         for a in range(POWERS):
-            st.b[i, a] = given[at + MOTIONS + STRAINS + a]
+            st.b[i, a] = given[o + MOTIONS + STRAINS + a]
 
 
 @_jit
 def _touched(w: Walk, given: Array, at: int) -> None:
-    """Copy the contacts of one scale to all cells, except those that would reach beyond the ends."""
-    N, n = len(w.S.shapes), 0
+    """Copy the contacts of one cell to all cells, except those that would reach beyond the ends."""
+    N, n = cells(w.S), 0
     for i in range(N):
         for c in range(int(given[at])):
             o, row, s = at + 1 + CONTACT * c, w.con[n], w.now.s[n]
             if i + int(given[o + touch.APART]) >= N:
                 continue
+            scale = i * w.S.stride + int(given[o + touch.FIRST])
             for a in range(touch.ENDED):
                 row[a] = int(given[o + a])
-            row[touch.FIRST], row[touch.STUCK], row[touch.ENDED] = i, 0, 0
+            row[touch.FIRST], row[touch.STUCK], row[touch.ENDED] = scale, 0, 0
             for a, place in enumerate(unknown(row[touch.KIND], row[touch.ONE], row[touch.OTHER])):
                 if place >= 0:
                     s[place] = given[o + 6 + a]
@@ -87,20 +90,20 @@ def from_endless(w: Walk, given: Array) -> bool:
 
     ``given``: data of the endless beam, see :func:`size`; the loads reach as far as its.
     """
-    S = w.S
+    S, now = w.S, _CELL * w.S.stride
     _laid(w, given, 0)
     prepared(S, w.now, w.con, 0, True, w.W)
     # without contacts the plates have no deflection
     _laid(w, given, 0)
     remember(w)
     w.past.weights[0], w.past.weights[1], w.past.weights[2] = 1.0, -1.0, 0.0
-    _laid(w, given, _CELL)
-    _touched(w, given, 2 * _CELL + STRAINS)
+    _laid(w, given, now)
+    _touched(w, given, 2 * now + STRAINS)
     for k in range(len(S.ties.course)):
         e = int(S.ties.course[k, 0])
         if e >= 0:
-            w.now.ties[GIVEN, k] = given[_CELL + MOTIONS + e]
-            w.now.ties[LOADS, k] = given[2 * _CELL + e] * (S.ties.course[k, 1] / len(S.shapes))
+            w.now.ties[GIVEN, k] = given[now + MOTIONS + e]
+            w.now.ties[LOADS, k] = given[2 * now + e] * (S.ties.course[k, 1] / cells(S))
     for _ in range(_TRIES):
         if not solve(S, w.now, w.past, w.con, w.counts[0], w.W, w.J, w.loads):
             return False

@@ -75,7 +75,7 @@ def chain(S: System, strains: Array, i: int, many: int, outer: float, axes: Arra
     one = 1.0 + none
     x, y, z, t = (one, none, none), (none, one, none), (none, none, one), (none, none, none)
     for p in range(many):
-        k, own = outer if p == 0 or p == many - 1 else 1.0, strains[row_of(S, i + p)]
+        k, own = outer if p == 0 or p == many - 1 else 1.0, strains[row_of(S, i + p * S.stride)]
         w = (-k * psi * own[PSI], -k * chi * own[CHI], -k * phi * own[PHI])
         e, v = turned(w), (none, none, 1.0 + own[EPS])
         once = cross(w, v)

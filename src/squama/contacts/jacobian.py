@@ -351,7 +351,7 @@ def jacobian(  # noqa: C901 - one loop over contacts
             rows[z] = o + z if z < 3 + k else -1
             rows[6 + z], rows[12 + z] = at[i] + z, at[j] + z
         for p in range(many):
-            columns = strain_columns(S, at, n, i + p)
+            columns = strain_columns(S, at, n, i + p * S.stride)
             for e_ in range(STRAINS):
                 column[_E + STRAINS * p + e_] = rows[LOCAL + STRAINS * p + e_] = columns[e_]
         spread(J, shared(S, at, n), L, column[:inputs], rows[:outputs], W.lifts, from1, to1, from2, to2)

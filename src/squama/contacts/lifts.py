@@ -12,7 +12,8 @@ from squama.contacts.system import (
     STRAINS,
     State,
     System,
-    ahead,
+    before_cell,
+    cells,
     partner,
     pieces,
     spots,
@@ -101,7 +102,7 @@ def lifted(
                 own[f, at[a] + 3 + b] += v * by_w[b]
             if other == 1:
                 for p in range(pieces(S, row[touch.APART])):
-                    strained = strain_columns(S, at, n, row[touch.FIRST] + p)
+                    strained = strain_columns(S, at, n, row[touch.FIRST] + p * S.stride)
                     for e in range(STRAINS):
                         if strained[e] >= 0:
                             own[f, strained[e]] += v * dot(vector(P, 12 + 24 * p + 6 * e), moment)
@@ -116,12 +117,13 @@ def lifted(
 def around(S: System, at: Array, all_: int, far: int, a: int) -> tuple[int, int]:
     """Return the range of unknowns, first and behind the last, on which a plate's deflection may depend.
 
-    ``far``: largest number of scales between two in contact.
+    ``far``: largest number of cells between two scales in contact.
     """
-    N, first = len(S.shapes), ahead(S)
     if S.periodic:
         return 0, all_
-    return at[max(0, a - far)] - first, at[a + 1] - first if a + 1 < N else all_
+    cell = a // S.stride
+    end = before_cell(S, at, cell + 1) if cell + 1 < cells(S) else all_
+    return before_cell(S, at, max(0, cell - far)), end
 
 
 @_jit

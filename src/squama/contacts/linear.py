@@ -7,13 +7,13 @@ from typing import NamedTuple
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
 from squama.contacts import touch
-from squama.contacts.system import System, ahead, borders, layout, transfer
+from squama.contacts.system import System, before_cell, borders, cells, layout, transfer
 from squama.types import Array
 
 SOLVED, RESIDUALS, INNER, HALF, STRIDE, BASE, FAR = range(7)
 """Entries of ``kept``: number of factored unknowns, 0 for none; number of residual evaluations; unknowns without the
-border's; half the band's width; position of entry (a, b) in the band, BASE + a STRIDE + b; largest number of scales
-between two in contact, at least 1.
+border's; half the band's width; position of entry (a, b) in the band, BASE + a STRIDE + b; largest number of cells
+between two scales in contact, at least 1.
 """
 
 
@@ -38,19 +38,19 @@ class Linear(NamedTuple):
 @_jit
 def laid_out(S: System, con: Array, m: int, J: Linear) -> int:
     """Arrange the unknowns; return their number, -1 if there is no room for them."""
-    N, kept, first, far = len(S.shapes), J.kept, ahead(S), S.stride
+    kept, far = J.kept, 1
     for c in range(m):
         if con[c, touch.KIND] != touch.LIES:
-            far = max(far, con[c, touch.APART] * S.stride)
+            far = max(far, con[c, touch.APART])
     kept[FAR] = far
     n = layout(S, con, m, J.at)
     inner = n - borders(S)
     half = inner - 1
     if not S.periodic:
         half = 0
-        for i in range(N):
-            end = J.at[i + far + 1] if i + far + 1 < N else inner + first
-            half = max(half, end - J.at[i] - 1)
+        for i in range(cells(S)):
+            end = before_cell(S, J.at, i + far + 1) if i + far + 1 < cells(S) else inner
+            half = max(half, end - before_cell(S, J.at, i) - 1)
     narrow = 3 * half + 1 < inner
     kept[INNER], kept[HALF] = inner, half
     kept[STRIDE], kept[BASE] = (3 * half, half) if narrow else (inner, 0)

@@ -9,10 +9,13 @@ from squama.types import Array
 
 
 def of_face(face: int, rows: Array, touches: Array) -> tuple[Array, Array]:
-    """Return rows (n, m, 22) and contacts (n, m, C, 16) of one of two faces: its sums and slip, its contacts first."""
+    """Return rows (n, m, 22 or more) and contacts (n, m, C, 16) of one of two faces: sums and slip, own contacts first.
+
+    The scales on the two faces have even and odd numbers.
+    """
     raw, own = rows.copy(), np.zeros_like(touches)
     there = np.arange(touches.shape[2]) < np.nan_to_num(np.real(raw[:, :, 12, None]))
-    there &= np.real(touches[..., touch.FIRST]) == face
+    there &= np.real(touches[..., touch.FIRST]) % 2 == face
     order = np.argsort(~there, axis=2, kind="stable")
     kept = np.take_along_axis(there, order, axis=2)
     own[kept] = np.take_along_axis(touches, order[..., None], axis=2)[kept]

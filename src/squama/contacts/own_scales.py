@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -53,14 +54,14 @@ def _solved(beams: entry.Beams, scales: int, ties: Ties, given: Array, contacts:
 
     ``contacts``: room for contacts of each scale.
     """
-    n = len(given)
+    n, every = len(given), scales * path.faces(beams)
     one, none = np.zeros((n, 1)), np.zeros((n, 0))
-    sizes = (increments.LINE,), (scales, MOTIONS + 2 * STRAINS), (scales, POWERS), (0, increments.CONTACT)
+    sizes = (increments.LINE,), (every, MOTIONS + 2 * STRAINS), (every, POWERS), (0, increments.CONTACT)
     states = (np.zeros((n, 1, *v)) for v in sizes)
     found = Written._make([*states, np.zeros((n, 1, increments.EVENT)), np.zeros((n, 4))])
     legs = Legs(one, np.zeros((n, 1, STRAINS)), one[:, 0], path.STEP)
     tell(entry.many, "scales in contact")
-    entry.many(beams, scales, OWN, ties, scales * contacts, legs, found, none, given)
+    entry.many(beams, every, OWN, ties, scales * contacts, legs, found, none, given)
     return np.where(found.ends[:, :1] == increments.RANGE, found.rows[:, 0, 5 : 5 + STRAINS], np.nan)
 
 
@@ -71,15 +72,16 @@ def ratios(beams: entry.Beams, answers: path.Answers, own: Own, *loads: int) -> 
     strains, the last of which is the load to compare. 1 without contact, NaN if the endless beam ends before, or if no
     state with its contacts is found.
     """
-    rows, touches = answers.rows[:, own.states], answers.touches[:, own.states]
+    faces = [(face.rows[:, own.states], face.touches[:, own.states]) for face in answers.faces]
+    met, rows = np.min([face.contacts[:, 3] for face in answers.faces], axis=0), faces[0][0]
     way, strain, load = rows[..., 0], rows[..., _STRAIN + loads[-1]], rows[..., _LOAD + loads[-1]]
     if own.kind != LOOSE:
         places = range(max(0, rows.shape[1] - 2), rows.shape[1])
-        found = np.array([_shares(beams, rows, touches, own, loads, at) * load[:, at] for at in places])
+        found = np.array([_shares(beams, faces, own, loads, at) * load[:, at] for at in places])
     else:
         short = own._replace(scales=min(own.scales, MOST))
-        solved = _shares(beams, rows, touches, short, loads, -1) * load[:, -1]
-        each = zip(way, strain, load, solved, answers.contacts[:, 3], strict=True)
+        solved = _shares(beams, faces, short, loads, -1) * load[:, -1]
+        each = zip(way, strain, load, solved, met, strict=True)
         found = np.array([_longer(*one, short.scales, own.scales) for one in each]).T
     with np.errstate(all="ignore"):
         tangents = (np.diff(found, axis=0) / np.diff(load[:, -len(found) :].T, axis=0))[:1]
@@ -108,28 +110,37 @@ def _longer(way: Array, strain: Array, load: Array, solved: float, met: float, n
     return np.append(found[:-1], solved) if n == scales else found
 
 
-def _shares(beams: entry.Beams, rows: Array, touches: Array, own: Own, loads: tuple[int, ...], at: int) -> Array:
-    """Return the load of beams with their own scales over that of the endless ones at state ``at``, (n,)."""
-    told = path.named(rows)
-    touching, last = told["contacts"] > 0, touches[:, at]
-    known, counts = np.isfinite(rows[:, at, 0]), np.nan_to_num(told["contacts"][:, at])
+def _shares(
+    beams: entry.Beams, faces: Sequence[tuple[Array, Array]], own: Own, loads: tuple[int, ...], at: int
+) -> Array:
+    """Return the load of beams with their own scales over that of the endless ones at state ``at``, (n,).
+
+    ``faces``: states and contacts of each face with scales.
+    """
+    each = np.array([np.nan_to_num(path.named(rows)["contacts"]) for rows, _ in faces])
+    touching, counts = np.any(each > 0, axis=0), each[:, :, at].sum(axis=0)
+    known = np.isfinite(faces[0][0][:, at, 0])
+    last = np.concatenate([touches[:, at] for _, touches in faces], axis=1)
+    # those of both faces without the room between them
+    there = np.concatenate([np.arange(faces[0][1].shape[2]) < n[:, at, None] for n in each], axis=1)
+    last = np.take_along_axis(last, np.argsort(~there, axis=1, kind="stable")[..., None], axis=1)
     found = np.where(known & (counts == 0), 1.0, np.nan)
     which = np.flatnonzero(known & (counts > 0) & (counts <= last.shape[1]))
     if not which.size:
         return found
     free = freed(beams.free, *loads, ends=own.kind)
     ties = of_ends(own.scales, own.kind, *loads, apart=bool(beams.free[0, EPS] == 0))
-    then, now = rows[which, touching[which].argmax(axis=1)], rows[which, at]
+    first, now = touching[which].argmax(axis=1), faces[0][0][which, at]
     given = np.column_stack(
         [
-            _cell(then),
-            _cell(now),
+            *(_cell(rows[which, first]) for rows, _ in faces),
+            *(_cell(rows[which, at]) for rows, _ in faces),
             _loads(now),
             counts[which],
             last[which].reshape(which.size, -1),
         ]
     )
-    assert given.shape[1] == from_endless.size(last.shape[1])
+    assert given.shape[1] == from_endless.size(last.shape[1], len(faces))
     some = entry.Beams._make(v[which] for v in beams._replace(free=free))
     solved = _solved(some, own.scales, ties, given, int(counts.max()))
     found[which] = solved[:, loads[-1]] / _loads(now)[:, loads[-1]]

@@ -170,7 +170,7 @@ class Answers(NamedTuple):
 
 def beams(
     scale: Scale, K: Array, mu: Array, *, sense: int = 1, free: Free = HELD, aside: Array | float = 1.0,
-    masked: Sequence[float] = (), seen: Sequence[float] = (), own: Sequence[float] = (),
+    masked: Sequence[float] = (), seen: Sequence[float] = (), own: Sequence[float] | Array = (),
 ) -> entry.Beams:  # fmt: skip
     """Return beams for the compiled solver: a scale of arrays (n,), K (n, 9, 9), or (n, 7, 7) without bend and stretch.
 
@@ -178,7 +178,7 @@ def beams(
     stretch without moment or force; ``aside`` (n,): stiffness of the bar against lateral bend over that against bend;
     ``masked``: 1 for each of the six motions that is blocked, as on hinges, or empty. With scales on both faces
     ``seen`` are the signs with which the other face sees bend, twist and lateral bend, and ``own`` is the bar's own
-    stiffness against the four strains, included in the matrices of both faces.
+    stiffness against the four strains, (4,) or (n, 4), included in the matrices of both faces.
     """
     motions = K.shape[-1]
     signs = MIRROR[:motions] if sense < 0 else np.ones(motions)
@@ -194,7 +194,8 @@ def beams(
     loose = np.tile(np.array(free, float) * (motions == 9), (n, 1))
     K = np.ascontiguousarray(K * np.outer(signs, signs))
     aside = np.broadcast_to(np.asarray(aside, K.dtype), n).copy()
-    blocked, other, bar = (np.tile(np.asarray(v, float), (n, 1)) for v in (masked, seen, own))
+    blocked, other = (np.tile(np.asarray(v, float), (n, 1)) for v in (masked, seen))
+    bar = np.broadcast_to(np.asarray(own, K.dtype), (n, np.shape(own)[-1])).copy()
     return entry.Beams(shapes, K, elastic, plates, loose, aside, blocked, other, bar, np.full(n, entry.GRIP))
 
 

@@ -33,8 +33,9 @@ from squama.contacts.system import (
     STRAINS,
     State,
     System,
-    ahead,
+    before_cell,
     borders,
+    cells,
     sectioned,
     strain_columns,
 )
@@ -62,14 +63,14 @@ def spine(S: System, st: State, W: Work) -> None:
     if S.ties.floating:
         e = turned(vector(st.ties[LOADS], K))
         x, y, z, t = rotated(e, x), rotated(e, y), rotated(e, z), vector(st.ties[LOADS], K + 3)
-    for i in range(len(S.shapes) + 1):
+    for i in range(cells(S) + 1):
         R = W.frames[i]
         for r in range(3):
             R[3 * r], R[3 * r + 1], R[3 * r + 2] = x[r], y[r], z[r]
         put(t, R, 9)
-        if i == len(S.shapes):
+        if i == cells(S):
             return
-        chain(S, st.strains, i, 1, 1.0, W.section, (none, none, none), W.cell)
+        chain(S, st.strains, i * S.stride, 1, 1.0, W.section, (none, none, none), W.cell)
         for strain in range(STRAINS):
             o = turn(R, vector(W.cell, PLACED + 6 * strain))
             v = turn(R, vector(W.cell, PLACED + 6 * strain + 3))
@@ -136,7 +137,7 @@ def bisected(S: System, W: Work, k: int) -> tuple[Vector, float]:
     Axes have the size of the couple.
     """
     a = vector(S.ties.couples[k], 0)
-    far = turn(W.frames[len(S.shapes)], a)
+    far = turn(W.frames[cells(S)], a)
     return add(a, 1.0, far), 1.0 + dot(a, far) / max(dot(a, a), 1e-300)
 
 
@@ -166,16 +167,17 @@ def turned_by(S: System, st: State, W: Work, k: int) -> float:
 
     Of the angles that differ by whole turns it is the nearest to the sum over all cells.
     """
-    a, N, R = vector(S.ties.couples[k], 0), len(S.shapes), W.frames[len(S.shapes)]
+    a, N = vector(S.ties.couples[k], 0), cells(S)
+    R = W.frames[N]
     size = np.sqrt(dot(a, a))
     q = 1.0 + dot(a, turn(R, a)) / (size * size)
     vee = (R[7] - R[5], R[2] - R[6], R[3] - R[1])
     sine, cosine = dot(a, vee) / (size * q), (R[0] + R[4] + R[8] + 1.0) / q - 1.0
     angle = np.arctan2(sine.real, cosine.real)
-    cells = 0.0
+    total = 0.0
     for i in range(N):
-        cells -= (a[0] * st.strains[i, PSI] + a[1] * st.strains[i, CHI] + a[2] * st.strains[i, PHI]).real
-    whole = 2 * np.pi * np.round((cells / size.real - angle) / (2 * np.pi))
+        total -= (a[0] * st.strains[i, PSI] + a[1] * st.strains[i, CHI] + a[2] * st.strains[i, PHI]).real
+    whole = 2 * np.pi * np.round((total / size.real - angle) / (2 * np.pi))
     # the last part is 0, except for complex steps
     by: float = size * (angle + whole + sine * np.cos(angle) - cosine * np.sin(angle))
     return by
@@ -190,7 +192,7 @@ def load_at(S: System, st: State, W: Work, j: int) -> tuple[Vector, Vector]:
         f = add(f, st.ties[LOADS, k], vector(S.ties.forces[k, j], 0))
         if S.ties.turns[k, AT] == j:
             m = add(m, st.ties[LOADS, k], moment_of(S, st, W, k))
-        if j == len(S.shapes):
+        if j == cells(S):
             m = add(m, st.ties[LOADS, k], couple(S, W, k))
     return add(m, 1.0, cross(vector(W.frames[j], 9), f)), f
 
@@ -207,7 +209,7 @@ def load_moved(S: System, st: State, W: Work, j: int, o: Vector, v: Vector) -> V
             other = aim(S, st, k, back(W.frames[j], cross(o, axis)))
             change = add(scaled(-dot(askew(S, st, W, k), o), axis), 0.5, other)
             m = add(m, st.ties[LOADS, k], change)
-        if j == len(S.shapes):
+        if j == cells(S):
             m = add(m, st.ties[LOADS, k], couple_moved(S, W, k, o))
     return add(m, 1.0, cross(add(v, 1.0, cross(o, vector(W.frames[j], 9))), f))
 
@@ -219,7 +221,7 @@ def unit_load(S: System, st: State, W: Work, k: int, j: int) -> tuple[Vector, Ve
     m = cross(vector(W.frames[j], 9), f)
     if S.ties.turns[k, AT] == j:
         m = add(m, 1.0, moment_of(S, st, W, k))
-    return (add(m, 1.0, couple(S, W, k)) if j == len(S.shapes) else m), f
+    return (add(m, 1.0, couple(S, W, k)) if j == cells(S) else m), f
 
 
 @_jit
@@ -227,7 +229,7 @@ def wrenches(S: System, st: State, W: Work) -> None:
     """Write the wrench of all loads on and beyond each section."""
     none = 0.0 * st.strains[0, 0]
     m, f = (none, none, none), (none, none, none)
-    for j in range(len(S.shapes), -1, -1):
+    for j in range(cells(S), -1, -1):
         own_m, own_f = load_at(S, st, W, j)
         m, f = add(m, 1.0, own_m), add(f, 1.0, own_f)
         put(m, W.wrench[j], 0)
@@ -237,12 +239,12 @@ def wrenches(S: System, st: State, W: Work) -> None:
 @_jit
 def tied(S: System, st: State, at: Array, n: int, W: Work, r: Array, loads: Array) -> None:
     """Write the residuals of all cells' strains and of ties; the ties' loads replace the mean loads."""
-    N, K, b, along = len(S.shapes), len(S.ties.course), n - borders(S), sectioned(S)
+    N, K, b, along = cells(S), len(S.ties.course), n - borders(S), sectioned(S)
     if along:
         spine(S, st, W)
         wrenches(S, st, W)
     for i in range(N):
-        columns = strain_columns(S, at, n, i)
+        columns = strain_columns(S, at, n, i * S.stride)
         for e in range(STRAINS):
             if columns[e] >= 0:
                 load = 0.0 * st.strains[0, 0]
@@ -253,7 +255,7 @@ def tied(S: System, st: State, at: Array, n: int, W: Work, r: Array, loads: Arra
                     load += dot(o, vector(W.wrench[i + 1], 0)) + dot(v, vector(W.wrench[i + 1], 3))
                 r[columns[e]] = W.carried[i, e] - load
         for a in range(12 if along else 0):
-            r[at[i] - ahead(S) + a] = 0.0
+            r[before_cell(S, at, i) + a] = 0.0
     for k in range(K):
         r[b + k] = coordinate(S, st, W, k)
     for a in range(borders(S) - K):
@@ -273,7 +275,7 @@ def coordinate(S: System, st: State, W: Work, k: int) -> float:
     off: float = -S.ties.course[k, 1] * st.ties[GIVEN, k]
     for e in range(STRAINS):
         if S.ties.carried[k, e] != 0.0:
-            for i in range(len(S.shapes)):
+            for i in range(cells(S)):
                 off += S.ties.carried[k, e] * st.strains[i, e]
     for j in range(S.ties.forces.shape[1]):
         p = vector(W.frames[j], 9)
@@ -288,9 +290,9 @@ def coordinate(S: System, st: State, W: Work, k: int) -> float:
 @_jit
 def tie_rates(S: System, st: State, at: Array, n: int, W: Work, J: Linear) -> None:
     """Add the derivatives of :func:`tied` to the Jacobian, without those of the cells' own loads."""
-    N, K, b = len(S.shapes), len(S.ties.course), n - borders(S)
+    N, K, b = cells(S), len(S.ties.course), n - borders(S)
     for i in range(N):
-        columns = strain_columns(S, at, n, i)
+        columns = strain_columns(S, at, n, i * S.stride)
         for k in range(K):
             for e in range(STRAINS):
                 if columns[e] >= 0 and S.ties.carried[k, e] != 0.0:
@@ -312,13 +314,13 @@ def tie_rates(S: System, st: State, at: Array, n: int, W: Work, J: Linear) -> No
 @_jit
 def by_section(S: System, at: Array, n: int, row: int, j: int, m: Vector, f: Vector, W: Work, J: Linear) -> None:
     """Add to a row the derivatives by the motion of section j: by its rotation (m), and its translation (f)."""
-    i = min(j, len(S.shapes) - 1)
-    here = at[i] - ahead(S)
+    i = min(j, cells(S) - 1)
+    here = before_cell(S, at, i)
     for a in range(3):
         enter(J, row, here + a, m[a])
         enter(J, row, here + 3 + a, f[a])
     if i < j:
-        columns = strain_columns(S, at, n, i)
+        columns = strain_columns(S, at, n, i * S.stride)
         for e in range(STRAINS):
             if columns[e] >= 0:
                 o, v = moves(W, i, e)
@@ -328,19 +330,19 @@ def by_section(S: System, at: Array, n: int, row: int, j: int, m: Vector, f: Vec
 @_jit
 def section_rates(S: System, st: State, at: Array, n: int, i: int, W: Work, J: Linear) -> None:
     """Add the derivatives of cell i's motion, of the wrench beyond it, and of its work on the cell's strains."""
-    N, first, b = len(S.shapes), ahead(S), n - borders(S)
-    here, columns = at[i] - first, strain_columns(S, at, n, i)
+    N, b = cells(S), n - borders(S)
+    here, columns = before_cell(S, at, i), strain_columns(S, at, n, i * S.stride)
     beyond = here + 6
     m, f = vector(W.wrench[i + 1], 0), vector(W.wrench[i + 1], 3)
     for a in range(6):
         enter(J, here + a, here + a, 1.0)
         enter(J, beyond + a, beyond + a, 1.0)
         if i > 0:
-            enter(J, here + a, at[i - 1] - first + a, -1.0)
+            enter(J, here + a, before_cell(S, at, i - 1) + a, -1.0)
         if i < N - 1:
-            enter(J, beyond + a, at[i + 1] - first + 6 + a, -1.0)
+            enter(J, beyond + a, before_cell(S, at, i + 1) + 6 + a, -1.0)
     if i > 0:
-        before = strain_columns(S, at, n, i - 1)
+        before = strain_columns(S, at, n, (i - 1) * S.stride)
         for e in range(STRAINS):
             if before[e] >= 0:
                 for a in range(6):
@@ -384,7 +386,7 @@ def section_rates(S: System, st: State, at: Array, n: int, i: int, W: Work, J: L
 @_jit
 def floating_rates(S: System, st: State, at: Array, b: int, W: Work, J: Linear) -> None:
     """Add the derivatives by the near end's motion, and of the balance of all loads."""
-    K, here = len(S.ties.course), at[0] - ahead(S)
+    K, here = len(S.ties.course), before_cell(S, at, 0)
     e, t = turned(vector(st.ties[LOADS], K)), vector(st.ties[LOADS], K + 3)
     none = (0.0, 0.0, 0.0)
     for c in range(6):
@@ -409,8 +411,8 @@ def floating_rates(S: System, st: State, at: Array, b: int, W: Work, J: Linear) 
 def shifted(S: System, st: State, at: Array, n: int, x: Array, by: complex) -> None:
     """Add a multiple of changes (n,) to strains of cells, loads of ties, and the place of a floating beam."""
     b = n - borders(S)
-    for i in range(len(S.shapes)):
-        columns = strain_columns(S, at, n, i)
+    for i in range(cells(S)):
+        columns = strain_columns(S, at, n, i * S.stride)
         for e in range(STRAINS):
             if columns[e] >= 0:
                 st.strains[i, e] += by * x[columns[e]]
@@ -422,6 +424,6 @@ def shifted(S: System, st: State, at: Array, n: int, x: Array, by: complex) -> N
 def moved_alone(S: System, at: Array, x: Array) -> None:
     """Clear from a correction the sections' motions and changes of wrenches, which are not part of the state."""
     if S.own and sectioned(S):
-        for i in range(len(S.shapes)):
+        for i in range(cells(S)):
             for a in range(12):
-                x[at[i] - ahead(S) + a] = 0.0
+                x[before_cell(S, at, i) + a] = 0.0

@@ -64,8 +64,8 @@ class System(NamedTuple):
     N scales repeat for ever; ``sees`` (N, 3): signs with which a scale sees bend, twist and lateral bend
     (:mod:`squama.beam.faces`); ``stride``: number of scales of a cell, one of each face; ``rests`` (N,): inclination at
     rest over the substrate, for scales that may come to lie on it, or (0,) without that check; ``masked`` (6,): 1 for
-    blocked motions, or (0,) for none; ``own``: whether each cell has its own strains (``stride`` 1, not ``periodic``),
-    governed by ``ties``.
+    blocked motions, or (0,) for none; ``own``: whether each cell has its own strains (not ``periodic``), governed by
+    ``ties``.
     """
 
     shapes: Array
@@ -88,10 +88,10 @@ class System(NamedTuple):
 class State(NamedTuple):
     """A state: scales, strains of the bar and contacts.
 
-    Motions ``q`` (N, 6), ``strains`` (1, 4) of all cells or (N, 4) of each, deflections ``b`` (N, 24); of each contact
-    its force ``F`` (C, 3) on the first scale in that scale's axes at rest, and its places ``s`` (C, 3); ``ties`` (2, K)
-    loads of ties and their prescribed values along the legs, for a floating beam (2, K + 6) followed by rotation and
-    place of the near end.
+    Motions ``q`` (N, 6), ``strains`` (1, 4) of all cells or (cells, 4) of each, deflections ``b`` (N, 24); of each
+    contact its force ``F`` (C, 3) on the first scale in that scale's axes at rest, and its places ``s`` (C, 3);
+    ``ties`` (2, K) loads of ties and their prescribed values along the legs, for a floating beam (2, K + 6) followed by
+    rotation and place of the near end.
     """
 
     q: Array
@@ -169,7 +169,14 @@ def further(S: System, i: int, k: int) -> int:
 @_in
 def row_of(S: System, i: int) -> int:
     """Return the row of the strains of scale i's cell."""
-    return i if S.own else 0
+    return i // S.stride if S.own else 0
+
+
+@_in
+def before_cell(S: System, at: Array, i: int) -> int:
+    """Return the first unknown of cell i: its section's, and its own strains, come before those of its scales."""
+    n: int = at[i * S.stride] - ahead(S)
+    return n
 
 
 @_in
@@ -196,7 +203,7 @@ def sectioned(S: System) -> bool:
 
 @_in
 def ahead(S: System) -> int:
-    """Return the number of a cell's unknowns before its scale's: motion and wrench of its section, own strains."""
+    """Return the number of a cell's unknowns before its scales': motion and wrench of its section, own strains."""
     return counted(S) + (12 if sectioned(S) else 0) if S.own else 0
 
 
@@ -276,9 +283,10 @@ def layout(S: System, con: Array, m: int, at: Array) -> int:
         # its force and places, or the moment of the substrate
         at[con[c, touch.FIRST]] += 1 if con[c, touch.KIND] == touch.LIES else 3 + places_of(con[c, touch.KIND])
     for i in range(N):
+        n += first if i % S.stride == 0 else 0
         size = at[i]
-        at[i] = n + first
-        n += first + size
+        at[i] = n
+        n += size
     for c in range(m):
         at[N + c] += at[con[c, touch.FIRST]]
     return n + borders(S)
@@ -287,7 +295,7 @@ def layout(S: System, con: Array, m: int, at: Array) -> int:
 @_jit
 def strain_columns(S: System, at: Array, n: int, i: int) -> tuple[int, int, int, int]:
     """Return the unknown, of n, of each strain of scale i's cell; -1 for imposed strains."""
-    last, psi, phi, chi, eps = at[i] if S.own else n, -1, -1, -1, -1
+    last, psi, phi, chi, eps = at[i - i % S.stride] if S.own else n, -1, -1, -1, -1
     if S.free[EPS] > 0:
         last -= 1
         eps = last

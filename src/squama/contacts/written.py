@@ -7,7 +7,7 @@ from squama.contacts import tally, touch
 from squama.contacts.increments import LINE, Walk, Written, strain
 from squama.contacts.meeting import F_, N_
 from squama.contacts.supports import LOADS
-from squama.contacts.system import MOTIONS, STRAINS, copy, spots
+from squama.contacts.system import MOTIONS, STRAINS, copy, row_of, spots
 from squama.contacts.works import energy
 
 
@@ -53,4 +53,7 @@ def write(w: Walk, written: Written, i: int) -> None:
         for a in range(MOTIONS):
             motions[o, a] = w.now.q[o, a]
         for e in range(STRAINS):
-            motions[o, MOTIONS + e], motions[o, MOTIONS + STRAINS + e] = w.now.strains[o, e], w.W.carried[o, e]
+            motions[o, MOTIONS + e], motions[o, MOTIONS + STRAINS + e] = (
+                w.now.strains[row_of(S, o), e],
+                w.W.carried[row_of(S, o), e],
+            )

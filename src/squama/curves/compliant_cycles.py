@@ -67,8 +67,8 @@ def walk(analysis: Analysis) -> States:
             stations, slid = _with_slides(stations, follow(one, stations))
             v = _values(ones, load, stations, follow(one, stations))
         else:
-            v, each, more = _of_row(one, load, stations, kind)
-            notes += more
+            v, each, more = _of_row(ones, load, stations, kind)
+            notes += [*more, *rows.shifted(beam)]
     except LeftError as left:
         leg = stations.legs[left.point]
         _refuse(analysis, left, goals[leg if left.outward else leg - 1])
@@ -133,7 +133,7 @@ def reached(one: compliant.Path, load: Load, x: Array, kind: int | None) -> tupl
         n = x.size if end.code == increments.RANGE else end.solved
         return [path.named(face.rows[0, :n]) for face in answers.faces], end
     track = _row(one, load, x, kind)
-    return [path.named(scale) for scale in track.rows.swapaxes(0, 1)], track.end
+    return [path.named(scale) for face in track.faces for scale in face.rows.swapaxes(0, 1)], track.end
 
 
 def torque(states: Sequence[Mapping[str, Array]], load: Load) -> Array:
@@ -149,16 +149,19 @@ def pressed(one: compliant.Path, load: Load, x: Array, kind: int | None) -> list
 
 
 def _of_row(
-    one: compliant.Path, load: Load, stations: Stations, kind: int
+    ones: Mapping[str, compliant.Path], load: Load, stations: Stations, kind: int
 ) -> tuple[dict[str, Array], dict[str, Array], tuple[str, ...]]:
     """Return the variables along a history of N scales, SI units, by role: of the beam, and of each scale; notes."""
-    x = stations.loads
+    x, one = stations.loads, ones["+"]
     track = _row(one, load, x, kind)
     _goes_on(track.end, x)
     turned = np.where(x < 0, -1.0, 1.0) if load.sided else 0.0
     along, each = rows.of_scales(one, load, stations.strains, track, turned)
     along["onset"] = along["onset"] * np.where(np.diff(x, prepend=0.0) < 0, -1.0, 1.0)
-    each["f"] = each["f"] * np.where(np.diff(np.abs(x), prepend=0.0) < 0, -1.0, 1.0)[:, None]
+    if load.sided:
+        each = exchanged(each, _exchanged(ones, x)[:, None])
+    for role in {"f", f"f{OTHER}"} & each.keys():
+        each[role] = each[role] * np.where(np.diff(np.abs(x), prepend=0.0) < 0, -1.0, 1.0)[:, None]
     notes = rows.remarks(track, float(np.abs(x).max()), kind, load)
     return along, each | rows.cells_of(one, track, kind, load), notes
 
@@ -174,8 +177,13 @@ def _values(
     v["onset"] = v["onset"] * np.where(np.diff(x, prepend=0.0) < 0, -1.0, 1.0)
     if not load.sided:
         return v | touching(found)
+    return exchanged(v, _exchanged(ones, x))
+
+
+def _exchanged(ones: Mapping[str, compliant.Path], x: Array) -> Array:
+    """Return whether a scale's variables at load angles x (n,) are those of the other face, which touches first."""
     leads = {sense: one.lead for sense, one in ones.items()}
-    return exchanged(v, np.where(turned < 0, leads.get("-", 0), leads["+"]) == 1)
+    return np.asarray(np.where(x < 0, leads.get("-", 0), leads["+"]) == 1)
 
 
 def check(values: Sequence[float]) -> None:

@@ -23,6 +23,7 @@ from squama.curves.curve_figures import PLACES, path_figures, work_error
 from squama.curves.way import Analysis, States, Stations
 from squama.loads import ENDLESS, LOADS
 from squama.model.outcome import End
+from squama.symbols import OTHER
 from squama.types import Array
 
 _BEFORE = 1e-9
@@ -120,7 +121,8 @@ def _row(analysis: Analysis, one: compliant.Path, stations: Stations, endless: F
     track = row.track(one.way, n, stations.strains[:, axes], OF_ROWS, ends=kind, load=axes)
     points, other = len(track.rows), track.other()
     along, each = rows.of_scales(one, None, stations.strains[:points], track)
-    along |= {"theta": each["theta"].mean(axis=1), "contact": _touching(track)}
+    for suffix, face in zip(("", OTHER), track.faces, strict=False):
+        along |= {f"theta{suffix}": each[f"theta{suffix}"].mean(axis=1), f"contact{suffix}": _touching(face)}
     for name in {"T", "M", "theta"} & endless.along.keys():
         beside = along[f"{name}_periodic"] = np.full(points, math.nan)
         v = endless.along[name][:points]
@@ -128,14 +130,18 @@ def _row(analysis: Analysis, one: compliant.Path, stations: Stations, endless: F
     met, ended = min(track.engaged, endless.met), track.end.code != increments.RANGE
     return Followed(
         along,
-        list(_happenings(track)),
+        [
+            happened._replace(words=WHOSE * i + happened.words)
+            for i, face in enumerate(track.faces)
+            for happened in _happenings(face)
+        ],
         met,
         track.end.phi if ended else float(stations.ways[-1]),
         str(End.NONE if math.isinf(met) and not ended else track.end.word),
-        "" if other is None else other.words,
+        rows.said(other),
         each | rows.cells_of(one, track, kind, *loads),
         {"scale_end": 0 if other is None else other.scale},
-        rows.beyond(track, float(np.abs(stations.strains).max()), *loads),
+        (*rows.beyond(track, float(np.abs(stations.strains).max()), *loads), *rows.shifted(analysis.beam)),
     )
 
 

@@ -127,7 +127,9 @@ class Loaded(NamedTuple):
         """
         if self.ends:
             track = self.ends.track(self.one, self.load, loads)
-            return [(track.cells[..., :STRAINS], path.deflections(track.rows))]
+            strains = track.cells[..., :STRAINS]
+            faces = zip(self.one.seen, track.faces, strict=True)
+            return [(strains * [*seen, 1], path.deflections(face.rows)) for seen, face in faces]
         rows = [face.rows[0] for face in self._states(loads)[1].faces]
         strains = np.column_stack([path.named(rows[0])[name] for name in ("psi", "twist", "aside", "stretch")])
         return [(strains * [*seen, 1], path.deflections(row)) for seen, row in zip(self.one.seen, rows, strict=True)]
@@ -203,6 +205,7 @@ def solve(analysis: Analysis) -> tuple[list[Loaded], States]:
         return endless, more
     n, kind = beam.pitches, KINDS[analysis.ends]
     rows.check_ends(kind, held, n)
+    more = more._replace(notes=[*more.notes, *rows.shifted(beam)])
     # by default a curve ends where a cell reaches the model's limit
     within = compliant.STRAIN_LIMIT * (1 + 1e-9) if analysis.at is None and math.isinf(to) else math.inf
     return [whole._replace(ends=Row(kind, whole, within=within)) for whole in endless], more

@@ -115,8 +115,8 @@ def twist(
         (default): the same torque about the axis of each cell, which has its own twist, bend and stretch. "couple": a
         couple at both ends, which may shift and tilt; up to 60 scales. "gripped": the ends stay on one axis, half a
         pitch beyond the first and last scale, and may approach each other; up to 60 scales. "equal": all cells have the
-        same strains. "endless": no ends, the default for more than 200 scales, on hinges, with scales on both faces,
-        and without a number of scales.
+        same strains. "endless": no ends, the default for more than 200 scales, on hinges, and without a number of
+        scales.
 
     Returns
     -------
@@ -259,7 +259,7 @@ def ends_of(asked: Analysis, word: str | None, *, history: bool = False, row: bo
         known = [ENDLESS]
     own = beam.ends if beam.ends in known else known[0]
     if word is None and not row:
-        return ENDLESS if beam.scales is None or beam.scales > MANY_SCALES or beam.other else str(own)
+        return ENDLESS if beam.scales is None or beam.scales > MANY_SCALES else str(own)
     if word is None:
         word = "equal" if own == ENDLESS else own
     if word not in ENDS:
@@ -275,7 +275,8 @@ def ends_of(asked: Analysis, word: str | None, *, history: bool = False, row: bo
     if word not in known:
         why = f"is not known of {'a row on hinges' if model.straight else 'a beam that is loaded so'}"
         refuse("ends", shown(word), why, f'leave it out, or write ends="{known[0]}"')
-    only_one(beam.faces, "a beam with ends")
+    if model.straight:
+        only_one(beam.faces, "a beam with ends on hinges")
     return word
 
 

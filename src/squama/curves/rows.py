@@ -12,12 +12,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from squama.beam.design import Beam
 from squama.contacts import increments, row, states
 from squama.contacts.row import Track
 from squama.contacts.system import STRAINS
 from squama.contacts.ties import COUPLE, GRIPPED, LOOSE
 from squama.curves import compliant
-from squama.curves.compliant_figures import by_load, values
+from squama.curves.both_faces import WHOSE
+from squama.curves.compliant_figures import by_load, exchanged, values
 from squama.curves.curve_figures import dissipation
 from squama.curves.way import Solved, Stations
 from squama.errors import refuse
@@ -25,7 +27,7 @@ from squama.loads import Load
 from squama.model.elastic_plate import SIDE_D, TIP
 from squama.model.outcome import End
 from squama.people import per_pitch
-from squama.symbols import OF_A_SCALE
+from squama.symbols import OF_A_SCALE, OTHER
 from squama.types import Array
 from squama.units import number
 
@@ -82,16 +84,19 @@ def told(one: compliant.Path, load: Load, ends: Row, at: Array) -> Told:
     track = ends.track(one, load, at)
     points = len(track.rows)
     along, each = of_scales(one, load, Stations.along(load, sign * at[:points]).strains, track)
-    most = {role: np.fmax.reduce(v, axis=1) for role, v in each.items() if role != "theta"}
-    own = along | most | {"theta": each["theta"].mean(axis=1)}
-    bent = states.bent(one.way.scale, track.rows.reshape(points * n, -1)).reshape(points, n)
-    thin = np.flatnonzero(np.fmax.reduce(bent, axis=1) >= states.THIN)
+    if load.sided and one.lead:
+        each = exchanged(each, where=True)
+    means = [role for role in each if role.removesuffix(OTHER) == "theta"]
+    own = along | {role: np.fmax.reduce(v, axis=1) for role, v in each.items()}
+    own |= {role: each[role].mean(axis=1) for role in means}
+    bent = np.concatenate([states.bent(one.way.scale, face.rows.reshape(points * n, -1)) for face in track.faces])
+    thin = np.flatnonzero(np.fmax.reduce(bent.reshape(-1, points, n), axis=(0, 2)) >= states.THIN)
     cells = cells_of(one, track, ends.kind, load)
     return Told(
         own={role: _whole(v, at.size) for role, v in own.items()},
         each={role: _whole(v, at.size) for role, v in (each | cells).items() if role not in ends.left},
         figures=_figures(one, track, ends, load),
-        met=np.array([min(track.engaged, one.way.engaged)]),
+        met=np.unique(_met(one, track)),
         bent=float(at[thin[0]]) if thin.size else math.nan,
         ended=math.inf if _apart(one, track) else track.end.phi,
         notes=remarks(track, float(at[-1]), ends.kind, load),
@@ -114,22 +119,26 @@ def of_scales(
     twists; ``turned``: sign of the twist (points,), by default that of the way.
     """
     points, n = track.held.shape
-    flat, sign, known = track.rows.reshape(points * n, -1), sum(one.toward) or 1.0, np.repeat(strains, n, axis=0)
+    flat = [face.rows.reshape(points * n, -1) for face in track.faces]
+    sign, known = sum(one.toward) or 1.0, np.repeat(strains, n, axis=0)
     turned = np.repeat(np.broadcast_to(one.toward[1] if turned is None else turned, points), n)
     parts = [slice(i, i + _MANY) for i in range(0, points * n, _MANY)]
-    found = [values(one, known[part], flat[part], turned=turned[part]) for part in parts]
+    found = [values(one, known[part], *(rows[part] for rows in flat), turned=turned[part]) for part in parts]
     found = [by_load(v, load, sign) for v in found] if load else found
     every = {role: np.concatenate([v[role] for v in found]).reshape(points, n) for role in found[0]}
-    along = {role: v.mean(axis=1) for role, v in every.items() if role not in OF_A_SCALE}
+    along = {role: v.mean(axis=1) for role, v in every.items() if role.removesuffix(OTHER) not in OF_A_SCALE}
     along["RED"] = dissipation(along["U_el"], along["W_fr"])
-    each = {role: v for role, v in every.items() if role in OF_A_SCALE and role not in _UNKNOWN}
-    each["Q"] = track.held * one.unit_moment
+    each = {role: v for role, v in every.items() if role not in along and role.removesuffix(OTHER) not in _UNKNOWN}
+    pressed: Array = np.zeros(points, bool)
+    for suffix, face in zip(("", OTHER), track.faces, strict=False):
+        each[f"Q{suffix}"] = face.held * one.unit_moment
+        pressed |= (each[f"N{suffix}"] != 0).any(axis=1) | (face.held != 0).any(axis=1)
+        for role in ("N", "f", "f0"):
+            # the last scale has no neighbour to touch
+            each[role + suffix][:, -1] = math.nan
     for role in {"scales", "T_scales", "M_scales"} & along.keys():
         # before contact the scales' torque is rounding
-        along[role][(each["N"].sum(axis=1) == 0) & (each["Q"].sum(axis=1) == 0)] = 0.0
-    for role in ("N", "f", "f0"):
-        # the last scale has no neighbour to touch
-        each[role][:, -1] = math.nan
+        along[role][~pressed] = 0.0
     return along, each
 
 
@@ -166,6 +175,13 @@ def beyond(track: Track, far: float, *loads: Load) -> tuple[str, ...]:
                 f"{int(most.argmax()) + 1} {load.verb}s by up to {most_of_all:.3g} deg, and {compliant.COMPARED}"
             )
     return tuple(found)
+
+
+def shifted(beam: Beam) -> tuple[str, ...]:
+    """Return a note if scales of the other face stand between those of the scaled face."""
+    if not beam.other or not beam.other.shift:
+        return ()
+    return (f"the {beam.pitches} scales of both faces are taken to stand opposite each other: no shift between them",)
 
 
 def remarks(track: Track, far: float, kind: int, load: Load) -> tuple[str, ...]:
@@ -208,21 +224,32 @@ def cells_of(one: compliant.Path, track: Track, kind: int, *loads: Load) -> dict
 
 def _apart(one: compliant.Path, track: Track) -> bool:
     """Return whether scales never touch."""
-    return one.contact(0).first == -1 and math.isinf(track.engaged) and track.end.code == increments.RANGE
+    return one.contact(one.lead).first == -1 and math.isinf(track.engaged) and track.end.code == increments.RANGE
+
+
+def _met(one: compliant.Path, track: Track) -> list[float]:
+    """Return the load angles at which scales of each face first touch, as in the endless beam if that is earlier."""
+    return [min(way, c.phi) for way, c in zip(track.met, one.way.contacts, strict=True)]
 
 
 def _figures(one: compliant.Path, track: Track, ends: Row, load: Load) -> dict[str, float | int | str]:
     """Return the single values of a row besides those of every curve, by role."""
-    c, second, apart = one.contact(0), track.other(), _apart(one, track)
+    c, second, apart = one.contact(one.lead), track.other(), _apart(one, track)
     other = second
     if ends.left and c.first >= 0 and c[:3] != (TIP, SIDE_D, 1) and c.phi <= track.end.phi:
         other = row.Other(1, f"{c.words} at {per_pitch(c.phi)}", c.phi)
-    return {
+    found: dict[str, float | int | str] = {
         "end": str(End.NONE if apart else track.end.word),
         "neighbour": max(0, c.k) if c.first != -1 else 0,
         "first_contact": c.words,
         "scale_end": 0 if other is None else other.scale,
-        "other_contact": "" if other is None else other.words,
+        "other_contact": said(other, one.lead),
         "load_second": math.nan if second is None else second.phi,
-        "decay": row.decay(one.way, ends.kind, load.axis),
+        "decay": row.decay(one.way, ends.kind, load.axis, sum(one.toward)),
     }
+    return found | ({"load_e_other": _met(one, track)[1 - one.lead]} if track.opposite else {})
+
+
+def said(other: row.Other | None, lead: int = 0) -> str:
+    """Return another contact in words, seen from the face ``lead``; "" for none."""
+    return "" if other is None else WHOSE * (other.face != lead) + other.words

@@ -28,7 +28,6 @@ import numpy as np
 
 from squama import arguments
 from squama.beam.design import Beam
-from squama.beam.faces import only_one
 from squama.contacts import increments, path
 from squama.contacts.ties import KINDS
 from squama.curves import compliant, compliant_cycles
@@ -311,7 +310,7 @@ class Loaded(Walked):
         if track.end.code != increments.RANGE:
             far = 1e3 * float(x[min(len(track.rows), x.size - 1)])
             refuse("travel", "", f"the part is not followed to {far:.4g} mm: {SENTENCES[track.end.word]}")
-        pressing = path.named(track.rows)["N"].sum(axis=1)
+        pressing = np.sum([path.named(face.rows)["N"].sum(axis=1) for face in track.faces], axis=0)
         return np.append(0.0, course.load(track) * unit), np.append(0.0, pressing)
 
 
@@ -325,7 +324,6 @@ def of_test(beam: Beam | Part, load: str | Sequence[str] | None, support: str | 
             refuse("support", shown(support), "is of a part under a force", 'give its load too, e.g. "1 N up at tip"')
         _alike(part)
         return arguments.load(name).name, Part(part.beam)
-    only_one(part.beam.faces, "a part under load")
     n = arguments.whole("scales", part.beam.pitches, 2, MANY_SCALES)
     part = replace(part, load=texts(words), support=support or part.support or loading.SUPPORTS[0])
     _alike(part)

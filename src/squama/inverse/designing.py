@@ -211,7 +211,8 @@ def inverse_design(
     if beam is not None:
         arguments.beam(beam)
     target = target if isinstance(target, Target) else read_target(target, beam=beam)
-    only_one(target.space.beam.faces, "inverse design")
+    if not target.compliant:
+        only_one(target.space.beam.faces, "inverse design on hinges")
     count = arguments.whole("designs", target.designs if designs is None else designs, 1, 100)
     starts, seed = arguments.whole("starts", starts, 16, 1 << 20), arguments.whole("seed", seed, 0, 2**31)
     if elements and not (target.compliant and any(goal.want.at for goal in target.goals)):

@@ -118,7 +118,8 @@ def pareto(
     given = {"population": population, "generations": generations, "seed": seed}
     table = {**target.front, **{k: v for k, v in given.items() if v is not None}}
     start, load = target.space.beam, target.space.load
-    only_one(start.faces, "a front")
+    if not target.compliant:
+        only_one(start.faces, "a front on hinges")
     context = Context(start.pitches, load, bare=not target.source, joint=target.options.joint)
     chosen = read_settings(table, context, target.source)
     trade = Trade(target, chosen)

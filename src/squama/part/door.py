@@ -12,10 +12,9 @@ import numpy as np
 
 from squama import arguments
 from squama.beam.design import Beam
-from squama.beam.faces import only_one
 from squama.contacts import entry, increments, path, row
 from squama.contacts.system import EQUAL, PHI, STRAINS
-from squama.curves import compliant, doors, labelled
+from squama.curves import compliant, doors, labelled, rows
 from squama.curves.chosen import COMPLIANT
 from squama.curves.labelled import Answer, Labelled
 from squama.curves.way import States, Way
@@ -125,7 +124,6 @@ def followed(
 ) -> tuple[Answer, Told]:
     """Return what :func:`load` returns, before it is a dataset, and the part that was followed."""
     beam = part.beam
-    only_one(beam.faces, "a part under load")
     n = arguments.whole("scales", beam.pitches if scales is None else scales, 2, MANY_SCALES)
     twisting = LOADS["twisting"]
     way = Way.of("twisting", [math.inf])
@@ -190,6 +188,7 @@ def _solve(
         rest = float(np.interp(0.0, told.load[[free, free - 1]], told.at[[free, free - 1]]))
         told = Told.of(ones, given[0], course, np.append(at, np.linspace(last, rest, points + 1)[1:]), on=on)
     notes = compliant.notes(one.held, one.beam, 0.0, ideal=not one.way.scale.h)
+    notes += rows.shifted(one.beam)
     if len(ones) > 1 and one.beam.joint.matrix is not None:
         notes.append("joint.matrix is of one shape: all scales of the part have this joint, whatever their shape")
     if held.word == "gripped" and given[0].turns == PHI:

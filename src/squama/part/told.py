@@ -17,6 +17,7 @@ from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.part.loaded import Course, at_sections, sections, turned
 from squama.part.loading import Load
+from squama.symbols import OTHER
 from squama.types import Array
 from squama.units import Dimension
 
@@ -129,7 +130,8 @@ class Told(NamedTuple):
                 rows.of_scales(one, twisting, strains, _alone(track, i))[1] for i, one in enumerate(self.ones)
             ]
             each = {role: np.column_stack([v[role][:, 0] for v in one_by_one]) for role in one_by_one[0]}
-            each["N"][:, -1] = each["f"][:, -1] = each["f0"][:, -1] = math.nan
+            for role in {f"{name}{suffix}" for name in ("N", "f", "f0") for suffix in ("", OTHER)} & each.keys():
+                each[role][:, -1] = math.nan
         one = self.ones[0]
         units = one.unit_moment * np.append(np.ones(3), 1 / one.beam.pitch)
         own, carried = (np.moveaxis(v, -1, 0) for v in (track.cells[..., :4], track.cells[..., 4:]))
@@ -149,14 +151,15 @@ class Told(NamedTuple):
             end = NOT_ON
         return {
             "share_e": float(np.interp(track.engaged, self.at[up], self.share[up])) if engaged else math.inf,
-            "end": str(end), "other_contact": "" if other is None else other.words,
+            "end": str(end), "other_contact": rows.said(other),
             "energy_error": float(np.abs(kept).max() / most) if most > 0 else 0.0,
         }  # fmt: skip
 
 
 def _alone(track: Track, i: int) -> Track:
-    """Return the track of one of the scales, twice."""
-    return track._replace(rows=track.rows[:, [i, i]], held=track.held[:, [i, i]])
+    """Return the track of one of the scales, twice; of each face."""
+    opposite = _alone(track.opposite, i) if track.opposite else None
+    return track._replace(rows=track.rows[:, [i, i]], held=track.held[:, [i, i]], opposite=opposite)
 
 
 def _from_rest(track: Track) -> Track:
@@ -166,4 +169,6 @@ def _from_rest(track: Track) -> Track:
         return np.concatenate([np.zeros((1, *v.shape[1:])), v])
 
     rows, cells, held, loads = map(whole, (track.rows, track.cells, track.held, track.loads))
-    return track._replace(rows=rows, cells=cells, held=held, loads=loads, contacts=whole(track.contacts))
+    opposite = _from_rest(track.opposite) if track.opposite else None
+    found = track._replace(rows=rows, cells=cells, held=held, loads=loads, opposite=opposite)
+    return found._replace(contacts=whole(track.contacts))

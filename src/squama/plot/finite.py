@@ -162,7 +162,9 @@ def _stand(ax: Axes, dataset: xr.Dataset, i: int, colour: style.Colour) -> bool:
         half = 1e3 * beams[0].substrate.thickness / 2 / np.hypot(along_z, along_y)
         low, high = (np.array([z, y]) + side * half * [along_y, -along_z] for side in (1, -1))
         ax.fill(*np.hstack([high, low[:, ::-1]]), color=colour, alpha=0.2, linewidth=0)
-        ax.plot(*_scales(beams, dataset["theta"].values[i], y, z), color=colour, linewidth=0.8)
+        for name, side in (("theta", 1), ("theta_other", -1)):
+            if name in dataset:
+                ax.plot(*_scales(beams, dataset[name].values[i], y, z, side), color=colour, linewidth=0.8)
     return above
 
 
@@ -199,16 +201,19 @@ def part_animation(dataset: xr.Dataset, path: str | os.PathLike[str], *, frames:
     return files.atomic_write(path, film)
 
 
-def _scales(beams: Sequence[Beam], theta: Array, y: Array, z: Array) -> tuple[Array, Array]:
-    """Return coordinates of all scales as lines in side view, mm: along the bar, and across it, NaN between scales."""
+def _scales(beams: Sequence[Beam], theta: Array, y: Array, z: Array, side: int) -> tuple[Array, Array]:
+    """Return coordinates of all scales of a face as lines in side view, mm: along the bar, and across it.
+
+    NaN between scales; ``side``: 1 for the scaled face, -1 for the other one.
+    """
     along = np.gradient(z), np.gradient(y)
     size = np.hypot(*along)
     t_z, t_y = (np.interp(np.arange(theta.size) + 0.5, np.arange(z.size), v / size) for v in along)
     middle_z, middle_y = ((v[1:] + v[:-1]) / 2 for v in (z, y))
-    half, length = 1e3 * beams[0].substrate.thickness / 2, 1e3 * np.array([beam.scale.length for beam in beams])
+    half, length = side * 1e3 * beams[0].substrate.thickness / 2, 1e3 * np.array([beam.scale.length for beam in beams])
     alpha = np.array([beam.scale.alpha for beam in beams])
     base_z, base_y = middle_z - half * t_y, middle_y + half * t_z
-    ahead, up = length * np.cos(alpha) * np.cos(theta), length * np.sin(theta)
+    ahead, up = length * np.cos(alpha) * np.cos(theta), side * length * np.sin(theta)
     tip_z, tip_y = base_z + ahead * t_z - up * t_y, base_y + ahead * t_y + up * t_z
     gap = np.full(theta.size, np.nan)
     return np.column_stack([base_z, tip_z, gap]).ravel(), np.column_stack([base_y, tip_y, gap]).ravel()

@@ -206,7 +206,8 @@ def path_figure(dataset: xr.Dataset, plane: xr.Dataset | None = None, hinge: xr.
         inclined = inclined.mean(axis=1)
     theta.plot(way, inclined, color=INK, label="scaled face")
     if "theta_other" in dataset:
-        theta.plot(way, np.degrees(dataset["theta_other"].values), color=ACCENT, label="other face")
+        inclined = np.degrees(dataset["theta_other"].values).reshape(way.size, -1).mean(axis=1)
+        theta.plot(way, inclined, color=ACCENT, label="other face")
         theta.legend(loc="best")
     if hinge is not None:
         with style.within(theta):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from copy import copy
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
@@ -175,26 +175,33 @@ class Motion:
             self.shapes = path.shapes(self.curve["load"])
             if path.exchanged:
                 # the curve lists the face that touches first
-                self.curve = compliant_figures.exchanged(self.curve, where=True)
+                self._exchange()
         self.figures: dict[str, Any] = found.figures
         self.end, self.neighbour = End(str(found.figures["end"])), int(found.figures["neighbour"])
         self.load_e = float(found.figures["load_e"])
         self.last = self.hinge.last if self.hinge else float(self.curve["load"][-1])
         self.own_last, self.own_end = self.last, self.end
         self.engaged = self.hinge.engaged if self.hinge else self.load_e < self.last
-        self.whole = f"theta{OTHER}" in self.curve
-        self.other: Motion | None = None
+        self.whole = f"theta{OTHER}" in {*self.curve, *self.each}
+        self.other: Motion | None = self._of_other() if own and self.whole else None
         seen = both_faces.sense(setting.beam, load) if own else 0
-        if seen and self.whole:
-            self.other = copy(self)
-            self.other.curve, self.other.drawn = compliant_figures.exchanged(self.curve, where=True), self.other_drawn
-            self.other.shapes = self.shapes[::-1]
-        elif seen:
+        if seen and not self.whole:
             turned = {"+": "-", "-": "+"}[setting.sense] if seen < 0 else setting.sense
             self.other = Motion(setting._replace(sense=turned), own=False)
         if self.other and self.other.last < self.last:
             self.last, self.end = self.other.last, self.other.end
         self.most = ROOM * self.last
+
+    def _exchange(self) -> None:
+        """Exchange the variables of the scales of both faces."""
+        self.curve, self.each = (compliant_figures.exchanged(v, where=True) for v in (self.curve, self.each))
+
+    def _of_other(self) -> Self:
+        """Return the motion of the other face's scales."""
+        other = copy(self)
+        other._exchange()
+        other.shapes, other.drawn = self.shapes[::-1], self.other_drawn
+        return other
 
     def along(self, points: int) -> dict[str, Array]:
         """Return every variable at ``points`` load angles, from no load to the cut-off."""
@@ -239,8 +246,14 @@ class Motion:
         """Return whether the scales of this face are in contact at a load angle of a first loading."""
         if self.whole:
             # engagement is that of the face that touches first
-            return self.value("N", load) > 0
+            return self.pressed(load) if self.each else self.value("N", load) > 0
         return self.engaged and load > self.load_e
+
+    def pressed(self, load: float) -> bool:
+        """Return whether scales of a beam with ends press on each other at one of the points beside a load angle."""
+        loads = self.curve["load"]
+        near = self.each["N"][np.searchsorted(loads, load, "right") - 1 : np.searchsorted(loads, load) + 1]
+        return bool((np.nan_to_num(near) > 0).any())
 
     def _alone(self, load: float) -> State:
         """Return the state of one face."""

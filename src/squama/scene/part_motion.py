@@ -50,11 +50,14 @@ class PartMotion(Motion):
         self.points, self.each = by_dim["point",], by_dim["point", "scale"]
         number = np.arange(len(told.at), dtype=float)
         self.curve = {"load": number, "torque": np.zeros(number.size)}
-        self.shapes = [(told.track.cells[..., :4], deflections(told.track.rows))]
-        self.hinge, self.other, self.drawn, self.whole = None, None, False, False
+        cells = told.track.cells[..., :4]
+        faces = zip(ones[0].seen, told.track.faces, strict=True)
+        self.shapes = [(cells * [*seen, 1], deflections(face.rows)) for seen, face in faces]
+        self.hinge, self.drawn, self.other_drawn, self.whole = None, False, False, len(self.shapes) > 1
         self.neighbour, self.figures, self.on = 1, {}, told.on
         self.end = self.own_end = told.track.end.word if told.track.end.code else End.RANGE
         self.last = self.own_last = self.most = float(number[-1])
+        self.other = self._of_other() if self.whole else None
         self.still = 0.0 if answer.attrs["support"].startswith("simple") else -told.course.n / 2
 
     @property
@@ -68,8 +71,7 @@ class PartMotion(Motion):
 
     def touches(self, load: float) -> bool:
         """Return whether scales are in contact at a point."""
-        near = self.each["N"][math.floor(load) : math.ceil(load) + 1]
-        return bool((np.nan_to_num(near) > 0).any())
+        return self.pressed(load)
 
     def words(self, state: State) -> str:
         """Return a state as text: share of the load, load and travel, friction."""

@@ -115,8 +115,8 @@ def view(
         "twisting" or "bending", the rest as in :func:`squama.twist`. On the compliant joint each scale has the pose of
         its six motions and is bent by its contacts, and the bar bows; with a held bend scales are drawn flat.
     ends
-        As in :func:`squama.twist`. With a held bend, on hinges, with scales on both faces, or with more than 60 scales,
-        each scale has the motion of an endless beam.
+        As in :func:`squama.twist`. With a held bend, on hinges, or with more than 60 scales, each scale has the motion
+        of an endless beam.
     name
         Name of the beam, written above it.
     dark, forces, frames

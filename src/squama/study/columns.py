@@ -122,7 +122,7 @@ def columns(
     said = beam.given
     stated = [values.get(f"joint.{key}", getattr(said, key)) for key in ("stiffness", "inclusion_factor")]
     known = [None if value is None else _numbers(value) for value in stated]
-    given = joint_law.Given(known[0], known[1], said.matrix, held=said.held)
+    given = joint_law.Given(known[0], known[1], said.matrix, said.seen, said.held)
     K = _numbers(joint_law.stiffness(bar_sizes, given, each))
     rigidity = _numbers(joint_law.rigidity(load, bar_sizes, given, each))
     alpha, theta0 = v("alpha", beam.scale.alpha), v("theta0", beam.scale.theta0)

@@ -201,7 +201,7 @@ def _chosen(beam: Beam, load: str, laws: Sequence[str], joint: str | None, ideal
 
 def own_scales(beam: Beam, load: str, *, bent: bool) -> Own | None:
     """Return number of scales and ends of a finite beam, None for others; grips count only in twisting alone."""
-    if beam.scales is None or beam.scales > loads.MANY_SCALES or beam.other:
+    if beam.scales is None or beam.scales > loads.MANY_SCALES:
         return None
     loose = bent or beam.ends is None or (beam.ends == loads.GRIPPED and not LOADS[load].sided)
     return Own(beam.scales, KINDS[loads.FREE if loose else str(beam.ends)])

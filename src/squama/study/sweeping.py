@@ -165,7 +165,6 @@ def make_plan(
     bare: bool = True,
 ) -> Plan:
     """Check the arguments of :func:`sweep` and the corners of its grid; return the plan."""
-    only_one(beam.faces, "a sweep")
     arguments.load(load)
     arguments.sense(sense)
     laws = (law,) if isinstance(law, str) else tuple(law)
@@ -177,6 +176,8 @@ def make_plan(
     if tile is not None and (isinstance(tile, bool) or not isinstance(tile, int | np.integer) or tile < 1):
         refuse("tile", shown(tile), "must be a whole number of cells, 1 or more")
     model = models.Model.chosen(beam, load, laws, sense, joint, ideal, at, bent=parameters.BEND in over)
+    if not model.compliant:
+        only_one(beam.faces, "a sweep on hinges")
     swept = parameters.axes(over, bare=bare, joint=model.joint, ideal=model.ideal, load=load)
     names = {axis.name for axis in swept}
     if not LOADS[load].sided:

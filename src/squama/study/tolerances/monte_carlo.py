@@ -134,13 +134,14 @@ def uncertainty(
     0.283 +- 0.006 rad/pitch
     """
     arguments.beam(beam)
-    only_one(beam.faces, "tolerances")
     arguments.load(load)
     arguments.law(law)
     arguments.sense(sense)
     arguments.one_of("sampler", sampler, SAMPLERS)
     margin = arguments.margin(margin)
     model = Model.chosen(beam, load, (law,), sense, joint, ideal, at)
+    if not model.compliant:
+        only_one(beam.faces, "tolerances on hinges")
     each = size(arguments.whole("samples", SAMPLES[model.joint] if samples is None else samples, FEWEST, MOST), sampler)
     seed = arguments.whole("seed", seed, 0, 2**31)
     quantiles = _levels(levels, each)
