@@ -143,6 +143,7 @@ OWN_CELLS = (
         )
     ),
     "unit/test_part.py",
+    "unit/test_rows_of_both_faces.py",
 )
 TESTS: dict[str, tuple[str, ...]] = {
     "model/twisting.py": ("unit/test_twisting_kernel.py", *REFERENCE, *THICK),
@@ -283,9 +284,15 @@ TESTS: dict[str, tuple[str, ...]] = {
     ),
     "contacts/entry.py": (*CONTACTS, "unit/test_contact_derivatives.py"),
     "contacts/moved.py": ("unit/test_contact_derivatives.py",),
-    "contacts/of_face.py": ("properties/test_both_faces.py",),
+    "contacts/of_face.py": ("properties/test_both_faces.py", "unit/test_rows_of_both_faces.py"),
+    "contacts/from_endless.py": ("unit/test_finite_ratio.py", "unit/test_rows_of_both_faces.py"),
+    "contacts/own_scales.py": ("unit/test_finite_ratio.py", "unit/test_rows_of_both_faces.py"),
+    "contacts/relaxing.py": ("unit/test_contact_limits.py",),
     "contacts/path.py": (*COMPLIANT, "unit/test_compliant_beams.py"),
-    "contacts/row.py": ("unit/test_compliant_row.py", "unit/test_row_ends.py", "unit/test_row.py"),
+    "contacts/row.py": (
+        *("unit/test_compliant_row.py", "unit/test_row_ends.py", "unit/test_row.py"),
+        "unit/test_rows_of_both_faces.py",
+    ),
     "contacts/states.py": COMPLIANT,
     "curves/hinge_polygons.py": ("unit/test_bend_twist.py", "unit/test_screw_path.py"),
     "curves/labelled.py": (

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from squama.beam.faces import FACES
 from squama.contacts import entry, newton, path, tally, touch
 from squama.contacts.equations import residual
 from squama.contacts.increments import weigh
@@ -35,12 +36,14 @@ RUBS = [(0, 1, touch.EE, 0, 2, 1, 0), (0, 2, touch.VF, 0, 0, 1, 0), *CONTACTS[2:
 """Where there is friction, two contacts stick and others slide."""
 
 
-def walks(held: Ties | None, free: tuple[float, ...]) -> list[entry.Walk]:
+def walks(held: Ties | None, free: tuple[float, ...], faces: str = "one") -> list[entry.Walk]:
     """Return a row at rest, real and with room for complex steps."""
     shape = law.Shape(2.0, 0.5, 0.3, 0.8, 0.03, 0.8, 0.3, 0.45)
     scale = path.Scale(*np.array([(2.5, 0.8, 0.5, 0.8, 0.3, 0.03, 0.05, 0.3)]).T)
-    beams = path.beams(scale, law.stiffness(shape)[None], np.zeros(1))._replace(free=np.array([free]))
-    S = entry.system(beams, 0, N, OWN if held else EQUAL, held or UNTIED)
+    other = FACES[faces]
+    bar = {"seen": other.seen, "own": (0.1, 0.1, 0.1, 0.1)} if other else {}
+    beams = path.beams(scale, law.stiffness(shape)[None], np.zeros(1), **bar)._replace(free=np.array([free]))
+    S = entry.system(beams, 0, N * path.faces(beams), OWN if held else EQUAL, held or UNTIED)
     return [entry.walk(S._replace(K=S.K.astype(kind)), C, np.zeros(0)) for kind in (float, complex)]
 
 
@@ -53,6 +56,8 @@ def random_state(w: entry.Walk, size: float, mu: float) -> None:
     st = w.now
     for c, row in enumerate(RUBS if mu else CONTACTS):
         w.con[c] = row
+        # on both faces by turns
+        w.con[c, touch.FIRST] = row[0] * w.S.stride + c % w.S.stride
     w.S.shapes[:, MU] = mu
     st.q[:] = 0.03 * rng.standard_normal(st.q.shape)
     st.strains[:] = size * rng.standard_normal(st.strains.shape)
@@ -78,9 +83,9 @@ def random_state(w: entry.Walk, size: float, mu: float) -> None:
             w.past.pairs[:, row[touch.FIRST], row[touch.APART] - 1, 9:12] += apart
 
 
-def missed(held: Ties | None, free: tuple[float, ...], size: float, mu: float) -> dict[str, float]:
+def missed(held: Ties | None, free: tuple[float, ...], size: float, mu: float, faces: str = "one") -> dict[str, float]:
     """Return what entries miss, over the largest one: those of a cell's strains by themselves, and all others."""
-    real, steps = walks(held, free)
+    real, steps = walks(held, free, faces)
     random_state(real, size, mu)
     random_state(steps, size, mu)
     m, S, J = len(CONTACTS), real.S, real.J
@@ -109,12 +114,13 @@ def missed(held: Ties | None, free: tuple[float, ...], size: float, mu: float) -
         exact[:, b] = steps.J.r[:n].imag * 1e30
         shift(S, steps.now, steps.con, m, J.at, n, step, -1e-30j)
     own = np.zeros((n, n), bool)
-    columns = [[v for v in strain_columns(S, J.at, n, i) if v >= 0] for i in range(N)]
+    columns = [[v for v in strain_columns(S, J.at, n, i * S.stride) if v >= 0] for i in range(N)]
     for strained in columns:
         own[np.ix_(strained, strained)] = True
     for i in range(N if ahead(S) > len(columns[0]) else 0):
         # how far sections move is eliminated
-        skip[J.at[i] - ahead(S) : J.at[i] - len(columns[i])] = True
+        first = J.at[i * S.stride]
+        skip[first - ahead(S) : first - len(columns[i])] = True
     if skip.any():
         kept = ~skip
         left = np.linalg.solve(whole[np.ix_(skip, skip)], whole[np.ix_(skip, kept)])
@@ -148,5 +154,8 @@ if __name__ == "__main__":
     ways["on supports"] = (ties(N, bench, floating=True), (FREE, LOADED, FREE, FREE))
     assert (PHI, EPS, STRAINS) == (1, 3, 4)
     found: dict[str, Any] = {"found": [found_in(*given) for given in ((1, 0.01), (30, 0.01), (30, 10.0))]}
-    found |= {name: [missed(*way, size, mu) for size, mu in ((0.05, 0.0), (1e-4, 0.4))] for name, way in ways.items()}
+    sizes = (0.05, 0.0), (1e-4, 0.4)
+    found |= {name: [missed(*way, size, mu) for size, mu in sizes] for name, way in ways.items()}
+    for faces, names in (("mirrored", ("loose", "gripped")), ("turned", ("couple", "cantilever", "on supports"))):
+        found |= {f"{faces}, {name}": [missed(*ways[name], size, mu, faces) for size, mu in sizes] for name in names}
     sys.stdout.write(json.dumps(found))
