@@ -285,8 +285,8 @@ TESTS: dict[str, tuple[str, ...]] = {
     "contacts/entry.py": (*CONTACTS, "unit/test_contact_derivatives.py"),
     "contacts/moved.py": ("unit/test_contact_derivatives.py",),
     "contacts/of_face.py": ("properties/test_both_faces.py", "unit/test_rows_of_both_faces.py"),
-    "contacts/from_endless.py": ("unit/test_finite_ratio.py", "unit/test_rows_of_both_faces.py"),
-    "contacts/own_scales.py": ("unit/test_finite_ratio.py", "unit/test_rows_of_both_faces.py"),
+    "contacts/from_endless.py": ("unit/test_rows_of_both_faces.py", "unit/test_inverse_beside.py"),
+    "contacts/own_scales.py": ("unit/test_rows_of_both_faces.py", "unit/test_inverse_beside.py"),
     "contacts/relaxing.py": ("unit/test_contact_limits.py",),
     "contacts/path.py": (*COMPLIANT, "unit/test_compliant_beams.py"),
     "contacts/row.py": (

@@ -122,12 +122,13 @@ def walk(S: System, C: int, notes: Array) -> Walk:
         np.zeros((2, LOCAL + 6 + strains), np.int64), np.zeros(N, np.int64), np.zeros(2 * C, np.int64),
         np.zeros((own, STRAINS), kind), np.zeros((sections, PLACED), kind), np.zeros((sections, STRAINS, 6), kind),
         np.zeros((sections, 6), kind), np.zeros(PLACED + RATES, kind), np.eye(3).astype(kind), np.full(1, WINDOW),
-        np.zeros((N, MOTIONS + STRAINS), kind), np.zeros(1),
+        np.zeros((N, MOTIONS + STRAINS), kind), np.zeros(1), np.zeros((N if S.own else 0, PLACED + RATES), kind),
     )  # fmt: skip
-    band = n if S.periodic else min(n, 3 * (k + 1) * S.stride * (MOTIONS + ahead(S) + 6 * _CROWD))
+    half = n if S.periodic else (k + 1) * S.stride * (MOTIONS + ahead(S) + 6 * _CROWD)
     J = Linear(
-        np.zeros(n * band), np.zeros((n, wide)), np.zeros((wide, n)), np.zeros((wide, wide)), np.zeros(n, np.int64),
-        np.zeros(n, np.int64), np.zeros(n, kind), np.zeros(N + C, np.int64), np.zeros(7, np.int64),
+        np.zeros(n * min(n, 3 * half)), np.zeros(n * min(n, half)), np.zeros((n, wide)), np.zeros((wide, n)),
+        np.zeros((wide, wide)), np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n, kind),
+        np.zeros(N + C, np.int64), np.zeros(7, np.int64),
     )  # fmt: skip
     past = Past(
         np.zeros((3, N, 12), kind), np.zeros((3, N, k, PLACED), kind), np.zeros((3, N, 24), kind),

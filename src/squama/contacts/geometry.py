@@ -63,88 +63,109 @@ def mapped(x: Vector, y: Vector, z: Vector, v: Vector) -> Vector:
 
 
 @_jit
-def chain(S: System, strains: Array, i: int, many: int, outer: float, axes: Array, base: Vector, out: Array) -> None:
-    """Write how axes (3, 3) and a point move over the screws of cells i, i + 1, .., and the rates of that motion.
+def over_cell(S: System, strains: Array, i: int, k: float, axes: Array, base: Vector, out: Array) -> None:
+    """Write how axes (3, 3) and a point move over ``k`` pitches of scale i's cell, and the rates of that motion.
 
     Written are the axes in columns, row by row, and the point; then rotation and translation per strain, for each
-    strain. The screws of ``many`` cells' strains follow each other, the first and the last over ``outer`` pitches,
-    others over one.
+    strain.
     """
-    psi, phi, chi = S.sees[i, PSI], S.sees[i, PHI], S.sees[i, CHI]
+    psi, phi, chi, own = S.sees[i, PSI], S.sees[i, PHI], S.sees[i, CHI], strains[row_of(S, i)]
     none = 0.0 * strains[0, 0]
-    one = 1.0 + none
-    x, y, z, t = (one, none, none), (none, one, none), (none, none, one), (none, none, none)
-    for p in range(many):
-        k, own = outer if p == 0 or p == many - 1 else 1.0, strains[row_of(S, i + p * S.stride)]
-        w = (-k * psi * own[PSI], -k * chi * own[CHI], -k * phi * own[PHI])
-        e, v = turned(w), (none, none, 1.0 + own[EPS])
-        once = cross(w, v)
-        twice = cross(w, once)
-        T = scaled(k, mixed(1.0, v, e.b, once, e.c, twice))
-        db, dc = slopes(e)
-        for strain in range(4):
-            if strain == EPS:
-                up = (none, none, one)
-                o1 = (none, none, none)
-                turning = cross(w, up)
-                dT = scaled(k, mixed(1.0, up, e.b, turning, e.c, cross(w, turning)))
-            else:
-                dw = (
-                    -k * (psi if strain == PSI else 0.0),
-                    -k * (chi if strain == CHI else 0.0),
-                    -k * (phi if strain == PHI else 0.0),
-                )
-                o1 = spin(e, dw)
-                s = 2 * dot(w, dw)
-                donce = cross(dw, v)
-                dtwice = add(cross(dw, once), 1.0, cross(w, donce))
-                dT = scaled(k, add(mixed(db * s, once, e.b, donce, dc * s, twice), e.c, dtwice))
-            v1 = add(dT, -1.0, cross(o1, T))
-            if p > 0:
-                o1 = mapped(x, y, z, o1)
-                v1 = add(mapped(x, y, z, v1), 1.0, cross(t, o1))
-            put(o1, out, PLACED + RATES * p + 6 * strain)
-            put(v1, out, PLACED + RATES * p + 6 * strain + 3)
-        if p < many - 1:
-            t = add(t, 1.0, mapped(x, y, z, T))
-            X, Y, Z = rotated(e, (one, none, none)), rotated(e, (none, one, none)), rotated(e, (none, none, one))
-            x, y, z = mapped(x, y, z, X), mapped(x, y, z, Y), mapped(x, y, z, Z)
-            continue
-        place = add(rotated(e, base), 1.0, T)
-        put(place if p == 0 else add(mapped(x, y, z, place), 1.0, t), out, 9)
-        for column in range(3):
-            v = rotated(e, vector(axes[column], 0))
-            if p > 0:
-                v = mapped(x, y, z, v)
-            out[column], out[3 + column], out[6 + column] = v
+    w = (-k * psi * own[PSI], -k * chi * own[CHI], -k * phi * own[PHI])
+    e, v = turned(w), (none, none, 1.0 + own[EPS])
+    once = cross(w, v)
+    twice = cross(w, once)
+    T = scaled(k, mixed(1.0, v, e.b, once, e.c, twice))
+    db, dc = slopes(e)
+    for strain in range(4):
+        if strain == EPS:
+            up = (none, none, 1.0 + none)
+            o1 = (none, none, none)
+            turning = cross(w, up)
+            dT = scaled(k, mixed(1.0, up, e.b, turning, e.c, cross(w, turning)))
+        else:
+            dw = (
+                -k * (psi if strain == PSI else 0.0),
+                -k * (chi if strain == CHI else 0.0),
+                -k * (phi if strain == PHI else 0.0),
+            )
+            o1 = spin(e, dw)
+            s = 2 * dot(w, dw)
+            donce = cross(dw, v)
+            dtwice = add(cross(dw, once), 1.0, cross(w, donce))
+            dT = scaled(k, add(mixed(db * s, once, e.b, donce, dc * s, twice), e.c, dtwice))
+        put(o1, out, PLACED + 6 * strain)
+        put(add(dT, -1.0, cross(o1, T)), out, PLACED + 6 * strain + 3)
+    put(add(rotated(e, base), 1.0, T), out, 9)
+    for column in range(3):
+        v = rotated(e, vector(axes[column], 0))
+        out[column], out[3 + column], out[6 + column] = v
+
+
+@_jit
+def chain(S: System, halves: Array, i: int, j: int, many: int, out: Array) -> None:
+    """Write scale j, in the last of ``many`` cells from scale i's on, as :func:`neighbour`.
+
+    ``halves`` (N, 36): the ways over half of each cell.
+    """
+    A = S.axes[i]
+    x, y, z = (A[0, 0], A[1, 0], A[2, 0]), (A[0, 1], A[1, 1], A[2, 1]), (A[0, 2], A[1, 2], A[2, 2])
+    t = scaled(-1.0, rowwise(A, vector(S.bases[i], 0)))
+    for half in range(2 * many - 2):
+        p = (half + 1) // 2
+        H = halves[i + p * S.stride]
+        for rate in range(0, RATES, 6):
+            o = PLACED + RATES * p + rate
+            o1 = mapped(x, y, z, vector(H, PLACED + rate))
+            v1 = add(mapped(x, y, z, vector(H, PLACED + rate + 3)), 1.0, cross(t, o1))
+            if half % 2 == 0 and half > 0:
+                # the second half of a cell that is passed whole
+                o1, v1 = add(o1, 1.0, vector(out, o)), add(v1, 1.0, vector(out, o + 3))
+            put(o1, out, o)
+            put(v1, out, o + 3)
+        t = add(t, 1.0, mapped(x, y, z, vector(H, 9)))
+        X, Y, Z = (H[0], H[3], H[6]), (H[1], H[4], H[7]), (H[2], H[5], H[8])
+        x, y, z = mapped(x, y, z, X), mapped(x, y, z, Y), mapped(x, y, z, Z)
+    put(add(t, 1.0, mapped(x, y, z, vector(S.bases[j], 0))), out, 9)
+    for column in range(3):
+        out[column], out[3 + column], out[6 + column] = mapped(x, y, z, vector(S.axes[j, column], 0))
 
 
 @_jit
 def neighbour(S: System, strains: Array, i: int, j: int, k: int, out: Array) -> None:
     """Write scale j, k cells further than scale i, in the axes of i: rotation, translation, and their rates.
 
-    Each scale is in the middle of its cell.
+    Each scale is in the middle of its cell, and all cells have the same strains.
     """
-    many, A, o = pieces(S, k), S.axes[i], vector(S.bases[i], 0)
-    chain(S, strains, i, many, 0.5 if S.own else k, S.axes[j], vector(S.bases[j], 0), out)
+    A, o = S.axes[i], vector(S.bases[i], 0)
+    over_cell(S, strains, i, k, S.axes[j], vector(S.bases[j], 0), out)
     for column in range(3):
         v = rowwise(A, (out[column], out[3 + column], out[6 + column]))
         out[column], out[3 + column], out[6 + column] = v
     put(rowwise(A, add(vector(out, 9), -1.0, o)), out, 9)
-    for rate in range(PLACED, PLACED + RATES * many, 6):
+    for rate in range(PLACED, PLACED + RATES, 6):
         o1, v1 = vector(out, rate), vector(out, rate + 3)
         put(rowwise(A, o1), out, rate)
         put(rowwise(A, add(v1, 1.0, cross(o1, o))), out, rate + 3)
 
 
 @_jit
-def neighbours(S: System, strains: Array, pairs: Array) -> None:
-    """Write the neighbours (N, reach, 12 + 24 cells between) that each scale may touch."""
-    N = len(S.shapes)
+def neighbours(S: System, strains: Array, fixed: Array, halves: Array, pairs: Array) -> None:
+    """Write the neighbours (N, reach, 12 + 24 cells between) that each scale may touch.
+
+    ``fixed``: axes (3, 3) of a section; ``halves`` (N, 36), or (0, 36) where all cells have the same strains: room for
+    the ways over half of each cell.
+    """
+    N, none = len(S.shapes), 0.0 * strains[0, 0]
+    for i in range(len(halves)):
+        over_cell(S, strains, i, 0.5, fixed, (none, none, none), halves[i])
     for i in range(N):
         for k in range(1, S.reach + 1):
-            if further(S, i, k) < N:
-                neighbour(S, strains, i, further(S, i, k), k, pairs[i, k - 1])
+            j = further(S, i, k)
+            if j < N and S.own:
+                chain(S, halves, i, j, pieces(S, k), pairs[i, k - 1])
+            elif j < N:
+                neighbour(S, strains, i, j, k, pairs[i, k - 1])
 
 
 @_jit

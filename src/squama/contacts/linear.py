@@ -20,11 +20,13 @@ between two scales in contact, at least 1.
 class Linear(NamedTuple):
     """A factored Jacobian: its ``band``, all in one row, right border (n, B), lower border (B, n), corner (B, B).
 
-    ``order`` and ``last`` (n,): row exchanges, last column of each row that is not zero; ``r`` (n,) its residual;
-    ``at`` (N + C,) first unknowns of scales and contacts; ``kept`` (7,) see above.
+    ``under``: factors of the rows below each pivot, column by column. ``order`` and ``last`` (n,): row exchanges, last
+    column of each row that is not zero; ``r`` (n,) its residual; ``at`` (N + C,) first unknowns of scales and contacts;
+    ``kept`` (7,) see above.
     """
 
     band: Array
+    under: Array
     right: Array
     lower: Array
     corner: Array
@@ -54,7 +56,7 @@ def laid_out(S: System, con: Array, m: int, J: Linear) -> int:
     narrow = 3 * half + 1 < inner
     kept[INNER], kept[HALF] = inner, half
     kept[STRIDE], kept[BASE] = (3 * half, half) if narrow else (inner, 0)
-    return n if filled(J) <= len(J.band) else -1
+    return n if filled(J) <= len(J.band) and inner * half <= len(J.under) else -1
 
 
 @_in
@@ -121,7 +123,7 @@ def swapped(x: Array, y: Array) -> None:
 def factor(J: Linear, n: int) -> bool:
     """Factor a Jacobian in place with row exchanges, skipping zeros; False if it is singular."""
     A, inner, half, s, base = J.band, J.kept[INNER], J.kept[HALF], J.kept[STRIDE], J.kept[BASE]
-    right = J.right[:, : n - inner]
+    right, under = J.right[:, : n - inner], J.under
     for k in range(inner):
         o = base + k * s
         best, p, below = abs(A[o + k]), k, min(inner, k + half + 1)
@@ -142,9 +144,9 @@ def factor(J: Linear, n: int) -> bool:
         over, own = 1 / A[o + k], A[o + k + 1 : o + last + 1]
         for i in range(k + 1, below):
             q = base + i * s
-            if A[q + k] != 0.0:
-                f = A[q + k] * over
-                A[q + k] = f
+            f = A[q + k] * over
+            under[k * half + i - k - 1] = f
+            if f != 0.0:
                 grow(A[q + k + 1 : q + last + 1], -f, own)
                 grow(right[i], -f, right[k])
     return cornered(J, n)
@@ -191,10 +193,9 @@ def across(J: Linear, x: Array) -> None:
         p = J.order[k]
         if p != k:
             x[k], x[p] = x[p], x[k]
-        f = x[k]
-        if f != 0.0:
-            for i in range(k + 1, min(inner, k + half + 1)):
-                x[i] -= A[base + i * s + k] * f
+        below = min(inner, k + half + 1)
+        if x[k] != 0.0:
+            grow(x[k + 1 : below], -x[k], J.under[k * half : k * half + below - k - 1])
     for i in range(inner - 1, -1, -1):
         o, out = base + i * s, x[i]
         for j in range(i + 1, J.last[i] + 1):
@@ -230,7 +231,8 @@ def substitute(J: Linear, n: int, x: Array) -> None:
 def stored(J: Linear, n: int) -> int:
     """Return the number of values in the factors of n unknowns."""
     wide = len(J.corner)
-    return filled(J) + 2 * n + 2 * wide * n + wide * wide
+    below: int = J.kept[INNER] * J.kept[HALF]
+    return filled(J) + below + 2 * n + 2 * wide * n + wide * wide
 
 
 @_jit
@@ -238,6 +240,7 @@ def exchanged(J: Linear, n: int, a: Array, at: int, out: bool) -> None:
     """Copy the factors to an array from index ``at`` on, or from there if not ``out``."""
     wide = len(J.corner)
     at = transfer(J.band[: filled(J)], a, at, out)
+    at = transfer(J.under[: J.kept[INNER] * J.kept[HALF]], a, at, out)
     at = transfer(J.right[:n], a, at, out)
     for e in range(wide):
         at = transfer(J.lower[e, :n], a, at, out)

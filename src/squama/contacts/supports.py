@@ -21,7 +21,7 @@ import numpy as np
 
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
-from squama.contacts.geometry import PLACED, back, chain, put, turn, vector
+from squama.contacts.geometry import PLACED, back, over_cell, put, turn, vector
 from squama.contacts.linear import Linear, enter
 from squama.contacts.meeting import Work
 from squama.contacts.system import (
@@ -70,7 +70,7 @@ def spine(S: System, st: State, W: Work) -> None:
         put(t, R, 9)
         if i == cells(S):
             return
-        chain(S, st.strains, i * S.stride, 1, 1.0, W.section, (none, none, none), W.cell)
+        over_cell(S, st.strains, i * S.stride, 1.0, W.section, (none, none, none), W.cell)
         for strain in range(STRAINS):
             o = turn(R, vector(W.cell, PLACED + 6 * strain))
             v = turn(R, vector(W.cell, PLACED + 6 * strain + 3))
