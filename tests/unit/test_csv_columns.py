@@ -14,7 +14,7 @@ BEAM = squama.Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness
 PINT = {"1", "Hz", "J", "J/m", "N", "N m", "N m^2", "Pa", "m", "rad", "rad/m", "rad/s", "s"}
 """Units as they are written, each of which pint.Unit takes."""
 SCALES = {*OF_A_SCALE, "r"} - {"contact"}
-HINGE, FEW, END = ["--joint", "hinge"], ["--points", "20"], ["--to", "0.1 rad/pitch"]
+HINGE, FEW, END = ["--joint", "hinge"], ["--points", "6"], ["--to", "0.1 rad/pitch"]
 SWING = ["--rotor", "1e-4 kg m2"]
 RUNS = {
     "twist": (["twist", "one.toml", *FEW, *END], "Phi phi T T_scales K_t"),
