@@ -64,7 +64,6 @@ def layer(module: str) -> int:
     return next(i for i, rooms in enumerate(LAYERS) if room(module) in rooms)
 
 
-@functools.cache
 def tree(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"))
 
