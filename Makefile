@@ -107,23 +107,32 @@ fig6b: .venv/.dev ## the elements' points of Fig. 6b anew (ten minutes; goes on 
 
 # ---- checks ----------------------------------------------------------------------------------------------
 
-# The docs are built beside lint, without the output of their long pages, and what each process of the tests would
-# compile anew is compiled; what they say is shown where they fail.
+# What each process of the tests would compile anew is compiled beside lint; the docs, which run the compiled code in
+# a process for each page, are built beside the tests, without the output of their long pages. What both say is shown
+# where they fail.
 .PHONY: test
 test: .venv/.dev ## everything a change must pass: lint, the tests, the docs
-	@echo "building the docs and compiling beside ruff and mypy"
-	$(MAKE) --no-print-directory pages > "$(LOCAL)/docs.log" 2>&1 & docs=$$!
+	@echo "compiling beside ruff and mypy"
+	docs=
 	$(MAKE) --no-print-directory compiled > "$(LOCAL)/compiled.log" 2>&1 & compiled=$$!
 	trap 'kill $$docs $$compiled 2>/dev/null || true' EXIT
-	$(MAKE) --no-print-directory lint
-	wait $$docs || { cat "$(LOCAL)/docs.log" >&2; exit 1; }
+	$(MAKE) --no-print-directory lint collected
 	wait $$compiled || { cat "$(LOCAL)/compiled.log" >&2; exit 1; }
-	trap - EXIT
+	echo "building the docs beside the tests"
+	$(MAKE) --no-print-directory pages > "$(LOCAL)/docs.log" 2>&1 & docs=$$!
 	$(MAKE) --no-print-directory pytest
+	wait $$docs || { cat "$(LOCAL)/docs.log" >&2; exit 1; }
+	trap - EXIT
 
+# all code that tests compile and keep
 .PHONY: compiled
 compiled: .venv/.dev
-	$(RUN) -c 'import squama; law = squama.law(squama.Beam.from_toml("examples/stiff_skin.toml"), mu=0.2); law.trial(0, 4); law.tangent()'
+	$(RUN) tools/compiled.py
+
+# the byte code of the tests, which their processes would otherwise make one beside the other
+.PHONY: collected
+collected: .venv/.dev
+	@$(PYTEST) --collect-only -qq > "$(LOCAL)/collected.log" || { cat "$(LOCAL)/collected.log" >&2; exit 1; }
 
 .PHONY: lint
 lint: .venv/.dev ## ruff and mypy --strict

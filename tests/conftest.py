@@ -1,5 +1,6 @@
 """Settings of hypothesis: the same examples in every run, no clock, no files left behind; what is tested, and first."""
 
+import gc
 from collections import Counter
 
 import pytest
@@ -26,6 +27,12 @@ def compiled():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("squama.batch.keeping.is_ready", lambda _: True)
         yield
+
+
+def pytest_collection_finish():
+    """Keep modules and tests, which stay to the end, out of later collections of garbage."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.hookimpl(tryfirst=True)

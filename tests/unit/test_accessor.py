@@ -33,7 +33,7 @@ def sweep() -> xr.Dataset:
 @functools.cache
 def fitted() -> squama.Fit:
     beam = squama.Beam.from_toml(EXAMPLES / "pla_on_vps.toml")
-    return squama.fit(EXAMPLES / "measured_loop.csv", beam, joint="hinge", starts=1)
+    return squama.fit(EXAMPLES / "measured_loop.csv", beam, joint="hinge", starts=1, nuisances="none")
 
 
 RESULTS = {
@@ -43,7 +43,7 @@ RESULTS = {
     "plane_figure": lambda: squama.bend_twist_map(HINGED, "bend 1 rad/m; twist 8 rad/m", joint="hinge", points=9),
     "path_figure": lambda: squama.bend_twist(HINGED, "bend 1 rad/m; twist 8 rad/m", **ON_HINGES),
     "vibration_figure": lambda: squama.vibrate(HINGED, rotor="1 kg m2", release="0.15 rad/pitch", **ON_HINGES),
-    "shaken_figure": lambda: squama.shake(HINGED, [0.5, 0.6], static="0.06 rad/pitch", rotor="0.01 kg m2", **ON_HINGES),
+    "shaken_figure": lambda: squama.shake(HINGED, [2, 3], static="0.06 rad/pitch", rotor="0.01 kg m2", **ON_HINGES),
     "fit_figure": lambda: fitted().dataset(),
     "prediction_figure": lambda: fitted().predict("0.1 rad/pitch", samples=12, points=20),
     "plan_figure": lambda: squama.plan(HINGED, ("mu", "K_theta"), noise="5 N mm", joint="hinge").dataset(),

@@ -31,7 +31,8 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(p for p in DOCS.rglob("*.md") if "_build" not in p.parts)]
 LONG = {"command_examples", "decide", "fit", "graded", "specimen", "machine", "uncertainty", "vibration"}
-LONG |= {"combined", "commands", "cycles", "design", "explore", "load", "maps", "row", "tables", "trust"}
+LONG |= {"combined", "commands", "cycles", "design", "explore", "flags", "indices", "load", "maps", "row", "tables"}
+LONG |= {"trust", "view"}
 """Pages that take more than 4 s."""
 MODULES = sorted(
     m.name for m in pkgutil.walk_packages(squama.__path__, "squama.") if m.name.rsplit(".", 1)[-1] != "__main__"

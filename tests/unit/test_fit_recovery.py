@@ -104,7 +104,7 @@ def _gives_back(names, joint, load):
 @pytest.mark.parametrize("names", [("mu", "K_theta", "E_B"), ("C_f",)], ids=",".join)
 def test_twist_of_the_fitted_beam_has_the_fitted_curve(names):
     _, loop = measured(names, "compliant", "twisting")
-    fit = squama.fit(loop, BEAM, names, joint="compliant", nuisances="none", starts=2)
+    fit = squama.fit(loop, BEAM, names, joint="compliant", nuisances="none", starts=1)
     up = fit.used & (loop.leg.values == 1)
     again = squama.twist(fit.beam, at=loop.Phi.values[up], joint="compliant")["T"].values
     np.testing.assert_allclose(again, fit.fitted[up], rtol=0, atol=NEAR["compliant"] * float(loop["T"].max()))

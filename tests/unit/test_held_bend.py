@@ -10,7 +10,7 @@ from scipy.linalg import expm
 import squama
 from squama.cli import main
 from squama.errors import InputError
-from squama.scene import geometry
+from squama.scene import geometry, picture
 from squama.scene.motion import FREE, LOCKED, SLIDING, Motion, Setting, shapes
 from squama.web import live, state
 
@@ -87,8 +87,9 @@ def test_the_picture_is_of_a_bent_beam(tmp_path, capsys):
         assert words in line
 
 
-def test_what_is_not_named_is_zero(tmp_path, capsys):
+def test_what_is_not_named_is_zero(tmp_path, monkeypatch, capsys):
     """A bend alone is a bent beam: it is not twisted on the way to its end."""
+    monkeypatch.setattr(picture, "SIZE", (320, 152))
     place = tmp_path / "beam.toml"
     place.write_text(SKIN.to_toml())
     for joint in ("hinge", "compliant"):

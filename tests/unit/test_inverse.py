@@ -72,7 +72,7 @@ def test_a_known_beam_is_recovered():
     lock = f"{math.degrees(float(r.phi_end)) * truth.pitches!r} deg total"
     vary = {"scale.length": ("40 mm", "80 mm"), "scale.alpha": ("45 deg", "70 deg"), "friction.mu": (0.05, 0.5)}
     start = truth.replace(scale={"length": "45 mm", "alpha": "50 deg"}, friction={"mu": 0.1})
-    found = find({"lock": lock, "points": points}, vary, beam=start)
+    found = find({"lock": lock, "points": points}, vary, beam=start, starts=64)
     assert found.met
     best = found[0].beam
     assert best.scale.length == pytest.approx(truth.scale.length, rel=1e-6)
@@ -247,7 +247,7 @@ def test_bending_and_the_kind_of_lock(tmp_path):
     lock = math.degrees(float(truth.psi_end)) * 25
     point = {"twist": "100 deg total", "moment": float(truth["M"][0])}
     vary = {"scale.length": ("30 mm", "80 mm"), "beam.pitch": ("12 mm", "25 mm")}
-    found = find({"lock": f"{lock!r} deg total", "points": [point]}, vary, load="bending", designs=2)
+    found = find({"lock": f"{lock!r} deg total", "points": [point]}, vary, load="bending", starts=64, designs=2)
     assert found.met
     for d in found.designs:
         _, r = again(d, tmp_path, "bending", at="100 deg total")
@@ -255,11 +255,11 @@ def test_bending_and_the_kind_of_lock(tmp_path):
         assert float(r["M"][0]) == pytest.approx(d.goals[1].reached, rel=1e-9)
         assert d.goals[1].reached == pytest.approx(float(truth["M"][0]), rel=1e-6)
     vary = {"friction.mu": (0.2, 9), "scale.length": ("30 mm", "80 mm")}
-    static = find({"lock": "65 deg total", "lock_by": "static"}, vary)
+    static = find({"lock": "65 deg total", "lock_by": "static"}, vary, starts=64)
     assert static.met
     assert {d.end for d in static.designs} == {"static lock"}
     assert find(
-        {"lock": "at most 100 deg total", "critical_mu": 0.5}, {"scale.theta0": ("1 deg", "60 deg"), **vary}
+        {"lock": "at most 100 deg total", "critical_mu": 0.5}, {"scale.theta0": ("1 deg", "60 deg"), **vary}, starts=64
     ).designs
 
 

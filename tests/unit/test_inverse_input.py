@@ -148,7 +148,7 @@ def test_mistakes_are_one_line_each(folder, capsys, old, new, words):
         words = "target.RED: needs friction"
     else:
         text = GOOD.replace(old, new, 1)
-    status, said = run(text, capsys, "--starts", "64", "-o", "out")
+    status, said = run(text, capsys, "--starts", "16", "-o", "out")
     assert status == 2
     assert words in said.err
     assert said.err.count("\n") == 1
@@ -180,7 +180,7 @@ def test_stiffnesses_are_read():
 
 
 def test_the_command_design(folder, capsys):
-    flags = ("--starts", "128", "-o", "out", "--plot", "d.png")
+    flags = ("--starts", "32", "-o", "out", "--plot", "d.png")
     status, said = run(GOOD, capsys, *flags)
     assert status == 0
     assert "t.toml: target reached on hinges (endless, held straight)" in said.out

@@ -39,11 +39,35 @@ def bench(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.fixture(scope="module")
+def made(tmp_path_factory, stores):
+    """A folder with a beam file, the stores beside it, and some that are no good."""
+    folder = tmp_path_factory.mktemp("made")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        spoil(stores)
+    return folder
+
+
 @pytest.fixture
-def place(bench, tmp_path, stores):
-    """The stores beside it, and some that are no good."""
+def still(made, monkeypatch):
+    """The folder itself, for commands that are refused, which change no file of it."""
+    monkeypatch.chdir(made)
+
+
+@pytest.fixture
+def place(made, tmp_path, monkeypatch):
+    """A copy of the folder."""
+    shutil.copytree(made, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def spoil(stores):
+    """Copy stores, and damage copies of them."""
+    Path("beam.toml").write_text(EXAMPLE.read_text())
     for store in stores.iterdir():
-        shutil.copytree(store, tmp_path / store.name)
+        shutil.copytree(store, store.name)
     shutil.copytree("map.zarr", "damaged.zarr")
     shutil.copytree("map.zarr", "holed.zarr")
     shutil.copytree("map.zarr", "bent.zarr")
@@ -72,7 +96,6 @@ def place(bench, tmp_path, stores):
     Path("file.zarr").write_text("old")
     Path("old.csv").write_text("old")
     Path("sealed").mkdir(mode=0o555)
-    return tmp_path
 
 
 RANGES = [
@@ -186,7 +209,7 @@ SAME = ["sweep", "beam.toml", "--joint", "hinge", "--over", "mu=0:2:9", "--over"
 
 
 @pytest.mark.parametrize(("out", "words"), PLACES, ids=lambda v: str(v)[:20])
-def test_stores_that_cannot_be_used(out, words, place, capsys):
+def test_stores_that_cannot_be_used(out, words, still, capsys):
     refused([*SAME, "-o", out], [words], capsys)
 
 
@@ -204,11 +227,11 @@ DIFFERENCES = [
 
 
 @pytest.mark.parametrize(("flags", "words"), DIFFERENCES, ids=lambda v: " ".join(v)[:40])
-def test_another_configuration_is_refused(flags, words, place, capsys):
+def test_another_configuration_is_refused(flags, words, still, capsys):
     refused([*SAME, *flags, "-o", "half.zarr"], [["half.zarr: belongs to another sweep", *words]], capsys)
 
 
-def test_another_range_is_refused(place, capsys):
+def test_another_range_is_refused(still, capsys):
     other = [word.replace("mu=0:2:9", "mu=0:3:9") for word in SAME]
     refused([*other, "-o", "half.zarr"], [["over mu = 0 to 2 (9 values) against mu = 0 to 3 (9 values)"]], capsys)
 
@@ -254,7 +277,7 @@ MAPS = [
 
 
 @pytest.mark.parametrize(("arguments", "words"), MAPS, ids=lambda v: " ".join(v)[:40])
-def test_maps_that_cannot_be_drawn(arguments, words, place, capsys):
+def test_maps_that_cannot_be_drawn(arguments, words, still, capsys):
     refused(["map", *arguments], [words], capsys)
 
 
@@ -314,7 +337,7 @@ def test_what_a_sweep_says(place, capsys):
     assert capsys.readouterr().out.startswith("beam.toml: all 63 beams are computed (9 mu x 7 alpha)")
 
 
-def test_other_tiles_are_refused(place, capsys):
+def test_other_tiles_are_refused(still, capsys):
     refused([*SAME[:-1], "7", "-o", "half.zarr"], [["half.zarr: belongs to another sweep: tile "]], capsys)
 
 

@@ -280,7 +280,7 @@ def test_grading_by_which_scales_meet_at_rest_is_refused_before_joints_by_elemen
 
 def test_the_summary_says_that_all_of_the_load_is_on(capsys):
     """The strain at which it is on is located, so its share is not 1 exactly."""
-    assert main(["load", "examples/pla_on_vps.toml", "--load", "2 N up at tip"]) == 0
+    assert main(["load", "examples/pla_on_vps.toml", "--scales", "6", "--load", "2 N up at tip"]) == 0
     said = capsys.readouterr().out
     assert "2 N up at tip; all of it is on" in said
     assert "range end" not in said

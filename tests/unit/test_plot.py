@@ -162,6 +162,11 @@ def test_a_figure_shows_itself_in_a_notebook():
     assert width == round(200 * figure.get_figwidth())
 
 
+@pytest.fixture(scope="module")
+def figure():
+    return response_figure(squama.twist(BEAM, points=20, joint="hinge"))
+
+
 @pytest.mark.parametrize(
     ("name", "words"),
     [
@@ -171,9 +176,8 @@ def test_a_figure_shows_itself_in_a_notebook():
         ("folder.png", "is a folder"),
     ],
 )
-def test_a_place_that_cannot_be_written(name, words, tmp_path):
+def test_a_place_that_cannot_be_written(name, words, figure, tmp_path):
     (tmp_path / "folder.png").mkdir()
-    figure = response_figure(squama.twist(BEAM, points=20, joint="hinge"))
     with pytest.raises(squama.InputError) as error:
         save_figure(figure, tmp_path / name)
     assert words in str(error.value)

@@ -321,6 +321,8 @@ def test_what_the_function_cannot_use_is_one_line(given: dict, words: str) -> No
 
 def test_files_of_the_command(tmp_path: Path, capsys, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(picture, "SIZE", (800, 380))
+    monkeypatch.setattr(picture, "SMALL", (400, 200))
     assert main(["new", "beam.toml"]) == 0
     made = ["-o", "a.png", "-o", "a.gif", "-o", "a.html", "--frames", "4"]
     assert main(["view", "beam.toml", "--twist", "0.14 rad/pitch", *made, "--set", "beam.scales=5"]) == 0
@@ -334,6 +336,7 @@ def test_files_of_the_command(tmp_path: Path, capsys, monkeypatch) -> None:
     assert np.abs(frames[0] - frames[2]).mean() > 1
     assert np.abs(frames[1] - frames[3]).mean() < 0.01, "there and back"
     asked = ["view", "beam.toml", "--twist", "3 rad/pitch", "-o", "b.png", "--json", "--dark", "--no-forces"]
+    asked += ["--set", "beam.scales=5"]
     assert main([*asked, "--joint", "hinge"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert (told["end"], told["state"]["name"]) == ("frictional lock", "locked")
@@ -341,10 +344,10 @@ def test_files_of_the_command(tmp_path: Path, capsys, monkeypatch) -> None:
     assert main(asked) == 0
     thick = json.loads(capsys.readouterr().out)
     assert thick["end"] == "range end"
-    assert thick["model"] == "thick, elastic scales on compliant joints; 25 scales with free ends"
+    assert thick["model"] == "thick, elastic scales on compliant joints; 5 scales with free ends"
     assert told["last"] < thick["last"] <= 0.3, "it goes beyond the lock of hinges, to the limit of a cell"
     assert main([*asked, "--ideal"]) == 0
-    assert json.loads(capsys.readouterr().out)["model"].startswith("thin, rigid scales on compliant joints; 25 scales")
+    assert json.loads(capsys.readouterr().out)["model"].startswith("thin, rigid scales on compliant joints; 5 scales")
     assert told["state"]["phi"] == pytest.approx(told["last"]) != told["asked"]
     still.close()
     moving.close()
@@ -354,22 +357,8 @@ def test_bad_input_is_one_line_each_and_writes_nothing(tmp_path: Path, capsys, m
     monkeypatch.chdir(tmp_path)
     assert main(["new", "beam.toml"]) == 0
     capsys.readouterr()
-    bad = [
-        "--twist",
-        "0.1",
-        "--law",
-        "x",
-        "--mu",
-        "-1",
-        "--margin",
-        "2",
-        "--frames",
-        "2.5",
-        "-o",
-        "a.jpg",
-        "-o",
-        "beam.toml",
-    ]
+    numbers = ["--twist", "0.1", "--law", "x", "--mu", "-1", "--margin", "2", "--frames", "2.5"]
+    bad = [*numbers, "-o", "a.jpg", "-o", "beam.toml"]
     assert main(["view", "beam.toml", *bad]) == 2
     lines = capsys.readouterr().err.splitlines()
     starts = ("--mu", "--margin", "--frames", "--law", "a.jpg", "beam.toml", "--twist")

@@ -13,7 +13,7 @@ from PIL import Image
 import squama
 from squama.cli import main
 from squama.part import door
-from squama.scene import geometry
+from squama.scene import geometry, picture
 from squama.scene.motion import FREE, SLIDING
 from squama.scene.part_motion import PartMotion
 
@@ -75,6 +75,9 @@ def test_what_is_no_part_is_refused(part, given, words) -> None:
 
 def test_the_command_draws_the_part(tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
+    # the sizes of pictures have a test of their own
+    monkeypatch.setattr(picture, "SIZE", (320, 152))
+    monkeypatch.setattr(picture, "SMALL", (160, 80))
     Path("skin.toml").write_text(SKIN.to_toml())
     files = [flag for name in ("a.png", "a.gif", "a.html") for flag in ("--view", name)]
     assert main(["load", "skin.toml", "--load", "20 mm up at tip", "--points", "4", *files]) == 0

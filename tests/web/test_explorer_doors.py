@@ -279,10 +279,10 @@ def test_a_link_names_no_file(known: Raw) -> None:
 
 def test_pages_that_nobody_looks_at_are_let_go(served: tuple[int, str], known: Raw) -> None:
     link = state.query(state.preset("main"))
-    for _ in range(10):
+    for _ in range(6):
         known.ask(f"/?{link}")
     before = resident(served[0])
-    for _ in range(30):
+    for _ in range(18):
         known.ask(f"/?{link}")
         known.ask("/none")
     # a page is some 2 MiB
