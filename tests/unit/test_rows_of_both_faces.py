@@ -10,6 +10,7 @@ import pytest
 import squama
 from squama.cli import main
 from squama.curves import rows
+from squama.inverse.limits import refused
 
 SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
 TO = "0.09 rad/pitch"
@@ -145,6 +146,10 @@ def test_arrays_of_designs_take_both_faces():
     assert float(found.torque[-1]) > 4 * float(squama.response([0.045, 0.09], **ratios).torque[-1])
     with pytest.raises(squama.InputError, match="does not say where scales are"):
         squama.response([0.1], **ratios, faces="both")
+
+
+def test_designs_on_both_faces_are_printed_without_a_mould():
+    assert refused(with_faces("turned"), {}) == refused(with_faces("one"), {}) == []
 
 
 def test_a_shift_of_half_a_pitch_is_not_followed_by_n_scales():

@@ -202,8 +202,10 @@ def refused(beam: Beam, sizes: dict[str, float] | None, *, sided: bool = True) -
     unknown = sided and beam.joint.matrix is None
     lines = [f"joint: {p}" for p in law.outside(shape(beam))] if unknown else []
     if sizes is not None:
+        # a mould casts the slots of one face
+        parts = tuple(part for part in PARTS if part != "mould" or not beam.other)
         try:
-            refusals.check(plan(beam, min(beam.pitches, MOST_SCALES), sizes), PARTS)
+            refusals.check(plan(beam, min(beam.pitches, MOST_SCALES), sizes), parts)
         except InputError as error:
             lines += [f"printer files: {p}" for p in error.problems]
     return lines
