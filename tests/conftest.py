@@ -35,13 +35,18 @@ def pytest_collection_finish():
     gc.freeze()
 
 
+LONG = ("test_docs.py", "test_paper_figures.py", "test_beam.py")
+"""Files whose tests come first, behind pages in the browser."""
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
     """Take the mark ``slow(but=n)`` from the first n cases of its test, and put the tests into their order.
 
     Pages in the browser come first, so that one process has them all and the others take work from its end.
 
-    Pages of the docs follow, the longest of all tests: at the end one of them would keep a single process busy.
+    Pages of the docs follow, the longest of all tests: at the end one of them would keep a single process busy. So do
+    files whose tests share what takes long: two processes that have some of them would each make it.
     """
     cases: Counter[str] = Counter()
     for item in items:
@@ -49,4 +54,4 @@ def pytest_collection_modifyitems(items):
         if mark and cases[test := item.nodeid.partition("[")[0]] < mark.kwargs.get("but", 0):
             item.own_markers.remove(mark)
             cases[test] += 1
-    items.sort(key=lambda item: ("web" not in item.path.parts, item.path.name != "test_docs.py"))
+    items.sort(key=lambda item: ("web" not in item.path.parts, item.path.name not in LONG))

@@ -11,6 +11,7 @@ import squama
 from squama.cli import main
 from squama.curves import rows
 from squama.inverse.limits import refused
+from squama.web import live, state
 
 SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
 TO = "0.09 rad/pitch"
@@ -158,3 +159,25 @@ def test_a_shift_of_half_a_pitch_is_not_followed_by_n_scales():
         shifted = squama.twist(with_faces("turned, shifted", 4), to=TO, points=10)
     plain = squama.twist(with_faces("turned", 4), to=TO, points=10)
     np.testing.assert_array_equal(shifted["T"], plain["T"])
+
+
+@pytest.mark.parametrize("faces", ["mirrored", "turned"])
+def test_the_explorer_draws_both_faces(faces):
+    beam = with_faces(faces)
+    now = state.of(beam)
+    assert state.read(state.query(now)) == now
+    scene = live.scene(now)
+    assert scene["design"]["other"]["shift"] == 0
+    assert scene["state"]["other"]["name"] == ("sliding" if faces == "turned" else "free")
+    curve = squama.twist(beam, at=[now.twist / beam.pitch], ends="endless")
+    told = dict(live.readings(now))
+    assert told["stress"] == live.quantity(float(np.fmax(curve.stress, curve.stress_other)[0]), "Pa")
+    # hinges have the scaled face alone here
+    assert now.beside is None
+    for name, text in (("joint", "hinge"), ("law", "plate")):
+        with pytest.raises(squama.InputError, match="is not covered by the explorer on hinges"):
+            now.change(name, text)
+    with pytest.raises(squama.InputError, match="is not covered by the explorer on hinges"):
+        state.read(state.query(now).replace("joint=compliant", "joint=hinge"))
+    frames = live.swing(now).frames
+    assert all(frame["state"]["other"]["load"] == frame["state"]["load"] for frame in frames)

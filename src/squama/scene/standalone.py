@@ -50,9 +50,8 @@ def page(motion: Motion, load: float, name: str = "") -> str:
     states = [
         {**_told(s, setting.mu), "words": motion.words(s)} for s in motion.samples(OF_EACH if motion.each else SAMPLES)
     ]
-    design, *others = (design for design, _ in shapes(motion))
     data = {
-        "design": {**design, "other": next(iter(others), None)},
+        "design": _design(motion),
         "states": states,
         "first": min(range(len(states)), key=lambda i: abs(states[i]["load"] - load)),
         "end": str(motion.end),
@@ -69,6 +68,17 @@ def page(motion: Motion, load: float, name: str = "") -> str:
         dark=variables("dark"),
         title=escape(f"{name or setting.beam.extent}, mu = {setting.mu:g}, {motion.model}"),
     )
+
+
+def drawn(motion: Motion, state: State) -> dict[str, dict[str, Any]]:
+    """Return what the script draws: the design and a state of a motion, with the other face's scales."""
+    return {"design": _design(motion), "state": _told(state, motion.setting.mu)}
+
+
+def _design(motion: Motion) -> dict[str, Any]:
+    """Return the design of the scaled face, and within it that of the other one."""
+    design, *others = (design for design, _ in shapes(motion))
+    return {**design, "other": next(iter(others), None)}
 
 
 def _told(state: State, mu: float) -> dict[str, Any]:

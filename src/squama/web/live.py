@@ -27,6 +27,7 @@ from squama.plot.palette import WORDS
 from squama.scene import standalone
 from squama.scene.motion import FREE, SLIDING, Motion, Setting
 from squama.study import columns, compliant_columns, models
+from squama.symbols import OTHER
 from squama.types import Array
 from squama.units import number
 from squama.web import fields
@@ -199,10 +200,11 @@ def swing(state: State) -> Swing:
         one, load = (m, angle) if angle >= 0 or not other else (other, -angle)
         # scales are drawn as in loading and coloured by contact only; forces differ in unloading and are omitted
         name = SLIDING if one.touches(load) else FREE
-        now = one.state(max(load, 0.0))._replace(load=load, x=0.0, name=name)
-        if load < 0:
-            now = now._replace(strains=None, bent=None)
-        frames.append({"design": one.shape(), "state": {**now._asdict(), "mu": s.mu}})
+        shape: dict[str, Any] = {"load": load, "x": 0.0} | ({"strains": None, "bent": None} if load < 0 else {})
+        now = one.state(max(load, 0.0))._replace(name=name, **shape)
+        if now.other:
+            now = now._replace(other=now.other._replace(**shape))
+        frames.append(standalone.drawn(one, now))
     zeta = found["zeta_cycle"].values.tolist()
     words = "friction holds it on the way back"
     if zeta:
@@ -230,7 +232,9 @@ def linked(link: str) -> State:
 def scene(state: State) -> dict[str, object]:
     """Return the data of the three-dimensional view: design and state, no vertices."""
     m = motion(state.setting)
-    now, design, many = m.state(state.twist), m.shape(), state.beam.pitches
+    now, many = m.state(state.twist), state.beam.pitches
+    shown = standalone.drawn(m, now)
+    design = shown["design"]
     count = f"{many} scales" if design["scales"] == many else f"{design['scales']} of {many} scales"
     # description of the view for screen readers
     bent = f"bent by {turned(state.bend, state.beam)} and " if state.bent else ""
@@ -238,15 +242,16 @@ def scene(state: State) -> dict[str, object]:
         f"Beam of {count}, {bent}{LOADS[state.load].done} by {turned(now.load, state.beam)}; "
         f"scales at {number(math.degrees(now.theta))} degrees, {WORDS[now.name]}"
     )
-    return {"design": design, "state": {**now._asdict(), "mu": state.mu}, "words": words}
+    return {**shown, "words": words}
 
 
 def readings(state: State) -> list[tuple[str, str]]:
     """Return the figures of the current point and of its loop, as label and value."""
     m = motion(state.setting)
     now, names = m.state(state.twist), LOADS[state.load]
-    stress = m.value("stress", state.twist)
-    more = [("stress", quantity(stress, "Pa"))] if math.isfinite(stress) else []
+    # the larger one of both faces
+    stress = [v for role in ("stress", f"stress{OTHER}") if math.isfinite(v := m.value(role, state.twist))]
+    more = [("stress", quantity(max(stress), "Pa"))] if stress else []
     found = loop(state) if state.path == "cycle" else ""
     if not isinstance(found, str) and found["W_d"].size:
         more += [("dissipated", quantity(float(found["W_d"][0]), "J/m")), ("ζ_eq", number(found["zeta_eq"][0]))]

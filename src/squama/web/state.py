@@ -87,8 +87,16 @@ class State(NamedTuple):
     @property
     def beside(self) -> State | None:
         """The same state with the other model (hinges or thick scales), None where that needs finite elements."""
+        if self.beam.other:
+            return None
         other = self.hinged if self.joint == "compliant" else self._replace(joint="compliant", ideal="no", law="edge")
         return other if other.quick else None
+
+    def covered(self) -> State:
+        """Return this state; refuse scales on both faces by hinges, or by a joint that is not available at once."""
+        if self.joint == "hinge" or not self.quick:
+            only_one(self.beam.faces, "the explorer on hinges")
+        return self
 
     def value(self, name: str) -> float | int | None:
         """Return the value of a field, SI."""
@@ -104,6 +112,10 @@ class State(NamedTuple):
 
         Raises InputError for an invalid entry, in one line with the allowed values.
         """
+        return self._changed(name, text).covered()
+
+    def _changed(self, name: str, text: str) -> State:
+        """Return the state with an entry as :meth:`change`, whatever the model covers."""
         if name in CHOICES:
             new = self._with(name, arguments.one_of(name, text, tuple(CHOICES[name][1])))
             if name == "joint":
@@ -157,8 +169,7 @@ class State(NamedTuple):
 
 def of(beam: Beam) -> State:
     """Return the first state of a beam."""
-    only_one(beam.faces, "the explorer")
-    mu = State(beam, 0.0).mu
+    mu = State(beam, 0.0).covered().mu
     return State(beam.replace(friction={"mu": mu}), 0.0).started()
 
 
@@ -243,7 +254,7 @@ def read(text: str, *, kept: bool = True) -> State:
             with naming(name):
                 state = state._with(name, within(name, float(given), given, beam, state.load))
             continue
-        other = state.change(name, plain[name])
+        other = state._changed(name, plain[name])
         # a load in a link does not reset the twist, unlike a change on the page
         state = state._replace(load=plain[name]) if name == "load" else other
-    return state._replace(kept=tuple(read(one, kept=False) for one in keeps))
+    return state.covered()._replace(kept=tuple(read(one, kept=False) for one in keeps))
