@@ -290,19 +290,17 @@ def follow(
                 alone[4:, i] = ratios(beams, found, own, *strains)
             faces = [face._replace(rows=face.rows[:, -m:]) for face in found.faces]
             # in twisting that of the face that touches first
-            met = np.array([face.contacts[:, 3] for face in faces])
-            lead = met.real.argmin(axis=0) if strains == (PHI,) else np.zeros(len(i), int)
-            first = np.array([face.contacts for face in faces])[met.real.argmin(axis=0), np.arange(len(i))]
+            lead = np.real([face.contacts[:, 3] for face in faces]).argmin(axis=0)
+            first = _of(lead, [face.contacts for face in faces])
+            told = path.named(_of(lead * (strains == (PHI,)), [face.rows for face in faces]))
             places = np.stack([first[:, 3], found.ends[:, 1]])
             alone[:2, i] = places if designs.psi is None else np.maximum(places - before[i], 0.0)
             alone[2, i], alone[3, i] = pivots(beams.K)[:, K_THETA], states.bare(beams)[:, strain, strain]
             ends[i] = path.endings(first, found.ends)
-            rows = np.array([face.rows for face in faces])[lead, np.arange(len(i))]
             for row, name in zip(along, COLUMNS.values(), strict=False):
-                row[i] = path.named(rows)[name]
+                row[i] = told[name]
             stress = [states.stresses_of(scale, face._replace(rows=face.rows[:, stressed])) for face in faces]
-            most_of_both = np.nan_to_num(np.real(stress), nan=-1.0).argmax(axis=0)[None]
-            along[-1, i, stressed] = np.take_along_axis(np.array(stress), most_of_both, axis=0)[0]
+            along[-1, i, stressed] = np.fmax.reduce(stress)
 
         return work
 
@@ -316,6 +314,14 @@ def follow(
     slope = _slopes(at, along[0], phi_e) / rigidity[:, None]
     beams = phi_e, phi_end, ends, known, K_theta, rigidity
     return Response._make([*beams, along[0], slope, *along[1:], *finite])
+
+
+def _of(face: Array, values: Sequence[Array]) -> Array:
+    """Return the values of n beams on one of the faces with scales, by its index (n,)."""
+    if len(values) == 1:
+        return values[0]
+    one, other = values
+    return np.where(face.reshape(-1, *[1] * (one.ndim - 1)) > 0, other, one)
 
 
 def _slopes(x: Array, y: Array, start: Array) -> Array:

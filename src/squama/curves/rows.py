@@ -133,13 +133,17 @@ def of_scales(
     for suffix, face in zip(("", OTHER), track.faces, strict=False):
         each[f"Q{suffix}"] = face.held * one.unit_moment
         pressed |= (each[f"N{suffix}"] != 0).any(axis=1) | (face.held != 0).any(axis=1)
-        for role in ("N", "f", "f0"):
-            # the last scale has no neighbour to touch
-            each[role + suffix][:, -1] = math.nan
+    untouched(each)
     for role in {"scales", "T_scales", "M_scales"} & along.keys():
         # before contact the scales' torque is rounding
         along[role][~pressed] = 0.0
     return along, each
+
+
+def untouched(each: dict[str, Array]) -> None:
+    """Clear contact forces of the last scale of each face, which has no neighbour to touch."""
+    for role in {f"{name}{face}" for name in ("N", "f", "f0") for face in ("", OTHER)} & each.keys():
+        each[role][:, -1] = math.nan
 
 
 def check_ends(kind: int | None, held: compliant.Held, n: int) -> None:

@@ -10,6 +10,7 @@ from scipy.optimize import bisect
 
 from squama.errors import InputError, Problem
 from squama.fabrication import bodies
+from squama.fabrication.kinds import parts_for
 from squama.fabrication.plan import Plan, between
 
 SLACK = 1e-9
@@ -19,7 +20,7 @@ SLACK = 1e-9
 def check(plan: Plan, parts: tuple[str, ...]) -> None:
     """Refuse a plan that breaks rules, all causes together; the mould has further rules."""
     found = [*_scale(plan), *_section(plan), *_along(plan), *_at_rest(plan)]
-    if "mould" in parts and plan.faces != "one":
+    if not {*parts} <= {*parts_for(plan.faces)}:
         reason = "casts the slots of one face, and scales are on both"
         found.append(Problem("parts", '"mould"', reason, 'write e.g. "scale,substrate,assembly"'))
     if "mould" in parts and not found:

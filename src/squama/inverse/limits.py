@@ -14,7 +14,7 @@ import numpy as np
 from squama.beam.design import Beam
 from squama.errors import InputError
 from squama.fabrication import refuse as refusals
-from squama.fabrication.kinds import PARTS
+from squama.fabrication.kinds import parts_for
 from squama.fabrication.plan import MOST_SCALES, Plan, plan
 from squama.inverse.named_figures import At
 from squama.joints import law
@@ -202,10 +202,8 @@ def refused(beam: Beam, sizes: dict[str, float] | None, *, sided: bool = True) -
     unknown = sided and beam.joint.matrix is None
     lines = [f"joint: {p}" for p in law.outside(shape(beam))] if unknown else []
     if sizes is not None:
-        # a mould casts the slots of one face
-        parts = tuple(part for part in PARTS if part != "mould" or not beam.other)
         try:
-            refusals.check(plan(beam, min(beam.pitches, MOST_SCALES), sizes), parts)
+            refusals.check(plan(beam, min(beam.pitches, MOST_SCALES), sizes), parts_for(beam.faces))
         except InputError as error:
             lines += [f"printer files: {p}" for p in error.problems]
     return lines

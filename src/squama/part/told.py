@@ -17,7 +17,6 @@ from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.part.loaded import Course, at_sections, sections, turned
 from squama.part.loading import Load
-from squama.symbols import OTHER
 from squama.types import Array
 from squama.units import Dimension
 
@@ -130,8 +129,7 @@ class Told(NamedTuple):
                 rows.of_scales(one, twisting, strains, _alone(track, i))[1] for i, one in enumerate(self.ones)
             ]
             each = {role: np.column_stack([v[role][:, 0] for v in one_by_one]) for role in one_by_one[0]}
-            for role in {f"{name}{suffix}" for name in ("N", "f", "f0") for suffix in ("", OTHER)} & each.keys():
-                each[role][:, -1] = math.nan
+            rows.untouched(each)
         one = self.ones[0]
         units = one.unit_moment * np.append(np.ones(3), 1 / one.beam.pitch)
         own, carried = (np.moveaxis(v, -1, 0) for v in (track.cells[..., :4], track.cells[..., 4:]))
