@@ -181,3 +181,28 @@ def test_the_explorer_draws_both_faces(faces):
         state.read(state.query(now).replace("joint=compliant", "joint=hinge"))
     frames = live.swing(now).frames
     assert all(frame["state"]["other"]["load"] == frame["state"]["load"] for frame in frames)
+
+
+def test_sweeps_tell_the_face_that_touches_first(tmp_path):
+    beam = with_faces("mirrored", 6)
+    angle = np.degrees(beam.scale.alpha)
+    ranges = {"scale.alpha": [f"{angle - 1} deg", f"{angle} deg"]}
+    swept = squama.sweep(beam, ranges, at=TO, sense="-", out=tmp_path / "map.zarr").isel(alpha=1)
+    curve = squama.twist(beam, at=[TO], sense="-", ends="endless").isel(point=0)
+    assert float(swept.N) == pytest.approx(float(curve.N), rel=1e-5)
+    assert float(curve.N) > 0
+
+
+@pytest.mark.parametrize("faces", ["mirrored", "turned"])
+def test_pictures_have_each_face_as_it_sees_the_bar(faces):
+    beam = with_faces(faces, 6)
+    signs = [*beam.other.seen, 1]
+    part = squama.Part(beam, "30 deg twist")
+    for shown in (squama.view(beam, to=TO).state, squama.view_part(part, points=6).state):
+        np.testing.assert_allclose(shown.other.strains, np.array(shown.strains) * signs, rtol=1e-9, atol=1e-12)
+        assert np.abs(shown.strains).max() > 0
+    shape = squama.plot.part_figure(squama.load(part, points=6)).axes[0]
+    lines = [line.get_ydata() for line in shape.get_lines()]
+    # scales stand off either face of the bar, which is 14 mm thick
+    assert min(np.nanmin(y) for y in lines) < -10
+    assert max(np.nanmax(y) for y in lines) > 10
