@@ -1,8 +1,9 @@
 """Fits of tests of a laboratory: the 2-sigma intervals of mu and K_theta hold, or the fit says why they may not.
 
 Specimens of few scales in a machine that gives, bars that are not their file's, loops of different friction, specimens
-together, bending. The tables are not made by the model that fits them: the contact solver in increments a quarter as
-long, uneven twists, and a machine whose rotation is solved for with the true torque. A trial is one kind.
+together, bending, scales on both faces, grips. The tables are not made by the model that fits them: the contact solver
+in increments a quarter as long, uneven twists, and a machine whose rotation is solved for with the true torque. A trial
+is one kind.
 """
 
 from __future__ import annotations
@@ -15,18 +16,18 @@ import numpy as np
 
 import squama
 from squama.contacts import path, row
-from squama.contacts.ties import LOOSE
+from squama.contacts.ties import KINDS as KINDS_OF_ENDS
 from squama.curves import compliant, compliant_cycles
 from squama.loads import LOADS
 from squama.types import Array
 
-FILE = Path(__file__).parents[2] / "examples" / "stiff_skin.toml"
-SIZE, MISSES = 6, 1
-"""Specimens of a trial; intervals of a parameter that may miss without a word: two of 6 miss once in 30 times."""
-POINTS, TOP, NOISE = 60, 0.12, 1e-4
-"""Readings of a way, largest twist (rad per pitch), noise of a torque (N m)."""
-BEND, BEND_NOISE = 0.14, 2e-4
-_LOAD = LOADS["twisting"]
+ROOT = Path(__file__).parents[2] / "examples"
+SIZE, MISSES = 25, 2
+"""Specimens of a trial; intervals of a parameter that may miss without a word: three of 25 miss once in eight times."""
+POINTS = 60
+"""Readings of a way."""
+TESTS = {"twisting": ("stiff_skin.toml", 0.12, 1e-4), "bending": ("finger.toml", 0.13, 2e-4)}
+"""Beam, largest twist or bend (rad per pitch) and noise (N m) of a load."""
 
 
 class Kind(NamedTuple):
@@ -34,7 +35,7 @@ class Kind(NamedTuple):
 
     ``share`` of the rotation at the top that is the machine's, ``softer`` modulus of the bar over its file's, ``ratio``
     friction of the second loop over the first; ``machine`` as the fit is told: "", "given" or "within" (25 %);
-    ``tolerance`` of E_B; ``each``; ``find``; number of scales, specimens and the load.
+    ``tolerance`` of E_B; ``each``; ``find``; number of scales, specimens, load, ends, what is held, and faces.
     """
 
     share: float = 0.0
@@ -47,6 +48,9 @@ class Kind(NamedTuple):
     scales: int = 6
     specimens: int = 1
     load: str = "twisting"
+    ends: str = "free"
+    hold: str = "bend, lateral bend"
+    faces: str = "one"
 
 
 KINDS = {
@@ -64,8 +68,12 @@ KINDS = {
     "a second loop of 1.2 mu": Kind(ratio=1.2),
     "a second loop of 1.2 mu, each": Kind(ratio=1.2, each="mu"),
     "two specimens, each its friction": Kind(ratio=1.2, each="mu", specimens=2),
-    "bending, a machine of 2 %, given": Kind(0.02, load="bending"),
-    "bending, a machine of 2 %, within 25 %": Kind(0.02, machine="within", load="bending"),
+    "bending, a machine of 2 %, given": Kind(0.02, load="bending", hold="nothing"),
+    "bending, a machine of 2 %, within 25 %": Kind(0.02, machine="within", load="bending", hold="nothing"),
+    "free to bow": Kind(hold="nothing"),
+    "in grips": Kind(hold="nothing", ends="gripped"),
+    "scales on both faces": Kind(hold="nothing", faces="turned"),
+    "25 scales": Kind(scales=25),
 }
 TRIALS = len(KINDS)
 
@@ -79,40 +87,31 @@ class Test(NamedTuple):
     told: dict[str, object]
 
 
-def walked(beam: squama.Beam, x: Array) -> Array:
-    """Return the torques (N m) of all scales through twists, in increments a quarter as long as those of a fit."""
-    one = compliant.Path.of(beam, beam.friction.mu or 0.0, (_LOAD.verb,), ideal=False)
-    track = row.track(one.way, beam.scales or 0, x, compliant_cycles.OF_ROWS / 4, ends=LOOSE, load=_LOAD.axis)
-    return np.asarray(path.named(track.rows)["torque"][:, 0] * beam.unit_moment)
-
-
-def bent(beam: squama.Beam, x: Array) -> Array:
-    """Return the moments (N m) of hinges through bends there and back."""
-    c = squama.cycle(beam, f"{BEND} rad/pitch", load="bending", joint="hinge", ideal=True, points=1500)
-    leg, psi, M = (c[name].values for name in ("leg", "psi", "M"))
-    up = np.arange(x.size) <= np.argmax(x)
-    out = np.zeros(x.size)
-    for number, own in ((1, up), (2, ~up)):
-        known = np.flatnonzero(leg == number)
-        known = known[np.argsort(psi[known], kind="stable")]
-        out[own] = np.interp(x[own], psi[known], M[known])
-    return out
+def walked(beam: squama.Beam, load: str, x: Array) -> Array:
+    """Return the torques or moments (N m) of all scales, in increments a quarter as long as those of a fit."""
+    by = LOADS[load]
+    one = compliant.Path.of(beam, beam.friction.mu or 0.0, (by.verb,), ideal=False)
+    kind = KINDS_OF_ENDS[beam.ends or "free"]
+    track = row.track(one.way, beam.scales or 0, x, compliant_cycles.OF_ROWS / 4, ends=kind, load=by.axis)
+    rows = [path.named(scale) for face in track.faces for scale in face.rows.swapaxes(0, 1)]
+    return np.asarray(compliant_cycles.torque(rows, by) * beam.unit_moment)
 
 
 def loop(kind: Kind, beam: squama.Beam, r: np.random.Generator) -> dict[str, Array]:
     """Return true twists (or bends) of a loop per pitch, and its torques, in even steps of nothing."""
-    top = TOP if kind.load == "twisting" else BEND
+    top = TESTS[kind.load][1]
     up = top * (np.arange(1, POINTS) + r.uniform(0.2, 0.8, POINTS - 1)) / POINTS
     down = top * (np.arange(POINTS) + r.uniform(0.2, 0.8, POINTS)) / POINTS
     x = np.concatenate([[0.0], up, [top], down[::-1]])
-    return {"x": x, "T": (walked if kind.load == "twisting" else bent)(beam, x)}
+    return {"x": x, "T": walked(beam, kind.load, x)}
 
 
 def test_of(kind: Kind, r: np.random.Generator) -> Test:
     """Return a test of one kind."""
-    file = squama.Beam.from_toml(FILE).replace(scales=kind.scales, hold="bend, lateral bend")
-    bending = kind.load == "bending"
-    K = (file.joint_stiffness if bending else compliant.Held.of(file).K_theta) * r.uniform(0.8, 1.25)
+    name, _, noise = TESTS[kind.load]
+    like = {"scales": kind.scales, "hold": kind.hold, "ends": kind.ends, "faces": kind.faces}
+    file = squama.Beam.from_toml(ROOT / name).replace(**like)
+    K = compliant.Held.of(file).K_theta * r.uniform(0.8, 1.25)
     mu, E = r.uniform(0.15, 0.35), file.substrate.youngs_modulus
     bar = file.replace(joint={"stiffness": K}, substrate={"youngs_modulus": E * kind.softer})
     loops = [
@@ -121,11 +120,10 @@ def test_of(kind: Kind, r: np.random.Generator) -> Test:
     top = max(float(np.max(one["x"])) for one in loops)
     stiff = max(float(np.max(one["T"])) for one in loops) / (top * kind.scales)
     compliance = kind.share / (1 - kind.share) / stiff
-    tables, names = [], ("psi", "M") if bending else ("phi", "T")
+    tables, names = [], ("phi", "T") if kind.load == "twisting" else ("psi", "M")
     for one in loops:
         reading = one["x"] + compliance * one["T"] / kind.scales
-        noise = r.normal(0, BEND_NOISE if bending else NOISE, reading.size)
-        tables.append(dict(zip(names, (reading, one["T"] + noise), strict=True)))
+        tables.append(dict(zip(names, (reading, one["T"] + r.normal(0, noise, reading.size)), strict=True)))
     if kind.specimens == 1:
         tables = [{name: np.concatenate([t[name] for t in tables]) for name in names}]
     told: dict[str, object] = {"each": kind.each, "load": kind.load}

@@ -38,7 +38,7 @@ FEW = 4
 Out = Annotated[flags.File | None, flag("Folder to write design_1.toml, design_2.toml ... to.", "--out", "-o")]
 _MANY, _STARTS = "Largest number of designs. Default: the file's, or 5.", whole(16, 1 << 20, "4096")
 Force = Annotated[bool, Parameter(help="Replace designs in the folder.")]
-_ELEMENTS = "Check the first design by finite elements (extra fe; takes minutes)."
+_ELEMENTS = "Compute the first design by finite elements too, with all its scales (extra fe; minutes)."
 _FRONT = "Target file (TOML) with a table [front]; docs: how to design a beam."
 _PICK = flags.several(whole(1, 100_000, "1,40,200"))
 _GENERATIONS = "Number of generations. Default: the file's, or 100."

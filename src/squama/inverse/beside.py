@@ -14,33 +14,25 @@ from dataclasses import dataclass
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.curves import doors
 from squama.errors import InputError
-from squama.fe import runs
-from squama.fe.sizes import MeshName
 from squama.inverse import joint_figures
 from squama.inverse.goals import Goal, Pitches, Reached, reached
 from squama.inverse.named_figures import OF_LOCKS
 from squama.inverse.target import Target
 from squama.joints import law
 from squama.joints.choice import impossible, known, said, shape
-from squama.loads import ENDLESS, LOADS, NOTHING, STRAIGHT, SenseName, holds
-from squama.people import per_pitch
-from squama.units import change, moment
+from squama.loads import ENDLESS, LOADS, NOTHING, holds
 
 OF_BOW = ("torque", "tangent", "stiffness_ratio")
 """Figures at a twist that are computed for a beam that is free to bow."""
-MESH: MeshName = "coarse"
-INCREMENTS = 20
-"""Mesh of the finite elements that check a design, and the number of increments of their twist."""
 
 
 @dataclass(frozen=True)
 class Beside:
     """Goals of a design by another model than that of the search; ``note``: why a figure is missing.
 
-    ``key``: "door" (``squama.twist`` or ``squama.bend`` of the file with default options), "endless" (without ends) or
-    "free_to_bow" (not held straight).
+    ``key``: "door" (``squama.twist`` or ``squama.bend`` of the file with default options), "endless" (without ends),
+    "free_to_bow" (not held straight) or "elements".
     """
 
     key: str
@@ -100,7 +92,9 @@ def _judged(
     """Return the goals of a beam by another model; ``joint`` None: by the default model of the response."""
     wants = [goal.want for goal in goals]
     try:
-        values, answer = joint_figures.followed(beam, wants, target.options, joint, endless=key == ENDLESS)
+        values, answer = joint_figures.followed(
+            beam, wants, target.options, joint, ends=ENDLESS if key == ENDLESS else None
+        )
     except InputError as error:
         return Beside(key, words, (), str(error))
     found = tuple(reached(goals, np.array(values), Pitches(beam.pitch, beam.pitches), target.accept))
@@ -110,24 +104,3 @@ def _judged(
         # the model of the search again: no confirmation
         return Beside(key, words, (), "by hinges, too")
     return Beside(key, words, found)
-
-
-def by_elements(beam: Beam, sense: str, rates: Sequence[float]) -> list[str]:
-    """Return lines that compare finite elements of a pitch, held straight, with the model at twist rates (rad/m)."""
-    way: SenseName = "-" if sense == "-" else "+"
-    run = runs.cell(beam, to=max(rates), sense=way, mesh=MESH, increment=max(rates) * beam.pitch / INCREMENTS)
-    x, T = run["Phi"].values, run["T"].values
-    how = doors.How(joint="compliant", hold=STRAIGHT)
-    own = doors.respond(beam, "twisting", at=x.tolist(), sense=sense, ends=ENDLESS, **how)["T"]
-    # slopes of both between the same twists
-    ratios = [np.gradient(torque, x) / (torque[1] / x[1]) for torque in (T, own)]
-    lines = []
-    for rate in rates:
-        where = f"elements ({MESH} mesh), held straight, {per_pitch(rate * beam.pitch)}"
-        if rate > x[-1] * (1 + 1e-9):
-            lines.append(f"{where}: the run ends before, {run.attrs['sentence']}")
-            continue
-        torque, own_torque, stiffer, as_stiff = (float(np.interp(rate, x, v)) for v in (T, own, *ratios))
-        beside = f"stiffness ratio {stiffer:.3g} (model: {as_stiff:.3g})"
-        lines.append(f"{where}: torque {moment(torque)} ({change(torque / own_torque - 1, '+')}), {beside}")
-    return lines

@@ -16,7 +16,7 @@ from squama.beam.design import Beam
 from squama.beam.faces import only_one
 from squama.curves.chosen import idealisation
 from squama.errors import refuse
-from squama.inverse import beside, joint_figures, limits, search
+from squama.inverse import beside, by_elements, joint_figures, limits, search
 from squama.inverse.beside import Beside
 from squama.inverse.goals import SENSES, Pitches, Reached, reached
 from squama.inverse.residuals import Look, Residuals
@@ -185,7 +185,8 @@ def inverse_design(
     starts, seed : int
         Number of points within the bounds that are screened; seed of their Sobol sequence.
     elements : bool
-        Compare the first design with finite elements (extra ``fe``, minutes): lines among the notes.
+        Compare the first design with finite elements (extra ``fe``, minutes to half an hour): of its own scales under a
+        couple, at most 25, or of one pitch where it is endless or held straight.
 
     Returns
     -------
@@ -215,10 +216,8 @@ def inverse_design(
         only_one(target.space.beam.faces, "inverse design on hinges")
     count = arguments.whole("designs", target.designs if designs is None else designs, 1, 100)
     starts, seed = arguments.whole("starts", starts, 16, 1 << 20), arguments.whole("seed", seed, 0, 2**31)
-    if elements and not (target.compliant and any(goal.want.at for goal in target.goals)):
-        refuse("elements", "", "check compliant joints at points of the target only", "leave it out", target.source)
-    if elements and not LOADS[target.space.load].sided:
-        refuse("elements", "", "are for twisting, and this target is in bending", "leave it out", target.source)
+    if elements:
+        by_elements.check(target)
     residuals, space = Residuals(target), target.space
     first = space.start
     y = search.screen(residuals, first, starts, REFINED, seed)
@@ -233,13 +232,13 @@ def inverse_design(
         still[:, idle] = first[idle]
         same = residuals.look(still, slopes=False, plates=True).merit <= look.merit * (1 + 1e-9)
         y[same] = still[same]
-    look, shares = search.refine(residuals, y), residuals.shares
+    look, rates = search.refine(residuals, y), residuals.ends.rates
     if target.own and any(goal.want.at is not None for goal in target.goals):
-        look, shares = search.with_ends(target, look, count, seed)
+        look, rates = search.with_ends(target, look, count, seed)
     elif any(v.step for v in space.variables):
         best = np.argsort(look.merit, kind="stable")[: ROUNDED + 2 * count]
         look = residuals.look(search.rounded(residuals, look.y.T[best], seed), slopes=True, plates=True)
-    refined = _Refined(residuals, look, residuals.effects(look.y.T) * np.expand_dims(shares, 1))
+    refined = _Refined(residuals, look, residuals.effects(look.y.T) * np.expand_dims(rates, 1))
     kept = np.flatnonzero((refined.limits >= -BROKEN).all(axis=0) & np.isfinite(look.merit))
     if not kept.size:
         refuse("limits", "", "no beam within the bounds keeps them all", refined.broken(), target.source)
@@ -252,8 +251,9 @@ def inverse_design(
     if any(goal.want.figure == "lock" for goal in target.goals):
         notes.append(LOCK)
     if elements:
-        rates = {goal.want.at.per_length(found[0].beam) for goal in target.goals if goal.want.at is not None}
-        notes += beside.by_elements(found[0].beam, target.options.sense, sorted(rates))
+        told, lines = by_elements.of_design(target, found[0].beam)
+        found = (replace(found[0], beside=found[0].beside + told), *found[1:])
+        notes += lines
     sizes = residuals.tolerances(look.y.T[chosen[:1]])
     return InverseDesign(
         source=target.source,

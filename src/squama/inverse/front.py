@@ -23,7 +23,7 @@ from squama.inverse.space import built
 from squama.inverse.target import Target, read_target
 from squama.inverse.targetfile import Context, Table, twist
 from squama.io.tabular import guess
-from squama.loads import STRAIGHT
+from squama.loads import ENDLESS, STRAIGHT
 from squama.model.outcome import named
 from squama.progress import work
 from squama.study.columns import Cells, valid
@@ -286,7 +286,7 @@ class Trade:
         beam, wants = self.space.beam_of(y), [o.want for o in self.chosen.objectives]
         if limits.refused(beam, self.target.printer):
             return False
-        again, _ = joint_figures.followed(beam, wants, self.target.options, endless=True)
+        again, _ = joint_figures.followed(beam, wants, self.target.options, ends=ENDLESS)
         return bool(np.allclose(again, values, rtol=AGREES))
 
 

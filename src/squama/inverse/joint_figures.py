@@ -16,7 +16,7 @@ from squama.curves import doors
 from squama.curves.labelled import Answer
 from squama.inverse import hinge_figures
 from squama.inverse.named_figures import At, Found, Options, Want
-from squama.loads import ENDLESS, LOADS
+from squama.loads import LOADS
 from squama.model.outcome import End
 from squama.model.sensitivity import STEP
 from squama.study import compliant_columns
@@ -80,17 +80,17 @@ def _figure(c: Cells, name: str, f: Figures) -> Array:
 
 
 def followed(
-    beam: Beam, wants: Sequence[Want], options: Options, joint: str | None = "compliant", *, endless: bool = False
+    beam: Beam, wants: Sequence[Want], options: Options, joint: str | None = "compliant", *, ends: str | None = None
 ) -> tuple[list[float], Answer]:
     """Return the wanted figures of one beam as of :func:`squama.twist` or :func:`squama.bend`, and the response.
 
     All contacts are followed; a figure of scales is the largest of all scales. ``joint`` None: the default model of the
-    response; ``endless``: the beam without ends. Figures of a lock are NaN where the curve has none.
+    response; ``ends`` None: those of the beam. Figures of a lock are NaN where the curve has none.
     """
     load = LOADS[options.load]
     at = [None if w.at is None else w.at.per_length(beam) for w in wants]
     rates = sorted({rate for rate in at if rate is not None})
-    sense, ends = options.sense, ENDLESS if endless else None
+    sense = options.sense
     how: doors.How = {"joint": joint}
     if joint == "hinge":
         how |= {"law": options.law, "margin": options.margin}

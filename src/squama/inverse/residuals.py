@@ -35,6 +35,9 @@ BORDERS = {
 }
 """Borders of the domain in which figures are smooth, by the figure that marks them."""
 
+MOST = 20.0
+"""Bound of a figure of N scales over that of the endless beam, and of its inverse."""
+
 
 class Look(NamedTuple):
     """Evaluated designs (last axis n): residuals, limits, derivatives of both, and merit.
@@ -58,12 +61,45 @@ class Look(NamedTuple):
     scales: Array
 
 
-class Residuals:
-    """Residuals and limits of a target; ``shares`` (goals, 1) multiply the goals' figures, for beams with ends."""
+class Ends(NamedTuple):
+    """Figures (goals, n) of N scales near a design, ``own`` (``endless figure`` / ``endless``)^``power``.
 
-    def __init__(self, target: Target, shares: Array | None = None) -> None:
+    Scales at the ends lack a neighbour, so a stiffness ratio of N scales grows more slowly than that of the endless
+    beam; the power is that of the last two designs of a search.
+    """
+
+    own: Array
+    endless: Array
+    power: Array
+
+    @classmethod
+    def none(cls, goals: int) -> Ends:
+        """Return the ends of an endless beam."""
+        return cls(*np.ones((3, goals, 1)))
+
+    @property
+    def share(self) -> Array:
+        """Figures over those of the endless beam (goals, n); 1 where its curve ends before."""
+        return np.clip(np.nan_to_num(self.own / self.endless, nan=1.0), 1 / MOST, MOST)
+
+    @property
+    def rates(self) -> Array:
+        """Derivatives (goals, n) of the figures by the endless beam's."""
+        return self.power * self.share
+
+    def figures(self, endless: Array, slopes: Array) -> tuple[Array, Array]:
+        """Return figures (goals, n) and their derivatives (goals, variables, n) from those of the endless beam."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            grown = np.where(self.power == 1, 1.0, np.abs(endless / self.endless) ** (self.power - 1))
+        return self.share * endless * grown, slopes * (self.rates * grown)[:, None]
+
+
+class Residuals:
+    """Residuals and limits of a target; ``ends`` turn figures of the endless beam into those of N scales."""
+
+    def __init__(self, target: Target, ends: Ends | None = None) -> None:
         self.target, self.space = target, target.space
-        self.shares = np.ones((len(target.goals), 1)) if shares is None else shares
+        self.ends = ends or Ends.none(len(target.goals))
         wants = [goal.want for goal in target.goals]
         self.rates = [w.at for w in wants if w.at is not None]
         hinge = target.options.joint == "hinge"
@@ -87,8 +123,7 @@ class Residuals:
         every = self.target.figures(c, moved, [*self.inside, *self.wants], plates=plates)
         at, k, (n, m) = len(self.inside), len(self.target.goals), y.shape
         found = every._replace(values=every.values[at:].copy(), slopes=every.slopes[at:].copy())
-        found.values[:k] *= self.shares
-        found.slopes[:k] *= self.shares[:, None]
+        found.values[:k], found.slopes[:k] = self.ends.figures(found.values[:k], found.slopes[:k])
         own, by = Pitches(c.d, c.sizes["beam"]["scales"]), Pitches.of(moved, n)
         r, J = self._residuals(found, own, by)
         g, G = self._limits(c, moved, found)

@@ -18,8 +18,9 @@ from collections.abc import Callable
 import numpy as np
 
 from squama.inverse import joint_figures
-from squama.inverse.residuals import PRICE, Look, Residuals
+from squama.inverse.residuals import PRICE, Ends, Look, Residuals
 from squama.inverse.target import Target
+from squama.loads import ENDLESS
 from squama.progress import steps
 from squama.types import Array
 
@@ -46,12 +47,12 @@ GOOD = 1e-12
 """Merit below which a design meets all goals."""
 AWAY = 1e-9
 """Merit per squared distance from the unrounded design, in steps: among equal designs the nearest is taken."""
-REPEATS, NEAR = 4, 2e-3
-"""Largest number of refinements with a design's own share; the change of a share that calls for another one."""
+REPEATS, NEAR = 6, 2e-3
+"""Largest number of refinements with a design's own ends; the change of a figure that calls for another one."""
 TYPICAL, LIKELY = 5, 4
 """Number of designs whose shares give the typical share; designs refined, beyond two per wanted design."""
-MOST = 20.0
-"""Bound of a share, and of its inverse."""
+APART, POWERS = 0.02, (0.1, 2.0)
+"""Least change of the logarithm of an endless figure from which a power is taken; bounds of powers."""
 Move = Callable[[Residuals, Array], Array]
 """Function of residuals and a point (1, m) that returns a better point (1, m)."""
 
@@ -228,18 +229,17 @@ def _around(k: int) -> Array:
 
 
 def with_ends(target: Target, look: Look, count: int, seed: int) -> tuple[Look, Array]:
-    """Refine designs for their own number of scales; return them with the shares (goals, n) of endless figures."""
-    some = np.concatenate([_shares(target, look.y[:, [i]].T) for i in _best(look, TYPICAL)], axis=1)
-    some = some[:, np.isfinite(some).all(axis=0)]
-    if some.size:
-        look = refine(Residuals(target, np.median(some, axis=1, keepdims=True)), look.y.T)
+    """Refine designs for their own number of scales; return them, and their figures' derivatives by endless ones."""
+    some = np.concatenate([_ends(target, look.y[:, [i]].T).share for i in _best(look, TYPICAL)], axis=1)
+    typical = np.median(some, axis=1, keepdims=True)
+    look = refine(Residuals(target, Ends(typical, np.ones_like(typical), np.ones_like(typical))), look.y.T)
     best = _best(look, LIKELY + 2 * count)
     found = [_with_ends(target, look.y[:, [i]].T, seed) for i in steps(best.tolist(), best.size, "designs refined")]
     # drop designs whose curves end before the twist, unless there are no others
-    found = [one for one in found if np.isfinite(one[1]).all()] or found
-    looks, shares = zip(*found, strict=True)
+    found = [one for one in found if np.isfinite(one[1].own).all()] or found
+    looks, ends = zip(*found, strict=True)
     joined = Look(*(np.concatenate(parts, axis=-1) for parts in zip(*looks, strict=True)))
-    return joined, np.nan_to_num(np.concatenate(shares, axis=1), nan=1.0)
+    return joined, np.concatenate([one.rates for one in ends], axis=1)
 
 
 def _best(look: Look, n: int) -> Array:
@@ -248,34 +248,40 @@ def _best(look: Look, n: int) -> Array:
     return best[np.isfinite(look.merit[best])]
 
 
-def _with_ends(target: Target, y: Array, seed: int) -> tuple[Look, Array]:
+def _with_ends(target: Target, y: Array, seed: int) -> tuple[Look, Ends]:
     """Refine a design (1, m) for its own number of scales, and round it to the grid of the steps."""
 
-    def settled(
-        y: Array, shares: Array, before: float, move: Callable[[Residuals, Array], Array]
-    ) -> tuple[Array, Array]:
-        last: Array | float = before
+    def settled(y: Array, ends: Ends, move: Callable[[Residuals, Array], Array]) -> tuple[Array, Ends]:
         for _ in range(REPEATS):
+            y = move(Residuals(target, ends), y)
+            last, ends = ends, _ends(target, y, ends)
             # (a beam whose curve ends before the twist has NaN and stays as it is)
-            if not np.abs(shares / last - 1).max() >= NEAR:
+            if not np.abs(last.figures(ends.endless, ends.endless[:, None])[0] / ends.own - 1).max() >= NEAR:
                 break
-            y = move(Residuals(target, shares), y)
-            last, shares = shares, _shares(target, y)
-        return y, shares
+        return y, ends
 
-    exact, shares = settled(y, _shares(target, y), 1.0, lambda residuals, y: refine(residuals, y).y.T)
+    exact, ends = settled(y, _ends(target, y), lambda residuals, y: refine(residuals, y).y.T)
     if any(v.step for v in target.space.variables):
-        y, shares = settled(exact, shares, np.inf, lambda residuals, _: rounded(residuals, exact, seed))
+        y, ends = settled(exact, ends, lambda residuals, _: rounded(residuals, exact, seed))
     else:
         y = exact
-    return Residuals(target, np.nan_to_num(shares, nan=1.0)).look(y, slopes=True, plates=True), shares
+    return Residuals(target, ends).look(y, slopes=True, plates=True), ends
 
 
-def _shares(target: Target, y: Array) -> Array:
-    """Return a design's figures over those of the endless beam (goals, 1); NaN where its curve ends before."""
+def _ends(target: Target, y: Array, before: Ends | None = None) -> Ends:
+    """Return a design's figures beside those of the endless beam, NaN where its curve ends before.
+
+    The power is that between this design and the one ``before``, whose power is kept where they hardly differ.
+    """
     wants, beam = [goal.want for goal in target.goals], target.space.beam_of(y[0])
-    own, _ = joint_figures.followed(beam, wants, target.options)
-    endless, _ = joint_figures.followed(beam, wants, target.options, endless=True)
+    own, endless = (
+        np.array(joint_figures.followed(beam, wants, target.options, ends=ends)[0])[:, None] for ends in (None, ENDLESS)
+    )
+    alone = np.array([want.at is None for want in wants])[:, None]
+    ends = Ends(np.where(alone, endless, own), endless, np.ones_like(own))
+    if before is None:
+        return ends
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = np.where([want.at is not None for want in wants], np.divide(own, endless), 1.0)
-    return np.clip(share, 1 / MOST, MOST)[:, None]
+        moved, by = np.log(np.abs(endless / before.endless)), np.log(np.abs(ends.own / before.own))
+        power = np.where(np.abs(moved) > APART, np.clip(by / moved, *POWERS), before.power)
+    return ends._replace(power=np.where(np.isfinite(power), power, 1.0))
