@@ -25,6 +25,7 @@ class Dimension(StrEnum):
     FREQUENCY, TIME = "frequency", "time"
     RIGIDITY = "stiffness of a beam"  # torque per twist rate, moment per curvature
     LINE_WORK, COMPLIANCE = "work per length", "compliance"  # the latter angle per torque
+    SPRING, YIELDING = "stiffness of a spring", "travel per force"
     RATIO = "ratio"
 
 
@@ -46,6 +47,8 @@ UNITS: dict[str, tuple[Dimension, float, float]] = {
         Dimension.TIME: {"s": (1.0, 1.0), "ms": (1.0, 1e3), "us": (1.0, 1e6), "min": (60.0, 1.0)},
         Dimension.LINE_WORK: {"J/m": (1.0, 1.0), "mJ/m": (1.0, 1e3), "mJ/mm": (1.0, 1.0), "J/mm": (1e3, 1.0)},
         Dimension.COMPLIANCE: {"rad/(N m)": (1.0, 1.0), "deg/(N m)": (DEGREE, 1.0)},
+        Dimension.SPRING: {"N/m": (1.0, 1.0), "N/mm": (1e3, 1.0), "kN/m": (1e3, 1.0), "kN/mm": (1e6, 1.0)},
+        Dimension.YIELDING: {"m/N": (1.0, 1.0), "mm/N": (1.0, 1e3), "um/N": (1.0, 1e6)},
         Dimension.RATIO: {"%": (1.0, 1e2), "": (1.0, 1.0)},
     }.items()
     for unit, scale in scales.items()
@@ -185,6 +188,8 @@ _KINDS = {
     Dimension.RIGIDITY: _Kind(Dimension.RIGIDITY, "a stiffness of a beam", "N m^2", "0.5", "N m^2"),
     Dimension.LINE_WORK: _Kind(Dimension.LINE_WORK, "a work per length of the beam", "J/m", "0.2", "J/m"),
     Dimension.COMPLIANCE: _Kind(Dimension.COMPLIANCE, "a compliance", "rad/(N m)", "0.5", "rad/(N m)"),
+    Dimension.SPRING: _Kind(Dimension.SPRING, "a stiffness", "N/mm", "5", "N/m", ("N/mm", "N/m")),
+    Dimension.YIELDING: _Kind(Dimension.YIELDING, "a travel per force", "mm/N", "0.2", "m/N"),
     Dimension.RATIO: _Kind(Dimension.RATIO, "a plain number", "", "0.25", ""),
 }
 _TYPES = {"NoneType": "nothing", "bool": "no number", "list": "a list", "dict": "a table", "date": "a date"}
@@ -403,7 +408,7 @@ def _finite(si: float, value: object, kind: _Kind) -> float:
     return si
 
 
-PEOPLE = {"rad": (180 / math.pi, "deg"), "m": (1e3, "mm"), "Pa": (1e-6, "MPa")}
+PEOPLE = {"rad": (180 / math.pi, "deg"), "m": (1e3, "mm"), "Pa": (1e-6, "MPa"), "m/N": (1e3, "mm/N")}
 """Factor and unit for people, by the SI unit; other units are shown as they are."""
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (0.0, "\N{MICRO SIGN}"))
 
@@ -420,13 +425,7 @@ def for_people(unit: str) -> tuple[float, str]:
 
 
 def prefix(largest: float) -> tuple[float, str]:
-    """Return the factor and the SI prefix that make a number readable; 0 gets no prefix.
-
-    Examples
-    --------
-    >>> prefix(0.02), prefix(-4e6), prefix(0)
-    ((1000.0, 'm'), (1e-06, 'M'), (1.0, ''))
-    """
+    """Return the factor and the SI prefix that make a number readable; (1.0, "") for 0, (1000.0, "m") for 0.02."""
     low, sign = next(row for row in _PREFIXES if abs(largest) >= row[0]) if largest else (1.0, "")
     return 1 / (low or 1e-6), sign
 

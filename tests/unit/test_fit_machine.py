@@ -173,7 +173,7 @@ def test_the_derivative_by_the_compliance_is_that_of_the_torque(load):
 )
 def test_machines_that_are_none(given, words):
     with pytest.raises(InputError, match="machine") as error:
-        machine.read(given)
+        machine.read(given, LOADS["twisting"])
     assert words in str(error.value)
 
 

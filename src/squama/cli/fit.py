@@ -52,11 +52,6 @@ def with_unit(unit: str) -> flags.Reader[str]:
     return flags.Reader(read, "")
 
 
-def _machine(name: str, text: str) -> str:
-    """Read the stiffness of a testing machine; the fit checks its form."""
-    return text if text == "rigid" else with_unit("N m/rad").read(name, text)
-
-
 _prior = pair("name=tolerance", '--prior E_B="1.5 MPa +- 5 %"')
 _limits = flags.Reader(_bounds, flags.Pair("", ""))
 _FILES = (
@@ -80,10 +75,10 @@ _COLUMNS = (
 _JOINT = "Joint of a scale: compliant or hinge. Default: compliant; hinge with the plate law."
 Joint = Annotated[str | None, flag(_JOINT, read=one_of("hinge", "compliant"))]
 _EACH = 'Parameters with a value for each loop, or each specimen: "mu", "mu,twist_zero".'
-_MACHINE = 'Stiffness of the testing machine in series: "2 N m/rad", "2 +- 0.5 N m/rad" (found too) or rigid.'
+_MACHINE = 'Stiffness of the testing machine in series: "2 N m/rad", "5 N/mm", "2 +- 0.5 N m/rad" (found too) or rigid.'
 _PRIOR = 'Prior of a parameter to find: E_B="1.5 MPa +- 5 %" (limits), mu="0.3 +- 0.03 sd"; may be repeated.'
 _KNOWN = "TOML file with tolerances under [tolerance], as priors; --prior takes precedence."
-_PREDICT = 'Predict the curve of the fitted beam to a twist and back, with a band of 95 %: "0.1 rad/pitch".'
+_PREDICT = 'Predict the curve of the fitted beam to a twist (travel) and back, with a band of 95 %: "0.1 rad/pitch".'
 _BAND = "File of the prediction to write: .png, .svg, .pdf, .csv or .nc; may be repeated."
 _PICTURES = (".png", ".svg", ".pdf")
 _KINDS = (*_PICTURES, ".csv", ".nc")
@@ -112,7 +107,7 @@ class Search:
     nuisances: Annotated[str, flag(_NUISANCES, read=flags.one_of("auto", "none"))] = "auto"
     ends: flags.Ends = None
     each: Annotated[str | None, flag(_EACH)] = None
-    machine: Annotated[str | None, flag(_MACHINE, read=flags.Reader(_machine, ""))] = None
+    machine: Annotated[str | None, flag(_MACHINE)] = None
 
 
 SEARCH = Search()
@@ -175,9 +170,10 @@ class Prediction:
 
         with flags.laid({"to": "--predict"}):
             data = found.predict(self.predict)
-        T = LOADS[found.load].torque
-        at = data.isel(point=int(abs(data[LOADS[found.load].angle].values).argmax()))
-        best, low, high = (units.moment(float(at[name])) for name in (T, f"{T}_low", f"{T}_high"))
+        load = TESTS[found.load]
+        T, at = load.torque, data.isel(point=int(abs(data[load.angle].values).argmax()))
+        shown = (lambda F: units.number(F, load.force)) if load.pushed else units.moment
+        best, low, high = (shown(float(at[name])) for name in (T, f"{T}_low", f"{T}_high"))
         share = f"{100 * float(data.attrs['probability']):g} % of {data.attrs['draws']} draws of the fit"
         line = f"prediction to {self.predict}: {best} there; {share} lie between {low} and {high}"
         written = output.draw([p for p in self.band if p.endswith(_PICTURES)], "prediction_figure", data)
@@ -273,9 +269,10 @@ def _have_units(search: Search, prediction: Prediction, kind: str) -> None:
     """Refuse numbers without a unit (in Python SI) for torques, forces, twists and travels."""
     load = TESTS[kind]
     given = {"noise": search.noise, "to": search.to, "reversal": search.reversal, "stick": search.stick}
-    for name, text in (given | {"predict": prediction.predict}).items():
+    units = {"noise": load.force, "machine": "N/mm" if load.pushed else "N m/rad"}
+    for name, text in (given | {"predict": prediction.predict, "machine": search.machine}).items():
         if text is not None:
-            unit = load.force if name == "noise" else "mm" if load.pushed else "rad/pitch"
+            unit = units.get(name, "mm" if load.pushed else "rad/pitch")
             with flags.problems().caught():
                 with_unit(unit).read(f"--{name}", text)
     flags.problems().settle()

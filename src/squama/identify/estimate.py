@@ -68,7 +68,8 @@ def solve(
 
     size = float(np.abs(torque).max())
     units = {"N m": size, "rad": 0.01, "rad/(N m)": 0.01 / size}
-    units |= {"N": size, "m": 0.01 * float(np.abs(points.readings.load).max())}
+    far = float(np.abs(points.readings.load).max())
+    units |= {"N": size, "m": 0.01 * far, "m/N": 0.01 * far / size}
     unit = [units.get(row.unit, 1.0) for row in asked.rows]
     scale = np.where(asked.start == 0, unit, np.abs(asked.start))
     low, high = asked.low / scale, asked.high / scale

@@ -27,7 +27,6 @@ from squama.joints import choice
 from squama.loads import ENDLESS, TESTS, EndsName, JointName, LawName
 from squama.needs import need
 from squama.part.definition import Part
-from squama.units import shown
 
 _MOST = 0.9
 """Least share of the points that the other model must cover."""
@@ -107,8 +106,9 @@ def fit(
         :func:`squama.cycle`. Fits on hinges are endless.
     machine
         Torsional (in bending: bending) stiffness of the testing machine in series with the specimen, N m/rad or text
-        such as "2 N m/rad"; "2 +- 0.5 N m/rad" (limits, or "... sd") finds its compliance too, from this value and from
-        the points. "rigid" for none. If not given, ``Fit.machine`` has the effect that a machine would have.
+        such as "2 N m/rad"; of a frame that pushes a part N/m or "5 N/mm". "2 +- 0.5 N m/rad" (limits, or "... sd")
+        finds its compliance too, from this value and from the points. "rigid" for none. If not given, ``Fit.machine``
+        has the effect that a machine would have.
     tolerances
         Prior knowledge of parameters, by their name here or in the beam file, as in :func:`squama.uncertainty`:
         ``{"E_B": "1.5 MPa +- 5 %", "scale.alpha": "+- 1 deg"}``. They are found too, from the tolerance and the points:
@@ -148,9 +148,7 @@ def fit(
         size = ("force", records.FORCES) if pushed else ("torque", records.TORQUES)
         sigma = None if noise is None else units.bounded(noise, *size)
     automatic = arguments.one_of("nuisances", nuisances, ("auto", "none")) == "auto"
-    means = machines.read(machine)
-    if pushed and means is not None and means.compliance:
-        refuse("machine", shown(machine), "is not known of a part under load", "correct the travels for it")
+    means = machines.read(machine, TESTS[load])
     parameters = [*named(parameters, PARAMETERS)]
     priors, dimensions = known.priors(tolerances, beam, means, parameters)
     parameters += [n for n in priors if n not in parameters]

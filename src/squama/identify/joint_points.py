@@ -167,6 +167,10 @@ class Walked:
         both = compliant_cycles.paths(self.beam, self.load, self.start.mu, goals, ideal=False)
         return {sense: one.way.engaged for sense, one in both.items()}
 
+    def curve(self, v: Physical, x: Array) -> Array:
+        """Return the torque (N m) along a history of load angles from rest, without zero and drift."""
+        return self._followed(self._trial(v), v.mu, x)[0]
+
     def bar(self) -> float:
         """Return the slope of the torque before engagement, N m per rad of a pitch; grips prevent bowing."""
         torque, _ = self._followed(self.beam, self.start.mu, np.array([0.0, _SLIGHT]))

@@ -25,10 +25,11 @@ from squama.identify.unknowns import Asked
 from squama.loads import TESTS, Load
 from squama.study.tolerances.distributions import spread
 from squama.types import Array
-from squama.units import Bounds, Dimension
+from squama.units import Bounds, Dimension, number
 
 STIFFNESS = Bounds(1e-12, 1e15, "1e-12 to 1e15 N m/rad", closed=True, example='"2 N m/rad"')
-"""Bounds of the torsional or bending stiffness of a machine."""
+FRAME = Bounds(1e-12, 1e15, "1e-12 to 1e15 N/m", closed=True, example='"5 N/mm"')
+"""Bounds of the torsional or bending stiffness of a machine, and of that of a frame which pushes."""
 SHARES = (0.005, 0.01, 0.02)
 """Shares of the rotation at the top of a record that an unknown machine may take."""
 RIGID = "rigid"
@@ -39,28 +40,30 @@ _SEEN = 1.0
 
 
 class Machine(NamedTuple):
-    """Compliance of a machine, rad/(N m), and its standard deviation; 0 where it is exact."""
+    """Compliance of a machine, rad/(N m) or m/N, and its standard deviation; 0 where it is exact."""
 
     compliance: float
     deviation: float = 0.0
 
 
-def read(given: object) -> Machine | None:
-    """Return the machine of a fit, None where it is unknown; see :func:`squama.fit`."""
+def read(given: object, load: Load) -> Machine | None:
+    """Return the machine of a fit under a load, None where it is unknown; see :func:`squama.fit`."""
     if given is None or given == RIGID:
         return None if given is None else Machine(0.0)
     with naming("machine"):
-        k, deviation = spread(given, Dimension.TORQUE, STIFFNESS)
+        size = (Dimension.SPRING, FRAME) if load.pushed else (Dimension.TORQUE, STIFFNESS)
+        k, deviation = spread(given, *size)
         if deviation * 2 >= k:
-            refuse("", str(given), "is too wide: no machine stiffness is below 0", 'write e.g. "2 +- 0.5 N m/rad"')
+            wide = f'{size[1].example[:-1].replace(" ", " +- 0.5 ", 1)}"'
+            refuse("", str(given), "is too wide: no machine stiffness is below 0", f"write e.g. {wide}")
     return Machine(1 / k, deviation / k**2)
 
 
 class Unknown(NamedTuple):
     """Effect of an unknown machine on a fit; ``told``: whether to report it.
 
-    ``stiffness`` (N m/rad) of a machine that takes 1 % of the rotation at the top, and the ``changes`` of the estimates
-    if it were taken into account.
+    ``stiffness`` (N m/rad, or N/m) of a machine that takes 1 % of the rotation (travel) at the top, and the ``changes``
+    of the estimates if it were taken into account.
     """
 
     stiffness: float
@@ -85,11 +88,9 @@ class Unknown(NamedTuple):
                 parts.append(f"{name} by {', '.join(f'{c:+.{digits}f}' for c in all_of)}")
         shares = ", ".join(f"{100 * share:g}" for share in SHARES)
         of = self.load.way if self.load.pushed else "rotation"
-        own = f"{self.stiffness:.2g} {self.load.force}/{self.load.unit}"
-        remedy = f"correct the travels for it (1 %: {own})" if self.load.pushed else (
-            f'give its stiffness (1 %: machine "{own}")')  # fmt: skip
+        own = number(self.stiffness / 1e3, "N/mm") if self.load.pushed else number(self.stiffness, "N m/rad")
         effect = f"if it takes {shares} % of the {of} at the top, that changes {' and '.join(parts)}"
-        return f'machine not given: {effect}; {remedy}, or "{RIGID}"'
+        return f'machine not given: {effect}; give its stiffness (1 %: machine "{own}"), or "{RIGID}"'
 
 
 def unknown(

@@ -16,14 +16,14 @@ from squama.beam.card import card
 from squama.beam.design import Beam
 from squama.curves.chosen import idealisation
 from squama.curves.finite_rows import Ends
-from squama.errors import refuse
 from squama.identify import estimate
 from squama.identify.estimate import Remedy
 from squama.identify.estimated import Table, of
 from squama.identify.groups import Differing
 from squama.identify.joint_points import Walked
 from squama.identify.machine import Unknown
-from squama.identify.posterior import Posterior, predict
+from squama.identify.posterior import Posterior
+from squama.identify.prediction import Course, Cycled, Pushed, predict
 from squama.identify.records import Record
 from squama.identify.selection import Found, Rival
 from squama.identify.slope import Slope
@@ -345,7 +345,8 @@ class Fit(Found):
         Parameters
         ----------
         to
-            As in :func:`squama.cycle`: the largest twist, or a history.
+            As in :func:`squama.cycle`: the largest twist, or a history; of a part under a force the travel of the
+            loaded place, m or text such as "5 mm", or a history of travels.
         how
             ``samples`` (100) draws from the estimates and their covariance, or from the posterior samples; ``seed`` (1)
             of them; ``points`` (60) of a way; ``probability`` (0.95) within the band.
@@ -354,19 +355,22 @@ class Fit(Found):
         -------
         xarray.Dataset
             Dimension ``point``: angle, ``leg``, torque of the estimates (N m), ``T_low`` and ``T_high``, in bending
-            ``M_low`` and ``M_high``; ``T_draws`` (draw, point); ``work`` of the whole history per pitch (J) with its
-            band. A band is NaN where at least half of the draws have ended.
+            ``M_low`` and ``M_high``, of a part ``travel`` (m), ``F_low`` and ``F_high`` (N); ``T_draws`` (draw, point);
+            ``work`` (J) of the whole history per pitch, or of the part, with its band. A band is NaN where at least
+            half of the draws have ended.
 
         Raises
         ------
         InputError
             An argument is out of range, or the model cannot follow more than half of the draws.
         """
-        if TESTS[self.load].pushed:
-            refuse("predict", "", "is not available for a part under load", "squama.load(fit.beam, ...) has its curve")
-        hinged = self.joint == "hinge"
-        model = {**of(self, "load", "law", "joint"), "ideal": hinged, "ends": None if hinged else self.ends}
-        return predict(self, self.beam, model, self.posterior, to, **how)
+        if isinstance(self.points, Walked) and self.points.load.pushed:
+            course: Course = Pushed(self.points, self.asked, self.estimates, to)
+        else:
+            hinged = self.joint == "hinge"
+            model = {**of(self, "load", "law", "joint"), "ideal": hinged, "ends": None if hinged else self.ends}
+            course = Cycled(self.asked._replace(beam=self.beam), model, to)
+        return predict(self, course, self.posterior, **how)
 
     def curve(self) -> Curve:
         """Return the fitted curve along the ways of the records, each once; a way back begins with the drop there."""

@@ -69,10 +69,8 @@ class Parameter(NamedTuple):
         """Return the parameter for a kind of test: on a part under a force, zeros are of force and travel."""
         if self.place or not TESTS[load].pushed:
             return self
-        if self.name == "compliance":
-            refuse("parameters", "", "compliance is not found of a part under load", "correct the travels for it")
-        kind = {Dimension.TORQUE: Dimension.FORCE, Dimension.ANGLE: Dimension.LENGTH}[self.dimension]
-        return self._replace(dimension=kind, words=self.words.replace("twist", "travel").removesuffix(", whole beam"))
+        words = self.words.replace("twist", "travel").replace("rotation", "travel").replace("torque", "force")
+        return self._replace(dimension=_PUSHED[self.dimension], words=words.removesuffix(", whole beam"))
 
     def written(self, value: float, error: float) -> str:
         """Return a value and its error as text: "0.251 +- 0.013 N m"."""
@@ -122,6 +120,12 @@ NUISANCES = tuple(name for name, row in PARAMETERS.items() if not row.place)
 """Parameters of the test, not of the beam."""
 SHOWN = tuple(name for name in NUISANCES if name != "compliance")
 """Nuisances that may be added where the residual shows them; a compliance resembles a softer joint."""
+_PUSHED = {
+    Dimension.TORQUE: Dimension.FORCE,
+    Dimension.ANGLE: Dimension.LENGTH,
+    Dimension.COMPLIANCE: Dimension.YIELDING,
+}
+"""Dimensions of the parameters of a test under a force, by those under a torque."""
 _LINEAR = ("K_theta", "C_f", "E_B", "torque_zero", "drift")
 """Parameters in which the torque is linear."""
 OF_TWIST = ("twist_zero", "backlash", "compliance")

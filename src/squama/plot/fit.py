@@ -112,7 +112,8 @@ def prediction_figure(dataset: xr.Dataset) -> Figure:
     share = f"{100 * float(dataset.attrs['probability']):g} % of {dataset.attrs['draws']} draws of the fit"
     handles = [style.key("estimates", color=ACCENT), Patch(color=ACCENT, alpha=0.3, linewidth=0, label=share)]
     ax.legend(handles=handles, loc="upper left")
-    ax.set(xlabel=style.angle_label(names.name), ylabel=text)
+    _across(ax, names)
+    ax.set_ylabel(text)
     return style.headline(figure, f"Prediction in {dataset.attrs['load']}: {found(dataset)}", ())
 
 

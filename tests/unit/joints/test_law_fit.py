@@ -125,15 +125,15 @@ def test_the_band_is_that_of_the_place() -> None:
     assert (off < told).all()
     # nearest designs alone do not say it: they all lie on one side
     assert (off > told / (1 + law.CORNER * law.cornered(shape))).sum() == 5
-    assert told.min() < 0.02 < 0.5 < told.max()
+    assert told.min() < 0.025 < 0.5 < told.max()
     r = joint_law.records(ROOT / "none", held_out=True)
     r = r.at(r.both)
     r = r.at(law.within(r.shape))
     found = joint_law.torque_errors(r.shape, r.limit, law.stiffness(r.shape))
     known = np.isfinite(found).any(axis=0)
     off, told = np.nanmax(np.abs(found[:, known]), axis=0), law.band(r.shape)[known]
-    assert 0.88 < (off < told).mean() < 0.99
-    assert np.median(told) < 0.012
+    assert 0.93 < (off < told).mean() < 0.99
+    assert np.median(told) < 0.015
     assert told.max() < 0.1
 
 
