@@ -15,7 +15,7 @@ from squama.identify.selection import Found, chosen, fit_for, robust, rounding, 
 from squama.identify.unknowns import Asked, Parameter
 from squama.types import Array
 
-_CHANCE = 1e-3
+_CHANCE = 1e-2
 """Probability, for equal groups, below which a difference is reported."""
 _TWICE, _OF_GROUP = 2, 8
 """Number of linearisations about the values of each group; least number of points in contact in a group."""
