@@ -8,13 +8,18 @@ mesh are told times what their mesh makes of the model (``squama.inverse.by_elem
 from __future__ import annotations
 
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
+from unittest.mock import patch
 
 import squama
 from squama.inverse.by_elements import ACCEPT
+from squama.study import parts
 
 ROOT = Path(__file__).parents[2] / "examples"
+STATE = Path("out/campaigns")
+"""Where elements go on from when they were stopped."""
 SCALES, STARTS = 8, 512
 
 
@@ -55,7 +60,7 @@ SLENDER = {
 def trial(seed: int) -> list[str]:
     """Search a design and compute it by elements; a line where they miss what the search says is reached."""
     ask, begun = ASKS[seed % TRIALS], time.process_time()
-    beam = squama.Beam.from_toml(ROOT / ask.start).replace(scales=SCALES)
+    beam = squama.Beam.from_toml(ROOT / ask.start).replace(scales=SCALES, ends="couple")
     bending = ask.load == "bending"
     file: dict[str, Any] = {
         "load": ask.load,
@@ -64,7 +69,8 @@ def trial(seed: int) -> list[str]:
         "vary": SLENDER if bending else VARY,
         "limits": {"printable": False},
     }
-    found = squama.inverse_design(file, beam=beam, starts=STARTS, elements=True)
+    with patch.object(parts, "elements", partial(parts.elements, restart=STATE / f"design_{seed}.npz")):
+        found = squama.inverse_design(file, beam=beam, starts=STARTS, elements=True)
     design = found[0]
     (told,) = (other for other in design.beside if other.key == "elements")
     (goal,) = told.goals

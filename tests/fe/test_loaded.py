@@ -17,8 +17,10 @@ from squama.fe.geometry import geometry
 from squama.fe.loaded import BLANK, Lead, _end, attitude, make_loaded
 from squama.fe.mesh import bar_mesh, tile
 from squama.fe.periodic import End, stays
-from squama.fe.pitch_stiffness import response
+from squama.fe.pitch_stiffness import LATERAL, response
 from squama.fe.plate import Carried, Rest, inclination, turned
+from squama.joints import lateral
+from squama.joints.law import Shape
 from squama.model.section import clamped_ratio, torsion_constant, torsion_shear
 from squama.study import parts
 from squama.study.verification import verify
@@ -102,16 +104,25 @@ def test_the_bar_of_a_part_is_that_of_its_sections(fig6b, coarse):
     """Before contact: a cantilever with shear, an arc, torsion; its compliances are those of the endless pitch."""
     scales = 3
     L, G, J = scales + 2 * BLANK, 1 / (2 * (1 + fig6b.nu)), torsion_constant(fig6b.width, 2 * fig6b.lam)
-    of_twist, of_bend, _ = np.linalg.inv(response(coarse, fig6b).K).diagonal()[6:]
+    K = response(coarse, fig6b, motions=LATERAL).K
+    of_twist, of_bend, _ = np.linalg.inv(K[:9, :9]).diagonal()[6:]
+    of_side = np.linalg.inv(K)[9, 9]
     way = 0.004
     shift = way * L * L / 3
     load = {
         name: softness(make_loaded(coarse, fig6b, 0.2, scales, lead), way)
-        for name, lead in (("tip", Lead(UP)), ("bend", Lead(turn="bend")), ("twist", Lead(turn="twist")))
+        for name, lead in (
+            ("tip", Lead(UP)),
+            ("side", Lead(np.array([1.0, 0.0, 0.0]))),
+            ("bend", Lead(turn="bend")),
+            ("twist", Lead(turn="twist")),
+        )
     }
     shear = 1.2 * L / (G * fig6b.width * 2 * fig6b.lam)
     # the ends' cuts, which are oblique, soften these five pitches by some per cent
     assert load["tip"]["load"] == pytest.approx(shift / (L**3 * of_bend / 3 + shear), rel=0.08)
+    assert load["side"]["load"] == pytest.approx(shift / (L**3 * of_side / 3 + shear), rel=0.1)
+    assert float(lateral.stiffness(K[:9, :9], Shape(*fig6b[:3], *fig6b[4:]))) == pytest.approx(1 / of_side, rel=0.2)
     assert load["bend"]["load"] == pytest.approx(way / of_bend, rel=0.06)
     assert load["twist"]["load"] == pytest.approx(way / of_twist, rel=0.06)
     assert way / of_twist > 1.2 * way * G * J

@@ -5,7 +5,7 @@ import pytest
 
 import squama
 from squama.contacts import path
-from squama.joints import law
+from squama.joints import lateral, law
 from squama.model import section
 
 DESIGN = {
@@ -90,9 +90,10 @@ def test_the_other_sense_is_that_of_the_mirror_image() -> None:
     design = DESIGN | narrow
     many = squama.response(PHI, **design, sense="-")
     turned = design | {"alpha": -design["alpha"]}
-    K = law.stiffness(law.Shape(*(turned[name] for name in law.Shape._fields)))
+    shape = law.Shape(*(turned[name] for name in law.Shape._fields))
+    K = law.stiffness(shape)
     scale = path.Scale(*(turned[name] for name in ("eta", "beta", "lam", "alpha", "theta0", "thickness")))
-    aside = (design["width"] / (2 * design["lam"])) ** 2
+    aside = float(lateral.stiffness(K, shape) / K[7, 7])
     one = path.Path.of(scale, K, design["mu"], free=(1, 0, 1, 1), aside=aside)
     rows, end = one.states(PHI)
     assert 0 < many.phi_e < 0.1

@@ -221,7 +221,7 @@ def test_more_loops_are_nearly_the_same_again():
 @pytest.mark.parametrize(
     ("twist", "options", "words"),
     [
-        ("0.5 rad/pitch", FAR, 'twist = "0.5 rad/pitch" (28.6479 deg per pitch): the contact is followed back to 17.2'),
+        ("0.5 rad/pitch", FAR, 'twist = "0.5 rad/pitch" (28.6479 deg per pitch): the contact is followed back to 16.4'),
         ("1.2 rad/pitch", FAR, 'twist = "1.2 rad/pitch" (68.7549 deg per pitch): the contact is followed to 60.'),
         ("1.2 rad/pitch", FAR, 'give at most "60.'),
         ("1719 deg total", FAR, 'twist = "1719 deg total" (68.76 deg per pitch): the contact is followed to 60.'),

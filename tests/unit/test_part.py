@@ -159,7 +159,7 @@ def test_weight_is_a_force_over_all():
 
 CASES = {
     "tip": ("0.15 N up at tip", "clamped"),
-    "aside": ("70 mm left at tip", "clamped"),
+    "aside": ("95 mm right at tip", "clamped"),
     "several": ("60 mN up at tip; 20 mN right at 60 mm; 3 mN m twist", "clamped"),
     "over all": ("0.3 N up over all", "clamped"),
     "tendon": ("3 N tendon at 5 mm", "clamped"),

@@ -20,7 +20,7 @@ from squama.contacts.moved import moved
 from squama.contacts.own_scales import Own, ratios
 from squama.contacts.system import PHI
 from squama.errors import naming, refuse
-from squama.joints import law
+from squama.joints import lateral, law
 from squama.joints.factor import K_THETA, pivots, scaled
 from squama.loads import LOADS, MANY_SCALES, NOTHING, STRAINS, SenseName
 from squama.model import section
@@ -89,7 +89,8 @@ class Designs(NamedTuple):
 
     def beams(self, scale: path.Scale, given: Given, loaded: Sequence[str], sense: int) -> entry.Beams:
         """Return the beams for the compiled solver, with the strains ``loaded``."""
-        K, aside, bar = self.joints(given), (self.width / (2 * self.lam)) ** 2, np.zeros((0,))
+        K, bar = self.joints(given), np.zeros((0,))
+        aside = lateral.stiffness(K, self.shape) / K[:, 7, 7] if K.shape[1] > 7 else 1.0
         if given.seen:
             sizes = joint_law.Sizes(
                 1.0, self.nu, self.width, 2 * self.lam, 1.0, self.beta, self.thickness, self.zeta, self.beta, self.lam,

@@ -19,7 +19,8 @@ from squama.beam.matrixfile import SHAPE, TAB, inclination_stiffness, twisting_s
 from squama.contacts import path, states
 from squama.curves.way import Case
 from squama.errors import refuse
-from squama.joints.choice import Joint, joint_of
+from squama.joints import lateral
+from squama.joints.choice import Joint, joint_of, shape
 from squama.loads import LOADS, STRAIGHT, STRAINS, Load, holding
 from squama.people import per_pitch
 from squama.types import Array
@@ -66,9 +67,9 @@ class Held(NamedTuple):
         K = np.asarray(joint.K, float)
         own = _own(beam, K) if beam.other else ()
         K_theta = inclination_stiffness(K[:7, :7]) * beam.unit_moment
-        bar, free = beam.substrate, beam.given.free(*(loaded or (TWIST,)))
-        aside = (bar.width / bar.thickness) ** 2
-        E, rigidity = bar.youngs_modulus, _rigidity(beam, K, own)
+        free = beam.given.free(*(loaded or (TWIST,)))
+        aside = float(lateral.stiffness(K, shape(beam)) / K[7, 7]) if len(K) > 7 else 1.0
+        E, rigidity = beam.substrate.youngs_modulus, _rigidity(beam, K, own)
         return cls(joint, K, E, K_theta, rigidity, free, aside, beam.given.seen, own)
 
 

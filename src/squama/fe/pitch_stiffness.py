@@ -5,7 +5,7 @@ the loads), with plate 0 tied in as a rigid body. The energy per pitch is 1/2 q^
 the six motions of the plate along its axes at rest, the twist per pitch, the bend per pitch (positive towards the
 scaled face) and the stretch of the axis y = 0. A step by one pitch is the screw whose rotation vector is -(psi, 0,
 phi); to first order at a place (x, y, z) it moves by
-    twist (y, -x, 0)        bend (0, z + 1/2, -y)        stretch (0, 0, 1).
+    twist (y, -x, 0)        bend (0, z + 1/2, -y)        stretch (0, 0, 1)        lateral bend (-z - 1/2, 0, x).
 The mean place of the front section and its mean turn about z are held in the frame that follows the loads, from which v
 is counted; twist and bend act at a held length (epsilon = 0) unless the stretch is left free.
 """
@@ -26,8 +26,8 @@ from squama.fe.plate import Carried
 from squama.fe.solver import Solver
 from squama.types import Array
 
-MOTIONS = 9
-"""Rows of K: six motions of the scale, twist, bend, stretch."""
+MOTIONS, LATERAL = 9, 10
+"""Rows of K: six motions of the scale, twist, bend, stretch; with lateral bend."""
 NEAR = 0.1
 """Distance from an embedded edge within which strains are averaged, over embedded length or half width."""
 EDGES_OF_TAB = ("deep edge", "side at -Y", "side at +Y", "mouth")
@@ -35,7 +35,7 @@ EDGES_OF_TAB = ("deep edge", "side at -Y", "side at +Y", "mouth")
 
 
 class Response(NamedTuple):
-    """Results of one mesh, in E = 1 and d = 1: ``K`` (9, 9), ``strain`` (4, 9, 9), number of elements.
+    """Results of one mesh, E = 1 and d = 1: ``K`` (9, 9) or (10, 10), ``strain`` (4, 9, 9) or more, number of elements.
 
     ``strain`` is a form for each of :data:`EDGES_OF_TAB`: q^T strain q is the mean of 2 W / E near that edge, W the
     strain energy per volume; its root is the strain of a bar in tension with that energy.
@@ -46,8 +46,10 @@ class Response(NamedTuple):
     elements: int
 
 
-def response(pitch: Pitch, geometry: Geometry, tab: Material | None = None) -> Response:
+def response(pitch: Pitch, geometry: Geometry, tab: Material | None = None, motions: int = MOTIONS) -> Response:
     """Return the stiffness of a pitch and the strains around its scale; ``tab``: material of a meshed tab.
+
+    ``motions``: :data:`MOTIONS`, or :data:`LATERAL` with a row for lateral bend.
 
     Raises
     ------
@@ -64,7 +66,7 @@ def response(pitch: Pitch, geometry: Geometry, tab: Material | None = None) -> R
         A = A + _stiffness(Elements(pitch.nodes, pitch.tets[pitch.tab], tab), pitch.nodes)
     tied = master[pitch.tied]
     free = np.setdiff1d(np.arange(len(rest)), tied)
-    moved = _moved(pitch, geometry, tied)
+    moved = _moved(pitch, geometry, tied, motions)
     # from free masters to nodes
     column = np.full(len(rest), -1)
     column[free] = np.arange(free.size)
@@ -73,9 +75,9 @@ def response(pitch: Pitch, geometry: Geometry, tab: Material | None = None) -> R
     rows, columns = ((3 * at[:, None] + axis).ravel() for at in (node, column[master[node]]))
     P = sparse.csr_array((np.ones(rows.size), (rows, columns)), shape=(moved.shape[0], 3 * free.size))
     pushed = A @ moved
-    means, own = _section(pitch, geometry)
-    corner = np.zeros((MOTIONS + 4, MOTIONS + 4))
-    corner[:MOTIONS, :MOTIONS], corner[:MOTIONS, MOTIONS:] = moved.T @ pushed, (means @ moved + own).T
+    means, own = _section(pitch, geometry, motions)
+    corner = np.zeros((motions + 4, motions + 4))
+    corner[:motions, :motions], corner[:motions, motions:] = moved.T @ pushed, (means @ moved + own).T
     # every entry is stored, the multipliers' zeros too
     at = np.triu_indices(len(corner))
     upper = sparse.coo_array((corner[at], at), shape=corner.shape)
@@ -87,15 +89,15 @@ def response(pitch: Pitch, geometry: Geometry, tab: Material | None = None) -> R
         S = solver.factorise(matrix.data)
         S = (S + S.T) / 2
         # multipliers of the section's conditions, for each of the motions
-        m = -np.linalg.solve(S[MOTIONS:, MOTIONS:], S[MOTIONS:, :MOTIONS])
-        K = S[:MOTIONS, :MOTIONS] + S[:MOTIONS, MOTIONS:] @ m
-        both = np.vstack([np.eye(MOTIONS), m])
+        m = -np.linalg.solve(S[motions:, motions:], S[motions:, :motions])
+        K = S[:motions, :motions] + S[:motions, motions:] @ m
+        both = np.vstack([np.eye(motions), m])
         fields = moved - P @ np.column_stack([solver.spread(motion) for motion in both.T])
     finally:
         solver.close()
     points = np.einsum("qc,eci->eqi", _POINTS, pitch.nodes[tets[:, :4]])
     parts = near_edges(geometry, points)
-    strain = mean_energies(tets, elements, fields.reshape(-1, 3, MOTIONS), parts)
+    strain = mean_energies(tets, elements, fields.reshape(-1, 3, motions), parts)
     return Response((K + K.T) / 2, strain, len(pitch.tets))
 
 
@@ -108,10 +110,10 @@ def _stiffness(elements: Elements, nodes: Array) -> Any:
     return elements.matrix(result.values).tocsr()
 
 
-def _moved(pitch: Pitch, geometry: Geometry, tied: Index) -> Array:
-    """Return the displacements (3 n, 9) of nodes by motions of the scale and loads at fixed free masters."""
+def _moved(pitch: Pitch, geometry: Geometry, tied: Index, motions: int) -> Array:
+    """Return the displacements (3 n, motions) of nodes by motions of the scale and loads at fixed free masters."""
     master, turned, rest = pitch.images
-    out = np.zeros((len(pitch.nodes), 3, MOTIONS))
+    out = np.zeros((len(pitch.nodes), 3, LATERAL))
     place = np.full(len(rest), -1)
     place[tied] = np.arange(tied.size)
     of_scale = np.flatnonzero(place[master] >= 0)
@@ -121,13 +123,14 @@ def _moved(pitch: Pitch, geometry: Geometry, tied: Index) -> Array:
     out[turned, 0, 6], out[turned, 1, 6] = x[:, 1], -x[:, 0]
     out[turned, 1, 7], out[turned, 2, 7] = x[:, 2] + 0.5, -x[:, 1]
     out[turned, 2, 8] = 1.0
-    return out.reshape(-1, MOTIONS)
+    out[turned, 0, 9], out[turned, 2, 9] = -x[:, 2] - 0.5, x[:, 0]
+    return out[..., :motions].reshape(-1, motions)
 
 
-def _section(pitch: Pitch, geometry: Geometry) -> tuple[Array, Array]:
+def _section(pitch: Pitch, geometry: Geometry, motions: int) -> tuple[Array, Array]:
     """Return the mean place and turn of the section z = x tan(alpha) + c in the frame that follows the loads.
 
-    As matrices by displacements of all nodes (4, 3 n), and directly by motions and loads (4, 9).
+    As matrices by displacements of all nodes (4, 3 n), and directly by motions and loads (4, motions).
     """
     from scipy import sparse
 
@@ -145,14 +148,15 @@ def _section(pitch: Pitch, geometry: Geometry) -> tuple[Array, Array]:
     # displacement of a step less that of the frame, at the place before the step
     x, y, z = X.T
     z = z - steps
-    own = np.zeros((len(X), 3, MOTIONS))
+    own = np.zeros((len(X), 3, LATERAL))
     own[:, 0, 6], own[:, 1, 6] = -y * z, x * z
     own[:, 1, 7], own[:, 2, 7] = -z * z / 2, y * z
     own[:, 2, 8] = -z
+    own[:, 0, 9], own[:, 2, 9] = z * z / 2, -x * z
     back = X - steps[:, None] * np.array([0.0, 0.0, 1.0])
     own[rigid, :, :6] = Carried(geometry.rest, back[rigid]).rates(np.zeros(6), 0.0)[:, :, :6]
     means = np.stack([(N.T @ weights[:, :, i].T).T for i in range(3)], axis=-1)
-    return means.reshape(4, -1), np.einsum("iqj,qjk->ik", weights, own)
+    return means.reshape(4, -1), np.einsum("iqj,qjk->ik", weights, own[..., :motions])
 
 
 def _across(pitch: Pitch, geometry: Geometry) -> tuple[Array, Array, Any, Array, NDArray[np.bool_]]:

@@ -63,11 +63,9 @@ def of_design(target: Target, beam: Beam) -> tuple[tuple[Beside, ...], list[str]
         return (), [f"elements: not computed, {beam.pitches} scales are more than the {parts.MOST} they may have"]
     wants = [goal.want for goal in goals]
     K = response(pitch_mesh(geometry(beam), *runs.mesh_sizes(MESH)), geometry(beam)).K
-    own, same = (
-        np.array(joint_figures.followed(one, wants, target.options, ends=COUPLE)[0])
-        for one in (beam, beam.replace(joint=parts.joint_of(beam, K)))
-    )
-    found, ended = _of_part(beam, load, target.options.sense, goals)
+    meshed = beam.replace(joint=parts.joint_of(beam, K))
+    own, same = (np.array(joint_figures.followed(one, wants, target.options, ends=COUPLE)[0]) for one in (beam, meshed))
+    found, ended = _of_part(meshed, load, target.options.sense, goals)
     best = found * own / same
     pitches = Pitches(beam.pitch, beam.pitches)
     words = f"by elements of {beam.pitches} scales"
@@ -94,14 +92,16 @@ def _goals(target: Target) -> list[Goal]:
 def _of_part(beam: Beam, load: Load, sense: str, goals: Sequence[Goal]) -> tuple[Array, str]:
     """Return the figures (goals,) of N scales by elements, NaN beyond the end of the run, and how the run ended.
 
-    The bar of elements has a pitch without exposed scale at either end, as stiff as the others before contact. Its
-    deformation and its energy under the load are taken away.
+    The bar of elements has a pitch without exposed scale at either end. Their compliance, which is what the whole bar
+    has before contact beyond that of N pitches of an endless beam of the same mesh (the joint of ``beam``), is taken
+    away, with the energy in it.
     """
     n, d = beam.pitches, beam.pitch
     at = [goal.want.at.per_length(beam) for goal in goals if goal.want.at is not None]
     most = max(at)
     answer = doors.respond(beam, load.name, at=[most], sense=sense, ends=COUPLE, joint="compliant")
-    blank = 2 * BLANK * d * float(answer.along(load.torque)[0]) / float(answer.attrs["rigidity"])
+    cell = float(answer.attrs["rigidity"]) / d
+    blank = 2 * BLANK * float(answer.along(load.torque)[0]) / cell
     turn = (-1.0 if sense == "-" else 1.0) * _BEYOND * (most * n * d + blank)
     word = "twist" if load.axis == PHI else "bend"
     led = parts.led(f"{turn} rad {word}", None, beam, n)
@@ -109,9 +109,9 @@ def _of_part(beam: Beam, load: Load, sense: str, goals: Sequence[Goal]) -> tuple
     data = parts.elements(beam, run)
     x, T = (np.abs(data[name].values) for name in ("turn", "moment"))
     # nothing touches in the first increment
-    cell = T[1] / x[1] * (n + 2 * BLANK)
-    rate = (x - 2 * BLANK * T / cell) / (n * d)
-    work = data["W"].values - BLANK * T**2 / cell
+    blank = x[1] / T[1] - n / cell
+    rate = (x - blank * T) / (n * d)
+    work = data["W"].values - blank * T**2 / 2
     friction = data["W_fr"].values
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.where(work > 0, friction / work, 0.0)
