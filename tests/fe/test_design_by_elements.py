@@ -77,7 +77,7 @@ def test_elements_are_for_beams_that_they_can_bend():
         "vary": {"scale.length": ("40 mm", "70 mm")},
     }
     beam = squama.Beam.from_toml("examples/finger.toml")
-    with pytest.raises(InputError, match="elements: of an endless beam are for twisting: give the target a number"):
+    with pytest.raises(InputError, match="elements: of an endless beam are for twisting; give the target a number"):
         squama.inverse_design(data, beam=beam.replace(scales=None), elements=True)
     with pytest.raises(InputError, match="not covered by elements of a design"):
         squama.inverse_design(data, beam=beam.replace(faces="turned"), elements=True)

@@ -54,15 +54,14 @@ def test_the_map_tells_beams_that_soften_from_curves_that_end(monkeypatch) -> No
         found = map.grid.__wrapped__(key)
         return key, found, [[map.CLASSES[code] for code in row] for row in found.code]
 
-    key, found, words = classes(
-        PLA.change("twist", "0.1865 rad/pitch"), eta=(3.0, 17 / 3), theta0=(2.0, 2 + 38 * 12 / 28)
-    )
+    overlap, steep = 5.642857, 10.30556
+    key, found, words = classes(PLA.change("twist", "0.2 rad/pitch"), eta=(3.0, overlap), theta0=(2.0, steep))
     assert words[0] == ["not computed"] * 2
     assert words[1][1] == "softer than the bar"
     assert words[1][0] in map.CLASSES[2:-2]
     # there the torque falls: a snap lies between this twist and the next increment
-    beam = PLA.beam.replace(scale={"length": 17 / 3 * PLA.beam.pitch, "theta0": math.radians(2 + 38 * 12 / 28)})
-    r = squama.twist(beam, at=["0.1865 rad/pitch", "0.19 rad/pitch"], ends="endless")
+    beam = PLA.beam.replace(scale={"length": overlap * PLA.beam.pitch, "theta0": math.radians(steep)})
+    r = squama.twist(beam, at=["0.2 rad/pitch", "0.2035 rad/pitch"], ends="endless")
     assert r["T"].values[1] < r["T"].values[0]
     assert {"softer than the bar", "not computed"} < set(map.classes(key, found, dark=False))
     bent = PLA.change("load", "bending").change("twist", "0.2 rad/pitch")
@@ -80,7 +79,7 @@ def test_the_map_tells_beams_that_soften_from_curves_that_end(monkeypatch) -> No
 
 def test_a_torque_that_falls_is_told() -> None:
     # at a snap
-    now = PLA.change("eta", f"{1 + 7 * 25 / 36:.6g}").change("theta0", "11.5").change("twist", "0.2 rad/pitch")
+    now = PLA.change("eta", "5.64286").change("theta0", "10.3056").change("twist", "0.2 rad/pitch")
     assert live.motion(now.setting).value("stiffness_ratio", 0.2) < 0
     assert ", the torque falls at 286 deg" in live.verdict(now)
 
