@@ -74,6 +74,9 @@ def of_design(target: Target, beam: Beam) -> tuple[tuple[Beside, ...], list[str]
     for goal, *values in zip(goals, found, same, own, strict=True):
         at, by, mine = (goal.shown(float(v), *pitches) for v in values)
         where = f"{goal.name}: elements ({MESH} mesh, {beam.pitches} scales, a couple at their end) {at:.3g}"
+        if math.isnan(at):
+            lines.append(f"{goal.name}: elements end before, {ended}")
+            continue
         with_mesh = f"model with the joint of that mesh {by:.3g} ({change(at / by - 1, '+')})"
         lines.append(f"{where}, {with_mesh}, with its own joint {mine:.3g} {goal.unit}".rstrip())
     return (told,), lines
@@ -101,8 +104,8 @@ def _of_part(beam: Beam, load: Load, sense: str, goals: Sequence[Goal]) -> tuple
     most = max(at)
     answer = doors.respond(beam, load.name, at=[most], sense=sense, ends=COUPLE, joint="compliant")
     cell = float(answer.attrs["rigidity"]) / d
-    blank = 2 * BLANK * float(answer.along(load.torque)[0]) / cell
-    turn = (-1.0 if sense == "-" else 1.0) * _BEYOND * (most * n * d + blank)
+    beyond = 2 * BLANK * float(answer.along(load.torque)[0]) / cell
+    turn = (-1.0 if sense == "-" else 1.0) * _BEYOND * (most * n * d + beyond)
     word = "twist" if load.axis == PHI else "bend"
     led = parts.led(f"{turn} rad {word}", None, beam, n)
     run = parts.Run(n, led, beam.friction.mu or 0.0, MESH, abs(led.way) / INCREMENTS, ideal=False)

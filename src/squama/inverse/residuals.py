@@ -80,7 +80,8 @@ class Ends(NamedTuple):
     @property
     def share(self) -> Array:
         """Figures over those of the endless beam (goals, n); 1 where its curve ends before."""
-        return np.clip(np.nan_to_num(self.own / self.endless, nan=1.0), 1 / MOST, MOST)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.clip(np.nan_to_num(self.own / self.endless, nan=1.0), 1 / MOST, MOST)
 
     @property
     def rates(self) -> Array:

@@ -230,9 +230,10 @@ def _around(k: int) -> Array:
 
 def with_ends(target: Target, look: Look, count: int, seed: int) -> tuple[Look, Array]:
     """Refine designs for their own number of scales; return them, and their figures' derivatives by endless ones."""
-    some = np.concatenate([_ends(target, look.y[:, [i]].T).share for i in _best(look, TYPICAL)], axis=1)
-    typical = np.median(some, axis=1, keepdims=True)
-    look = refine(Residuals(target, Ends(typical, np.ones_like(typical), np.ones_like(typical))), look.y.T)
+    some = [_ends(target, look.y[:, [i]].T) for i in _best(look, TYPICAL)]
+    if known := [one.share for one in some if np.isfinite(one.own).all()]:
+        typical = np.median(np.concatenate(known, axis=1), axis=1, keepdims=True)
+        look = refine(Residuals(target, Ends.none(len(typical))._replace(own=typical)), look.y.T)
     best = _best(look, LIKELY + 2 * count)
     found = [_with_ends(target, look.y[:, [i]].T, seed) for i in steps(best.tolist(), best.size, "designs refined")]
     # drop designs whose curves end before the twist, unless there are no others
@@ -256,7 +257,9 @@ def _with_ends(target: Target, y: Array, seed: int) -> tuple[Look, Ends]:
             y = move(Residuals(target, ends), y)
             last, ends = ends, _ends(target, y, ends)
             # (a beam whose curve ends before the twist has NaN and stays as it is)
-            if not np.abs(last.figures(ends.endless, ends.endless[:, None])[0] / ends.own - 1).max() >= NEAR:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                off = np.abs(last.figures(ends.endless, ends.endless[:, None])[0] / ends.own - 1).max()
+            if not off >= NEAR:
                 break
         return y, ends
 
