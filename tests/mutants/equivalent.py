@@ -359,7 +359,6 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         f"* -> /{n}": "a zero, of the kind of a place that is 0 at a scale's base alone, where it lies on nothing"
         for n in ("", " #2", " #3", " #4")
     },
-    ("contacts/newton.py", "loose = False"): {"False -> True": "neighbours are worked out anew, with the same result"},
     ("contacts/path.py", "loose = np.tile(np.array(free, float) * (motions == 9), (n, 1))"): {
         "1 -> 2": "columns beyond the fourth are not read",
     },

@@ -89,7 +89,7 @@ def test_a_torque_that_falls_is_told() -> None:
     [
         ("twisting", 6, None, "Your 6 scales with free ends carry about 12 % less torque there"),
         ("twisting", 6, "gripped", "Your 6 scales with gripped ends carry about 12 % less torque there"),
-        ("bending", 9, None, "Your 9 scales with free ends carry about 2.8 % less moment there"),
+        ("bending", 9, None, "Your 9 scales with free ends carry about 2.9 % less moment there"),
     ],
 )
 def test_the_headline_tells_what_the_beams_own_scales_carry(load, scales, ends, words) -> None:

@@ -20,7 +20,7 @@ from squama.contacts.moved import moved
 from squama.contacts.own_scales import Own, ratios
 from squama.contacts.system import PHI
 from squama.errors import naming, refuse
-from squama.joints import lateral, law
+from squama.joints import lateral, law, tilt
 from squama.joints.factor import K_THETA, pivots, scaled
 from squama.loads import LOADS, MANY_SCALES, NOTHING, STRAINS, SenseName
 from squama.model import section
@@ -100,7 +100,10 @@ class Designs(NamedTuple):
             if K.shape[1] < 9:
                 bar[:, [0, 2, 3]] = 0.0
         seen, free = given.seen, given.free(*loaded)
-        found = path.beams(scale, K, self.mu, sense=sense, free=free, aside=aside, seen=seen, own=bar)
+        found = path.beams(
+            scale, K, self.mu, sense=sense, free=free, aside=aside, seen=seen, own=bar,
+            tilt=tilt.tilts(K, self.shape),
+        )  # fmt: skip
         if seen and self.rigidity is not None:
             # the bar's own stiffness against twist is that with which the whole beam has the given rigidity
             found.own[:, 1] = 0.0

@@ -16,7 +16,7 @@ from squama.contacts.derivatives import again
 from squama.contacts.detection import WINDOW
 from squama.contacts.follow import follow
 from squama.contacts.from_endless import from_endless
-from squama.contacts.geometry import PLACED, RATES, put
+from squama.contacts.geometry import LEANS, PLACED, RATES, put
 from squama.contacts.increments import NO_EQUILIBRIUM, RANGE, Legs, Walk, Written
 from squama.contacts.jacobian import LOCAL
 from squama.contacts.linear import Linear
@@ -43,7 +43,8 @@ from squama.contacts.system import (
     borders,
     cells,
     copy,
-    pieces,
+    rated,
+    turns,
 )
 from squama.contacts.written import write
 from squama.types import Array
@@ -98,7 +99,7 @@ def state(S: System, C: int) -> State:
     """Return a state at rest with room for C contacts."""
     N, kind = len(S.shapes), S.K.dtype
     return State(
-        np.zeros((N, 6), kind),
+        np.zeros((N, turns(S)), kind),
         np.zeros((cells(S) if S.own else 1, STRAINS), kind),
         np.zeros((N, 24), kind),
         np.zeros((C, 3), kind),
@@ -112,19 +113,20 @@ def walk(S: System, C: int, notes: Array) -> Walk:
     """Return a path at rest with room for C contacts, and an array for its record (or an empty one)."""
     N, k, kind = len(S.shapes), S.reach, S.K.dtype
     wide = borders(S)
-    n, own, sections = (MOTIONS + ahead(S)) * N + 6 * C + wide, cells(S) if S.own else 0, S.ties.forces.shape[1]
-    strains = STRAINS * pieces(S, k)
+    n, own, sections = (turns(S) + ahead(S)) * N + 6 * C + wide, cells(S) if S.own else 0, S.ties.forces.shape[1]
+    strains = rated(S, k)
     W = Work(
-        np.zeros((N, 12), kind), np.zeros((N, k, PLACED + RATES * pieces(S, k)), kind), np.zeros((N, 24), kind),
+        np.zeros((N, 12), kind), np.zeros((N, k, PLACED + 6 * rated(S, k)), kind), np.zeros((N, 24), kind),
         np.zeros((2 * C, 3, 24)), np.zeros((2 * C, 3, 24)), np.zeros(2 * C), np.zeros((6, n)),
         np.zeros((LOCAL + strains, LOCAL + 6 + strains)), np.zeros((C, 3), kind), np.zeros((2, 12), kind),
         np.zeros((4, 3)), np.zeros(7, np.int64), np.zeros(touch.VERTEX),
         np.zeros((2, LOCAL + 6 + strains), np.int64), np.zeros(N, np.int64), np.zeros(2 * C, np.int64),
         np.zeros((own, STRAINS), kind), np.zeros((sections, PLACED), kind), np.zeros((sections, STRAINS, 6), kind),
         np.zeros((sections, 6), kind), np.zeros(PLACED + RATES, kind), np.eye(3).astype(kind), np.full(1, WINDOW),
-        np.zeros((N, MOTIONS + STRAINS), kind), np.zeros(1), np.zeros((N if S.own else 0, PLACED + RATES), kind),
+        np.zeros((N, MOTIONS + STRAINS), kind), np.zeros(1),
+        np.zeros((N if S.own else 0, PLACED + RATES + LEANS), kind),
     )  # fmt: skip
-    half = n if S.periodic else (k + 1) * S.stride * (MOTIONS + ahead(S) + 6 * _CROWD)
+    half = n if S.periodic else (k + 1) * S.stride * (turns(S) + ahead(S) + 6 * _CROWD)
     J = Linear(
         np.zeros(n * min(n, 3 * half)), np.zeros(n * min(n, half)), np.zeros((n, wide)), np.zeros((wide, n)),
         np.zeros((wide, wide)), np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n, kind),
@@ -150,9 +152,10 @@ class Beams(NamedTuple):
     or (n, 9, 9) with bend and stretch; ``elastic`` (n,); ``plates`` (n, 24, 24), see
     :func:`squama.model.elastic_plate.compliances`; ``free`` (n, 4): flags of free strains; ``aside`` (n,): the bar's
     stiffness against lateral bend over that against bend; ``masked`` (n, 6): 1 for blocked motions, or (n, 0);
-    ``grip`` (n,): tangential compliance of a sticking contact, :data:`GRIP`. With scales on both faces ``seen`` (n, 3)
-    are the signs with which the other face sees bend, twist and lateral bend, and ``own`` (n, 4) is the bar's own
-    stiffness against the strains, included in the matrices of both; else both are (n, 0).
+    ``grip`` (n,): tangential compliance of a sticking contact, :data:`GRIP`; ``tilts`` (n, 3): motion of a scale of a
+    row per unit of its tilt, see :mod:`squama.joints.tilt`. With scales on both faces ``seen`` (n, 3) are the signs
+    with which the other face sees bend, twist and lateral bend, and ``own`` (n, 4) is the bar's own stiffness against
+    the strains, included in the matrices of both; else both are (n, 0).
     """
 
     shapes: Array
@@ -165,6 +168,7 @@ class Beams(NamedTuple):
     seen: Array
     own: Array
     grip: Array
+    tilts: Array
 
 
 @_jit
@@ -181,6 +185,7 @@ def system(b: Beams, i: int, n: int, about: int, ties: Ties) -> System:
     """
     kind, periodic, reach = b.shapes.dtype, about == ENDLESS, 1
     shapes, axes = np.zeros((n, 6), kind), np.zeros((n, 3, 3), kind)
+    tilts = np.zeros((n if about == OWN else 0, 3), kind)
     bases, joint, plates = np.zeros((n, 3), kind), np.zeros((n, 10, 10), kind), np.zeros((n, 24, 24), kind)
     rests, sees, stride = np.zeros(0 if periodic else n), np.ones((n, 3)), faces(b)
     for o in range(n):
@@ -201,6 +206,8 @@ def system(b: Beams, i: int, n: int, about: int, ties: Ties) -> System:
             joint[o, MOTIONS + CHI, MOTIONS + CHI] = b.aside[own] * K[7, 7]
         if o % stride == 1:
             turned_over(b, own, joint[o], sees[o])
+        if about == OWN:
+            copy(b.tilts[own], tilts[o])
         if b.elastic[own]:
             copy(b.plates[own], plates[o])
         if not periodic:
@@ -208,7 +215,7 @@ def system(b: Beams, i: int, n: int, about: int, ties: Ties) -> System:
     one = max(i, 0)
     return System(
         shapes, axes, bases, joint, plates, b.free[one], b.grip[one], reach, periodic, sees, stride, rests,
-        b.masked[one], about == OWN, ties,
+        b.masked[one], about == OWN, ties, tilts,
     )  # fmt: skip
 
 

@@ -9,6 +9,7 @@ i::
     friction   y = f - k v:  abs(y) <= mu N: v1 + grip (f - f_last) = 0 (sticks);  else f - mu N y/abs(y) = 0 (slips)
     strain     K_e . (q, e) + sum F . dp2/de = 0  for each free strain, or the load of an imposed one;
                the load at the ends for each cell with strains of its own (:mod:`squama.contacts.supports`)
+    tilt       of each scale of a row, t_i + sum F . dp2/dt_i = 0
     substrate  theta_i = 0 of a scale that lies on it, by a moment Q_i that brings Q_i theta_q to its balance
 
 with f = F - N n the part along the plate, N = F . n, n the common normal from the image to scale i. The slip v over the
@@ -30,6 +31,7 @@ from squama.contacts.system import (
     MU,
     STIFF,
     STRAINS,
+    TILT,
     Past,
     State,
     System,
@@ -40,7 +42,7 @@ from squama.contacts.system import (
     strain_columns,
 )
 from squama.contacts.touch import places_of
-from squama.contacts.vectors import add, by_vector, cross, dot, scaled, turned
+from squama.contacts.vectors import Vector, add, by_vector, cross, dot, scaled, turned
 from squama.types import Array
 
 
@@ -66,6 +68,8 @@ def elastic(S: System, st: State, at: Array, W: Work, r: Array, loads: Array) ->
                 loads[a - MOTIONS] += out / many
                 if S.own:
                     W.carried[row_of(S, i), a - MOTIONS] += out
+        if S.own:
+            r[at[i] + TILT] = q[TILT]
 
 
 @_jit
@@ -132,6 +136,7 @@ def residual(
             loads[e % STRAINS] += dot(F, rate) / many
             if S.own:
                 W.carried[row_of(S, i) + e // STRAINS, e % STRAINS] += dot(F, rate)
+        tilting(S, row, F, g.p2, at, W, r)
     if not S.own:
         columns = strain_columns(S, at, n, 0)
         for e in range(STRAINS):
@@ -145,6 +150,16 @@ def residual(
         if S.masked[a] > 0:
             for i in range(N):
                 r[at[i] + a] = st.q[i, a]
+
+
+@_jit
+def tilting(S: System, row: Array, F: Vector, place: Vector, at: Array, W: Work, r: Array) -> None:
+    """Add the work of a contact's force per tilt of both scales to their residuals."""
+    P = W.pairs[row[touch.FIRST], row[touch.APART] - 1]
+    for last in range(2 if S.own else 0):
+        e = STRAINS * pieces(S, row[touch.APART]) + last
+        rate = add(cross(vector(P, 12 + 6 * e), place), 1.0, vector(P, 15 + 6 * e))
+        r[at[partner(S, row) if last else row[touch.FIRST]] + TILT] += dot(F, rate)
 
 
 @_jit

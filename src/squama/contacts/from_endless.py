@@ -12,7 +12,7 @@ from squama.contacts.increments import CONTACT, Walk
 from squama.contacts.meeting import N_, prepared
 from squama.contacts.newton import solve
 from squama.contacts.supports import GIVEN, LOADS
-from squama.contacts.system import MOTIONS, POWERS, STRAINS, cells, row_of
+from squama.contacts.system import MOTIONS, POWERS, STRAINS, TILT, cells, row_of
 from squama.contacts.touch import unknown
 from squama.contacts.works import remember
 from squama.types import Array
@@ -39,6 +39,7 @@ def _laid(w: Walk, given: Array, at: int) -> None:
         o = at + _CELL * (i % w.S.stride)
         for a in range(MOTIONS):
             st.q[i, a] = given[o + a]
+        st.q[i, TILT] = 0.0
         for e in range(STRAINS):
             st.strains[row_of(w.S, i), e] = given[o + MOTIONS + e]
         for a in range(POWERS):

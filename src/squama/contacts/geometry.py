@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
-from squama.contacts.system import BETA, CHI, EPS, ETA, PHI, PSI, System, further, pieces, row_of
+from squama.contacts.system import BETA, CHI, EPS, ETA, PHI, PSI, TILT, System, further, pieces, row_of
 from squama.contacts.vectors import Turned, Vector, add, cross, dot, mixed, rotated, scaled, spin, turned
 from squama.types import Array
 
-PLACED, RATES = 12, 24
+PLACED, RATES, LEANS = 12, 24, 15
 """Columns of a neighbour: its rotation, row by row, and translation; then rotation and translation per strain, for each
-strain of each cell between.
+strain of each cell between, and per tilt of both scales, if they have tilts. Columns of a tilt: its rotation, row by
+row; rotation and translation per tilt.
 """
 
 
@@ -38,6 +39,13 @@ def back(R: Array, v: Vector) -> Vector:
     """Return R^T v, with R as in :func:`turn`."""
     x, y, z = v
     return R[0] * x + R[3] * y + R[6] * z, R[1] * x + R[4] * y + R[7] * z, R[2] * x + R[5] * y + R[8] * z
+
+
+@_in
+def along(a: int, like: float) -> Vector:
+    """Return a unit vector with the number type of ``like``."""
+    one, none = 1.0 + 0.0 * like, 0.0 * like
+    return (one, none, none) if a == 0 else ((none, one, none) if a == 1 else (none, none, one))
 
 
 @_in
@@ -103,16 +111,46 @@ def over_cell(S: System, strains: Array, i: int, k: float, axes: Array, base: Ve
 
 
 @_jit
-def chain(S: System, halves: Array, i: int, j: int, many: int, out: Array) -> None:
+def tilted(S: System, i: int, q: float, out: Array) -> None:
+    """Write the tilt ``q`` of scale i along its section's axes: rotation, row by row, and both rates of the tilt."""
+    A, none = S.axes[i], 0.0 * q
+    w = mixed(S.tilts[i, 1], vector(A[0], 0), S.tilts[i, 2], vector(A[1], 0), none, vector(A[2], 0))
+    e = turned(scaled(q, w))
+    for column in range(3):
+        out[column], out[3 + column], out[6 + column] = rotated(e, along(column, none))
+    put(w, out, 9)
+    put(scaled(S.tilts[i, 0], vector(A[2], 0)), out, PLACED)
+
+
+@_jit
+def chain(S: System, q: Array, halves: Array, i: int, j: int, many: int, out: Array) -> None:
     """Write scale j, in the last of ``many`` cells from scale i's on, as :func:`neighbour`.
 
-    ``halves`` (N, 36): the ways over half of each cell.
+    ``halves`` (N, 51): the ways over half of each cell, and tilts. A tilt displaces a scale as seen from the section
+    halfway to its neighbour; seen from both neighbours it is opposite.
     """
     A = S.axes[i]
     x, y, z = (A[0, 0], A[1, 0], A[2, 0]), (A[0, 1], A[1, 1], A[2, 1]), (A[0, 2], A[1, 2], A[2, 2])
     t = scaled(-1.0, rowwise(A, vector(S.bases[i], 0)))
     for half in range(2 * many - 2):
         p = (half + 1) // 2
+        for last in range(2):
+            # halfway to the next scale, and halfway from the last one but one
+            if half != (2 * many - 3 if last else 1):
+                continue
+            a, sign = (j, 1.0) if last else (i, -1.0)
+            T = halves[a, PLACED + RATES :]
+            o1 = scaled(sign, mapped(x, y, z, vector(T, 9)))
+            v1 = scaled(sign, mapped(x, y, z, vector(T, PLACED)))
+            t = add(t, q[a, TILT], v1)
+            o = PLACED + RATES * many + 6 * last
+            put(o1, out, o)
+            put(add(v1, 1.0, cross(t, o1)), out, o + 3)
+            if last:
+                X, Y, Z = (T[0], T[3], T[6]), (T[1], T[4], T[7]), (T[2], T[5], T[8])
+            else:
+                X, Y, Z = vector(T, 0), vector(T, 3), vector(T, 6)
+            x, y, z = mapped(x, y, z, X), mapped(x, y, z, Y), mapped(x, y, z, Z)
         H = halves[i + p * S.stride]
         for rate in range(0, RATES, 6):
             o = PLACED + RATES * p + rate
@@ -150,20 +188,21 @@ def neighbour(S: System, strains: Array, i: int, j: int, k: int, out: Array) -> 
 
 
 @_jit
-def neighbours(S: System, strains: Array, fixed: Array, halves: Array, pairs: Array) -> None:
-    """Write the neighbours (N, reach, 12 + 24 cells between) that each scale may touch.
+def neighbours(S: System, q: Array, strains: Array, fixed: Array, halves: Array, pairs: Array) -> None:
+    """Write the neighbours (N, reach, 12 + 24 cells between, + 12 with tilts) that each scale may touch.
 
-    ``fixed``: axes (3, 3) of a section; ``halves`` (N, 36), or (0, 36) where all cells have the same strains: room for
-    the ways over half of each cell.
+    ``fixed``: axes (3, 3) of a section; ``halves`` (N, 51), or (0, 51) where all cells have the same strains: room for
+    the ways over half of each cell, and the tilts of scales.
     """
     N, none = len(S.shapes), 0.0 * strains[0, 0]
     for i in range(len(halves)):
         over_cell(S, strains, i, 0.5, fixed, (none, none, none), halves[i])
+        tilted(S, i, q[i, TILT], halves[i, PLACED + RATES :])
     for i in range(N):
         for k in range(1, S.reach + 1):
             j = further(S, i, k)
             if j < N and S.own:
-                chain(S, halves, i, j, pieces(S, k), pairs[i, k - 1])
+                chain(S, q, halves, i, j, pieces(S, k), pairs[i, k - 1])
             elif j < N:
                 neighbour(S, strains, i, j, k, pairs[i, k - 1])
 

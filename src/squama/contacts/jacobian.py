@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
 from squama.contacts import touch
 from squama.contacts.geometry import back, bow, slopes, turn, vector
@@ -17,11 +18,13 @@ from squama.contacts.system import (
     MU,
     STIFF,
     STRAINS,
+    TILT,
     Past,
     State,
     System,
     partner,
     pieces,
+    rated,
     spots,
     strain_columns,
 )
@@ -171,7 +174,7 @@ def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> No
     places, bows = unknown(kind, row[touch.ONE], row[touch.OTHER]), (xx1, xy1, yy1, xx2, xy2, yy2)
     t1, t2 = along_edges(row, g)
     sign = -1.0 if kind == touch.EE and dot(cross(t2, t1), g.n) < 0.0 else 1.0
-    strains = STRAINS * pieces(S, row[touch.APART])
+    strains = rated(S, row[touch.APART])
     for v_ in range(_E + strains):
         dr1, dp2, darm1, darm2, dtx1, dty1, dtx2, dty2, dF, dFj, dv = varied(g, P, F, v_, places, bows, slips, rubs)
         dt1, dt2 = (dtx1 if lengthwise(row[touch.ONE]) else dty1), (dtx2 if lengthwise(row[touch.OTHER]) else dty2)
@@ -207,12 +210,21 @@ def locally(S: System, st: State, past: Past, c: int, row: Array, W: Work) -> No
         for e in range(strains):
             o = vector(P, 12 + 6 * e)
             rate = add(cross(o, g.p2), 1.0, vector(P, 15 + 6 * e))
-            change, first = dot(F, cross(o, dp2)), e // STRAINS - (v_ - _E) // STRAINS
+            change, first = dot(F, cross(o, dp2)), order(S, row, e) - order(S, row, v_ - _E)
             if v_ >= _E and first >= 0:
                 # later cells along the bar are turned; within a cell rotations about two axes are taken to commute
                 other = dot(F, cross(vector(P, 12 + 6 * (v_ - _E)), rate))
                 change = other if first > 0 else (change + other) / 2
             L[LOCAL + e, v_] = dot(dF, rate) + change
+
+
+@_in
+def order(S: System, row: Array, e: int) -> int:
+    """Return the place along the bar of strain e of the cells between two scales, or of their tilts behind these."""
+    many = pieces(S, row[touch.APART])
+    if e < STRAINS * many:
+        return 3 * (e // STRAINS)
+    return 1 if e == STRAINS * many else 3 * many - 4
 
 
 @_jit
@@ -289,17 +301,15 @@ def hold_rates(S: System, at: Array, n: int, W: Work, J: Linear) -> None:
 
 
 @_jit
-def jacobian(  # noqa: C901 - one loop over contacts
-    S: System, st: State, past: Past, con: Array, m: int, n: int, W: Work, J: Linear
-) -> None:
-    """Write the derivatives of the residual with respect to the unknowns, at the state in W."""
-    N, L, at, inner = len(S.shapes), W.local, J.at, J.kept[INNER]
-    emptied(J, n)
-    for i in range(N):
+def elastic_rates(S: System, at: Array, n: int, J: Linear) -> None:
+    """Add the derivatives of :func:`squama.contacts.equations.elastic`."""
+    for i in range(len(S.shapes)):
         columns = strain_columns(S, at, n, i)
         for a in range(MOTIONS):
             for b in range(MOTIONS):
                 enter(J, at[i] + a, at[i] + b, S.K[i, a, b])
+        if S.own:
+            enter(J, at[i] + TILT, at[i] + TILT, 1.0)
         for e in range(STRAINS):
             if columns[e] >= 0:
                 for a in range(MOTIONS):
@@ -308,6 +318,16 @@ def jacobian(  # noqa: C901 - one loop over contacts
                 for o in range(STRAINS):
                     if columns[o] >= 0:
                         enter(J, columns[e], columns[o], S.K[i, MOTIONS + e, MOTIONS + o])
+
+
+@_jit
+def jacobian(  # noqa: C901 - one loop over contacts
+    S: System, st: State, past: Past, con: Array, m: int, n: int, W: Work, J: Linear
+) -> None:
+    """Write the derivatives of the residual with respect to the unknowns, at the state in W."""
+    N, L, at, inner = len(S.shapes), W.local, J.at, J.kept[INNER]
+    emptied(J, n)
+    elastic_rates(S, at, n, J)
     bent = lifts(S, st, con, m, W) if m > 0 else False
     column, rows = W.columns[0], W.columns[1]
     for c in range(m):
@@ -318,7 +338,7 @@ def jacobian(  # noqa: C901 - one loop over contacts
             continue
         locally(S, st, past, c, row, W)
         many = pieces(S, row[touch.APART])
-        inputs, outputs = _E + STRAINS * many, LOCAL + STRAINS * many
+        inputs, outputs = _E + rated(S, row[touch.APART]), LOCAL + rated(S, row[touch.APART])
         from1, to1 = around(S, at, inner, J.kept[FAR], i)
         from2, to2 = around(S, at, inner, J.kept[FAR], j)
         if bent:
@@ -354,6 +374,9 @@ def jacobian(  # noqa: C901 - one loop over contacts
             columns = strain_columns(S, at, n, i + p * S.stride)
             for e_ in range(STRAINS):
                 column[_E + STRAINS * p + e_] = rows[LOCAL + STRAINS * p + e_] = columns[e_]
+        for last in range(2 if S.own else 0):
+            tilted = at[j if last else i] + TILT
+            column[_E + STRAINS * many + last] = rows[LOCAL + STRAINS * many + last] = tilted
         spread(J, shared(S, at, n), L, column[:inputs], rows[:outputs], W.lifts, from1, to1, from2, to2)
     if S.own:
         tie_rates(S, st, at, n, W, J)

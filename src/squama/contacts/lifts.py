@@ -10,6 +10,7 @@ from squama.contacts.system import (
     ELASTIC,
     POWERS,
     STRAINS,
+    TILT,
     State,
     System,
     before_cell,
@@ -106,6 +107,9 @@ def lifted(
                     for e in range(STRAINS):
                         if strained[e] >= 0:
                             own[f, strained[e]] += v * dot(vector(P, 12 + 24 * p + 6 * e), moment)
+                for last in range(2 if S.own else 0):
+                    tilted = at[a if last else row[touch.FIRST]] + TILT
+                    own[f, tilted] += v * dot(vector(P, 12 + 24 * pieces(S, row[touch.APART]) + 6 * last), moment)
             if ix >= 0:
                 own[f, first + 3 + ix] += vx * W.side[q]
             if iy >= 0:

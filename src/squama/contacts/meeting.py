@@ -192,7 +192,7 @@ def before(S: System, c: Array, s: Array, past: Past, which: int) -> tuple[Vecto
 def prepared(S: System, st: State, con: Array, m: int, moved: bool, W: Work) -> None:
     """Update attitudes, neighbours and deflections to a state; ``moved``: strains differ from the last call's."""
     if moved:
-        neighbours(S, st.strains, W.section, W.halves, W.pairs)
+        neighbours(S, st.q, st.strains, W.section, W.halves, W.pairs)
     attitudes(st.q, W.E)
     deflect(S, st, con, m, W)
 

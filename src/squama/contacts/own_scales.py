@@ -56,7 +56,7 @@ def _solved(beams: entry.Beams, scales: int, ties: Ties, given: Array, contacts:
     """
     n, every = len(given), scales * path.faces(beams)
     one, none = np.zeros((n, 1)), np.zeros((n, 0))
-    sizes = (increments.LINE,), (every, MOTIONS + 2 * STRAINS), (every, POWERS), (0, increments.CONTACT)
+    sizes = (increments.LINE,), (every, MOTIONS + 2 * STRAINS + 1), (every, POWERS), (0, increments.CONTACT)
     states = (np.zeros((n, 1, *v)) for v in sizes)
     found = Written._make([*states, np.zeros((n, 1, increments.EVENT)), np.zeros((n, 4))])
     legs = Legs(one, np.zeros((n, 1, STRAINS)), one[:, 0], path.STEP)

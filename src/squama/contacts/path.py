@@ -34,14 +34,16 @@ FACE, CORNERS = 4, 5
 COLUMNS = (
     "phi", "T", "N", "f", "x", "y", "W_fr", "W", "mode", "u_X", "u_Y", "u_Z", "w_X", "w_Y", "w_Z", "T_slip", "slip",
     "psi", "twist", "aside", "stretch", "M", "torque", "B", "P", "W_snap", "contacts", "first", "second", "k", "along",
-    "since", "energy", "F_x", "F_y", "F_z",
+    "since", "energy", "F_x", "F_y", "F_z", "tilt",
 )  # fmt: skip
 """Columns of a state: ``phi`` the way along the path (the twist in pure twisting), ``T`` the work per way; sums of N
 and friction over the contacts; for the first contact its places ``x``, ``y``, ``along``, its features (-1: none), and
 its force on the first scale in that scale's axes at rest; ``T_slip``: T where a contact last began to slide, or the
 path turned; ``slip``: the length along which the first contact has slid; ``since``: the way at which the contacts last
-changed.
+changed; ``tilt``: of a scale of a row, else 0.
 """
+TILTED = [2, 3, 4]
+"""Motions of a scale that are part of its tilt: u_Z, w_X, w_Y."""
 WIDTH = len(COLUMNS) + 24
 """Columns of a state, including the 24 coefficients of the plate's deflection."""
 EDGES = ("tip edge", "side edge", "side edge", "base edge")
@@ -91,6 +93,7 @@ class Bar(TypedDict, total=False):
     masked: Sequence[float]
     seen: Sequence[float]
     own: Sequence[float]
+    tilt: Sequence[float]
 
 
 class Contact(NamedTuple):
@@ -139,7 +142,7 @@ class End(NamedTuple):
 
 
 class Answers(NamedTuple):
-    """Results of n beams on paths of m targets: first contacts (n, 6), rows (n, m, 60), events (n, 64, 25), ends.
+    """Results of n beams on paths of m targets: first contacts (n, 6), rows (n, m, 61), events (n, 64, 25), ends.
 
     ``ends`` is (n, 4). Rows are :data:`COLUMNS` and the 24 coefficients of the plate's deflection; NaN beyond the end.
     ``touches`` (n, m, C, 16): all contacts, see :func:`squama.contacts.written.write`. With scales on both faces the
@@ -171,6 +174,7 @@ class Answers(NamedTuple):
 def beams(
     scale: Scale, K: Array, mu: Array, *, sense: int = 1, free: Free = HELD, aside: Array | float = 1.0,
     masked: Sequence[float] = (), seen: Sequence[float] = (), own: Sequence[float] | Array = (),
+    tilt: Sequence[float] | Array = (0.0, 0.0, 0.0),
 ) -> entry.Beams:  # fmt: skip
     """Return beams for the compiled solver: a scale of arrays (n,), K (n, 9, 9), or (n, 7, 7) without bend and stretch.
 
@@ -178,7 +182,8 @@ def beams(
     stretch without moment or force; ``aside`` (n,): stiffness of the bar against lateral bend over that against bend;
     ``masked``: 1 for each of the six motions that is blocked, as on hinges, or empty. With scales on both faces
     ``seen`` are the signs with which the other face sees bend, twist and lateral bend, and ``own`` is the bar's own
-    stiffness against the four strains, (4,) or (n, 4), included in the matrices of both faces.
+    stiffness against the four strains, (4,) or (n, 4), included in the matrices of both faces. ``tilt``: motion of the
+    scales of a row per unit of their tilt, (3,) or (n, 3), see :mod:`squama.joints.tilt`.
     """
     motions = K.shape[-1]
     signs = MIRROR[:motions] if sense < 0 else np.ones(motions)
@@ -196,7 +201,8 @@ def beams(
     aside = np.broadcast_to(np.asarray(aside, K.dtype), n).copy()
     blocked, other = (np.tile(np.asarray(v, float), (n, 1)) for v in (masked, seen))
     bar = np.broadcast_to(np.asarray(own, K.dtype), (n, np.shape(own)[-1])).copy()
-    return entry.Beams(shapes, K, elastic, plates, loose, aside, blocked, other, bar, np.full(n, entry.GRIP))
+    tilts = np.broadcast_to(np.asarray(tilt, K.dtype) * MIRROR[TILTED] ** (sense < 0), (n, 3)).copy()
+    return entry.Beams(shapes, K, elastic, plates, loose, aside, blocked, other, bar, np.full(n, entry.GRIP), tilts)
 
 
 def follow_all(
@@ -311,6 +317,7 @@ def _rows(raw: Array, motions: Array, bends: Array, touches: Array) -> Array:
         motions,
         bends,
     )
+    out[..., COLUMNS.index("tilt")] = 0.0
     first, there = touches[:, :, 0], np.real(raw[..., 12]) > 0
     absent = {"first": -1, "second": -1, "k": 1, "x": np.nan, "y": np.nan, "along": 0.0}
     for name, met in contacted(first).items():

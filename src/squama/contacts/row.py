@@ -36,7 +36,7 @@ class Other(NamedTuple):
 class Track(NamedTuple):
     """Path of a row of n scales; its last point is its end or the last target.
 
-    ``rows`` (points, n, 60) are states of every scale, :data:`squama.contacts.path.COLUMNS`: N, friction and places are
+    ``rows`` (points, n, 61) are states of every scale, :data:`squama.contacts.path.COLUMNS`: N, friction and places are
     of its contacts with scales further on (sums, and the first of them), works and loads are means of all scales.
     ``cells`` (points, n, 8): strains of each cell and its loads M, T, B and P, or (points, n, 0) if all have the same
     strains; ``held`` (points, n): moments by which the substrate lifts scales that lie on it; ``loads`` (points, K):
@@ -155,7 +155,7 @@ def tied(
     room = path.ROOM * every
     ways = np.cumsum(np.linalg.norm(np.diff(strains, axis=0, prepend=0.0), axis=1))
     line = increments.LINE + held.course.shape[0] + 6 * held.floating
-    sizes = (line,), (every, MOTIONS + 2 * STRAINS * own), (every, 24)
+    sizes = (line,), (every, MOTIONS + (2 * STRAINS + 1) * own), (every, 24)
     states = (np.full((1, n, *size), np.nan) for size in sizes)
     rest = (n, room, increments.CONTACT), (_EVENTS * (every + 4), increments.EVENT), (4,)
     found = Written._make([*states, *(np.zeros((1, *size)) for size in rest)])
@@ -169,7 +169,7 @@ def tied(
     found = found._replace(**{name: getattr(found, name)[:, : int(solved)] for name in Written._fields[:4]})
     whole, end = found.rows[0], path.End(int(code), phi, int(solved))
     parts = [_of_face(found, i, faces) for i in range(faces)]
-    cells = parts[0].motions[0, ..., MOTIONS:]
+    cells = parts[0].motions[0, ..., MOTIONS : MOTIONS + 2 * STRAINS]
     each = [_states(part.rows[0], part.motions[0], part.bends[0], part.contacts[0], cells) for part in parts]
     _share(way, whole, *(rows for rows, _ in each))
     tracks = [
@@ -205,6 +205,7 @@ def _states(raw: Array, motions: Array, bends: Array, contacts: Array, cells: Ar
     for at, name in [*enumerate(shared), (13, "mode"), (17, "T_slip"), (20, "T")]:
         # the solver's frictional work and snap losses are sums over all scales
         column[name][...] = raw[:, at, None] / (n if at in (10, 11) else 1)
+    column["tilt"][...] = motions[..., MOTIONS + 2 * STRAINS] if cells.size else 0.0
     for name, own in zip(("psi", "twist", "aside", "stretch"), np.moveaxis(cells, -1, 0), strict=False):
         column[name][...] = own
     for name, missing in (("x", np.nan), ("y", np.nan), ("first", -1.0), ("second", -1.0)):

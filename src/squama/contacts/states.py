@@ -6,7 +6,7 @@ import numpy as np
 
 from squama.beam.matrixfile import of_strains
 from squama.contacts import entry
-from squama.contacts.path import COLUMNS, Answers, Path, Scale, deflections, motions, named
+from squama.contacts.path import COLUMNS, TILTED, Answers, Path, Scale, deflections, motions, named
 from squama.contacts.system import EPS, PHI, PSI, STRAINS
 from squama.model import elastic_plate as plate
 from squama.model.screw import rotations
@@ -37,7 +37,7 @@ def of_springs(path: Path, rows: Array, other: Array | None = None) -> Array:
     """Return the elastic energy (n,) of joint and bar, E d^3 per pitch; arguments as in :func:`energies`."""
     K, aside = path.beams.K[0], named(rows)["aside"]
     q = motions(rows)[:, : len(K)]
-    whole = np.einsum("ni,ij,nj->n", q, K, q) / 2
+    whole = np.einsum("ni,ij,nj->n", q, K, q) / 2 + named(rows)["tilt"] ** 2 / 2
     if len(K) == 9:
         whole = whole + path.beams.aside[0] * K[7, 7] * aside**2 / 2
     if other is None:
@@ -130,10 +130,16 @@ def bent(scale: Scale, rows: Array) -> Array:
 def inclinations(path: Path, rows: Array) -> Array:
     """Return the angle (n,) of n_X to the beam's face, seen along the width at rest, rad."""
     theta0 = path.scale.theta0
-    at = COLUMNS.index("w_X")
-    x = rotations(rows[:, at : at + 3])[:, :, 0]
+    x = rotations(displaced(path, rows)[:, 3:])[:, :, 0]
     # n_X and n_Z at rest are turned by theta0 from the face, about n_Y
     return np.asarray(theta0 + np.arctan2(x[:, 2], x[:, 0]))
+
+
+def displaced(path: Path, rows: Array) -> Array:
+    """Return the six motions (n, 6) of a scale in states, with its tilt."""
+    whole = motions(rows)[:, :6]
+    whole[:, TILTED] += named(rows)["tilt"][:, None] * path.beams.tilts[0]
+    return whole
 
 
 def on_tab(path: Path, q: Array) -> tuple[Array, Array]:

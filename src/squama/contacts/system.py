@@ -23,11 +23,13 @@ PSI, PHI, CHI, EPS = range(4)
 """Strains of a cell: bend, twist, lateral bend, stretch; the conjugate loads are M, T, B and P."""
 MOTIONS, STRAINS, POWERS = 6, 4, 24
 """Numbers of motions (u, w) of a scale, of strains of a cell, and of powers X^m Y^n of a plate's deflection."""
+TILT = MOTIONS
+"""Column of a scale's tilt, after its motions, where cells have their own strains."""
 ENDLESS, EQUAL, OWN = range(-1, 2)
 """Kinds of cells: they repeat for ever; all cells of a row have the same strains; each has its own."""
 IMPOSED, FREE, LOADED = range(3)
 """Kinds of strains: imposed on each cell; free, without a load; or free and driven by a tie of that name."""
-_NONE = np.zeros(0)
+_NONE, _UNTILTED = np.zeros(0), np.zeros((0, 3))
 
 
 class Ties(NamedTuple):
@@ -65,7 +67,8 @@ class System(NamedTuple):
     (:mod:`squama.beam.faces`); ``stride``: number of scales of a cell, one of each face; ``rests`` (N,): inclination at
     rest over the substrate, for scales that may come to lie on it, or (0,) without that check; ``masked`` (6,): 1 for
     blocked motions, or (0,) for none; ``own``: whether each cell has its own strains (not ``periodic``), governed by
-    ``ties``.
+    ``ties``; ``tilts`` (N, 3): displacement u_Z and rotations w_X, w_Y of a scale per unit of its tilt, of stiffness 1,
+    or (0, 3) unless ``own`` (docs: row, tilt).
     """
 
     shapes: Array
@@ -83,15 +86,16 @@ class System(NamedTuple):
     masked: Array = _NONE
     own: bool = False
     ties: Ties = UNTIED
+    tilts: Array = _UNTILTED
 
 
 class State(NamedTuple):
     """A state: scales, strains of the bar and contacts.
 
-    Motions ``q`` (N, 6), ``strains`` (1, 4) of all cells or (cells, 4) of each, deflections ``b`` (N, 24); of each
-    contact its force ``F`` (C, 3) on the first scale in that scale's axes at rest, and its places ``s`` (C, 3);
-    ``ties`` (2, K) loads of ties and their prescribed values along the legs, for a floating beam (2, K + 6) followed by
-    rotation and place of the near end.
+    Motions ``q`` (N, 6), with tilts (N, 7); ``strains`` (1, 4) of all cells or (cells, 4) of each, deflections ``b``
+    (N, 24); of each contact its force ``F`` (C, 3) on the first scale in that scale's axes at rest, and its places
+    ``s`` (C, 3); ``ties`` (2, K) loads of ties and their prescribed values along the legs, for a floating beam
+    (2, K + 6) followed by rotation and place of the near end.
     """
 
     q: Array
@@ -183,6 +187,19 @@ def before_cell(S: System, at: Array, i: int) -> int:
 def pieces(S: System, k: int) -> int:
     """Return the number of cells with their own strains between a scale and the one k further."""
     return k + 1 if S.own else 1
+
+
+@_in
+def turns(S: System) -> int:
+    """Return the number of motions of a scale, with its tilt."""
+    return MOTIONS + (1 if S.own else 0)
+
+
+@_in
+def rated(S: System, k: int) -> int:
+    """Return the number of rates of a neighbour k cells further: by strains of the cells between, and by both tilts."""
+    n: int = STRAINS * pieces(S, k)
+    return n + (2 if S.own else 0)
 
 
 @_jit
@@ -277,7 +294,7 @@ def layout(S: System, con: Array, m: int, at: Array) -> int:
     """
     n, N, first = 0, len(S.shapes), ahead(S)
     for i in range(N):
-        at[i] = MOTIONS
+        at[i] = turns(S)
     for c in range(m):
         at[N + c] = at[con[c, touch.FIRST]]
         # its force and places, or the moment of the substrate

@@ -21,6 +21,7 @@ from squama.contacts.system import (
     PHI,
     POWERS,
     STRAINS,
+    TILT,
     State,
     cells,
     copied,
@@ -253,6 +254,8 @@ def energy(w: Walk, st: State) -> float:
             z = q[a] if a < MOTIONS else e[a - MOTIONS]
             for b in range(MOTIONS + STRAINS):
                 out += z * K[a, b] * (q[b] if b < MOTIONS else e[b - MOTIONS]) / 2
+        if S.own:
+            out += q[TILT] * q[TILT] / 2
         if S.shapes[i, ELASTIC].real > 0:
             for a in range(POWERS):
                 out += st.b[i, a] * w.W.load[i, a] / 2

@@ -7,7 +7,7 @@ from squama.contacts import tally, touch
 from squama.contacts.increments import LINE, Walk, Written, strain
 from squama.contacts.meeting import F_, N_
 from squama.contacts.supports import LOADS
-from squama.contacts.system import MOTIONS, STRAINS, copy, row_of, spots
+from squama.contacts.system import MOTIONS, STRAINS, TILT, copy, row_of, spots
 from squama.contacts.works import energy
 
 
@@ -16,7 +16,7 @@ def write(w: Walk, written: Written, i: int) -> None:
     """Write the last state as number i: way, strains, loads, works, sums over contacts, energy, work per way.
 
     Motions (N, 6) and deflections (N, 24) are of each scale; if cells have their own strains, these and the loads of
-    each cell follow the motions (N, 14); loads of ties come last, as far as there is room.
+    each cell and the scale's tilt follow the motions (N, 15); loads of ties come last, as far as there is room.
     """
     t, S, row, motions, contacts = w.tally, w.S, written.rows[i], written.motions[i], written.contacts[i]
     row[0] = t[tally.WAY]
@@ -57,3 +57,4 @@ def write(w: Walk, written: Written, i: int) -> None:
                 w.now.strains[row_of(S, o), e],
                 w.W.carried[row_of(S, o), e],
             )
+        motions[o, MOTIONS + 2 * STRAINS] = w.now.q[o, TILT]

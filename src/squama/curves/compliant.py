@@ -19,7 +19,7 @@ from squama.beam.matrixfile import SHAPE, TAB, inclination_stiffness, twisting_s
 from squama.contacts import path, states
 from squama.curves.way import Case
 from squama.errors import refuse
-from squama.joints import lateral
+from squama.joints import lateral, tilt
 from squama.joints.choice import Joint, joint_of, shape
 from squama.loads import LOADS, STRAIGHT, STRAINS, Load, holding
 from squama.people import per_pitch
@@ -40,7 +40,8 @@ class Held(NamedTuple):
 
     ``K`` is that of scales on one face, over ``modulus`` d^3; ``rigidity`` is the beam's, in twisting (N m^2).
     ``free``: flags of strains without a moment or force; ``aside``: the bar's stiffness against lateral bend over that
-    against bend. For scales on both faces ``seen`` and ``own`` are those of :func:`squama.contacts.path.beams`.
+    against bend; ``tilt``: motion of a scale of a row per unit of its tilt. For scales on both faces ``seen`` and
+    ``own`` are those of :func:`squama.contacts.path.beams`.
     """
 
     joint: Joint
@@ -50,13 +51,14 @@ class Held(NamedTuple):
     rigidity: float
     free: Free
     aside: float
+    tilt: tuple[float, ...] = (0.0, 0.0, 0.0)
     seen: tuple[int, ...] = ()
     own: tuple[float, ...] = ()
 
     @property
     def bar(self) -> path.Bar:
         """Arguments of the contact solver that describe the bar."""
-        return {"free": self.free, "aside": self.aside, "seen": self.seen, "own": self.own}
+        return {"free": self.free, "aside": self.aside, "seen": self.seen, "own": self.own, "tilt": self.tilt}
 
     @classmethod
     def of(cls, beam: Beam, *loaded: str) -> Held:
@@ -70,7 +72,8 @@ class Held(NamedTuple):
         free = beam.given.free(*(loaded or (TWIST,)))
         aside = float(lateral.stiffness(K, shape(beam)) / K[7, 7]) if len(K) > 7 else 1.0
         E, rigidity = beam.substrate.youngs_modulus, _rigidity(beam, K, own)
-        return cls(joint, K, E, K_theta, rigidity, free, aside, beam.given.seen, own)
+        leans = tuple(tilt.tilts(K, shape(beam)).tolist())
+        return cls(joint, K, E, K_theta, rigidity, free, aside, leans, beam.given.seen, own)
 
 
 def _rigidity(beam: Beam, K: Array, own: Sequence[float]) -> float:

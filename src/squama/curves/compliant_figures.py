@@ -24,7 +24,7 @@ _MOMENTS = ("T", "M", "M_lat", "onset")
 
 
 def values(one: Path, strains: Array, *faces: Array, turned: Array | float = 0.0) -> dict[str, Array]:
-    """Return every variable at states (n, 60) of each face, the scaled face first, in SI units by name.
+    """Return every variable at states (n, 61) of each face, the scaled face first, in SI units by name.
 
     ``strains`` (n, 2): imposed bends and twists per pitch; ``turned``: sign of the twist (n,), for places of contacts,
     which are mirrored if the face sees a negative twist.
@@ -102,7 +102,8 @@ def _of_scale(one: Path, rows: Array, turned: Array | float) -> dict[str, Array]
     Along the scale's own axes; places of contacts are mirrored where the face sees a negative twist.
     """
     column = path.named(rows)
-    own = {name: column[name] for name in (*MOTIONS, "slip", "N", "f")}
+    own = dict(zip(MOTIONS, states.displaced(one.way, rows).T, strict=True))
+    own |= {name: column[name] for name in ("slip", "N", "f")}
     for role, across in _across(column).items():
         place = column[{"p": "x", "s": "y"}[role]]
         own[role] = np.where(across & (turned < 0), -place, place)

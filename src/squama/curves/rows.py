@@ -15,7 +15,7 @@ import numpy as np
 from squama.beam.design import Beam
 from squama.contacts import increments, row, states
 from squama.contacts.row import Track
-from squama.contacts.system import EQUAL, STRAINS
+from squama.contacts.system import STRAINS
 from squama.contacts.ties import COUPLE, GRIPPED, LOOSE
 from squama.curves import compliant
 from squama.curves.both_faces import WHOSE
@@ -39,12 +39,6 @@ their number.
 """
 ANGLES, BOWED = 3, 0.25
 """Number of a cell's strains that are angles; bow from end to end, rad, from which on a couple differs by about 5 %."""
-LOST = {"twist": 0.27, "bend": 0.54}
-WIDE, DEEP, OBLIQUE, SOFT = 1.1, 0.67, -1.43, 0.9
-"""Number of contacts that elements of a row lack at its two ends, and the powers of the scale's width over the distance
-of neighbours, of zeta and of cos(alpha) with it; stiffness ratio of elements over the model's below which a note says
-so. Fitted to 21 rows of five scales in twist, within a third; in bending to three of eight scales.
-"""
 _MANY = 20_000
 _UNKNOWN = ("slip", "contact", "mu_lock")
 """Variables of a scale that a row leaves out."""
@@ -105,28 +99,8 @@ def told(one: compliant.Path, load: Load, ends: Row, at: Array) -> Told:
         met=np.unique(_met(one, track)),
         bent=float(at[thin[0]]) if thin.size else math.nan,
         ended=math.inf if _apart(one, track) else track.end.phi,
-        notes=(*remarks(track, float(at[-1]), ends.kind, load), *_short(one, load, ends.kind, at, along["torque"])),
+        notes=remarks(track, float(at[-1]), ends.kind, load),
     )
-
-
-def softened(beam: Beam, load: Load, ratio: float) -> float:
-    """Return the stiffness ratio that elements of all scales are expected to have, from the model's."""
-    alpha = beam.scale.alpha
-    wide = beam.scale.width / (beam.pitch * math.cos(alpha))
-    lost: float = LOST[load.verb] * wide**WIDE * beam.zeta**DEEP * math.cos(alpha) ** OBLIQUE
-    return 1 / (1 / ratio + lost * (1 - 1 / ratio) / (beam.pitches - 1))
-
-
-def _short(one: compliant.Path, load: Load, kind: int, at: Array, torque: Array) -> tuple[str, ...]:
-    """Return a note if elements of so few scales are softer than the model at the last of torques (points,)."""
-    if kind == EQUAL or torque.size < 3 or one.beam.other:
-        return ()
-    ratio = float(np.diff(torque[-2:])[0] / np.diff(at[torque.size - 2 : torque.size])[0]) * one.beam.pitch
-    ratio /= one.case(load).rigidity
-    if not ratio > 1 or (soft := softened(one.beam, load, ratio)) > SOFT * ratio:
-        return ()
-    few = f"elements of {one.beam.pitches} such scales are softer behind contact"
-    return (f"{few}: about {soft:.2g} times as stiff as the bar in place of {ratio:.2g}",)
 
 
 def _whole(v: Array, n: int) -> Array:

@@ -65,25 +65,14 @@ def response(pitch: Pitch, geometry: Geometry, tab: Material | None = None, moti
     if tab is not None:
         A = A + _stiffness(Elements(pitch.nodes, pitch.tets[pitch.tab], tab), pitch.nodes)
     tied = master[pitch.tied]
-    free = np.setdiff1d(np.arange(len(rest)), tied)
     moved = _moved(pitch, geometry, tied, motions)
-    # from free masters to nodes
-    column = np.full(len(rest), -1)
-    column[free] = np.arange(free.size)
-    node = np.flatnonzero(column[master] >= 0)
-    axis = np.arange(3)
-    rows, columns = ((3 * at[:, None] + axis).ravel() for at in (node, column[master[node]]))
-    P = sparse.csr_array((np.ones(rows.size), (rows, columns)), shape=(moved.shape[0], 3 * free.size))
+    P = _from_free(master, np.setdiff1d(np.arange(len(rest)), tied), np.ones(len(pitch.nodes)))
     pushed = A @ moved
     means, own = _section(pitch, geometry, motions)
     corner = np.zeros((motions + 4, motions + 4))
     corner[:motions, :motions], corner[:motions, motions:] = moved.T @ pushed, (means @ moved + own).T
-    # every entry is stored, the multipliers' zeros too
-    at = np.triu_indices(len(corner))
-    upper = sparse.coo_array((corner[at], at), shape=corner.shape)
     border = sparse.csr_array(np.column_stack([P.T @ pushed, P.T @ means.T]))
-    matrix = sparse.csr_array(sparse.block_array([[sparse.triu(P.T @ A @ P), border], [None, upper]], format="csr"))
-    matrix.sort_indices()
+    matrix = _bordered(P.T @ A @ P, border, corner)
     solver = Solver(matrix, len(corner))
     try:
         S = solver.factorise(matrix.data)
@@ -99,6 +88,53 @@ def response(pitch: Pitch, geometry: Geometry, tab: Material | None = None, moti
     parts = near_edges(geometry, points)
     strain = mean_energies(tets, elements, fields.reshape(-1, 3, motions), parts)
     return Response((K + K.T) / 2, strain, len(pitch.tets))
+
+
+def alternating(pitch: Pitch, geometry: Geometry) -> Array:
+    """Return the stiffness (6, 6) of a scale against motions of which every second scale has the opposite ones.
+
+    The displacement of the bar changes sign from pitch to pitch, and the bar is not held otherwise; E = 1 and d = 1.
+    """
+    from scipy import sparse
+
+    master, turned, rest = pitch.images
+    tets = np.delete(pitch.tets, pitch.tab, axis=0)
+    A = _stiffness(Elements(pitch.nodes, tets, Material(1.0, geometry.nu)), pitch.nodes)
+    sign = np.ones(len(pitch.nodes))
+    sign[turned] = -1.0
+    tied = master[pitch.tied]
+    moved = np.repeat(sign, 3)[:, None] * _moved(pitch, geometry, tied, 6)
+    P = _from_free(master, np.setdiff1d(np.arange(len(rest)), tied), sign)
+    pushed = A @ moved
+    matrix = _bordered(P.T @ A @ P, sparse.csr_array(P.T @ pushed), moved.T @ pushed)
+    solver = Solver(matrix, 6)
+    try:
+        S = solver.factorise(matrix.data)
+    finally:
+        solver.close()
+    return np.asarray((S + S.T) / 2)
+
+
+def _bordered(inner: Any, border: Any, corner: Array) -> Any:
+    """Return the upper triangle of a symmetric matrix with a border and a corner, of which zeros are stored, too."""
+    from scipy import sparse
+
+    at = np.triu_indices(len(corner))
+    upper = sparse.coo_array((corner[at], at), shape=corner.shape)
+    matrix = sparse.csr_array(sparse.block_array([[sparse.triu(inner), border], [None, upper]], format="csr"))
+    matrix.sort_indices()
+    return matrix
+
+
+def _from_free(master: Index, free: Index, sign: Array) -> Any:
+    """Return the matrix from displacements of free masters to those of all nodes, times a sign for each node."""
+    from scipy import sparse
+
+    column = np.full(master.max() + 1, -1)
+    column[free] = np.arange(free.size)
+    node = np.flatnonzero(column[master] >= 0)
+    rows, columns = ((3 * at[:, None] + np.arange(3)).ravel() for at in (node, column[master[node]]))
+    return sparse.csr_array((np.repeat(sign[node], 3), (rows, columns)), shape=(3 * master.size, 3 * free.size))
 
 
 def _stiffness(elements: Elements, nodes: Array) -> Any:
