@@ -77,7 +77,7 @@ def fit(place: Path) -> None:
     there = tilt.fitted(shape)
     shape = shape.at(there)
     own, lift, roll, turn = (table[name][there] for name in ("F_YY", "uY", "XY", "YY"))
-    Y = np.column_stack([turn, roll / np.sin(shape.alpha), lift]) / own[:, None]
+    Y = np.log(np.column_stack([turn, -roll / np.sin(shape.alpha), -lift]))
     features = law.features(shape)
     mean, spread = features.mean(axis=0), features.std(axis=0)
     x = (features - mean) / spread
@@ -85,16 +85,14 @@ def fit(place: Path) -> None:
     places = tilt.Process(mean, spread, x, process.lengths, process.trend, process.weights)
     np.savez_compressed(tilt.PLACE, **places._asdict())
     B = np.array([table[name][there] for name in HEAD[-6:]]).T
-    for words, found in (("none", 0 * Y), ("left out", Y - process.left_out), ("B itself", Y)):
-        rms, most = _off(shape, B, own[:, None] * found, own)
+    for words, found in (("none", Y - 99), ("left out", Y - process.left_out), ("B itself", Y)):
+        rms, most = _off(shape, B, found, own)
         print(f"tilt, {words}: {len(Y)} designs, compliance off by {100 * rms:.1f} % rms, {100 * most:.0f} % (9 of 10)")
 
 
 def _off(shape: law.Shape, B: Array, column: Array, own: Array) -> tuple[float, float]:
     """Return how far g g^T is off B for a force at a tip, over the compliance of joint and B there: rms, 9 of 10."""
-    turn, roll, lift = column.T
-    roll = roll * np.sin(shape.alpha)
-    g = np.where(turn > 0, [lift, roll, turn] / np.sqrt(np.maximum(turn, 1e-12)), 0.0)
+    g = tilt.motion(shape, column)
     half = np.cos(shape.alpha) * np.cos(shape.theta0) / 2
     off = []
     for eta in TIP:
@@ -102,7 +100,7 @@ def _off(shape: law.Shape, B: Array, column: Array, own: Array) -> tuple[float, 
             w = np.array([np.ones_like(half), side * shape.beta - np.sin(shape.alpha) / 2, half - eta])
             uu, uX, uY, XX, XY, YY = B.T
             exact = np.einsum("in,ijn,jn->n", w, np.array([[uu, uX, uY], [uX, XX, XY], [uY, XY, YY]]), w)
-            off.append(((w * g).sum(axis=0) ** 2 - exact) / (own * w[2] ** 2 + np.abs(exact)))
+            off.append(((w.T * g).sum(axis=1) ** 2 - exact) / (own * w[2] ** 2 + np.abs(exact)))
     errors = np.abs(off)
     return float(np.sqrt((errors**2).mean())), float(np.quantile(errors, 0.9))
 

@@ -102,7 +102,7 @@ class Designs(NamedTuple):
         seen, free = given.seen, given.free(*loaded)
         found = path.beams(
             scale, K, self.mu, sense=sense, free=free, aside=aside, seen=seen, own=bar,
-            tilt=tilt.tilts(K, self.shape),
+            tilt=tilt.tilts(self.shape) * (K.shape[1] > 7),
         )  # fmt: skip
         if seen and self.rigidity is not None:
             # the bar's own stiffness against twist is that with which the whole beam has the given rigidity

@@ -72,7 +72,7 @@ class Held(NamedTuple):
         free = beam.given.free(*(loaded or (TWIST,)))
         aside = float(lateral.stiffness(K, shape(beam)) / K[7, 7]) if len(K) > 7 else 1.0
         E, rigidity = beam.substrate.youngs_modulus, _rigidity(beam, K, own)
-        leans = tuple(tilt.tilts(K, shape(beam)).tolist())
+        leans = tuple(tilt.tilts(shape(beam)).tolist()) if len(K) > 7 else (0.0, 0.0, 0.0)
         return cls(joint, K, E, K_theta, rigidity, free, aside, leans, beam.given.seen, own)
 
 

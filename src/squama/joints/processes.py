@@ -10,15 +10,16 @@ from __future__ import annotations
 import functools
 import zipfile
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from squama.errors import refuse
 from squama.types import Array
 
+T = TypeVar("T")
 PLACE = Path(__file__).with_name("law.npz")
 VERSION = 1
 """Version of the file's format, raised whenever the meaning of its numbers changes."""
@@ -137,19 +138,24 @@ def nearness(square: Array) -> Array:
 
 @functools.cache
 def shipped() -> Law:
-    """Return the law from the package's file, read once.
+    """Return the law from the package's file, read once; raises as :func:`read`."""
+    return read(PLACE, unpacked)
+
+
+def read(place: Path, made: Callable[[Mapping[str, Array]], T]) -> T:
+    """Return what is made of the arrays of a file of the package.
 
     Raises
     ------
     InputError
-        Its file is missing or damaged.
+        The file is missing or damaged.
     """
     try:
-        with PLACE.open("rb") as bytes_of, np.load(bytes_of, allow_pickle=False) as file:
-            return unpacked({name: file[name] for name in file.files})
+        with place.open("rb") as bytes_of, np.load(bytes_of, allow_pickle=False) as file:
+            return made({name: file[name] for name in file.files})
     except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile, zlib.error):
         reason = "the law of the joint is missing, damaged or of another version"
-        refuse("", "", reason, "install squama anew", PLACE.name)
+        refuse("", "", reason, "install squama anew", place.name)
 
 
 def unpacked(table: Mapping[str, Array]) -> Law:

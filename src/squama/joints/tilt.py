@@ -12,8 +12,9 @@ C is the compliance (6, 6) of a scale where every second one bears the opposite 
 n_Z and turn a scale mainly about its width n_Y. So B is taken to be g g^T with g = (B_uY, B_XY, B_YY)/sqrt(B_YY) over
 u_Z, w_X and w_Y: one tilt of stiffness 1 for each scale, which moves it by g (docs, theory: row).
 
-The column (B_YY, B_XY/sin(alpha), B_uY) over the joint's compliance against w_Y is a Gaussian process over the features
-of :mod:`squama.joints.law`, fitted to linear elements (``tools/neighbours.py``).
+The outputs ln B_YY, ln(-B_XY/sin(alpha)), ln(-B_uY) of a Gaussian process over the features of
+:mod:`squama.joints.law` are fitted to linear elements (``tools/neighbours.py``). What a joint gives right at its edges
+has no part in B: elements of half the size change the joint's compliance by half, and B by 4 %.
 """
 
 from __future__ import annotations
@@ -27,12 +28,12 @@ import numpy as np
 from squama.fe.plate import Rest
 from squama.joints import law
 from squama.joints.law import Shape
-from squama.joints.processes import nearness
+from squama.joints.processes import nearness, read
 from squama.types import Array
 
 PLACE = Path(__file__).with_name("tilt.npz")
 U_Z, W_X, W_Y = 2, 3, 4
-STEEP, NARROW = np.radians(66.0), 0.4
+STEEP, NARROW = np.radians(66.0), 0.45
 """Largest alpha, and least width of the bar times cos(alpha) in pitches, of the designs that are fitted: beyond, a rod
 between scales describes the bar badly, B is not positive, and there is no tilt.
 """
@@ -55,26 +56,29 @@ class Process(NamedTuple):
     weights: Array
 
     def __call__(self, shape: Shape) -> Array:
-        """Return (B_YY, B_XY/sin(alpha), B_uY) of shapes (n,) over the joints' compliance against w_Y, (n, 3)."""
+        """Return the outputs (n, 3) of shapes (n,)."""
         x = (law.features(shape) - self.mean) / self.spread
         apart = (x[:, None] - self.sample) / self.lengths
         return np.asarray(self.trend[0] + x @ self.trend[1:] + nearness(5 * (apart**2).sum(axis=-1)) @ self.weights)
 
 
-def tilts(K: Array, shape: Shape) -> Array:
+def tilts(shape: Shape) -> Array:
     """Return the motion (n, 3) of scales along u_Z, w_X and w_Y per unit of their tilt, or (3,) of one; real parts.
 
-    ``K`` (n, 9, 9): their joints. Zeros for shapes that the process does not cover.
+    Zeros for shapes that the process does not cover.
     """
     many = Shape(*np.broadcast_arrays(*(np.atleast_1d(np.real(v)) for v in shape)))
     out = np.zeros((len(many.alpha), 3))
     covered = fitted(many) & law.within(many)
-    if K.shape[-1] == 9 and covered.any():
-        own = np.linalg.inv(np.broadcast_to(np.real(K), (len(out), 9, 9))[covered])[:, W_Y, W_Y]
-        turn, roll, lift = own * _shipped()(many.at(covered)).T
-        roll = roll * np.sin(many.alpha[covered])
-        out[covered] = np.where(turn > 0, [lift, roll, turn] / np.sqrt(np.abs(turn)), 0.0).T
+    if covered.any():
+        out[covered] = motion(many.at(covered), shipped()(many.at(covered)))
     return out if np.ndim(shape.alpha) else out[0]
+
+
+def motion(shape: Shape, column: Array) -> Array:
+    """Return g (n, 3) over u_Z, w_X and w_Y from the outputs (n, 3) of the process."""
+    turn, roll, lift = np.exp(column.T)
+    return np.asarray((np.array([-lift, -roll * np.sin(shape.alpha), turn]) / np.sqrt(turn)).T)
 
 
 def fitted(shape: Shape) -> Array:
@@ -113,7 +117,6 @@ def _cross(v: Array) -> Array:
 
 
 @functools.cache
-def _shipped() -> Process:
+def shipped() -> Process:
     """Return the process of the package's file, read once."""
-    with np.load(PLACE, allow_pickle=False) as file:
-        return Process(*(file[name] for name in Process._fields))
+    return read(PLACE, lambda table: Process(*(np.asarray(table[name], float) for name in Process._fields)))
