@@ -62,6 +62,7 @@ def trial(seed: int) -> list[str]:
     ask, begun = ASKS[seed % TRIALS], time.process_time()
     beam = squama.Beam.from_toml(ROOT / ask.start).replace(scales=SCALES, ends="couple")
     bending = ask.load == "bending"
+    STATE.mkdir(parents=True, exist_ok=True)
     file: dict[str, Any] = {
         "load": ask.load,
         "designs": 1,

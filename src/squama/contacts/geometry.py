@@ -5,7 +5,7 @@ from __future__ import annotations
 from squama.batch.keeping import inlined as _in
 from squama.batch.keeping import part as _jit
 from squama.contacts.system import BETA, CHI, EPS, ETA, PHI, PSI, TILT, System, further, pieces, row_of
-from squama.contacts.vectors import Turned, Vector, add, cross, dot, mixed, rotated, scaled, spin, turned
+from squama.contacts.vectors import Turned, Vector, add, cross, dot, mixed, rotated, scaled, spin, turned, unit
 from squama.types import Array
 
 PLACED, RATES, LEANS = 12, 24, 15
@@ -39,13 +39,6 @@ def back(R: Array, v: Vector) -> Vector:
     """Return R^T v, with R as in :func:`turn`."""
     x, y, z = v
     return R[0] * x + R[3] * y + R[6] * z, R[1] * x + R[4] * y + R[7] * z, R[2] * x + R[5] * y + R[8] * z
-
-
-@_in
-def along(a: int, like: float) -> Vector:
-    """Return a unit vector with the number type of ``like``."""
-    one, none = 1.0 + 0.0 * like, 0.0 * like
-    return (one, none, none) if a == 0 else ((none, one, none) if a == 1 else (none, none, one))
 
 
 @_in
@@ -117,7 +110,7 @@ def tilted(S: System, i: int, q: float, out: Array) -> None:
     w = mixed(S.tilts[i, 1], vector(A[0], 0), S.tilts[i, 2], vector(A[1], 0), none, vector(A[2], 0))
     e = turned(scaled(q, w))
     for column in range(3):
-        out[column], out[3 + column], out[6 + column] = rotated(e, along(column, none))
+        out[column], out[3 + column], out[6 + column] = rotated(e, unit(column, none))
     put(w, out, 9)
     put(scaled(S.tilts[i, 0], vector(A[2], 0)), out, PLACED)
 

@@ -11,7 +11,7 @@ from squama.contacts.geometry import back, bow, slopes, turn, vector
 from squama.contacts.lifts import around, lifted, lifts, shared
 from squama.contacts.linear import BASE, FAR, INNER, STRIDE, Linear, alone, emptied, enter, grow
 from squama.contacts.meeting import Meeting, Work, along_edges, before, frame, lever, meet
-from squama.contacts.supports import tie_rates, unit
+from squama.contacts.supports import tie_rates
 from squama.contacts.system import (
     ELASTIC,
     MOTIONS,
@@ -29,7 +29,7 @@ from squama.contacts.system import (
     strain_columns,
 )
 from squama.contacts.touch import lengthwise, places_of, unknown
-from squama.contacts.vectors import Vector, add, by_vector, cross, dot, scaled, spin, turned
+from squama.contacts.vectors import Vector, add, by_vector, cross, dot, scaled, spin, turned, unit
 from squama.types import Array
 
 _J, _S, _W, _F, _E = 6, 12, 15, 21, 24

@@ -39,20 +39,13 @@ from squama.contacts.system import (
     sectioned,
     strain_columns,
 )
-from squama.contacts.vectors import Vector, add, cross, dot, rotated, scaled, spin, turned
+from squama.contacts.vectors import Vector, add, cross, dot, rotated, scaled, spin, turned, unit
 from squama.types import Array
 
 LOADS, GIVEN = range(2)
 """Rows of a state's ties: loads, and prescribed values."""
 AT, AXIS, SPIN = 0, 1, 4
 """Columns of a tie that holds a rotation: section, axis, prescribed rotation."""
-
-
-@_jit
-def unit(a: int, like: float) -> Vector:
-    """Return a unit vector with the number type of ``like``."""
-    one, none = 1.0 + 0.0 * like, 0.0 * like
-    return (one, none, none) if a == 0 else ((none, one, none) if a == 1 else (none, none, one))
 
 
 @_jit

@@ -12,6 +12,13 @@ Vector = tuple[float, float, float]
 
 
 @_in
+def unit(a: int, like: float) -> Vector:
+    """Return a unit vector with the number type of ``like``."""
+    one, none = 1.0 + 0.0 * like, 0.0 * like
+    return (one, none, none) if a == 0 else ((none, one, none) if a == 1 else (none, none, one))
+
+
+@_in
 def dot(a: Vector, b: Vector) -> float:
     """Return a . b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
