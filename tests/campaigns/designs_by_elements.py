@@ -39,7 +39,7 @@ FINGER = ("finger.toml", "bending", "35 deg total", "55 deg total", "stiffness_r
 DAMPED = ("stiff_skin.toml", "twisting", "15 deg total", "55 deg total", "RED")
 ASKS = (
     *(Ask(*LIMB, value) for value in (1.6, 2.2, 2.8, 3.4)),
-    *(Ask(*FINGER, value) for value in (3.6, 4.2, 4.6)),
+    *(Ask(*FINGER, value) for value in (3.2, 3.6, 4.0)),
     *(Ask(*DAMPED, value) for value in (0.02, 0.03, 0.045)),
 )
 TRIALS, SIZE = len(ASKS), 1

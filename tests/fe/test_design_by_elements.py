@@ -25,7 +25,7 @@ def test_the_first_design_beside_elements():
     assert found.met
     (line,) = found.notes
     off, elements, real = re.fullmatch(
-        r"elements \(coarse mesh\), 0\.07 rad per pitch: torque .* N m+ \((.*)%\), "
+        r"elements \(coarse mesh\), held straight, 4\.01 deg per pitch: torque .* N m+ \((.*)%\), "
         r"stiffness ratio (.*) \(model: (.*)\)",
         line,
     ).groups()
@@ -60,7 +60,7 @@ def test_elements_have_the_scales_of_the_design():
         assert line.startswith(f"{goal.name}: elements (coarse mesh, 3 scales, a couple at their end)")
         # tolerance: so few scales are the hardest, docs, how-to: finite
         assert goal.reached == pytest.approx(known[goal.name], rel=0.2)
-    assert told.goals[1].reached == pytest.approx(1, abs=0.02)
+    assert told.goals[1].reached == pytest.approx(1, abs=0.05)
     assert told.goals[2].reached > 1.2
 
 

@@ -306,7 +306,7 @@ def keywords(text, comment, mark):
 
 def said(text):
     """Check what every file says."""
-    assert "endless beam; good to 10 % from 13 scales on" in text
+    assert "endless beam; good to 10 % from 15 scales on" in text
     assert f"squama {squama.__version__}" in text
     assert "strain limit: 15 rad/m" in text
 
