@@ -26,7 +26,7 @@ def test_figures_of_scales_with_ends():
 @pytest.mark.slow
 @pytest.mark.parametrize("asked", [3.6, 4.0])
 def test_a_ratio_that_the_end_scale_limits_is_found(asked):
-    """The last of eight scales has no neighbour: the endless beam is some 20 times as stiff as the bar where these are 4."""
+    """The last of eight scales has no neighbour: the endless beam is 20 times as stiff as the bar where these are 4."""
     data = {
         "load": "bending",
         "designs": 1,
