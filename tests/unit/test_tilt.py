@@ -84,6 +84,9 @@ def test_contact_forces_near_the_ends_are_those_of_elements():
     N = r.N.values[-1][1:5]
     assert N[0] / N[1] == pytest.approx(0.768, rel=0.05)
     assert N[3] / N[2] == pytest.approx(0.768, rel=0.05)
+    # elements turn the first scale by 1.76 deg, the second by 0.61; the joints alone give 1.17 and 0.39 of it
+    turned = np.degrees(r.theta.values[-1][1:3]) - 20
+    assert turned == pytest.approx([1.76, 0.61], rel=0.1)
 
 
 @pytest.mark.parametrize(
