@@ -117,6 +117,7 @@ CONTACTS = (
     "unit/test_corner_contact.py",
     "properties/test_thick_scales.py",
     "unit/test_compliant_row.py",
+    "unit/test_tilt.py",
     "unit/test_compliant_twist.py",
     "unit/test_compliant_cycle.py",
     "unit/test_compliant_bend_twist.py",
@@ -142,6 +143,7 @@ OWN_CELLS = (
             "test_energies_are_those_of_each_cell",
         )
     ),
+    "unit/test_tilt.py",
     "unit/test_part.py",
     "unit/test_rows_of_both_faces.py",
 )
@@ -241,6 +243,7 @@ TESTS: dict[str, tuple[str, ...]] = {
     "joints/processes.py": ("unit/joints/test_law.py",),
     "fe/pitch_stiffness.py": ("fe/test_pitch_stiffness.py", "fe/test_long_tabs.py"),
     "joints/choice.py": ("unit/joints/test_choice.py",),
+    "joints/tilt.py": ("unit/test_tilt.py",),
     "curves/way.py": ("unit/test_follow.py", "unit/test_response.py", *CYCLES, *CURVES),
     "curves/curve_figures.py": ("unit/test_response.py", *CYCLES, *CURVES),
     "curves/given.py": ("unit/test_cycle.py", "unit/test_bend_twist.py"),

@@ -17,7 +17,21 @@ from squama.contacts.jacobian import jacobian
 from squama.contacts.linear import BASE, INNER, STRIDE, laid_out
 from squama.contacts.meeting import before, meet, prepared
 from squama.contacts.newton import shift, solve
-from squama.contacts.system import EPS, EQUAL, FREE, LOADED, MU, OWN, PHI, STRAINS, UNTIED, Ties, ahead, strain_columns
+from squama.contacts.system import (
+    EPS,
+    EQUAL,
+    FREE,
+    LOADED,
+    MU,
+    OWN,
+    PHI,
+    STRAINS,
+    TILT,
+    UNTIED,
+    Ties,
+    ahead,
+    strain_columns,
+)
 from squama.contacts.ties import COUPLE, GRIPPED, LOOSE, Tie, X, Y, Z, of_ends, ties
 from squama.contacts.works import remember
 from squama.joints import law
@@ -41,7 +55,8 @@ def walks(held: Ties | None, free: tuple[float, ...], faces: str = "one") -> lis
     shape = law.Shape(2.0, 0.5, 0.3, 0.8, 0.03, 0.8, 0.3, 0.45)
     scale = path.Scale(*np.array([(2.5, 0.8, 0.5, 0.8, 0.3, 0.03, 0.05, 0.3)]).T)
     other = FACES[faces]
-    bar = {"seen": other.seen, "own": (0.1, 0.1, 0.1, 0.1)} if other else {}
+    bar: path.Bar = {"seen": other.seen, "own": (0.1, 0.1, 0.1, 0.1)} if other else {}
+    bar["tilt"] = (-0.3, -0.6, 2.0)
     beams = path.beams(scale, law.stiffness(shape)[None], np.zeros(1), **bar)._replace(free=np.array([free]))
     S = entry.system(beams, 0, N * path.faces(beams), OWN if held else EQUAL, held or UNTIED)
     return [entry.walk(S._replace(K=S.K.astype(kind)), C, np.zeros(0)) for kind in (float, complex)]
@@ -117,6 +132,9 @@ def missed(held: Ties | None, free: tuple[float, ...], size: float, mu: float, f
     columns = [[v for v in strain_columns(S, J.at, n, i * S.stride) if v >= 0] for i in range(N)]
     for strained in columns:
         own[np.ix_(strained, strained)] = True
+    for first in J.at[: len(S.tilts)]:
+        # a tilt's shift does not turn with it, which the Jacobian leaves out
+        own[first + TILT, first + TILT] = True
     for i in range(N if ahead(S) > len(columns[0]) else 0):
         # how far sections move is eliminated
         first = J.at[i * S.stride]
