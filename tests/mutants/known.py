@@ -143,7 +143,6 @@ OWN_CELLS = (
             "test_energies_are_those_of_each_cell",
         )
     ),
-    "unit/test_tilt.py",
     "unit/test_part.py",
     "unit/test_rows_of_both_faces.py",
 )
