@@ -43,8 +43,8 @@ from squama.contacts.system import (
     borders,
     cells,
     copy,
+    freedoms,
     rated,
-    turns,
 )
 from squama.contacts.written import write
 from squama.types import Array
@@ -99,7 +99,7 @@ def state(S: System, C: int) -> State:
     """Return a state at rest with room for C contacts."""
     N, kind = len(S.shapes), S.K.dtype
     return State(
-        np.zeros((N, turns(S)), kind),
+        np.zeros((N, freedoms(S)), kind),
         np.zeros((cells(S) if S.own else 1, STRAINS), kind),
         np.zeros((N, 24), kind),
         np.zeros((C, 3), kind),
@@ -113,7 +113,7 @@ def walk(S: System, C: int, notes: Array) -> Walk:
     """Return a path at rest with room for C contacts, and an array for its record (or an empty one)."""
     N, k, kind = len(S.shapes), S.reach, S.K.dtype
     wide = borders(S)
-    n, own, sections = (turns(S) + ahead(S)) * N + 6 * C + wide, cells(S) if S.own else 0, S.ties.forces.shape[1]
+    n, own, sections = (freedoms(S) + ahead(S)) * N + 6 * C + wide, cells(S) if S.own else 0, S.ties.forces.shape[1]
     strains = rated(S, k)
     W = Work(
         np.zeros((N, 12), kind), np.zeros((N, k, PLACED + 6 * rated(S, k)), kind), np.zeros((N, 24), kind),
@@ -126,7 +126,7 @@ def walk(S: System, C: int, notes: Array) -> Walk:
         np.zeros((N, MOTIONS + STRAINS), kind), np.zeros(1),
         np.zeros((N if S.own else 0, PLACED + RATES + LEANS), kind),
     )  # fmt: skip
-    half = n if S.periodic else (k + 1) * S.stride * (turns(S) + ahead(S) + 6 * _CROWD)
+    half = n if S.periodic else (k + 1) * S.stride * (freedoms(S) + ahead(S) + 6 * _CROWD)
     J = Linear(
         np.zeros(n * min(n, 3 * half)), np.zeros(n * min(n, half)), np.zeros((n, wide)), np.zeros((wide, n)),
         np.zeros((wide, wide)), np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n, kind),

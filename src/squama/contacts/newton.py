@@ -11,7 +11,7 @@ from squama.contacts.jacobian import jacobian
 from squama.contacts.linear import RESIDUALS, SOLVED, Linear, factor, laid_out, substitute
 from squama.contacts.meeting import Work, prepared
 from squama.contacts.supports import moved_alone, shifted
-from squama.contacts.system import STRAINS, Past, State, System, strain_columns, turns
+from squama.contacts.system import STRAINS, Past, State, System, freedoms, strain_columns
 from squama.contacts.touch import places_of
 from squama.types import Array
 
@@ -33,7 +33,7 @@ def shift(S: System, st: State, con: Array, m: int, at: Array, n: int, x: Array,
     """Add a multiple ``by`` of changes (n,) of the unknowns to a state."""
     N = len(S.shapes)
     for i in range(N):
-        for a in range(turns(S)):
+        for a in range(freedoms(S)):
             st.q[i, a] += by * x[at[i] + a]
     for c in range(m):
         o = at[N + c]

@@ -190,7 +190,7 @@ def pieces(S: System, k: int) -> int:
 
 
 @_in
-def turns(S: System) -> int:
+def freedoms(S: System) -> int:
     """Return the number of motions of a scale, with its tilt."""
     return MOTIONS + (1 if S.own else 0)
 
@@ -294,7 +294,7 @@ def layout(S: System, con: Array, m: int, at: Array) -> int:
     """
     n, N, first = 0, len(S.shapes), ahead(S)
     for i in range(N):
-        at[i] = turns(S)
+        at[i] = freedoms(S)
     for c in range(m):
         at[N + c] = at[con[c, touch.FIRST]]
         # its force and places, or the moment of the substrate
