@@ -375,6 +375,12 @@ def test_the_error_of_the_joints_law_scatters_too(monkeypatch: pytest.MonkeyPatc
         assert "joint.factor" not in squama.uncertainty(known, given, at=AT, samples=320, levels=[0.5]).parameter.values
 
 
+def test_samples_of_which_none_is_known_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("squama.study.tolerances.monte_carlo.FEWEST", 320)
+    with pytest.raises(squama.InputError, match="every sample lies outside the range of the law of the joint"):
+        squama.uncertainty(BEAM, {"theta0": "uniform(26 deg, 27 deg)"}, at=AT, samples=320, levels=[0.5])
+
+
 @pytest.mark.slow
 def test_what_is_not_known_is_a_share() -> None:
     # the law goes to scales of .45 of the gap

@@ -161,6 +161,9 @@ def uncertainty(
     case = Case(beam, known, load, LOADS[load].law(law), sense, margin, quantiles, limit, sampler, seed, model)
     own_figures = solved(case, {t.name: np.array([nominal(t, beam)]) for t in known})
     samples_of = _run(case, _points(len(known), each, sampler, seed), REPLICATES * each, "samples", keep=keep)
+    if (samples_of["code"] == case.unknown).all():
+        reason = "every sample lies outside the range of the law of the joint, in one ratio or another"
+        refuse("tolerances", "", reason, "move the beam away from the ends of that range, or give joint.matrix")
     own_indices = _indices(case, base) if base else None
     found = dataset(case, samples_of, own_figures, own_indices, keep)
     ends, with_ends = _with_ends(case, found.figure.values.tolist())
