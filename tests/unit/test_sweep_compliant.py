@@ -372,13 +372,20 @@ def test_the_error_of_the_joints_law_scatters_too(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr("squama.study.tolerances.monte_carlo.FEWEST", 320)
     for known in (BEAM.replace(joint={"stiffness": 0.06}), BEAM):
         given = vary if known is not BEAM else vary | {"joint.stiffness": "normal(0.06 N m, 1 %)"}
-        assert "joint.factor" not in squama.uncertainty(known, given, at=AT, samples=320, levels=[0.5]).parameter.values
+        assert (
+            "joint.factor" not in squama.uncertainty(known, given, at=AT, samples=1024, levels=[0.5]).parameter.values
+        )
 
 
-def test_samples_of_which_none_is_known_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tolerances_across_the_end_of_the_law(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("squama.study.tolerances.monte_carlo.FEWEST", 320)
-    with pytest.raises(squama.InputError, match="every sample lies outside the range of the law of the joint"):
-        squama.uncertainty(BEAM, {"theta0": "uniform(26 deg, 27 deg)"}, at=AT, samples=320, levels=[0.5])
+    ask = {"at": AT, "samples": 2048, "levels": [0.5]}
+    # the law goes to 25.5 deg
+    u = squama.uncertainty(BEAM, {"theta0": "uniform(25 deg, 26 deg)"}, **ask)
+    assert float(u.share.sel(figure="K_theta")) == pytest.approx(0.5, abs=0.1)
+    for limits, share in (("26 deg, 27 deg", "100"), ("25.3 deg, 26.5 deg", "8[0-9.]+")):
+        with pytest.raises(squama.InputError, match=f"{share} % of the samples lie outside the range of the law"):
+            squama.uncertainty(BEAM, {"theta0": f"uniform({limits})"}, **ask)
 
 
 @pytest.mark.slow

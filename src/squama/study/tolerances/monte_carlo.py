@@ -33,7 +33,7 @@ from squama.study.models import Model, Twist, note, shares
 from squama.study.parameters import FACTOR
 from squama.study.tolerances import statistics
 from squama.study.tolerances.distributions import Tolerance, nominal, tolerances
-from squama.study.tolerances.statistics import REPLICATES, Case, Indices, Limit, dataset
+from squama.study.tolerances.statistics import LEAST, REPLICATES, Case, Indices, Limit, dataset
 from squama.types import Array
 from squama.units import shown
 
@@ -161,9 +161,11 @@ def uncertainty(
     case = Case(beam, known, load, LOADS[load].law(law), sense, margin, quantiles, limit, sampler, seed, model)
     own_figures = solved(case, {t.name: np.array([nominal(t, beam)]) for t in known})
     samples_of = _run(case, _points(len(known), each, sampler, seed), REPLICATES * each, "samples", keep=keep)
-    if (samples_of["code"] == case.unknown).all():
-        reason = "every sample lies outside the range of the law of the joint, in one ratio or another"
-        refuse("tolerances", "", reason, "move the beam away from the ends of that range, or give joint.matrix")
+    known_ones = samples_of["code"] != case.unknown
+    if known_ones.reshape(REPLICATES, -1).sum(axis=1).min() < LEAST:
+        lost = f"{100 * (1 - known_ones.mean()):.3g} % of the samples lie outside the range of the law of the joint"
+        remedy = "make the tolerances narrower, move the beam away from the ends of that range, or give joint.matrix"
+        refuse("tolerances", "", f"{lost}, too many for statistics", remedy)
     own_indices = _indices(case, base) if base else None
     found = dataset(case, samples_of, own_figures, own_indices, keep)
     ends, with_ends = _with_ends(case, found.figure.values.tolist())
