@@ -328,6 +328,8 @@ def test_statistics_of_known_values():
     assert half.se == pytest.approx(0.508 / np.sqrt(32), rel=1e-3)
     # a few samples that happen to be spread evenly scatter as counts do
     assert probability(x % 200 == 0, 32).se == pytest.approx(np.sqrt(16) / 3200, rel=0.01)
+    some = probability(x < 1600, 32, among=x % 4 != 1)
+    assert (some.value, some.number) == (pytest.approx(0.5), 1200)
 
 
 def test_what_a_sample_cannot_be_is_refused():

@@ -171,15 +171,15 @@ def flat(dataset: xr.Dataset) -> xr.Dataset:
     return dataset[names].drop_vars([name for name in dataset[names].coords if name not in names])
 
 
-def _share(u: xr.Dataset, name: str) -> Probability:
+def _share(u: xr.Dataset, name: str, of: str = "known_samples") -> Probability:
     from squama.study.tolerances.statistics import Probability
 
     value = float(u[name])
-    return Probability(value, float(u[f"{name}_se"]), round(value * u.attrs["samples"]))
+    return Probability(value, float(u[f"{name}_se"]), round(value * u.attrs[of]))
 
 
 def _ends(u: xr.Dataset) -> dict[str, Probability]:
-    return {str(end): _share(u.sel(end=end), "probability") for end in u["end"].values}
+    return {str(end): _share(u.sel(end=end), "probability", "samples") for end in u["end"].values}
 
 
 def _record(u: xr.Dataset, nominal: Bench | None = None) -> dict[str, object]:
@@ -224,7 +224,7 @@ def _summary(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Summary:
     """Return the summary: 5 and 95 % quantiles and probabilities; ``nominal``: the nominal beam and simpler ones."""
     from squama.study.models import Twist
 
-    load, n, names = LOADS[u.attrs["load"]], u.attrs["samples"], u["figure"].values
+    load, n, names = LOADS[u.attrs["load"]], u.attrs["known_samples"], u["figure"].values
     factor, unit = degrees(beam)
     own = ("finite_torque", "finite_stiffness_ratio") if "finite_torque" in names else ("torque", "stiffness_ratio")
     newton = torque_unit(float(u["nominal"].sel(figure=own[0]))) if own[0] in names else (1.0, "N m")
@@ -249,7 +249,7 @@ def _summary(u: xr.Dataset, beam: Beam, nominal: Bench | None) -> Summary:
         ("figures at", at),
         *((row[0], spread.get(name, "")) for name, row in rows.items()),
         *chances,
-        ("beams", f"{n}, {_DRAWN[u.attrs['sampler']]}, seed {u.attrs['seed']}"),
+        ("beams", f"{u.attrs['samples']}, {_DRAWN[u.attrs['sampler']]}, seed {u.attrs['seed']}"),
         ("model", modelled(beam, u.attrs, f"endless beam{finite}")),
     ]
     notes = [f"note: {line}" for line in u.attrs["notes"].splitlines()]

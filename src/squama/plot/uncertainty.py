@@ -106,7 +106,7 @@ def cumulative(dataset: xr.Dataset, ax: Axes | None = None) -> Axes:
     ax, kind = style.panel(ax, dataset, "bin", "squama.uncertainty")
     factor, across = _across(dataset, kind)
     edges = factor * np.append(dataset["bin_low"].values, dataset["bin_high"].values[-1:])
-    n = dataset.attrs["samples"]
+    n = dataset.attrs["known_samples"]
     every = dataset["count"].sum("end").values / n
     if "at" in dataset.attrs:
         ax.plot(edges, np.append(np.cumsum(every[::-1])[::-1], 0), color=INK, label="beams at least as stiff")

@@ -33,7 +33,7 @@ from squama.study.models import Model, Twist, note, shares
 from squama.study.parameters import FACTOR
 from squama.study.tolerances import statistics
 from squama.study.tolerances.distributions import Tolerance, nominal, tolerances
-from squama.study.tolerances.statistics import LEAST, REPLICATES, Case, Indices, Limit, dataset
+from squama.study.tolerances.statistics import KNOWN, REPLICATES, Case, Indices, Limit, dataset
 from squama.types import Array
 from squama.units import shown
 
@@ -114,15 +114,16 @@ def uncertainty(
         ``low``, ``high``, ``nominal``, ``units``, and ``share`` of the samples in which the figure exists, over which
         the statistics are; figures of compliant joints have the names of :func:`squama.sweep`. Of a beam with a number
         of scales ``own`` is the nominal beam with all of them: statistics times own over nominal are about theirs.
-        Dimension ``end``: ``probability``. Single figures: ``P_engaged``, ``P_strength``; on hinges ``P_locked``,
-        ``P_locked_before``, ``P_ended_before``. Dimension ``bin``: ``count`` of the stiffness ratio (on hinges the end
-        twist), by ``end``. Dimension ``indexed``: ``S1``, ``ST`` by ``parameter``. Dimension ``sample``: dimensions and
-        figures of each beam.
+        Dimension ``end``: ``probability``. Single figures, of the samples whose joint is known: ``P_engaged``,
+        ``P_strength``; on hinges ``P_locked``, ``P_locked_before``, ``P_ended_before``. Dimension ``bin``: ``count`` of
+        the stiffness ratio (on hinges the end twist), by ``end``. Dimension ``indexed``: ``S1``, ``ST`` by
+        ``parameter``. Dimension ``sample``: dimensions and figures of each beam.
 
     Raises
     ------
     InputError
-        A distribution or an argument cannot be used, or a sample is no beam: a line each.
+        A distribution or an argument cannot be used, or a sample is no beam: a line each. More than a fifth of the
+        samples lie outside the range of the law of the joint.
 
     Examples
     --------
@@ -161,11 +162,11 @@ def uncertainty(
     case = Case(beam, known, load, LOADS[load].law(law), sense, margin, quantiles, limit, sampler, seed, model)
     own_figures = solved(case, {t.name: np.array([nominal(t, beam)]) for t in known})
     samples_of = _run(case, _points(len(known), each, sampler, seed), REPLICATES * each, "samples", keep=keep)
-    known_ones = samples_of["code"] != case.unknown
-    if known_ones.reshape(REPLICATES, -1).sum(axis=1).min() < LEAST:
-        lost = f"{100 * (1 - known_ones.mean()):.3g} % of the samples lie outside the range of the law of the joint"
+    lost = float((samples_of["code"] == case.unknown).mean())
+    if lost > 1 - KNOWN:
+        reason = f"{100 * lost:.3g} % of the samples lie outside the range of the law of the joint"
         remedy = "make the tolerances narrower, move the beam away from the ends of that range, or give joint.matrix"
-        refuse("tolerances", "", f"{lost}, too many for statistics", remedy)
+        refuse("tolerances", "", f"{reason}, at most {100 * (1 - KNOWN):.0f} % may", remedy)
     own_indices = _indices(case, base) if base else None
     found = dataset(case, samples_of, own_figures, own_indices, keep)
     ends, with_ends = _with_ends(case, found.figure.values.tolist())

@@ -43,7 +43,7 @@ REPLICATES = 32
 LEAST = 20
 """Least number of samples with a figure in every set, for statistics of the figure."""
 KNOWN = 0.8
-"""Least share of complete groups of samples for Sobol indices."""
+"""Least share of samples whose joint is known for statistics, and of complete groups of samples for Sobol indices."""
 RESAMPLES = 200
 CONFIDENCE = 0.95
 
@@ -115,17 +115,20 @@ def _quantile_errors(whole: Array, parts: list[Array], levels: Sequence[float], 
     return np.asarray(above - below) / 2
 
 
-def probability(has: Array, replicates: int) -> Probability:
+def probability(has: Array, replicates: int, among: Array | None = None) -> Probability:
     """Return the share of samples ``has`` (n,), set after set, that have a property.
 
-    Where none or all have it the sets do not differ; the standard error is then that of one sample more or less, about
-    1/n.
+    ``among`` (n,): which samples count, some in every set; all if None. Where none or all of them have it the sets do
+    not differ; the standard error is then that of one sample more or less, about 1/n.
     """
-    n, count = has.size, int(np.count_nonzero(has))
+    counted = np.ones(has.shape, bool) if among is None else among
+    has = has & counted
+    n, count = int(np.count_nonzero(counted)), int(np.count_nonzero(has))
     if count in (0, n):
         p = (count + 1) / (n + 2)
         return Probability(count / n, float(np.sqrt(p * (1 - p) / n)), count)
-    shares = has.reshape(replicates, -1).mean(axis=1)
+    sizes = counted.reshape(replicates, -1).sum(axis=1)
+    shares = has.reshape(replicates, -1).sum(axis=1) / sizes
     # a few samples spread over the sets scatter like any counts
     least = 0.0 if count * (n - count) / n > replicates else np.sqrt(count * (n - count) / n**3)
     return Probability(count / n, float(max(shares.std(ddof=1) / np.sqrt(replicates), least)), count)
@@ -319,6 +322,7 @@ def dataset(
     figures = case.figures
     summaries = {f: s for f in figures if (s := summary(found[f.role], case.levels, REPLICATES)) is not None}
     code, binned = found["code"], found[BINNED[case.model.joint]]
+    known = code != case.unknown
     there = {str(e): code == i for i, e in enumerate(case.ends) if np.any(code == i)}
     coords: dict[Hashable, Any] = {
         "figure": [f.name for f in summaries],
@@ -342,7 +346,7 @@ def dataset(
     put("probability", ["end"], [p.value for p in shares], "share of the samples", "1")
     put("probability_se", ["end"], [p.se for p in shares], "its standard error", "1")
     for name, (has, words) in case.properties(found).items():
-        p = probability(has, REPLICATES)
+        p = probability(has, REPLICATES, known)
         put(f"P_{name}", [], p.value, f"probability that {words}", "1")
         put(f"P_{name}_se", [], p.se, "its standard error", "1")
     put("distribution", ["parameter"], [t.text for t in case.tolerances], "distribution of the parameter")
@@ -375,6 +379,7 @@ def dataset(
         **({} if case.model.compliant else {"margin": case.margin}),
         **case.model.attrs(case.beam),
         "samples": code.size,
+        "known_samples": int(known.sum()),
         "sets": REPLICATES,
         **{key: getattr(case, key) for key in ("sampler", "seed")},
         "nominal_end": str(case.ends[int(nominal["code"][0])]),
