@@ -110,18 +110,22 @@ def test_scaled_to_measured_figures() -> None:
 def test_it_is_near_elements_that_were_not_fitted() -> None:
     with np.load(SAMPLE) as file:
         coarse, fine = (file[f"held_out_{name}"].astype(float) for name in ("coarse", "fine"))
-        shapes = file["held_out_shape"]
+        shapes, index = file["held_out_shape"], file["held_out_index"]
     i, j = np.tril_indices(9)
     limit = np.zeros((len(coarse), 9, 9))
     limit[:, i, j] = limit[:, j, i] = 2 * fine - coarse
     shape = law.Shape(*shapes.astype(float).T)
     inside = law.within(shape)
     off = factor.pivots(law.stiffness(shape.at(inside))) / factor.pivots(limit[inside]) - 1
-    told = law.errors()
-    assert inside.sum() == told.designs
+    # designs of higher numbers were drawn from a larger range, after the law's errors had been stated
+    told, later = law.errors(), index[inside] >= 100_000
+    assert (~later).sum() == told.designs
+    assert later.sum() >= 50
     for place, error in ((factor.K_THETA, told.K_theta), (factor.TWIST, told.rigidity)):
-        assert np.sqrt((off[:, place] ** 2).mean()) == pytest.approx(error.rms, rel=0.01)
-        assert np.abs(off[:, place]).max() == pytest.approx(error.worst, rel=0.01)
+        assert np.sqrt((off[~later, place] ** 2).mean()) == pytest.approx(error.rms, rel=0.01)
+        assert np.abs(off[~later, place]).max() == pytest.approx(error.worst, rel=0.01)
+        assert np.sqrt((off[later, place] ** 2).mean()) <= 2 * error.rms
+        assert np.abs(off[later, place]).max() <= 2.5 * error.worst
     for error, rms, worst in zip(told[1:], (0.02, 0.02, 0.02, 0.06), (0.07, 0.06, 0.12, 0.3), strict=True):
         assert error.rms <= rms
         assert error.worst <= worst
