@@ -107,9 +107,8 @@ fig6b: .venv/.dev ## the elements' points of Fig. 6b anew (ten minutes; goes on 
 
 # ---- checks ----------------------------------------------------------------------------------------------
 
-# What each process of the tests would compile anew is compiled beside lint; the docs, which run the compiled code in
-# a process for each page, are built beside the tests, without the output of their long pages. What both say is shown
-# where they fail.
+# What each process of the tests would compile anew is compiled beside lint; the docs are built beside the tests, without
+# the output of their cells, which the tests execute. What both say is shown where they fail.
 .PHONY: test
 test: .venv/.dev ## everything a change must pass: lint, the tests, the docs
 	@echo "compiling beside ruff and mypy"

@@ -28,12 +28,10 @@ version = release = squama.__version__
 
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.mathjax", "sphinx-mathjax-offline"]
 exclude_patterns = ["_build", "api", "images/*.py"]
-nb_execution_mode = "force"
-LONG = ["elements", "fit", "front", "graded", "how_many", "limb", "regimes", "tolerances"]
-"""Pages of the gallery that take more than 10 s: `make test` builds them without their output."""
+# `make test` builds pages without the output of their cells, which its tests execute
+nb_execution_mode = "off" if tags.has("quick") else "force"  # noqa: F821 - Sphinx gives the name to this file
+suppress_warnings = ["myst-nb.lexer"]  # cells without a kernel
 nb_execution_excludepatterns = ["tutorial*.ipynb"]  # with outputs of their own; tests/unit/test_tutorial.py runs them
-if tags.has("quick"):  # noqa: F821 - Sphinx gives the name to this file
-    nb_execution_excludepatterns += [f"gallery/{name}.md" for name in LONG]
 nb_execution_raise_on_error = True
 nb_execution_timeout = 600
 nb_output_stderr = "remove"
@@ -86,19 +84,26 @@ def joint_laws() -> list[str]:
 
 def law_ranges() -> list[str]:
     """Rows of the table of ranges of the law of the joint."""
-    rows = ["| key | from | to | |", "|---|---|---|---|"]
-    return rows + [f"| `{r.key}` | {r.low:g} | {r.high:g}{r.unit} | {r.part} |" for r in law.RANGES]
+    rows = ["| key | core, from | to | whole range, from | to | |", "|---|---|---|---|---|---|"]
+    for core, r in zip(law.CORE.ranges, law.WHOLE.ranges, strict=True):
+        ends = f"{core.low:g} | {core.high:g}{core.unit} | {r.low:g} | {r.high:g}{r.unit}"
+        rows.append(f"| `{r.key}` | {ends} | {r.part} |")
+    return rows
 
 
 def law_errors() -> list[str]:
     """Rows of the table of errors of the law of the joint."""
-    designs, *errors = law.errors()
-    rows = [f"| on {designs} designs that were not fitted | rms | worst |", "|---|---|---|"]
+    (core, *errors), (beyond, *others) = law.errors(), law.errors(law.WHOLE)
+    head = f"core ({core} designs): rms | worst | outside it ({beyond} designs): rms | worst"
+    rows = [f"| on designs that were not fitted | {head} |", "|---|---|---|---|---|"]
     names = (
         "$K_\\theta$", "torque per twist of the pitch, no contact", "torque at twice the engagement",
         "strain near an edge of the embedded scale, at twice the engagement",
     )  # fmt: skip
-    return rows + [f"| {n} | {e.rms:.1%} | {e.worst:.1%} |" for n, e in zip(names, errors, strict=True)]
+    return rows + [
+        f"| {n} | {e.rms:.1%} | {e.worst:.1%} | {o.rms:.1%} | {o.worst:.1%} |"
+        for n, e, o in zip(names, errors, others, strict=True)
+    ]
 
 
 TABLES_OF = {

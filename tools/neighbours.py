@@ -1,6 +1,6 @@
 """Linear elements of a pitch beyond the joint's matrix: lateral bend, and scales that move alternately.
 
-python tools/neighbours.py sample [--count N] [--file F]   goes on where it was stopped; some 6 CPU seconds a design
+python tools/neighbours.py sample [--first I] [--count N] [--file F]   goes on where it was stopped; 6 CPU s a design
 python tools/neighbours.py fit    write squama/joints/tilt.npz from the sample that stands beside this file, and print
                                   its errors, and the powers of squama.joints.lateral
 
@@ -17,9 +17,9 @@ from pathlib import Path
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("MKL_NUM_THREADS", "1")
 
-import joint_law
 import numpy as np
 from joint_process import fitted
+from joint_sample import FIRST_WIDE, design, geometry
 from scipy.optimize import least_squares
 
 from squama.errors import InputError
@@ -50,14 +50,20 @@ def line(number: int, g: Geometry, K: Array, A: Array) -> list[float]:
     return [number, *shape, *ratios, np.linalg.inv(alone)[4, 4], *B[np.triu_indices(3)]]
 
 
-def sample(count: int, place: Path) -> None:
-    """Add designs to a file of the sample up to number ``count``."""
+def sample(first: int, count: int, place: Path) -> None:
+    """Add designs to a file of the sample from number ``first`` up to ``count``, those beyond the law's range left out.
+
+    Numbers are those of ``joint_sample``: from its FIRST_WIDE on designs are drawn from a larger box.
+    """
     if not place.exists():
         place.write_text(",".join(HEAD) + "\n")
     numbers = [int(row.split(",")[0]) for row in place.read_text().splitlines()[1:]]
+    last = max((n for n in numbers if first <= n < count), default=first - 1)
     with place.open("a") as out:
-        for number in range(1 + max(numbers, default=-1), count):
-            g = joint_law.geometry(joint_law.design(number, held_out=False))
+        for number in range(last + 1, count):
+            g = geometry(design(number, held_out=False))
+            if number >= FIRST_WIDE and not law.within(law.Shape(*(getattr(g, name) for name in HEAD[1:9]))):
+                continue
             try:
                 g.check()
                 size, edges = sizes(g, 3)
@@ -121,11 +127,12 @@ def main() -> int:
     """Sample or fit."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("what", choices=("sample", "fit"))
-    parser.add_argument("--count", type=int, default=400)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--count", type=int, default=400, help="last number and one")
     parser.add_argument("--file", type=Path, default=SAMPLE)
     given = parser.parse_args()
     if given.what == "sample":
-        sample(given.count, given.file)
+        sample(given.first, given.count, given.file)
     else:
         fit(given.file)
     return 0

@@ -24,7 +24,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("MKL_NUM_THREADS", "1")
 
 import numpy as np
-from joint_law import design, geometry
+from joint_sample import design, geometry
 
 from squama import Beam
 from squama.contacts.path import Path as Way

@@ -7,7 +7,7 @@ import pytest
 
 from squama.contacts import increments, path
 from squama.contacts.moved import moved
-from squama.joints import law
+from squama.joints import law, processes
 from squama.types import Array
 
 STEP = 1e-30
@@ -27,7 +27,8 @@ def made(sizes: dict[str, float], n: int = 1, **changes: Array) -> path.entry.Be
     one = np.ones(n)
     shape = law.Shape(2.0 * one, g["lam"], 0.3 * one, g["beta"], g["h"], g["alpha"], g["theta0"], 0.45 * one)
     scale = path.Scale(**{name: v for name, v in g.items() if name != "mu"}, nu=0.3 * one)
-    return path.beams(scale, law.stiffness(shape), g["mu"], free=path.STRETCHING)
+    # one fit for all: what follows is of the path
+    return path.beams(scale, law.stiffness(shape, processes.shipped()), g["mu"], free=path.STRETCHING)
 
 
 def names(sizes: dict[str, float]) -> list[str]:

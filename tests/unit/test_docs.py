@@ -1,10 +1,11 @@
 """The documentation holds: every block of it is executed, every name in it exists.
 
-In a page, in the order in which they stand and in one temporary folder and one namespace: ``python`` blocks are
-executed, and a ``text`` block right behind one must be what it printed; a block behind ``<!-- file: name -->`` is
+In a page, in the order in which they stand and in one temporary folder and one namespace: ``python`` blocks and cells
+are executed, and a ``text`` block right behind one must be what it printed; a block behind ``<!-- file: name -->`` is
 written to that file; every ``$ squama ...`` line of a ``console`` block is run, with exit status 0 or that of
 ``<!-- exit n -->``. A block behind ``<!-- needs name -->`` is left out where that package is not installed.
-``<!-- long -->`` before a console block leaves it to ``make verify``, as do pages of :data:`LONG` all of theirs.
+``<!-- long -->`` before a console block leaves it to ``make verify``, as do pages of :data:`LONG` all of theirs. Cells
+of :data:`LONG_CELLS` are executed by ``make docs`` alone.
 """
 
 from __future__ import annotations
@@ -34,6 +35,8 @@ LONG = {"command_examples", "decide", "fit", "graded", "specimen", "machine", "u
 LONG |= {"combined", "commands", "cycles", "design", "explore", "flags", "indices", "load", "maps", "row", "tables"}
 LONG |= {"trust", "view"}
 """Pages that take more than 4 s."""
+LONG_CELLS = {"elements", "fit", "front", "graded", "how_many", "limb", "regimes", "tolerances"}
+"""Pages of the gallery that take more than 4 s."""
 MODULES = sorted(
     m.name for m in pkgutil.walk_packages(squama.__path__, "squama.") if m.name.rsplit(".", 1)[-1] != "__main__"
 )
@@ -90,9 +93,10 @@ def run_page(page: Path, folder: Path, *, long: bool) -> None:
         if block.lang == "text" and block.follows and printed:
             assert printed.split() == block.body.split(), f"{where}: printed\n{printed}"
         printed = ""
-        if block.lang == "python":
+        if block.lang in {"python", "{code-cell} python"}:
             out = io.StringIO()
-            code = compile("\n" * (block.line - 1) + block.body, str(page), "exec")
+            source = re.sub(r"^:.*$", "", block.body, count=1, flags=re.M) if block.lang[0] == "{" else block.body
+            code = compile("\n" * (block.line - 1) + source, str(page), "exec")
             with contextlib.redirect_stdout(out):
                 exec(code, namespace)
             printed = out.getvalue()
@@ -106,16 +110,19 @@ def run_page(page: Path, folder: Path, *, long: bool) -> None:
 
 def long(page: Path) -> bool:
     """Say whether a page of the docs is left to ``make verify``."""
-    return page.stem in LONG and page.parent.name in {"docs", "howto", "theory"}
+    return page.stem in (LONG_CELLS if page.parent.name == "gallery" else LONG)
 
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Enter a folder for a page's files; the examples are in it as in the repository."""
     (tmp_path / "examples").symlink_to(ROOT / "examples")
-    monkeypatch.chdir(tmp_path)
+    # as deep in it as pages of the gallery
+    (place := tmp_path / "docs" / "gallery").mkdir(parents=True)
+    (place / "examples").symlink_to(ROOT / "examples")
+    monkeypatch.chdir(place)
     monkeypatch.setenv("MPLBACKEND", "Agg")
-    return tmp_path
+    return place
 
 
 @pytest.mark.parametrize("page", [p for p in PAGES if not long(p)], ids=lambda p: p.relative_to(ROOT).as_posix())
@@ -125,7 +132,9 @@ def test_blocks_of_a_page_run(page: Path, folder: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "page", [p for p in PAGES if long(p) or "<!-- long -->" in p.read_text(encoding="utf-8")], ids=lambda p: p.name
+    "page",
+    [p for p in PAGES if (long(p) or "<!-- long -->" in p.read_text(encoding="utf-8")) and p.parent.name != "gallery"],
+    ids=lambda p: p.name,
 )
 def test_long_blocks_of_a_page_run(page: Path, folder: Path) -> None:
     run_page(page, folder, long=True)

@@ -378,23 +378,23 @@ def test_the_error_of_the_joints_law_scatters_too(monkeypatch: pytest.MonkeyPatc
 def test_tolerances_across_the_end_of_the_law(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("squama.study.tolerances.monte_carlo.FEWEST", 320)
     ask = {"at": AT, "samples": 1024, "levels": [0.5]}
-    # the law goes to 25.5 deg
-    u = squama.uncertainty(BEAM, {"theta0": "uniform(24.7 deg, 25.6 deg)"}, **ask)
+    # the law goes from .245 on
+    u = squama.uncertainty(BEAM, {"substrate.poisson_ratio": "uniform(0.24, 0.285)"}, **ask)
     assert float(u.share.sel(figure="K_theta")) == pytest.approx(8 / 9, abs=0.02)
     assert u.attrs["known_samples"] == pytest.approx(1024 * 8 / 9, abs=20)
     # all that are known engage
     assert float(u.P_engaged) == 1
-    for limits, share in (("24.9 deg, 25.7 deg", "2[0-9.]+"), ("26 deg, 27 deg", "100")):
+    for limits, share in (("0.235, 0.275", "2[0-9.]+"), ("0.2, 0.24", "100")):
         with pytest.raises(squama.InputError, match=f"{share} % of the samples lie outside .*, at most 20 % may"):
-            squama.uncertainty(BEAM, {"theta0": f"uniform({limits})"}, **ask)
+            squama.uncertainty(BEAM, {"substrate.poisson_ratio": f"uniform({limits})"}, **ask)
 
 
 @pytest.mark.slow
 def test_what_is_not_known_is_a_share() -> None:
-    # the law goes to scales of .45 of the gap
-    least = np.degrees(np.arcsin(BEAM.scale.thickness / BEAM.pitch / (0.45 * np.cos(BEAM.scale.alpha))))
-    limits = f"uniform({least - 0.4} deg, {least + 2} deg)"
-    u = squama.uncertainty(BEAM, {"theta0": limits}, at=AT, samples=3200, indices=64, keep=True)
+    # the law goes from .245 on
+    name, least = "substrate.poisson_ratio", 0.245
+    limits = f"uniform({least - 0.01}, {least + 0.05})"
+    u = squama.uncertainty(BEAM, {name: limits}, at=AT, samples=3200, indices=64, keep=True)
     unknown = float(u.probability.sel(end="joint unknown"))
     assert unknown == pytest.approx(1 / 6, abs=0.01)
     assert float(u.share.sel(figure="torque")) <= 1 - unknown
@@ -404,7 +404,7 @@ def test_what_is_not_known_is_a_share() -> None:
     assert "of the groups of samples only, 0.8 are needed" in without["torque"]
     assert "Sobol" not in u.attrs["notes"]
     # a few that are not known do not count
-    few = {"theta0": f"uniform({least - 0.1} deg, {least + 2} deg)", "friction.mu": "+- 10 %"}
+    few = {name: f"uniform({least - 0.0025}, {least + 0.05})", "friction.mu": "+- 10 %"}
     v = squama.uncertainty(BEAM, few, at=AT, samples=3200, indices=256)
     (line,) = (line for line in v.attrs["notes"].splitlines() if line.startswith("Sobol indices are of "))
     known, groups = (int(line.split()[i]) for i in (4, 6))
@@ -412,9 +412,7 @@ def test_what_is_not_known_is_a_share() -> None:
     # tolerance: samples of a fixed seed
     assert known == pytest.approx(256 * (2 / 2.1) ** 2, abs=3)
     # beside those of the range that is known throughout
-    w = squama.uncertainty(
-        BEAM, few | {"theta0": f"uniform({least} deg, {least + 2} deg)"}, at=AT, samples=3200, indices=256
-    )
+    w = squama.uncertainty(BEAM, few | {name: f"uniform({least}, {least + 0.05})"}, at=AT, samples=3200, indices=256)
     np.testing.assert_allclose(v.ST.sel(indexed="torque"), w.ST.sel(indexed="torque"), atol=0.06)
     known = u.sample_end.values != "joint unknown"
     assert float(u.P_engaged) == pytest.approx(np.isfinite(u.phi_e.values[known]).mean())

@@ -40,7 +40,7 @@ def test_compliant_and_hinge_curves_stand_together() -> None:
         r = squama.bend(PLA.beam, joint=joint, at=["0.1 rad/pitch"], ends="endless")
         assert np.interp(0.1, bent[name].x, bent[name].y) == pytest.approx(r["M"].item(), rel=0.015)
     # it is not there beside a joint that is not known at once
-    assert list(named(state.preset("main").change("theta0", "26"))) == ["without contact", charts.OWN]
+    assert list(named(state.preset("main").change("theta0", "36"))) == ["without contact", charts.OWN]
 
 
 def test_the_explorer_takes_the_compliant_joint() -> None:

@@ -340,7 +340,7 @@ def test_model_and_scales_are_chosen_and_named(visit) -> None:
 @pytest.mark.slow
 def test_a_joint_that_needs_elements_is_solved_beside_the_page(visit) -> None:
     pytest.importorskip("netgen", reason="needs the extra fe")
-    page = visit("?" + state.query(state.preset("main").change("theta0", "26")))
+    page = visit("?" + state.query(state.preset("main").change("theta0", "36")))
     page.page.set_default_timeout(300_000)
     page.page.locator(".choice", has_text="Joint").locator("select").select_option("compliant")
     # the page answers meanwhile, and what is asked then counts

@@ -295,6 +295,6 @@ def test_it_ends_also_while_something_is_computed(signum: int) -> None:
     with explorer() as (server, address):
         guest = Raw(address)
         guest.enter()
-        guest.look(state.query(state.preset("main").change("theta0", "26").change("joint", "compliant")))
+        guest.look(state.query(state.preset("main").change("theta0", "36").change("joint", "compliant")))
         server.send_signal(signum)
         assert server.wait(20) in (0, 130, -signum, 128 + signum)

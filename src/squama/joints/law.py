@@ -9,13 +9,16 @@ positive definite. The outputs are the logarithms of the pivots, less those of a
 and the ratios L_ij / L_jj. Outputs that change sign in the mirror alpha -> -alpha carry the factor sin(alpha); a
 negative alpha is that mirror image. The finite elements are extrapolated to zero element size.
 
+There are two fits. The first is of the core of the range, where most designs lie; the second of all of it, coarser,
+holds beyond the core. They pass into each other over a margin outside the core (:func:`wider`).
+
 The forms of the strain S near an edge are fitted over motions of unit energy, which makes them similar for all shapes:
 S = L M L^T and M = m^2 R R, with the logarithm of m and the symmetric R of M = R R over its trace.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,7 +26,7 @@ import numpy as np
 from squama.errors import Problem, Problems
 from squama.fe.geometry import CROWDED, ROOM, Geometry
 from squama.joints.factor import MIRROR, ORDER, TWIST, product
-from squama.joints.processes import STIFFNESS, Errors, Law, shipped, values
+from squama.joints.processes import Errors, Law, Processes, shipped, values
 from squama.model import section
 from squama.types import Array
 
@@ -69,20 +72,52 @@ class Range(NamedTuple):
     part: str = ""
 
 
-RANGES = (
-    Range("scale.alpha", 0.0, 75.0, " deg"),
-    Range("scale.theta0", 5.0, 25.5, " deg"),
-    Range("scale.width", 0.69, 2.5, " pitches"),
-    Range("scale.embedded", 0.12, 0.52, " pitches"),
-    Range("scale.thickness", 0.03, 0.45, " of the gap", "the gap is cos(alpha) sin(theta0) pitches"),
-    Range("substrate.thickness", 0.58, 1.64, " pitches"),
-    Range("substrate.width", 1.01, 3.15, " of the scale's", "the scale's is scale.width cos(alpha)"),
-    Range("substrate.poisson_ratio", 0.245, 0.495, ""),
+class Region(NamedTuple):
+    """A region of shapes that one fit describes.
+
+    ``ranges`` of eight numbers, and ``along``, the largest extent of an embedded scale along the bar in pitches.
+    """
+
+    ranges: tuple[Range, ...]
+    along: float
+
+
+_PARTS = {
+    "scale.thickness": "the gap is cos(alpha) sin(theta0) pitches",
+    "substrate.width": "the scale's is scale.width cos(alpha)",
+}
+_UNITS = {
+    "scale.alpha": " deg",
+    "scale.theta0": " deg",
+    "scale.width": " pitches",
+    "scale.embedded": " pitches",
+    "scale.thickness": " of the gap",
+    "substrate.thickness": " pitches",
+    "substrate.width": " of the scale's",
+    "substrate.poisson_ratio": "",
+}
+
+
+def _region(along: float, *limits: tuple[float, float]) -> Region:
+    """Return a region from the limits of the eight numbers."""
+    named = zip(_UNITS.items(), limits, strict=True)
+    return Region(tuple(Range(key, *ends, unit, _PARTS.get(key, "")) for (key, unit), ends in named), along)
+
+
+CORE = _region(
+    CROWDED, (0.0, 75.0), (5.0, 25.5), (0.69, 2.5), (0.12, 0.52), (0.03, 0.45), (0.58, 1.64), (1.01, 3.15),
+    (0.245, 0.495),
+)  # fmt: skip
+"""The core of the law's range."""
+WHOLE = _region(
+    0.7, (0.0, 75.0), (3.1, 30.0), (0.69, 2.5), (0.1, 0.7), (0.02, 0.8), (0.58, 1.88), (1.01, 3.15), (0.245, 0.495)
 )
-"""The law's range; in addition the scale must fit into the substrate."""
+"""The law's range; in addition the scale must fit into the substrate. In the core it may be longer (:func:`reach`)."""
+MARGIN = 0.05
+"""Margin outside the core, as a share of its ranges, over which the fit of the whole range comes in."""
 COVERING = 2.25
-"""Band over the rms: it contains 96 % of the 96 designs in contact that were not fitted, at the worst of three overlaps
-(92 % with 2, as errors have longer tails than normal ones).
+"""Band over the rms: in the core it contains 96 % of the 96 designs in contact that were not fitted, at the worst of
+three overlaps (92 % with 2, as errors have longer tails than normal ones).
 """
 NEAREST = 5
 """Number of nearest fitted designs whose distance sets the estimated error."""
@@ -96,15 +131,15 @@ _SLACK = 1e-9
 def stiffness(shape: Shape, by: Law | None = None) -> Array:
     """Return K (9, 9), or (n, 9, 9) for arrays, over the motions of ``squama.joints.factor``, E = 1 and d = 1.
 
-    Positive definite for every shape, also outside the law's range (:func:`outside`). ``by``: a law other than the
-    package's.
+    Positive definite for every shape, also outside the law's range (:func:`outside`). ``by``: one fit for all shapes
+    in place of the package's two.
 
     Raises
     ------
     InputError
         The package's file of the law is missing or damaged.
     """
-    return product(_factor(shape, by or shipped()))
+    return product(_factor(shape, by))
 
 
 def strain(shape: Shape, by: Law | None = None) -> Array:
@@ -114,56 +149,62 @@ def strain(shape: Shape, by: Law | None = None) -> Array:
     strain of a bar in tension with that energy. Edges are those of ``squama.fe.pitch_stiffness.EDGES_OF_TAB``, the
     averaging distance is its ``NEAR``. Never negative.
     """
-    law = by or shipped()
     # the mirror image of a negative alpha has the two sides swapped
     turned = np.real(shape.alpha) < 0
     alpha = np.where(turned, -shape.alpha, shape.alpha) if np.ndim(shape.alpha) else shape.alpha * (1 - 2 * turned)
     shape = shape._replace(alpha=alpha)
-    f = features(shape)
-    y = values(law.strain, law.scaled(f.reshape(-1, f.shape[-1]))).reshape(*f.shape[:-1], EDGES, 46)
+    y = _mixed(shape, lambda law, _, part: _outputs(law, law.strain, part), by)
+    y = y.reshape(*y.shape[:-1], EDGES, 46)
     root = np.zeros((*y.shape[:-1], 9, 9), y.dtype)
     for rows, columns in (_LOWER, _LOWER[::-1]):
         root[..., rows, columns] = y[..., 1:]
-    forms = product(_factor(shape, law)[..., None, :, :] @ (root * np.exp(y[..., 0])[..., None, None]))
+    forms = product(_factor(shape, by)[..., None, :, :] @ (root * np.exp(y[..., 0])[..., None, None]))
     image = forms[..., [0, 2, 1, 3], :, :] * np.outer(MIRROR, MIRROR)
     return np.where(np.asarray(turned)[..., None, None, None], image, forms)
 
 
-def errors() -> Errors:
-    """Return the errors of the law against finite elements of designs that were not fitted."""
-    return shipped().errors
+def errors(region: Region = CORE) -> Errors:
+    """Return the errors of the law against finite elements of designs that were not fitted.
+
+    Of the designs in the core, or of those of the whole range that lie outside it.
+    """
+    return shipped(wider=region is WHOLE).errors
 
 
-def band(shape: Shape, by: Law | None = None) -> Array:
+def band(shape: Shape) -> Array:
     """Return the estimated relative error (n,) of the torque due to the law: ``COVERING`` times its rms at that shape.
 
     It grows with the ``distance`` to the fitted designs; the relation was calibrated on designs left out in turn
     and on others that were not fitted. It is larger in a corner of the range, where fitted designs lie on one side only
     (:func:`cornered`).
     """
-    found = (by or shipped()).apart
-    away = found.scale * distance(shape, by) ** found.power
-    return np.asarray(COVERING * np.hypot(found.floor, away) * (1 + CORNER * cornered(shape)))
+    shape = Shape(*map(np.real, shape))
+    return _mixed(shape, lambda law, region, part: told(part, law, region)[..., None])[..., 0]
 
 
-def cornered(shape: Shape) -> Array:
-    """Return how far shapes (n,) lie in a corner of the law's range, from 0 to 1: all eight numbers at an end.
+def told(shape: Shape, law: Law, region: Region) -> Array:
+    """Return the band (n,) of one fit; see :func:`band`."""
+    away = law.apart.scale * distance(shape, law) ** law.apart.power
+    return np.asarray(COVERING * np.hypot(law.apart.floor, away) * (1 + CORNER * cornered(shape, region)))
+
+
+def cornered(shape: Shape, region: Region = CORE) -> Array:
+    """Return how far shapes (n,) lie in a corner of a region, from 0 to 1: all eight numbers at an end.
 
     A number within ``BORDER`` of an end counts by its nearness; a single number is no corner.
     """
     near = sum(
         np.clip(1 - np.minimum(x - r.low, r.high - x) / (BORDER * (r.high - r.low)), 0.0, 1.0)
-        for r, x in _measured(Shape(*map(np.real, shape)))
+        for r, x in _measured(Shape(*map(np.real, shape)), region)
     )
-    return np.asarray(np.maximum(near - 1, 0.0) / (len(RANGES) - 1))
+    return np.asarray(np.maximum(near - 1, 0.0) / (len(region.ranges) - 1))
 
 
-def distance(shape: Shape, by: Law | None = None, *, skip: int = 0) -> Array:
-    """Return the mean distance (n,) of shapes to the :data:`NEAREST` fitted designs, in the processes' lengths.
+def distance(shape: Shape, law: Law, *, skip: int = 0) -> Array:
+    """Return the mean distance (n,) of shapes to the :data:`NEAREST` designs of a fit, in the processes' lengths.
 
     ``skip``: number of nearest designs to leave out, 1 for the fitted designs themselves.
     """
-    law = by or shipped()
     f = features(Shape(*map(np.real, shape)))
     at = law.scaled(f.reshape(-1, f.shape[-1])) / law.apart.lengths
     square = ((at**2).sum(1)[:, None] - 2 * at @ law.apart.designs.T) + (law.apart.designs**2).sum(1)
@@ -172,11 +213,9 @@ def distance(shape: Shape, by: Law | None = None, *, skip: int = 0) -> Array:
     return np.asarray(np.sqrt(np.maximum(nearest[:, skip:], 0.0)).mean(1).reshape(f.shape[:-1]))
 
 
-def _factor(shape: Shape, law: Law) -> Array:
+def _factor(shape: Shape, by: Law | None) -> Array:
     """Return the Cholesky factor L (..., 9, 9) of K."""
-    f = features(shape)
-    x = law.scaled(f if f.ndim == 3 else f.reshape(-1, f.shape[-1]))
-    y = values(law.stiffness, x).reshape(*f.shape[:-1], STIFFNESS)
+    y = _mixed(shape, lambda law, _, part: _outputs(law, law.stiffness, part), by)
     y[..., ODD] *= np.sin(shape.alpha)[..., None]
     p = np.exp(y[..., :9])
     p[..., TWIST:] *= np.sqrt(bare(shape))
@@ -184,6 +223,56 @@ def _factor(shape: Shape, law: Law) -> Array:
     L[..., ROWS, COLUMNS] = y[..., 9:] * p[..., COLUMNS]
     L[..., _ALL, _ALL] = p
     return L
+
+
+def _outputs(law: Law, of: Processes, shape: Shape) -> Array:
+    """Return the outputs (..., m) of processes of a fit."""
+    f = features(shape)
+    y = values(of, law.scaled(f if f.ndim == 3 else f.reshape(-1, f.shape[-1])))
+    return y.reshape(*f.shape[:-1], y.shape[-1])
+
+
+def _mixed(shape: Shape, of: Callable[[Law, Region, Shape], Array], by: Law | None = None) -> Array:
+    """Return numbers (..., m) of the package's two fits, each by its share at the place; with ``by`` of that fit."""
+    if by is not None:
+        return of(by, CORE, shape)
+    share = wider(shape)
+    away, inside = share.real > 0, share.real < 1
+    if not away.any():
+        return of(shipped(), CORE, shape)
+    if not inside.any():
+        return of(shipped(wider=True), WHOLE, shape)
+    many = Shape(*np.broadcast_arrays(*map(np.atleast_1d, shape)))
+    share = share.reshape(many.zeta.shape)
+    # complex steps of one shape have the same place
+    first = share.real.reshape(len(share), -1)[:, 0]
+    at, beyond = first < 1, first > 0
+    core = of(shipped(), CORE, many.at(at)) * (1 - share[at])[..., None]
+    wide = of(shipped(wider=True), WHOLE, many.at(beyond)) * share[beyond][..., None]
+    out = np.zeros((*share.shape, core.shape[-1]), np.result_type(core, wide))
+    out[at] += core
+    out[beyond] += wide
+    return out if away.ndim else out[0]
+
+
+def wider(shape: Shape) -> Array:
+    """Return the share (n,) of the fit of the whole range: 0 in the core, 1 from :data:`MARGIN` outside it on."""
+    least: Any = np.inf
+    for r, x in _measured(shape, CORE):
+        for room in ((x - r.low) / (r.high - r.low), (r.high - x) / (r.high - r.low)):
+            least = np.where(np.real(room) < np.real(least), room, least)
+    t = np.where(np.real(least) >= -_SLACK, 0.0, np.where(np.real(least) <= -MARGIN, 1.0, -least / MARGIN))
+    return np.asarray(t * t * (3 - 2 * t))
+
+
+def reach(shape: Shape) -> Array:
+    """Return the largest extent (n,) of an embedded scale along the bar that the law covers at a place, in pitches."""
+    return np.asarray(CORE.along + (WHOLE.along - CORE.along) * wider(shape))
+
+
+def region(shape: Shape) -> Region:
+    """Return the region in which a shape (of floats) lies."""
+    return WHOLE if wider(shape) > 0 else CORE
 
 
 def features(shape: Shape) -> Array:
@@ -231,22 +320,22 @@ def _together(columns: Sequence[Any]) -> Array:
     return out
 
 
-def within(shape: Shape) -> Array:
-    """Return truth values (n,): whether shapes are in the law's range."""
+def within(shape: Shape, region: Region = WHOLE) -> Array:
+    """Return truth values (n,): whether shapes are in the law's range, or in its core."""
     shape = Shape(*map(np.real, shape))
-    return np.asarray(np.min(list(rooms(shape).values()), axis=0) >= -_SLACK)
+    return np.asarray(np.min(list(rooms(shape, region).values()), axis=0) >= -_SLACK)
 
 
-def rooms(shape: Shape) -> dict[str, Array]:
+def rooms(shape: Shape, region: Region = WHOLE) -> dict[str, Array]:
     """Return the margins (n,) of shapes to each end of the law's range, as shares of the range; negative outside."""
     found = {}
-    for r, x in _measured(shape):
+    for r, x in _measured(shape, region):
         across = r.high - r.low
         found[f"the law's {r.key} >= {r.low:g}{r.unit}"] = (x - r.low) / across
         found[f"the law's {r.key} <= {r.high:g}{r.unit}"] = (r.high - x) / across
     cover, along, down = crowding(_positive(shape))
     found["the law's cover of the embedded scale"] = 1 - cover
-    found[f"the law's embedded scale <= {CROWDED:g} pitches along the bar"] = CROWDED - along
+    found["the law's extent of the embedded scale along the bar"] = reach(shape) - along
     found["the law's embedded scale inside the bar"] = 1 - ROOM - down
     return found
 
@@ -262,8 +351,13 @@ def outside(shape: Shape) -> list[Problem]:
     if problems:
         # shapes that finite elements refuse too
         return problems
-    for (key, low, high, unit, part), x in _measured(shape):
-        most = min(high, pitch.longest(CROWDED)) if key == "scale.embedded" else high
+    core = next(r.high for r in CORE.ranges if r.key == "scale.embedded")
+    # in the core a tab may be longer
+    shorter = shape._replace(zeta=min(zeta, core))
+    for (key, low, high, unit, part), x in _measured(shape, WHOLE):
+        most = high
+        if key == "scale.embedded":
+            most = min(high, max(pitch.longest(float(reach(shape))), min(core, pitch.longest(float(reach(shorter))))))
         if low - _SLACK <= x <= most + _SLACK:
             continue
         reason = f"the law of the joint goes from {low:g} to {high:g}{unit}{f' ({part})' * bool(part)}"
@@ -273,8 +367,8 @@ def outside(shape: Shape) -> list[Problem]:
     return problems
 
 
-def _measured(shape: Shape) -> list[tuple[Range, Any]]:
-    """Return each range with the values (n,) that it limits."""
+def _measured(shape: Shape, region: Region) -> list[tuple[Range, Any]]:
+    """Return each range of a region with the values (n,) that it limits."""
     shape = _positive(shape)
     c, degrees = np.cos(shape.alpha), 180 / np.pi
     gap, across = c * np.sin(shape.theta0), 2 * shape.beta * c
@@ -288,7 +382,7 @@ def _measured(shape: Shape) -> list[tuple[Range, Any]]:
         shape.width / across,
         shape.nu,
     )
-    return list(zip(RANGES, values, strict=True))
+    return list(zip(region.ranges, values, strict=True))
 
 
 def _positive(shape: Shape) -> Shape:

@@ -20,7 +20,8 @@ from squama.errors import refuse
 from squama.types import Array
 
 T = TypeVar("T")
-PLACE = Path(__file__).with_name("law.npz")
+PLACE, WIDER = (Path(__file__).with_name(f"law{of}.npz") for of in ("", "_wide"))
+"""Files of the fits: of the core of the law's range, and of all of it."""
 VERSION = 1
 """Version of the file's format, raised whenever the meaning of its numbers changes."""
 STIFFNESS, STRAIN = 45, 184
@@ -137,9 +138,9 @@ def nearness(square: Array) -> Array:
 
 
 @functools.cache
-def shipped() -> Law:
-    """Return the law from the package's file, read once; raises as :func:`read`."""
-    return read(PLACE, unpacked)
+def shipped(*, wider: bool = False) -> Law:
+    """Return the fit of the core, or of the whole range, from its file, read once; raises as :func:`read`."""
+    return read(WIDER if wider else PLACE, unpacked)
 
 
 def read(place: Path, made: Callable[[Mapping[str, Array]], T]) -> T:

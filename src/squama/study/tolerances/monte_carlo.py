@@ -19,7 +19,8 @@ from squama.beam.design import Beam
 from squama.beam.faces import only_one
 from squama.curves import doors
 from squama.errors import InputError, refuse
-from squama.joints.law import errors
+from squama.joints.choice import shape
+from squama.joints.law import errors, region
 from squama.loads import ENDLESS, LOADS, JointName, LawName, LoadName, SenseName
 from squama.model import mechanics
 from squama.model.bending import Bend
@@ -189,7 +190,8 @@ def _of_law(beam: Beam, known: Sequence[Tolerance], model: Model) -> tuple[Toler
     better = beam.joint.matrix is not None or beam.joint.stiffness is not None
     if not model.compliant or better or {t.name for t in known} & {FACTOR, "joint.stiffness"}:
         return ()
-    return tuple(tolerances({FACTOR: ("normal", 1.0, errors().K_theta.rms)}, beam, joint=model.joint))
+    rms = errors(region(shape(beam))).K_theta.rms
+    return tuple(tolerances({FACTOR: ("normal", 1.0, rms)}, beam, joint=model.joint))
 
 
 def _levels(levels: Sequence[float], each: int) -> tuple[float, ...]:
