@@ -28,7 +28,7 @@ from squama.fe.mesh import pitch_mesh
 from squama.fe.pitch_stiffness import LATERAL, alternating, response
 from squama.fe.stiffness import sizes
 from squama.joints import law, tilt
-from squama.joints.lateral import covered
+from squama.joints.lateral import covered, power
 from squama.types import Array
 
 SAMPLE = Path(__file__).with_name("neighbours.csv")
@@ -76,13 +76,13 @@ def sample(first: int, count: int, place: Path) -> None:
 
 
 def fit(place: Path) -> None:
-    """Fit both laws, print their errors, and write that of the tilt."""
-    table = dict(zip(HEAD, np.loadtxt(place, delimiter=",", skiprows=1).T, strict=True))
-    shape = law.Shape(*(table[name] for name in law.Shape._fields))
-    _lateral(table, shape)
-    there = tilt.fitted(shape)
+    """Fit both laws, print their errors, and write that of the tilt; designs of the larger box check them."""
+    rows = np.loadtxt(place, delimiter=",", skiprows=1)
+    known, later = (_table(rows[which]) for which in (rows[:, 0] < FIRST_WIDE, rows[:, 0] >= FIRST_WIDE))
+    _lateral(known[0], known[1], later)
+    shape, there = known[1], tilt.fitted(known[1])
     shape = shape.at(there)
-    own, lift, roll, turn = (table[name][there] for name in ("F_YY", "uY", "XY", "YY"))
+    own, lift, roll, turn = (known[0][name][there] for name in ("F_YY", "uY", "XY", "YY"))
     Y = np.log(np.column_stack([turn, -roll / np.sin(shape.alpha), -lift]))
     features = law.features(shape)
     mean, spread = features.mean(axis=0), features.std(axis=0)
@@ -90,10 +90,27 @@ def fit(place: Path) -> None:
     process = fitted(x, Y, steps=60)
     places = tilt.Process(mean, spread, x, process.lengths, process.trend, process.weights)
     np.savez_compressed(tilt.PLACE, **places._asdict())
-    B = np.array([table[name][there] for name in HEAD[-6:]]).T
+    B = np.array([known[0][name][there] for name in HEAD[-6:]]).T
     for words, found in (("none", Y - 99), ("left out", Y - process.left_out), ("B itself", Y)):
-        rms, most = _off(shape, B, found, own)
-        print(f"tilt, {words}: {len(Y)} designs, compliance off by {100 * rms:.1f} % rms, {100 * most:.0f} % (9 of 10)")
+        _tell(words, shape, B, found, own)
+    table, shape = later
+    there = tilt.fitted(shape)
+    shape, own, B = shape.at(there), table["F_YY"][there], np.array([table[name][there] for name in HEAD[-6:]]).T
+    found = places(shape)
+    for words, column in (("later designs, none", found - 99), ("later designs", found)):
+        _tell(words, shape, B, column, own)
+
+
+def _table(rows: Array) -> tuple[dict[str, Array], law.Shape]:
+    """Return lines of the sample by name, and their shapes."""
+    table = dict(zip(HEAD, rows.T, strict=True))
+    return table, law.Shape(*(table[name] for name in law.Shape._fields))
+
+
+def _tell(words: str, shape: law.Shape, B: Array, column: Array, own: Array) -> None:
+    """Print how far the compliance under a tip is off."""
+    rms, most = _off(shape, B, column, own)
+    print(f"tilt, {words}: {len(B)} designs, compliance off by {100 * rms:.1f} % rms, {100 * most:.0f} % (9 of 10)")
 
 
 def _off(shape: law.Shape, B: Array, column: Array, own: Array) -> tuple[float, float]:
@@ -111,8 +128,8 @@ def _off(shape: law.Shape, B: Array, column: Array, own: Array) -> tuple[float, 
     return float(np.sqrt((errors**2).mean())), float(np.quantile(errors, 0.9))
 
 
-def _lateral(table: dict[str, Array], shape: law.Shape) -> None:
-    """Print the powers of :mod:`squama.joints.lateral` and their errors."""
+def _lateral(table: dict[str, Array], shape: law.Shape, later: tuple[dict[str, Array], law.Shape]) -> None:
+    """Print the powers of :mod:`squama.joints.lateral` and their errors, and those of the package on later designs."""
     bend, lateral = np.log(table["bend"]), np.log(table["lateral"])
     features = np.log([np.full(len(bend), np.e), covered(shape), np.cos(shape.alpha), shape.zeta]).T
     found = least_squares(lambda c: np.exp(features @ c) * bend - lateral, np.zeros(4))
@@ -121,6 +138,11 @@ def _lateral(table: dict[str, Array], shape: law.Shape) -> None:
     print(f"lateral bend: {len(bend)} designs, SHARE {np.exp(share):.3f}, powers {np.round(powers, 3)}")
     print(f"off by {100 * np.sqrt((off**2).mean()):.1f} % rms, {100 * np.abs(off).max():.0f} % at most")
     print(f"lateral over bare {np.exp(lateral).min():.3f} to {np.exp(lateral).max():.2f}")
+    table, shape = later
+    off = table["bend"] ** power(shape) / table["lateral"] - 1
+    print(
+        f"on {len(off)} later designs off by {100 * np.sqrt((off**2).mean()):.1f} % rms, {100 * np.abs(off).max():.0f} %"
+    )
 
 
 def main() -> int:

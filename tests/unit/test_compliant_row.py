@@ -338,7 +338,7 @@ def test_where_a_row_ends():
     r = squama.row(PLA, scales=5, to="0.2 rad/pitch")
     # another contact comes in, and the row goes on
     assert r.end == "range end"
-    assert r.other_contact.item().startswith("side edge of scale 5 on the face of scale 4 (k = 1) at 4.6")
+    assert r.other_contact.item().startswith("side edge of scale 5 on the face of scale 4 (k = 1) at 4.8")
     assert int(r.scale_end) == 4
     assert float(r.phi[-1]) == float(r.phi_end) == pytest.approx(0.2)
     np.testing.assert_allclose(np.trapezoid(r["T"], r.Phi), (r.U_el + r.W_fr)[-1], rtol=2e-3)

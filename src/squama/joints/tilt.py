@@ -69,7 +69,7 @@ def tilts(shape: Shape) -> Array:
     """
     many = Shape(*np.broadcast_arrays(*(np.atleast_1d(np.real(v)) for v in shape)))
     out = np.zeros((len(many.alpha), 3))
-    covered = fitted(many) & law.within(many, law.CORE)
+    covered = fitted(many) & law.within(many)
     if covered.any():
         out[covered] = motion(many.at(covered), shipped()(many.at(covered)))
     return out if np.ndim(shape.alpha) else out[0]
