@@ -140,9 +140,8 @@ def _lateral(table: dict[str, Array], shape: law.Shape, later: tuple[dict[str, A
     print(f"lateral over bare {np.exp(lateral).min():.3f} to {np.exp(lateral).max():.2f}")
     table, shape = later
     off = table["bend"] ** power(shape) / table["lateral"] - 1
-    print(
-        f"on {len(off)} later designs off by {100 * np.sqrt((off**2).mean()):.1f} % rms, {100 * np.abs(off).max():.0f} %"
-    )
+    rms = np.sqrt((off**2).mean())
+    print(f"on {len(off)} later designs off by {100 * rms:.1f} % rms, {100 * np.abs(off).max():.0f} %")
 
 
 def main() -> int:
