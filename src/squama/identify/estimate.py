@@ -29,7 +29,7 @@ from squama.types import Array
 _NEAR_LOCK = 0.98
 _SPREAD = (0.3, 0.6, 0.1, 0.8, 0.45, 0.93, 0.02)
 _AGREE = 1e-4
-_ROUGH = 1e-6
+_ROUGH, _BEGIN = 1e-6, 1e-3
 _AT_BOUND = 1e-6
 EDGE = 1e-4
 """Accuracy of the least friction at which scales stick all along."""
@@ -85,6 +85,9 @@ def solve(
     if robust is not None:
         still = max(still, _ROUGH)
         how |= {"loss": "soft_l1", "f_scale": robust / size, "max_nfev": min(most, 60)}
+    alike = _AGREE
+    if isinstance(points, Walked) and points.rough:
+        still = alike = _BEGIN
     how |= dict.fromkeys(("ftol", "xtol", "gtol"), still)
     found = []
     for start in steps(starts, len(starts), "starts of the fit"):
@@ -93,7 +96,7 @@ def solve(
         fit = least_squares(residual, inside, slope, **how)
         found.append((float(fit.cost), np.clip(fit.x, low, high)))
     best, u = min(found, key=lambda pair: pair[0])
-    agreed = sum(cost <= best * (1 + _AGREE) + 1e-28 for cost, _ in found)
+    agreed = sum(cost <= best * (1 + alike) + 1e-28 for cost, _ in found)
     near = (u - low < _AT_BOUND * np.maximum(np.abs(u), 1)) | (high - u < _AT_BOUND * np.maximum(np.abs(u), 1))
     return _at(points, torque, asked, u * scale, near)._replace(starts=len(found), agreed=agreed)
 

@@ -65,6 +65,9 @@ _ENDS = 'give torque and twist (bend) of its ends, with load="twisting" (--load 
 class Walked:
     """Points of a test of scales on compliant joints, whose matrix is that of the beam; ``ends`` as in a beam file."""
 
+    rough = False
+    """Whether a search with these points only begins another one."""
+
     def __init__(self, beam: Beam, load: Load, readings: Readings, v: Physical, ends: str = ENDLESS) -> None:
         self.beam, self.load, self.readings, self.start, self.ends = beam, load, readings, v, ends
         self.index, self.share = np.arange(readings.load.size), np.ones(readings.load.size)
@@ -107,7 +110,7 @@ class Walked:
         whole = endless._at(v)[0]
         known = np.abs(whole) > _LEAST * np.abs(whole).max()
         share = np.divide(self._at(v)[0], whole, out=np.ones(whole.size), where=known)
-        endless.share = np.clip(share, 1 / _MOST, _MOST)
+        endless.share, endless.rough = np.clip(share, 1 / _MOST, _MOST), True
         return endless
 
     def touching(self, v: Physical) -> Array:
@@ -139,13 +142,14 @@ class Walked:
         return out
 
     def _slope(self, v: Physical, name: str) -> Array:
-        """Return a derivative by central differences; one-sided at 0, with ends, and where the contact ends."""
+        """Return a derivative by central differences; one-sided at 0, with ends, rough, and where the contact ends."""
         value = getattr(v, name)
         h = _STEPS[name] * (value if name in _RELATIVE else 1.0)
         if name == "compliance":
             h /= float(np.abs(self.readings.torque).max()) or 1.0
         # with ends a loop takes long, and that at the value itself is known
-        ends = [value if self.finite else value - h if name in _OF_TWIST else max(value - h, 0.0), value + h]
+        known = self.finite or self.rough
+        ends = [value if known else value - h if name in _OF_TWIST else max(value - h, 0.0), value + h]
         for i, end in enumerate(ends):
             try:
                 self._at(v._replace(**{name: end}))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Literal, NamedTuple
@@ -92,13 +93,11 @@ def joint_of(beam: Beam) -> Joint:
 
 def _found(beam: Beam) -> Joint:
     """Return the joint without the stiffness or inclusion factor that the file gives."""
-    form = shape(beam)
-    problems = law.outside(form)
-    strain = None if problems else law.strain(form)
+    problems, by_law = _by_law(shape(beam))
     if beam.joint.matrix is not None:
-        return Joint(beam.joint.matrix.K, "matrix", "", math.nan, strain)
-    if not problems:
-        return Joint(law.stiffness(form), "law", "", float(law.band(form)), strain)
+        return Joint(beam.joint.matrix.K, "matrix", "", math.nan, by_law and by_law.strain)
+    if by_law:
+        return by_law
     from squama.fe.stiffness import joint
 
     # a rigid embedded part, if long, may make the beam several times too stiff
@@ -110,6 +109,18 @@ def _found(beam: Beam) -> Joint:
         return Joint(None, "hinge", _HINGED.format(why), math.nan)
     note = f"the joint is by elements{', whose embedded parts bend' * bends}: {said(problems)}"
     return Joint(made.K, "elements", note, made.K_theta.error / made.K_theta.value, made.strain, bends)
+
+
+@functools.lru_cache(maxsize=256)
+def _by_law(form: law.Shape) -> tuple[list[Problem], Joint | None]:
+    """Return why the law does not cover a shape, and the joint by it; the same for all beams of a shape."""
+    problems = law.outside(form)
+    if problems:
+        return problems, None
+    K, strain = law.stiffness(form), law.strain(form)
+    for shared in (K, strain):
+        shared.flags.writeable = False
+    return problems, Joint(K, "law", "", float(law.band(form)), strain)
 
 
 def said(problems: Iterable[Problem]) -> str:

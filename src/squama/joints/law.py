@@ -257,10 +257,11 @@ def _mixed(shape: Shape, of: Callable[[Law, Region, Shape], Array], by: Law | No
 
 def wider(shape: Shape) -> Array:
     """Return the share (n,) of the fit of the whole range: 0 in the core, 1 from :data:`MARGIN` outside it on."""
-    least: Any = np.inf
-    for r, x in _measured(shape, CORE):
-        for room in ((x - r.low) / (r.high - r.low), (r.high - x) / (r.high - r.low)):
-            least = np.where(np.real(room) < np.real(least), room, least)
+    ranges, values = zip(*_measured(shape, CORE), strict=True)
+    x = np.array(np.broadcast_arrays(*values))
+    low, high = (np.reshape(ends, (-1, *[1] * (x.ndim - 1))) for ends in zip(*[r[1:3] for r in ranges], strict=True))
+    rooms = np.concatenate([x - low, high - x]) / np.concatenate([high - low] * 2)
+    least = np.take_along_axis(rooms, np.real(rooms).argmin(axis=0)[None], axis=0)[0]
     t = np.where(np.real(least) >= -_SLACK, 0.0, np.where(np.real(least) <= -MARGIN, 1.0, -least / MARGIN))
     return np.asarray(t * t * (3 - 2 * t))
 
