@@ -33,7 +33,7 @@ DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(p for p in DOCS.rglob("*.md") if "_build" not in p.parts)]
 LONG = {"command_examples", "decide", "fit", "graded", "specimen", "machine", "uncertainty", "vibration"}
 LONG |= {"combined", "commands", "cycles", "design", "explore", "flags", "indices", "load", "maps", "row", "tables"}
-LONG |= {"trust", "view"}
+LONG |= {"decay", "trust", "view"}
 """Pages that take more than 4 s."""
 LONG_CELLS = {"elements", "fit", "front", "graded", "how_many", "limb", "regimes", "tolerances"}
 """Pages of the gallery that take more than 4 s."""

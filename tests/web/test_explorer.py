@@ -185,6 +185,7 @@ def test_a_link_restores_everything(visit) -> None:
         assert page.state()["eta"] == 3
 
 
+@pytest.mark.slow
 def test_up_to_three_designs_are_compared(visit) -> None:
     page = visit()
     for i, mu in enumerate(("0.1", "0.5", "1")):

@@ -93,7 +93,7 @@ def test_a_phone_shows_it_all(visit) -> None:
         assert box["y"] + box["height"] <= page.slider("mu").bounding_box()["y"]
 
 
-@pytest.mark.slow(but=1)
+@pytest.mark.slow
 @pytest.mark.parametrize("height", [720, 800])
 def test_a_small_window_shows_the_view_and_the_plots(visit, height) -> None:
     page = visit(viewport={"width": 1280, "height": height})

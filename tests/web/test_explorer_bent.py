@@ -11,7 +11,7 @@ SIZES = {"phone": (390, 844), "page": (1280, 800), "wide": (1920, 1080)}
 BAR = "() => { const v = squamaView; return [v.design, v.state.load, squamaGeometry.bar(v.design, v.state.load)]; }"
 
 
-@pytest.mark.slow(but=1)
+@pytest.mark.slow
 @pytest.mark.parametrize("size", SIZES)
 def test_bend_and_twist_by_their_sliders(visit, size):
     width, height = SIZES[size]

@@ -277,6 +277,7 @@ def test_a_link_names_no_file(known: Raw) -> None:
     assert answers == {1}
 
 
+@pytest.mark.slow
 def test_pages_that_nobody_looks_at_are_let_go(served: tuple[int, str], known: Raw) -> None:
     link = state.query(state.preset("main"))
     for _ in range(6):

@@ -51,6 +51,7 @@ def test_a_field_holds_its_value_ready_to_be_typed_over(visit) -> None:
     assert page.number("mu").input_value() == "0.25"
 
 
+@pytest.mark.slow
 def test_the_map_says_what_is_under_the_pointer(visit) -> None:
     page = visit()
     page.until_chart(4, "options.series.length > 0")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 
+@pytest.mark.slow
 def test_the_way_back_undoes_and_does_not_leave_the_page(visit) -> None:
     page = visit()
     first = page.page.url

@@ -10,7 +10,7 @@ from squama.web import state
 HINGED = "?" + state.query(state.preset("pla").hinged.started())
 
 
-def test_a_table_is_opened_and_fitted_and_a_beam_too(visit, tmp_path) -> None:
+def test_a_table_is_opened_and_fitted(visit) -> None:
     page = visit(HINGED)
     file = page.page.locator("input[type=file]")
     file.set_input_files("examples/measured_loop.csv")
@@ -28,6 +28,12 @@ def test_a_table_is_opened_and_fitted_and_a_beam_too(visit, tmp_path) -> None:
     page.shot("fitted")
     page.page.locator("[data-do=unmeasured]").click()
     page.page.locator(".measured").wait_for(state="hidden")
+
+
+@pytest.mark.slow
+def test_a_beam_is_opened_and_what_is_none_refused(visit, tmp_path) -> None:
+    page = visit(HINGED)
+    file = page.page.locator("input[type=file]")
     beam = tmp_path / "other.toml"
     beam.write_text(squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scale={"length": "50 mm"}).to_toml())
     file.set_input_files(str(beam))
