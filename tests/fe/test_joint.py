@@ -196,6 +196,29 @@ def test_elements_in_the_bulk_are_three_through_the_thickness_but_not_too_many(c
     assert size(edge_size=0.8)[0] == pytest.approx(0.4)
 
 
+def test_two_meshes_suffice_where_the_third_fails(cache, monkeypatch):
+    left = []
+
+    def mesh(*_, **__):
+        if not left:
+            message = "the substrate could not be meshed"
+            raise squama.InputError(message)
+        return SimpleNamespace(K=left.pop() * np.eye(9))
+
+    monkeypatch.setattr(joint, "pitch_mesh", mesh)
+    monkeypatch.setattr(joint, "bar_mesh", lambda *_: SimpleNamespace(K=np.eye(9)))
+    monkeypatch.setattr(joint, "response", lambda one, *_: Response(one.K, np.zeros((4, 9, 9)), 7))
+    beam = squama.Beam.from_ratios(**FIG6B)
+    left[:] = [4.0, 5.0]
+    found = joint.joint(beam)
+    assert len(found.levels) == 2
+    # linear in the size of elements, with the correction for an error bar
+    assert (found.K_theta.value, found.K_theta.error) == (pytest.approx(3.0), pytest.approx(1.0))
+    left[:] = [5.0]
+    with pytest.raises(squama.InputError, match="could not be meshed"):
+        joint.joint(beam, fresh=True)
+
+
 @pytest.mark.slow
 def test_results_are_kept_and_damaged_ones_made_anew(cache, monkeypatch):
     beam = squama.Beam.from_ratios(**FIG6B)

@@ -56,8 +56,8 @@ if TYPE_CHECKING:
 TabName = Literal["rigid", "elastic"]
 TABS: tuple[str, ...] = get_args(TabName)
 """Models of the embedded part of a scale."""
-LEVELS = 3
-"""Number of meshes; each halves the size of the one before."""
+LEVELS, ENOUGH = 3, 2
+"""Number of meshes; each halves the size of the one before. How many suffice where the next cannot be meshed."""
 _MOST = 20_000
 _WHAT = "joint's stiffness"
 """Name of the cached results in messages."""
@@ -167,7 +167,7 @@ def joint(
         Size of the elements along the embedded scale's edges in the coarsest mesh, pitches; a fifth of the embedded
         length or half width, whichever is smaller, if not given.
     levels : int
-        Number of meshes, 1 to 6; each halves the size.
+        Number of meshes, 1 to 6; each halves the size. Those behind two that cannot be meshed are left out.
     tab : {"rigid", "elastic"}
         Whether the embedded part of a scale is rigid or a solid of the scale's modulus, glued to the bar and driven at
         its root, the section at the base line.
@@ -205,7 +205,13 @@ def joint(
 
     for edge in edges:
         began = time.perf_counter()
-        forms, count, now = kept(("pitch", *shape, *(material or ()), size, edge), fresh, partial(of_mesh, edge))
+        try:
+            forms, count, now = kept(("pitch", *shape, *(material or ()), size, edge), fresh, partial(of_mesh, edge))
+        except InputError:
+            # the mesher gives up on some fine meshes: two coarser ones have an error bar, too
+            if len(done) < ENOUGH:
+                raise
+            break
         done.append(Level(edge, count, forms[0], time.perf_counter() - began if now else 0.0, forms[1:]))
         if progress is not None:
             progress(done[-1])
