@@ -85,7 +85,7 @@ def joint_laws() -> list[str]:
 def law_ranges() -> list[str]:
     """Rows of the table of ranges of the law of the joint."""
     rows = ["| key | core, from | to | whole range, from | to | |", "|---|---|---|---|---|---|"]
-    for core, r in zip(law.CORE.ranges, law.WHOLE.ranges, strict=True):
+    for core, r in zip(law.CORE, law.WHOLE, strict=True):
         ends = f"{core.low:g} | {core.high:g}{core.unit} | {r.low:g} | {r.high:g}{r.unit}"
         rows.append(f"| `{r.key}` | {ends} | {r.part} |")
     return rows

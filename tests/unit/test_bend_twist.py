@@ -189,6 +189,7 @@ def test_the_picture_has_path_loads_and_inclination():
     left, loads, theta = figure.axes
     assert len(left.get_images()) == 1
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert labels == ["no contact", *map(said, ("BF", "TS")), r"$\varphi = \psi\,\tan\alpha$", "frictional lock"]
+    line = r"$\varphi = \psi\,\tan\alpha$"
+    assert labels == ["no contact", *map(said, ("BF", "TS")), line, "event on the path", "frictional lock"]
     assert [line.get_label() for line in loads.get_lines()][:2] == ["$M$", "$T$"]
     assert theta.get_lines()[0].get_ydata().max() > 50

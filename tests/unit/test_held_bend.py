@@ -78,7 +78,7 @@ def test_the_picture_is_of_a_bent_beam(tmp_path, capsys):
     assert place.read_bytes() != bent
     capsys.readouterr()
     for more, words in (
-        (["--bend", "0.9 rad/pitch"], "--bend = 0.9 rad/pitch: is beyond the beam's frictional lock at"),
+        (["--bend", "0.9 rad/pitch"], "--bend = 51.57 deg per pitch: is beyond the beam's frictional lock at"),
         (["--bend", "5"], "--bend"), (["--bend", "1 rad/m", "--load", "bending"], "--bend"),
         (["--bend", "1 rad/m", "--law", "plate"], "--bend"),
     ):  # fmt: skip

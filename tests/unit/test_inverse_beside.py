@@ -30,7 +30,7 @@ BENT = {
 LIMB = {
     "target": {
         "engagement": "at least 40 deg total",
-        "points": [{"twist": "90 deg total", "stiffness_ratio": "at least 5", "stress": "at most 50 %"}],
+        "points": [{"twist": "90 deg total", "stiffness_ratio": "at least 4", "stress": "at most 50 %"}],
     },
     "vary": {"scale.length": ("50 mm", "90 mm"), "scale.alpha": ("30 deg", "60 deg")},
     "designs": 1,
@@ -70,12 +70,12 @@ def test_a_design_is_judged_with_its_own_scales():
     whole = squama.twist(best.beam, at=[far], ends="endless")
     assert endless.goals[0].reached == pytest.approx(float(whole.stiffness_ratio[0]))
     ratio, twice = best.goals[1].reached, bow.goals[0].reached
-    assert 1 < twice < 5 * 0.99 <= ratio < endless.goals[0].reached
+    assert 1 < twice < 4 * 0.99 <= ratio < endless.goals[0].reached
     # without the search's shares the endless beam alone would reach it
     assert endless.agrees
     assert not bow.agrees
     assert found.verdict.startswith("target reached (15 scales, held straight); ")
-    assert f"{twice:.3g} free to bow (stiffness ratio at 90 deg total, asked at least 5)" in found.verdict
+    assert f"{twice:.3g} free to bow (stiffness ratio at 90 deg total, asked at least 4)" in found.verdict
     text = best.to_toml()
     for words in ("(15 scales, held straight)", "as an endless beam", f"{twice:.3g} free to bow"):
         assert words in text

@@ -297,9 +297,10 @@ def test_left_is_the_mirror_image_of_right():
     """Of a beam with scales straight across."""
     straight = SKIN.replace(scale={"alpha": 0})
     both = [
-        squama.load(straight, f"30 mN {way} at tip; 0.1 N up at tip", scales=5, points=6, mu=0)
+        squama.load(straight, f"18 mN {way} at tip; 0.06 N up at tip", scales=5, points=6, mu=0)
         for way in ("left", "right")
     ]
+    assert {r.end.item() for r in both} == {"range end"}
     np.testing.assert_allclose(both[0].x_axis[-1], -both[1].x_axis[-1], atol=1e-9)
     np.testing.assert_allclose(both[0].y_axis[-1], both[1].y_axis[-1], atol=1e-9)
 

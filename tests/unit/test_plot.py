@@ -40,7 +40,7 @@ def test_four_panels_with_units(kind, tmp_path):
     figure = response_figure(response(kind))
     load, friction, inclination, last = figure.axes
     texts = [ax.get_ylabel() for ax in figure.axes]
-    assert "N m)" in texts[0]
+    assert "(N m" in texts[0]
     assert "(deg)" in texts[2]
     assert all("(rad/m)" in ax.get_xlabel() for ax in (inclination, last))
     assert "(deg)" in load.child_axes[0].get_xlabel()

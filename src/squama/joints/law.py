@@ -72,16 +72,8 @@ class Range(NamedTuple):
     part: str = ""
 
 
-class Region(NamedTuple):
-    """A region of shapes that one fit describes.
-
-    ``ranges`` of eight numbers, and ``along``, the largest extent of an embedded scale along the bar in pitches.
-    """
-
-    ranges: tuple[Range, ...]
-    along: float
-
-
+Region = tuple[Range, ...]
+"""Ranges of the eight numbers of the shapes that one fit describes."""
 _PARTS = {
     "scale.thickness": "the gap is cos(alpha) sin(theta0) pitches",
     "substrate.width": "the scale's is scale.width cos(alpha)",
@@ -98,21 +90,22 @@ _UNITS = {
 }
 
 
-def _region(along: float, *limits: tuple[float, float]) -> Region:
+def _region(*limits: tuple[float, float]) -> Region:
     """Return a region from the limits of the eight numbers."""
     named = zip(_UNITS.items(), limits, strict=True)
-    return Region(tuple(Range(key, *ends, unit, _PARTS.get(key, "")) for (key, unit), ends in named), along)
+    return tuple(Range(key, *ends, unit, _PARTS.get(key, "")) for (key, unit), ends in named)
 
 
 CORE = _region(
-    CROWDED, (0.0, 75.0), (5.0, 25.5), (0.69, 2.5), (0.12, 0.52), (0.03, 0.45), (0.58, 1.64), (1.01, 3.15),
-    (0.245, 0.495),
-)  # fmt: skip
+    (0.0, 75.0), (5.0, 25.5), (0.69, 2.5), (0.12, 0.52), (0.03, 0.45), (0.58, 1.64), (1.01, 3.15), (0.245, 0.495)
+)
 """The core of the law's range."""
 WHOLE = _region(
-    0.7, (0.0, 75.0), (3.1, 30.0), (0.69, 2.5), (0.1, 0.7), (0.02, 0.8), (0.58, 1.88), (1.01, 3.15), (0.245, 0.495)
+    (0.0, 75.0), (3.1, 30.0), (0.69, 2.5), (0.1, 0.7), (0.02, 0.8), (0.58, 1.88), (1.01, 3.15), (0.245, 0.495)
 )
-"""The law's range; in addition the scale must fit into the substrate. In the core it may be longer (:func:`reach`)."""
+"""The law's range; in addition the scale must fit into the substrate, and take at most :func:`reach` of the pitch."""
+THICK, LONG_THICK = (0.6, 0.65), 0.7
+"""Shares of the gap from which on scales are thick; how far embedded parts of these reach along the bar, in pitches."""
 MARGIN = 0.05
 """Margin outside the core, as a share of its ranges, over which the fit of the whole range comes in."""
 COVERING = 2.25
@@ -197,7 +190,7 @@ def cornered(shape: Shape, region: Region = CORE) -> Array:
         np.clip(1 - np.minimum(x - r.low, r.high - x) / (BORDER * (r.high - r.low)), 0.0, 1.0)
         for r, x in _measured(Shape(*map(np.real, shape)), region)
     )
-    return np.asarray(np.maximum(near - 1, 0.0) / (len(region.ranges) - 1))
+    return np.asarray(np.maximum(near - 1, 0.0) / (len(region) - 1))
 
 
 def distance(shape: Shape, law: Law, *, skip: int = 0) -> Array:
@@ -267,8 +260,11 @@ def wider(shape: Shape) -> Array:
 
 
 def reach(shape: Shape) -> Array:
-    """Return the largest extent (n,) of an embedded scale along the bar that the law covers at a place, in pitches."""
-    return np.asarray(CORE.along + (WHOLE.along - CORE.along) * wider(shape))
+    """Return the largest extent (n,) of an embedded scale along the bar that the law covers, in pitches."""
+    share = shape.thickness / (np.cos(shape.alpha) * np.sin(shape.theta0))
+    over = (share - THICK[0]) / (THICK[1] - THICK[0])
+    over = np.where(np.real(over) < 0, 0.0, np.where(np.real(over) > 1, 1.0, over))
+    return np.asarray(CROWDED + (LONG_THICK - CROWDED) * over)
 
 
 def region(shape: Shape) -> Region:
@@ -352,13 +348,8 @@ def outside(shape: Shape) -> list[Problem]:
     if problems:
         # shapes that finite elements refuse too
         return problems
-    core = next(r.high for r in CORE.ranges if r.key == "scale.embedded")
-    # in the core a tab may be longer
-    shorter = shape._replace(zeta=min(zeta, core))
     for (key, low, high, unit, part), x in _measured(shape, WHOLE):
-        most = high
-        if key == "scale.embedded":
-            most = min(high, max(pitch.longest(float(reach(shape))), min(core, pitch.longest(float(reach(shorter))))))
+        most = min(high, pitch.longest(float(reach(shape)))) if key == "scale.embedded" else high
         if low - _SLACK <= x <= most + _SLACK:
             continue
         reason = f"the law of the joint goes from {low:g} to {high:g}{unit}{f' ({part})' * bool(part)}"
@@ -383,7 +374,7 @@ def _measured(shape: Shape, region: Region) -> list[tuple[Range, Any]]:
         shape.width / across,
         shape.nu,
     )
-    return list(zip(region.ranges, values, strict=True))
+    return list(zip(region, values, strict=True))
 
 
 def _positive(shape: Shape) -> Shape:

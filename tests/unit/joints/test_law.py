@@ -189,8 +189,8 @@ def _fits(*shape: float) -> bool:
         ("width", 5.0, "substrate.width = 5.893 of the scale's: the law of the joint goes from 1.01 to 3.15"),
         ("nu", 0.1, "substrate.poisson_ratio = 0.1: the law of the joint goes from 0.245 to 0.495"),
         ("zeta", 0.6, "scale.embedded = 0.6 pitches: longer than the law"),
-        ("zeta", 0.63, "longer than the law of the joint reaches (zeta up to 0.52 beside its neighbour)"),
-        ("zeta", 1.2, "longer than the law of the joint reaches (zeta up to 0.52 beside its neighbour)"),
+        ("zeta", 0.63, "longer than the law of the joint reaches (zeta up to 0.598 beside its neighbour)"),
+        ("zeta", 1.2, "longer than the law of the joint reaches (zeta up to 0.598 beside its neighbour)"),
     ],
 )
 def test_ranges_are_named_as_in_the_beam_file(name: str, value: float, words: str) -> None:
