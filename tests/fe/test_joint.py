@@ -20,7 +20,7 @@ from squama.cli.joint import _meshes
 from squama.fe import stiffness as joint
 from squama.fe.elements import Material
 from squama.fe.geometry import geometry
-from squama.fe.mesh import SIZE, bar_mesh, pitch_mesh
+from squama.fe.mesh import SIZE, MeshError, bar_mesh, pitch_mesh
 from squama.fe.pitch_stiffness import Response, response
 
 ANEW = "each run makes the joint's stiffness anew"
@@ -197,12 +197,12 @@ def test_elements_in_the_bulk_are_three_through_the_thickness_but_not_too_many(c
 
 
 def test_two_meshes_suffice_where_the_third_fails(cache, monkeypatch):
-    left = []
+    left, kind = [], MeshError
 
     def mesh(*_, **__):
         if not left:
             message = "the substrate could not be meshed"
-            raise squama.InputError(message)
+            raise kind(message)
         return SimpleNamespace(K=left.pop() * np.eye(9))
 
     monkeypatch.setattr(joint, "pitch_mesh", mesh)
@@ -215,6 +215,10 @@ def test_two_meshes_suffice_where_the_third_fails(cache, monkeypatch):
     # linear in the size of elements, with the correction for an error bar
     assert (found.K_theta.value, found.K_theta.error) == (pytest.approx(3.0), pytest.approx(1.0))
     left[:] = [5.0]
+    with pytest.raises(squama.InputError, match="could not be meshed"):
+        joint.joint(beam, fresh=True)
+    # other mistakes are told however many meshes there are
+    left[:], kind = [4.0, 5.0], squama.InputError
     with pytest.raises(squama.InputError, match="could not be meshed"):
         joint.joint(beam, fresh=True)
 

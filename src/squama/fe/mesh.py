@@ -167,8 +167,12 @@ def _mesh(geometry: Geometry, size: float, edge_size: float | None, *, tab: bool
     return _quadratic(geometry, points, cells, slot=edge_size is not None)
 
 
-def _failed(said: str) -> InputError:
-    return InputError(
+class MeshError(InputError):
+    """Error for a shape that the mesher gives up with elements of a size."""
+
+
+def _failed(said: str) -> MeshError:
+    return MeshError(
         f"the substrate could not be meshed ({said}): take another element size, or change the scale where it comes "
         "close to the substrate's sides, its faces or its neighbour"
     )

@@ -44,7 +44,7 @@ from squama.beam.matrixfile import inclination_stiffness, twisting_stiffness
 from squama.errors import InputError, refuse
 from squama.fe.elements import Material
 from squama.fe.geometry import Geometry, geometry
-from squama.fe.mesh import SIZE, bar_mesh, pitch_mesh
+from squama.fe.mesh import SIZE, MeshError, bar_mesh, pitch_mesh
 from squama.fe.pitch_stiffness import response
 from squama.io import files
 from squama.progress import not_kept
@@ -207,7 +207,7 @@ def joint(
         began = time.perf_counter()
         try:
             forms, count, now = kept(("pitch", *shape, *(material or ()), size, edge), fresh, partial(of_mesh, edge))
-        except InputError:
+        except MeshError:
             # the mesher gives up on some fine meshes: two coarser ones have an error bar, too
             if len(done) < ENOUGH:
                 raise

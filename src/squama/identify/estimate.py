@@ -30,6 +30,7 @@ _NEAR_LOCK = 0.98
 _SPREAD = (0.3, 0.6, 0.1, 0.8, 0.45, 0.93, 0.02)
 _AGREE = 1e-4
 _ROUGH, _BEGIN = 1e-6, 1e-3
+"""Accuracy of robust searches, and of those that only begin another one."""
 _AT_BOUND = 1e-6
 EDGE = 1e-4
 """Accuracy of the least friction at which scales stick all along."""

@@ -142,7 +142,7 @@ class Walked:
         return out
 
     def _slope(self, v: Physical, name: str) -> Array:
-        """Return a derivative by central differences; one-sided at 0, with ends, rough, and where the contact ends."""
+        """Return a derivative by central differences; one-sided at 0, with ends, in a rough search, and at an end."""
         value = getattr(v, name)
         h = _STEPS[name] * (value if name in _RELATIVE else 1.0)
         if name == "compliance":

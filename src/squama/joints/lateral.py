@@ -36,7 +36,7 @@ def stiffness(K: Array, shape: Shape) -> Array:
 
 
 def power(shape: Shape) -> Array:
-    """Return the logarithm (n,) of the lateral bend's stiffness over that of the bend, both over the bare bar's."""
+    """Return the power p (n,) of B_lateral = B_bend^p, both over the bare bar's."""
     return np.asarray(SHARE * covered(shape) ** COVERED * np.cos(shape.alpha) ** OBLIQUE * shape.zeta**DEEP)
 
 

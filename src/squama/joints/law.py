@@ -18,7 +18,7 @@ S = L M L^T and M = m^2 R R, with the logarithm of m and the symmetric R of M = 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -101,11 +101,11 @@ CORE = _region(
 )
 """The core of the law's range."""
 WHOLE = _region(
-    (0.0, 75.0), (3.1, 30.0), (0.69, 2.5), (0.1, 0.7), (0.02, 0.8), (0.58, 1.88), (1.01, 3.15), (0.245, 0.495)
+    (0.0, 75.0), (3.1, 30.0), (0.69, 2.5), (0.1, 0.7), (0.02, 0.55), (0.58, 1.88), (1.01, 3.15), (0.245, 0.495)
 )
-"""The law's range; in addition the scale must fit into the substrate, and take at most :func:`reach` of the pitch."""
-THICK, LONG_THICK = (0.6, 0.65), 0.7
-"""Shares of the gap from which on scales are thick; how far embedded parts of these reach along the bar, in pitches."""
+"""The law's range; in addition the scale must fit into the substrate, and beyond the core be no deeper than DEEP."""
+DEEP = 0.25
+"""Largest depth of embedded parts beyond the core, over the bar's thickness: nearly no designs check deeper ones."""
 MARGIN = 0.05
 """Margin outside the core, as a share of its ranges, over which the fit of the whole range comes in."""
 COVERING = 2.25
@@ -172,10 +172,10 @@ def band(shape: Shape) -> Array:
     (:func:`cornered`).
     """
     shape = Shape(*map(np.real, shape))
-    return _mixed(shape, lambda law, region, part: told(part, law, region)[..., None])[..., 0]
+    return _mixed(shape, lambda law, region, part: _told(part, law, region)[..., None])[..., 0]
 
 
-def told(shape: Shape, law: Law, region: Region) -> Array:
+def _told(shape: Shape, law: Law, region: Region) -> Array:
     """Return the band (n,) of one fit; see :func:`band`."""
     away = law.apart.scale * distance(shape, law) ** law.apart.power
     return np.asarray(COVERING * np.hypot(law.apart.floor, away) * (1 + CORNER * cornered(shape, region)))
@@ -186,10 +186,8 @@ def cornered(shape: Shape, region: Region = CORE) -> Array:
 
     A number within ``BORDER`` of an end counts by its nearness; a single number is no corner.
     """
-    near = sum(
-        np.clip(1 - np.minimum(x - r.low, r.high - x) / (BORDER * (r.high - r.low)), 0.0, 1.0)
-        for r, x in _measured(Shape(*map(np.real, shape)), region)
-    )
+    margins = _margins(Shape(*map(np.real, shape)), region)
+    near = sum(np.clip(1 - np.minimum(low, high) / BORDER, 0.0, 1.0) for _, low, high in margins)
     return np.asarray(np.maximum(near - 1, 0.0) / (len(region) - 1))
 
 
@@ -250,21 +248,15 @@ def _mixed(shape: Shape, of: Callable[[Law, Region, Shape], Array], by: Law | No
 
 def wider(shape: Shape) -> Array:
     """Return the share (n,) of the fit of the whole range: 0 in the core, 1 from :data:`MARGIN` outside it on."""
-    ranges, values = zip(*_measured(shape, CORE), strict=True)
-    x = np.array(np.broadcast_arrays(*values))
-    low, high = (np.reshape(ends, (-1, *[1] * (x.ndim - 1))) for ends in zip(*[r[1:3] for r in ranges], strict=True))
-    rooms = np.concatenate([x - low, high - x]) / np.concatenate([high - low] * 2)
-    least = np.take_along_axis(rooms, np.real(rooms).argmin(axis=0)[None], axis=0)[0]
+    margins = np.array(np.broadcast_arrays(*(v for _, *both in _margins(shape, CORE) for v in both)))
+    least = np.take_along_axis(margins, np.real(margins).argmin(axis=0)[None], axis=0)[0]
     t = np.where(np.real(least) >= -_SLACK, 0.0, np.where(np.real(least) <= -MARGIN, 1.0, -least / MARGIN))
     return np.asarray(t * t * (3 - 2 * t))
 
 
-def reach(shape: Shape) -> Array:
-    """Return the largest extent (n,) of an embedded scale along the bar that the law covers, in pitches."""
-    share = shape.thickness / (np.cos(shape.alpha) * np.sin(shape.theta0))
-    over = (share - THICK[0]) / (THICK[1] - THICK[0])
-    over = np.where(np.real(over) < 0, 0.0, np.where(np.real(over) > 1, 1.0, over))
-    return np.asarray(CROWDED + (LONG_THICK - CROWDED) * over)
+def deepest(shape: Shape) -> Array:
+    """Return the largest depth (n,) of an embedded scale that the law covers, over the bar's thickness."""
+    return np.asarray(1 - ROOM - (1 - ROOM - DEEP) * wider(shape))
 
 
 def region(shape: Shape) -> Region:
@@ -326,14 +318,13 @@ def within(shape: Shape, region: Region = WHOLE) -> Array:
 def rooms(shape: Shape, region: Region = WHOLE) -> dict[str, Array]:
     """Return the margins (n,) of shapes to each end of the law's range, as shares of the range; negative outside."""
     found = {}
-    for r, x in _measured(shape, region):
-        across = r.high - r.low
-        found[f"the law's {r.key} >= {r.low:g}{r.unit}"] = (x - r.low) / across
-        found[f"the law's {r.key} <= {r.high:g}{r.unit}"] = (r.high - x) / across
+    for r, low, high in _margins(shape, region):
+        found[f"the law's {r.key} >= {r.low:g}{r.unit}"] = low
+        found[f"the law's {r.key} <= {r.high:g}{r.unit}"] = high
     cover, along, down = crowding(_positive(shape))
     found["the law's cover of the embedded scale"] = 1 - cover
-    found["the law's extent of the embedded scale along the bar"] = reach(shape) - along
-    found["the law's embedded scale inside the bar"] = 1 - ROOM - down
+    found[f"the law's embedded scale <= {CROWDED:g} pitches along the bar"] = CROWDED - along
+    found["the law's depth of the embedded scale in the bar"] = deepest(shape) - down
     return found
 
 
@@ -348,15 +339,27 @@ def outside(shape: Shape) -> list[Problem]:
     if problems:
         # shapes that finite elements refuse too
         return problems
+    deep = 2 * lam * float(deepest(shape)) - pitch.thickness / 2 * np.cos(pitch.theta0)
+    longest = {
+        "beside its neighbour": pitch.longest(CROWDED),
+        "in a bar of this thickness": deep / np.sin(pitch.theta0),
+    }
+    place = min(longest, key=longest.__getitem__)
     for (key, low, high, unit, part), x in _measured(shape, WHOLE):
-        most = min(high, pitch.longest(float(reach(shape)))) if key == "scale.embedded" else high
+        most = min(high, longest[place]) if key == "scale.embedded" else high
         if low - _SLACK <= x <= most + _SLACK:
             continue
         reason = f"the law of the joint goes from {low:g} to {high:g}{unit}{f' ({part})' * bool(part)}"
         if key == "scale.embedded" and x > most:
-            reason = f"longer than the law of the joint reaches (zeta up to {max(most, 0.0):.3g} beside its neighbour)"
+            reason = f"longer than the law of the joint reaches (zeta up to {max(most, 0.0):.3g} {place})"
         problems.add(key, f"{x:.4g}{unit}", reason)
     return problems
+
+
+def _margins(shape: Shape, region: Region) -> Iterator[tuple[Range, Any, Any]]:
+    """Yield each range of a region, and the margins (n,) of shapes to its low and high end, as shares of the range."""
+    for r, x in _measured(shape, region):
+        yield r, (x - r.low) / (r.high - r.low), (r.high - x) / (r.high - r.low)
 
 
 def _measured(shape: Shape, region: Region) -> list[tuple[Range, Any]]:

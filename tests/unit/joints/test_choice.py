@@ -36,6 +36,15 @@ def test_the_law_in_its_range() -> None:
     np.testing.assert_allclose(other.K, found.K, rtol=1e-9)
 
 
+def test_beams_of_a_shape_share_its_joint() -> None:
+    one, other = joint_of(beam()), joint_of(beam(mu=0.4))
+    assert one.K is other.K
+    with pytest.raises(ValueError, match="read-only"):
+        one.K[0, 0] = 0.0
+    with pytest.raises(ValueError, match="read-only"):
+        one.strain[0, 0, 0] = 0.0
+
+
 def test_a_matrix_goes_first() -> None:
     K = law.stiffness(shape(beam()))[:7, :7] * 1.1
     given = beam().replace(joint={"matrix": matrixfile.stored(beam(), K)})

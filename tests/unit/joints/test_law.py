@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -66,7 +67,7 @@ def test_complex_steps_are_the_derivatives(name: str) -> None:
     slope = law.stiffness(shape._replace(**{name: x + 1e-30j})).imag / 1e-30
     ahead, behind = (law.stiffness(shape._replace(**{name: x + step})) for step in (h, -h))
     np.testing.assert_allclose(
-        slope, (ahead - behind) / (2 * h[:, None, None]), rtol=1e-4, atol=1e-4 * np.abs(slope).max()
+        slope, (ahead - behind) / (2 * h[:, None, None]), rtol=5e-5, atol=5e-5 * np.abs(slope).max()
     )
 
 
@@ -142,10 +143,9 @@ def test_it_is_near_elements_that_were_not_fitted() -> None:
         assert np.abs(off[core, place]).max() == pytest.approx(error.worst, rel=0.01)
         assert np.sqrt((off[later, place] ** 2).mean()) <= 2 * error.rms
         assert np.abs(off[later, place]).max() <= 2.5 * error.worst
-        # near the core its fit has a part
         error = getattr(beyond, name)
-        assert np.sqrt((off[rest, place] ** 2).mean()) == pytest.approx(error.rms, rel=0.1)
-        assert np.abs(off[rest, place]).max() <= 1.1 * error.worst
+        assert np.sqrt((off[rest, place] ** 2).mean()) == pytest.approx(error.rms, rel=0.01)
+        assert np.abs(off[rest, place]).max() == pytest.approx(error.worst, rel=0.01)
     for each in (told, beyond):
         _small(each)
 
@@ -157,9 +157,10 @@ def _small(told: processes.Errors) -> None:
 
 
 def test_where_it_ends() -> None:
-    shape = drawn(800, seed=5, wider=0.1)
+    shape = law.Shape(*map(np.append, drawn(400, seed=5, wider=0.1), drawn(400, seed=5, wider=0.1, region=law.WHOLE)))
     inside = law.within(shape)
-    assert 50 < inside.sum() < 750
+    assert 50 < inside[:400].sum() < 350
+    assert 30 < inside[400:].sum() < 350
     for i, found in enumerate(inside):
         one = law.Shape(*(float(x[i]) for x in shape))
         assert bool(law.outside(one)) is not bool(found)
@@ -197,6 +198,18 @@ def test_ranges_are_named_as_in_the_beam_file(name: str, value: float, words: st
     shape = law.Shape(1.28, 0.32, 0.18, 0.6, 0.004, np.pi / 4, np.radians(10), 0.25)
     assert law.outside(shape) == []
     assert words in "\n".join(map(str, law.outside(shape._replace(**{name: value}))))
+
+
+def test_what_limits_long_tabs_is_named() -> None:
+    """Deep ones beyond the core, in thin bars; long ones everywhere."""
+    deep = law.Shape(2.0, 0.3, 0.4, 0.8, 0.02, 0.3, np.radians(29), 0.4)
+    long = law.Shape(2.0, 0.8, 0.65, 0.8, 0.1, 0.6, 0.35, 0.4)
+    for shape, place in ((deep, "in a bar of this thickness"), (long, "beside its neighbour")):
+        (problem,) = law.outside(shape)
+        most = float(re.search(rf"zeta up to ([\d.]+) {place}", str(problem))[1])
+        assert law.within(shape._replace(zeta=most - 0.001))
+        assert not law.within(shape._replace(zeta=most + 0.001))
+    assert law.outside(deep._replace(theta0=np.radians(25))) == []
 
 
 def test_embedded_parts_meet_where_parallel_plates_do() -> None:
