@@ -1,3 +1,5 @@
+from pathlib import Path
+
 """Tilt of the scales of a row: its law against linear elements, and contact forces against nonlinear ones."""
 
 import numpy as np
@@ -138,3 +140,19 @@ def test_a_damaged_file_is_told(monkeypatch, tmp_path):
     with pytest.raises(InputError, match=r"tilt\.npz"):
         tilt.tilts(shape(SKIN))
     tilt.shipped.cache_clear()
+
+
+def test_it_holds_on_later_designs_of_the_whole_range():
+    """Linear elements of designs that the process was not fitted to (``tools/neighbours.py``)."""
+    place = Path(__file__).parents[2] / "tools" / "neighbours.csv"
+    table = np.genfromtxt(place, delimiter=",", names=True)
+    shape = law.Shape(*(table[name] for name in law.Shape._fields))
+    later = (table["index"] >= 100_000) & tilt.fitted(shape) & law.within(shape)
+    beyond = later & ~law.within(shape, law.CORE)
+    assert beyond.sum() > 40
+    turn = tilt.tilts(shape)[:, tilt.W_Y] ** 2
+    for which in (later, beyond):
+        off = np.abs(turn / table["YY"] - 1)[which]
+        assert np.median(off) < 0.05
+        assert np.quantile(off, 0.9) < 0.25
+    assert not tilt.tilts(shape)[~law.within(shape)].any()
