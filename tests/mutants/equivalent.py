@@ -349,9 +349,6 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("contacts/lifts.py", "return (-1, -1, -1, -1) if S.own else strain_columns(S, at, n, 0)"): {
         "0 -> 1": "those of any scale: cells share them",
     },
-    ("contacts/linear.py", "kept[STRIDE], kept[BASE] = (3 * half, half) if narrow else (inner, 0)"): {
-        "0 -> 1": "where the first entry stands",
-    },
     ("contacts/linear.py", "return False"): {
         "False -> True #2": "divided by the zero, corrections are no numbers, which ends Newton's method as well",
     },

@@ -126,11 +126,11 @@ def walk(S: System, C: int, notes: Array) -> Walk:
         np.zeros((N, MOTIONS + STRAINS), kind), np.zeros(1),
         np.zeros((N if S.own else 0, PLACED + RATES + LEANS), kind),
     )  # fmt: skip
-    half = n if S.periodic else (k + 1) * S.stride * (freedoms(S) + ahead(S) + 6 * _CROWD)
+    near = n if S.periodic else (3 * k + 1) * S.stride * (freedoms(S) + ahead(S) + 6 * _CROWD)
     J = Linear(
-        np.zeros(n * min(n, 3 * half)), np.zeros(n * min(n, half)), np.zeros((n, wide)), np.zeros((wide, n)),
-        np.zeros((wide, wide)), np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n, kind),
-        np.zeros(N + C, np.int64), np.zeros(7, np.int64),
+        np.zeros(n * min(n, near)), np.zeros((wide, n)), np.zeros((wide, n)), np.zeros((wide, wide)),
+        np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros((3, n), np.int64), np.zeros(n, kind),
+        np.zeros(N + C + wide, np.int64), np.zeros(5, np.int64), np.zeros(1),
     )  # fmt: skip
     past = Past(
         np.zeros((3, N, 12), kind), np.zeros((3, N, k, PLACED), kind), np.zeros((3, N, 24), kind),

@@ -9,7 +9,7 @@ from squama.batch.keeping import part as _jit
 from squama.contacts import touch
 from squama.contacts.geometry import back, bow, slopes, turn, vector
 from squama.contacts.lifts import around, lifted, lifts, shared
-from squama.contacts.linear import BASE, FAR, INNER, STRIDE, Linear, alone, emptied, enter, grow
+from squama.contacts.linear import AT, FAR, INNER, Linear, alone, emptied, enter, grow
 from squama.contacts.meeting import Meeting, Work, along_edges, before, frame, lever, meet
 from squama.contacts.supports import tie_rates
 from squama.contacts.system import (
@@ -258,13 +258,13 @@ def spread(
     -1 stands for none, -2 for a lift or slope of a plate, which depends on unknowns from ``from1`` (``from2``: of the
     second plate) to before ``to1``, and on free strains.
     """
-    band, inner, stride, base = J.band, J.kept[INNER], J.kept[STRIDE], J.kept[BASE]
+    band, inner = J.band, J.kept[INNER]
     strains = len(column) - _E
     for z in range(len(rows)):
         to = rows[z]
         if to < 0:
             continue
-        sign, o = -1.0 if 6 <= z < 12 else 1.0, base + to * stride
+        sign, o = -1.0 if 6 <= z < 12 else 1.0, J.rows[AT, to] if to < inner else 0
         for u in range(len(column)):
             # motions and strains first, then the other local variables
             v = u if u < _S else (u + _E - _S if u < _S + strains else u - strains)

@@ -24,6 +24,9 @@ _ROUNDS, _LARGEST, _LOST, _QUICK, _STALLED = 30, 0.4, 3.0, 0.2, 0.1
 """Iterations; largest correction that is applied, and at which the iteration fails; ratios of successive corrections to
 keep a Jacobian, and to count as stalled.
 """
+_KEPT, _SLOWEST, _NOISE = 1e-3, 0.5, 4.0
+"""For a row, whose Jacobian takes as long as a dozen corrections: largest correction, and ratio of successive ones, with
+which it is kept; corrections are rounding up to so many times those that were."""
 _TRIED, _STUCK, _HALF = 10, 0.7, 0.5
 """Iterations for a row after which corrections that do not shrink by a ratio are halved."""
 
@@ -64,7 +67,7 @@ def solve(
     n = laid_out(S, con, m, J)
     if n < 0:
         return False
-    loose = S.own
+    loose, several = S.own, len(S.shapes) > S.stride
     for e in range(STRAINS):
         loose = loose or S.free[e] > 0
     old, fresh, moved, own = np.inf, False, True, J.kept[SOLVED] != n
@@ -91,14 +94,23 @@ def solve(
             old = np.inf
             continue
         # of several scales, forces that change sign, and with them their friction, may throw it to and fro
-        share = _HALF if len(S.shapes) > S.stride and count >= _TRIED and size > _STUCK * old else 1.0
+        share = _HALF if several and count >= _TRIED and size > _STUCK * old else 1.0
         shift(S, st, con, m, J.at, n, J.r, -share * min(1.0, _LARGEST / max(size, 1e-300)))
-        rate = min(size / old, 1.0) if old < np.inf else 1.0
-        if size * rate < (TIGHT if own else TIGHTER) or (own and size < ROUNDED and rate > _STALLED and old < np.inf):
+        known = old < np.inf
+        rate = min(size / old, 1.0) if known else 1.0
+        rounded = ROUNDED if own else _NOISE * J.noise[0] if several else 0.0
+        stalled = known and rate > _STALLED and size < rounded
+        if stalled or size * rate < (TIGHT if own else TIGHTER):
+            if own:
+                J.noise[0] = size if stalled else 0.0
             prepared(S, st, con, m, moved, W)
             residual(S, st, past, con, m, J.at, n, W, J.r, loads)
             return True
-        if size > _LARGEST or (rate > (_QUICK if own else _STALLED) if old < np.inf else own or size > near):
+        if several:
+            renewed = size > _KEPT or (known and rate > _SLOWEST)
+        else:
+            renewed = size > _LARGEST or (rate > (_QUICK if own else _STALLED) if known else own or size > near)
+        if renewed:
             J.kept[SOLVED] = 0
         old, fresh = size, False
     J.kept[SOLVED] = 0

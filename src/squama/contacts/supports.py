@@ -25,17 +25,21 @@ from squama.contacts.geometry import PLACED, back, over_cell, put, turn, vector
 from squama.contacts.linear import Linear, enter
 from squama.contacts.meeting import Work
 from squama.contacts.system import (
+    AXIS,
     CHI,
     EPS,
     LOADED,
     PHI,
     PSI,
+    SECTION,
+    SPIN,
     STRAINS,
     State,
     System,
     before_cell,
     borders,
     cells,
+    of_tie,
     sectioned,
     strain_columns,
 )
@@ -44,8 +48,6 @@ from squama.types import Array
 
 LOADS, GIVEN = range(2)
 """Rows of a state's ties: loads, and prescribed values."""
-AT, AXIS, SPIN = 0, 1, 4
-"""Columns of a tie that holds a rotation: section, axis, prescribed rotation."""
 
 
 @_jit
@@ -106,7 +108,7 @@ def aim(S: System, st: State, k: int, v: Vector) -> Vector:
 @_jit
 def askew(S: System, st: State, W: Work, k: int) -> Vector:
     """Return the deviation of tie k's section from its prescribed rotation: the vector part of R T^T."""
-    R, none = W.frames[int(S.ties.turns[k, AT])], 0.0 * st.ties[LOADS, k]
+    R, none = W.frames[int(S.ties.turns[k, SECTION])], 0.0 * st.ties[LOADS, k]
     out = (none, none, none)
     for a in range(3):
         out = add(out, 0.5, cross(aim(S, st, k, unit(a, none)), (R[a], R[3 + a], R[6 + a])))
@@ -116,7 +118,7 @@ def askew(S: System, st: State, W: Work, k: int) -> Vector:
 @_jit
 def moment_of(S: System, st: State, W: Work, k: int) -> Vector:
     """Return the moment of a unit load of tie k on the section whose rotation it holds."""
-    R, axis, none = W.frames[int(S.ties.turns[k, AT])], vector(S.ties.turns[k], AXIS), 0.0 * st.ties[LOADS, k]
+    R, axis, none = W.frames[int(S.ties.turns[k, SECTION])], vector(S.ties.turns[k], AXIS), 0.0 * st.ties[LOADS, k]
     trace = none
     for a in range(3):
         trace += dot(aim(S, st, k, unit(a, none)), (R[a], R[3 + a], R[6 + a]))
@@ -183,7 +185,7 @@ def load_at(S: System, st: State, W: Work, j: int) -> tuple[Vector, Vector]:
     m, f = (none, none, none), (none, none, none)
     for k in range(len(S.ties.course)):
         f = add(f, st.ties[LOADS, k], vector(S.ties.forces[k, j], 0))
-        if S.ties.turns[k, AT] == j:
+        if S.ties.turns[k, SECTION] == j:
             m = add(m, st.ties[LOADS, k], moment_of(S, st, W, k))
         if j == cells(S):
             m = add(m, st.ties[LOADS, k], couple(S, W, k))
@@ -197,7 +199,7 @@ def load_moved(S: System, st: State, W: Work, j: int, o: Vector, v: Vector) -> V
     m, f = (none, none, none), (none, none, none)
     for k in range(len(S.ties.course)):
         f = add(f, st.ties[LOADS, k], vector(S.ties.forces[k, j], 0))
-        if S.ties.turns[k, AT] == j:
+        if S.ties.turns[k, SECTION] == j:
             axis = vector(S.ties.turns[k], AXIS)
             other = aim(S, st, k, back(W.frames[j], cross(o, axis)))
             change = add(scaled(-dot(askew(S, st, W, k), o), axis), 0.5, other)
@@ -212,7 +214,7 @@ def unit_load(S: System, st: State, W: Work, k: int, j: int) -> tuple[Vector, Ve
     """Return the wrench of a unit load of tie k on section j; it is also the gradient of the tie's coordinate."""
     f = vector(S.ties.forces[k, j], 0)
     m = cross(vector(W.frames[j], 9), f)
-    if S.ties.turns[k, AT] == j:
+    if S.ties.turns[k, SECTION] == j:
         m = add(m, 1.0, moment_of(S, st, W, k))
     return (add(m, 1.0, couple(S, W, k)) if j == cells(S) else m), f
 
@@ -232,7 +234,7 @@ def wrenches(S: System, st: State, W: Work) -> None:
 @_jit
 def tied(S: System, st: State, at: Array, n: int, W: Work, r: Array, loads: Array) -> None:
     """Write the residuals of all cells' strains and of ties; the ties' loads replace the mean loads."""
-    N, K, b, along = cells(S), len(S.ties.course), n - borders(S), sectioned(S)
+    N, K, along = cells(S), len(S.ties.course), sectioned(S)
     if along:
         spine(S, st, W)
         wrenches(S, st, W)
@@ -250,9 +252,9 @@ def tied(S: System, st: State, at: Array, n: int, W: Work, r: Array, loads: Arra
         for a in range(12 if along else 0):
             r[before_cell(S, at, i) + a] = 0.0
     for k in range(K):
-        r[b + k] = coordinate(S, st, W, k)
+        r[of_tie(S, at, k)] = coordinate(S, st, W, k)
     for a in range(borders(S) - K):
-        r[b + K + a] = W.wrench[0, a]
+        r[of_tie(S, at, K + a)] = W.wrench[0, a]
     for e in range(STRAINS):
         if S.free[e] == LOADED:
             loads[e] = 0.0
@@ -273,7 +275,7 @@ def coordinate(S: System, st: State, W: Work, k: int) -> float:
     for j in range(S.ties.forces.shape[1]):
         p = vector(W.frames[j], 9)
         off += dot(vector(S.ties.forces[k, j], 0), (p[0], p[1], p[2] - j))
-    if S.ties.turns[k, AT] >= 0:
+    if S.ties.turns[k, SECTION] >= 0:
         off += dot(vector(S.ties.turns[k], AXIS), askew(S, st, W, k))
     if dot(vector(S.ties.couples[k], 0), vector(S.ties.couples[k], 0)) > 0.0:
         off += turned_by(S, st, W, k)
@@ -283,14 +285,15 @@ def coordinate(S: System, st: State, W: Work, k: int) -> float:
 @_jit
 def tie_rates(S: System, st: State, at: Array, n: int, W: Work, J: Linear) -> None:
     """Add the derivatives of :func:`tied` to the Jacobian, without those of the cells' own loads."""
-    N, K, b = cells(S), len(S.ties.course), n - borders(S)
+    N, K = cells(S), len(S.ties.course)
     for i in range(N):
         columns = strain_columns(S, at, n, i * S.stride)
         for k in range(K):
+            b = of_tie(S, at, k)
             for e in range(STRAINS):
                 if columns[e] >= 0 and S.ties.carried[k, e] != 0.0:
-                    enter(J, columns[e], b + k, -S.ties.carried[k, e])
-                    enter(J, b + k, columns[e], S.ties.carried[k, e])
+                    enter(J, columns[e], b, -S.ties.carried[k, e])
+                    enter(J, b, columns[e], S.ties.carried[k, e])
     if not sectioned(S):
         return
     for i in range(N):
@@ -299,9 +302,9 @@ def tie_rates(S: System, st: State, at: Array, n: int, W: Work, J: Linear) -> No
         for j in range(N + 1):
             m, f = unit_load(S, st, W, k, j)
             if dot(m, m) + dot(f, f) > 0.0:
-                by_section(S, at, n, b + k, j, m, f, W, J)
+                by_section(S, at, n, of_tie(S, at, k), j, m, f, W, J)
     if S.ties.floating:
-        floating_rates(S, st, at, b, W, J)
+        floating_rates(S, st, at, W, J)
 
 
 @_jit
@@ -323,7 +326,7 @@ def by_section(S: System, at: Array, n: int, row: int, j: int, m: Vector, f: Vec
 @_jit
 def section_rates(S: System, st: State, at: Array, n: int, i: int, W: Work, J: Linear) -> None:
     """Add the derivatives of cell i's motion, of the wrench beyond it, and of its work on the cell's strains."""
-    N, b = cells(S), n - borders(S)
+    N = cells(S)
     here, columns = before_cell(S, at, i), strain_columns(S, at, n, i * S.stride)
     beyond = here + 6
     m, f = vector(W.wrench[i + 1], 0), vector(W.wrench[i + 1], 3)
@@ -342,9 +345,10 @@ def section_rates(S: System, st: State, at: Array, n: int, i: int, W: Work, J: L
                     enter(J, here + a, before[e], -W.moves[i - 1, e, a])
     for k in range(len(S.ties.course)):
         by_m, by_f = unit_load(S, st, W, k, i + 1)
-        for a in range(3):
-            enter(J, beyond + a, b + k, -by_m[a])
-            enter(J, beyond + 3 + a, b + k, -by_f[a])
+        # what is zero may lie outside the band
+        for a in range(3 if dot(by_m, by_m) + dot(by_f, by_f) > 0.0 else 0):
+            enter(J, beyond + a, of_tie(S, at, k), -by_m[a])
+            enter(J, beyond + 3 + a, of_tie(S, at, k), -by_f[a])
     none = (0.0, 0.0, 0.0)
     for c in range(6):
         o, v = (unit(c, 0.0), none) if c < 3 else (none, unit(c - 3, 0.0))
@@ -377,7 +381,7 @@ def section_rates(S: System, st: State, at: Array, n: int, i: int, W: Work, J: L
 
 
 @_jit
-def floating_rates(S: System, st: State, at: Array, b: int, W: Work, J: Linear) -> None:
+def floating_rates(S: System, st: State, at: Array, W: Work, J: Linear) -> None:
     """Add the derivatives by the near end's motion, and of the balance of all loads."""
     K, here = len(S.ties.course), before_cell(S, at, 0)
     e, t = turned(vector(st.ties[LOADS], K)), vector(st.ties[LOADS], K + 3)
@@ -386,31 +390,30 @@ def floating_rates(S: System, st: State, at: Array, b: int, W: Work, J: Linear) 
         o = spin(e, unit(c, 0.0)) if c < 3 else none
         v = cross(t, o) if c < 3 else unit(c - 3, 0.0)
         for a in range(3):
-            enter(J, here + a, b + K + c, -o[a])
-            enter(J, here + 3 + a, b + K + c, -v[a])
-        enter(J, b + K + c, here + 6 + c, 1.0)
+            enter(J, here + a, of_tie(S, at, K + c), -o[a])
+            enter(J, here + 3 + a, of_tie(S, at, K + c), -v[a])
+        enter(J, of_tie(S, at, K + c), here + 6 + c, 1.0)
         o, v = (unit(c, 0.0), none) if c < 3 else (none, unit(c - 3, 0.0))
         change = load_moved(S, st, W, 0, o, v)
         for a in range(3):
-            enter(J, b + K + a, here + c, change[a])
+            enter(J, of_tie(S, at, K + a), here + c, change[a])
     for k in range(K):
         by_m, by_f = unit_load(S, st, W, k, 0)
-        for a in range(3):
-            enter(J, b + K + a, b + k, by_m[a])
-            enter(J, b + K + 3 + a, b + k, by_f[a])
+        for a in range(3 if dot(by_m, by_m) + dot(by_f, by_f) > 0.0 else 0):
+            enter(J, of_tie(S, at, K + a), of_tie(S, at, k), by_m[a])
+            enter(J, of_tie(S, at, K + 3 + a), of_tie(S, at, k), by_f[a])
 
 
 @_jit
 def shifted(S: System, st: State, at: Array, n: int, x: Array, by: complex) -> None:
     """Add a multiple of changes (n,) to strains of cells, loads of ties, and the place of a floating beam."""
-    b = n - borders(S)
     for i in range(cells(S)):
         columns = strain_columns(S, at, n, i * S.stride)
         for e in range(STRAINS):
             if columns[e] >= 0:
                 st.strains[i, e] += by * x[columns[e]]
-    for a in range(n - b):
-        st.ties[LOADS, a] += by * x[b + a]
+    for k in range(borders(S)):
+        st.ties[LOADS, k] += by * x[of_tie(S, at, k)]
 
 
 @_jit

@@ -27,6 +27,8 @@ TILT = MOTIONS
 """Column of a scale's tilt, after its motions, where cells have their own strains."""
 ENDLESS, EQUAL, OWN = range(-1, 2)
 """Kinds of cells: they repeat for ever; all cells of a row have the same strains; each has its own."""
+SECTION, AXIS, SPIN = 0, 1, 4
+"""Columns of a tie that holds a rotation: section, axis, prescribed rotation."""
 IMPOSED, FREE, LOADED = range(3)
 """Kinds of strains: imposed on each cell; free, without a load; or free and driven by a tie of that name."""
 _NONE, _UNTILTED = np.zeros(0), np.zeros((0, 3))
@@ -230,6 +232,34 @@ def borders(S: System) -> int:
     return len(S.ties.course) + (6 if S.ties.floating else 0) if S.own else counted(S)
 
 
+@_jit
+def home(S: System, k: int) -> int:
+    """Return the cell behind whose unknowns tie k's load has its place; -1 at the end, for more than a cell's sections.
+
+    The place of a floating beam's near end comes behind the ties.
+    """
+    if not S.own or k >= len(S.ties.course):
+        return 0 if S.own else -1
+    first, last, N = -1, -1, S.ties.forces.shape[1] - 1
+    for e in range(STRAINS):
+        if S.ties.carried[k, e] != 0.0:
+            return -1
+    for j in range(N + 1):
+        size = abs(S.ties.forces[k, j, 0]) + abs(S.ties.forces[k, j, 1]) + abs(S.ties.forces[k, j, 2])
+        if j == N:
+            size += abs(S.ties.couples[k, 0]) + abs(S.ties.couples[k, 1]) + abs(S.ties.couples[k, 2])
+        if size > 0.0 or S.ties.turns[k, SECTION] == j:
+            first, last = j if first < 0 else first, j
+    return min(first, N - 1) if last <= first + 1 else -1
+
+
+@_in
+def of_tie(S: System, at: Array, k: int) -> int:
+    """Return the unknown of tie k's load, or behind the ties of the near end's place."""
+    n: int = at[len(at) - borders(S) + k]
+    return n
+
+
 @_in
 def low(S: System, i: int, edge: int) -> float:
     """Return the smallest place on an edge of scale i."""
@@ -286,13 +316,14 @@ def spots(S: System, c: Array, s: Array) -> tuple[float, float, float, float]:
 
 
 @_jit
-def layout(S: System, con: Array, m: int, at: Array) -> int:
-    """Write the first unknown of each scale, then of each contact, into ``at`` (N + C,); return the number of unknowns.
+def layout(S: System, con: Array, m: int, at: Array) -> tuple[int, int]:
+    """Write the first unknown of each scale, contact and load of a tie into ``at`` (N + C + K,).
 
     A scale's unknowns come after its cell's own strains and before those of the contacts of which it is the first
-    scale; those of the whole beam come last.
+    scale, and of the ties at home there; those of the whole beam come last. Returned are the number of unknowns, and
+    how many come before the last ones.
     """
-    n, N, first = 0, len(S.shapes), ahead(S)
+    n, N, first, K = 0, len(S.shapes), ahead(S), borders(S)
     for i in range(N):
         at[i] = freedoms(S)
     for c in range(m):
@@ -304,9 +335,18 @@ def layout(S: System, con: Array, m: int, at: Array) -> int:
         size = at[i]
         at[i] = n
         n += size
+        for k in range(K if (i + 1) % S.stride == 0 else 0):
+            if home(S, k) == i // S.stride:
+                at[len(at) - K + k] = n
+                n += 1
     for c in range(m):
         at[N + c] += at[con[c, touch.FIRST]]
-    return n + borders(S)
+    inner = n
+    for k in range(K):
+        if home(S, k) < 0:
+            at[len(at) - K + k] = n
+            n += 1
+    return n, inner
 
 
 @_jit
