@@ -22,8 +22,8 @@ class Linear(NamedTuple):
     """A factored Jacobian: rows of its ``band`` one after another, right and lower border (B, n), corner (B, B).
 
     Columns are exchanged for pivots: ``order`` (n,); ``last`` (n,): end of what is not zero in each row. ``rows``
-    (3, n) see above; ``r`` (n,) its residual; ``at`` (N + C + K,) first unknowns of scales, contacts and ties; ``kept`` (5,) see
-    above; ``noise`` (1,): size of corrections that were rounding, when it was last new.
+    (3, n) see above; ``r`` (n,) its residual; ``at`` (N + C + K,) first unknowns of scales, contacts and ties; ``kept``
+    (5,) see above; ``noise`` (1,): size of corrections that were rounding, when it was last new.
     """
 
     band: Array

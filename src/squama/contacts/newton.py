@@ -25,8 +25,8 @@ _ROUNDS, _LARGEST, _LOST, _QUICK, _STALLED = 30, 0.4, 3.0, 0.2, 0.1
 keep a Jacobian, and to count as stalled.
 """
 _KEPT, _SLOWEST, _NOISE = 1e-3, 0.5, 4.0
-"""For a row, whose Jacobian takes as long as a dozen corrections: largest correction, and ratio of successive ones, with
-which it is kept; corrections are rounding up to so many times those that were."""
+"""For a row, whose Jacobian takes as long as a dozen corrections: largest correction, and ratio of successive ones,
+with which it is kept; corrections are rounding up to so many times those that were."""
 _TRIED, _STUCK, _HALF = 10, 0.7, 0.5
 """Iterations for a row after which corrections that do not shrink by a ratio are halved."""
 
