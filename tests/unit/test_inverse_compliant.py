@@ -41,7 +41,7 @@ def test_the_number_of_scales_comes_out_whole_and_on_target():
     data = {
         "target": {
             "length": "0.5 m",
-            "engagement": "50 deg total",
+            "engagement": "45 deg total",
             "points": [{"twist": "90 deg total", "torque": 0.02}],
         },
         "vary": VARY | {"beam.scales": (15, 40), "beam.pitch": ("15 mm", "25 mm")},
