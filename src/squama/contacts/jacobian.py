@@ -9,7 +9,7 @@ from squama.batch.keeping import part as _jit
 from squama.contacts import touch
 from squama.contacts.geometry import back, bow, slopes, turn, vector
 from squama.contacts.lifts import around, lifted, lifts, shared
-from squama.contacts.linear import AT, FAR, INNER, Linear, alone, emptied, enter, grow
+from squama.contacts.linear import AT, INNER, Linear, alone, emptied, enter, grow
 from squama.contacts.meeting import Meeting, Work, along_edges, before, frame, lever, meet
 from squama.contacts.supports import tie_rates
 from squama.contacts.system import (
@@ -325,7 +325,7 @@ def jacobian(  # noqa: C901 - one loop over contacts
     S: System, st: State, past: Past, con: Array, m: int, n: int, W: Work, J: Linear
 ) -> None:
     """Write the derivatives of the residual with respect to the unknowns, at the state in W."""
-    N, L, at, inner = len(S.shapes), W.local, J.at, J.kept[INNER]
+    N, L, at = len(S.shapes), W.local, J.at
     emptied(J, n)
     elastic_rates(S, at, n, J)
     bent = lifts(S, st, con, m, W) if m > 0 else False
@@ -339,8 +339,8 @@ def jacobian(  # noqa: C901 - one loop over contacts
         locally(S, st, past, c, row, W)
         many = pieces(S, row[touch.APART])
         inputs, outputs = _E + rated(S, row[touch.APART]), LOCAL + rated(S, row[touch.APART])
-        from1, to1 = around(S, at, inner, J.kept[FAR], i)
-        from2, to2 = around(S, at, inner, J.kept[FAR], j)
+        from1, to1 = around(S, J, i)
+        from2, to2 = around(S, J, j)
         if bent:
             lifted(S, st, con, at, n, c, 0, W, from1, to1)
             lifted(S, st, con, at, n, c, 1, W, from2, to2)

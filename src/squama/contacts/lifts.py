@@ -5,6 +5,7 @@ from __future__ import annotations
 from squama.batch.keeping import part as _jit
 from squama.contacts import touch
 from squama.contacts.geometry import back, normal, powers, turn, vector
+from squama.contacts.linear import FAR, INNER, Linear, start
 from squama.contacts.meeting import Work, clear
 from squama.contacts.system import (
     ELASTIC,
@@ -13,8 +14,6 @@ from squama.contacts.system import (
     TILT,
     State,
     System,
-    before_cell,
-    cells,
     partner,
     pieces,
     spots,
@@ -118,16 +117,12 @@ def lifted(
 
 
 @_jit
-def around(S: System, at: Array, all_: int, far: int, a: int) -> tuple[int, int]:
-    """Return the range of unknowns, first and behind the last, on which a plate's deflection may depend.
-
-    ``far``: largest number of cells between two scales in contact.
-    """
+def around(S: System, J: Linear, a: int) -> tuple[int, int]:
+    """Return the range of unknowns, first and behind the last, on which a plate's deflection may depend."""
     if S.periodic:
-        return 0, all_
+        return 0, J.kept[INNER]
     cell = a // S.stride
-    end = before_cell(S, at, cell + 1) if cell + 1 < cells(S) else all_
-    return before_cell(S, at, max(0, cell - far)), end
+    return start(S, J, cell - J.kept[FAR]), start(S, J, cell + 1)
 
 
 @_jit

@@ -326,6 +326,10 @@ def layout(S: System, con: Array, m: int, at: Array) -> tuple[int, int]:
     n, N, first, K = 0, len(S.shapes), ahead(S), borders(S)
     for i in range(N):
         at[i] = freedoms(S)
+    ties = at[len(at) - K :]
+    for k in range(K):
+        # below 0 until the unknown is known
+        ties[k] = -2 - home(S, k)
     for c in range(m):
         at[N + c] = at[con[c, touch.FIRST]]
         # its force and places, or the moment of the substrate
@@ -336,15 +340,15 @@ def layout(S: System, con: Array, m: int, at: Array) -> tuple[int, int]:
         at[i] = n
         n += size
         for k in range(K if (i + 1) % S.stride == 0 else 0):
-            if home(S, k) == i // S.stride:
-                at[len(at) - K + k] = n
+            if ties[k] == -2 - i // S.stride:
+                ties[k] = n
                 n += 1
     for c in range(m):
         at[N + c] += at[con[c, touch.FIRST]]
     inner = n
     for k in range(K):
-        if home(S, k) < 0:
-            at[len(at) - K + k] = n
+        if ties[k] < 0:
+            ties[k] = n
             n += 1
     return n, inner
 
