@@ -71,8 +71,8 @@ class Load(NamedTuple):
     axis: int
     matrix: bool
     missing: tuple[str, ...]
-    rigidity: Callable[[Any], float]
-    inclusion: Callable[[Any], float]
+    rigidity: attrgetter[float]
+    inclusion: attrgetter[float]
     unit: str = "rad"
     force: str = "N m"
 
@@ -187,15 +187,16 @@ TESTS = LOADS | {_PUSHED.name: _PUSHED}
 PUSHED = _PUSHED.name
 
 
-def model(attrs: Mapping[str, Any]) -> str:
+def model(attrs: Mapping[str, object]) -> str:
     """Return the model of a result in words, from its attributes; without a joint among them, the paper's hinges."""
     about = {**PAPER, **attrs}
+    load, law, joint, scales = (str(about[name]) for name in ("load", "law", "joint", "scales"))
     # rows, and bending with twisting, are described as twisting
-    said = LOADS.get(about["load"], _TWISTING).model(about["law"], about["joint"], about["scales"])
+    said = LOADS.get(load, _TWISTING).model(law, joint, scales)
     return said + covering(attrs)
 
 
-def covering(attrs: Mapping[str, Any]) -> str:
+def covering(attrs: Mapping[str, object]) -> str:
     """Return the words for scales on both faces, from a result's attributes, to be appended; "" for one face."""
     return f", on both faces ({attrs['faces']})" if "faces" in attrs else ""
 
@@ -241,12 +242,12 @@ def holds(text: str, load: Load) -> bool:
     return any(other.verb in hold(text) for other in LOADS.values() if other is not load)
 
 
-def fixed(attrs: Mapping[str, Any]) -> str:
+def fixed(attrs: Mapping[str, object]) -> str:
     """Return a result's held strains in words, from its attributes, and the line of a hinged bar that keeps length."""
     whole = "held straight" if attrs["load"] == "twisting" else "all else held"
     words = whole if attrs["hold"] == STRAIGHT else f"{attrs['hold']} held"
     bent = attrs["joint"] == "hinge" and "neutral" in attrs
-    return f"{words}; {LINES[attrs['neutral']]}" if bent else words
+    return f"{words}; {LINES[str(attrs['neutral'])]}" if bent else words
 
 
 def ending(ends: str) -> str:
@@ -255,9 +256,9 @@ def ending(ends: str) -> str:
     return words.get(ends, f"with {ends} ends")
 
 
-def ended(attrs: Mapping[str, Any]) -> str:
+def ended(attrs: Mapping[str, object]) -> str:
     """Return the beam's extent in words, from a result's attributes: "as an endless beam", "with free ends"."""
-    return ending(attrs["ends"]) if "ends" in attrs else "as an endless beam"
+    return ending(str(attrs["ends"])) if "ends" in attrs else "as an endless beam"
 
 
 def holding(held: Iterable[str]) -> str:
