@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from operator import attrgetter
-from typing import Any, Literal, NamedTuple, cast, get_args
+from typing import TYPE_CHECKING, Literal, NamedTuple, TypeVar, cast, get_args
 
 from squama import units
 from squama.errors import refuse
 from squama.people import per_pitch, readable
 from squama.symbols import OTHER
+
+if TYPE_CHECKING:
+    from squama.types import Array
+
+_N = TypeVar("_N", float, "Array")
 
 THIN = "thin, rigid scales"
 """The paper's model of the scales, in words."""
@@ -127,7 +132,7 @@ class Load(NamedTuple):
         words = f"{scales} on {HELD[joint]}"
         return f"{words}, {' and '.join(law.split())} law" if self.sided and joint == "hinge" else words
 
-    def height(self, lam: Any, neutral: str) -> Any:
+    def height(self, lam: _N, neutral: str) -> _N:
         """Return the height (pitches) of the scaled face over the axis of the load.
 
         The axis is the bar's middle in twisting, and in bending the line that keeps its length.
@@ -277,6 +282,6 @@ LINES = {"free": "no axial force"} | {name: f"the line in the {name} of the bar 
 """Words for the line that keeps its length in the head of a result; "free" is a bar without axial force."""
 
 
-def neutral_height(neutral: str, lam: Any) -> Any:
+def neutral_height(neutral: str, lam: _N) -> _N:
     """Return the height of the line that keeps its length over the bar's middle, in pitches; ``lam`` is t/d."""
     return NEUTRAL[neutral] * lam

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from types import FunctionType
 from typing import Any, NamedTuple, TypeVar, cast
 
@@ -50,7 +50,7 @@ WIDTH = 8
 """Number of places evaluated together."""
 SPARE = SIZE
 """Index in the room at which single places are evaluated."""
-OPTIONS: dict[str, Any] = {
+OPTIONS: dict[str, object] = {
     **INNER,
     "_nrt": False,
 }
@@ -80,7 +80,7 @@ def _teach(
     what: tuple[object, ...],
     like: Callable[..., object],
     choose: _F,
-    options: dict[str, Any] = _INLINED,
+    options: Mapping[str, object] = _INLINED,
 ) -> None:
     """Register ``choose`` with Numba, with the signature of the functions it returns (Numba compares the two)."""
     choose.__dict__["__signature__"] = inspect.signature(like)

@@ -168,14 +168,14 @@ def heading(section: str) -> str:
     return "[[load]]" if section == "load" else f"[{section}]"
 
 
-def merge(arguments: Mapping[str, Any], overrides: Mapping[str, Mapping[str, object]]) -> dict[str, object]:
+def merge(arguments: Mapping[str, object], overrides: Mapping[str, Mapping[str, object]]) -> dict[str, object]:
     """Return the arguments with the values of ``overrides`` in place of theirs, by table and key as in the file."""
-    merged: dict[str, object] = dict(arguments)
+    merged: dict[str, Any] = dict(arguments)
     for table, content in overrides.items():
         if table == "beam":
             merged |= content
         else:
-            merged[table] = {**arguments.get(table, {}), **content}
+            merged[table] = {**merged.get(table, {}), **content}
     return merged
 
 

@@ -11,15 +11,12 @@ import os
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from squama.errors import InputError
 from squama.types import Array
-
-if TYPE_CHECKING:
-    from scipy import sparse
 
 _ANALYSE, _BOTH, _FACTORISE, _SOLVE, _FORWARD, _DIAGONAL, _BACKWARD = 11, 12, 22, 33, 331, 332, 333
 _CHUNK = 12
@@ -42,7 +39,7 @@ class Solver:
     factorisation; 0 if not known.
     """
 
-    def __init__(self, pattern: sparse.csr_array, border: int, *, multipliers: bool = False) -> None:
+    def __init__(self, pattern: Any, border: int, *, multipliers: bool = False) -> None:
         self._A, self._m = pattern.astype(np.float64), border
         self._n = int(self._A.shape[0]) - border
         self._lu: Any = None
