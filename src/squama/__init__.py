@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from importlib import import_module
 from inspect import isfunction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from squama._version import __version__
 from squama.errors import (
@@ -177,7 +177,7 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> object:
     if name == "plot":
         return import_module("squama.plot")
     if name not in _HOME:

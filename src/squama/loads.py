@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from operator import attrgetter
-from typing import Any, Literal, NamedTuple, cast, get_args
+from typing import TYPE_CHECKING, Literal, NamedTuple, TypeVar, cast, get_args
 
 from squama import units
 from squama.errors import refuse
 from squama.people import per_pitch, readable
 from squama.symbols import OTHER
+
+if TYPE_CHECKING:
+    from squama.types import Array
+
+_N = TypeVar("_N", float, "Array")
 
 THIN = "thin, rigid scales"
 """The paper's model of the scales, in words."""
@@ -71,8 +76,8 @@ class Load(NamedTuple):
     axis: int
     matrix: bool
     missing: tuple[str, ...]
-    rigidity: Callable[[Any], float]
-    inclusion: Callable[[Any], float]
+    rigidity: attrgetter[float]
+    inclusion: attrgetter[float]
     unit: str = "rad"
     force: str = "N m"
 
@@ -127,7 +132,7 @@ class Load(NamedTuple):
         words = f"{scales} on {HELD[joint]}"
         return f"{words}, {' and '.join(law.split())} law" if self.sided and joint == "hinge" else words
 
-    def height(self, lam: Any, neutral: str) -> Any:
+    def height(self, lam: _N, neutral: str) -> _N:
         """Return the height (pitches) of the scaled face over the axis of the load.
 
         The axis is the bar's middle in twisting, and in bending the line that keeps its length.
@@ -187,15 +192,16 @@ TESTS = LOADS | {_PUSHED.name: _PUSHED}
 PUSHED = _PUSHED.name
 
 
-def model(attrs: Mapping[str, Any]) -> str:
+def model(attrs: Mapping[str, object]) -> str:
     """Return the model of a result in words, from its attributes; without a joint among them, the paper's hinges."""
     about = {**PAPER, **attrs}
+    load, law, joint, scales = (str(about[name]) for name in ("load", "law", "joint", "scales"))
     # rows, and bending with twisting, are described as twisting
-    said = LOADS.get(about["load"], _TWISTING).model(about["law"], about["joint"], about["scales"])
+    said = LOADS.get(load, _TWISTING).model(law, joint, scales)
     return said + covering(attrs)
 
 
-def covering(attrs: Mapping[str, Any]) -> str:
+def covering(attrs: Mapping[str, object]) -> str:
     """Return the words for scales on both faces, from a result's attributes, to be appended; "" for one face."""
     return f", on both faces ({attrs['faces']})" if "faces" in attrs else ""
 
@@ -241,12 +247,12 @@ def holds(text: str, load: Load) -> bool:
     return any(other.verb in hold(text) for other in LOADS.values() if other is not load)
 
 
-def fixed(attrs: Mapping[str, Any]) -> str:
+def fixed(attrs: Mapping[str, object]) -> str:
     """Return a result's held strains in words, from its attributes, and the line of a hinged bar that keeps length."""
     whole = "held straight" if attrs["load"] == "twisting" else "all else held"
     words = whole if attrs["hold"] == STRAIGHT else f"{attrs['hold']} held"
     bent = attrs["joint"] == "hinge" and "neutral" in attrs
-    return f"{words}; {LINES[attrs['neutral']]}" if bent else words
+    return f"{words}; {LINES[str(attrs['neutral'])]}" if bent else words
 
 
 def ending(ends: str) -> str:
@@ -255,9 +261,9 @@ def ending(ends: str) -> str:
     return words.get(ends, f"with {ends} ends")
 
 
-def ended(attrs: Mapping[str, Any]) -> str:
+def ended(attrs: Mapping[str, object]) -> str:
     """Return the beam's extent in words, from a result's attributes: "as an endless beam", "with free ends"."""
-    return ending(attrs["ends"]) if "ends" in attrs else "as an endless beam"
+    return ending(str(attrs["ends"])) if "ends" in attrs else "as an endless beam"
 
 
 def holding(held: Iterable[str]) -> str:
@@ -276,6 +282,6 @@ LINES = {"free": "no axial force"} | {name: f"the line in the {name} of the bar 
 """Words for the line that keeps its length in the head of a result; "free" is a bar without axial force."""
 
 
-def neutral_height(neutral: str, lam: Any) -> Any:
+def neutral_height(neutral: str, lam: _N) -> _N:
     """Return the height of the line that keeps its length over the bar's middle, in pitches; ``lam`` is t/d."""
     return NEUTRAL[neutral] * lam

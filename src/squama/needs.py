@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from importlib import import_module
-from typing import Any
+from types import ModuleType
 
 from squama.errors import InputError, Problem
 from squama.interrupt import undivided
@@ -23,7 +23,7 @@ _WORDS = {
 }
 
 
-def need(module: str) -> Any:
+def need(module: str) -> ModuleType:
     """Import and return a module of an optional extra; raise an InputError with the pip command if it is missing."""
     try:
         with undivided():

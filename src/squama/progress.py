@@ -8,9 +8,12 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from squama.errors import InputError
+
+if TYPE_CHECKING:
+    from rich import progress
 
 T = TypeVar("T")
 Listener = Callable[[str, int, int], None]
@@ -78,8 +81,8 @@ def steps(items: Iterable[T], total: int, what: str) -> Iterator[T]:
 def bars(patience: float = PATIENCE) -> Iterator[Listener]:
     """Yield a listener that shows work of over ``patience`` seconds as a bar on standard error, with the time left."""
     begun: dict[str, float] = {}
-    tasks: dict[str, Any] = {}
-    shown: Any = None
+    tasks: dict[str, progress.TaskID] = {}
+    shown: progress.Progress | None = None
 
     def listen(what: str, done: int, total: int) -> None:
         nonlocal shown
@@ -97,7 +100,7 @@ def bars(patience: float = PATIENCE) -> Iterator[Listener]:
             shown.update(tasks[what], completed=done, total=total)
         if done >= total:
             del begun[what]
-            if what in tasks:
+            if shown is not None and what in tasks:
                 shown.remove_task(tasks.pop(what))
             if shown is not None and not tasks:
                 shown.stop()

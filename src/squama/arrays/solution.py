@@ -17,7 +17,7 @@ from squama.model.outcome import CODES, End
 from squama.model.paths import ARRAY, FoldedTwist
 from squama.model.plates import CORNER_FACE, TIP_SIDE, Plates, Touch, first_touch, name
 from squama.model.reach import SEARCH
-from squama.model.tracks import Track, scalar, take
+from squama.model.tracks import OneRow, Track, scalar, take
 from squama.types import Array
 
 COLUMNS = ("eta", "beta", "lam", "alpha", "theta0", "mu")
@@ -74,7 +74,7 @@ def solve(
     eta, beta, lam, alpha, theta0, mu = (columns[name] for name in COLUMNS)
     ts = columns.get("thickness", np.zeros_like(eta))
     a = answers((eta, beta, lam, alpha, theta0, mu), ts, law=kind.law(law), sense=sense, load=load, margin=margin)
-    rows: dict[int, Any] = {BENT: Bend(eta, beta, lam, np.sin(alpha), np.cos(alpha), theta0)}
+    rows: dict[int, OneRow] = {BENT: Bend(eta, beta, lam, np.sin(alpha), np.cos(alpha), theta0)}
     if kind.sided:
         sa = np.sin(alpha) * (1 if sense == "+" else -1)
         whole = FoldedTwist(eta, beta, lam, sa, np.cos(alpha), theta0, a.theta_f, a.neighbour.astype(float), ts)
@@ -181,7 +181,7 @@ def with_touches(
     return sol._replace(found=found._replace(theta_end=theta_end, load_end=load_end, code=code)), touches
 
 
-def _along(row: Any, t: Track, m: int) -> float:
+def _along(row: OneRow, t: Track, m: int) -> float:
     """Return the parameter on the path of ``row`` at which design ``m`` of a track ends; only friction differs."""
     if type(t.row) is type(row):
         return float(t.x_end[m])

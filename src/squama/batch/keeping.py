@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import gc
 import hashlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
 from types import CodeType, FunctionType
-from typing import Any, TypeVar
+from typing import Any, ParamSpec, Protocol, TypeVar, TypeVarTuple, cast
 
 import llvmlite.binding as llvm
 import numba
@@ -23,11 +23,26 @@ from numba.core.untyped_passes import InlineClosureLikes
 
 from squama.progress import LOG, not_kept
 
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
+_Ts = TypeVarTuple("_Ts")
+_F = TypeVar("_F", bound=Callable[..., object])
+_Fold = Callable[[Sequence[object], Mapping[str, object]], tuple[object, Sequence[object]]]
+
+
+class _Pipeline(Protocol):
+    """Numba's passes."""
+
+    passes: list[tuple[type, str]]
+    _finalized: bool
+
+    def finalize(self) -> None: ...
+
 
 class _Part(JITCodeLibrary):
     """Code called only by compiled code: optimised and turned into machine code in its outermost caller."""
 
-    def add_llvm_module(self, module: Any) -> None:
+    def add_llvm_module(self, module: llvm.ModuleRef) -> None:
         """Add code after a few quick passes that remove most of Numba's redundancy, so that later passes run faster."""
         module.data_layout = self._codegen._data_layout
         passes = llvm.create_new_module_pass_manager()
@@ -41,18 +56,18 @@ class _Part(JITCodeLibrary):
         """Do nothing: the outermost caller links and optimises this code."""
         self._finalized = True
 
-    def _get_module_for_linking(self) -> Any:
+    def _get_module_for_linking(self) -> llvm.ModuleRef:
         """Return a module with this code and all code that it calls, each part once, callers first."""
-        parts: dict[Any, None] = {}
+        parts: dict[JITCodeLibrary, None] = {}
         self._gather(parts)
-        own: Any = JITCodeLibrary._get_module_for_linking
+        own: Callable[[JITCodeLibrary], llvm.ModuleRef] = JITCodeLibrary._get_module_for_linking
         whole, *others = (own(part) for part in parts)
         whole = whole.clone()
         for other in others:
             whole.link_in(other, preserve=True)
         return whole
 
-    def _gather(self, parts: dict[Any, None]) -> None:
+    def _gather(self, parts: dict[JITCodeLibrary, None]) -> None:
         """Add this code, and then all code that it calls, to the keys of a dictionary."""
         parts[self] = None
         for called in self._linking_libraries:
@@ -60,29 +75,29 @@ class _Part(JITCodeLibrary):
                 called._gather(parts) if isinstance(called, _Part) else parts.setdefault(called)
 
     @property
-    def codegen(self) -> Any:
+    def codegen(self) -> _Part:
         """Stand-in for a code generator: there is no machine code yet whose environment could be set."""
         return self
 
-    def set_env(self, *_: Any) -> None:
+    def set_env(self, *_: object) -> None:
         """Ignore the environment: this code has none."""
 
 
 class _Parts(Compiler):
     """Compiler that turns functions into a :class:`_Part`."""
 
-    place: Any = _Part
+    place: type[JITCodeLibrary] = _Part
 
-    def define_pipelines(self) -> Any:
+    def define_pipelines(self) -> list[_Pipeline]:
         """Return Numba's passes with a :class:`_Part` as library, without passes that have nothing to do."""
         state = self.state
         state.library = self.place(state.targetctx.codegen(), state.func_id.func_qualname)
         # this pass marks the ends of references
-        idle: set[Any] = set() if state.flags.nrt else {IRLegalization}
+        idle: set[type] = set() if state.flags.nrt else {IRLegalization}
         if not any(isinstance(c, CodeType) for c in state.func_id.code.co_consts):
             idle.add(InlineClosureLikes)
-        passes: Any = super()
-        pipelines = passes.define_pipelines()
+        define: Callable[[], list[_Pipeline]] = super().define_pipelines
+        pipelines = define()
         for pipeline in pipelines:
             pipeline.passes = [p for p in pipeline.passes if p[0] not in idle]
             pipeline._finalized = False
@@ -100,26 +115,26 @@ class _Flags(Flags):
         return isinstance(other, _Flags) and self._known == other._known
 
     @cached_property
-    def _known(self) -> tuple[Any, ...]:
-        parent: Any = super()
-        return tuple(parent.values().values())
+    def _known(self) -> tuple[object, ...]:
+        values: Callable[[], Mapping[str, object]] = super().values
+        return tuple(values().values())
 
 
-def _by_types(fold: Callable[..., Any]) -> Callable[..., Any]:
+def _by_types(fold: _Fold) -> _Fold:
     """Wrap the resolution of argument types so that constants count by type only, not as versions of their own."""
-    plain: Any = types.unliteral
+    plain: Callable[[object], object] = types.unliteral
 
-    def folded(args: Any, kws: Any) -> Any:
+    def folded(args: Sequence[object], kws: Mapping[str, object]) -> tuple[object, Sequence[object]]:
         signature, found = fold(args, kws)
         return signature, tuple(plain(v) for v in found)
 
     return folded
 
 
-def _at_once(compile_: Callable[..., Any]) -> Callable[..., Any]:
+def _at_once(compile_: Callable[[*_Ts], _R]) -> Callable[[*_Ts], _R]:
     """Wrap a compiler to switch garbage collection off while it works: there is little garbage."""
 
-    def compiled(*args: Any) -> Any:
+    def compiled(*args: *_Ts) -> _R:
         collects = gc.isenabled()
         gc.disable()
         try:
@@ -139,20 +154,18 @@ INNER: dict[str, Any] = {
     "no_cfunc_wrapper": True,
 }
 """Numba options of functions called only by compiled code; 1/0 = inf, without a test."""
-_F = TypeVar("_F", bound=Callable[..., Any])
 
 
-def making(f: _F, **options: Any) -> _F:
+def making(f: _F, **options: bool | set[str]) -> _F:
     """Return a compiled function that only compiled code may call."""
-    made: Any = numba.njit(**{**INNER, "_nrt": True, **options})(f)
+    made = cast("_F", numba.njit(**{**INNER, "_nrt": True, **options})(f))
     if isinstance(made, Dispatcher):
-        compiler: Any = vars(made)["_compiler"]
+        compiler = vars(made)["_compiler"]
         compiler.fold_argument_types, compiler._customize_flags = _by_types(compiler.fold_argument_types), _Flags
-    found: _F = made
-    return found
+    return made
 
 
-def part(f: _F, **options: Any) -> _F:
+def part(f: _F, **options: bool | set[str]) -> _F:
     """Return a compiled function as :func:`making`, for one that makes no array, without reference counts.
 
     Counting references to parts of arrays takes longer than the work itself.
@@ -169,29 +182,32 @@ class _Copy(FunctionCache):
     """Cache of compiled code on the disk; if it cannot be read or written, code is compiled in memory."""
 
     def __init__(self, f: FunctionType) -> None:
-        parent: Any = super()
-        parent.__init__(f)
+        start: Callable[[FunctionType], None] = super().__init__
+        start(f)
 
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
+    def load_overload(self, sig: object, target_context: object) -> object:
         """Return the cached code; None if there is none, or if it is damaged, which deletes it."""
-        parent: Any = super()
+        load: Callable[[object, object], object] = super().load_overload
+        flush: Callable[[], None] = super().flush
         try:
-            return parent.load_overload(sig, target_context)
+            return load(sig, target_context)
         except Exception:  # damaged bytes raise errors of many kinds
             with suppress(OSError):
-                parent.flush()
+                flush()
             return None
 
-    def save_overload(self, sig: Any, data: Any) -> None:
+    def save_overload(self, sig: object, data: object) -> None:
         """Write the code to the cache; log in one line if that fails."""
-        parent: Any = super()
+        save: Callable[[object, object], None] = super().save_overload
         try:
-            parent.save_overload(sig, data)
+            save(sig, data)
         except (OSError, EOFError) as error:
             not_kept("compiled code", self.cache_path, error)
 
 
-def kept(f: Callable[..., Any], sources: Sequence[Path], **options: Any) -> Any:
+def kept(
+    f: Callable[_P, _R], sources: Sequence[Path], fastmath: bool | set[str] = False
+) -> Dispatcher[Callable[_P, _R]]:
     """Return a compiled function with a cache on the disk, valid as long as none of the ``sources`` changes.
 
     Numba itself checks only the file of this function. If no folder is writable, each process compiles anew.
@@ -200,16 +216,16 @@ def kept(f: Callable[..., Any], sources: Sequence[Path], **options: Any) -> Any:
     stamp = hashlib.sha256(b"".join(file.read_bytes() for file in sources)).hexdigest()
     # the files of the copy bear the digest: Numba fails on those of sources from which a module went
     f.__qualname__ = f"{f.__name__}_{stamp[:16]}"
-    made: Any = numba.njit(error_model="numpy", nogil=True, **options)(f)
+    made = numba.njit(error_model="numpy", nogil=True, fastmath=fastmath)(f)
     if isinstance(made, Dispatcher):
-        compiler: Any = vars(made)["_compiler"]
+        compiler = vars(made)["_compiler"]
         compiler.compile = _at_once(compiler.compile)
     with suppress(RuntimeError):  # no place on the disk to keep compiled code
-        made._cache = _Copy(f)
+        vars(made)["_cache"] = _Copy(f)
     return made
 
 
-def is_ready(f: Any) -> bool:
+def is_ready(f: Dispatcher[Callable[..., object]]) -> bool:
     """Return whether a compiled function is loaded, or likely to be in the cache."""
     place = f.stats.cache_path
     return bool(f.signatures) or (place is not None and any(Path(place).glob(f"*{f.py_func.__qualname__}-*.nbc")))
@@ -218,7 +234,7 @@ def is_ready(f: Any) -> bool:
 _told: set[str] = set()
 
 
-def tell(f: Any, what: str) -> None:
+def tell(f: Dispatcher[Callable[..., object]], what: str) -> None:
     """Log once that the code for ``what`` will be compiled, if it will, and whether each process has to repeat that."""
     if what in _told or is_ready(f):
         return

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from types import FunctionType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar, cast
 
 import numba
 import numpy as np
@@ -33,8 +33,13 @@ from squama.model import (
     twisting,
 )
 from squama.model.bending import Bend
-from squama.model.evaluation import BENT, FIELDS, FOLDED, NAMES, SIZE, Design, Spot
-from squama.model.paths import FoldedTwist, Ops, Twist
+from squama.model.evaluation import BENT, FIELDS, FOLDED, NAMES, SIZE, Design, Room, Spot
+from squama.model.paths import FoldedTwist, Ops, Point, Twist
+
+_T = TypeVar("_T")
+_F = TypeVar("_F", bound=Callable[..., object])
+_Solved = tuple[float, twisting.Root, float, float]
+"""What :meth:`squama.model.paths.Twist.solve` returns."""
 
 EDGE, PLATE = (NAMES.index(law) for law in ("edge", "plate"))
 
@@ -45,7 +50,7 @@ WIDTH = 8
 """Number of places evaluated together."""
 SPARE = SIZE
 """Index in the room at which single places are evaluated."""
-OPTIONS: dict[str, Any] = {
+OPTIONS: dict[str, object] = {
     **INNER,
     "_nrt": False,
 }
@@ -59,36 +64,36 @@ ROOM = np.dtype([(name, "f8", (SIZE + 2 * WIDTH,)) for name in FIELDS])
 class _Single(NamedTuple):
     """Stands for NumPy where a formula for arrays is evaluated with single numbers."""
 
-    all: Any
+    all: Callable[[bool], bool]
 
 
-def _same(x: Any) -> Any:
+def _same(x: _T) -> _T:
     return x
 
 
-def _inlined(f: Callable[..., Any]) -> Any:
-    return numba.njit(**_INLINED)(f)
+def _inlined(f: _F) -> _F:
+    return cast("_F", numba.njit(**_INLINED)(f))
 
 
 def _teach(
-    register: Any,
-    what: tuple[Any, ...],
-    like: Callable[..., Any],
-    choose: Callable[..., Any],
-    options: dict[str, Any] = _INLINED,
+    register: Callable[..., Callable[[_F], _F]],
+    what: tuple[object, ...],
+    like: Callable[..., object],
+    choose: _F,
+    options: Mapping[str, object] = _INLINED,
 ) -> None:
     """Register ``choose`` with Numba, with the signature of the functions it returns (Numba compares the two)."""
     choose.__dict__["__signature__"] = inspect.signature(like)
     register(*what, jit_options=options)(choose)
 
 
-def _compiled(f: Any) -> Any:
+def _compiled(f: _F) -> _F:
     """Register a function to be compiled at its calls, by argument types, not for values of constants."""
     _teach(overload, (f,), f, lambda *_: f, OPTIONS)
     return f
 
 
-def _itself(f: Callable[..., Any], **names: Any) -> FunctionType:
+def _itself(f: object, **names: object) -> FunctionType:
     """Return a copy of a function of the package with other globals under the given names."""
     assert isinstance(f, FunctionType)
     return FunctionType(f.__code__, {**f.__globals__, **names}, f.__name__, f.__defaults__, f.__closure__)
@@ -98,14 +103,14 @@ def _seen_from(row: Twist, k: float) -> Twist:
     return Twist(row.eta, row.beta, row.lam, row.sa, row.ca, row.theta0, k, row.thickness)
 
 
-def _teach_rows(name: str, *rows: Any) -> None:
+def _teach_rows(name: str, *rows: type) -> None:
     """Register a method or property of the rows with Numba."""
     own = {row: row.__dict__[name] for row in rows if name in row.__dict__}
-    plain: dict[Any, Any] = {row: f.fget if isinstance(f, property) else f for row, f in own.items()}
-    plain = {row: _itself(f, np=_Single(_inlined(_same))) for row, f in plain.items()}
+    plain: dict[type, object] = {row: f.fget if isinstance(f, property) else f for row, f in own.items()}
+    copies = {row: _itself(f, np=_Single(_inlined(_same))) for row, f in plain.items()}
     register = overload_attribute if isinstance(next(iter(own.values())), property) else overload_method
-    like = next(iter(plain.values()))
-    _teach(register, (types.BaseNamedTuple, name), like, lambda *args: plain.get(args[0].instance_class))
+    like = next(iter(copies.values()))
+    _teach(register, (types.BaseNamedTuple, name), like, lambda *args: copies.get(args[0].instance_class))
 
 
 for _name in ("ratios", "open", "root", "solve_at", "solve_from", "half", "at_root", "places"):
@@ -116,7 +121,7 @@ _teach(overload_method, (types.BaseNamedTuple, "_replace"), _seen_from, lambda *
 
 
 @_inlined
-def _series(c: Any, w: float) -> Any:
+def _series(c: tuple[float, ...], w: float) -> float:
     # in pairs, which do not wait for each other
     w2 = w * w
     low, high = c[0] + c[1] * w + w2 * (c[2] + c[3] * w), c[4] + c[5] * w + w2 * (c[6] + c[7] * w)
@@ -132,7 +137,7 @@ def _sincos(x: float) -> tuple[float, float]:
     return 2 * s * (1 - v), 1 - 2 * s * s
 
 
-def _called(f: Callable[[float], float]) -> Any:
+def _called(f: Callable[[float], float]) -> Callable[[float], float]:
     def call(x: float) -> float:
         return f(x)
 
@@ -166,26 +171,30 @@ def _open(d: Design) -> Twist:
 
 
 @_inlined
-def _keep(d: Design, room: Any, j: int, solved: Any, law: int) -> None:  # noqa: ARG001
+def _keep(d: Design, room: Room, j: int, solved: _Solved, law: int) -> None:  # noqa: ARG001
     room.theta[j], r, room.q[j], _ = solved
     room.S[j], room.H[j], room.G[j], room.cs[j] = r.S, r.H, r.G, r.cs
 
 
 @_inlined
-def _plain(d: Design, x: float, _: Any) -> Any:
+def _plain(d: Design, x: float, _: twisting.Root) -> _Solved:
     sn, cs = OPS.sincos(x)
     return _open(d).solve_at(x, sn, cs, OPS)
 
 
 @_inlined
-def _folded(d: Design, x: float, fold: Any) -> Any:
+def _folded(d: Design, x: float, fold: twisting.Root) -> _Solved:
     row = FoldedTwist(d.eta, d.beta, d.lam, d.sa, d.ca, d.theta0, d.theta_f, 1.0, d.thickness)
     up, over = OPS.sincos(row.half(x))
     return row.solve_from(fold, x, up, over, OPS)
 
 
 @_inlined
-def _all(f: Any, solve: Any, d: Design, room: Any, start: int, stop: int, law: int) -> None:
+def _all(
+    f: Callable[[Design, Room, int, _Solved, int], None],
+    solve: Callable[[Design, float, twisting.Root], _Solved],
+    d: Design, room: Room, start: int, stop: int, law: int,
+) -> None:  # fmt: skip
     # blocks of one instruction's size, so that no place is left over; numbers that Python does not count from the end
     fold = _open(d).root(d.theta_f, OPS)
     for i in range(np.uint64(start), np.uint64(stop), np.uint64(WIDTH)):
@@ -194,7 +203,7 @@ def _all(f: Any, solve: Any, d: Design, room: Any, start: int, stop: int, law: i
 
 
 @_compiled
-def roots(d: Design, room: Any, start: int, stop: int) -> None:
+def roots(d: Design, room: Room, start: int, stop: int) -> None:
     """Evaluate the contact condition and its root at places of a path, as :func:`squama.model.evaluation.roots`."""
     if d.kind == FOLDED:
         _all(_keep, _folded, d, room, start, stop, EDGE)
@@ -203,7 +212,7 @@ def roots(d: Design, room: Any, start: int, stop: int) -> None:
 
 
 @_inlined
-def _see(room: Any, j: int, pt: Any, f: Any, tip: float, side: float) -> None:
+def _see(room: Room, j: int, pt: Point, f: mechanics.Forces, tip: float, side: float) -> None:
     room.rate[j], room.drive[j], room.tip[j], room.side[j], room.turn[j] = pt.load_rate, f.D, tip, side, pt.turn
     low = f.D if pt.load_rate > f.D else pt.load_rate
     near = tip if tip < side else side
@@ -212,7 +221,7 @@ def _see(room: Any, j: int, pt: Any, f: Any, tip: float, side: float) -> None:
     room.load[j], room.force[j], room.torque[j], room.power[j] = pt.load, f.f, f.torque, f.f * pt.slip_rate
 
 
-def _by_number(law: int, c: Any, eta: float, sqrt: Any) -> Any:
+def _by_number(law: int, c: twisting.Contact, eta: float, sqrt: twisting.Sqrt) -> laws.Moments:
     if law == PLATE:
         return laws.plate(c, eta, sqrt)
     return laws.edge(c, eta, sqrt)
@@ -222,7 +231,7 @@ _teach(overload, (laws.moments,), _by_number, lambda *_: _by_number)
 
 
 @_inlined
-def _look(d: Design, room: Any, j: int, solved: Any, law: int) -> None:
+def _look(d: Design, room: Room, j: int, solved: _Solved, law: Any) -> None:
     pair = _open(d)
     theta, r, q, per_x = solved
     pt = pair.at_root(theta, r, q, per_x, law, _BARE)
@@ -232,7 +241,7 @@ def _look(d: Design, room: Any, j: int, solved: Any, law: int) -> None:
 
 
 @_compiled
-def looks(d: Design, room: Any, start: int, stop: int) -> None:
+def looks(d: Design, room: Room, start: int, stop: int) -> None:
     """Evaluate the places start..stop of a path, as :func:`squama.model.evaluation.looks`.
 
     ``room.load`` is still a tangent then, except in bending (see :func:`spot`).
@@ -256,7 +265,7 @@ def looks(d: Design, room: Any, start: int, stop: int) -> None:
 
 
 @_compiled
-def spot(x: float, d: Design, room: Any) -> Spot:
+def spot(x: float, d: Design, room: Room) -> Spot:
     """Evaluate one place, as :func:`squama.model.evaluation.spot`."""
     room.x[SPARE] = x
     looks(d, room, SPARE, SPARE + 1)
@@ -268,7 +277,7 @@ def spot(x: float, d: Design, room: Any) -> Spot:
 
 
 @_compiled
-def meet(x: float, d: Design, room: Any) -> tuple[float, float]:
+def meet(x: float, d: Design, room: Room) -> tuple[float, float]:
     """Return inclination and twist at a place of a twisting path, as :func:`squama.model.evaluation.meet`."""
     room.x[SPARE] = x
     roots(d, room, SPARE, SPARE + 1)

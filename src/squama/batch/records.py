@@ -9,19 +9,22 @@ and for type checkers, ``held(t)`` is the tuple itself.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable, Sequence
+from types import ModuleType
 from typing import Any, TypeVar
 
 from llvmlite import ir
 from numba import extending as numba_extending
 from numba import types
+from numba.core import base, imputils
 from numba.core import cgutils as numba_cgutils
-from numba.core import imputils
-from numba.core.typing.templates import AttributeTemplate
+from numba.core.typing.context import BaseContext
+from numba.core.typing.templates import AttributeTemplate, Signature
 
 _T = TypeVar("_T")
-extending: Any = numba_extending
-cgutils: Any = numba_cgutils
-borrowed: Any = imputils.impl_ret_borrowed
+extending: ModuleType = numba_extending
+cgutils: ModuleType = numba_cgutils
+borrowed: Callable[[base.BaseContext, ir.IRBuilder, types.Type, ir.Value], ir.Value] = imputils.impl_ret_borrowed
 _ADDRESS = cgutils.voidptr_t
 
 
@@ -42,11 +45,11 @@ class Held(types.Type):
         super().__init__(f"{of.instance_class.__name__}_{digest}")
 
 
-def _typed(_: Any) -> Any:
+def _typed(_: BaseContext) -> Callable[[types.Type], Held | None]:
     return lambda record: Held(record) if isinstance(record, types.BaseNamedTuple) else None
 
 
-def _hold(_: Any, builder: Any, __: Any, args: Any) -> Any:
+def _hold(_: base.BaseContext, builder: ir.IRBuilder, __: Signature, args: Sequence[ir.Value]) -> ir.Value:
     """Write the tuple into memory; return its address, hidden from LLVM's knowledge of the values just written."""
     place = builder.bitcast(cgutils.alloca_once_value(builder, args[0]), _ADDRESS)
     same = ir.FunctionType(_ADDRESS, [_ADDRESS])
@@ -59,7 +62,7 @@ class _Fields(AttributeTemplate):
 
     key = Held
 
-    def resolve_field(self, record: Held, name: str) -> Any:
+    def resolve_field(self, record: Held, name: str) -> types.Type | None:
         """Return the type of a field."""
         if name not in record.of.fields:
             return None
@@ -69,7 +72,7 @@ class _Fields(AttributeTemplate):
     generic_resolve: Any = resolve_field
 
 
-def _read(context: Any, builder: Any, record: Held, value: Any, name: str) -> Any:
+def _read(context: Any, builder: ir.IRBuilder, record: Held, value: ir.Value, name: str) -> ir.Value:
     """Return the value of a field, or the address of a field that is a tuple."""
     at = record.of.fields.index(name)
     whole = builder.bitcast(value, context.get_value_type(record.of).as_pointer())
@@ -81,7 +84,7 @@ def _read(context: Any, builder: Any, record: Held, value: Any, name: str) -> An
     return borrowed(context, builder, found, read)
 
 
-def _constant(module: Any) -> Any:
+def _constant(module: ir.Module) -> ir.MDValue:
     """Return metadata that tells LLVM the values never change, so that they are read once."""
     none, yes = ir.IntType(64)(0), ir.IntType(64)(1)
     kind = module.add_metadata(["record", module.add_metadata(["squama"]), none])

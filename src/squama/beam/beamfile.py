@@ -121,7 +121,7 @@ def read(path: str | os.PathLike[str]) -> tuple[str, str]:
     return name, files.read_text(path, missing=f"write an example with: squama new {example}{force}")
 
 
-def loads(text: str) -> dict[str, Any]:
+def loads(text: str) -> dict[str, object]:
     """Return the tables of TOML text; text that is not TOML is refused with the line number, not the file's name."""
     try:
         return tomllib.loads(text)
@@ -131,12 +131,12 @@ def loads(text: str) -> dict[str, Any]:
         refuse("", "", "is nested too deeply for a beam file")
 
 
-def parse(text: str) -> tuple[dict[str, Any], Problems]:
+def parse(text: str) -> tuple[dict[str, object], Problems]:
     """Return the arguments of `Beam` in the text of a beam file, and a problem for every unknown key and table.
 
     The tables of a part under load are allowed and left out: see :func:`sections`.
     """
-    arguments: dict[str, Any] = {}
+    arguments: dict[str, object] = {}
     problems = Problems()
     for table, content in loads(text).items():
         if table in PART:
@@ -153,7 +153,7 @@ def parse(text: str) -> tuple[dict[str, Any], Problems]:
     return arguments, problems
 
 
-def sections(text: str) -> dict[str, Any]:
+def sections(text: str) -> dict[str, object]:
     """Return the tables of a part under load (:data:`PART`) in the text of a beam file."""
     return {name: content for name, content in loads(text).items() if name in PART}
 
@@ -168,9 +168,9 @@ def heading(section: str) -> str:
     return "[[load]]" if section == "load" else f"[{section}]"
 
 
-def merge(arguments: Mapping[str, Any], overrides: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+def merge(arguments: Mapping[str, object], overrides: Mapping[str, Mapping[str, object]]) -> dict[str, object]:
     """Return the arguments with the values of ``overrides`` in place of theirs, by table and key as in the file."""
-    merged = dict(arguments)
+    merged: dict[str, Any] = dict(arguments)
     for table, content in overrides.items():
         if table == "beam":
             merged |= content

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Self
 
 from pydantic import ValidationError, model_validator
 
@@ -64,15 +64,15 @@ class Beam(Assembly):
         def __init__(
             self,
             *,
-            scale: Scale | Mapping[str, Any],
-            substrate: Substrate | Mapping[str, Any],
+            scale: Scale | Mapping[str, object],
+            substrate: Substrate | Mapping[str, object],
             pitch: Quantity,
             scales: int | str | None = None,
             ends: EndsName | None = None,
             faces: FacesName = "one",
             hold: str | None = None,
-            joint: Joint | Mapping[str, Any] = ...,
-            friction: Friction | Mapping[str, Any] = ...,
+            joint: Joint | Mapping[str, object] = ...,
+            friction: Friction | Mapping[str, object] = ...,
             density: Quantity | None = None,
             rotor: Quantity | None = None,
         ) -> None: ...
@@ -84,7 +84,7 @@ class Beam(Assembly):
 
     @classmethod
     def from_toml(
-        cls, path: str | os.PathLike[str], *, overrides: Mapping[str, Mapping[str, Any]] | None = None
+        cls, path: str | os.PathLike[str], *, overrides: Mapping[str, Mapping[str, object]] | None = None
     ) -> Self:
         """Read a beam from a TOML file, in which every dimensional value has a unit.
 
@@ -120,7 +120,7 @@ class Beam(Assembly):
         text: str,
         *,
         source: str = "beam",
-        overrides: Mapping[str, Mapping[str, Any]] | None = None,
+        overrides: Mapping[str, Mapping[str, object]] | None = None,
         folder: str | os.PathLike[str] | None = None,
     ) -> Self:
         """Read a beam from the text of a file, with `source` as its name in messages.
@@ -206,7 +206,7 @@ class Beam(Assembly):
             friction={"mu": mu},
         )
 
-    def replace(self, **changes: Any) -> Self:
+    def replace(self, **changes: object) -> Self:
         """Return a changed copy of the beam, validated again.
 
         Parameters
@@ -240,7 +240,7 @@ class Beam(Assembly):
     @classmethod
     def _build(
         cls,
-        data: Mapping[str, Any],
+        data: Mapping[str, object],
         problems: Iterable[Problem] = (),
         *,
         source: str = "",

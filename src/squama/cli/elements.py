@@ -309,7 +309,7 @@ def _summary(found: Verified) -> Summary:
     return Summary(verdict, figures, [table, unit, *finite(data)], data.attrs["warnings"], _all(data, attrs))
 
 
-def _all(data: xr.Dataset, attrs: Mapping[Hashable, Any]) -> Iterable[str | Table]:
+def _all(data: xr.Dataset, attrs: Mapping[Hashable, object]) -> Iterable[str | Table]:
     """Yield mesh, energy balance and tables of all differences; ``attrs`` of the elements' run."""
     yield f"elements: {attrs['mesh']}; {attrs['sentence']}"
     yield f"energy balance: (W - U_el - W_fr)/W = {attrs['energy_error']:.0e}"

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple, TypedDict, Unpack
+from typing import NamedTuple, TypedDict, Unpack
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squama.batch.keeping import tell
 from squama.contacts import entry, increments, touch
@@ -70,17 +71,17 @@ class Scale(NamedTuple):
     Floats, or arrays (n,) of many scales.
     """
 
-    eta: Any
-    beta: Any
-    lam: Any
-    alpha: Any
-    theta0: Any
-    h: Any
-    D: Any = math.inf
-    nu: Any = 0.3
+    eta: float | Array
+    beta: float | Array
+    lam: float | Array
+    alpha: float | Array
+    theta0: float | Array
+    h: float | Array
+    D: float | Array = math.inf
+    nu: float | Array = 0.3
 
     @property
-    def elastic(self) -> Any:
+    def elastic(self) -> np.bool | NDArray[np.bool]:
         """Whether the scale bends, or which of many scales do."""
         return np.isfinite(self.D)
 
@@ -194,8 +195,8 @@ def beams(
     elastic, n = np.isfinite(scale.D), len(K)
     plates = np.zeros((n, 24, 24), shapes.dtype)
     if elastic.any():
-        made = plate.compliances(*(v[elastic] for v in (scale.eta, scale.beta, scale.nu)))
-        plates[elastic] = made / scale.D[elastic].reshape(-1, 1, 1)
+        made = plate.compliances(*(np.asarray(v)[elastic] for v in (scale.eta, scale.beta, scale.nu)))
+        plates[elastic] = made / np.asarray(scale.D)[elastic].reshape(-1, 1, 1)
     loose = np.tile(np.array(free, float) * (motions == 9), (n, 1))
     K = np.ascontiguousarray(K * np.outer(signs, signs))
     aside = np.broadcast_to(np.asarray(aside, K.dtype), n).copy()

@@ -98,10 +98,10 @@ def stresses_of(scale: Scale, found: Answers) -> Array:
     """Return the largest stresses (n, m) of n beams at their targets; NaN for rigid scales."""
     rows = found.rows
     told = np.real(rows[..., 0])
-    stress = np.where(scale.elastic[:, None] & np.isfinite(told), 0.0 * rows[..., 0], np.nan)
+    stress = np.where(np.asarray(scale.elastic)[:, None] & np.isfinite(told), 0.0 * rows[..., 0], np.nan)
     # without contact nothing bends
     which, column = np.nonzero(np.isfinite(stress) & (np.real(named(rows)["N"]) > 0))
-    one = Scale(*(v[which] for v in scale))
+    one = Scale(*(np.asarray(v)[which] for v in scale))
     stress[which, column] = stresses(one, deflections(rows[which, column]))[0]
     return stress
 

@@ -81,16 +81,16 @@ class Side(NamedTuple):
     last: Any
     ends: str = ""
     up: Any = None
-    fall: Callable[[Any], Any] | None = None
-    elastic: Callable[[Any], Any] | None = None
+    fall: Callable[[float | Array], Way] | None = None
+    elastic: Callable[[Array], Array] | None = None
     endless: Any = False
 
-    def falling(self, top: Any) -> Any:
+    def falling(self, top: float | Array) -> Any:
         """Return the unloading branch from a turning point."""
         assert self.fall is not None
         return self.fall(top)
 
-    def stored(self, y: Any, s: Any) -> Any:
+    def stored(self, y: float | Array, s: Any) -> Any:
         """Return the elastic energy at the load angle ``y``, bar included; ``s`` is its parameter if scales touch."""
         bar = y * y / 2
         return bar + np.where(y > self.y_e, self.elastic(s), 0.0) if self.elastic else bar

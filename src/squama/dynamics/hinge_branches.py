@@ -27,7 +27,7 @@ from squama.dynamics.modes import SHAPES, gauss
 from squama.model import energy, history, mechanics
 from squama.model.outcome import CODES, End
 from squama.model.paths import ARRAY
-from squama.model.tracks import Track, at_loads, take
+from squama.model.tracks import OneRow, Track, at_loads, take
 from squama.types import Array
 
 FINEST = 1e-6
@@ -122,7 +122,7 @@ class PathBranch(Way):
 class Paths(NamedTuple):
     """Paths of n designs in contact, from ``x0`` to ``x1``; ``endless`` (n,) if a frictional lock ends them."""
 
-    row: Any
+    row: OneRow
     law: str
     mu: Array
     kappa: Array

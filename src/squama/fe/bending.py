@@ -14,7 +14,7 @@ The thin plate is that of :mod:`squama.model.elastic_plate`; points of the surfa
 from __future__ import annotations
 
 import itertools
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from squama.fe.elements import Material
 from squama.fe.exposed import Exposed, sheet
 from squama.model import elastic_plate as ritz
 from squama.types import Array
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 MODES = 24
 """Number of static deflections of the solid kept as modes."""
@@ -76,7 +79,7 @@ class Bricks:
         unique, index = np.unique(places.reshape(-1, 3), axis=0, return_inverse=True)
         self.nodes, self.cells = self.low + unique / 2 * self.size, index.reshape(-1, 20)
 
-    def stiffness(self, material: Material) -> Any:
+    def stiffness(self, material: Material) -> sparse.csc_array:
         """Return the small-strain stiffness matrix (3 n, 3 n), sparse, in E d."""
         from scipy import sparse
 
@@ -98,7 +101,7 @@ class Bricks:
         n = 3 * len(self.nodes)
         return sparse.coo_array((np.tile(each.ravel(), len(at)), (rows, columns)), shape=(n, n)).tocsc()
 
-    def at(self, points: Array) -> Any:
+    def at(self, points: Array) -> sparse.csr_array:
         """Return the sparse matrix (points, nodes) of the shape functions at points (k, 3) of the plate."""
         from scipy import sparse
 

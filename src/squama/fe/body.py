@@ -8,7 +8,7 @@ by one factorisation (Schur complement), in which the motions of the rigid bodie
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from squama.fe.plate import Carried
 from squama.fe.rows import Row
 from squama.fe.solver import Solver
 from squama.types import Array
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 
 class Reduced(NamedTuple):
@@ -121,7 +124,7 @@ class Body:
             zeros = sparse.csr_array(np.diag(np.full(count, float(last))))
             inner = sparse.block_array([[inner, C.T], [None, zeros]])
         # each body moves the rows beside it: the border's blocks of six columns; the last columns are the loads'
-        self._beside: list[tuple[Index, Any]] = []
+        self._beside: list[tuple[Index, sparse.csr_array]] = []
         blocks = []
         for nodes, _ in self.rigid:
             part = among[:, _components(nodes)].tocsr()
@@ -344,7 +347,7 @@ def _components(nodes: Index) -> Index:
     return (3 * nodes[:, None] + np.arange(3)).ravel()
 
 
-def _taken(ids: Any, values: Array) -> Any:
+def _taken(ids: sparse.csr_array, values: Array) -> sparse.csr_array:
     out = ids.copy()
     out.data = values[ids.data.astype(np.int64) - 1]
     return out

@@ -13,14 +13,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squama.fe.exposed import FACE, Exposed, Index, thin
 from squama.fe.rows import Placed, Row
 from squama.needs import need
 from squama.types import Array
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 DHAT = 1e-4
 """Gap below which the barrier repels scales, pitches."""
@@ -107,11 +111,11 @@ class Contact:
         self._mesh.can_collide = ipc.make_vertex_patches_filter(np.repeat(number, self._each).astype(np.int32))
         self._always = None if exposed.amplitudes else self._between(pairs)
         # path and distance of the last search, and the candidates
-        self._kept: tuple[tuple[Array, Array], float, Any] = (self._rest, self._rest), -1.0, None
+        self._kept: tuple[tuple[Array, Array], float, object] = (self._rest, self._rest), -1.0, None
         self._ccd = ipc.AdditiveCCD(conservative_rescaling=_CLOSE)
         self._friction = ipc.FrictionPotential(slip)
 
-    def _between(self, pairs: Iterable[tuple[int, int]]) -> Any:
+    def _between(self, pairs: Iterable[tuple[int, int]]) -> object:
         """Return candidates of rigid scales: all pairs of edges, and of triangles and points."""
         exposed, ipc, out = self._exposed, self._ipc, self._ipc.Candidates()
         n, m, q, outer = self._each, len(exposed.edges), len(exposed.faces), exposed.outer.tolist()
@@ -235,7 +239,7 @@ class Contact:
         return np.array([X[0, 1] + a * (X[-1, 1] - X[0, 1]), Y[0, 0] + b * (Y[-1, 0] - Y[0, 0])])
 
 
-def _among(nodes: Index, matrices: Iterable[tuple[float, Any]]) -> Array:
+def _among(nodes: Index, matrices: Iterable[tuple[float, sparse.csc_array]]) -> Array:
     """Return a sum of sparse matrices over all places times factors as a dense block (3 a, 3 a) of these nodes."""
     n, out = 3 * nodes.size, np.zeros((3 * nodes.size + 1, 3 * nodes.size + 1))
     for factor, matrix in matrices:
@@ -247,7 +251,7 @@ def _among(nodes: Index, matrices: Iterable[tuple[float, Any]]) -> Array:
     return out[:n, :n]
 
 
-def _whole(rows: Index) -> Any:
+def _whole(rows: Index) -> NDArray[np.int32]:
     return np.asfortranarray(rows, dtype=np.int32)
 
 

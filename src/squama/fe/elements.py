@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,9 @@ from squama.batch.keeping import kept, making, tell
 from squama.fe.mesh import EDGES, Index
 from squama.fe.periodic import Course, Moves, Twist
 from squama.types import Array
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 
 class Material(NamedTuple):
@@ -68,7 +71,7 @@ class Blocked:
         """Number of 3 x 3 blocks of the tangent."""
         return int(self.indices.size)
 
-    def matrix(self, values: Array) -> Any:
+    def matrix(self, values: Array) -> sparse.bsr_array:
         """Return tangent values as a scipy.sparse BSR matrix of shape (3 n, 3 n)."""
         from scipy import sparse
 

@@ -8,8 +8,10 @@ middle nodes are added here, halfway along straight edges.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from math import cos, tan
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -178,7 +180,7 @@ def _failed(said: str) -> MeshError:
     )
 
 
-def _cell(occ: Any, geometry: Geometry, edge_size: float | None, *, tab: bool) -> Any:
+def _cell(occ: ModuleType, geometry: Geometry, edge_size: float | None, *, tab: bool) -> Any:
     """Return the solid: a skewed prism, less the slot if an edge size is given, with front and back identified.
 
     With a tab the embedded part of the scale is a second solid, glued to it.
@@ -220,7 +222,7 @@ def _cell(occ: Any, geometry: Geometry, edge_size: float | None, *, tab: bool) -
     return cell
 
 
-def _polygon(occ: Any, points: list[Any]) -> Any:
+def _polygon(occ: ModuleType, points: Sequence[Sequence[float] | Array]) -> Any:
     corners = [occ.Pnt(*map(float, p)) for p in points]
     around = zip(corners, corners[1:] + corners[:1], strict=True)
     return occ.Face(occ.Wire([occ.Segment(p, q) for p, q in around]))

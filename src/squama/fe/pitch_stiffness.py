@@ -13,7 +13,7 @@ is counted; twist and bend act at a held length (epsilon = 0) unless the stretch
 from __future__ import annotations
 
 from math import tan
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,9 @@ from squama.fe.mesh import EDGES, Index, Pitch
 from squama.fe.plate import Carried
 from squama.fe.solver import Solver
 from squama.types import Array
+
+if TYPE_CHECKING:
+    from scipy import sparse
 
 MOTIONS, LATERAL = 9, 10
 """Rows of K: six motions of the scale, twist, bend, stretch; with lateral bend."""
@@ -115,7 +118,7 @@ def alternating(pitch: Pitch, geometry: Geometry) -> Array:
     return np.asarray((S + S.T) / 2)
 
 
-def _bordered(inner: Any, border: Any, corner: Array) -> Any:
+def _bordered(inner: sparse.csr_array, border: sparse.csr_array, corner: Array) -> sparse.csr_array:
     """Return the upper triangle of a symmetric matrix with a border and a corner, of which zeros are stored, too."""
     from scipy import sparse
 
@@ -126,7 +129,7 @@ def _bordered(inner: Any, border: Any, corner: Array) -> Any:
     return matrix
 
 
-def _from_free(master: Index, free: Index, sign: Array) -> Any:
+def _from_free(master: Index, free: Index, sign: Array) -> sparse.csr_array:
     """Return the matrix from displacements of free masters to those of all nodes, times a sign for each node."""
     from scipy import sparse
 
@@ -137,7 +140,7 @@ def _from_free(master: Index, free: Index, sign: Array) -> Any:
     return sparse.csr_array((np.repeat(sign[node], 3), (rows, columns)), shape=(3 * master.size, 3 * free.size))
 
 
-def _stiffness(elements: Elements, nodes: Array) -> Any:
+def _stiffness(elements: Elements, nodes: Array) -> sparse.csr_array:
     """Return the stiffness matrix (3 n, 3 n) of elements at rest."""
     result = elements(nodes)
     if not result.least > 0:
@@ -195,7 +198,7 @@ def _section(pitch: Pitch, geometry: Geometry, motions: int) -> tuple[Array, Arr
     return means.reshape(4, -1), np.einsum("iqj,qjk->ik", weights, own[..., :motions])
 
 
-def _across(pitch: Pitch, geometry: Geometry) -> tuple[Array, Array, Any, Array, NDArray[np.bool_]]:
+def _across(pitch: Pitch, geometry: Geometry) -> tuple[Array, Array, sparse.csr_array, Array, NDArray[np.bool_]]:
     """Return points (q, 3) of the section, their weights, shape functions (q, n), steps in pitches, and rigid ones.
 
     With leaning cuts the section is no face of the mesh: it runs through several pitches and their scales. ``steps``:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -127,7 +127,7 @@ class InverseDesign:
     designs: tuple[Design, ...]
     bounds: dict[str, tuple[float, float]]
     tolerance: dict[str, float]
-    settings: dict[str, Any]
+    settings: dict[str, object]
     notes: tuple[str, ...]
 
     @property

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -299,7 +299,7 @@ def search(trade: Trade, chosen: Settings) -> tuple[Array, Array]:
     asked = 0
 
     class Wrapped(Problem):  # type: ignore[misc]
-        def _evaluate(self, x: Array, out: dict[str, Any], *_: Any, **__: Any) -> None:
+        def _evaluate(self, x: Array, out: dict[str, Array], *_: object, **__: object) -> None:
             nonlocal asked
             out["F"], violation = trade.ask(np.clip(x, 0.0, 1.0))
             out["G"] = violation[:, None]

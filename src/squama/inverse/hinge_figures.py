@@ -13,7 +13,6 @@ of the tangent stiffness are central differences of these along the twist.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -24,7 +23,7 @@ from squama.loads import LOADS
 from squama.model import energy, mechanics, tracks
 from squama.model.figures import LOCKING
 from squama.model.outcome import CODES, End
-from squama.model.paths import ARRAY
+from squama.model.paths import ARRAY, Point
 from squama.model.reach import SEARCH
 from squama.model.sensitivity import COMPLEX, STEP, Moved, Seed, Tracked, move, seed, tracked, vanishing
 from squama.model.tracks import Track, at_loads
@@ -153,7 +152,7 @@ class _Part:
         pt = t.row.point(t.x_end, law, ARRAY)
         side = np.sign(pt.p) if figure == "tip" else np.where(2 * pt.s < t.row.eta, 1.0, -1.0)
 
-        def room(row: Any, mu: Array, at: Any) -> Array:
+        def room(row: tracks.OneRow, mu: Array, at: Point) -> Array:
             if figure == "hold":
                 return np.asarray((at.M_N + mu * at.M_f) / row.eta)
             if figure == "tip":

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from squama import units
 from squama.beam.beamfile import TABLES
@@ -72,7 +72,7 @@ _KEYS = {
 }
 
 
-def parse(data: Table) -> tuple[File | None, dict[str, Any], list[Problem]]:
+def parse(data: Table) -> tuple[File | None, dict[str, object], list[Problem]]:
     """Return a target file's own part (None if its structure is wrong), the beam's tables, and mistakes."""
     # joint = "..." is the kind of joint, [joint] a table of the beam
     beam = {key: value for key, value in data.items() if key in TABLES and (key, type(value)) != ("joint", str)}

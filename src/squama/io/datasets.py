@@ -58,7 +58,7 @@ _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _LINE = re.compile(r"# (?:(sizes|sha256)|(attribute|coordinate|variable) (.+?)): (.+)")
 _JOINED = re.compile(r"([,;])([=+@-])")
 _encode = json.JSONEncoder(default=operator.methodcaller("tolist")).encode
-_CAST: dict[str, Callable[[Any], object]] = {"f": float, "i": int, "u": int, "U": str, "b": bool}
+_CAST: dict[str, Callable[[str], object]] = {"f": float, "i": int, "u": int, "U": str, "b": bool}
 
 
 def save(dataset: xr.Dataset, path: str | os.PathLike[str]) -> Path:
@@ -244,7 +244,7 @@ def _variable(
         return dims, np.array(about["value"], dtype), about["attrs"]
     place = table.header.cells.index(about["header"])
     read = {"true": True, "false": False}.__getitem__ if dtype.kind == "b" else cast
-    cells: list[Any] = []
+    cells: list[object] = []
     for row in table.rows:
         try:
             cells.append(read(row.cells[place]))

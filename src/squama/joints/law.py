@@ -22,6 +22,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from squama.errors import Problem, Problems
 from squama.fe.geometry import CROWDED, ROOM, Geometry
@@ -301,7 +302,7 @@ def bare(shape: Shape) -> Array:
     return _together((twist, section.bending_moment_of_area(w, depth), w * depth))
 
 
-def _together(columns: Sequence[Any]) -> Array:
+def _together(columns: Sequence[ArrayLike]) -> Array:
     """Return m numbers or arrays (n,) as the columns of an array (n, m)."""
     out = np.empty((*np.broadcast(*columns).shape, len(columns)), np.result_type(float, *columns))
     for k, column in enumerate(columns):
@@ -356,13 +357,13 @@ def outside(shape: Shape) -> list[Problem]:
     return problems
 
 
-def _margins(shape: Shape, region: Region) -> Iterator[tuple[Range, Any, Any]]:
+def _margins(shape: Shape, region: Region) -> Iterator[tuple[Range, Array, Array]]:
     """Yield each range of a region, and the margins (n,) of shapes to its low and high end, as shares of the range."""
     for r, x in _measured(shape, region):
         yield r, (x - r.low) / (r.high - r.low), (r.high - x) / (r.high - r.low)
 
 
-def _measured(shape: Shape, region: Region) -> list[tuple[Range, Any]]:
+def _measured(shape: Shape, region: Region) -> list[tuple[Range, Array]]:
     """Return each range of a region with the values (n,) that it limits."""
     shape = _positive(shape)
     c, degrees = np.cos(shape.alpha), 180 / np.pi

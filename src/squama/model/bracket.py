@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 STILL, NEARLY = 1e-13, 1e-9
 """Relative steps after which interpolation stops: always, and if the secant of the last two places agrees; the error is
@@ -26,7 +25,7 @@ def bracketed(f: Callable[[float], float], a: float, b: float) -> float:
 
 
 def zero(
-    f: Callable[..., float], a: float, fa: float, b: float, fb: float, c: float, fc: float, simple: bool, *args: Any
+    f: Callable[..., float], a: float, fa: float, b: float, fb: float, c: float, fc: float, simple: bool, *args: object
 ) -> float:
     """Solve f(x, *args) = 0 between a and b (Chandrupatla, Adv. Eng. Software 28 (1997) 145).
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squama.errors import ValidityWarning
-from squama.model.mechanics import forces
+from squama.model.mechanics import Followed, forces
 from squama.model.paths import ARRAY, FoldedTwist, Ops
 from squama.types import Array
 
@@ -53,7 +53,7 @@ def _rule(n: int) -> tuple[Array, Array]:
     return (1 + np.cos(angle)) / 2, integral / 2
 
 
-def pole(row: Any, x_end: Array, mu: Array, law: str, x0: Array) -> Array:
+def pole(row: Followed, x_end: Array, mu: Array, law: str, x0: Array) -> Array:
     """Return the path parameter at which the friction force has its pole: the end, or beyond it by the slope of D."""
     h = 1e-4 * (x_end - x0)
     with np.errstate(all="ignore"):
@@ -62,7 +62,7 @@ def pole(row: Any, x_end: Array, mu: Array, law: str, x0: Array) -> Array:
         return np.asarray(x_end + beyond(D1, D0, h, ARRAY))
 
 
-def beyond(D1: Any, D0: Any, h: Any, ops: Ops) -> Any:
+def beyond(D1: float | Array, D0: float | Array, h: float | Array, ops: Ops) -> Any:
     """Return the distance from a path's end to the pole, by D1 = D there and D0 = D at ``h`` (length / 1e4) before it.
 
     Without a pole ahead it is so large that y is proportional to x.
@@ -71,7 +71,7 @@ def beyond(D1: Any, D0: Any, h: Any, ops: Ops) -> Any:
     return h * D1 / ops.larger(D0 - D1, 1e-7 * D1 + 1e-300)
 
 
-def cutoff(row: Any, x0: Array, x_end: Array, locks: Array, margin: float) -> Array:
+def cutoff(row: Followed, x0: Array, x_end: Array, locks: Array, margin: complex) -> Array:
     """Return the path parameters at which the work up to a lock is cut off; the end itself where ``locks`` is false.
 
     A fraction ``margin`` is left of the inclination, or of the path parameter if the path has passed a fold; ``row`` is
@@ -84,7 +84,7 @@ def cutoff(row: Any, x0: Array, x_end: Array, locks: Array, margin: float) -> Ar
     return np.asarray(np.where(locks, x_c, x_end))
 
 
-def work(row: Any, x0: float, x_stop: float, x_pole: float, mu: float, law: str) -> Series:
+def work(row: Followed, x0: float, x_stop: float, x_pole: float, mu: float, law: str) -> Series:
     """Return the frictional work of one path up to ``x_stop`` before its pole, to 1e-9 or better, or with a warning."""
     if mu == 0 or x_stop <= x0:
         return Series(np.zeros(1), x0, x0 + 1.0, 1.0)

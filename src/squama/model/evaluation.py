@@ -132,7 +132,7 @@ def spot(x: float, d: Design, room: Room) -> Spot:  # noqa: ARG001
             return Spot(*map(float, _seen(d, row(d), np.float64(x), ARRAY)))
 
 
-def _seen(d: Design, here: Any, x: Any, ops: Ops) -> Spot:
+def _seen(d: Design, here: Any, x: float | Column, ops: Ops) -> Spot:
     """Evaluate one place, or many."""
     law = NAMES[d.law]
     if d.kind == BENT:

@@ -16,13 +16,14 @@ dT_s/dm = -(theta - theta0) M_N r' / (phi' D^2) and M_N < 0.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from squama.model import energy, mechanics
 from squama.model.bracket import bracketed
 from squama.model.paths import ARRAY, FLOAT, Ops, Point
+from squama.model.tracks import OneRow
 from squama.model.twisting import Number
 from squama.types import Array
 
@@ -43,7 +44,7 @@ class Loop(NamedTuple):
 class Side(NamedTuple):
     """A path in both directions: row of floats, engagement ``x0``, last place ``x_end``, pole, mu, force law."""
 
-    row: Any
+    row: OneRow
     x0: float
     x_end: float
     pole: float
@@ -62,7 +63,7 @@ class Side(NamedTuple):
 class _Back(NamedTuple):
     """A row in the opposite direction: its path parameter is -x."""
 
-    row: Any
+    row: mechanics.Followed
 
     @property
     def theta0(self) -> Number:
@@ -71,8 +72,7 @@ class _Back(NamedTuple):
 
     def point(self, x: Number, law: str, ops: Ops) -> Point:
         """Return the contact at the path parameter -x of the row."""
-        pt: Point = self.row.point(-x, law, ops)
-        return pt
+        return self.row.point(-x, law, ops)
 
 
 def reversals(values: Sequence[float]) -> list[int]:

@@ -11,12 +11,8 @@ from squama.model.paths import Ops, Point
 from squama.model.twisting import Number
 
 
-class Row(Protocol):
-    """Interface of a contact, implemented in :mod:`squama.model.paths`."""
-
-    @property
-    def eta(self) -> Number:
-        """Overlap ratio."""
+class Followed(Protocol):
+    """A contact on its path."""
 
     @property
     def theta0(self) -> Number:
@@ -24,6 +20,14 @@ class Row(Protocol):
 
     def point(self, x: Number, law: str, ops: Ops) -> Point:
         """Return the contact at the path parameter."""
+
+
+class Row(Followed, Protocol):
+    """Interface of a contact, implemented in :mod:`squama.model.paths`."""
+
+    @property
+    def eta(self) -> Number:
+        """Overlap ratio."""
 
     def places(self, pt: Point) -> tuple[Number, ...]:
         """Return the margins of the contact's place on its edges."""

@@ -10,9 +10,10 @@ from typing import Any
 
 from squama.model import twisting
 from squama.model.paths import ARRAY, Ops, Twist
+from squama.types import Array
 
 
-def reach_at(row: Any, cs: Any) -> Any:
+def reach_at(row: Twist, cs: Any) -> Any:
     """Return an upper bound of the neighbours within reach of a tip, at an inclination with the cosine ``cs``.
 
     A contact with neighbour k lies at k = (eta - s) cos a cos th + (beta + p) sin a + ts cos a sin th, with 0 <= s and
@@ -22,7 +23,7 @@ def reach_at(row: Any, cs: Any) -> Any:
     return thin + row.thickness * row.ca
 
 
-def reach(row: Any, ops: Ops = ARRAY) -> Any:
+def reach(row: Twist, ops: Ops = ARRAY) -> Any:
     """Return an upper bound of the neighbours within reach of a tip: the inclination is never smaller than at rest."""
     return reach_at(row, ops.cos(row.theta0))
 
@@ -47,14 +48,14 @@ def touches_at_rest(row: Twist) -> bool:
     return bool(row.thickness > 0 and row.thickness >= S and over < row.eta and abs(row.sa) < 2 * row.beta)
 
 
-def gap(row: Twist, j: Any, theta: Any, phi: Any, ops: Ops) -> Any:
+def gap(row: Twist, j: float | Array, theta: float | Array, phi: float | Array, ops: Ops) -> Any:
     """Return the contact condition F of neighbour ``j`` at an inclination and a twist: negative before contact."""
     r = row._replace(k=j).root(theta, ops)
     c, s = ops.cos(j * phi), ops.sin(j * phi)
     return ((r.G - 2 * r.S) * c - r.G) / 2 + r.H * s
 
 
-def on_edges(row: Twist, j: Any, theta: Any, phi: Any, ops: Ops) -> Any:
+def on_edges(row: Twist, j: float | Array, theta: float | Array, phi: float | Array, ops: Ops) -> Any:
     """Return whether the lines of neighbour ``j``'s tip-side pair meet within both edges."""
     sub = row._replace(k=j)
     r = sub.root(theta, ops)

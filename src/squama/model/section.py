@@ -8,7 +8,10 @@ unit; moments of area are in its fourth power.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from squama.types import Array
 
 # sum of 1 / n^5 over odd n = 31/32 zeta(5)
 _ODD_FIFTH_POWERS = 31 / 32 * 1.0369277551433699263
@@ -43,7 +46,7 @@ def torsion_constant(width: Any, thickness: Any) -> Any:
     return a * b**3 / 3 - 64 / math.pi**5 * b**4 * total
 
 
-def torsion_shear(x: Any, y: Any, width: float, thickness: float) -> tuple[Any, Any]:
+def torsion_shear(x: Array, y: Array, width: float, thickness: float) -> tuple[Array, Array]:
     """Return the shear stresses (tau_xz, tau_yz) (n,) in a twisted rectangle over G and the twist rate, at places (n,).
 
     With the warping function psi = x y - (8 w^2 / pi^3) sum over odd n of (-1)^((n - 1) / 2) sin(k x) sinh(k y) /
@@ -119,7 +122,7 @@ def bending_moment_of_area(width: float, thickness: float) -> float:
     return width * thickness**3 / 12
 
 
-def plate_rigidity(youngs_modulus: Any, thickness: Any, poisson_ratio: Any) -> Any:
+def plate_rigidity(youngs_modulus: float | Array, thickness: float | Array, poisson_ratio: float | Array) -> Any:
     """Return the bending rigidity D of a plate per width, E t^3 / (12 (1 - nu^2)), for floats or arrays.
 
     Source: Timoshenko and Woinowsky-Krieger, Theory of Plates and Shells, 2nd ed., Eq. 3; thin plates.

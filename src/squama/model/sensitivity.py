@@ -23,7 +23,7 @@ from squama.model.neighbours import gap
 from squama.model.outcome import CODES, End
 from squama.model.paths import FoldedTwist, Ops, Point, by_tangent
 from squama.model.reach import SEARCH
-from squama.model.tracks import Track, take
+from squama.model.tracks import OneRow, Track, take
 from squama.types import Array
 
 STEP = 1e-30
@@ -35,10 +35,10 @@ _MARGINS = (End.KINEMATIC, End.FRICTIONAL, End.OFF_TIP, End.OFF_SIDE, End.RANGE,
 _LOCKS = (CODES.index(End.FRICTIONAL), CODES.index(End.KINEMATIC))
 
 
-def first_order(f: Callable[[Array], Array], slope: Callable[[Array, Array], Array]) -> Callable[[Any], Any]:
+def first_order(f: Callable[[Array], Array], slope: Callable[[Array, Array], Array]) -> Callable[[Array], Array]:
     """Return f(z) = f(x) + i y f'(x), exact for the tiny imaginary part STEP; ``slope`` takes x and f(x)."""
 
-    def extended(z: Any) -> Any:
+    def extended(z: Array) -> Array:
         if not np.iscomplexobj(z):
             return f(z)
         x = np.real(z)
@@ -69,7 +69,7 @@ class Seed(NamedTuple):
 
     row: Any
     mu: Array
-    margin: Any
+    margin: complex
     on_path: bool
 
 
@@ -130,12 +130,12 @@ def tracked(t: Track, mu: Array, margin: float, law: str, work: Array) -> Tracke
     return Tracked(t, mu, margin, law, slope, D.imag / STEP, np.real(pt.load_rate), fixed, pole, work)
 
 
-def vanishing(row: Any, pt: Point, t: Track, mu: Array, law: str) -> Any:
+def vanishing(row: Any, pt: Point, t: Track, mu: Array, law: str) -> Array:
     """Return the margin that ends each path, as an analytic function of the parameters and the path parameter."""
     D = -(pt.M_N + mu * pt.M_f)
     # at mu = 0 these two ends coincide where virtual work holds, and for mu > 0 friction locks first
     kinematic = np.where((np.real(mu) == 0) & (law == "edge" or isinstance(row, Bend)), D, pt.load_rate)
-    E = np.select(
+    E: Array = np.select(
         [t.code == CODES.index(e) for e in _MARGINS],
         [
             kinematic,
@@ -196,7 +196,7 @@ def move(t: Tracked, s: Seed, *, with_work: bool) -> Moved:
     )
 
 
-def engagement(row: Any) -> Array:
+def engagement(row: OneRow) -> Array:
     """Return the load angle (rad) at which the contact begins."""
     start = getattr(row, "open", row)
     load: Array = start.point(row.theta0, "edge", COMPLEX).load

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from squama.model.paths import ARRAY, Point
+from squama.model.bending import Bend
+from squama.model.mechanics import Row
+from squama.model.paths import ARRAY, FoldedTwist, Point, Twist
 from squama.types import Array
 
+OneRow = Twist | FoldedTwist | Bend
+"""Row of one kind of contact."""
+_Row = TypeVar("_Row", bound=OneRow)
 
-def take(row: Any, index: Any) -> Any:
+
+def take(row: _Row, index: Array | int) -> _Row:
     """Return the designs ``index`` of a row of arrays; single numbers, common to all designs, are kept."""
     return type(row)(*(col if np.ndim(col) == 0 else np.asarray(col)[index] for col in row))
 
 
-def scalar(row: Any, i: int = 0) -> Any:
+def scalar(row: _Row, i: int = 0) -> _Row:
     """Return design ``i`` of a row as plain floats."""
     return type(row)(*(float(np.asarray(col)[i]) for col in row))
 
@@ -27,7 +33,7 @@ class Track(NamedTuple):
     path (0 for none).
     """
 
-    row: Any
+    row: OneRow
     x0: Array
     x_end: Array
     load_end: Array
@@ -35,7 +41,7 @@ class Track(NamedTuple):
     crossing: Array
 
 
-def at_loads(row: Any, load: Array, bounds: tuple[Array, Array], seen: tuple[Array, Array]) -> Array:
+def at_loads(row: Row, load: Array, bounds: tuple[Array, Array], seen: tuple[Array, Array]) -> Array:
     """Return the path parameters (n,) at which paths reach load angles (n,), by Newton's method within bounds.
 
     ``bounds`` are path parameters before and behind each load angle (rad per pitch), ``seen`` the load angles there.

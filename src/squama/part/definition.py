@@ -52,7 +52,7 @@ class Part:
 
     @classmethod
     def from_toml(
-        cls, path: str | os.PathLike[str], *, overrides: Mapping[str, Mapping[str, Any]] | None = None
+        cls, path: str | os.PathLike[str], *, overrides: Mapping[str, Mapping[str, object]] | None = None
     ) -> Self:
         """Read a part from a beam file with the sections [support], [[load]] and [along], any of which may be missing.
 
@@ -82,14 +82,14 @@ class Part:
         text: str,
         *,
         source: str = "part",
-        overrides: Mapping[str, Mapping[str, Any]] | None = None,
+        overrides: Mapping[str, Mapping[str, object]] | None = None,
         folder: str | os.PathLike[str] | None = None,
     ) -> Self:
         """Read a part from the text of a file: its name in messages is `source`, other files are in `folder`.
 
         Without a folder the text names no file.
         """
-        found, sections, problems = dict[str, Any](), dict[str, Any](), Problems()
+        found, sections, problems = dict[str, Any](), dict[str, object](), Problems()
         with problems.caught():
             found["beam"] = Beam.from_toml_text(text, source=source, overrides=overrides, folder=folder)
         with problems.caught(source=source):
@@ -178,7 +178,7 @@ def _along(content: object, folder: str | os.PathLike[str] | None) -> grading.Gr
     return Path(folder) / table
 
 
-def _flat(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+def _flat(table: Mapping[str, object], before: str = "") -> Iterator[tuple[str, Any]]:
     """Yield keys and values of nested tables: scale.theta0 = [...] is a table in a table."""
     for name, value in table.items():
         if isinstance(value, Mapping):

@@ -10,9 +10,9 @@ bend (rad) and stretch; of a beam with ends the strains of each cell, in the mid
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any, NamedTuple, TypeGuard, cast
+from typing import NamedTuple, TypedDict, TypeGuard, cast
 
 import numpy as np
 
@@ -20,7 +20,39 @@ from squama.fe.plate import axes, rotation, translation
 from squama.loads import LOADS
 from squama.types import Array
 
-Design = Mapping[str, Any]
+
+class Face(TypedDict):
+    """What places the scales of a face."""
+
+    S: Sequence[float]
+    bend: float
+    shift: float
+
+
+class Design(Face):
+    """A design: ratios (lengths in pitches, rad), kind of load, sense, law."""
+
+    kind: str
+    held: float
+    eta: float
+    beta: float
+    lam: float
+    height: float
+    alpha: float
+    half: float
+    thick: float
+    sense: float
+    law: str
+    neighbour: int
+    scales: int
+
+
+class Placed(Design):
+    """A design of a part, with the place of the end that stays."""
+
+    still: float
+
+
 Cells = tuple[tuple[float, ...], ...]
 Load = float | Sequence[float] | Cells
 Attitude = float | Sequence[Sequence[float]]

@@ -25,7 +25,7 @@ from squama.model import twisting
 from squama.model.outcome import End
 from squama.model.paths import ARRAY
 from squama.people import over, per_pitch, turned
-from squama.scene.geometry import Attitude, Cells, Load
+from squama.scene.geometry import Attitude, Cells, Design, Face, Load
 from squama.symbols import OTHER
 from squama.types import Array
 from squama.units import moment, number, shown
@@ -42,7 +42,7 @@ _STATE = ("load", "theta", "N", "f", "torque")
 
 _NOT_MOVED = (None,) * 5
 """Pose, other face, strains and deflections of scales on hinges: none."""
-SCALED = {"S": [1, 1, 1], "bend": 1, "shift": 0.0}
+SCALED: Face = {"S": [1, 1, 1], "bend": 1, "shift": 0.0}
 """Entries of a design for the scaled face."""
 
 
@@ -210,7 +210,7 @@ class Motion:
         loads = np.linspace(0.0, self.last, points)
         return {role: np.interp(loads, self.curve["load"], v) for role, v in self.curve.items()}
 
-    def shape(self) -> dict[str, Any]:
+    def shape(self) -> Design:
         """Return the design for the geometry, see :func:`shape`."""
         beam = self.setting.beam
         flat = thin(self.kind, self.setting.law, self.joint, ideal=self.ideal)
@@ -372,19 +372,21 @@ class Motion:
         return whole._replace(each=each)
 
 
-def shapes(motion: Motion) -> list[tuple[dict[str, Any], Callable[[State], State]]]:
+def shapes(motion: Motion) -> list[tuple[Design, Callable[[State], State]]]:
     """Return the design of each face with scales, the scaled face first, and a selector of its part of a state."""
     design, other = motion.shape(), motion.setting.beam.other
-    found: list[tuple[dict[str, Any], Callable[[State], State]]] = [(design, lambda state: state)]
+    found: list[tuple[Design, Callable[[State], State]]] = [(design, lambda state: state)]
     if motion.other and other:
         bend, twist, _ = other.seen
-        seen = {"sense": twist * design["sense"], "bend": bend, "held": bend * design["held"]}
-        own = {"S": list(other.S), "shift": other.shift, "neighbour": max(1, motion.other.neighbour)}
-        found.append((design | own | seen, lambda state: state.other or state))
+        turned: Design = {
+            **design, "sense": twist * design["sense"], "bend": bend, "held": bend * design["held"],
+            "S": list(other.S), "shift": other.shift, "neighbour": max(1, motion.other.neighbour),
+        }  # fmt: skip
+        found.append((turned, lambda state: state.other or state))
     return found
 
 
-def shape(setting: Setting, neighbour: int = 1, thick: float = 0.0) -> dict[str, Any]:
+def shape(setting: Setting, neighbour: int = 1, thick: float = 0.0) -> Design:
     """Return the design for the geometry: ratios (lengths in pitches, rad), kind of load, sense, law.
 
     ``thick``: thickness of a scale in pitches, 0 for thin scales.

@@ -23,6 +23,7 @@ from squama.part.definition import Part
 from squama.part.told import Told
 from squama.people import figure
 from squama.scene import picture
+from squama.scene.geometry import Placed
 from squama.scene.motion import ENDED, SLIDING, Motion, Setting, State
 
 SIZES = ("length", "width", "thickness")
@@ -65,9 +66,9 @@ class PartMotion(Motion):
         """What the load does, in a word."""
         return "load"
 
-    def shape(self) -> dict[str, Any]:
+    def shape(self) -> Placed:
         """Return the design for the geometry, see :func:`squama.scene.motion.shape`."""
-        return super().shape() | {"still": self.still}
+        return {**super().shape(), "still": self.still}
 
     def touches(self, load: float) -> bool:
         """Return whether scales are in contact at a point."""

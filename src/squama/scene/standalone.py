@@ -70,12 +70,12 @@ def page(motion: Motion, load: float, name: str = "") -> str:
     )
 
 
-def drawn(motion: Motion, state: State) -> dict[str, dict[str, Any]]:
+def drawn(motion: Motion, state: State) -> dict[str, dict[str, object]]:
     """Return what the script draws: the design and a state of a motion, with the other face's scales."""
     return {"design": _design(motion), "state": _told(state, motion.setting.mu)}
 
 
-def _design(motion: Motion) -> dict[str, Any]:
+def _design(motion: Motion) -> dict[str, object]:
     """Return the design of the scaled face, and within it that of the other one."""
     design, *others = (design for design, _ in shapes(motion))
     return {**design, "other": next(iter(others), None)}

@@ -15,7 +15,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -236,7 +236,7 @@ def _plane(one: compliant.Path, kappa: Array, Phi: Array) -> xr.Dataset:
 
 def _alone(beam: Beam, grids: dict[str, Array], mu: float, ideal: bool | None, hold: str | None) -> xr.Dataset:
     """Return the branches of loading and unloading by each load alone."""
-    values: dict[str, Any] = {"branch": np.array(BRANCHES)}
+    values: dict[str, Array] = {"branch": np.array(BRANCHES)}
     dims: dict[str, tuple[str, ...]] = {"branch": ("branch",)}
     for name, grid in grids.items():
         load = next(load for load in LOADS.values() if load.rate == name)
@@ -268,7 +268,7 @@ def _branches(one: compliant.Path, load: Load, grid: Array) -> tuple[Array, Arra
 
 
 def _labelled(
-    values: dict[str, Any], dims: dict[str, tuple[str, ...]], one: compliant.Path, title: str, grids: dict[str, Array]
+    values: dict[str, Array], dims: dict[str, tuple[str, ...]], one: compliant.Path, title: str, grids: dict[str, Array]
 ) -> xr.Dataset:
     """Return the dataset of a table, with the attributes used by its files."""
     import xarray as xr

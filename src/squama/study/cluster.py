@@ -42,7 +42,7 @@ def remote(address: object) -> bool:
 
 
 @contextmanager
-def client(address: Any) -> Iterator[Any]:
+def client(address: object) -> Iterator[Any]:
     """Yield a client of a cluster; stop a local cluster and close the client afterwards, refuse a silent address."""
     check(address)
     if not isinstance(address, str):
@@ -128,7 +128,7 @@ def run(
     gone: type[Exception] = distributed.comm.CommClosedError
 
     store = str(path.absolute())
-    running: dict[Any, Tile] = {}
+    running: dict[object, Tile] = {}
     queue = distributed.as_completed()
 
     def fill() -> None:

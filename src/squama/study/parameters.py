@@ -114,7 +114,7 @@ class Axis(NamedTuple):
         return [float(v) for v in self.values]
 
     @classmethod
-    def from_record(cls, name: str, record: Any) -> Axis:
+    def from_record(cls, name: str, record: object) -> Axis:
         """Read an axis from its :attr:`record`."""
         if isinstance(record, Mapping):
             return cls(name, np.linspace(record["low"], record["high"], record["count"]))

@@ -21,7 +21,7 @@ import stat
 import warnings
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -374,7 +374,7 @@ def open_sweep(path: str | os.PathLike[str]) -> xr.Dataset:
     with warnings.catch_warnings():
         # zarr warns of foreign files in the folder, which do no harm
         warnings.simplefilter("ignore")
-        found: Any = xr.open_zarr(chunks.Checked(place, plan), consolidated=False, zarr_format=3, chunks=None)
+        found = xr.open_zarr(chunks.Checked(place, plan), consolidated=False, zarr_format=3, chunks=None)
     # in the order of the plan, because a folder has none
     coords = {dim: found.variables[dim] for dim in plan.dims}
     if "law" in coords:

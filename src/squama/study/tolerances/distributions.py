@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple, NoReturn
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 
@@ -194,7 +194,7 @@ def _read(key: str, name: str, given: object, beam: Beam, *, bare: bool) -> Tole
     return Tolerance(key, kind, tuple(numbers), low, high, outside)
 
 
-def _form(value: object, no: Callable[..., NoReturn]) -> tuple[str, list[Any], float | None]:
+def _form(value: object, no: Callable[..., NoReturn]) -> tuple[str, list[object], float | None]:
     """Return kind and values of a tolerance, then for "a +- b" the standard deviations in b (0: a limit), else None."""
     if isinstance(value, str) and len(value) > LONGEST:
         no(f"is longer than {LONGEST} characters")
@@ -222,7 +222,7 @@ def _form(value: object, no: Callable[..., NoReturn]) -> tuple[str, list[Any], f
     return kind, items, None
 
 
-def _numbers(items: list[Any], dimension: Dimension, bare: bool, spread: bool) -> list[float]:
+def _numbers(items: list[object], dimension: Dimension, bare: bool, spread: bool) -> list[float]:
     """Return values in SI units; one unit serves all values without a unit, a spread may be in % of the first."""
     texts = [item for item in items if isinstance(item, str) and not item.endswith("%")]
     units = [unit for text in texts if (unit := _NUMBER.sub("", text, count=1).strip())]
