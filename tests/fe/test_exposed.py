@@ -13,8 +13,9 @@ pytest.importorskip("netgen", reason="meshes need netgen-mesher (the extra fe)")
 from matrices import contacts, curve, shape, unbalanced
 from solids import barrier_energy
 
+from oracle.barrier import plate
 from squama.beam.matrixfile import MOTIONS
-from squama.fe.bending import BRICKS, Bricks, _answers, lines, mesh_error, plate, shapes, solid
+from squama.fe.bending import BRICKS, Bricks, _answers, lines, mesh_error, shapes, solid
 from squama.fe.contact import RowContact, stiffness
 from squama.fe.elements import Material
 from squama.fe.exposed import FACE, box, sheet, thin
