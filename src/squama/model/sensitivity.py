@@ -159,7 +159,7 @@ def move(t: Tracked, s: Seed, *, with_work: bool) -> Moved:
     track, row = t.track, s.row
     x_end, code = track.x_end, track.code
     x0 = row.parameter(row.theta0, COMPLEX) + 0j
-    e = engagement(row)
+    e: Array = getattr(row, "open", row).point(row.theta0, "edge", COMPLEX).load
     # the end: a margin vanishes, or the end is fixed, or tied to the beginning
     pt = row.point(x_end, t.law, COMPLEX)
     rate = -np.imag(vanishing(row, pt, track, s.mu, t.law)) / t.E_x
@@ -194,13 +194,6 @@ def move(t: Tracked, s: Seed, *, with_work: bool) -> Moved:
         np.where(moved, forces.torque, 0),
         work,
     )
-
-
-def engagement(row: Any) -> Array:
-    """Return the load angle (rad) at which the contact begins."""
-    start = getattr(row, "open", row)
-    load: Array = start.point(row.theta0, "edge", COMPLEX).load
-    return load
 
 
 def works(s: Seed, x0: Array, x_stop: Array, x_pole: Array, law: str, moved: Array) -> Array:

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squama.model.paths import ARRAY, Point
+from squama.model.paths import ARRAY
 from squama.types import Array
 
 
@@ -46,7 +46,11 @@ def at_loads(row: Any, load: Array, bounds: tuple[Array, Array], seen: tuple[Arr
     last = False
     for _ in range(60):
         with np.errstate(all="ignore"):
-            off, slope = row.off(load, x, ARRAY) if hasattr(row, "off") else _off(row.point(x, "edge", ARRAY), load)
+            if hasattr(row, "off"):
+                off, slope = row.off(load, x, ARRAY)
+            else:
+                pt = row.point(x, "edge", ARRAY)
+                off, slope = pt.load - load, pt.load_rate
             a, b = np.where(off <= 0, x, a), np.where(off > 0, x, b)
             new = x - off / slope
         new = np.where((new >= a) & (new <= b), new, (a + b) / 2)
@@ -56,8 +60,3 @@ def at_loads(row: Any, load: Array, bounds: tuple[Array, Array], seen: tuple[Arr
             break
         last = small
     return np.asarray(x)
-
-
-def _off(pt: Point, load: Array) -> tuple[Array, Array]:
-    """Return a contact's load angle less the given one, and its derivative with respect to the path parameter."""
-    return np.asarray(pt.load - load), np.asarray(pt.load_rate)
