@@ -20,7 +20,8 @@ from squama.fe import runs
 from squama.io import datasets, files
 from squama.paper import parameters as par
 from squama.paper.elements import C_F, COLUMNS, COMPLIANT, K_THETA, STORED
-from squama.study.verification import hinge_of, own_matrix, with_matrix
+from squama.study import parts
+from squama.study.verification import hinge_of, own_matrix
 from squama.types import Array
 
 MESHES: tuple[str | tuple[float, float], ...] = ((0.2, 0.02), (0.2, 0.03))
@@ -64,7 +65,8 @@ def write(folder: Path, place: Path = STORED) -> Path:
         for mu in par.FIG6B_MUS:
             data, mesh = run(eta, mu, folder)
             rate, T = data["Phi"].values[1:], data["T"].values[1:]
-            other = doors.twist(with_matrix(beam, K[mesh]), mu=mu, at=rate, joint="compliant", ideal=True)["T"].values
+            meshed = beam.replace(joint=parts.joint_of(beam, K[mesh]))
+            other = doors.twist(meshed, mu=mu, at=rate, joint="compliant", ideal=True)["T"].values
             scale = beam.G_B * beam.I
             columns = [np.full(rate.size, eta), np.full(rate.size, mu), rate, T / scale, other / scale]
             rows.append(np.column_stack(columns))

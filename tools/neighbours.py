@@ -18,6 +18,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("MKL_NUM_THREADS", "1")
 
 import numpy as np
+from alternating import alternating, unshared
 from joint_process import fitted
 from joint_sample import FIRST_WIDE, design, geometry
 from scipy.optimize import least_squares
@@ -25,7 +26,7 @@ from scipy.optimize import least_squares
 from squama.errors import InputError
 from squama.fe.geometry import Geometry
 from squama.fe.mesh import pitch_mesh
-from squama.fe.pitch_stiffness import LATERAL, alternating, response
+from squama.fe.pitch_stiffness import LATERAL, response
 from squama.fe.stiffness import sizes
 from squama.joints import law, tilt
 from squama.joints.lateral import covered, power
@@ -44,7 +45,7 @@ def line(number: int, g: Geometry, K: Array, A: Array) -> list[float]:
     alone = K.copy()
     # in rows the lateral bend does not couple with the other motions
     alone[9], alone[:, 9], alone[9, 9] = 0.0, 0.0, lateral
-    B = tilt.unshared(A, alone, g.rest)[2:5, 2:5]
+    B = unshared(A, alone, g.rest)[2:5, 2:5]
     ratios = bend * 12 / (g.width * depth**3), lateral * 12 / (g.width**3 * depth)
     shape = [getattr(g, name) for name in law.Shape._fields]
     return [number, *shape, *ratios, np.linalg.inv(alone)[4, 4], *B[np.triu_indices(3)]]

@@ -9,55 +9,78 @@ from importlib import import_module
 from inspect import isfunction
 from typing import TYPE_CHECKING
 
-from squama._version import __version__
-from squama.errors import (
-    InputError,
-    ResultWarning,
-    SquamaError,
-    SquamaWarning,
-    TableWarning,
-    ValidityWarning,
-    telling,
-)
+from squama.errors import telling
 
 if TYPE_CHECKING:
     from squama import plot as plot
-    from squama.arrays.combined_states import Combined, Held, combined, held
-    from squama.arrays.compliant_beams import Response, response
-    from squama.arrays.derivatives import Gradient, gradient
-    from squama.arrays.edge_contacts import Contact, Ends, Forces, contact, ends, forces
-    from squama.batch import Solved, solve
-    from squama.beam.design import Beam, Friction, Joint, Scale, Substrate
-    from squama.curves.doors import bend, twist
-    from squama.curves.finite_rows import row
-    from squama.curves.histories import cycle
-    from squama.curves.polygons import bend_twist, bend_twist_map
-    from squama.dynamics.doors import shake, vibrate
-    from squama.dynamics.ratios import FreeVibration, free_vibration
-    from squama.fabrication.exporting import Export, export
-    from squama.fe.runs import cell
-    from squama.fe.stiffness import joint
-    from squama.identify.decay_fit import DecayFit, fit_decay
-    from squama.identify.expected import Plan
-    from squama.identify.fitting import fit
-    from squama.identify.planning import plan
-    from squama.identify.result import Fit
-    from squama.inverse.designing import design, inverse_design
-    from squama.inverse.front import pareto
-    from squama.io.datasets import read, save
-    from squama.io.measured import read_measured
-    from squama.model.outcome import End
-    from squama.part.definition import Part
-    from squama.part.door import load
-    from squama.scene.part_motion import view_part
-    from squama.scene.picture import view
-    from squama.sections.table import LawTable, law_table
-    from squama.sections.trial import Law, law
-    from squama.study.store import open_sweep
-    from squama.study.sweeping import sweep
-    from squama.study.tolerances.monte_carlo import uncertainty
-    from squama.study.verification import verify
-    from squama.symbols import SYMBOLS
+    from squama._version import __version__ as __version__
+    from squama.arrays.combined_states import Combined as Combined
+    from squama.arrays.combined_states import Held as Held
+    from squama.arrays.combined_states import combined as combined
+    from squama.arrays.combined_states import held as held
+    from squama.arrays.compliant_beams import Response as Response
+    from squama.arrays.compliant_beams import response as response
+    from squama.arrays.derivatives import Gradient as Gradient
+    from squama.arrays.derivatives import gradient as gradient
+    from squama.arrays.edge_contacts import Contact as Contact
+    from squama.arrays.edge_contacts import Ends as Ends
+    from squama.arrays.edge_contacts import Forces as Forces
+    from squama.arrays.edge_contacts import contact as contact
+    from squama.arrays.edge_contacts import ends as ends
+    from squama.arrays.edge_contacts import forces as forces
+    from squama.batch import Solved as Solved
+    from squama.batch import solve as solve
+    from squama.beam.design import Beam as Beam
+    from squama.beam.design import Friction as Friction
+    from squama.beam.design import Joint as Joint
+    from squama.beam.design import Scale as Scale
+    from squama.beam.design import Substrate as Substrate
+    from squama.curves.doors import bend as bend
+    from squama.curves.doors import twist as twist
+    from squama.curves.finite_rows import row as row
+    from squama.curves.histories import cycle as cycle
+    from squama.curves.polygons import bend_twist as bend_twist
+    from squama.curves.polygons import bend_twist_map as bend_twist_map
+    from squama.dynamics.doors import shake as shake
+    from squama.dynamics.doors import vibrate as vibrate
+    from squama.dynamics.ratios import FreeVibration as FreeVibration
+    from squama.dynamics.ratios import free_vibration as free_vibration
+    from squama.errors import InputError as InputError
+    from squama.errors import ResultWarning as ResultWarning
+    from squama.errors import SquamaError as SquamaError
+    from squama.errors import SquamaWarning as SquamaWarning
+    from squama.errors import TableWarning as TableWarning
+    from squama.errors import ValidityWarning as ValidityWarning
+    from squama.fabrication.exporting import Export as Export
+    from squama.fabrication.exporting import export as export
+    from squama.fe.runs import cell as cell
+    from squama.fe.stiffness import joint as joint
+    from squama.identify.decay_fit import DecayFit as DecayFit
+    from squama.identify.decay_fit import fit_decay as fit_decay
+    from squama.identify.expected import Plan as Plan
+    from squama.identify.fitting import fit as fit
+    from squama.identify.planning import plan as plan
+    from squama.identify.result import Fit as Fit
+    from squama.inverse.designing import design as design
+    from squama.inverse.designing import inverse_design as inverse_design
+    from squama.inverse.front import pareto as pareto
+    from squama.io.datasets import read as read
+    from squama.io.datasets import save as save
+    from squama.io.measured import read_measured as read_measured
+    from squama.model.outcome import End as End
+    from squama.part.definition import Part as Part
+    from squama.part.door import load as load
+    from squama.scene.part_motion import view_part as view_part
+    from squama.scene.picture import view as view
+    from squama.sections.table import LawTable as LawTable
+    from squama.sections.table import law_table as law_table
+    from squama.sections.trial import Law as Law
+    from squama.sections.trial import law as law
+    from squama.study.store import open_sweep as open_sweep
+    from squama.study.sweeping import sweep as sweep
+    from squama.study.tolerances.monte_carlo import uncertainty as uncertainty
+    from squama.study.verification import verify as verify
+    from squama.symbols import SYMBOLS as SYMBOLS
 
 _NAMES = {
     "beam.design": "Scale Substrate Joint Friction Beam",
@@ -96,6 +119,8 @@ _NAMES = {
     "io.datasets": "save read",
     "io.measured": "read_measured",
     "symbols": "SYMBOLS",
+    "_version": "__version__",
+    "errors": "InputError ResultWarning SquamaError SquamaWarning TableWarning ValidityWarning",
 }
 _DATASETS = {"curves", "dynamics", "fe", "identify", "inverse", "io", "part", "study"}
 """Rooms whose functions return datasets with the accessor ``.squama``."""
@@ -104,77 +129,7 @@ _TELLING = (_DATASETS - {"io"}) | {"sections"}
 warned of when it was computed.
 """
 _HOME = {name: module for module, names in _NAMES.items() for name in names.split()}
-
-__all__ = [
-    "SYMBOLS",
-    "Beam",
-    "Combined",
-    "Contact",
-    "DecayFit",
-    "End",
-    "Ends",
-    "Export",
-    "Fit",
-    "Forces",
-    "FreeVibration",
-    "Friction",
-    "Gradient",
-    "Held",
-    "InputError",
-    "Joint",
-    "Law",
-    "LawTable",
-    "Part",
-    "Plan",
-    "Response",
-    "ResultWarning",
-    "Scale",
-    "Solved",
-    "SquamaError",
-    "SquamaWarning",
-    "Substrate",
-    "TableWarning",
-    "ValidityWarning",
-    "__version__",
-    "bend",
-    "bend_twist",
-    "bend_twist_map",
-    "cell",
-    "combined",
-    "contact",
-    "cycle",
-    "design",
-    "ends",
-    "export",
-    "fit",
-    "fit_decay",
-    "forces",
-    "free_vibration",
-    "gradient",
-    "held",
-    "inverse_design",
-    "joint",
-    "law",
-    "law_table",
-    "load",
-    "open_sweep",
-    "pareto",
-    "plan",
-    "read",
-    "read_measured",
-    "response",
-    "row",
-    "save",
-    "shake",
-    "solve",
-    "sweep",
-    "twist",
-    "uncertainty",
-    "verify",
-    "vibrate",
-    "view",
-    "view_part",
-]
+__all__ = list(_HOME)
 
 
 def __getattr__(name: str) -> object:

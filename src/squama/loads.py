@@ -261,11 +261,6 @@ def ending(ends: str) -> str:
     return words.get(ends, f"with {ends} ends")
 
 
-def ended(attrs: Mapping[str, object]) -> str:
-    """Return the beam's extent in words, from a result's attributes: "as an endless beam", "with free ends"."""
-    return ending(str(attrs["ends"])) if "ends" in attrs else "as an endless beam"
-
-
 def holding(held: Iterable[str]) -> str:
     """Return the text of held strains, which :func:`hold` reads back."""
     names = tuple(held)

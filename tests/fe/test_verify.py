@@ -17,6 +17,7 @@ from squama.fe import mesh
 from squama.fe.geometry import geometry
 from squama.fe.pitch_stiffness import response
 from squama.joints import choice
+from squama.study import parts
 from squama.study import verification as study
 
 BEAM = squama.Beam.from_ratios(eta=3, beta=0.6, lam=0.32, zeta=0.18, slenderness=45, mu=0.2)
@@ -117,6 +118,6 @@ def test_a_twist_at_which_nothing_touches_tests_nothing(folder, capsys):
     assert "as far as both go" not in out
     # further on there is a test
     pressed = squama.twist(BEAM, to="0.1 rad/pitch", joint="hinge", points=20)
-    assert 0.02 < study._touched(pressed) < 0.1
-    words = study.verdict(study._touched(pressed), 0.1, 0.05, 57.3)
+    assert 0.02 < parts.touched(pressed, "phi") < 0.1
+    words = study.verdict(parts.touched(pressed, "phi"), 0.1, 0.05, 57.3)
     assert words.startswith("twisted to 5.73 deg (5.73 deg per pitch), the scales touch from 3.")

@@ -192,7 +192,6 @@ TESTS: dict[str, tuple[str, ...]] = {
     "model/history.py": ("unit/test_history.py", "unit/test_cycle.py", "properties/test_cycles.py"),
     "model/elastic_plate.py": (COMPLIANT[0], BENT[0], COMPLIANT[1]),
     "model/sensitivity.py": ("unit/test_inverse_figures.py", "unit/test_gradient.py"),
-    "model/thickness.py": ("unit/test_section_joint.py", "unit/test_design.py"),
     "model/tracks.py": (
         "unit/test_bracket.py",
         "unit/test_inverse_figures.py",

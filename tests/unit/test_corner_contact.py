@@ -10,11 +10,11 @@ from scipy.spatial.transform import Rotation
 
 import squama
 from legs import Bent, follow_legs, follow_straight
+from oracle.barrier import monomials
 from squama.arrays.combined_states import combined
 from squama.contacts import path, states
 from squama.curves import compliant
 from squama.joints import law
-from squama.model import elastic_plate as plate
 
 PLA = squama.Beam.from_toml("examples/pla_on_vps.toml").replace(scales=None, hold="bend, twist, lateral bend")
 SKIN = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=None, hold="bend, twist, lateral bend")
@@ -46,7 +46,7 @@ def heights(one: path.Scale, found: Bent, i: int) -> dict[str, Any]:
     g, base = expm(motion), np.array([0.0, one.lam, 0.0])
 
     def lift(x: float, y: float) -> float:
-        return float((plate.monomials(np.array([x / one.eta]), np.array([y / one.beta])) @ b)[0])
+        return float((monomials(np.array([x / one.eta]), np.array([y / one.beta])) @ b)[0])
 
     def below(y: float) -> tuple[np.ndarray, float]:
         """A place of the tip edge in the axes of the next scale, and its height over that one's upper face."""

@@ -81,7 +81,7 @@ def test_a_load_path_knows_its_load_and_its_sense() -> None:
 def test_the_solved_path_is_that_of_the_door(load: str) -> None:
     beam = squama.Beam.from_ratios(mu=0.3)
     kind = LOADS[load]
-    path, _ = doors.solved(doors.analysis(beam, Way.of(load, [0.1]), kind, points=3, joint="hinge"))
+    (path,), _ = hinge.solve(doors.analysis(beam, Way.of(load, [0.1]), kind, points=3, joint="hinge"))
     answer = doors.respond(beam, load, points=7, to="0.1 rad/pitch", joint="hinge")
     curve = path.curve(points=7)
     torque = (answer.attrs["load"] == "twisting" and "T") or "M"

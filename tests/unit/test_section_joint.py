@@ -6,7 +6,8 @@ import random
 import mpmath as mp
 import pytest
 
-from squama.model import joint, section, thickness
+from squama.model import joint, neighbours, section
+from squama.model.paths import FLOAT, Twist
 
 
 def _prandtl_double_sine(a, b, terms):
@@ -126,15 +127,20 @@ def _thick_condition(phi, eta, beta, lam, alpha, theta0, tau):
     return sum(gap[i] * normal[i] for i in range(3))
 
 
+def meets(eta, beta, lam, alpha, theta0, tau=0.0):
+    row = Twist(eta, beta, lam, math.sin(alpha), math.cos(alpha), theta0, thickness=tau)
+    return neighbours.meets(row, FLOAT)
+
+
 def test_thick_plates_engage_where_their_edges_meet():
     rng = random.Random(7)
     met = 0
     for _ in range(60):
         eta, beta, lam = rng.uniform(1.5, 6), rng.uniform(0.3, 2), rng.uniform(0.2, 0.7)
         alpha, theta0 = math.radians(rng.uniform(15, 70)), math.radians(rng.uniform(3, 25))
-        tau = rng.uniform(0, 0.9) * thickness.gap(alpha, theta0)
-        phi = thickness.engagement_twisting(eta, beta, lam, alpha, theta0, tau=tau)
-        if phi == math.inf:
+        tau = rng.uniform(0, 0.9) * math.cos(alpha) * math.sin(theta0)
+        phi = meets(eta, beta, lam, alpha, theta0, tau)
+        if not phi > 0:
             continue
         met += 1
         args = (eta, beta, lam, alpha, theta0, tau)
@@ -148,5 +154,5 @@ def test_thin_plates_engage_as_the_model_says():
     a, t = math.radians(45), math.radians(10)
     # fe.md: .05905 at Fig. 6b
     # tolerance: the figure has five decimals
-    assert thickness.engagement_twisting(3, 0.6, 0.32, a, t) == pytest.approx(0.05905, abs=5e-6)
-    assert thickness.engagement_twisting(3, 0.6, 0.32, a, t, tau=thickness.gap(a, t)) == 0
+    assert meets(3, 0.6, 0.32, a, t) == pytest.approx(0.05905, abs=5e-6)
+    assert meets(3, 0.6, 0.32, a, t, math.cos(a) * math.sin(t)) == pytest.approx(0, abs=1e-15)

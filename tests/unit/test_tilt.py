@@ -1,5 +1,6 @@
 """Tilt of the scales of a row: its law against linear elements, and contact forces against nonlinear ones."""
 
+import runpy
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from squama.curves.compliant import Held
 from squama.errors import InputError
 from squama.fe.geometry import geometry
 from squama.fe.mesh import pitch_mesh
-from squama.fe.pitch_stiffness import LATERAL, alternating, response
+from squama.fe.pitch_stiffness import LATERAL, response
 from squama.joints import lateral, law, tilt
 from squama.joints.choice import shape
 from squama.part import door
@@ -21,6 +22,7 @@ from squama.study import parts
 SKIN = squama.Beam.from_toml("examples/stiff_skin.toml")
 MESH = (0.3, 0.12)
 U_Z, W_X, W_Y = 2, 3, 4
+TOOL = runpy.run_path("tools/alternating.py")
 
 
 @pytest.fixture(scope="module")
@@ -33,7 +35,7 @@ def elements():
     joint = K.copy()
     joint[9], joint[:, 9] = 0.0, 0.0
     joint[9, 9] = lateral.stiffness(K[:9, :9], shape(beam))
-    return tilt.unshared(alternating(pitch, g), joint, g.rest), tilt.tilts(shape(beam))
+    return TOOL["unshared"](TOOL["alternating"](pitch, g), joint, g.rest), tilt.tilts(shape(beam))
 
 
 def test_the_law_is_that_of_alternating_elements(elements):
@@ -74,7 +76,7 @@ def test_a_rod_between_scales_has_the_compliance_of_many_cells(elements):
     # without the rigid motion: second differences of alternating motions
     found = (2 * moved[i] - moved[i - 1] - moved[i + 1]) / 4
     alone = np.linalg.inv(K)[:6, :6]
-    B = tilt.unshared(np.linalg.inv(alone), K, rest)
+    B = TOOL["unshared"](np.linalg.inv(alone), K, rest)
     assert alone - B == pytest.approx(found, abs=2e-3 * np.abs(found).max())
 
 

@@ -8,7 +8,8 @@ from squama.beam import beamfile, matrixfile
 from squama.beam.parts import Assembly
 from squama.errors import Problems, refuse
 from squama.loads import LOADS, NEUTRAL, Load
-from squama.model import joint, reach, thickness, twisting
+from squama.model import joint, neighbours, reach
+from squama.model.paths import FLOAT, Twist
 from squama.people import per_pitch
 from squama.units import Dimension, as_text, shown
 
@@ -94,7 +95,8 @@ def _width(beam: Assembly) -> list[str]:
 
 
 def _thin(beam: Assembly, load: Load, sense: str) -> list[str]:
-    tau, gap = beam.thickness_ratio, thickness.gap(beam.scale.alpha, beam.scale.theta0)
+    alpha, theta0 = beam.scale.alpha, beam.scale.theta0
+    tau, gap = beam.thickness_ratio, math.cos(alpha) * math.sin(theta0)
     if tau <= THIN * gap * (1 + 1e-9):
         return []
     words = f"gap d sin(theta0) cos(alpha) = {gap * beam.pitch * 1e3:.3g} mm"
@@ -105,26 +107,16 @@ def _thin(beam: Assembly, load: Load, sense: str) -> list[str]:
     if not load.sided:
         return [f"{line}plates of that thickness engage before the model's thin ones"]
     # the other sense is the mirror image
-    ratios = beam.ratios | {"alpha": beam.scale.alpha * (-1 if sense == "-" else 1)}
+    alpha *= -1 if sense == "-" else 1
+    row = Twist(beam.eta, beam.beta, beam.lam, math.sin(alpha), math.cos(alpha), theta0)
 
     def engagement(tau: float) -> str:
-        value = thickness.engagement_twisting(**ratios, tau=tau)
-        return per_pitch(value) if math.isfinite(value) else "no twist"
+        value = neighbours.meets(row._replace(thickness=tau), FLOAT)
+        return per_pitch(value) if value > 0 else "no twist"
 
-    if not _meets(ratios):
+    if not neighbours.engages(row, FLOAT):
         return [f"{line}in this sense of twist the model's thin plates do not meet tip on side of the next scale"]
     return [f"{line}plates of that thickness engage at {engagement(tau)}, the model's thin ones at {engagement(0.0)}"]
-
-
-def _meets(ratios: dict[str, float]) -> bool:
-    """Return whether a thin plate's tip meets the side edge of the next scale at theta0; alpha < 0 for sense "-"."""
-    eta, beta, lam, alpha, theta0 = ratios.values()
-    shape = math.sin(alpha), math.cos(alpha), eta, beta, lam
-    r = twisting.root(math.sin(theta0), math.cos(theta0), *shape)
-    if r.q2 < 0 or r.H + math.sqrt(r.q2) <= 0:
-        return False
-    c = twisting.contact(r, math.sqrt(r.q2), *shape)
-    return bool(abs(c.p) <= beta and 0 <= c.s <= eta)
 
 
 def _laws(beam: Assembly, load: Load) -> list[str]:

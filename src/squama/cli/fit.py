@@ -80,8 +80,7 @@ _PRIOR = 'Prior of a parameter to find: E_B="1.5 MPa +- 5 %" (limits), mu="0.3 +
 _KNOWN = "TOML file with tolerances under [tolerance], as priors; --prior takes precedence."
 _PREDICT = 'Predict the curve of the fitted beam to a twist (travel) and back, with a band of 95 %: "0.1 rad/pitch".'
 _BAND = "File of the prediction to write: .png, .svg, .pdf, .csv or .nc; may be repeated."
-_PICTURES = (".png", ".svg", ".pdf")
-_KINDS = (*_PICTURES, ".csv", ".nc")
+_KINDS = (*flags.PLOTS, ".csv", ".nc")
 _LOAD = (
     'Load: twisting, bending (of the ends), or the force on a part, of which the table has force and travel: "1 N up '
     'at tip". Default: [[load]] of the file, or twisting.'
@@ -176,9 +175,9 @@ class Prediction:
         best, low, high = (shown(float(at[name])) for name in (T, f"{T}_low", f"{T}_high"))
         share = f"{100 * float(data.attrs['probability']):g} % of {data.attrs['draws']} draws of the fit"
         line = f"prediction to {self.predict}: {best} there; {share} lie between {low} and {high}"
-        written = output.draw([p for p in self.band if p.endswith(_PICTURES)], "prediction_figure", data)
+        written = output.draw([p for p in self.band if p.endswith(flags.PLOTS)], "prediction_figure", data)
         for path in self.band:
-            if not path.endswith(_PICTURES):
+            if not path.endswith(flags.PLOTS):
                 table = data if path.endswith(".nc") else on_points(data)
                 written.append(datasets.save(table, path))
         record = {str(name): v.values for name, v in data.data_vars.items() if "draw" not in v.dims}

@@ -58,7 +58,9 @@ def walk(analysis: Analysis) -> States:
     one, kind = ones["+"], KINDS.get(analysis.ends)
     rows.check_ends(kind, one.held, beam.pitches)
     engaged = [sum(o.toward) * (c.phi - _BEFORE) for o in ones.values() for c in o.way.contacts if c.first != -1]
-    stations = _stations(load, goals, analysis.points, _apart(engaged))
+    # both faces may engage at once
+    apart = [x for before, x in itertools.pairwise([-math.inf, *sorted(engaged)]) if x - before > _BEFORE]
+    stations = _stations(load, goals, analysis.points, apart)
     slid: Array = np.zeros(0, int)
     each: dict[str, Array] = {}
     notes = compliant.notes(one.held, beam, max(map(abs, goals)), ideal=analysis.ideal)
@@ -195,11 +197,6 @@ def check(values: Sequence[float]) -> None:
     if way > MOST * INCREMENT:
         reason = f"the beam would have to be walked over {per_pitch(way)} in increments of {per_pitch(INCREMENT)}"
         refuse("twist", "", reason, f"give at most {at_most(MOST * INCREMENT)}, by fewer twists or loops")
-
-
-def _apart(places: list[float]) -> list[float]:
-    """Return rising places without those close to the previous one: both faces may engage at once."""
-    return [x for before, x in itertools.pairwise([-math.inf, *sorted(places)]) if x - before > _BEFORE]
 
 
 def _stations(load: Load, goals: Sequence[float], points: int, engaged: Sequence[float]) -> Stations:

@@ -21,6 +21,10 @@ from squama.types import Array
 _LENGTHS = (*MOTIONS[:3], "p", "s", "slip", "deflection", "stress_x", "stress_y")
 _PER_LENGTH = ("N", "f", "P", "U_el", "U_joint", "U_plate", "U_bar", "W_fr", "W_snap", "work")
 _MOMENTS = ("T", "M", "M_lat", "onset")
+INNER = ("mode", "onset", "work")
+"""Variables that results along a path leave out."""
+ROLES = {"phi": "load", "Phi": "rate", "T": "torque", "T_scales": "scales"}
+"""Roles of the variables of a twisted beam, under bend and twist at once too, by their names here."""
 
 
 def values(one: Path, strains: Array, *faces: Array, turned: Array | float = 0.0) -> dict[str, Array]:

@@ -18,7 +18,7 @@ from squama.contacts.ties import KINDS
 from squama.curves import compliant, rows
 from squama.curves.both_faces import WHOSE
 from squama.curves.compliant_cycles import OF_ROWS
-from squama.curves.compliant_figures import touching, values
+from squama.curves.compliant_figures import INNER, ROLES, touching, values
 from squama.curves.curve_figures import PLACES, path_figures, work_error
 from squama.curves.way import Analysis, States, Stations
 from squama.loads import ENDLESS, LOADS
@@ -28,9 +28,6 @@ from squama.types import Array
 
 _BEFORE = 1e-9
 """Relative distance of a station before engagement: a step from there must not be much smaller."""
-_INNER = ("mode", "onset", "work")
-"""Variables that the result leaves out."""
-_ROLES = {"phi": "load", "Phi": "rate", "T": "torque", "T_scales": "scales"}
 _UNKNOWN = math.nan, math.nan
 
 
@@ -75,13 +72,13 @@ def polygon(analysis: Analysis) -> States:
     near, far = ({name: float(at[i]) for name, at in places.items()} for i in (0, 1))
     single = path_figures(v, near, far, found.end, found.other, one.held.K_theta)
     by_dim: dict[tuple[str, ...], dict[str, Array]] = {
-        ("point",): _told(v, (*_INNER, *found.each)),
+        ("point",): _told(v, (*INNER, *found.each)),
         ("event",): _timeline(one, stations, v, found),
         (): single | {"energy_error": np.asarray(work_error(v))} | {k: np.asarray(n) for k, n in found.single.items()},
     }
     attrs = compliant.attributes(one.held, *analysis.way.loaded) | {"load": "bending and twisting"}
     if found.each:
-        by_dim["point", "scale"] = _told(found.each, _INNER)
+        by_dim["point", "scale"] = _told(found.each, INNER)
         attrs["ends"] = analysis.ends
     most = float(np.abs(stations.strains).max())
     return States(by_dim, attrs, [*compliant.notes(one.held, beam, most, ideal=analysis.ideal), *found.notes])
@@ -89,7 +86,7 @@ def polygon(analysis: Analysis) -> States:
 
 def _told(v: Mapping[str, Array], left: Sequence[str]) -> dict[str, Array]:
     """Return variables by role, without the names in ``left``."""
-    return {_ROLES.get(name, name): value for name, value in v.items() if name not in left}
+    return {ROLES.get(name, name): value for name, value in v.items() if name not in left}
 
 
 def _endless(one: compliant.Path, stations: Stations) -> Followed:

@@ -17,7 +17,7 @@ from squama.contacts.system import STRAINS
 from squama.contacts.ties import KINDS
 from squama.curves import compliant, rows
 from squama.curves.both_faces import WHOSE
-from squama.curves.compliant_figures import by_load, exchanged, thresholds, touching, values
+from squama.curves.compliant_figures import INNER, ROLES, by_load, exchanged, thresholds, touching, values
 from squama.curves.curve_figures import FINE, figures, first_at, tangents
 from squama.curves.rows import Row, Told
 from squama.curves.way import OPEN, SLIDING, VERBS, Analysis, Case, Curve, States, Stations, direction, spaced
@@ -30,9 +30,6 @@ from squama.types import Array
 
 _NEAR, _SAME = 1e-5, 1e-6
 """Distance of stations, rad per pitch, below which a station is not added, or not used for a slope."""
-_INNER = ("mode", "onset", "work")
-"""Variables that the result leaves out."""
-_ROLES = {"phi": "load", "Phi": "rate", "T": "torque", "T_scales": "scales"}
 
 
 class Loaded(NamedTuple):
@@ -105,7 +102,7 @@ class Loaded(NamedTuple):
             out[~within] = math.nan if v.dtype.kind == "f" else ""
             return out
 
-        untold = {*_INNER, *told.each, *(ends.left if ends else ())}
+        untold = {*INNER, *told.each, *(ends.left if ends else ())}
         along = {role: there(v) for role, v in own.items() if role not in untold}
         along |= {"load": at, "rate": at / case.pitch}
         if ends:
@@ -231,7 +228,7 @@ def plane(analysis: Analysis, psi: Array, phi: Array) -> States:
     first = [events.named(*map(int, met)) if met[0] >= 0 else "" for met in contacts[:, :3]]
     last = np.where(reached, events.last(found), np.array(first))
     kept = ("theta", "N", "M", "M_scales", "T", "T_scales", "W_fr", "W_snap", "U_el", "RED")
-    named = {_ROLES.get(name, name): v[name] for name in kept}
+    named = {ROLES.get(name, name): v[name] for name in kept}
     named = {"state": state, "contact": np.where(state == OPEN, "", last), **named}
     notes = compliant.notes(one.held, beam, float(np.abs(strains).max()), ideal=analysis.ideal)
     return States({(): named}, compliant.attributes(one.held, *VERBS), notes)

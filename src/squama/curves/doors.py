@@ -1,7 +1,6 @@
 """Public functions of a single load, from arguments in words and units to a dataset: twist and bend.
 
-``respond`` returns the result before it is a dataset, ``solved`` the path for drawings; ``analysis`` reads the
-arguments common to all public functions.
+``respond`` returns the result before it is a dataset; ``analysis`` reads the arguments common to all public functions.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from squama.beam.faces import only_one
 from squama.curves import both_faces, labelled
 from squama.curves.chosen import MODELS, chosen
 from squama.curves.labelled import Answer
-from squama.curves.way import Analysis, Solved, States, Way
+from squama.curves.way import Analysis, States, Way
 from squama.errors import naming, refuse
 from squama.loads import (
     COUPLE,
@@ -326,15 +325,6 @@ def _angles(at: Rates, load: Load, beam: Beam) -> Array:
     if loads.ndim != 1:
         refuse("at", "", f"must be one number or a sequence of numbers, not an array of shape {loads.shape}")
     return loads
-
-
-def solved(analysis: Analysis) -> tuple[Solved, Sequence[str]]:
-    """Return the solved path of a beam in one sense, for `squama.view` and the explorer, and its warnings.
-
-    For hinges on both faces it is the path of the scaled face alone.
-    """
-    found, more = MODELS[analysis.joint].programs().solve(analysis)
-    return found[0], more.notes
 
 
 def _curves(analysis: Analysis) -> Answer:

@@ -365,11 +365,6 @@ def states(p: Path, load: Array, x: Array) -> dict[str, Array]:
     return v | {"work": work} | ({} if p.leg is None else _held(p, p.leg, v, load.size))
 
 
-def evaluate(p: Path, load: Array, x: Array) -> dict[str, Array]:
-    """Return the variables at load angles before engagement, followed by path parameters in contact; SI units."""
-    return in_si(p.case, [states(p, load, x)])
-
-
 def _held(p: Path, leg: Leg, v: dict[str, Array], engaged: int) -> dict[str, Array]:
     """Return the moment M that holds a twisted beam straight, or the torque T that holds a bent one, in K_theta.
 

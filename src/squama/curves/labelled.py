@@ -110,7 +110,11 @@ def _labelled(load: Load, states: States, mus: Array, page: str) -> dict[str, La
     named = [(dims, values, load.variables(tuple(values)).items()) for dims, values in by_dim]
     every = [(dims, name, role, values[role]) for dims, values, names in named for role, name in names]
     groups = list(dict.fromkeys(_group(dims) for dims, *_ in every))
-    every.sort(key=lambda one: (groups.index(_group(one[0])), *_place(first, one[2], one[1])))
+
+    def place(role: str) -> int:
+        return first.index(role) if role in first else len(first)
+
+    every.sort(key=lambda one: (groups.index(_group(one[0])), place(one[2]), _SYMBOLS[one[1]]))
     found = {}
     for dims, name, _, value in every:
         attrs = SYMBOLS[name].attrs
@@ -123,11 +127,6 @@ def _labelled(load: Load, states: States, mus: Array, page: str) -> dict[str, La
 def _group(dims: tuple[str, ...]) -> tuple[str, ...]:
     """Return the dimensions without that of single scales, whose variables stand among those of the points."""
     return tuple(dim for dim in dims if dim != "scale" or "point" not in dims)
-
-
-def _place(first: tuple[str, ...], role: str, name: str) -> tuple[int, int]:
-    """Return the sort key of a variable: load and response first, by role, then by its symbol."""
-    return first.index(role) if role in first else len(first), _SYMBOLS[name]
 
 
 def answer(

@@ -88,7 +88,7 @@ def decay(sides: Sides, *, start: float | Array = 0.0, speed: float | Array = 0.
             now = now + quarter(side.up, side.y_e, s, energy)
         else:
             top = np.abs(start)
-            s = reach(side, top)
+            s = _grown(up, up.load(up.places), up.load, up.rate, top) if (up := side.up) else top
         found[:, turn, on] = np.array([now, sign * top, side.stored(top, s)])[:, on]
         if turn + 1 == turns or not on.any():
             break
@@ -138,12 +138,6 @@ def _grown(way: Way, seen: Array, values: Curve, slope: Curve, goal: Array) -> A
     low, high = (np.take_along_axis(seen, j[None], axis=0)[0] for j in (i - 1, i))
     share = np.clip((goal - low) / (high - low), 0.0, 1.0)
     return root(lambda s: values(s) - goal, slope, a, b, share)
-
-
-def reach(side: Side, y: Array) -> Array:
-    """Return the parameters s (n,) of load angles y; that of engagement below it."""
-    up = side.up
-    return _grown(up, up.load(up.places), up.load, up.rate, y) if up else y
 
 
 def rise(side: Side, energy: Array) -> tuple[Array, Array]:

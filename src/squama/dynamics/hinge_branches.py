@@ -25,7 +25,7 @@ from squama.curves import hinge
 from squama.dynamics.branches import APART, Branch, Side, Way
 from squama.dynamics.modes import SHAPES, gauss
 from squama.model import energy, history, mechanics
-from squama.model.outcome import CODES, End
+from squama.model.outcome import CODES, SLID, End
 from squama.model.paths import ARRAY
 from squama.model.tracks import OneRow, Track, at_loads, take
 from squama.types import Array
@@ -141,7 +141,7 @@ class Paths(NamedTuple):
     @classmethod
     def solved(cls, t: Track, law: str, mu: Array, kappa: Array) -> Paths:
         """Return the paths of a track, cut off before locks."""
-        locks = np.isin(t.code, [CODES.index(end) for end in hinge.LOCKS])
+        locks = np.isin(t.code, SLID)
         x1 = energy.cutoff(t.row, t.x0, t.x_end, locks, FINEST)
         pole = np.where(t.x_end > t.x0, energy.pole(t.row, t.x_end, mu, law, t.x0), t.x0 + 1)
         return cls(t.row, law, mu, kappa, t.x0, x1, pole, (t.code == CODES.index(End.FRICTIONAL)) & (mu > 0))

@@ -1,14 +1,12 @@
-"""Bending of the exposed part of a scale: modes of a solid of quadratic bricks, or polynomials of a thin plate.
+"""Bending of the exposed part of a scale: modes of a solid of quadratic bricks.
 
-Both are clamped at X = 0, where the rigid embedded part begins, and fill the ``modes`` and ``stiffness`` of
+It is clamped at X = 0, where the rigid embedded part begins; the modes are those of
 :class:`squama.fe.exposed.Exposed`. Lengths in pitches; the modulus over that of the substrate.
 
-The solid: 20-node bricks with 2 x 2 x 2 Gauss points, which bend without locking, two layers over the thickness. Of its
-static answers to forces along n_Z at the places where scales can touch, the leading ones are kept: with C the
+The bricks have 20 nodes and 2 x 2 x 2 Gauss points, bend without locking, and lie in two layers. Of the solid's static
+answers to forces along n_Z at the places where scales can touch, the leading ones are kept: with C the
 compliance between these places and w their shares of edges and face, the eigenvectors of w^1/2 C w^1/2. Under a point
 force the rest is missing; :data:`MODES` leave out less than a hundredth of the deflection at the plate's edges.
-
-The thin plate is that of :mod:`squama.model.elastic_plate`; points of the surface move along n_Z only.
 """
 
 from __future__ import annotations
@@ -20,7 +18,6 @@ import numpy as np
 
 from squama.fe.elements import Material
 from squama.fe.exposed import Exposed, sheet
-from squama.model import elastic_plate as ritz
 from squama.types import Array
 
 if TYPE_CHECKING:
@@ -185,25 +182,3 @@ def _answers(plate: Bricks, material: Material, places: Array) -> Array:
     force[2::3] = plate.at(places).T.toarray()
     out[free] = splu(K.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).solve(force[free])
     return out
-
-
-def plate(
-    surface: Exposed,
-    eta: float,
-    beta: float,
-    D: float,
-    nu: float,
-    *,
-    along: int = ritz.LENGTHWISE + 1,
-    across: int = ritz.ACROSS - 1,
-) -> Exposed:
-    """Return an exposed part that bends as a thin plate, with polynomial modes.
-
-    ``surface``: from :func:`squama.fe.exposed.sheet`; length ``eta`` and half width ``beta`` in pitches, stiffness
-    ``D`` per width in E d^3; ``along``, ``across``: highest powers of X (from 2) and Y, at most these.
-    """
-    i, j = np.indices((ritz.LENGTHWISE, ritz.ACROSS)).reshape(2, -1)
-    used = np.flatnonzero((i <= along - 2) & (j <= across))
-    modes = np.zeros((len(surface.points), 3, used.size))
-    modes[:, 2] = ritz.polynomials(surface.points[:, 0] / eta, surface.points[:, 1] / beta)[:, used]
-    return surface.bending(modes, D * ritz.stiffness(eta, beta, nu)[np.ix_(used, used)])

@@ -45,11 +45,6 @@ class Exposed(NamedTuple):
         return len(self.stiffness)
 
     @property
-    def thickness(self) -> float:
-        """Thickness h of the surface, pitches."""
-        return float(np.ptp(self.points[:, 2]))
-
-    @property
     def outer(self) -> Index:
         """Numbers of the edges on the outline of the plate."""
         return np.flatnonzero([side != FACE for side in self.sides])

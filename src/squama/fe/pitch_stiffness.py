@@ -69,7 +69,7 @@ def response(pitch: Pitch, geometry: Geometry, tab: Material | None = None, moti
         A = A + _stiffness(Elements(pitch.nodes, pitch.tets[pitch.tab], tab), pitch.nodes)
     tied = master[pitch.tied]
     moved = _moved(pitch, geometry, tied, motions)
-    P = _from_free(master, np.setdiff1d(np.arange(len(rest)), tied), np.ones(len(pitch.nodes)))
+    P = _from_free(master, np.setdiff1d(np.arange(len(rest)), tied))
     pushed = A @ moved
     means, own = _section(pitch, geometry, motions)
     corner = np.zeros((motions + 4, motions + 4))
@@ -93,31 +93,6 @@ def response(pitch: Pitch, geometry: Geometry, tab: Material | None = None, moti
     return Response((K + K.T) / 2, strain, len(pitch.tets))
 
 
-def alternating(pitch: Pitch, geometry: Geometry) -> Array:
-    """Return the stiffness (6, 6) of a scale against motions of which every second scale has the opposite ones.
-
-    The displacement of the bar changes sign from pitch to pitch, and the bar is not held otherwise; E = 1 and d = 1.
-    """
-    from scipy import sparse
-
-    master, turned, rest = pitch.images
-    tets = np.delete(pitch.tets, pitch.tab, axis=0)
-    A = _stiffness(Elements(pitch.nodes, tets, Material(1.0, geometry.nu)), pitch.nodes)
-    sign = np.ones(len(pitch.nodes))
-    sign[turned] = -1.0
-    tied = master[pitch.tied]
-    moved = np.repeat(sign, 3)[:, None] * _moved(pitch, geometry, tied, 6)
-    P = _from_free(master, np.setdiff1d(np.arange(len(rest)), tied), sign)
-    pushed = A @ moved
-    matrix = _bordered(P.T @ A @ P, sparse.csr_array(P.T @ pushed), moved.T @ pushed)
-    solver = Solver(matrix, 6)
-    try:
-        S = solver.factorise(matrix.data)
-    finally:
-        solver.close()
-    return np.asarray((S + S.T) / 2)
-
-
 def _bordered(inner: sparse.csr_array, border: sparse.csr_array, corner: Array) -> sparse.csr_array:
     """Return the upper triangle of a symmetric matrix with a border and a corner, of which zeros are stored, too."""
     from scipy import sparse
@@ -129,15 +104,15 @@ def _bordered(inner: sparse.csr_array, border: sparse.csr_array, corner: Array) 
     return matrix
 
 
-def _from_free(master: Index, free: Index, sign: Array) -> sparse.csr_array:
-    """Return the matrix from displacements of free masters to those of all nodes, times a sign for each node."""
+def _from_free(master: Index, free: Index) -> sparse.csr_array:
+    """Return the matrix from displacements of free masters to those of all nodes."""
     from scipy import sparse
 
     column = np.full(master.max() + 1, -1)
     column[free] = np.arange(free.size)
     node = np.flatnonzero(column[master] >= 0)
     rows, columns = ((3 * at[:, None] + np.arange(3)).ravel() for at in (node, column[master[node]]))
-    return sparse.csr_array((np.repeat(sign[node], 3), (rows, columns)), shape=(3 * master.size, 3 * free.size))
+    return sparse.csr_array((np.ones(rows.size), (rows, columns)), shape=(3 * master.size, 3 * free.size))
 
 
 def _stiffness(elements: Elements, nodes: Array) -> sparse.csr_array:

@@ -161,7 +161,7 @@ def fit(
     # before the joint, which may need finite elements
     limits = records.Limits.of(beam, load, to, reversal, stick)
     own = _each(each, asked.names, samples)
-    given = (limits, sigma, starts, candidates, ENDLESS, means, own, dimensions, priors, part if pushed else None)
+    given = (limits, sigma, starts, candidates, ENDLESS, means, dimensions, priors, part if pushed else None)
     wanted = Wanted(beam, [], asked.names, load, law, bounds, *given)
     kind, why = prepare.kind(joint, wanted)
     wanted = wanted._replace(specimens=records.read(data, beam, load), ends=prepare.ends(kind, wanted, ends))

@@ -58,7 +58,6 @@ class Wanted(NamedTuple):
     candidates: tuple[str, ...]
     ends: str = ENDLESS
     machine: Machine | None = None
-    each: tuple[str, ...] = ()
     dimensions: Mapping[str, tuple[float, float]] = MappingProxyType({})
     priors: Mapping[str, tuple[float, float]] = MappingProxyType({})
     part: Part | None = None

@@ -8,11 +8,10 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 
 from squama.beam.design import Beam
-from squama.model.outcome import CODES
+from squama.model.outcome import LOCKS
 from squama.study.columns import Cells
 from squama.types import Array
 
-LOCKS = tuple(CODES.index(end) for end in CODES if end.locks)
 AT_TWIST = {
     "tangent": ("N m2", "tangent stiffness at the stated twist"),
     "torque": ("N m", "torque at the stated twist"),

@@ -53,8 +53,6 @@ TYPICAL, LIKELY = 5, 4
 """Number of designs whose shares give the typical share; designs refined, beyond two per wanted design."""
 APART, POWERS = 0.02, (0.1, 2.0)
 """Least change of the logarithm of an endless figure from which a power is taken; bounds of powers."""
-Move = Callable[[Residuals, Array], Array]
-"""Function of residuals and a point (1, m) that returns a better point (1, m)."""
 
 
 def sobol(n: int, m: int, seed: int) -> Array:

@@ -17,12 +17,12 @@ from squama.inverse import goals, targetfile
 from squama.inverse.goals import ACCEPT, Goal
 from squama.inverse.joint_figures import EVALUATE
 from squama.inverse.limits import ALWAYS, LIMITS, Sizes, known_rooms, printed_rooms, rooms
-from squama.inverse.named_figures import AT_TWIST, LOCKS, OF_LOCKS, Found, Options, Want, harmless
+from squama.inverse.named_figures import AT_TWIST, OF_LOCKS, Found, Options, Want, harmless
 from squama.inverse.space import DIMENSIONS, Space
 from squama.inverse.targetfile import FRONT, Context, File, Table
 from squama.io import files
 from squama.loads import LOADS
-from squama.model.outcome import CODES, End
+from squama.model.outcome import CODES, LOCKS, End
 from squama.study.columns import Cells, valid
 from squama.study.parameters import ALIASES, ELASTIC, PARAMETERS, SCALES, flattened, own
 from squama.types import Array

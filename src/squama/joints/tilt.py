@@ -8,9 +8,9 @@ to the next one, each scale moves on its joint and besides by
     B (W_i - W_(i-1)),        B = C - C_K
 
 C is the compliance (6, 6) of a scale where every second one bears the opposite load (linear elements,
-:func:`squama.fe.pitch_stiffness.alternating`), C_K that of a bar with joints K under these loads. Contacts press along
-n_Z and turn a scale mainly about its width n_Y. So B is taken to be g g^T with g = (B_uY, B_XY, B_YY)/sqrt(B_YY) over
-u_Z, w_X and w_Y: one tilt of stiffness 1 for each scale, which moves it by g (docs, theory: row).
+``tools/alternating.py``), C_K that of a bar with joints K under these loads. Contacts press along n_Z and turn a scale
+mainly about its width n_Y. So B is taken to be g g^T with g = (B_uY, B_XY, B_YY)/sqrt(B_YY) over u_Z, w_X and w_Y: one
+tilt of stiffness 1 for each scale, which moves it by g (docs, theory: row).
 
 The outputs ln B_YY, ln(-B_XY/sin(alpha)), ln(-B_uY) of a Gaussian process over the features of
 :mod:`squama.joints.law` are fitted to linear elements (``tools/neighbours.py``). What a joint gives right at its edges
@@ -25,20 +25,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squama.fe.plate import Rest
 from squama.joints import law
 from squama.joints.law import Shape
 from squama.joints.processes import nearness, read
 from squama.types import Array
 
 PLACE = Path(__file__).with_name("tilt.npz")
-U_Z, W_X, W_Y = 2, 3, 4
 STEEP, NARROW = np.radians(66.0), 0.45
 """Largest alpha, and least width of the bar times cos(alpha) in pitches, of the designs that are fitted: beyond, a rod
 between scales describes the bar badly, B is not positive, and there is no tilt.
 """
-_STRAINS = np.array([[0.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
-"""Rotation per pitch of the strains twist, bend, stretch and lateral bend."""
 
 
 class Process(NamedTuple):
@@ -84,36 +80,6 @@ def motion(shape: Shape, column: Array) -> Array:
 def fitted(shape: Shape) -> Array:
     """Return truth values (n,): whether designs like these are fitted."""
     return np.asarray((np.abs(shape.alpha) < STEEP) & (shape.width * np.cos(shape.alpha) > NARROW))
-
-
-def unshared(alternating: Array, K: Array, rest: Rest) -> Array:
-    """Return B (6, 6) from the stiffness (6, 6) of scales that move alternately, and the joint K (10, 10)."""
-    # section halfway between scales: it moves the opposite way a pitch further
-    moved = np.linalg.solve(_shifted(1.0) + np.eye(6), _bent(1.0))
-    section = _bent(0.5) - _shifted(0.5) @ moved
-    A = rest.axes
-    by_strains = np.vstack([A @ (section[:3] - _cross(rest.base) @ section[3:]), A @ section[3:]])
-    J = np.hstack([np.eye(6), by_strains])
-    return np.asarray(np.linalg.inv(alternating) - J @ np.linalg.inv(K) @ J.T)
-
-
-def _bent(length: float) -> Array:
-    """Return displacement and rotation (6, 4) behind a length of bar, by its strains."""
-    shift = np.cross(_STRAINS, [0.0, 0.0, length**2 / 2])
-    shift[2, 2] = length
-    return np.vstack([shift.T, length * _STRAINS.T])
-
-
-def _shifted(length: float) -> Array:
-    """Return the displacement and rotation (6, 6) of a place that moves rigidly with one ``length`` before it."""
-    out = np.eye(6)
-    out[:3, 3:] = -_cross(np.array([0.0, 0.0, length]))
-    return out
-
-
-def _cross(v: Array) -> Array:
-    """Return the matrix (3, 3) of the cross product with v."""
-    return np.asarray(np.cross(np.eye(3), v) * -1.0)
 
 
 @functools.cache

@@ -64,17 +64,6 @@ def _products(polys: list[Array], m: int, n: int, low: float, high: float) -> Ar
     return out
 
 
-def monomials(X: Array, Y: Array) -> Array:
-    """Return X^m Y^n (n, 24) at places of the plate, X (n,) in 0..1 and Y (n,) in -1..1."""
-    m, n = np.indices((LENGTHWISE, ACROSS)).reshape(2, -1)
-    return np.asarray(X[:, None] ** (m + 2) * Y[:, None] ** n)
-
-
-def polynomials(X: Array, Y: Array) -> Array:
-    """Return the orthogonal polynomials (n, 24) at places of the plate, X (n,) in 0..1 and Y (n,) in -1..1."""
-    return np.asarray(monomials(X, Y) @ _basis().powers)
-
-
 def curvatures(X: Array, Y: Array) -> Array:
     """Return the derivatives w,XX, w,YY and w,XY (3, 24, n) of the powers X^m Y^n at places of the plate, X, Y (n,)."""
     m, n = np.indices((LENGTHWISE, ACROSS)).reshape(2, -1, 1)
@@ -102,7 +91,7 @@ def stiffness(eta: ArrayLike, beta: ArrayLike, nu: ArrayLike) -> Array:
 def compliances(eta: Array, beta: Array, nu: Array) -> Array:
     """Return the coefficients b_mn (n, 24, 24), m first, of plates of D = 1 under unit loads on the powers X^m Y^n.
 
-    The arguments are (n,). A force loads each power by its value at the force's place (:func:`monomials`).
+    The arguments are (n,). A force loads each power by its value X^m Y^n at the force's place.
     """
     powers = _basis().powers
     return np.asarray(powers @ np.linalg.inv(stiffness(eta, beta, nu)) @ powers.T)

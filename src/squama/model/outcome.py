@@ -35,6 +35,10 @@ class End(StrEnum):
 
 CODES = (*(end for end in End if end not in (End.LINE, End.STOPPED, End.SIDE, End.JOINT)), End.LINE)
 """Ends on hinges in the order of their integer codes (index = code); the others occur on compliant joints only."""
+LOCKS = tuple(code for code, end in enumerate(CODES) if end.locks)
+"""Codes of the locks."""
+SLID = (CODES.index(End.FRICTIONAL), CODES.index(End.KINEMATIC))
+"""Codes of the locks after sliding."""
 
 SENTENCES: dict[End, str] = {
     End.FRICTIONAL: "friction holds the sliding contact: no torque moves it further, the beam is locked",

@@ -43,15 +43,13 @@ def by_tangent(tan: Callable[[Number], Number]) -> Callable[[Number], tuple[Numb
     return sincos
 
 
-def root_of(x: float) -> float:
-    """Return the square root, NaN for a negative number."""
-    return math.sqrt(x) if x >= 0 else math.nan
-
-
 NEXT = 1
 """Neighbour k of a row whose lengths are in units of k pitches."""
 ARRAY = Ops(np.sqrt, np.sin, np.cos, np.tan, np.arctan, by_tangent(np.tan), np.maximum, np.minimum)
-FLOAT = Ops(root_of, math.sin, math.cos, math.tan, math.atan, lambda x: (math.sin(x), math.cos(x)))
+FLOAT = Ops(
+    lambda x: math.sqrt(x) if x >= 0 else math.nan,
+    *(math.sin, math.cos, math.tan, math.atan, lambda x: (math.sin(x), math.cos(x))),
+)
 
 
 class Point(NamedTuple):

@@ -132,18 +132,6 @@ class Piece(NamedTuple):
         arm, room = s.eta * rho * np.cos(rho / 2), cos * (1 + rho * cos * s.y_n) - s.lam * rho
         return arm, room, np.arcsin(np.minimum(arm / room, 1.0)) - rho / 2
 
-    @np.errstate(all="ignore")
-    def tangent(self, x: Array) -> Array:
-        """Return the derivative of M with respect to x, by a complex step."""
-        h = 1e-30j
-        theta, slid = self.slid(x)
-        posed = self.leg.posed(x + h)
-        found = []
-        for piece in self.both:
-            here = screw.place(CONTACTS[piece.contact], posed.d, theta + h * slid.theta_rate)
-            found.append(piece._sliding(posed, theta + h * slid.theta_rate, here, self.leg.design.mu).M.imag / h.imag)
-        return np.asarray(np.mean(found, axis=0))
-
     def slid(self, x: Array, mu: float | None = None) -> tuple[Array, Sliding]:
         """Return inclination (rad) and forces at x."""
         posed, theta, here, _ = self.places(x)

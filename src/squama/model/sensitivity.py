@@ -20,10 +20,10 @@ from squama.model import energy, mechanics
 from squama.model.bending import Bend
 from squama.model.follow import COINCIDE
 from squama.model.neighbours import gap
-from squama.model.outcome import CODES, End
+from squama.model.outcome import CODES, SLID, End
 from squama.model.paths import FoldedTwist, Ops, Point, by_tangent
 from squama.model.reach import SEARCH
-from squama.model.tracks import OneRow, Track, take
+from squama.model.tracks import Track, take
 from squama.types import Array
 
 STEP = 1e-30
@@ -32,7 +32,6 @@ TOLERANCE = 1e-10
 BLOCK = 256
 """Number of designs integrated together, so that they fit the processor's cache."""
 _MARGINS = (End.KINEMATIC, End.FRICTIONAL, End.OFF_TIP, End.OFF_SIDE, End.RANGE, End.LINE)
-_LOCKS = (CODES.index(End.FRICTIONAL), CODES.index(End.KINEMATIC))
 
 
 def first_order(f: Callable[[Array], Array], slope: Callable[[Array, Array], Array]) -> Callable[[Array], Array]:
@@ -159,7 +158,7 @@ def move(t: Tracked, s: Seed, *, with_work: bool) -> Moved:
     track, row = t.track, s.row
     x_end, code = track.x_end, track.code
     x0 = row.parameter(row.theta0, COMPLEX) + 0j
-    e = engagement(row)
+    e: Array = getattr(row, "open", row).point(row.theta0, "edge", COMPLEX).load
     # the end: a margin vanishes, or the end is fixed, or tied to the beginning
     pt = row.point(x_end, t.law, COMPLEX)
     rate = -np.imag(vanishing(row, pt, track, s.mu, t.law)) / t.E_x
@@ -174,7 +173,7 @@ def move(t: Tracked, s: Seed, *, with_work: bool) -> Moved:
     lag = (np.imag(D) + t.D_x * x_e.imag) / t.D_x
     near = (t.pole - x_end < x_end - track.x0) & np.isfinite(lag)
     pole = t.pole + 1j * (x_e.imag - np.where(near, lag, 0.0))
-    x_c = energy.cutoff(row, x0, x_e, np.isin(code, _LOCKS), s.margin)
+    x_c = energy.cutoff(row, x0, x_e, np.isin(code, SLID), s.margin)
     # a path that ends where it begins bears no load yet
     moved = np.real(x_c) > track.x0
     pt = row.point(x_c, t.law, COMPLEX)
@@ -194,13 +193,6 @@ def move(t: Tracked, s: Seed, *, with_work: bool) -> Moved:
         np.where(moved, forces.torque, 0),
         work,
     )
-
-
-def engagement(row: OneRow) -> Array:
-    """Return the load angle (rad) at which the contact begins."""
-    start = getattr(row, "open", row)
-    load: Array = start.point(row.theta0, "edge", COMPLEX).load
-    return load
 
 
 def works(s: Seed, x0: Array, x_stop: Array, x_pole: Array, law: str, moved: Array) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 
 from squama.model.bending import Bend
 from squama.model.mechanics import Row
-from squama.model.paths import ARRAY, FoldedTwist, Point, Twist
+from squama.model.paths import ARRAY, FoldedTwist, Twist
 from squama.types import Array
 
 OneRow = Twist | FoldedTwist | Bend
@@ -52,7 +52,11 @@ def at_loads(row: Row, load: Array, bounds: tuple[Array, Array], seen: tuple[Arr
     last = False
     for _ in range(60):
         with np.errstate(all="ignore"):
-            off, slope = row.off(load, x, ARRAY) if hasattr(row, "off") else _off(row.point(x, "edge", ARRAY), load)
+            if hasattr(row, "off"):
+                off, slope = row.off(load, x, ARRAY)
+            else:
+                pt = row.point(x, "edge", ARRAY)
+                off, slope = pt.load - load, pt.load_rate
             a, b = np.where(off <= 0, x, a), np.where(off > 0, x, b)
             new = x - off / slope
         new = np.where((new >= a) & (new <= b), new, (a + b) / 2)
@@ -62,8 +66,3 @@ def at_loads(row: Row, load: Array, bounds: tuple[Array, Array], seen: tuple[Arr
             break
         last = small
     return np.asarray(x)
-
-
-def _off(pt: Point, load: Array) -> tuple[Array, Array]:
-    """Return a contact's load angle less the given one, and its derivative with respect to the path parameter."""
-    return np.asarray(pt.load - load), np.asarray(pt.load_rate)

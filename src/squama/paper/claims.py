@@ -65,11 +65,12 @@ def fig4(data: xr.Dataset) -> Iterator[Claim]:
         yield Claim("fig4", text, law, "Phi_lock/Phi_e", numbers(ends, ".4f"), "", falls(ends), at=at("mu", mus))
 
 
-def fig5a(drops: dict[str, xr.Dataset]) -> Iterator[Claim]:
+def fig5a() -> Iterator[Claim]:
     """Claim: frictional envelopes lie below the kinematic one, are no translates of it and meet the axis at high mu."""
     etas = np.array(par.FIG5_ETAS)
     for law in par.LAWS:
-        twisting = drops[law].sel(loading="twisting")
+        lines = maps.lock_lines(par.main(), par.BENDING_MUS, par.BENDING_ETAS, law)
+        twisting = lines.sel(loading="twisting")
         mus = twisting["mu"].values[1:]
         drop = np.degrees(twisting["drop"].values[1:])
         least, spread = np.nanmin(drop, axis=1), np.nanmax(drop, axis=1) - np.nanmin(drop, axis=1)

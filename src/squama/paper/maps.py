@@ -16,15 +16,13 @@ from squama.batch.answers import answers
 from squama.beam.design import Beam
 from squama.loads import LawName
 from squama.model.evaluation import FOLDED
-from squama.model.outcome import CODES, End
+from squama.model.outcome import CODES, SLID, End
 from squama.model.paths import ARRAY, Twist
 from squama.symbols import SYMBOLS
 from squama.types import Array
 
 POINTS = 200
 """Number of points of a path."""
-LOCKS = (CODES.index(End.FRICTIONAL), CODES.index(End.KINEMATIC))
-
 
 Ratios = dict[str, Any]
 """Ratios of many designs that determine the contact: eta, beta, lam, alpha, theta0 (rad), in this order, each (n,)."""
@@ -151,7 +149,7 @@ def lock_lines(beam: Beam, mus: Sequence[float], etas: Array, law: str, points: 
             designs = {**r, **flat, "mu": np.full(etas.size, mu)}
             sol = solution.solve(designs, load="twisting" if i else "bending", law=law, sense="+")
             x, y = sol.found.load_end, sol.found.theta_end
-            keep = np.isin(sol.found.code, LOCKS)
+            keep = np.isin(sol.found.code, SLID)
             if i == 1 and j == 0:
                 x, y = kinematic_lock(r)
                 keep = np.isfinite(x)

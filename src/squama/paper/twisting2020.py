@@ -94,11 +94,6 @@ def _regimes(over: str, values: Floats, scan: Array, mus: Floats, claims: Iterab
     return Made(regime_figure(data), table, claims, par.fixed(par.main(), over))
 
 
-def _drops() -> dict[str, xr.Dataset]:
-    """Return the lock lines of both laws as eta varies."""
-    return {law: maps.lock_lines(par.main(), par.BENDING_MUS, par.BENDING_ETAS, law) for law in par.LAWS}
-
-
 def fig6a(_points: FePoints | None = None) -> Made:
     """Make the figure of torque and stiffness of the scales against twist rate."""
     data = curves.both_laws(par.main(), par.FIG6A_MUS, par.LAWS)
@@ -151,7 +146,7 @@ def bending(_points: FePoints | None = None) -> Made:
 
 FIGURES: dict[str, Callable[[FePoints | None], Made]] = {
     "fig4": fig4,
-    "fig5a": lambda _: _regimes("eta", par.FIG5_ETAS, par.FIG5_SCAN, par.FIG5A_MUS, claims.fig5a(_drops())),
+    "fig5a": lambda _: _regimes("eta", par.FIG5_ETAS, par.FIG5_SCAN, par.FIG5A_MUS, claims.fig5a()),
     "fig5b": lambda _: _regimes("alpha", par.FIG5_ALPHAS, par.FIG5_ALPHA_SCAN, par.FIG5B_MUS, claims.fig5b()),
     "fig6a": fig6a,
     "fig6b": fig6b,

@@ -12,6 +12,7 @@ from squama.contacts.row import Track
 from squama.contacts.system import CHI, EPS, PHI, PSI, STRAINS
 from squama.contacts.ties import Tie, Z, freed, ties
 from squama.errors import refuse
+from squama.model.screw import coefficients
 from squama.part.loading import Load, Support, supporting
 from squama.types import Array
 from squama.units import Dimension, shown
@@ -181,10 +182,6 @@ def _moved(w: Array, v: Array) -> Array:
     S[:, 0, 1], S[:, 0, 2], S[:, 1, 2] = -z, y, -x
     S[:, 1, 0], S[:, 2, 0], S[:, 2, 1] = z, -y, x
     S[:, :3, 3] = v
-    q = np.einsum("ij,ij->i", w, w)[:, None, None]
-    small = q < 1e-4
-    t = np.sqrt(np.where(small, 1.0, q))
-    b = np.where(small, 0.5 - q / 24, (1 - np.cos(t)) / t**2)
-    c = np.where(small, 1 / 6 - q / 120, (t - np.sin(t)) / t**3)
+    _, b, c = coefficients((w * w).sum(axis=1)[:, None, None])
     found: Array = np.eye(4) + S + b * (S @ S) + c * (S @ S @ S)
     return found

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from squama.beam.design import Beam
-from squama.loads import LOADS, ended
+from squama.loads import LOADS, ending
 from squama.plot import style
 from squama.plot.palette import ACCENT, GREY, INK, UNLOADED
 
@@ -27,7 +27,8 @@ def cycle_figure(dataset: xr.Dataset) -> Figure:
     energies(dataset, right)
     for ax in (left, right):
         style.degrees_above(ax, LOADS[dataset.attrs["load"]], Beam.from_toml_text(dataset.attrs["beam"]))
-    title = f"Cycles of {dataset.attrs['load']} {ended(dataset.attrs)}: {style.about(dataset)}"
+    extent = ending(dataset.attrs["ends"]) if "ends" in dataset.attrs else "as an endless beam"
+    title = f"Cycles of {dataset.attrs['load']} {extent}: {style.about(dataset)}"
     return style.headline(figure, title, (left, right))
 
 

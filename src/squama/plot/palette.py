@@ -42,6 +42,8 @@ SOFTER, ENDED = "#1b9e9e", "#858c94"
 """Colours of a stiffness below that of the bar, and of curves that end before, on either background."""
 LOCKS = (End.FRICTIONAL, End.KINEMATIC, End.STATIC)
 """Ends at which the load grows without bound."""
+READABLE = 0.9
+"""End of the axes near such an end, as a share of the way from engagement to it."""
 STATES = {"free": "#4a90c2", "sliding": "#e0a030", "locked": "#c8323c", "ended": "#8a63b0"}
 """Colours of scales by their state."""
 WORDS = {"free": "not in contact", "sliding": "sliding", "locked": "locked", "ended": "at the end of the curve"}

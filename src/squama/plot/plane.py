@@ -21,8 +21,8 @@ from squama.loads import HELD, LOADS, covering, ending
 from squama.model.outcome import End
 from squama.model.screw import WORDS
 from squama.plot import style
-from squama.plot.palette import ACCENT, ENDS, GREY, INK, KEPT, UNLOADED
-from squama.plot.response import BESIDE, EACH, READABLE, WITHOUT_ENDS
+from squama.plot.palette import ACCENT, ENDS, GREY, INK, KEPT, READABLE, UNLOADED
+from squama.plot.response import BESIDE, EACH, WITHOUT_ENDS
 from squama.types import Array
 from squama.units import shown
 

@@ -18,15 +18,13 @@ from squama.io.measured import Measured
 from squama.loads import HELD, LOADS, Load, ending, model
 from squama.model.outcome import End
 from squama.plot import style
-from squama.plot.palette import ACCENT, GREY, INK, LOCKS
+from squama.plot.palette import ACCENT, GREY, INK, LOCKS, READABLE
 from squama.symbols import SYMBOLS
 from squama.types import Array
 from squama.units import look_up, shown
 
 BEYOND = 1.3
 """Length of the axes over the range of the measured points."""
-READABLE = 0.9
-"""End of the axes near a lock, where the load grows without bound, as a share of the way from engagement to it."""
 BESIDE: style.Look = {"linewidth": 0.7, "zorder": 1.5}
 SQUARE: style.Look = {"markerfacecolor": "white", "markersize": 3, "zorder": 4}
 """Styles of the curve on hinges, and of its engagement."""

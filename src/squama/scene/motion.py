@@ -14,7 +14,7 @@ from squama.beam.design import Beam
 from squama.beam.matrixfile import MOTIONS
 from squama.curves import both_faces, compliant_figures, compliant_walk, doors, hinge
 from squama.curves.bent_twist import Twisted
-from squama.curves.chosen import COMPLIANT, idealisation, thin
+from squama.curves.chosen import COMPLIANT, MODELS, idealisation, thin
 from squama.curves.compliant import STRAIN_LIMIT
 from squama.curves.way import Solved, Way
 from squama.errors import refuse
@@ -156,7 +156,9 @@ class Motion:
             path = twisted = Twisted.of(setting.beam, bend, sense=sense, **how)
             notes = twisted.notes
         else:
-            path, notes = doors.solved(analysis)
+            # on hinges with scales on both faces the path of the scaled face alone
+            paths, more = MODELS[self.joint].programs().solve(analysis)
+            path, notes = paths[0], more.notes
         self.rigidity, self.stiffness = path.case.rigidity, path.case.stiffness
         self.notes = [*filter(None, [analysis.note]), *notes]
         self.hinge = path if isinstance(path, hinge.Path) else None
@@ -302,7 +304,7 @@ class Motion:
 
     def _states(self, path: hinge.Path, x: Array, name: str) -> list[State]:
         """Return states at path parameters x (n,) on hinges."""
-        v = hinge.evaluate(path, np.empty(0), x)
+        v = hinge.in_si(path.case, [hinge.states(path, np.empty(0), x)])
         force = v["N"] * self.setting.beam.pitch / self.stiffness if self.stiffness else 0 * x
         # sliding rates along the side edge and the tip edge, of a corner along and across the face, per unit of x
         if self.kind.sided:

@@ -13,6 +13,7 @@ from squama.arrays.compliant_beams import Designs, Response, follow
 from squama.beam.parts import PLASTIC
 from squama.contacts import path
 from squama.contacts.own_scales import Own
+from squama.curves.curve_figures import TIMES
 from squama.model.outcome import End
 from squama.study.columns import Cells
 from squama.types import Array
@@ -32,8 +33,6 @@ AT_ONCE = 4096
 _GRID = np.arange(STEPS + 2) / STEPS
 _BEHIND = 1e-3 / STEPS
 """First point of the curve of a bent beam, as a share of the twist: just beyond the corner of its path."""
-LEVELS = {"twofold": 2.0, "fivefold": 5.0}
-"""Ratios of the tangent stiffness to that without contact whose twist is reported."""
 
 
 class Figures(NamedTuple):
@@ -166,7 +165,7 @@ def _figures(r: Response, twists: Array, strength: Array, unit: Array, pitch: Ar
         finite_torque=last["torque"] * unit * r.finite_ratio,
         finite_stiffness_ratio=last["stiffness_ratio"] * r.finite_tangent,
         finite_ratio=r.finite_ratio,
-        **{f"load_{name}": first(twists, ratio, np.full(to.size, level), r.phi_e) for name, level in LEVELS.items()},
+        **{f"load_{name}": first(twists, ratio, np.full(to.size, level), r.phi_e) for name, level in TIMES.items()},
         load_strength=first(twists, r.stress[:, : STEPS + 1], strength, r.phi_e),
         K_theta=r.K_theta * unit,
         rigidity=rigidity,

@@ -23,7 +23,7 @@ from squama.loads import ENDLESS, LOADS, ending
 from squama.loads import FREE as LOOSE
 from squama.model.outcome import SENTENCES, End
 from squama.people import degrees, over, readable, turned
-from squama.plot.palette import WORDS
+from squama.plot.palette import READABLE, WORDS
 from squama.scene import standalone
 from squama.scene.motion import FREE, SLIDING, Motion, Setting
 from squama.study import columns, compliant_columns, models
@@ -39,8 +39,6 @@ if TYPE_CHECKING:
 
 POINTS = 140
 """Points of a curve."""
-READABLE = 0.9
-"""End of the axes near a lock, where the load grows without bound, as a share of the way from engagement to it."""
 NEAR = 1e-9
 PERIOD, STEP = 1500.0, 50.0
 """Duration of the bare bar's period in the played decay, and time between two pictures, ms."""

@@ -340,11 +340,10 @@ def solved(case: Case, dimensions: dict[str, Array]) -> dict[str, Array]:
         case.beam, c, (n,), load=case.load, law=case.law, sense=case.sense, margin=case.margin, few=0
     )
     found["code"] = found["code"].astype(np.int8)
-    return _before(found, case.model.at.per_pitch(c.d)) if case.model.at else _hinged(case, c, found)
-
-
-def _before(found: dict[str, Array], to: Array) -> dict[str, Array]:
-    """Return figures with NaN for an engagement beyond ``to``, and for an end there, where figures are only taken."""
+    if case.model.at is None:
+        return _hinged(case, c, found)
+    # figures are only taken up to the twist: an engagement beyond it, and an end there, are none
+    to = case.model.at.per_pitch(c.d)
     found["load_e"] = np.where(found["load_e"] <= to, found["load_e"], np.nan)
     found["load_end"] = np.where(found["load_end"] < to, found["load_end"], np.nan)
     return found

@@ -27,7 +27,7 @@ from squama._version import __version__
 from squama.beam.design import Beam
 from squama.errors import refuse
 from squama.loads import LOADS, LawName, SenseName
-from squama.model.outcome import CODES
+from squama.model.outcome import CODES, LOCKS
 from squama.study.compliant_columns import ENDS, UNKNOWN
 from squama.study.models import Model
 from squama.study.parameters import PARAMETERS, canonical
@@ -214,7 +214,6 @@ _FIGURES = (
     ("stiffness", "K_0", "N m^2", "stiffness before contact"),
     ("stiffness_e", "K_e", "N m^2", "tangent stiffness right after engagement"),
 )
-LOCKS = tuple(CODES.index(end) for end in CODES if end.locks)
 BINS = 120
 BINNED = {"hinge": "load_end", "compliant": "stiffness_ratio"}
 """Figure of the stored histogram, by the joint."""
