@@ -59,7 +59,7 @@ NAMED = (
     Row("stiff_skin, 5 scales in grips", SKIN, 5, 0.1, support="gripped"),
     Row("stiff_skin, 8 scales in grips", SKIN, 8, 0.1, support="gripped"),
     Row("stiff_skin, 5 scales, couple", SKIN, 5, 0.1),
-    Row("finger, 5 scales, bent", FINGER, 5, 0.16, load="bend"),
+    Row("finger, 5 scales, bent", FINGER, 5, 0.12, load="bend"),
     Row("4 scales 37 mm wide at 54 deg, couple", WIDE, 4, 0.12),
     Row("4 scales 30 mm wide at 57.5 deg, couple", STEEP, 4, 0.1),
     Row("8 scales 30 mm wide at 57.5 deg, couple", STEEP, 8, 0.1),
