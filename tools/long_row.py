@@ -53,7 +53,7 @@ def conditions(mesh: Tiled, pitch: Pitch, shape: Geometry, n: int) -> Array:
     The middle is the bar within half a pitch of it.
     """
     size, (near, far) = len(mesh.nodes), mesh.ends
-    middle = shape.start + (n + shape.plain) / 2
+    middle = shape.oblique.start + (n + shape.oblique.pitches) / 2
     corners = mesh.tets[:, :4]
     sizes = np.abs(np.linalg.det(mesh.nodes[corners[:, 1:]] - mesh.nodes[corners[:, :1]]))
     # a quadratic element's load lies on its middle nodes
@@ -68,7 +68,7 @@ def conditions(mesh: Tiled, pitch: Pitch, shape: Geometry, n: int) -> Array:
 
 def solved(pitch: Pitch, shape: Geometry, n: int, tab: Material) -> tuple[float, Array]:
     """Return the force (E d^2) and the scales' motions (6 n,) for a deflection of the middle by -1."""
-    mesh = row_mesh(pitch, shape, n)
+    mesh = row_mesh(pitch, shape.oblique, n)
     tabs = np.concatenate([pitch.tab + k * len(pitch.tets) for k in range(n)])
     A = _stiffness(Elements(mesh.nodes, np.delete(mesh.tets, tabs, axis=0), Material(1.0, shape.nu)), mesh.nodes)
     A = A + _stiffness(Elements(mesh.nodes, mesh.tets[tabs], tab), mesh.nodes)
@@ -120,18 +120,18 @@ def elements(pitch: Pitch, n: int) -> tuple[tuple[float, float], int]:
 
 def model(n: int, *, everywhere: bool = False) -> tuple[float, float]:
     """Return the same by the model of a part with as many scales, or with scales in every pitch."""
-    cells = n + geometry(PUBLIC).plain
+    cells = n + geometry(PUBLIC).oblique.pitches
     # scales of 18 pitches touch at 4.1 mm
     most = 6e-3 * (cells / 18) ** 2
     load, support = f"{1e3 * most} mm down at middle", "simple"
-    part = squama.Part(PUBLIC, load, support) if everywhere else Closed.of(PUBLIC, n, load, support, blank=0)
+    part = squama.Part(PUBLIC, load, support) if everywhere else Closed.of(PUBLIC, n, load, support, cells - n, blank=0)
     r = squama.load(part, scales=cells, mu=0.2, points=50)
     return float(r["F"][1] / r["travel"][1]), float(r["share_e"]) * 1e3 * most
 
 
 def bare(n: int) -> float:
     """Return the stiffness of the bar without scales, N/m."""
-    length = (n + geometry(PUBLIC).plain) * PUBLIC.pitch
+    length = (n + geometry(PUBLIC).oblique.pitches) * PUBLIC.pitch
     return 48 * PUBLIC.bending_rigidity / PUBLIC.bending_C_f / length**3
 
 
@@ -148,7 +148,8 @@ def main() -> None:
         cpu = time.process_time() - begun
         results = found, model(n), model(n, everywhere=True)
         said = [f"{k:.4g} N/m, touch at {u:.4g} mm" for k, u in results]
-        print(f"{n} scales of {len(pitch.tets)} elements in {n + geometry(PUBLIC).plain} pitches of bar ({cpu:.0f} s):")
+        long = n + geometry(PUBLIC).oblique.pitches
+        print(f"{n} scales of {len(pitch.tets)} elements in {long} pitches of bar ({cpu:.0f} s):")
         print(f"elements {said[0]}, scales {first} and {first + 1}; model {said[1]}; with scales all along {said[2]};")
         print(f"bare bar {bare(n):.4g} N/m", flush=True)
 

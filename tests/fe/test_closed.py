@@ -37,7 +37,7 @@ def pitch():
 
 @pytest.fixture(scope="module")
 def three(pitch):
-    return row_mesh(pitch, LONG, 3)
+    return row_mesh(pitch, LONG.oblique, 3)
 
 
 def volume(mesh):
@@ -47,42 +47,59 @@ def volume(mesh):
     return parts.sum()
 
 
-def inside(mesh, g, n):
+def inside(mesh, g, n, section):
     """Nodes of boundary triangles that lie on no face of the bar, no end, and in no slot: of gaps in a mesh."""
     triangles = np.sort(mesh.tets[:, [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]]].reshape(-1, 3), axis=1)
     found, count = np.unique(triangles, axis=0, return_counts=True)
     assert count.max() <= 2
     middles = mesh.nodes[found[count == 1]].mean(axis=1)
     x, y, z = middles.T
-    ends = g.start, g.start + n + g.plain
+    ends = section.start, section.start + n + section.pitches
     on = (abs(abs(x) - g.width / 2) < 1e-9) | (abs(abs(y) - g.lam) < 1e-9)
     for end in ends:
-        on |= abs(z - x * np.tan(g.alpha) - end) < 1e-9
+        on |= abs(z - x * section.slope - end) < 1e-9
     for k in range(n):
         on |= g.in_slot(middles - [0.0, 0.0, k])
     return middles[~on]
 
 
 def test_a_row_is_one_solid_with_plane_ends(three):
-    assert LONG.plain == 3
+    assert LONG.oblique.pitches == 3
     slots = 3 * 2 * LONG.beta * LONG.thickness * LONG.zeta
     assert volume(three) == pytest.approx(6 * 2 * LONG.width * LONG.lam - slots, rel=1e-6)
-    assert len(inside(three, LONG, 3)) == 0
+    assert len(inside(three, LONG, 3, LONG.oblique)) == 0
     np.testing.assert_allclose(
         three.nodes[three.tets[:, 4:]], three.nodes[three.tets[:, EDGES]].mean(axis=2), atol=1e-12
     )
     assert np.array_equal(np.unique(three.tets), np.arange(len(three.nodes)))
     assert len(np.unique(three.nodes.round(9), axis=0)) == len(three.nodes)
-    for end, cut, place in zip(three.ends, three.cuts[[0, -1]], (LONG.start, LONG.start + 6), strict=True):
-        x, y, z = three.nodes[end].T
-        np.testing.assert_allclose(z - x * np.tan(LONG.alpha), place, atol=1e-12)
-        np.testing.assert_allclose(np.column_stack([x, y]), three.nodes[cut][:, :2], atol=1e-12)
-    assert not set(np.concatenate(three.tied)) & set(three.ends.ravel())
+    _has_plane_ends(three, LONG.oblique, 3)
+
+
+def _has_plane_ends(mesh, section, n):
+    places = section.start, section.start + n + section.pitches
+    for end, cut, place in zip(mesh.ends, mesh.cuts[[0, -1]], places, strict=True):
+        x, y, z = mesh.nodes[end].T
+        np.testing.assert_allclose(z - x * section.slope, place, atol=1e-12)
+        np.testing.assert_allclose(np.column_stack([x, y]), mesh.nodes[cut][:, :2], atol=1e-12)
+    assert not set(np.concatenate(mesh.tied)) & set(mesh.ends.ravel())
+
+
+@pytest.mark.parametrize("alpha", [45.0, -45.0])
+def test_oblique_pitches_end_square(fig6b, alpha):
+    g = fig6b._replace(alpha=np.radians(alpha))
+    mesh, section = row_mesh(pitch_mesh(g, 0.4, 0.2), g.square, 2), g.square
+    assert (section.pitches, section.slope) == (int(np.ceil(g.width + 0.4)), 0.0)
+    assert volume(mesh) == pytest.approx(
+        (2 + section.pitches) * 2 * g.width * g.lam - 2 * 2 * g.beta * g.thickness * g.zeta, rel=1e-6
+    )
+    assert len(inside(mesh, g, 2, section)) == 0
+    _has_plane_ends(mesh, section, 2)
 
 
 def test_gaps_are_found(three):
     first = len(tile(pitch_mesh(LONG, 0.4, 0.3), 3).tets)
-    assert len(inside(three._replace(tets=np.delete(three.tets, first, axis=0)), LONG, 3)) > 0
+    assert len(inside(three._replace(tets=np.delete(three.tets, first, axis=0)), LONG, 3, LONG.oblique)) > 0
     # a prism whose other diagonal is taken
     cells = three.tets.copy()
     cells[first, :4] = cells[first, [0, 1, 3, 2]]
@@ -97,7 +114,7 @@ def test_a_linear_field_needs_no_forces(three):
     forces = elements(three.nodes @ F.T, tangent=False).forces
     z = three.nodes[:, 2] - three.nodes[:, 0] * np.tan(LONG.alpha)
     core = np.abs(three.nodes[:, :2]) < np.array([LONG.width / 2, LONG.lam]) - 1e-9
-    free = core.all(axis=1) & (z > LONG.start + 1e-9) & (z < LONG.start + 6 - 1e-9)
+    free = core.all(axis=1) & (z > LONG.oblique.start + 1e-9) & (z < LONG.oblique.start + 6 - 1e-9)
     for k in range(3):
         free &= ~LONG.in_slot(three.nodes - [0.0, 0.0, k])
     assert free.sum() > 1000
@@ -106,8 +123,8 @@ def test_a_linear_field_needs_no_forces(three):
 
 
 def test_upright_pitches_are_a_row_as_they_are(fig6b, coarse):
-    row, tiles = row_mesh(coarse, fig6b, 2), tile(coarse, 2)
-    assert (fig6b.plain, fig6b.start) == (0, fig6b.cut)
+    row, tiles = row_mesh(coarse, fig6b.oblique, 2), tile(coarse, 2)
+    assert fig6b.oblique == (0, fig6b.cut, np.tan(fig6b.alpha))
     np.testing.assert_array_equal(row.tets, tiles.tets)
     np.testing.assert_array_equal(row.ends, tiles.cuts[[0, -1]])
 
@@ -160,8 +177,8 @@ def test_a_bare_row_is_a_bar():
     """Torsion by G J, of the difference of two lengths, so that both have the same ends."""
     bar, softness, axis = bar_mesh(LONG, 0.4), [], Rest(0.0, 0.0, np.eye(3), np.zeros(3))
     for n in (1, 9):
-        mesh = row_mesh(bar, LONG, n)
-        assert volume(mesh) == pytest.approx((n + LONG.plain) * 2 * LONG.width * LONG.lam, rel=1e-9)
+        mesh = row_mesh(bar, LONG.oblique, n)
+        assert volume(mesh) == pytest.approx((n + LONG.oblique.pitches) * 2 * LONG.width * LONG.lam, rel=1e-9)
         front, back = mesh.ends
         elements = Elements(mesh.nodes, mesh.tets, Material(1.0, LONG.nu))
         body = Body(elements, mesh.nodes, [(back, Carried(axis, mesh.nodes[back], 1))], still=front)
@@ -176,7 +193,7 @@ def test_a_bare_row_is_a_bar():
 def test_the_model_of_a_part_has_its_plain_bar():
     """Before contact its softness is the sum over both kinds of cells."""
     sheets = Beam.from_toml("examples/long_tabs.toml")
-    part = parts.Closed.of(sheets, 4, "0.1 deg twist", "clamped", blank=0)
+    part = parts.Closed.of(sheets, 4, "0.1 deg twist", "clamped", 3, blank=0)
     assert (part.before, part.behind) == (2, 1)
     r = squama.load(part, scales=7, points=3)
     assert not r["N"].fillna(0).values.any()

@@ -12,6 +12,7 @@ from squama.beam.design import Beam
 from squama.cli import main
 from squama.errors import InputError
 from squama.fe.body import Body
+from squama.fe.closed import row_mesh
 from squama.fe.elements import Elements, Material
 from squama.fe.geometry import geometry
 from squama.fe.loaded import BLANK, Lead, _end, attitude, make_loaded
@@ -78,13 +79,14 @@ def test_the_condensed_tangent_is_that_of_whole_solutions(fig6b, coarse, lead):
 
 @pytest.mark.parametrize("cut", [0, -1])
 def test_the_tractions_of_an_end_are_of_one_load_each(fig6b, coarse, cut):
-    mesh, place = tile(coarse, 2), np.array([0.0, 0.0, fig6b.cut + 2 * (cut < 0)])
+    ends = fig6b.square
+    mesh, place = row_mesh(coarse, ends, 2), np.array([0.0, 0.0, ends.start + (2 + ends.pitches) * (cut < 0)])
     section = _end(mesh, fig6b, coarse, cut, place, stays)
     forces = section.weights[:, None] * section._across
     arms = mesh.nodes[section.nodes] - place
     moments = np.cross(arms, forces).sum(axis=1)
     np.testing.assert_allclose(forces.sum(axis=1), 0, atol=0.02 * np.abs(forces).sum())
-    # about x, y and the axis, whatever the slope of the cut; the mesh is coarse
+    # about x, y and the axis; the mesh is coarse
     others = ~np.eye(3, dtype=bool)
     own = np.abs(moments.diagonal())
     assert (np.abs(moments)[others].reshape(3, 2).max(axis=1) < 0.05 * own).all()
@@ -101,9 +103,10 @@ def softness(walk, way):
 
 @pytest.mark.slow
 def test_the_bar_of_a_part_is_that_of_its_sections(fig6b, coarse):
-    """Before contact: a cantilever with shear, an arc, torsion; its compliances are those of the endless pitch."""
-    scales = 3
-    L, G, J = scales + 2 * BLANK, 1 / (2 * (1 + fig6b.nu)), torsion_constant(fig6b.width, 2 * fig6b.lam)
+    """Before contact: a cantilever with shear, an arc, torsion, of endless pitches between ends of plain bar."""
+    scales, plain = 3, fig6b.square.pitches
+    width, depth = fig6b.width, 2 * fig6b.lam
+    L, G, J = scales + 2 * BLANK + plain, 1 / (2 * (1 + fig6b.nu)), torsion_constant(width, depth)
     K = response(coarse, fig6b, motions=LATERAL).K
     of_twist, of_bend, _ = np.linalg.inv(K[:9, :9]).diagonal()[6:]
     of_side = np.linalg.inv(K)[9, 9]
@@ -118,18 +121,24 @@ def test_the_bar_of_a_part_is_that_of_its_sections(fig6b, coarse):
             ("twist", Lead(turn="twist")),
         )
     }
-    shear = 1.2 * L / (G * fig6b.width * 2 * fig6b.lam)
-    # the ends' cuts, which are oblique, soften these five pitches by some per cent
-    assert load["tip"]["load"] == pytest.approx(shift / (L**3 * of_bend / 3 + shear), rel=0.08)
-    assert load["side"]["load"] == pytest.approx(shift / (L**3 * of_side / 3 + shear), rel=0.1)
+    shear = 1.2 * L / (G * width * depth)
+    # a third of the cubes of the distances from the tip, of pitches with scales and of plain ones
+    low, high = plain / 2, L - plain / 2
+    own = (high**3 - low**3) / 3
+    bare = (L**3 - high**3 + low**3) / 3
+    of_plain, across = 12 / (width * depth**3), 12 / (depth * width**3)
+    assert load["tip"]["load"] == pytest.approx(shift / (own * of_bend + bare * of_plain + shear), rel=0.08)
+    assert load["side"]["load"] == pytest.approx(shift / (own * of_side + bare * across + shear), rel=0.1)
     assert float(lateral.stiffness(K[:9, :9], Shape(*fig6b[:3], *fig6b[4:]))) == pytest.approx(1 / of_side, rel=0.2)
-    assert load["bend"]["load"] == pytest.approx(way / of_bend, rel=0.06)
-    assert load["twist"]["load"] == pytest.approx(way / of_twist, rel=0.06)
+    n = scales + 2 * BLANK
+    assert load["bend"]["load"] == pytest.approx(way * L / (n * of_bend + plain * of_plain), rel=0.06)
+    assert load["twist"]["load"] == pytest.approx(way * L / (n * of_twist + plain / (G * J)), rel=0.06)
     assert way / of_twist > 1.2 * way * G * J
     # what the scales incline before contact is that of the endless pitch
     q = np.linalg.inv(response(coarse, fig6b).K)[:6, 6] / of_twist
+    turn = load["twist"]["load"] * of_twist
     np.testing.assert_allclose(
-        load["twist"]["theta"] - fig6b.theta0, inclination(fig6b.rest, way * q) - fig6b.theta0, rtol=0.15
+        load["twist"]["theta"] - fig6b.theta0, inclination(fig6b.rest, turn * q) - fig6b.theta0, rtol=0.15
     )
     assert load["tip"]["y_end"] == pytest.approx(shift, rel=1e-9)
     assert load["bend"]["y_end"] == pytest.approx(way * L * L / 2, rel=0.05)
@@ -196,12 +205,12 @@ def test_what_elements_do_not_lead_is_refused(load, support, says):
 def test_how_a_part_is_led():
     led = parts.led("0.3 m down at tip", None, Beam.from_toml("examples/stiff_skin.toml"), 5)
     np.testing.assert_allclose(led.lead.towards, -UP)
-    # 0.3 m are 15 pitches; 7 pitches of bar
-    assert led.way == pytest.approx(15 * 3 / 49)
+    # 0.3 m are 15 pitches; 10 pitches of bar
+    assert led.way == pytest.approx(15 * 3 / 100)
     gripped = parts.led("70 deg twist", "gripped", FIG6B, 5)
     assert gripped.lead == Lead(turn="twist", coaxial=True)
     assert gripped.lead.free(7) == [2]
-    assert gripped.way == pytest.approx(np.radians(10))
+    assert gripped.way == pytest.approx(np.radians(70 / 9))
 
 
 def test_load_and_to_do_not_go_together(capsys, tmp_path):

@@ -102,7 +102,7 @@ def make_walk(
     if scales is None:
         row = Row(geometry.rest, exposed=exposed)
         return Walk(bent(make_body(pitch, geometry), row), RowContact(row, mu), ways_of(each, row), _endless)
-    mesh = row_mesh(pitch, geometry, scales)
+    mesh = row_mesh(pitch, geometry.oblique, scales)
     unknowns = 3 * len(mesh.nodes)
     check_memory(scales, unknowns, estimate(unknowns, scales))
     body = beam_body(mesh, geometry)

@@ -1,7 +1,7 @@
-"""Rows of pitches that end at plane sections z = x tan(alpha) + c, as grips and supports hold them.
+"""Rows of pitches that end at plane sections, as grips and supports hold them.
 
-The outer cuts of long embedded parts lean. There each triangle of the cut is the base of a column along the bar, up to
-the plane section; a column is prisms in layers, and each of them is three tetrahedra.
+Where the outer cuts lean against these sections, each triangle of a cut is the base of a column along the bar, up to
+the section; a column is prisms in layers, and each of them is three tetrahedra.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from math import tan
 
 import numpy as np
 
-from squama.fe.geometry import Geometry
+from squama.fe.geometry import Ends, Geometry
 from squama.fe.mesh import EDGES, Index, Pitch, Tiled, tile
 from squama.types import Array
 
@@ -18,23 +18,23 @@ LAYERS = 1
 """Number of layers of a column per pitch of plain bar."""
 
 
-def row_mesh(pitch: Pitch, geometry: Geometry, n: int) -> Tiled:
-    """Join n pitches in a row along z, with :attr:`Geometry.plain` of plain bar, between two plane sections."""
+def row_mesh(pitch: Pitch, ends: Ends, n: int) -> Tiled:
+    """Join n pitches in a row along z, with plain bar up to its end sections."""
     mesh = tile(pitch, n)
-    if not geometry.plain:
+    if not ends.pitches:
         return mesh
     to = mesh.nodes[mesh.cuts[0]] * [1.0, 1.0, 0.0]
-    to[:, 2] = geometry.start + to[:, 0] * tan(geometry.alpha)
+    to[:, 2] = ends.start + to[:, 0] * ends.slope
     for side in (0, 1):
-        behind = [0.0, 0.0, side * (n + geometry.plain)]
-        mesh = _extended(mesh, side, pitch.faces, to + behind, LAYERS * geometry.plain)
+        behind = [0.0, 0.0, side * (n + ends.pitches)]
+        mesh = _extended(mesh, side, pitch.faces, to + behind, LAYERS * ends.pitches)
     return mesh
 
 
 def sections(mesh: Tiled, geometry: Geometry, places: Array, at: Array) -> Array:
     """Return where points of plane sections are (m, k, 3), linear between cuts: one for each node of a cut.
 
-    ``places`` (n, 3) of all nodes, ``at`` (m,): the sections are z = x tan(alpha) + at at rest.
+    ``places`` (n, 3) of all nodes, ``at`` (m,): the sections z = x tan(alpha) + at at rest, along the scales' bases.
     """
     rows, column = np.concatenate([mesh.ends[:1], mesh.cuts, mesh.ends[1:]]), np.arange(mesh.cuts.shape[1])
     along = mesh.nodes[rows, 2] - mesh.nodes[rows, 0] * tan(geometry.alpha)

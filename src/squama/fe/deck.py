@@ -122,12 +122,12 @@ def model(
     arguments.positive("twist", twist)
     arguments.one_of("material", material, MATERIALS)
     shape = geometry(beam)
-    mesh = row_mesh(pitch_mesh(shape, size, edge_size), shape, scales)
+    mesh = row_mesh(pitch_mesh(shape, size, edge_size), shape.oblique, scales)
     d, E = beam.pitch * 1e3, beam.substrate.youngs_modulus * 1e-6
     elastic = not ideal and beam.scale.youngs_modulus is not None
     points, plates = _plates(shape, mesh, 0.0 if ideal else shape.thickness, elastic=elastic)
     count = len(mesh.nodes) + len(points)
-    middle = np.array([[0.0, 0.0, shape.start + scales + shape.plain]])
+    middle = np.array([[0.0, 0.0, shape.oblique.start + scales + shape.oblique.pitches]])
     # the two edges of the face without scales tell the local twist
     x, y = mesh.nodes[:, 0], mesh.nodes[:, 1]
     edges = np.flatnonzero((abs(y + shape.lam) < 1e-6) & (abs(abs(x) - shape.width / 2) < 1e-6)) + 1

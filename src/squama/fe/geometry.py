@@ -26,7 +26,18 @@ CROWDED = 0.85
 """Share of the pitch along the bar above which an embedded scale is long, so that cuts between pitches lean with it."""
 
 PLAIN = 0.2
-"""Least length of plain bar between leaning cuts and the end of a row, pitches."""
+"""Least length of plain bar between cuts that lean and the end of a row, pitches."""
+
+
+class Ends(NamedTuple):
+    """Plane end sections of a row at rest, z = x ``slope`` + ``start`` and ``pitches`` + n further for n pitches.
+
+    ``pitches`` of plain bar, half of them at each end, fill the space between these sections and the cuts.
+    """
+
+    pitches: int
+    start: float
+    slope: float
 
 
 class Geometry(NamedTuple):
@@ -85,14 +96,19 @@ class Geometry(NamedTuple):
         return min(self.depth + self.gap / 2, 2 * self.lam) if self.lean else 0.0
 
     @property
-    def plain(self) -> int:
-        """Number of pitches of plain bar in which the ends of a row pass from leaning cuts to plane sections, or 0."""
-        return ceil(self.lean * self.knee + 2 * PLAIN) if self.lean else 0
+    def oblique(self) -> Ends:
+        """Ends along the bases of the scales, with plain bar only where cuts lean in depth."""
+        return self._ends(0.0, tan(self.alpha))
 
     @property
-    def start(self) -> float:
-        """Place of the plane section at the front of a row, as :attr:`cut`; half of the plain bar lies at each end."""
-        return self.cut - (self.plain + self.lean * self.knee) / 2
+    def square(self) -> Ends:
+        """Ends across the bar, as those of a specimen."""
+        return self._ends(abs(self.width * tan(self.alpha)), 0.0)
+
+    def _ends(self, skew: float, slope: float) -> Ends:
+        leaning = self.lean * self.knee + skew
+        pitches = ceil(leaning + 2 * PLAIN) if leaning else 0
+        return Ends(pitches, self.cut - (pitches + self.lean * self.knee) / 2, slope)
 
     def front(self, y: NDArray[np.float64] | float) -> NDArray[np.float64]:
         """Return the front, z - x tan(alpha), at heights y (pitches), parallel to long embedded parts."""

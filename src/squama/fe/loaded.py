@@ -1,10 +1,10 @@
 """A finite beam of elements under load: one end clamped, the other moved along a shift, a bend or a twist.
 
 A pitch of bar whose scale has no exposed part lies beside the first and the last scale, so that all scales stand in a
-whole bar. The end sections are planes z = x tan(alpha) + c (:mod:`squama.fe.closed`). Six conditions hold each of
-them; their tractions are those of Saint-Venant's bar in tension, bending and torsion. So oblique ends disturb the bar
-little, and are free to warp. The mean place and turns of the far section are its motion: one is imposed, others are
-free or held.
+whole bar. Plain bar lies beyond, up to end sections across the bar (:mod:`squama.fe.closed`): a bar that is twisted far
+leaves sections along oblique scales at an angle. Six conditions hold each of them; their tractions are those of
+Saint-Venant's bar in tension, bending and torsion, so the ends are free to warp. The mean place and turns of the far
+section are its motion: one is imposed, others are free or held.
 """
 
 from __future__ import annotations
@@ -82,11 +82,11 @@ def make_loaded(
     ``contact`` in words. Raises InputError where the free memory is too small.
     """
     count, pitches = scales + 2 * BLANK, length(geometry, scales)
-    mesh = row_mesh(pitch, geometry, count)
+    mesh = row_mesh(pitch, geometry.square, count)
     unknowns = 3 * len(mesh.nodes)
     check_memory(scales, unknowns, estimate(unknowns, pitches))
     mesh = mesh._replace(nodes=mesh.nodes - np.array([0.0, 0.0, BLANK]))
-    near, far = (np.array([0.0, 0.0, z + geometry.start - BLANK]) for z in (0, pitches))
+    near, far = (np.array([0.0, 0.0, z + geometry.square.start - BLANK]) for z in (0, pitches))
     rate = lead.rate(pitches)
     course = End(count, pitches, far, rate)
     order = [*range(BLANK, BLANK + scales), *range(BLANK), *range(BLANK + scales, count)]
@@ -108,7 +108,7 @@ def make_loaded(
 
 def length(geometry: Geometry, scales: int) -> int:
     """Return the length of a part of N scales, pitches."""
-    return scales + 2 * BLANK + geometry.plain
+    return scales + 2 * BLANK + geometry.square.pitches
 
 
 def _end(
@@ -120,9 +120,7 @@ def _end(
     arms = mesh.nodes[nodes] - place
     x, y, _ = arms.T
     none = np.zeros(x.size)
-    across = torsion_shear(x, y, geometry.width, 2 * geometry.lam)
-    # the normal of the cut is (-tan(alpha), 0, 1)
-    twist = np.column_stack([*across, -np.tan(geometry.alpha) * across[0]])
+    twist = np.column_stack([*torsion_shear(x, y, geometry.width, 2 * geometry.lam), none])
     turns = np.array([np.column_stack([none, none, y]), np.column_stack([none, none, x]), twist])
     return Section(nodes, arms, shares, frame, turns)
 
@@ -134,7 +132,7 @@ def _recorded(geometry: Geometry, mesh: Tiled, shares: Array, lead: Lead, scales
     both = (sections(mesh, geometry, at, np.arange(scales)) for at in (mesh.nodes, places))
     for i, (before, after) in enumerate(zip(*both, strict=True)):
         # scales are counted in frames that turn with the twist
-        frame = Turn.at((i + BLANK - geometry.start) * end[TWIST]).Q
+        frame = Turn.at((i + BLANK - geometry.square.start) * end[TWIST]).Q
         n_X = frame @ rest.axes.T @ turned(walk.v[6 * i + 3 : 6 * i + 6])[:, 0]
         theta[i] = inclined(rest, attitude(before, after, shares).T @ n_X)
     return {

@@ -332,8 +332,9 @@ def print_progress(at: Progress) -> None:
 
 def warnings(shape: Geometry, scales: int) -> list[str]:
     """Return warnings where the oblique grips stiffen the beam, or leave no section of the bar free."""
-    skew, pitches = shape.width * np.tan(shape.alpha), scales + shape.plain
-    longer = [_LONGER.format(pitches, shape.plain, scales)] if shape.plain else []
+    plain = shape.oblique.pitches
+    skew, pitches = shape.width * np.tan(shape.alpha), scales + plain
+    longer = [_LONGER.format(pitches, plain, scales)] if plain else []
     if pitches - skew >= 1:
         return longer + [_OBLIQUE.format(skew, pitches)] * bool(skew > _SHORT * pitches)
     return [

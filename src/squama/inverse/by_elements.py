@@ -26,6 +26,7 @@ from squama.inverse import joint_figures
 from squama.inverse.beside import Beside
 from squama.inverse.goals import Goal, Pitches, reached
 from squama.inverse.target import Target
+from squama.joints import choice, law
 from squama.loads import COUPLE, ENDLESS, LOADS, STRAIGHT, Load, SenseName, holds
 from squama.people import per_pitch
 from squama.study import parts
@@ -95,16 +96,18 @@ def _goals(target: Target) -> list[Goal]:
 def _of_part(beam: Beam, load: Load, sense: str, goals: Sequence[Goal]) -> tuple[Array, str]:
     """Return the figures (goals,) of N scales by elements, NaN beyond the end of the run, and how the run ended.
 
-    The bar of elements has a pitch without exposed scale at either end. Their compliance, which is what the whole bar
-    has before contact beyond that of N pitches of an endless beam of the same mesh (the joint of ``beam``), is taken
-    away, with the energy in it.
+    The bar of elements has a pitch without exposed scale at either end, and plain bar beyond. Their compliance, which
+    is what the whole bar has before contact beyond that of N pitches of an endless beam of the same mesh (the joint of
+    ``beam``), is taken away, with the energy in it.
     """
     n, d = beam.pitches, beam.pitch
     at = [goal.want.at.per_length(beam) for goal in goals if goal.want.at is not None]
     most = max(at)
     answer = doors.respond(beam, load.name, at=[most], sense=sense, ends=COUPLE, joint="compliant")
     cell = float(answer.attrs["rigidity"]) / d
-    beyond = 2 * BLANK * float(answer.along(load.torque)[0]) / cell
+    bar = float(law.bare(choice.shape(beam))[0 if load.axis == PHI else 1]) * beam.substrate.youngs_modulus * d**3
+    ends = 2 * BLANK / cell + geometry(beam).square.pitches / bar
+    beyond = ends * float(answer.along(load.torque)[0])
     turn = (-1.0 if sense == "-" else 1.0) * _BEYOND * (most * n * d + beyond)
     word = "twist" if load.axis == PHI else "bend"
     led = parts.led(f"{turn} rad {word}", None, beam, n)

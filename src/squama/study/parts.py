@@ -80,9 +80,8 @@ class Closed(Part):
     behind: int = 0
 
     @classmethod
-    def of(cls, beam: Beam, scales: int, load: str, support: str, blank: int = BLANK) -> Closed:
+    def of(cls, beam: Beam, scales: int, load: str, support: str, plain: int, blank: int = BLANK) -> Closed:
         """Return the part of N scales with ``blank`` pitches beside them whose scales are too short to touch."""
-        plain = geometry(beam).plain
         part = cls(beam, load, support, before=plain - plain // 2, behind=plain // 2)
         lengths = np.full(scales + 2 * blank + plain, _BLANK_LENGTH * beam.pitch)
         first = part.before + blank
@@ -137,7 +136,7 @@ def elements(
 ) -> xr.Dataset:
     """Load a part of N scales by finite elements: clamped on average at one end, deformation imposed at the other.
 
-    Each end has one more pitch of bar without exposed scales, and plain bar where embedded parts are long, see
+    Each end has one more pitch of bar without exposed scales, and plain bar up to a section across it, see
     :mod:`squama.fe.loaded`. Returns along ``point`` the deformation ``travel`` (m) and force ``F`` (N), or ``turn``
     (rad) and ``moment`` (N m); ``U_el``, ``W_fr``, ``W`` (J); along ``scale`` too: ``theta`` (rad), ``N`` and ``f`` (N)
     on the next scale, ``contact`` (kind of contact). Attributes and errors as of :func:`squama.cell`.
@@ -209,7 +208,7 @@ def beside(beam: Beam, data: xr.Dataset, run: Run) -> xr.Dataset:
     x, F = (np.asarray(data[key].values, float) for key in (by, name))
     loads, touch = [], []
     for one in (beam, own):
-        part = Closed.of(one, run.scales, asked.text, asked.support)
+        part = Closed.of(one, run.scales, asked.text, asked.support, shape.square.pitches)
         r = door.load(part, scales=length(shape, run.scales), mu=run.mu, ideal=run.ideal, points=_POINTS)
         at = np.append(0.0, r[by].values)
         # (the last point is reached but for rounding)
