@@ -107,11 +107,12 @@ fig6b: .venv/.dev ## the elements' points of Fig. 6b anew (ten minutes; goes on 
 
 # ---- checks ----------------------------------------------------------------------------------------------
 
-# What each process of the tests would compile anew is compiled beside lint; the docs are built beside the tests, without
-# the output of their cells, which the tests execute. What both say is shown where they fail.
+# What each process of the tests would compile anew is compiled beside the installation of the tools and lint; the docs are
+# built beside the tests, without the output of their cells, which the tests execute. What both say is shown where they
+# fail.
 .PHONY: test
-test: .venv/.dev ## everything a change must pass: lint, the tests, the docs
-	@echo "compiling beside ruff and mypy"
+test: .venv/.run ## everything a change must pass: lint, the tests, the docs
+	@echo "compiling beside the installation, ruff and mypy"
 	docs=
 	$(MAKE) --no-print-directory compiled > "$(LOCAL)/compiled.log" 2>&1 & compiled=$$!
 	trap 'kill $$docs $$compiled 2>/dev/null || true' EXIT
@@ -125,7 +126,7 @@ test: .venv/.dev ## everything a change must pass: lint, the tests, the docs
 
 # all code that tests compile and keep
 .PHONY: compiled
-compiled: .venv/.dev
+compiled: .venv/.run
 	$(RUN) tools/compiled.py
 
 # the byte code of the tests, which their processes would otherwise make one beside the other
