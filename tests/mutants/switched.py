@@ -9,7 +9,6 @@ from __future__ import annotations
 import ast
 import ctypes
 import functools
-import gc
 import os
 import re
 import shutil
@@ -152,8 +151,10 @@ def of_another_type(told: str) -> set[int]:
 def turn_on(number: int, tests: Path) -> None:
     """Turn an error on, and forget what was found without it."""
     SWITCH.value, os.environ[ON] = number, str(number)
-    for module in [name for name, m in sys.modules.items() if str(tests) in str(getattr(m, "__file__", ""))]:
-        del sys.modules[module]
-    for kept in gc.get_objects():
-        if isinstance(kept, functools._lru_cache_wrapper):
-            kept.cache_clear()
+    for name, module in list(sys.modules.items()):
+        if str(tests) in str(getattr(module, "__file__", "")):
+            del sys.modules[name]
+        elif name.partition(".")[0] == "squama":
+            for kept in vars(module).values():
+                if isinstance(kept, functools._lru_cache_wrapper):
+                    kept.cache_clear()
