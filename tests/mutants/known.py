@@ -101,6 +101,7 @@ CONTACTS = (
     *some("unit/test_contacts.py", "a_contact_beside_another_one_comes_in_at_the_same_way_by_any_steps"),
     *some("unit/test_contacts.py", "lengths_times_ten", "engagement_is_where_boxes_meet"),
     "unit/test_work_there_and_back.py",
+    "unit/test_contact_events.py",
     "unit/test_overlap.py",
     "reference/test_thick_curves.py",
     *some("unit/test_compliant_row.py", "virtual_work_without_friction", "energy_is_balanced", "where_a_row_ends"),

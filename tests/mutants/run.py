@@ -128,7 +128,7 @@ def run_tests(tree: Path, tests: tuple[str, ...], extra: tuple[str, ...], few: i
     import pytest
 
     os.chdir(tree)
-    sys.path.insert(0, str(tree / "src"))
+    sys.path[:0] = [str(tree / "src"), str(tree)]
     os.environ["PYTHONPATH"] = str(tree / "src")  # of what the tests start
     sys.dont_write_bytecode = not extra
     options = ["-x", "-q", "--no-header", "--hypothesis-profile=mutants", "--benchmark-disable", "--assert=plain"]

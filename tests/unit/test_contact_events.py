@@ -27,6 +27,22 @@ def found() -> path.Answers:
     return followed(20)
 
 
+def test_a_contact_that_is_gone_is_told_where_it_was() -> None:
+    """On the way back a corner slides to the end of an edge, and off it."""
+    shape = law.Shape(0.41111, 0.6418, 0.3, 0.4825, 0.0348, 1.282817, 0.360760, 0.45)
+    scale = path.Scale(3.41, 0.4825, 0.6418, 1.282817, 0.360760, 0.0348, np.inf, 0.35)
+    found = follow_legs(scale, law.stiffness(shape), 0.2, np.array([(0.06, 0.3), (0.0, 0.0)])).answers
+    gone, row = events.events(found)[-1], found.events[0, int(found.ends[0, 2]) - 1]
+    assert gone.word == "snap: the contact opens"
+    assert gone.before == (gone.contact,) == ("side edge A1B1 on side edge D2C2",)
+    assert gone.lost == row[12] > 1e-6
+    # the number of contacts, places, codes of contacts; the other place is on the edge, a little before its end
+    assert row[13] == 0
+    assert row[14] == pytest.approx(scale.eta, abs=1e-6)
+    assert 0.9 * scale.eta < row[15] < scale.eta
+    assert (row[increments.AFTER :] == -1).all()
+
+
 def test_only_snaps_lose_energy(found: path.Answers) -> None:
     told = events.events(found)
     kinds = [event.kind for event in told]
