@@ -140,7 +140,7 @@ CONTACTS = (
 )
 """What the solver answers to, those that catch most first: some 15 s where it is compiled."""
 SOLVER = (
-    *("changes", "conditions", "detection", "equations", "follow", "handover", "increments", "locating", "newton"),
+    *("changes", "conditions", "detection", "equations", "follow", "handover", "locating", "newton"),
     *("slipped", "works", "written"),
 )
 RATES = ("geometry", "jacobian", "lifts", "linear", "meeting", "system", "touch", "vectors")
@@ -280,7 +280,7 @@ TESTS: dict[str, tuple[str, ...]] = {
         "unit/test_plane.py",
         *CORNERS,
     ),
-    "contacts/entry.py": (*CONTACTS, "unit/test_contact_derivatives.py"),
+    **{f"contacts/{name}.py": (*CONTACTS, "unit/test_contact_derivatives.py") for name in ("entry", "increments")},
     "contacts/moved.py": ("unit/test_contact_derivatives.py",),
     "contacts/onward.py": ("unit/test_section_law.py",),
     "contacts/snapshot.py": ("unit/test_section_law.py",),

@@ -18,6 +18,7 @@ from scipy.optimize import brentq
 from squama.contacts import changes, entry, path
 from squama.contacts.conditions import MEET, beside_it, slope, value
 from squama.contacts.detection import clear, gap_at, span, vertices, view
+from squama.contacts.handover import leave
 from squama.contacts.meeting import prepared
 from squama.contacts.system import EQUAL, UNTIED, corner, high, low, on_edge, spots
 from squama.contacts.touch import AT, EE, EF, ENDED, FE, FV, GAP, KIND, ONE, OTHER, STUCK, VF, corner_at
@@ -197,6 +198,23 @@ def unfolded(pair: Pair, every: list[Any], plain: dict[tuple[int, int, int], flo
     return off, many
 
 
+def left() -> float:
+    """Return how far contacts are displaced where edges leave a face, or end over it; 1 where one does not change."""
+    pair, off = Pair(SHAPES[0], 0.0, 0, 0.0), 0.0
+    w, st = pair.w, pair.st
+    for kind, e, which in itertools.product((EF, FE), EDGES, range(6)):
+        w.con[0] = (0, 1, kind, e, e, 0, 0)
+        # inside, but for one limit: of the face's place, or of the edge
+        st.s[0] = 0.4 * pair.eta, 0.3 * pair.beta, 0.0
+        limits = ((0.0, pair.eta), (-pair.beta, pair.beta), (low(w.S, 0, e), high(w.S, 0, e)))
+        st.s[0, 2] = 0.3 * limits[2][0] + 0.7 * limits[2][1]
+        st.s[0, which // 2] = limits[which // 2][which % 2]
+        before = np.array(spots(w.S, w.con[0], st.s[0]))
+        changed = leave(w, st, 0, which) and w.con[0, KIND] == (EE if which < 4 else VF if kind == EF else FV)
+        off = max(off, np.abs(before - spots(w.S, w.con[0], st.s[0])).max() if changed else 1.0)
+    return off
+
+
 def met(pair: Pair, v: Any) -> float:
     """Return the gap of the vertex that is taken for one that came in."""
     pair.w.best[:] = v
@@ -267,7 +285,7 @@ def missed(pair: Pair) -> dict[str, float]:
 if __name__ == "__main__":
     # deflections stay as they are given
     changes.prepared = lambda *_: None
-    found: dict[str, Any] = {"ends": ends(), "waves": waves()}
+    found: dict[str, Any] = {"ends": ends(), "left": left(), "waves": waves()}
     for bent in (0.0, 0.02):
         pairs = [
             missed(Pair(shape, bent, seed, 0.1 if bent else 0.25))
