@@ -318,6 +318,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
         "contacts/geometry.py",
         "x, y, z = rotated(e, one), rotated(e, (one[1], one[0], one[1])), rotated(e, (one[1], one[1], one[0]))",
     ): {f"1 -> 2{n}": "both are zero" for n in ("", " #2", " #3", " #4")},
+    ("contacts/locating.py", "if last == 2 and vl > 0.0:"): {"0.0 -> 1.0": "how fast a place is found"},
     ("contacts/works.py", "t[tally.COUNT] += 1"): {"1 -> 2": "it is only asked whether it is 0"},
     ("contacts/path.py", "ROOM, EVENTS = 8, 64"): {"64 -> (64 * 2 + 1)": _ROOM},
     ("contacts/events.py", "AT_ONCE = 1e-7"): {"*": _ROUNDING},

@@ -292,7 +292,7 @@ TESTS: dict[str, tuple[str, ...]] = {
     "contacts/row.py": (
         *some("unit/test_compliant_row.py", "virtual_work_without_friction", "energy_is_balanced", "where_a_row_ends"),
         *some("unit/test_compliant_row.py", "the_effect_of_an_end_decays_as_said", "scales_slide_off_one_by_one"),
-        *("unit/test_row_ends.py", "unit/test_row.py", *OWN_CELLS, *BOTH_FACES),
+        *("unit/test_contact_limits.py", "unit/test_row_ends.py", "unit/test_row.py", *OWN_CELLS, *BOTH_FACES),
     ),
     "contacts/states.py": COMPLIANT,
     "curves/hinge_polygons.py": ("unit/test_bend_twist.py", "unit/test_screw_path.py"),
