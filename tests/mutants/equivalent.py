@@ -291,6 +291,38 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("identify/decay_fit.py", '"start": (t[record.turns[0]] - record.start) / math.pi,'): {
         "0 -> 1": "sizes that parameters are measured over",
     },
+    ("contacts/changes.py", "return bool(w.W.told[c, N_].real < -conditions.MISSED_PULL / 2)"): {"/ -> *": _ROUNDING},
+    ("contacts/changes.py", "for count in range(_CHANGES + 3 * (len(w.S.shapes) - 1)):"): {"1 -> 2": _TUNING},
+    ("contacts/changes.py", "before, felt, again, since = there, feels, 2 * again, 0"): {
+        "0 -> 1": "which state of a circle is taken: none of them holds",
+    },
+    ("contacts/conditions.py", "return MEET, -1, worst"): {"1 -> 2": _NONE},
+    (
+        "contacts/conditions.py",
+        "far = abs(v[touch.AT] - best[touch.AT]) + abs(v[touch.AT + 1] - best[touch.AT + 1])",
+    ): {"1 -> 2 #2": "an edge is tangent at several places only along the length, which the first place tells apart"},
+    ("contacts/follow.py", "_START, _SOFTLY, _GENTLE, _FREELY = 1 / 16, 1 / 8, 1 / 64, 4.0"): {
+        "16 -> (16 * 2 + 1)": _TUNING
+    },
+    ("contacts/follow.py", "if not change(w, what, -1, events):"): {
+        "- -> nothing": "what comes in is no contact yet: its number is not read",
+    },
+    ("contacts/follow.py", "code = jump(w, goal, step, -1, events)"): {"1 -> 2": _NONE, "1 -> 2 #2": _NONE},
+    ("contacts/follow.py", "while code == increments.RANGE and t[tally.WAY] < ways[i] - 1e-13:"): {
+        "1e-13 -> (1e-13 * 1.1)": _ROUNDING,
+    },
+    ("contacts/geometry.py", "one = (1.0 + 0.0 * q[i, 0], 0.0 * q[i, 0], 0.0 * q[i, 0])"): {
+        f"0 -> 1{n}": "zero times any motion" for n in ("", " #2", " #3")
+    },
+    (
+        "contacts/geometry.py",
+        "x, y, z = rotated(e, one), rotated(e, (one[1], one[0], one[1])), rotated(e, (one[1], one[1], one[0]))",
+    ): {f"1 -> 2{n}": "both are zero" for n in ("", " #2", " #3", " #4")},
+    ("contacts/locating.py", "if last == 2 and vl > 0.0:"): {"0.0 -> 1.0": "how fast a place is found"},
+    ("contacts/works.py", "t[tally.COUNT] += 1"): {"1 -> 2": "it is only asked whether it is 0"},
+    ("contacts/path.py", "ROOM, EVENTS = 8, 64"): {"64 -> (64 * 2 + 1)": _ROOM},
+    ("contacts/events.py", "AT_ONCE = 1e-7"): {"*": _ROUNDING},
+    ("contacts/row.py", "_EVENTS, _BEGIN = 16, 2e-4"): {"2e-4 -> (2e-4 * 1.1)": _TUNING},
     ("contacts/changes.py", "w.J.kept[0] = 0"): {
         f"0 -> 1 #{n}": "a Jacobian of one unknown: it is factored anew as that of none" for n in (2, 4, 6, 8)
     },

@@ -32,6 +32,12 @@ ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "src" / "squama"
 LIMIT = 180
 """Seconds of the processor that the tests may take with an error in place; a loop without end counts as caught."""
+QUICK = 80
+"""The same where nothing is compiled."""
+PATIENCE = 8
+"""How many times as long a process may take by the clock: one that waits without end stands still, and catches nothing.
+"""
+CAUGHT, SURVIVED, STILL = "caught", "SURVIVED", "STOOD STILL"
 FEW = 3
 """Errors that a sample takes from each file before it takes more of the long ones."""
 LIBRARIES = ("pytest", "hypothesis.extra.numpy", "numba", "mpmath", "pydantic", "pint", "scipy.optimize", "scipy.stats")
@@ -122,10 +128,10 @@ def run_tests(tree: Path, tests: tuple[str, ...], extra: tuple[str, ...], few: i
     import pytest
 
     os.chdir(tree)
-    sys.path.insert(0, str(tree / "src"))
+    sys.path[:0] = [str(tree / "src"), str(tree)]
     os.environ["PYTHONPATH"] = str(tree / "src")  # of what the tests start
     sys.dont_write_bytecode = not extra
-    options = ["-x", "-q", "--no-header", "--hypothesis-profile=mutants", "--benchmark-disable"]
+    options = ["-x", "-q", "--no-header", "--hypothesis-profile=mutants", "--benchmark-disable", "--assert=plain"]
     # the libraries are there before pytest
     options += ["-W", "ignore::pytest.PytestAssertRewriteWarning"]
     if few:
@@ -161,7 +167,7 @@ def child(
         os.setsid()
         if limit:
             resource.setrlimit(resource.RLIMIT_CPU, (limit, limit))
-            signal.alarm(20 * limit)  # one that waits without end
+            signal.alarm(PATIENCE * limit)
         with log.open("w", encoding="utf-8") as out:
             os.dup2(out.fileno(), 1)
             os.dup2(out.fileno(), 2)
@@ -213,10 +219,11 @@ def baseline(tree: Path, todo: list[Mutant]) -> bool:
 
 def report(
     m: Mutant, place: str, status: int, used: resource.struct_rusage, log: Path | None, out: TextIO | None = None
-) -> bool:
-    """Print and log what became of an error; returns whether it survived."""
+) -> str:
+    """Print and log what became of an error; returns it."""
     code = os.waitstatus_to_exitcode(status)
-    word = "SURVIVED" if code == 0 else "caught" if code > 0 else f"caught ({signal.Signals(-code).name})"
+    end = STILL if code == -signal.SIGALRM else CAUGHT if code else SURVIVED
+    word = f"{end} ({signal.Signals(-code).name})" if code < 0 and end == CAUGHT else end
     seconds = used.ru_utime + used.ru_stime
     print(
         f"{place} {word:8} src/squama/{m.file}:{m.line} {m.change:28} [{seconds:.1f} s] | {m.text}",
@@ -226,33 +233,33 @@ def report(
     if log:
         with log.open("a", encoding="utf-8") as file:
             file.write(f"{row(m)}\t{word}\t{seconds:.1f}\n")
-    return code == 0
+    return end
 
 
-def serve(put: dict[int, Mutant], tree: Path, survivors: Path, log: Path | None, terminal: TextIO) -> int:
+def serve(put: dict[int, Mutant], tree: Path, ends: Path, log: Path | None, terminal: TextIO) -> int:
     """Load, compile and test a tree whose errors are off, then with each of them on, in a process forked from here."""
     sys.path.insert(0, str(tree / "src"))
     switched.compiles()
     every = tuple(dict.fromkeys(t for m in put.values() for t in TESTS[m.file]))
     if run_tests(tree, every, ("--maxfail=100", "--tb=short"), FEW_DESIGNS):
         return 2
-    for count, (number, m) in enumerate(put.items(), 1):
-        child(tree, TESTS[m.file], tree.with_suffix(".log"), few=FEW_DESIGNS, number=number)
+    for count, (number, m) in enumerate(sorted(put.items()), 1):
+        child(tree, TESTS[m.file], tree.with_suffix(".log"), limit=QUICK, few=FEW_DESIGNS, number=number)
         _, status, used = os.wait3(0)
-        if report(m, f"{count:4}/{len(put)}", status, used, log, terminal):
-            with survivors.open("a", encoding="utf-8") as out:
-                out.write(f"{number}\n")
+        end = report(m, f"{count:4}/{len(put)}", status, used, log, terminal)
+        with ends.open("a", encoding="utf-8") as out:
+            out.write(f"{number} {end}\n")
     return 0
 
 
-def try_switched(todo: list[Mutant], folder: Path, log: Path | None) -> tuple[list[Mutant], list[Mutant]]:
-    """Try errors behind switches; returns the survivors, and those that need a compilation of their own."""
-    told, survivors, several = folder / "switched.log", folder / "survivors", todo
+def try_switched(todo: list[Mutant], folder: Path, log: Path | None) -> tuple[dict[Mutant, str], list[Mutant]]:
+    """Try errors behind switches; returns what became of each, and those that need a compilation of their own."""
+    told, ends, several = folder / "switched.log", folder / "ends", todo
     while True:
         tree = copy(folder / "switched")
         put = switched.put_in(tree / "src", several)
         if not put:
-            return [], todo
+            return {}, todo
         pid = os.fork()
         if not pid:
             status = 3
@@ -261,7 +268,7 @@ def try_switched(todo: list[Mutant], folder: Path, log: Path | None) -> tuple[li
                 with told.open("w", encoding="utf-8") as out:
                     os.dup2(out.fileno(), 1)
                     os.dup2(out.fileno(), 2)
-                status = serve(put, tree, survivors, log, terminal)
+                status = serve(put, tree, ends, log, terminal)
             except BaseException:
                 traceback.print_exc()
             finally:
@@ -275,13 +282,13 @@ def try_switched(todo: list[Mutant], folder: Path, log: Path | None) -> tuple[li
             raise SystemExit(2)
         several = [m for number, m in put.items() if number not in other]
         shutil.rmtree(tree)
-    numbers = survivors.read_text(encoding="utf-8").split() if survivors.exists() else []
-    return [put[int(number)] for number in numbers], [m for m in todo if m not in put.values()]
+    lines = (line.split(maxsplit=1) for line in ends.read_text(encoding="utf-8").splitlines())
+    return {put[int(number)]: end for number, end in lines}, [m for m in todo if m not in put.values()]
 
 
-def try_all(todo: list[Mutant], trees: list[Path], log: Path | None) -> list[Mutant]:
-    """Run every error, as many at once as there are trees, and log each; returns the survivors."""
-    free, running, survivors, count = list(trees), {}, [], 0
+def try_all(todo: list[Mutant], trees: list[Path], log: Path | None) -> dict[Mutant, str]:
+    """Run every error, as many at once as there are trees, and log each; returns what became of each."""
+    free, running, ends = list(trees), {}, {}
     queue = list(reversed(todo))
     while queue or running:
         while queue and free:
@@ -294,10 +301,8 @@ def try_all(todo: list[Mutant], trees: list[Path], log: Path | None) -> list[Mut
         done = running.pop(pid)
         restore(done)
         free.append(done.tree)
-        count, m = count + 1, done.mutant
-        if report(m, f"{count:4}/{len(todo)}", status, used, log):
-            survivors.append(m)
-    return survivors
+        ends[done.mutant] = report(done.mutant, f"{len(ends) + 1:4}/{len(todo)}", status, used, log)
+    return ends
 
 
 def main() -> int:
@@ -325,7 +330,8 @@ def main() -> int:
     if given.sample is not None:
         todo = drawn(todo, given.sample)
     if given.log and given.log.exists():
-        known = {line.rsplit("\t", 2)[0] for line in given.log.read_text(encoding="utf-8").splitlines()}
+        told = [line.rsplit("\t", 2) for line in given.log.read_text(encoding="utf-8").splitlines()]
+        known = {name for name, end, _ in told if end != STILL}
         todo = [m for m in todo if row(m) not in known]
     if given.list:
         for m in found:
@@ -341,7 +347,7 @@ def main() -> int:
     preload()
     start = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="squama-mutants-") as folder:
-        survivors, alone = try_switched(todo, Path(folder), given.log) if given.switched else ([], todo)
+        ends, alone = try_switched(todo, Path(folder), given.log) if given.switched else ({}, todo)
         first = copy(Path(folder) / "tree0")
         if alone and not baseline(first, alone):
             print("the tests fail without any planted error: mend that first")
@@ -349,16 +355,17 @@ def main() -> int:
         # with the tests' compiled files
         more = (Path(folder) / f"tree{i}" for i in range(1, min(given.jobs, len(alone))))
         trees = [first, *(shutil.copytree(first, place) for place in more)]
-        survivors += try_all(alone, trees, given.log)
+        ends |= try_all(alone, trees, given.log)
+    left = {m: end for m, end in ends.items() if end != CAUGHT}
+    still = sum(end == STILL for end in left.values())
     with contextlib.suppress(BrokenPipeError):
-        for m in survivors:
-            print(f"SURVIVED src/squama/{m.file}:{m.line}  {m.change}  | {m.text}")
-        bad = [m for m in survivors if not reason(m)]
+        for m, end in left.items():
+            print(f"{end} src/squama/{m.file}:{m.line}  {m.change}  | {m.text}")
         print(
-            f"{len(todo)} errors planted, {len(todo) - len(survivors)} caught, {len(survivors)} survived"
-            f" ({len(same)} changes are known to be no error) in {time.monotonic() - start:.0f} s"
+            f"{len(ends)} errors planted, {len(ends) - len(left)} caught, {len(left) - still} survived, {still} stood"
+            f" still ({len(same)} changes are known to be no error) in {time.monotonic() - start:.0f} s"
         )
-    return 1 if bad else 0
+    return 1 if any(end == STILL or not reason(m) for m, end in left.items()) else 0
 
 
 if __name__ == "__main__":

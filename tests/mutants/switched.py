@@ -9,7 +9,6 @@ from __future__ import annotations
 import ast
 import ctypes
 import functools
-import gc
 import os
 import re
 import shutil
@@ -100,6 +99,16 @@ def executed(tree: ast.AST, steps: Steps) -> bool:
     return inside and isinstance(getattr(node, "ctx", ast.Load()), ast.Load)
 
 
+def whole(tree: ast.AST, steps: Steps, wrong: Any) -> bool:
+    """Whether an error makes a fraction of a whole number, or stands for the place in a tuple: both change a type."""
+    counted = {n.target.id for n in ast.walk(tree) if isinstance(n, ast.For) and isinstance(n.target, ast.Name)}
+    if isinstance(wrong, ast.BinOp) and isinstance(wrong.op, ast.Div):
+        parts = (wrong.left, wrong.right)
+        return all(getattr(p, "id", None) in counted or isinstance(getattr(p, "value", None), int) for p in parts)
+    owner = found(tree, steps[:-1])
+    return isinstance(owner, ast.Subscript) and isinstance(owner.value, ast.Call) and steps[-1][0] == "slice"
+
+
 def with_switches(source: str, errors: list[tuple[int, Mutant]]) -> tuple[str, list[int]]:
     """Return a file with errors behind switches, and the numbers of those that could be put in."""
     tree = ast.parse(source)
@@ -109,7 +118,7 @@ def with_switches(source: str, errors: list[tuple[int, Mutant]]) -> tuple[str, l
         steps = difference(tree, other)
         while steps and steps[-1][0] == "func":  # compiled code has no functions as values
             steps = steps[:-1]
-        if steps and executed(tree, steps):
+        if steps and executed(tree, steps) and not whole(tree, steps, found(other, steps)):
             places.setdefault(steps, []).append((number, found(other, steps)))
     # the deepest ones first: those above keep them in their right branch
     for steps in sorted(places, key=len, reverse=True):
@@ -152,8 +161,10 @@ def of_another_type(told: str) -> set[int]:
 def turn_on(number: int, tests: Path) -> None:
     """Turn an error on, and forget what was found without it."""
     SWITCH.value, os.environ[ON] = number, str(number)
-    for module in [name for name, m in sys.modules.items() if str(tests) in str(getattr(m, "__file__", ""))]:
-        del sys.modules[module]
-    for kept in gc.get_objects():
-        if isinstance(kept, functools._lru_cache_wrapper):
-            kept.cache_clear()
+    for name, module in list(sys.modules.items()):
+        if str(tests) in str(getattr(module, "__file__", "")):
+            del sys.modules[name]
+        elif name.partition(".")[0] == "squama":
+            for kept in vars(module).values():
+                if isinstance(kept, functools._lru_cache_wrapper):
+                    kept.cache_clear()

@@ -1,6 +1,7 @@
 """Vertices of the overlap of two plates beside plain geometry by matrices of four rows; not compiled.
 
-Run in a process of its own, with NUMBA_DISABLE_JIT=1; writes what vertices miss.
+Run in a process of its own, with NUMBA_DISABLE_JIT=1; writes what vertices miss. The argument is the number of pairs
+of each shape.
 """
 
 import itertools
@@ -14,12 +15,13 @@ import numpy as np
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from squama.contacts import entry, path
-from squama.contacts.conditions import beside_it, slope
+from squama.contacts import changes, entry, path
+from squama.contacts.conditions import MEET, beside_it, slope, value
 from squama.contacts.detection import clear, gap_at, span, vertices, view
+from squama.contacts.handover import leave
 from squama.contacts.meeting import prepared
 from squama.contacts.system import EQUAL, UNTIED, corner, high, low, on_edge, spots
-from squama.contacts.touch import AT, EE, EF, FE, FV, GAP, KIND, ONE, OTHER, VF, corner_at
+from squama.contacts.touch import AT, EE, EF, ENDED, FE, FV, GAP, KIND, ONE, OTHER, STUCK, VF, corner_at
 from squama.joints import law
 
 SHAPES = [(2.5, 0.8, 0.5, 0.8, 0.3, 0.1), (3.2, 0.5, 0.4, 0.2, 0.1, 0.04), (1.9, 1.2, 0.6, 1.2, 0.4, 0.06)]
@@ -168,6 +170,83 @@ def beside(pair: Pair) -> float:
     return off
 
 
+def on_the_edge(key: tuple[int, int, int], own: int, edge: int) -> bool:
+    """Whether a corner or crossing is on an edge of a scale."""
+    if key[0] == EE:
+        return key[1 + own] == edge
+    corner = key[1 + own]
+    return key[0] == (FV if own else VF) and edge in (0 if corner < 2 else 3, 1 if corner % 2 == 0 else 2)
+
+
+def unfolded(pair: Pair, every: list[Any], plain: dict[tuple[int, int, int], float]) -> tuple[int, int]:
+    """Return at how many tangent edges another place than the deepest of their ends is taken, and how many have one."""
+    w, st, off, many = pair.w, pair.st, 0, 0
+    other = next(v for v in every if v[KIND] in (EE, VF, FV))
+    for v in every:
+        if v[KIND] not in (EF, FE):
+            continue
+        own = int(v[KIND] == FE)
+        near = {key: gap for key, gap in plain.items() if gap < 5e-3 and on_the_edge(key, own, int(v[ONE]))}
+        for c, row in enumerate((v, other)):
+            w.con[c], st.s[c] = (0, 1, *row[[KIND, ONE, OTHER]], 0, 0), row[AT : AT + 3]
+        w.counts[0], before = 2, w.con[:2].copy()
+        found = changes.unfold(w, st)
+        if near:
+            before[0, KIND:STUCK], before[0, ENDED] = min(near, key=near.__getitem__), 1
+        off += found != bool(near) or (w.con[:2] != before).any()
+        many += bool(near)
+    return off, many
+
+
+def left() -> float:
+    """Return how far contacts are displaced where edges leave a face, or end over it; 1 where one does not change."""
+    pair, off = Pair(SHAPES[0], 0.0, 0, 0.0), 0.0
+    w, st = pair.w, pair.st
+    for kind, e, which in itertools.product((EF, FE), EDGES, range(6)):
+        w.con[0] = (0, 1, kind, e, e, 0, 0)
+        # inside, but for one limit: of the face's place, or of the edge
+        st.s[0] = 0.4 * pair.eta, 0.3 * pair.beta, 0.0
+        limits = ((0.0, pair.eta), (-pair.beta, pair.beta), (low(w.S, 0, e), high(w.S, 0, e)))
+        st.s[0, 2] = 0.3 * limits[2][0] + 0.7 * limits[2][1]
+        st.s[0, which // 2] = limits[which // 2][which % 2]
+        before = np.array(spots(w.S, w.con[0], st.s[0]))
+        changed = leave(w, st, 0, which) and w.con[0, KIND] == (EE if which < 4 else VF if kind == EF else FV)
+        off = max(off, np.abs(before - spots(w.S, w.con[0], st.s[0])).max() if changed else 1.0)
+    return off
+
+
+def spans() -> float:
+    """Return how far deflections are beyond their bounds, of many plates."""
+    pair, rng, off = Pair(SHAPES[0], 1e-9, 0, 0.0), np.random.default_rng(1), 0.0
+    X, Y = np.meshgrid(np.linspace(0, 1, 21), np.linspace(-1, 1, 21))
+    for _ in range(100):
+        b = rng.standard_normal(24)
+        lifts = np.polynomial.polynomial.polyval2d(X, Y, b.reshape(6, 4)) * X**2
+        least, most = span(pair.w.S, 0, b)
+        off = max(off, least - lifts.min(), lifts.max() - most)
+    return off
+
+
+def met(pair: Pair, v: Any) -> float:
+    """Return the gap of the vertex that is taken for one that came in."""
+    pair.w.best[:] = v
+    return value(pair.w, pair.st, MEET, -1)
+
+
+def waves() -> dict[str, float]:
+    """Return how far gaps of vertices are from those found again where edges are tangent twice, and how often."""
+    pair = Pair(SHAPES[0], 1e-9, 0, 0.0)
+    w, st = pair.w, pair.st
+    st.q[:], st.strains[:] = 0.0, 0.0
+    prepared(w.S, st, w.con, 0, True, w.W)
+    # X^2 (X - 0.4)^2 (X - 0.9)^2
+    st.b[:] = 0.0
+    st.b[0].reshape(6, 4)[:5, 0] = np.polynomial.polynomial.polypow(np.poly((0.9, 0.4))[::-1], 2)
+    every = pair.told(EVERY)
+    kinds = {tuple(v[[KIND, ONE, OTHER]]) for v in every}
+    return {"twice": float(len(every) - len(kinds)), "met": max(abs(met(pair, v) - v[GAP]) for v in every)}
+
+
 def ends() -> int:
     """Return how many ends of edges are at another place than the corner that is said to be there."""
     S = Pair(SHAPES[0], 0.0, 0, 0.0).w.S
@@ -185,7 +264,10 @@ def missed(pair: Pair) -> dict[str, float]:
     S, st, W, every = pair.w.S, pair.st, pair.w.W, pair.told(EVERY)
     kinds = {tuple(v[[KIND, ONE, OTHER]].astype(int)): v for v in every}
     plain = dict([*pair.corners(), *pair.crossings(0)])
+    off, many = unfolded(pair, every, plain)
     out = {
+        "unfolded": float(off),
+        "unfolds": float(many),
         "set": float({k for k in kinds if k[0] not in (EF, FE)} != plain.keys() or len(kinds) > len(every)),
         "gaps": max((abs(kinds[k][GAP] - gap) for k, gap in plain.items() if k in kinds), default=0.0),
         "edges": max((of_edges(pair, v) for v in every if v[KIND] in (EF, FE)), default=0.0),
@@ -204,6 +286,8 @@ def missed(pair: Pair) -> dict[str, float]:
     grid = [(x * pair.eta, y * pair.beta) for x in np.linspace(0, 1, 9) for y in np.linspace(-1, 1, 9)]
     lifts = [[pair.lift(i, x, y) for x, y in grid] for i in range(2)]
     out["bounds"] = max(max(low - min(v), max(v) - high) for (low, high), v in zip(bounds, lifts, strict=True))
+    sizes = (np.ptp([0.0, *v]) for v in lifts)
+    out["wide"] = max((high - low) / max(size, 1e-300) for (low, high), size in zip(bounds, sizes, strict=True))
     view(W, 0, 1, 1, False, W.views[0])
     kept = clear(S, W.views[0], 0, 1, *(max(-low, high) for low, high in bounds))
     out["clear"] = max(0.0, kept - min([EVERY, *(v[GAP] for v in every if v[KIND] in (VF, EE, EF))]))
@@ -211,8 +295,13 @@ def missed(pair: Pair) -> dict[str, float]:
 
 
 if __name__ == "__main__":
-    found: dict[str, Any] = {"ends": ends()}
+    # deflections stay as they are given
+    changes.prepared = lambda *_: None
+    found: dict[str, Any] = {"ends": ends(), "left": left(), "spans": spans(), "waves": waves()}
     for bent in (0.0, 0.02):
-        pairs = [missed(Pair(shape, bent, seed, 0.1 if bent else 0.25)) for seed, shape in enumerate(SHAPES * 6)]
+        pairs = [
+            missed(Pair(shape, bent, seed, 0.1 if bent else 0.25))
+            for seed, shape in enumerate(SHAPES * int(sys.argv[1]))
+        ]
         found["bent" if bent else "rigid"] = {name: max(p[name] for p in pairs) for name in pairs[0]}
     sys.stdout.write(json.dumps(found))

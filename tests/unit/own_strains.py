@@ -1,6 +1,7 @@
 """The Jacobian of rows beside complex steps of the residual: all kinds of contact, with friction; not compiled.
 
-Run in a process of its own, with NUMBA_DISABLE_JIT=1; writes what entries miss.
+Run in a process of its own, with NUMBA_DISABLE_JIT=1; writes what entries miss, of the rows named as arguments or, if
+none is, of all.
 """
 
 import json
@@ -14,7 +15,7 @@ from squama.contacts import entry, newton, path, tally, touch
 from squama.contacts.equations import residual
 from squama.contacts.increments import weigh
 from squama.contacts.jacobian import jacobian
-from squama.contacts.linear import BASE, INNER, STRIDE, laid_out
+from squama.contacts.linear import AT, HIGH, INNER, LOW, laid_out
 from squama.contacts.meeting import before, meet, prepared
 from squama.contacts.newton import shift, solve
 from squama.contacts.system import (
@@ -30,6 +31,7 @@ from squama.contacts.system import (
     UNTIED,
     Ties,
     ahead,
+    borders,
     strain_columns,
 )
 from squama.contacts.ties import COUPLE, GRIPPED, LOOSE, Tie, X, Y, Z, of_ends, ties
@@ -112,12 +114,10 @@ def missed(held: Ties | None, free: tuple[float, ...], size: float, mu: float, f
     jacobian(S, real.now, real.past, real.con, m, n, real.W, J)
     whole = np.zeros((n, n))
     for a in range(inner):
-        for b in range(inner):
-            at = J.kept[BASE] + a * J.kept[STRIDE] + b
-            if J.kept[STRIDE] == inner or abs(a - b) <= J.kept[BASE]:
-                whole[a, b] = J.band[at]
+        at, low, high = J.rows[[AT, LOW, HIGH], a]
+        whole[a, low:high] = J.band[at + low : at + high]
     wide = n - inner
-    whole[:inner, inner:], whole[inner:, :inner] = J.right[:inner, :wide], J.lower[:wide, :inner]
+    whole[:inner, inner:], whole[inner:, :inner] = J.right[:wide, :inner].T, J.lower[:wide, :inner]
     whole[inner:, inner:] = J.corner[:wide, :wide]
     exact, skip = np.zeros((n, n)), np.zeros(n, bool)
     for b in range(n):
@@ -158,6 +158,22 @@ def found_in(rounds: int, far: float) -> bool:
     return solve(w.S, w.now, w.past, w.con, 0, w.W, w.J, w.loads)
 
 
+def room(held: Ties | None) -> list[str]:
+    """Return the working arrays of a path that are not of the shape said of them."""
+    w = walks(held, (0.0,) * 4)[0]
+    S, one = w.S, len(w.S.shapes)
+    n = (7 if S.own else 6) * one + (ahead(S) * N if S.own else 0) + 6 * C + borders(S)
+    W = {"E": (one, 12), "load": (one, 24), "powers": (2 * C, 3, 24), "bent": (2 * C, 3, 24), "side": (2 * C,)}
+    W |= {"lifts": (6, n), "told": (C, 3), "views": (2, 12), "corners": (4, 3), "vertex": (7,), "end": (9,)}
+    W |= {"first": (one,), "next": (2 * C,), "window": (1,), "hold": (one, 10), "stiffness": (1,)}
+    J = {"order": (n,), "last": (n,), "rows": (3, n), "r": (n,), "kept": (5,), "noise": (1,)}
+    past = {"E": (3, one, 12), "b": (3, one, 24), "F": (C, 3), "weights": (3,)}
+    now = {"q": (one, 7 if S.own else 6), "b": (one, 24), "F": (C, 3), "s": (C, 3)}
+    parts = (("W", W), ("J", J), ("past", past), ("now", now))
+    found = {f"{of}.{name}": (getattr(getattr(w, of), name).shape, size) for of, v in parts for name, size in v.items()}
+    return [name for name, (is_, said) in found.items() if is_ != said]
+
+
 if __name__ == "__main__":
     loose, gripped, apart = of_ends(N, LOOSE), of_ends(N, GRIPPED), of_ends(N, GRIPPED, apart=True)
     ways: dict[str, Any] = {"loose": (loose, (FREE, LOADED, FREE, FREE)), "some": (loose, (0.0, LOADED, FREE, 0.0))}
@@ -172,8 +188,12 @@ if __name__ == "__main__":
     ways["on supports"] = (ties(N, bench, floating=True), (FREE, LOADED, FREE, FREE))
     assert (PHI, EPS, STRAINS) == (1, 3, 4)
     found: dict[str, Any] = {"found": [found_in(*given) for given in ((1, 0.01), (30, 0.01), (30, 10.0))]}
+    found["room"] = [*room(None), *room(loose)]
     sizes = (0.05, 0.0), (1e-4, 0.4)
-    found |= {name: [missed(*way, size, mu) for size, mu in sizes] for name, way in ways.items()}
+    rows = {name: (*way, "one") for name, way in ways.items()}
     for faces, names in (("mirrored", ("loose", "gripped")), ("turned", ("couple", "cantilever", "on supports"))):
-        found |= {f"{faces}, {name}": [missed(*ways[name], size, mu, faces) for size, mu in sizes] for name in names}
+        rows |= {f"{faces}, {name}": (*ways[name], faces) for name in names}
+    for name in sys.argv[1:] or rows:
+        held, free, faces = rows[name]
+        found[name] = [missed(held, free, size, mu, faces) for size, mu in sizes]
     sys.stdout.write(json.dumps(found))

@@ -138,6 +138,11 @@ def test_rigid_scales_of_a_row_come_in_all_at_once():
     assert found.end.code == increments.RANGE
     assert found.engaged == pytest.approx(0.014059, abs=1e-5)
     np.testing.assert_allclose(found.cells[-1, :, 5], found.cells[-1, 0, 5], rtol=1e-9)
+    # the last scale has no next one
+    for name in ("first", "second"):
+        features = path.named(found.rows)[name][-1]
+        assert (features[:-1] >= 0).all()
+        assert features[-1] == -1
 
 
 def test_a_row_creeps_to_rest_where_it_has_no_way_on():

@@ -9,17 +9,29 @@ from squama.contacts.geometry import slopes
 from squama.contacts.vectors import turned
 
 
-@pytest.mark.slow
-def test_vertices_and_their_slopes_are_those_of_plain_geometry():
-    """Corners, crossings and tangent points: all of them, below any cap, with the gap and the slopes beside them."""
-    found = said("overlaps.py")
-    assert found.pop("ends") == 0
+@pytest.mark.parametrize("pairs", ["1", pytest.param("6", marks=pytest.mark.slow)])
+def test_vertices_and_their_slopes_are_those_of_plain_geometry(pairs):
+    """Corners, crossings and tangent points: all of them, below any cap, with the gap and the slopes beside them.
+
+    An edge that is tangent nowhere is replaced by the deepest of its ends. One that leaves a face, or ends over it,
+    becomes a contact at the same places.
+    """
+    found = said("overlaps.py", pairs)
+    assert found.pop("ends") == found.pop("left") == 0
+    assert found.pop("spans") < 1e-13
+    waves = found.pop("waves")
+    assert waves["twice"] > 0
+    assert waves["met"] == 0
     # the set, what is below a cap, and bounds are right or wrong
     for missed in found.values():
         assert missed["set"] == missed["caps"] == missed["clear"] == 0
         assert missed["bounds"] < 1e-14
+        assert missed["unfolded"] == 0
     assert max(found["rigid"].values()) < 1e-14
     bent = found["bent"]
+    assert bent["unfolds"] > 0
+    # tolerance: bounds that let far pairs be passed over
+    assert bent["wide"] < 3
     # tolerance: crossings of bent edges are found by four steps, 2e-8 measured
     assert max(bent["gaps"], bent["edges"], bent["again"]) < 1e-7
     assert bent["beside"] < 1e-14

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 
-def said(name: str) -> Any:
+def said(name: str, *arguments: str) -> Any:
     """Return what a script beside this one writes."""
-    run = [sys.executable, str(Path(__file__).with_name(name))]
+    run = [sys.executable, str(Path(__file__).with_name(name)), *arguments]
     env = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
     return json.loads(subprocess.run(run, env=env, capture_output=True, text=True, check=True).stdout)
