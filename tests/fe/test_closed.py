@@ -206,11 +206,11 @@ def test_the_model_of_a_part_has_its_plain_bar():
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("load", "off"),
-    [("30 deg bend", 0.25), ("30 deg twist", 0.1), ("10 mm up at tip", 0.35)],
+    [("30 deg bend", 0.1), ("30 deg twist", 0.1), ("10 mm up at tip", 0.35)],
     ids=["bend", "twist", "tip"],
 )
 def test_three_scales_beside_the_model(tmp_path, load, off):
-    """Before contact, joint of the same mesh: 7, 1.3 and 12 % measured."""
+    """Before contact, joint of the same mesh: 0.6, 2 and 14 % measured."""
     sheets = Beam.from_toml("examples/long_tabs.toml").replace(scale=SHEETS)
     asked = {"scales": 3, "mesh": (0.4, 0.3), "beam_mesh": (0.4, 0.3), "increment": 0.02}
     found = verify(sheets, tmp_path / "v", load=load, **asked)
