@@ -56,9 +56,10 @@ def load(
         place of its own where they are given.
     load
         What loads it, all of it growing alike from 0: texts such as "0.2 N up at tip", "0.5 N down over all", "weight
-        down", "30 N mm twist", "20 N mm bend", "3 N tendon at 4 mm", "1 N thrust at 0 mm"; or one deformation that is
-        imposed, "10 mm down at middle", "90 deg twist". Up is towards the scaled side, right along the scales' width,
-        out from the root to the tip. Forces keep their direction. Several texts are parted by ";" or given as a list.
+        down", "30 N mm twist", "20 N mm bend", "3 N tendon at 4 mm", "1 N thrust at 0 mm", "20 kPa pressure on 10 mm x
+        4 mm at -2 mm"; or one deformation that is imposed, "10 mm down at middle", "90 deg twist". Up is towards the
+        scaled side, right along the scales' width, out from the root to the tip. Forces keep their direction. Several
+        texts are parted by ";" or given as a list.
     support
         "clamped" (if not given): the root is held, the tip is free; "gripped": both ends stay on one axis, and may come
         nearer; "simple" or "simple, span 180 mm": on two rollers, across which the part may slide.

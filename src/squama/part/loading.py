@@ -18,8 +18,10 @@ DIRECTIONS = {"up": Y, "down": -Y, "left": -X, "right": X, "out": Z, "in": -Z}
 """Directions of forces: up is from the bar's middle to the scaled face, out is along the bar, from root to tip."""
 ANGLES = {"twist": PHI, "bend": PSI}
 """Words for a torque or moment at the ends, and for an angle between them."""
-PULLS = {"tendon": -1.0, "thrust": 1.0}
-"""Words for a tension, or a thrust, along a line at a height over the bar's middle; signs of its axial force."""
+PULLS = {"tendon": -1.0, "thrust": 1.0, "pressure": 1.0}
+"""Words for a tension, a thrust, or a pressure in a chamber, along a line at a height over the bar's middle; signs of
+the axial force.
+"""
 SUPPORTS = ("clamped", "gripped", "simple")
 """Supports: the root clamped; both ends coaxial; on two rollers."""
 GRAVITY = 9.81
@@ -29,7 +31,7 @@ MANY = 12
 LEAST, LARGEST = 1e-9, 1e6
 """Sizes of loads, SI."""
 _WORDS = "|".join((*DIRECTIONS, *ANGLES, *PULLS))
-_FORM = re.compile(rf"\s*(.*?)\s*\b({_WORDS})\b\s*(?:at\s+(.+?)|(over\s+all))?\s*", re.DOTALL)
+_FORM = re.compile(rf"\s*(.*?)\s*\b({_WORDS})\b\s*(?:on\s+(.+?)\s*)?(?:at\s+(.+?)|(over\s+all))?\s*", re.DOTALL)
 _SIMPLE = re.compile(r"\s*simple(?:\s*,?\s*span\s+(.+?))?\s*", re.DOTALL)
 
 
@@ -107,11 +109,14 @@ def _load(text: str, beam: Beam, n: int) -> Load:
     form = _FORM.fullmatch(text) if len(text) <= 100 else None
     if form is None:
         refuse("", shown(text), "is no load", f"write e.g. {EXAMPLES}")
-    number, word, place, over = form.groups()
+    number, word, chamber, place, over = form.groups()
+    if chamber is not None and word != "pressure":
+        refuse("", shown(text), 'has a section ("on ..."), as only a pressure has', f"write e.g. {EXAMPLES}")
     if word in ANGLES:
         return _turn(text, number, word, place or over)
     if word in PULLS:
-        return _pull(text, number, word, place, beam)
+        size = _of_chamber(text, number, chamber, beam) if word == "pressure" else _size(number, Dimension.FORCE)
+        return _pull(text, size, word, place, beam)
     where = Y * 0 + DIRECTIONS[word]
     if number.strip() == "weight" or number.endswith(" weight"):
         return _weight(text, number, where, beam, n, place)
@@ -132,6 +137,11 @@ def _size(number: str, kind: Dimension) -> float:
     size = quantity(number, kind, bare=False)
     if not size > 0:
         refuse("", shown(number), "must be above 0", "write another direction for the other way")
+    return _in_range(number, size)
+
+
+def _in_range(number: str, size: float) -> float:
+    """Return the size of a load; refuse one that no part bears."""
     if not LEAST <= size <= LARGEST:
         refuse("", shown(number), "is out of range (1e-9 to 1e6 in m, N or N m)", "give a smaller one")
     return size
@@ -161,15 +171,31 @@ def _turn(text: str, number: str, word: str, place: str | None) -> Load:
     return Load(text, angle, Dimension.ANGLE, tie, given=True, turns=strain)
 
 
-def _pull(text: str, number: str, word: str, place: str | None, beam: Beam) -> Load:
-    """Read a tension or thrust along a line over the bar's middle."""
+def _of_chamber(text: str, number: str, chamber: str | None, beam: Beam) -> float:
+    """Read a pressure and the sides of its chamber's section; return the thrust on the section."""
+    sides = [] if chamber is None else re.split(r"\s+x\s+", chamber)
+    if len(sides) != 2:
+        refuse("", shown(text), "has no section of a chamber", 'write e.g. "20 kPa pressure on 10 mm x 4 mm"')
+    width, height = (_size(side, Dimension.LENGTH) for side in sides)
+    bar = beam.substrate
+    if not (width < bar.width and height < bar.thickness):
+        across = f"{1e3 * bar.width:g} mm x {1e3 * bar.thickness:g} mm"
+        refuse("", shown(text), f"has a chamber that is not inside the bar of {across}", "give a smaller section")
+    pressure = quantity(number, Dimension.PRESSURE, bare=False)
+    if not pressure > 0:
+        refuse("", shown(number), "must be above 0", 'write e.g. "20 kPa pressure on 10 mm x 4 mm"')
+    return _in_range(number, pressure * width * height)
+
+
+def _pull(text: str, size: float, word: str, place: str | None, beam: Beam) -> Load:
+    """Read the place of a tension or thrust along a line over the bar's middle."""
     height = quantity(place or "0 mm", Dimension.LENGTH, bare=False) / beam.pitch
     half = beam.substrate.thickness / beam.pitch / 2
     if abs(height) > 2 * half:
         refuse("", shown(text), "lies farther from the bar's middle than its thickness", 'write e.g. "at 4 mm"')
     sign = PULLS[word]
     tie = Tie(carried=(-sign * height, 0.0, 0.0, sign))
-    return Load(text, _size(number, Dimension.FORCE), Dimension.FORCE, tie)
+    return Load(text, size, Dimension.FORCE, tie)
 
 
 def _weight(text: str, number: str, where: Array, beam: Beam, n: int, place: str | None) -> Load:
