@@ -8,8 +8,7 @@ from squama.beam import beamfile, matrixfile
 from squama.beam.parts import Assembly
 from squama.errors import Problems, refuse
 from squama.loads import LOADS, NEUTRAL, Load
-from squama.model import joint, neighbours, reach
-from squama.model.paths import FLOAT, Twist
+from squama.model import joint, reach
 from squama.people import per_pitch
 from squama.units import Dimension, as_text, shown
 
@@ -106,6 +105,9 @@ def _thin(beam: Assembly, load: Load, sense: str) -> list[str]:
     line += f" uses {100 * tau / gap:.0f} % of the {words} ({100 * THIN:.0f} % is thin); "
     if not load.sided:
         return [f"{line}plates of that thickness engage before the model's thin ones"]
+    from squama.model import neighbours
+    from squama.model.paths import FLOAT, Twist
+
     # the other sense is the mirror image
     alpha *= -1 if sense == "-" else 1
     row = Twist(beam.eta, beam.beta, beam.lam, math.sin(alpha), math.cos(alpha), theta0)
