@@ -1,13 +1,15 @@
 """Finite elements of a design: its own scales under a couple, or an endless beam held straight, beside the model.
 
-Elements of a coarse mesh are too stiff. So the model is also followed with the joint stiffness of the same mesh, and
-the goals are told by elements times the model's figure with the beam's own joint over that with the mesh's.
+Elements of a coarse mesh are too stiff, and their bar has plain ends, by which a row under a couple bows farther. So
+the model is also followed with the joint stiffness of the same mesh and with these ends. The goals are told by elements
+times the model's figure of the design over that.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -32,6 +34,9 @@ from squama.people import per_pitch
 from squama.study import parts
 from squama.types import Array
 from squama.units import change, moment
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MESH: MeshName = "coarse"
 INCREMENTS = 24
@@ -65,8 +70,8 @@ def of_design(target: Target, beam: Beam) -> tuple[tuple[Beside, ...], list[str]
     wants = [goal.want for goal in goals]
     K = response(pitch_mesh(geometry(beam), *runs.mesh_sizes(MESH)), geometry(beam)).K
     meshed = beam.replace(joint=parts.joint_of(beam, K))
-    own, same = (np.array(joint_figures.followed(one, wants, target.options, ends=COUPLE)[0]) for one in (beam, meshed))
-    found, ended = _of_part(meshed, load, target.options.sense, goals)
+    own = np.array(joint_figures.followed(beam, wants, target.options, ends=COUPLE)[0])
+    found, same, ended = _of_part(meshed, load, target.options.sense, goals)
     best = found * own / same
     pitches = Pitches(beam.pitch, beam.pitches)
     words = f"by elements of {beam.pitches} scales"
@@ -78,7 +83,7 @@ def of_design(target: Target, beam: Beam) -> tuple[tuple[Beside, ...], list[str]
         if math.isnan(at):
             lines.append(f"{goal.name}: elements end before, {ended}")
             continue
-        with_mesh = f"model with the joint of that mesh {by:.3g} ({change(at / by - 1, '+')})"
+        with_mesh = f"model with the joint of that mesh and these ends {by:.3g} ({change(at / by - 1, '+')})"
         lines.append(f"{where}, {with_mesh}, with its own joint {mine:.3g} {goal.unit}".rstrip())
     return (told,), lines
 
@@ -93,8 +98,10 @@ def _goals(target: Target) -> list[Goal]:
     return [g for g in target.goals if g.want.at is not None and g.want.figure in FIGURES and not g.group]
 
 
-def _of_part(beam: Beam, load: Load, sense: str, goals: Sequence[Goal]) -> tuple[Array, str]:
-    """Return the figures (goals,) of N scales by elements, NaN beyond the end of the run, and how the run ended.
+def _of_part(beam: Beam, load: Load, sense: str, goals: Sequence[Goal]) -> tuple[Array, Array, str]:
+    """Return the figures (goals,) of N scales by elements and by the model of the same part, and how elements ended.
+
+    NaN beyond the end of the run.
 
     The bar of elements has a pitch without exposed scale at either end, and plain bar beyond. Their compliance, which
     is what the whole bar has before contact beyond that of N pitches of an endless beam of the same mesh (the joint of
@@ -112,28 +119,45 @@ def _of_part(beam: Beam, load: Load, sense: str, goals: Sequence[Goal]) -> tuple
     word = "twist" if load.axis == PHI else "bend"
     led = parts.led(f"{turn} rad {word}", None, beam, n)
     run = parts.Run(n, led, beam.friction.mu or 0.0, MESH, abs(led.way) / INCREMENTS, ideal=False)
-    data = parts.elements(beam, run)
+    data, model = parts.elements(beam, run), parts.model(beam, run)
+    long = n * d
+    found = _reduced(data, data["W"].values, data["W_fr"].values, n, long, cell, goals, at)
+    stored, rubbed = ((model[name].values * model.sizes["scale"] * d) for name in ("U_el", "W_fr"))
+    same = _reduced(model, stored + rubbed, rubbed, n, long, cell, goals, at)
+    return found, same, str(data.attrs["sentence"])
+
+
+def _reduced(
+    data: xr.Dataset,
+    work: Array,
+    friction: Array,
+    n: int,
+    long: float,
+    cell: float,
+    goals: Sequence[Goal],
+    at: list[float],
+) -> Array:
+    """Return the figures (goals,) at deformations per length, without the compliance of what is beside n pitches."""
     x, T = (np.abs(data[name].values) for name in ("turn", "moment"))
     # nothing touches in the first increment
     blank = x[1] / T[1] - n / cell
-    rate = (x - blank * T) / (n * d)
-    work = data["W"].values - blank * T**2 / 2
-    friction = data["W_fr"].values
+    rate = (x - blank * T) / long
+    work = work - blank * T**2 / 2
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.where(work > 0, friction / work, 0.0)
     tangent = np.gradient(T, rate)
     columns = {
         "torque": T,
         "tangent": tangent,
-        "stiffness_ratio": tangent / (cell * d),
-        "W_fr": friction / (n * d),
+        "stiffness_ratio": tangent * n / (cell * long),
+        "W_fr": friction / long,
         "RED": share,
     }
     values = [
         float(np.interp(phi, rate, columns[goal.want.figure], right=math.nan))
         for goal, phi in zip(goals, at, strict=True)
     ]
-    return np.array(values), str(data.attrs["sentence"])
+    return np.array(values)
 
 
 def _of_pitch(beam: Beam, sense: str, rates: Sequence[float]) -> list[str]:

@@ -192,6 +192,13 @@ def elements(
     )
 
 
+def model(beam: Beam, run: Run) -> xr.Dataset:
+    """Return the part that :func:`elements` computes by :func:`squama.load`, with its plain bar."""
+    shape, asked = geometry(beam), run.led
+    part = Closed.of(beam, run.scales, asked.text, asked.support, shape.square.pitches)
+    return door.load(part, scales=length(shape, run.scales), mu=run.mu, ideal=run.ideal, points=_POINTS)
+
+
 def beside(beam: Beam, data: xr.Dataset, run: Run) -> xr.Dataset:
     """Compare :func:`squama.load` with finite elements of the same part.
 
@@ -208,8 +215,7 @@ def beside(beam: Beam, data: xr.Dataset, run: Run) -> xr.Dataset:
     x, F = (np.asarray(data[key].values, float) for key in (by, name))
     loads, touch = [], []
     for one in (beam, own):
-        part = Closed.of(one, run.scales, asked.text, asked.support, shape.square.pitches)
-        r = door.load(part, scales=length(shape, run.scales), mu=run.mu, ideal=run.ideal, points=_POINTS)
+        r = model(one, run)
         at = np.append(0.0, r[by].values)
         # (the last point is reached but for rounding)
         loads.append(np.interp(x * (1 - 1e-9), at, np.append(0.0, r[name].values), right=np.nan))
