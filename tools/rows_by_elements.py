@@ -17,16 +17,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
 
 import squama
 from squama.fe.geometry import geometry
-from squama.fe.loaded import BLANK, length
+from squama.fe.loaded import BLANK
 from squama.fe.mesh import pitch_mesh
 from squama.fe.pitch_stiffness import response
 from squama.joints import law
 from squama.joints.choice import shape
-from squama.part import door
 from squama.study import parts
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -62,7 +60,6 @@ NAMED = (
     Row("finger, 5 scales, bent", FINGER, 5, 0.12, load="bend"),
     Row("4 scales 37 mm wide at 54 deg, couple", WIDE, 4, 0.12),
     Row("4 scales 30 mm wide at 57.5 deg, couple", STEEP, 4, 0.1),
-    Row("8 scales 30 mm wide at 57.5 deg, couple", STEEP, 8, 0.1),
 )
 
 
@@ -92,20 +89,17 @@ def compare(row: Row) -> str:
     K = response(pitch_mesh(g, *MESH), g).K
     beam = row.beam.replace(joint=parts.joint_of(row.beam, K), scales=n)
 
-    def model(turn: float) -> xr.Dataset:
-        text = f"{turn} rad {row.load}"
-        part = parts.Closed.of(beam, n, text, row.support, g.square.pitches)
-        return door.load(part, scales=length(g, n), mu=MU, points=100)
+    def run(turn: float) -> parts.Run:
+        led = parts.led(f"{turn} rad {row.load}", row.support, beam, n)
+        return parts.Run(n, led, MU, MESH, abs(led.way) / INCREMENTS, ideal=False)
 
     first = g.square.pitches - g.square.pitches // 2 + BLANK
     cells = slice(first, first + n)
-    most = model(3 * row.to * (n + 2 * BLANK))
+    most = parts.model(beam, run(3 * row.to * (n + 2 * BLANK)))
     own = np.abs(most["phi_cell" if row.load == "twist" else "psi_cell"].values[:, cells]).mean(axis=1)
     turn = float(np.interp(row.to, own, most["turn"].values))
-    led = parts.led(f"{turn} rad {row.load}", row.support, beam, n)
-    d = parts.elements(beam, parts.Run(n, led, MU, MESH, abs(led.way) / INCREMENTS, ideal=False))
+    d, m = parts.elements(beam, run(turn)), parts.model(beam, run(turn))
     x, T = (np.abs(d[name].values) for name in ("turn", "moment"))
-    m = model(turn)
     Tm = np.interp(x, np.abs(m["turn"].values), np.abs(m["moment"].values))
     before, late = x < 0.8 * float(m["share_e"]) * turn, slice(-LATE, None)
     soft, hard = ([np.polyfit(load[at], x[at], 1)[0] for load in (T, Tm)] for at in (before, late))

@@ -70,6 +70,17 @@ def test_elements_are_for_points_on_compliant_joints():
         squama.inverse_design(data, beam=squama.Beam.from_ratios(mu=0.5), elements=True)
 
 
+def test_elements_of_all_scales_are_twisted_in_one_sense():
+    data = {
+        "sense": "-",
+        "target": {"points": [{"twist": "0.07 rad/pitch", "stiffness_ratio": "at least 2"}]},
+        "vary": {"scale.length": ("60 mm", "70 mm")},
+    }
+    beam = squama.Beam.from_toml("examples/stiff_skin.toml").replace(scales=5)
+    with pytest.raises(InputError, match="elements: of all scales are twisted in sense \\+"):
+        squama.inverse_design(data, beam=beam, elements=True)
+
+
 def test_elements_are_for_beams_that_they_can_bend():
     data = {
         "load": "bending",

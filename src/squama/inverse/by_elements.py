@@ -56,6 +56,8 @@ def check(target: Target) -> None:
         refuse("elements", "", "check compliant joints at points of the target only", "leave it out", source)
     if not load.sided and not _finite(target, target.space.beam):
         refuse("elements", "", "of an endless beam are for twisting", "give the target a number of scales", source)
+    if target.options.sense == "-" and _finite(target, target.space.beam):
+        refuse("elements", "", "of all scales are twisted in sense +", 'leave it out, or write sense = "+"', source)
     only_one(target.space.beam.faces, "elements of a design")
 
 
@@ -71,7 +73,7 @@ def of_design(target: Target, beam: Beam) -> tuple[tuple[Beside, ...], list[str]
     K = response(pitch_mesh(geometry(beam), *runs.mesh_sizes(MESH)), geometry(beam)).K
     meshed = beam.replace(joint=parts.joint_of(beam, K))
     own = np.array(joint_figures.followed(beam, wants, target.options, ends=COUPLE)[0])
-    found, same, ended = _of_part(meshed, load, target.options.sense, goals)
+    found, same, ended = _of_part(meshed, load, goals)
     best = found * own / same
     pitches = Pitches(beam.pitch, beam.pitches)
     words = f"by elements of {beam.pitches} scales"
@@ -98,7 +100,7 @@ def _goals(target: Target) -> list[Goal]:
     return [g for g in target.goals if g.want.at is not None and g.want.figure in FIGURES and not g.group]
 
 
-def _of_part(beam: Beam, load: Load, sense: str, goals: Sequence[Goal]) -> tuple[Array, Array, str]:
+def _of_part(beam: Beam, load: Load, goals: Sequence[Goal]) -> tuple[Array, Array, str]:
     """Return the figures (goals,) of N scales by elements and by the model of the same part, and how elements ended.
 
     NaN beyond the end of the run.
@@ -110,20 +112,20 @@ def _of_part(beam: Beam, load: Load, sense: str, goals: Sequence[Goal]) -> tuple
     n, d = beam.pitches, beam.pitch
     at = [goal.want.at.per_length(beam) for goal in goals if goal.want.at is not None]
     most = max(at)
-    answer = doors.respond(beam, load.name, at=[most], sense=sense, ends=COUPLE, joint="compliant")
+    answer = doors.respond(beam, load.name, at=[most], ends=COUPLE, joint="compliant")
     cell = float(answer.attrs["rigidity"]) / d
     bar = float(law.bare(choice.shape(beam))[0 if load.axis == PHI else 1]) * beam.substrate.youngs_modulus * d**3
     ends = 2 * BLANK / cell + geometry(beam).square.pitches / bar
     beyond = ends * float(answer.along(load.torque)[0])
-    turn = (-1.0 if sense == "-" else 1.0) * _BEYOND * (most * n * d + beyond)
+    turn = _BEYOND * (most * n * d + beyond)
     word = "twist" if load.axis == PHI else "bend"
     led = parts.led(f"{turn} rad {word}", None, beam, n)
     run = parts.Run(n, led, beam.friction.mu or 0.0, MESH, abs(led.way) / INCREMENTS, ideal=False)
     data, model = parts.elements(beam, run), parts.model(beam, run)
-    long = n * d
-    found = _reduced(data, data["W"].values, data["W_fr"].values, n, long, cell, goals, at)
+    bar, long = cell / n, n * d
+    found = _reduced(data, data["W"].values, data["W_fr"].values, bar, long, goals, at)
     stored, rubbed = ((model[name].values * model.sizes["scale"] * d) for name in ("U_el", "W_fr"))
-    same = _reduced(model, stored + rubbed, rubbed, n, long, cell, goals, at)
+    same = _reduced(model, stored + rubbed, rubbed, bar, long, goals, at)
     return found, same, str(data.attrs["sentence"])
 
 
@@ -131,16 +133,18 @@ def _reduced(
     data: xr.Dataset,
     work: Array,
     friction: Array,
-    n: int,
+    bar: float,
     long: float,
-    cell: float,
     goals: Sequence[Goal],
     at: list[float],
 ) -> Array:
-    """Return the figures (goals,) at deformations per length, without the compliance of what is beside n pitches."""
+    """Return the figures (goals,) at deformations per length (rad/m), without the compliance of what is beside the row.
+
+    ``bar``: stiffness (N m/rad) of the row's length (m), ``long``, of endless beam before contact.
+    """
     x, T = (np.abs(data[name].values) for name in ("turn", "moment"))
     # nothing touches in the first increment
-    blank = x[1] / T[1] - n / cell
+    blank = x[1] / T[1] - 1 / bar
     rate = (x - blank * T) / long
     work = work - blank * T**2 / 2
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -149,7 +153,7 @@ def _reduced(
     columns = {
         "torque": T,
         "tangent": tangent,
-        "stiffness_ratio": tangent * n / (cell * long),
+        "stiffness_ratio": tangent / (bar * long),
         "W_fr": friction / long,
         "RED": share,
     }
