@@ -90,6 +90,10 @@ def test_the_tractions_of_an_end_are_of_one_load_each(fig6b, coarse, cut):
     others = ~np.eye(3, dtype=bool)
     own = np.abs(moments.diagonal())
     assert (np.abs(moments)[others].reshape(3, 2).max(axis=1) < 0.05 * own).all()
+    # shear leaves the bar's sides free
+    side = np.abs(np.abs(arms[:, 0]) - fig6b.width / 2) < 1e-9
+    shear = np.abs(section._across[2])
+    assert shear[side, 0].max() < 1e-6 * shear.max()
 
 
 def softness(walk, way):
