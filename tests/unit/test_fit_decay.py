@@ -108,6 +108,21 @@ def test_on_compliant_joints():
     assert abs(hinge.values["mu"] - 0.3) > 4 * f.errors["mu"]
 
 
+def test_a_beam_with_a_number_of_scales_has_all_of_them():
+    beam = squama.Beam.from_toml("examples/stiff_skin.toml")
+    beam = beam.replace(scales=6, rotor="1e-4 kg m2", hold="bend, lateral bend")
+    record = squama.vibrate(beam, release="0.1 rad/pitch", damping=0.01, swings=3)
+    f = squama.fit_decay(record, beam, "damping")
+    assert f.attrs["ends"] == "free"
+    assert f.values["damping"] == pytest.approx(0.01, rel=1e-3)
+    assert not f.notes
+    endless = squama.fit_decay(record, beam, "damping", ends="endless")
+    assert endless.attrs["ends"] == "endless"
+    # its moment at the same twist is far larger
+    assert endless.rms > 1e3 * f.rms
+    assert any("the model misses something" in note for note in endless.notes)
+
+
 def test_below_engagement_only_the_material_is_found():
     t, y, v = sampled(release="0.02 rad/pitch", damping=0.02, swings=4, **HINGE)
     assert float(v.phi_e) > 0.02

@@ -185,7 +185,7 @@ class Prediction:
 
 
 SWING, TABLES, PREDICTION = Swing(), Tables(), Prediction()
-_OF_DECAYS = ("load", "law", "joint")
+_OF_DECAYS = ("load", "law", "joint", "ends")
 """Settings that a decay shares with a test."""
 
 
@@ -243,7 +243,7 @@ def fit(
     found: Fit | DecayFit
     with flags.laid(names):
         if decays:
-            how = {"load": kind, "law": search.law, "joint": search.joint, **vars(swing)}
+            how = {**{name: getattr(search, name) for name in _OF_DECAYS}, "load": kind, **vars(swing)}
             found = decay_fit.fit_decay(read[0], part.beam, *wanted, **how)
         else:
             how = {name: value for name, value in vars(search).items() if value is not None}

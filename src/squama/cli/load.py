@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -17,10 +17,10 @@ from squama.people import figure
 from squama.units import moment, number, shown
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from squama.beam.design import Beam
+    from squama.curves.labelled import Answer
     from squama.part.definition import Part
+    from squama.types import Array
 
 _LOAD = (
     'Load: "0.2 N up at tip", "10 mm down at middle", "0.5 N down over all", "weight down", "30 N mm twist", '
@@ -78,25 +78,25 @@ def load(
         flags.problems().add("--load", "", "is missing", remedy)
     part = settled(found)
 
-    from squama import plot
     from squama.part import door
 
     own = {name: f"{label(beam)}: {beamfile.heading(name)}" for name in beamfile.PART}
     with flags.laid(flags.arguments("scales") | own | {name: f"--{name}" for name in given}):
         whole = replace(part, **given)
         answer, told = door.followed(whole, scales=scales, points=points, back=back, ideal=ideal or None)
-        data = answer.dataset()
-    written = output.write(common, lambda: data, "part_figure")
+    written = output.write(common, answer.dataset, "part_figure")
     if gif is not None:
-        written.append(plot.part_animation(data, gif))
+        from squama import plot
+
+        written.append(plot.part_animation(answer.dataset(), gif))
     if view:
         from squama.scene import part_motion
 
         written += part_motion.drawn(answer, told, *view, name=Path(beam).stem).files
-    parts = {"figures": output.figures(data), "curve": "point", "root": "point axis", "sections": "point section"}
-    record = output.record(part.beam, data, _KEYS, **parts, each="point scale")
+    parts = {"figures": output.figures(answer), "curve": "point", "root": "point axis", "sections": "point section"}
+    record = output.record(part.beam, answer, _KEYS, **parts, each="point scale")
     replaced = [f"--{name} in place of {own[name]}" for name in given if getattr(part, name)]
-    return output.report(common.json, beam, written, record, _summary(part.beam, data, replaced).shown(full=full))
+    return output.report(common.json, beam, written, record, _summary(part.beam, answer, replaced).shown(full=full))
 
 
 def _grades(along: tuple[flags.Pair, ...]) -> dict[str, list[str]] | str | None:
@@ -128,11 +128,11 @@ _SUPPORTS = {
 }
 
 
-def _summary(beam: Beam, data: xr.Dataset, replaced: list[str]) -> Summary:
+def _summary(beam: Beam, data: Answer, replaced: list[str]) -> Summary:
     """Return the summary: the part under its full load; ``replaced``: values of the file that flags replace."""
-    attrs, top = data.attrs, int(data["share"].values.argmax())
-    most = data.isel(point=top)
-    force = "F" in data
+    attrs, top, n = data.attrs, int(data["share"].argmax()), data["scale"].size
+    most = data.at(top)
+    force = "F" in most
     name, way = ("F", "travel") if force else ("moment", "turn")
     size, bare, travel = (float(most[v]) for v in (name, f"{name}_bare", way))
     far = figure(1e3 * travel, "mm") if force else figure(math.degrees(travel), "deg")
@@ -152,30 +152,30 @@ def _summary(beam: Beam, data: xr.Dataset, replaced: list[str]) -> Summary:
         ("support", f"{_SUPPORTS[attrs['support'].split(',')[0].strip()]}{graded}"),
         ("scales touch", f"from {percent(engaged)} of the load on" if math.isfinite(engaged) else "never"),
         ("the tip moves", f"{tip[0]} across, {tip[1]} up, {tip[2]} along"),
-        ("largest stress in a scale", largest_stress(most["stress"].values, beam)),
+        ("largest stress in a scale", largest_stress(most["stress"], beam)),
     ]
-    if top < data.sizes["point"] - 1:
+    if top < data["share"].size - 1:
         # no -0
-        left = percent(round(float(data[way].values[-1]) / travel, 9) + 0.0)
-        work = figure(1e3 * float(data["W_fr"].values[-1]) * data.sizes["scale"] * attrs["pitch"], "mJ")
+        left = percent(round(float(data[way][-1]) / travel, 9) + 0.0)
+        work = figure(1e3 * float(data["W_fr"][-1]) * n * attrs["pitch"], "mJ")
         figures.append(("unloaded", f"{left} of the deformation is left; friction took {work}"))
     figures.append(("friction", f"mu = {float(data['mu']):g}; it takes {percent(float(most['RED']))} of the work"))
-    figures.append(("model", modelled(beam, attrs, f"{data.sizes['scale']} scales")))
+    figures.append(("model", modelled(beam, attrs, f"{n} scales")))
     return Summary(verdict, figures, replaced, attrs["warnings"], _all(data, most))
 
 
-def _all(data: xr.Dataset, most: xr.Dataset) -> Iterable[str]:
+def _all(data: Answer, most: Mapping[str, Array]) -> Iterable[str]:
     """Yield reactions at the root, strains of the pitches, contact force, energy balance; ``most``: at the top."""
     import numpy as np
 
     for what, unit, factor in (("root_force", "N", 1.0), ("root_moment", "N mm", 1e3)):
-        if np.any(most[what].values):
-            held = ", ".join(number(v) for v in (factor * most[what].values + 0.0).round(9))
+        if np.any(most[what]):
+            held = ", ".join(number(v) for v in (factor * most[what] + 0.0).round(9))
             yield f"{what.removeprefix('root_')} at the root: {held} {unit} (x, y, z)"
-    bends, twists = (np.degrees(most[name].values) for name in ("psi_cell", "phi_cell"))
+    bends, twists = (np.degrees(most[name]) for name in ("psi_cell", "phi_cell"))
     yield f"bend of the pitches: {number(bends.min())} to {number(bends.max(), 'deg')}"
     yield f"twist of the pitches: {number(twists.min())} to {number(twists.max(), 'deg')}"
-    N = most["N"].values[:-1]
+    N = most["N"][:-1]
     if np.nanmax(N) > 0:
         yield f"largest contact force: {number(float(np.nanmax(N)), 'N')}, of scale {int(np.nanargmax(N)) + 1}"
     yield f"the work of the load is balanced to {float(data['energy_error']):.0e}"

@@ -19,10 +19,9 @@ from squama.people import figure, tidy, turned
 from squama.units import moment, number, shown, torque_unit
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from squama.beam.design import Beam
     from squama.curves.doors import How
+    from squama.curves.labelled import Answer
 
 
 _DATA = 'CSV file of measured points to draw too; header "Phi (deg/mm), T (N mm)", bent "kappa (1/m), M (N mm)".'
@@ -156,12 +155,11 @@ def row(
     how: How = {"joint": joint, "ideal": ideal or None}
     with flags.laid(flags.arguments()):
         answer = finite_rows.rowed(described, scales=scales, to=stop, sense=sense, points=points, ends=ends, **how)
-    data = answer.dataset()
-    written = output.write(common, lambda: data, "row_figure")
+    written = output.write(common, answer.dataset, "row_figure")
     keys = "load law joint scales sense ends squama_version"
-    parts = {"figures": output.figures(data), "curve": "point", "each": "point scale"}
-    record = output.record(described, data, keys, **parts)
-    return output.report(common.json, beam, written, record, _summary(described, data).shown(full=full))
+    parts = {"figures": output.figures(answer), "curve": "point", "each": "point scale"}
+    record = output.record(described, answer, keys, **parts)
+    return output.report(common.json, beam, written, record, _summary(described, answer).shown(full=full))
 
 
 _ROW_ENDS = {
@@ -172,9 +170,9 @@ _ROW_ENDS = {
 }
 
 
-def _summary(beam: Beam, data: xr.Dataset) -> Summary:
+def _summary(beam: Beam, data: Answer) -> Summary:
     """Return the summary: the row at its last point, compared with the endless beam."""
-    n, last, end = data.sizes["scale"], data.isel(point=-1), End(str(data["end"].item()))
+    n, last, end = data["scale"].size, data.at(-1), End(str(data["end"].item()))
     beam = beam.replace(scales=n)
     torque, endless = float(last["T"]), float(last["T_periodic"])
     place = turned(float(last["phi"]), beam)
@@ -183,7 +181,7 @@ def _summary(beam: Beam, data: xr.Dataset) -> Summary:
         verdict += f", {percent(torque / endless)} of an endless beam's torque"
     theta = [number(tidy(math.degrees(float(last["theta"][i])))) for i in (0, n // 2, -1)]
     decay = figure(float(data["decay"]))
-    stress = largest_stress(last["stress"].values, beam) if "stress" in last else ""
+    stress = largest_stress(last["stress"], beam) if "stress" in last else ""
     other, which = str(data["other_contact"].item()), int(data["scale_end"])
     why = f"{SENTENCES[end]}{f' (scale {which}: {other})' if which and other and end is not End.RANGE else ''}"
     figures = [
@@ -198,14 +196,14 @@ def _summary(beam: Beam, data: xr.Dataset) -> Summary:
     return Summary(verdict, figures, (), data.attrs["warnings"], _all(data))
 
 
-def _all(data: xr.Dataset) -> Shown:
+def _all(data: Answer) -> Shown:
     """Yield figures of the row at its last point, and a table of its scales."""
     import numpy as np
 
     from squama.cli.report import held
 
-    n, last = data.sizes["scale"], data.isel(point=-1)
-    down, endless = np.flatnonzero(last["Q"].values > 0) + 1, float(last["T_periodic"])
+    n, last = data["scale"].size, data.at(-1)
+    down, endless = np.flatnonzero(last["Q"] > 0) + 1, float(last["T_periodic"])
     size, newton = torque_unit(max(abs(float(last["T"])), abs(endless) if math.isfinite(endless) else 0.0))
     yield f"{held(data.attrs)}; {fixed(data.attrs)}"
     yield _ROW_ENDS[data.attrs["ends"]]
@@ -215,7 +213,7 @@ def _all(data: xr.Dataset) -> Shown:
     else:
         yield "the endless beam's curve ends before"
     if "M_cell" in last:
-        bending = float(np.abs(last["M_cell"].values).max())
+        bending = float(np.abs(last["M_cell"]).max())
         yield f"largest bending moment in a pitch: {number(size * bending, newton)}"
     if down.size:
         yield f"scales that lie on the substrate: {', '.join(map(str, down))}"
@@ -226,6 +224,6 @@ def _all(data: xr.Dataset) -> Shown:
         "f, N": ("f", 1.0),
         "stress, MPa": ("stress", 1e-6),
     }
-    known = {head: last[name].values * factor + 0.0 for head, (name, factor) in columns.items() if name in last}
+    known = {head: last[name] * factor + 0.0 for head, (name, factor) in columns.items() if name in last}
     rows = ([str(i + 1), *(number(float(v[i])) for v in known.values())] for i in range(n))
     yield output.table(("scale", *known), rows)

@@ -81,6 +81,10 @@ class Answer:
             return v.values
         return np.asarray(v.values.mean(axis=-1) if name in MEAN else np.fmax.reduce(v.values, axis=-1))
 
+    def at(self, i: int) -> dict[str, Array]:
+        """Return the values of all variables along a single curve at its point ``i``, by name."""
+        return {name: v.values[i] for name, v in self.variables.items() if v.dims[:1] == ("point",)}
+
     def pick(self, i: int) -> Answer:
         """Return one curve of a family."""
         one = {

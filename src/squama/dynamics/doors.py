@@ -153,7 +153,7 @@ def vibrate(
     n = arguments.whole("swings", swings, 1, MOST_SWINGS)
     zeta = _bounded("damping", damping, Dimension.RATIO, DAMPING)
     read = _quantities(beam, load, mode, release=release, impulse=impulse, rotor=rotor, density=density)
-    model, request = model_of(beam, mu, law, load, joint, ideal, _ends(mode, ends))
+    model, request = model_of(beam, mu, law, load, joint, ideal, ends_in(mode, ends))
     bar = systems.bar(beam, model, mode, read.get("rotor", beam.rotor), read.get("density", beam.density))
     if impulse is not None and mode != "uniform":
         refuse("impulse", "", "acts on a rotor, and a mode has none", "give release")
@@ -204,7 +204,7 @@ def model_of(
     return Model(kind, float(one.mus), one.law, one.joint, one.ideal, one.ends), one
 
 
-def _ends(mode: str, ends: str | None) -> str | None:
+def ends_in(mode: str, ends: str | None) -> str | None:
     """Return the word for the ends; modes other than the uniform one take the endless beam and refuse other words."""
     if mode == UNIFORM:
         return ends
@@ -343,7 +343,7 @@ def shake(
         refuse("frequencies", "", f"must be 1 to {MOST_FREQUENCIES} growing numbers", "write e.g. [2, 2.5, 3]")
     zeta = _bounded("damping", damping, Dimension.RATIO, DAMPING)
     read = _quantities(beam, load, mode, static=static, torque=torque, rotor=rotor, density=density)
-    model, request = model_of(beam, mu, law, load, joint, ideal, _ends(mode, ends))
+    model, request = model_of(beam, mu, law, load, joint, ideal, ends_in(mode, ends))
     bar = systems.bar(beam, model, mode, read.get("rotor", beam.rotor), read.get("density", beam.density))
     if torque is not None and mode != "uniform":
         refuse("torque", "", "acts on a rotor, and a mode has none", "give static")

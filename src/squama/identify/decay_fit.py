@@ -35,7 +35,7 @@ from squama.identify.estimated import Estimated, of
 from squama.identify.records import Swings
 from squama.identify.unknowns import PARAMETERS, Parameter, ask, named
 from squama.io.columns import TIME
-from squama.loads import MODES, JointName, LawName, LoadName, ModeName
+from squama.loads import MODES, EndsName, JointName, LawName, LoadName, ModeName
 from squama.people import per_pitch
 from squama.types import Array
 from squama.units import Dimension
@@ -72,6 +72,9 @@ _AGAIN, _MISSES = 1.15, 1.5
 """Residual over the noise of a point above which other starts are tried, and above which a note reports misfit."""
 _ROUNDING = 1e-6
 """Residuals over the first turning point that count as rounding."""
+_FARTHER = 1.1
+"""Ratio of the angles to one of which the branches of a trial beam are followed, whatever its release."""
+_sides = functools.lru_cache(maxsize=16)(systems.sides)
 
 
 class Trials(NamedTuple):
@@ -91,7 +94,8 @@ class Trials(NamedTuple):
         """Return the first state of a motion and its parts up to the time ``until``, 1/omega0."""
         v = dict(zip(self.names, p.tolist(), strict=True))
         model, sign = self.model._replace(mu=v.get("mu", self.model.mu)), -1 if v["release"] < 0 else 1
-        sides = systems.sides(self.fitted(p), model, self.mode, sign, abs(v["release"]))
+        far = _FARTHER ** math.ceil(math.log(max(abs(v["release"]), _STILL["hinge"]), _FARTHER))
+        sides = _sides(self.fitted(p), model, self.mode, sign, far)
         # a trial beam that locks before the release angle is released at its lock
         first = State(0.0, sign * min(abs(v["release"]), sides.of(sign).last), 0.0)
         drive = Drive(v.get("damping", 0.0), tolerance=systems.tolerance(model))
@@ -176,6 +180,7 @@ class DecayFit(Estimated):
             "joint": model.joint,
             "scales": idealisation(self.beam, model.joint, ideal=model.ideal),
             "mode": self.mode,
+            "ends": model.ends,
             **({"faces": self.beam.faces} if self.beam.other else {}),
         }
 
@@ -233,8 +238,12 @@ def fit_decay(
     mode: ModeName = "uniform",
     joint: JointName | None = None,
     ideal: bool | None = None,
+    ends: EndsName | None = None,
 ) -> DecayFit:
     """Find friction, joint stiffness and material damping of a beam from the record of a free vibration.
+
+    A beam with a number of scales is modelled with all of them, as by :func:`squama.vibrate`; ``ends="endless"`` is
+    the endless beam.
 
     Parameters
     ----------
@@ -246,7 +255,7 @@ def fit_decay(
         The beam, and the parameters to find: ``mu``, ``K_theta``, ``damping`` (ratio of the bar's material; 0 if not
         found) and, as for :func:`squama.fit`, ``C_f``, ``E_B`` and, on hinges, ``theta0``. The frequency without
         contact, the first turning point, its time and the zero of the reading are found in any case.
-    load, law, mode, joint, ideal
+    load, law, mode, joint, ideal, ends
         As for :func:`squama.vibrate`.
 
     Returns
@@ -271,8 +280,8 @@ def fit_decay(
     arguments.beam(beam)
     names = named(parameters, (*CONTACT, "damping"))
     mu = 0.25 if "mu" in names and beam.friction.mu is None else None
-    model, _ = doors.model_of(beam, mu, law, load, joint, ideal)
     arguments.one_of("mode", mode, MODES)
+    model, _ = doors.model_of(beam, mu, law, load, joint, ideal, doors.ends_in(mode, ends))
     systems.bar(beam, model, mode, 1.0, 1.0)
     if model.joint == "compliant" and "theta0" in names:
         refuse("parameters", "", "theta0 is not found on the compliant joint", 'leave it out, or give joint="hinge"')
@@ -307,7 +316,7 @@ def _started(trials: Trials, p: Array, record: Swings) -> Array:
 def _check_engagement(trials: Trials, p: Array, record: Swings, contact: list[str]) -> None:
     """Refuse parameters of the contact for a record without contact."""
     peaks = np.array([record.release, *record.y[record.turns]])
-    sides = systems.sides(trials.fitted(p), trials.model, trials.mode, 1, max(doors.FAR, float(peaks.max())))
+    sides = _sides(trials.fitted(p), trials.model, trials.mode, 1, float(np.abs(peaks).max()))
     if contact and peaks.max() < sides.plus.y_e and -peaks.min() < sides.minus.y_e:
         what = f"{' and '.join(contact)} {'are' if len(contact) > 1 else 'is'} not to be found"
         far, engaged = (per_pitch(x, 4) for x in (np.abs(peaks).max(), sides.plus.y_e))
@@ -423,7 +432,8 @@ def _found(
     if not tried.ended:
         notes.append("the search did not come to an end: take the estimates as a start")
     elif sigma > max(_MISSES * least, _ROUNDING * abs(record.release)):
-        notes.append(f"residuals are {sigma / least:.1f} times the noise of a point: the model misses something")
+        larger = f"residuals are {sigma / least:.1f} times the noise of a point"
+        notes.append(f"{larger}: the noise is slow, or the model misses something")
     notes += systems.notes(beam, trials.model, None, float(y.min()), float(y.max()))
     estimated = (rows, p, covariance, t, y, fitted, least, at_bound, tuple(notes))
     return DecayFit(beam, trials.beam, trials.model, trials.mode, *estimated)
