@@ -72,8 +72,7 @@ _AGAIN, _MISSES = 1.15, 1.5
 """Residual over the noise of a point above which other starts are tried, and above which a note reports misfit."""
 _ROUNDING = 1e-6
 """Residuals over the first turning point that count as rounding."""
-_FARTHER = 1.1
-"""Ratio of the angles to one of which the branches of a trial beam are followed, whatever its release."""
+_FARTHER = 1.1  # branches of a trial beam are followed to one of the angles with this ratio, whatever its release
 _sides = functools.lru_cache(maxsize=16)(systems.sides)
 
 
@@ -242,8 +241,7 @@ def fit_decay(
 ) -> DecayFit:
     """Find friction, joint stiffness and material damping of a beam from the record of a free vibration.
 
-    A beam with a number of scales is modelled with all of them, as by :func:`squama.vibrate`; ``ends="endless"`` is
-    the endless beam.
+    A beam with a number of scales is modelled with all of them, as by :func:`squama.vibrate`.
 
     Parameters
     ----------
@@ -432,8 +430,8 @@ def _found(
     if not tried.ended:
         notes.append("the search did not come to an end: take the estimates as a start")
     elif sigma > max(_MISSES * least, _ROUNDING * abs(record.release)):
-        larger = f"residuals are {sigma / least:.1f} times the noise of a point"
-        notes.append(f"{larger}: the noise is slow, or the model misses something")
+        larger = f"{sigma / least:.1f} times the noise of a point"
+        notes.append(f"residuals are {larger}: the noise is slow, or the model misses something")
     notes += systems.notes(beam, trials.model, None, float(y.min()), float(y.max()))
     estimated = (rows, p, covariance, t, y, fitted, least, at_bound, tuple(notes))
     return DecayFit(beam, trials.beam, trials.model, trials.mode, *estimated)
