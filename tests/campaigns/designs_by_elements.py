@@ -60,8 +60,10 @@ SLENDER = {
 def trial(seed: int) -> list[str]:
     """Search a design and compute it by elements; a line where they miss what the search says is reached."""
     ask, begun = ASKS[seed % TRIALS], time.process_time()
-    beam = squama.Beam.from_toml(ROOT / ask.start).replace(scales=SCALES, ends="couple")
     bending = ask.load == "bending"
+    # a twisted row is stiff between grips: under a couple it coils
+    ends = "couple" if bending else "gripped"
+    beam = squama.Beam.from_toml(ROOT / ask.start).replace(scales=SCALES, ends=ends)
     STATE.mkdir(parents=True, exist_ok=True)
     file: dict[str, Any] = {
         "load": ask.load,

@@ -1,6 +1,7 @@
-"""Finite elements of a design: its own scales under a couple, or an endless beam held straight, beside the model.
+"""Finite elements of a design: its own scales, or a pitch of an endless beam held straight, beside the model.
 
-Elements of a coarse mesh are too stiff, and their bar has plain ends, by which a row under a couple bows farther. So
+All scales are under a couple, or between grips where the design has them. Elements of a coarse mesh are too stiff, and
+their bar has plain ends, by which a row under a couple bows farther. So
 the model is also followed with the joint stiffness of the same mesh and with these ends. The goals are told by elements
 times the model's figure of the design over that.
 """
@@ -29,7 +30,7 @@ from squama.inverse.beside import Beside
 from squama.inverse.goals import Goal, Pitches, reached
 from squama.inverse.target import Target
 from squama.joints import choice, law
-from squama.loads import COUPLE, ENDLESS, LOADS, STRAIGHT, Load, SenseName, holds
+from squama.loads import COUPLE, ENDLESS, GRIPPED, LOADS, STRAIGHT, Load, SenseName, ending, holds
 from squama.people import per_pitch
 from squama.study import parts
 from squama.types import Array
@@ -71,8 +72,8 @@ def of_design(target: Target, beam: Beam) -> tuple[tuple[Beside, ...], list[str]
         return (), [f"elements: not computed, {beam.pitches} scales are more than the {parts.MOST} they may have"]
     wants = [goal.want for goal in goals]
     K = response(pitch_mesh(geometry(beam), *runs.mesh_sizes(MESH)), geometry(beam)).K
-    meshed = beam.replace(joint=parts.joint_of(beam, K))
-    own = np.array(joint_figures.followed(beam, wants, target.options, ends=COUPLE)[0])
+    meshed, ends = beam.replace(joint=parts.joint_of(beam, K)), _ends(beam, load)
+    own = np.array(joint_figures.followed(beam, wants, target.options, ends=ends)[0])
     found, same, ended = _of_part(meshed, load, goals)
     best = found * own / same
     pitches = Pitches(beam.pitch, beam.pitches)
@@ -81,7 +82,7 @@ def of_design(target: Target, beam: Beam) -> tuple[tuple[Beside, ...], list[str]
     lines = []
     for goal, *values in zip(goals, found, same, own, strict=True):
         at, by, mine = (goal.shown(float(v), *pitches) for v in values)
-        where = f"{goal.name}: elements ({MESH} mesh, {beam.pitches} scales, a couple at their end) {at:.3g}"
+        where = f"{goal.name}: elements ({MESH} mesh, {beam.pitches} scales {ending(ends)}) {at:.3g}"
         if math.isnan(at):
             lines.append(f"{goal.name}: elements end before, {ended}")
             continue
@@ -93,6 +94,11 @@ def of_design(target: Target, beam: Beam) -> tuple[tuple[Beside, ...], list[str]
 def _finite(target: Target, beam: Beam) -> bool:
     """Say whether elements of all scales answer: the beam has a number of scales and no guide."""
     return bool(target.own) and not holds(beam.holding, LOADS[target.space.load])
+
+
+def _ends(beam: Beam, load: Load) -> str:
+    """Return the ends of a beam's elements: grips of a twisted beam that has them, else a couple."""
+    return GRIPPED if beam.ends == GRIPPED and load.axis == PHI else COUPLE
 
 
 def _goals(target: Target) -> list[Goal]:
@@ -112,14 +118,15 @@ def _of_part(beam: Beam, load: Load, goals: Sequence[Goal]) -> tuple[Array, Arra
     n, d = beam.pitches, beam.pitch
     at = [goal.want.at.per_length(beam) for goal in goals if goal.want.at is not None]
     most = max(at)
-    answer = doors.respond(beam, load.name, at=[most], ends=COUPLE, joint="compliant")
+    ends = _ends(beam, load)
+    answer = doors.respond(beam, load.name, at=[most], ends=ends, joint="compliant")
     cell = float(answer.attrs["rigidity"]) / d
     bar = float(law.bare(choice.shape(beam))[0 if load.axis == PHI else 1]) * beam.substrate.youngs_modulus * d**3
-    ends = 2 * BLANK / cell + geometry(beam).square.pitches / bar
-    beyond = ends * float(answer.along(load.torque)[0])
+    compliance = 2 * BLANK / cell + geometry(beam).square.pitches / bar
+    beyond = compliance * float(answer.along(load.torque)[0])
     turn = _BEYOND * (most * n * d + beyond)
     word = "twist" if load.axis == PHI else "bend"
-    led = parts.led(f"{turn} rad {word}", None, beam, n)
+    led = parts.led(f"{turn} rad {word}", GRIPPED if ends == GRIPPED else None, beam, n)
     run = parts.Run(n, led, beam.friction.mu or 0.0, MESH, abs(led.way) / INCREMENTS, ideal=False)
     data, model = parts.elements(beam, run), parts.model(beam, run)
     bar, long = cell / n, n * d
