@@ -258,6 +258,7 @@ def fixed(attrs: Mapping[str, object]) -> str:
 def ending(ends: str) -> str:
     """Return the ends of a finite beam in words, such as "with free ends"."""
     words = {COUPLE: "under a couple at the ends", "equal": "with equal cells"}
+    words |= {mode: f"of a {mode} bar" for mode in MODES[1:]}
     return words.get(ends, f"with {ends} ends")
 
 

@@ -66,14 +66,15 @@ def test_who_swings_with_ends():
         (SKIN.replace(scales=None), {}),
         (SKIN.replace(scales=201), {}),
         (SKIN, {"joint": "hinge"}),
-        (SKIN, mode),
+        (SKIN, mode | {"ends": "endless"}),
     ):
         assert "ends" not in squama.vibrate(beam, **given, **how).attrs
+    assert squama.vibrate(SKIN, **given, **mode).attrs["ends"] == "cantilever"
     # grips hold a beam that stands still
     assert squama.vibrate(SKIN.replace(ends="gripped"), **given).attrs["ends"] == "free"
     for how, words in (
         ({"ends": "gripped"}, "is not known of a beam that is loaded so"),
-        ({"ends": "free", **mode}, "is for the uniform mode"),
+        ({"ends": "free", **mode}, "a cantilever bar is held by its mode"),
     ):
         with pytest.raises(squama.InputError, match=words):
             squama.vibrate(SKIN, **given, **how)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any
 
 from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
 from squama.cli.output import Shown, Summary, joules, modelled, percent, touching
-from squama.loads import LOADS
+from squama.loads import LOADS, UNIFORM
 from squama.people import degrees, figure, turned
 from squama.units import number
 
@@ -77,23 +78,37 @@ def _summary(beam: Beam, data: xr.Dataset) -> Summary:
     angle = LOADS[attrs["load"]].angle
     y, zeta, period = (data[name].values for name in (f"{angle}_turn", "zeta_cycle", "period"))
     engaged, jams = float(data[f"{angle}_e"]), data["end"].item() == "jams"
+    by, most = _angles_of(beam, attrs)
     if jams:
-        last, rest = (turned(float(v), beam) for v in (y[-1], data[f"{angle}_rest"]))
+        last, rest = (turned(float(v), by) for v in (y[-1], data[f"{angle}_rest"]))
         verdict = f"it jams: let go at {last} it stays at {rest}"
     else:
         verdict = f"{figure(1 / period[0], 'Hz')}, damping ratio {figure(zeta[0])} in the first of {zeta.size} cycles"
     below = "friction damps beyond engagement only: below it the beam rings on unless its material damps (--damping)"
     rubs = float(data["mu"]) and math.isfinite(engaged) and not attrs["damping"] and not jams
     figures = [
-        ("swings from", turned(float(y[0]), beam) if y.size else ""),
-        ("after the last cycle", turned(float(y[-1]), beam) if not jams and y.size > 1 else ""),
+        ("swings from", f"{turned(float(y[0]), by)}{most}" if y.size else ""),
+        ("after the last cycle", turned(float(y[-1]), by) if not jams and y.size > 1 else ""),
         ("damping ratio, last cycle", figure(zeta[-1]) if zeta.size > 1 else ""),
         ("frequency before contact", figure(float(data["f_0"]), "Hz")),
-        ("scales touch", touching(engaged, beam)),
+        ("scales touch", touching(engaged, by)),
         ("friction", f"mu = {float(data['mu']):g}"),
-        ("model", f"{modelled(beam, attrs)}; {attrs['mode']}"),
+        ("model", _modelled(beam, attrs)),
     ]
-    return Summary(verdict, figures, [below] if rubs else [], attrs["warnings"], _cycles(beam, data))
+    return Summary(verdict, figures, [below] if rubs else [], attrs["warnings"], _cycles(by, data))
+
+
+def _angles_of(beam: Beam, attrs: Mapping[str, Any]) -> tuple[Beam, str]:
+    """Return a beam by which angles are shown, per pitch in a mode, and words for the place of a mode's angle."""
+    if attrs["mode"] == UNIFORM:
+        return beam, ""
+    return beam.replace(scales=None, ends=None), ", where it bends most without contact"
+
+
+def _modelled(beam: Beam, attrs: Mapping[str, Any]) -> str:
+    """Return the model of a vibration as text."""
+    known = modelled(beam, attrs)
+    return known if attrs.get("ends") == attrs["mode"] else f"{known}; {attrs['mode']}"
 
 
 def _cycles(beam: Beam, data: xr.Dataset) -> Shown:
@@ -170,7 +185,8 @@ def _shaken(beam: Beam, data: xr.Dataset) -> Summary:
     sizes = np.abs(np.stack([data[f"{kind.angle}_{end}"].values for end in ("high", "low")])).max(axis=0)
     way, i = np.unravel_index(int(sizes.argmax()), sizes.shape)
     top, hertz = float(sizes[way, i]), data["frequency"].values
-    verdict = f"largest {kind.verb} {turned(top, beam)}, at {figure(hertz[i], 'Hz')}"
+    by, most = _angles_of(beam, attrs)
+    verdict = f"largest {kind.verb} {turned(top, by)}{most}, at {figure(hertz[i], 'Hz')}"
     if i in (0, hertz.size - 1):
         verdict += f", the {'highest' if i else 'lowest'} frequency asked"
     up, down = (sizes[list(data["way"].values).index(name)] for name in ("up", "down"))
@@ -184,12 +200,12 @@ def _shaken(beam: Beam, data: xr.Dataset) -> Summary:
         ("states up and down differ", jumps),
         ("not periodic", f"{loose} of {sizes.size} states; their last periods count" if loose else ""),
         ("frequency before contact", figure(float(data["f_0"]), "Hz")),
-        ("scales touch", touching(engaged, beam)),
+        ("scales touch", touching(engaged, by)),
         ("damping ratio, material", figure(float(attrs["damping"]))),
         ("friction", f"mu = {float(data['mu']):g}{taken}"),
-        ("model", f"{modelled(beam, attrs)}; {attrs['mode']}"),
+        ("model", _modelled(beam, attrs)),
     ]
-    return Summary(verdict, figures, (), attrs["warnings"], _states(beam, data))
+    return Summary(verdict, figures, (), attrs["warnings"], _states(by, data))
 
 
 def _states(beam: Beam, data: xr.Dataset) -> Shown:

@@ -244,7 +244,7 @@ def tied(S: System, st: State, at: Array, n: int, W: Work, r: Array, loads: Arra
             if columns[e] >= 0:
                 load = 0.0 * st.strains[0, 0]
                 for k in range(K):
-                    load += st.ties[LOADS, k] * S.ties.carried[k, e]
+                    load += st.ties[LOADS, k] * S.ties.carried[k, i, e]
                 if along:
                     o, v = moves(W, i, e)
                     load += dot(o, vector(W.wrench[i + 1], 0)) + dot(v, vector(W.wrench[i + 1], 3))
@@ -268,10 +268,10 @@ def tied(S: System, st: State, at: Array, n: int, W: Work, r: Array, loads: Arra
 def coordinate(S: System, st: State, W: Work, k: int) -> float:
     """Return the difference of tie k's coordinate from its prescribed value."""
     off: float = -S.ties.course[k, 1] * st.ties[GIVEN, k]
-    for e in range(STRAINS):
-        if S.ties.carried[k, e] != 0.0:
-            for i in range(cells(S)):
-                off += S.ties.carried[k, e] * st.strains[i, e]
+    for i in range(cells(S)):
+        for e in range(STRAINS):
+            if S.ties.carried[k, i, e] != 0.0:
+                off += S.ties.carried[k, i, e] * st.strains[i, e]
     for j in range(S.ties.forces.shape[1]):
         p = vector(W.frames[j], 9)
         off += dot(vector(S.ties.forces[k, j], 0), (p[0], p[1], p[2] - j))
@@ -291,9 +291,9 @@ def tie_rates(S: System, st: State, at: Array, n: int, W: Work, J: Linear) -> No
         for k in range(K):
             b = of_tie(S, at, k)
             for e in range(STRAINS):
-                if columns[e] >= 0 and S.ties.carried[k, e] != 0.0:
-                    enter(J, columns[e], b, -S.ties.carried[k, e])
-                    enter(J, b, columns[e], S.ties.carried[k, e])
+                if columns[e] >= 0 and S.ties.carried[k, i, e] != 0.0:
+                    enter(J, columns[e], b, -S.ties.carried[k, i, e])
+                    enter(J, b, columns[e], S.ties.carried[k, i, e])
     if not sectioned(S):
         return
     for i in range(N):

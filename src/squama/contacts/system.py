@@ -38,8 +38,8 @@ class Ties(NamedTuple):
     """K coordinates of a bar whose cells have strains of their own; each is imposed by a load, its multiplier.
 
     The coordinate of a tie is the work of its unit load on the way from rest. ``forces`` (K, N + 1, 3) on the sections
-    between cells, in the axes of the near end at rest, or (K, 0, 3) if no tie acts on sections; ``carried`` (K, 4): M,
-    T, B, P on all cells alike; ``turns`` (K, 7): a section (-1: none) whose rotation is held about an axis (3), and its
+    between cells, in the axes of the near end at rest, or (K, 0, 3) if no tie acts on sections; ``carried`` (K, N, 4):
+    M, T, B, P on the cells; ``turns`` (K, 7): a section (-1: none) whose rotation is held about an axis (3), and its
     prescribed rotation (3) per unit of its course; ``course`` (K, 2): the strain of the path's legs that drives a tie
     (-1: none), and the factor; ``couples`` (K, 3): axis and size of a couple on the far end
     (:mod:`squama.contacts.supports`). ``floating``: the near end is not clamped; without couples.
@@ -53,7 +53,7 @@ class Ties(NamedTuple):
     floating: bool
 
 
-UNTIED = Ties(np.zeros((0, 0, 3)), np.zeros((0, 4)), np.zeros((0, 7)), np.zeros((0, 2)), np.zeros((0, 3)), False)
+UNTIED = Ties(np.zeros((0, 0, 3)), np.zeros((0, 0, 4)), np.zeros((0, 7)), np.zeros((0, 2)), np.zeros((0, 3)), False)
 """No ties."""
 
 
@@ -241,9 +241,10 @@ def home(S: System, k: int) -> int:
     if not S.own or k >= len(S.ties.course):
         return 0 if S.own else -1
     first, last, N = -1, -1, S.ties.forces.shape[1] - 1
-    for e in range(STRAINS):
-        if S.ties.carried[k, e] != 0.0:
-            return -1
+    for i in range(S.ties.carried.shape[1]):
+        for e in range(STRAINS):
+            if S.ties.carried[k, i, e] != 0.0:
+                return -1
     for j in range(N + 1):
         size = abs(S.ties.forces[k, j, 0]) + abs(S.ties.forces[k, j, 1]) + abs(S.ties.forces[k, j, 2])
         if j == N:

@@ -26,13 +26,14 @@ _STAYS = -1.0
 
 
 class Tie(NamedTuple):
-    """One coordinate, and its unit load: forces by section, M, T, B, P on all cells, a section's rotation, a couple.
+    """One coordinate, and its unit load: forces by section, M, T, B, P on cells, a section's rotation, a couple.
 
+    ``carried``: M, T, B, P on all cells alike, (4,), or those of each, (n, 4).
     ``course``: the strain of the legs that drives it, and the factor; see ``squama.contacts.system.Ties``.
     """
 
     forces: Sequence[tuple[float, Array]] = ()
-    carried: Sequence[float] = (0.0, 0.0, 0.0, 0.0)
+    carried: Sequence[float] | Array = (0.0, 0.0, 0.0, 0.0)
     turn: tuple[float, Array, Array] | None = None
     couple: Array = 0 * Z
     course: tuple[float, float] = (_STAYS, 0.0)
@@ -53,8 +54,8 @@ def ties(n: int, every: Sequence[Tie], *, floating: bool = False) -> Ties:
             turns[k, 0], turns[k, 1:4], turns[k, 4:] = tie.turn
     if not K:
         return UNTIED._replace(forces=forces, turns=turns, floating=floating)
-    alike = (np.array([getattr(t, name) for t in every], float) for name in ("carried", "course", "couple"))
-    carried, course, couples = (v.reshape(K, -1) for v in alike)
+    carried = np.array([np.broadcast_to(np.asarray(t.carried, float), (n, STRAINS)) for t in every])
+    course, couples = (np.array([getattr(t, name) for t in every], float) for name in ("course", "couple"))
     return Ties(forces, carried, turns, course, couples, floating)
 
 
@@ -73,6 +74,16 @@ def of_ends(n: int, ends: int, *loads: int, apart: bool = False) -> Ties:
     coaxial = [Tie(turn=(n, axis, -n * Z), course=(load, 0.0)) for axis in (X, Y, Z)]
     across = [Tie([(n, axis)]) for axis in (X, Y)]
     return ties(n, [*coaxial, *across, *([Tie([(n, Z)], course=(EPS, n))] if apart else [])])
+
+
+def of_mode(load: int, shape: Array) -> Ties:
+    """Return the tie of a row whose cells carry loads like ``shape`` (n,), up to a factor.
+
+    Its coordinate is the amplitude a of a bar without contact, whose cells are strained by a times the shape.
+    """
+    carried = np.zeros((len(shape), STRAINS))
+    carried[:, load] = shape
+    return ties(len(shape), [Tie(carried=carried, course=(load, float(shape @ shape)))])
 
 
 def freed(free: Array, *loads: int, ends: int = LOOSE) -> Array:

@@ -135,7 +135,12 @@ def reached(one: compliant.Path, load: Load, x: Array, kind: int | None) -> tupl
         n = x.size if end.code == increments.RANGE else end.solved
         return [path.named(face.rows[0, :n]) for face in answers.faces], end
     track = _row(one, load, x, kind)
-    return [path.named(scale) for face in track.faces for scale in face.rows.swapaxes(0, 1)], track.end
+    return by_scale(track), track.end
+
+
+def by_scale(track: Track) -> list[dict[str, Array]]:
+    """Return the states of each scale of each face, by name."""
+    return [path.named(scale) for face in track.faces for scale in face.rows.swapaxes(0, 1)]
 
 
 def torque(states: Sequence[Mapping[str, Array]], load: Load) -> Array:

@@ -65,7 +65,7 @@ class Swinging(NamedTuple):
         by_dim = {**by_dim, (): {**engaged, **own, **by_dim[()]}}
         said: dict[str, float | str] = {"mode": self.mode, "inertia": self.bar.inertia}
         if self.model.ends != ENDLESS:
-            said["ends"] = self.model.ends
+            said["ends"] = self.model.ends_in(self.mode)
         if not (load.sided or MODELS[self.model.joint].straight):
             said["neutral"] = self.beam.given.line
         title = f"{title} of a scale-covered beam in {load.name}"
@@ -92,7 +92,7 @@ def vibrate(
     """Let a beam vibrate freely: its motion in time, turning points, and the damping of every cycle.
 
     A beam with a number of scales vibrates by the torque or moment of all of them, between free ends: its own scales
-    set its frequency and damping. A bending mode uses the endless beam's moment at each place.
+    set its frequency and damping. In a bending mode each cell carries the moment of the mode's inertia forces.
 
     Parameters
     ----------
@@ -123,8 +123,8 @@ def vibrate(
     mode
         "uniform", or in bending the first mode of a bar that is "simply supported" or a "cantilever".
     ends
-        For a beam with a number of scales, in uniform load: "free" (the default), "equal" or "endless", as in
-        :func:`squama.twist`.
+        For a beam with a number of scales: "free" (the default), "equal" or "endless", as in :func:`squama.twist`; in
+        a mode only "endless" is allowed, which has the endless beam's moment at each place.
 
     Returns
     -------
@@ -205,13 +205,10 @@ def model_of(
 
 
 def ends_in(mode: str, ends: str | None) -> str | None:
-    """Return the word for the ends; modes other than the uniform one take the endless beam and refuse other words."""
-    if mode == UNIFORM:
-        return ends
-    if ends not in (None, ENDLESS):
-        reason = "is for the uniform mode: other modes take the endless beam's moment"
-        refuse("ends", shown(ends), reason, "leave it out")
-    return ENDLESS
+    """Return the word for the ends; a mode holds them itself, and refuses words other than "endless"."""
+    if mode != UNIFORM and ends not in (None, ENDLESS):
+        refuse("ends", shown(ends), f"is for the uniform mode: a {mode} bar is held by its mode", "leave it out")
+    return ends
 
 
 def _bounded(name: str, value: object, dimension: Dimension, bounds: Bounds) -> float:

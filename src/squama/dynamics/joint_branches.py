@@ -4,14 +4,13 @@ For an endless beam, or for N scales between their ends, whose loads and energie
 model is that of ``squama.twist``, ``bend`` and ``cycle`` (:mod:`squama.curves.compliant_walk`); the unloading branch is
 computed anew from each turning point. The scales' torque or moment, and their energy, are over the beam's rigidity.
 
-In a bending mode, which always uses the endless beam, the largest curvature a is the coordinate, and each place x has
-its own bend a chi(x):
+In a bending mode cell i of N carries the moment lambda chi_i of the mode's inertia forces, and has a bend psi_i of its
+own; the coordinate is the amplitude a = sum chi_i psi_i / sum chi_i^2. An endless beam has the bend a chi(x) at each
+place x instead, whose unloading begins at its own largest bend:
 
 .. math::
     q_+(a) = \frac{\langle\chi\,q_+(a\chi)\rangle}{\langle\chi^2\rangle}, \qquad
     q_-(a; A) = \frac{\langle\chi\,q_-(a\chi; A\chi)\rangle}{\langle\chi^2\rangle}
-
-where the unloading of a place begins at its own largest bend.
 """
 
 from __future__ import annotations
@@ -24,12 +23,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from squama.contacts import increments, states
-from squama.contacts.ties import KINDS
+from squama.contacts import increments, row, states
+from squama.contacts.row import Track
+from squama.contacts.ties import KINDS, freed, of_mode
 from squama.curves import compliant, compliant_cycles
 from squama.dynamics.branches import APART, Branch, Side
 from squama.dynamics.modes import SHAPES, gauss
-from squama.loads import ENDLESS, Load
+from squama.loads import ENDLESS, UNIFORM, Load
 from squama.types import Array
 
 STEPS, OF_ROW = 256, 96
@@ -50,12 +50,33 @@ NOTHING = 1e-12
 
 
 class LoadedBeam(NamedTuple):
-    """A beam with thick scales under one load in one sense ``sign``; ``ends``: those of its N scales, or endless."""
+    """A beam with thick scales under one load in one sense ``sign``; ``ends``: those of its N scales, or endless.
+
+    ``mode``: bending mode of N scales, or "uniform".
+    """
 
     one: compliant.Path
     load: Load
     sign: int
     ends: str = ENDLESS
+    mode: str = UNIFORM
+
+    @property
+    def shape(self) -> Array:
+        """Share of the largest moment that each of N cells carries."""
+        return SHAPES[self.mode].of_cells(self.one.beam.pitches)
+
+    def engaged(self, far: float) -> float:
+        """Return the load angle (rad per pitch) at which scales first touch; inf if they do not up to ``far``."""
+        y_e = self.one.way.engaged
+        return self._track(np.array([far])).engaged if self.mode != UNIFORM and y_e < far else y_e
+
+    def _track(self, x: Array) -> Track:
+        """Follow the cells of a mode through amplitudes (n,) above 0 from rest."""
+        axis, way, shape = self.load.axis, self.one.way, self.shape
+        held, free = of_mode(axis, shape), freed(way.beams.free, axis)
+        strains = row.legs(self.sign * x, axis)
+        return row.tied(way, len(shape), strains, held, free, step=compliant_cycles.OF_ROWS)
 
     @property
     def steps(self) -> int:
@@ -68,10 +89,14 @@ class LoadedBeam(NamedTuple):
         Returns the scales' torque and elastic energy, over the beam's rigidity per pitch, and the reason of an early
         end, or "".
         """
-        v, end = compliant_cycles.reached(self.one, self.load, self.sign * x, KINDS.get(self.ends))
+        if self.mode == UNIFORM:
+            square, (v, end) = 1.0, compliant_cycles.reached(self.one, self.load, self.sign * x, KINDS.get(self.ends))
+        else:
+            square, track = float(np.mean(self.shape**2)), self._track(x)
+            v, end = compliant_cycles.by_scale(track), track.end
         n = 0 if end.code == increments.AT_REST else v[0]["N"].size
         axis = 1 - self.load.axis
-        alone = float(states.bare(self.one.way.beams)[0, axis, axis])
+        alone = square * float(states.bare(self.one.way.beams)[0, axis, axis])
         q = self.sign * compliant_cycles.torque(v, self.load)[:n] / alone - x[:n]
         stored = np.mean([each["energy"][:n] for each in v], axis=0) / alone - x[:n] ** 2 / 2
         ends = "" if end.code == increments.RANGE else str(end.word)
@@ -79,8 +104,8 @@ class LoadedBeam(NamedTuple):
 
 
 def side(loaded: LoadedBeam, far: float, mode: str) -> Side:
-    """Return the branches up to the load angle ``far`` (rad per pitch); in a mode the largest along the beam."""
-    y_e = loaded.one.way.engaged
+    """Return the branches up to the load angle ``far`` (rad per pitch), in a mode its amplitude."""
+    y_e = loaded.engaged(far)
     if not y_e < far:
         return APART._replace(y_e=y_e)
     y = np.linspace(y_e, far, loaded.steps)
@@ -102,7 +127,7 @@ def side(loaded: LoadedBeam, far: float, mode: str) -> Side:
         down = np.append(top, down)[: q.size]
         return Branch(np.append(y_e, down[::-1]), np.append(0.0, q[::-1]))
 
-    if mode != "uniform":
+    if mode != loaded.mode:
         return _modal(mode, up, elastic, back, ends)
     if loaded.ends != ENDLESS:
         fall = _between(up, back)

@@ -28,6 +28,10 @@ class Mode(NamedTuple):
     number: float
     slope: float
 
+    def of_cells(self, n: int) -> Array:
+        """Return the shape in the middle of each of n cells along the beam."""
+        return self.shape(np.abs((np.arange(n) + 0.5) / n - (self.weight - 1) / 2))
+
 
 _B = 1.8751040687119611
 _S = (math.cosh(_B) + math.cos(_B)) / (math.sinh(_B) + math.sin(_B))

@@ -19,7 +19,7 @@ from squama.dynamics.decay import Limit, Sides
 from squama.dynamics.hinge_branches import FINEST
 from squama.dynamics.modes import SHAPES
 from squama.errors import refuse
-from squama.loads import ENDLESS, Load
+from squama.loads import ENDLESS, UNIFORM, Load
 from squama.people import per_pitch
 
 ROUGH = 1e-7
@@ -43,6 +43,10 @@ class Model(NamedTuple):
     joint: str
     ideal: bool
     ends: str = ENDLESS
+
+    def ends_in(self, mode: str) -> str:
+        """Return the word for the ends in a mode, which holds them itself."""
+        return self.ends if self.ends == ENDLESS or mode == UNIFORM else mode
 
     def rigidity(self, beam: Beam) -> float:
         """Return the rigidity of a beam without contact, N m^2."""
@@ -166,7 +170,8 @@ def _compliant(beam: Beam, model: Model, mode: str, sign: int, far: float) -> Si
     # first touches are searched at least up to there
     most = max(far, path.RANGE)
     one = compliant.Path.of(beam, model.mu, (load.verb,), ideal=model.ideal, toward=toward, most=most)
-    return joint_branches.side(joint_branches.LoadedBeam(one, load, sign, model.ends), far, mode)
+    own = UNIFORM if model.ends == ENDLESS else mode
+    return joint_branches.side(joint_branches.LoadedBeam(one, load, sign, model.ends, own), far, mode)
 
 
 def notes(beam: Beam, model: Model, limit: Limit | None, low: float, high: float) -> list[str]:
