@@ -269,7 +269,6 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("dynamics/systems.py", "FARTHER = 1.001"): {"*": _TUNING},
     ("dynamics/joint_branches.py", "STEPS, OF_ROW = 256, 96"): {"*": _TUNING},
     ("dynamics/joint_branches.py", "TOPS = 0.02"): {"*": _TUNING},
-    ("dynamics/joint_branches.py", "ALONG = 24"): {"*": _TUNING},
     ("dynamics/joint_branches.py", "NEAR = 0.3"): {"*": _TUNING},
     ("dynamics/joint_branches.py", "SMALL = 1e-4"): {"*": _TUNING},
     ("dynamics/joint_branches.py", "FIRST, LEAST = 4e-6, 1e-6"): {"*": _TUNING},

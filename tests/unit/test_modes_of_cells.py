@@ -68,8 +68,8 @@ def test_the_door_tells_the_mode_and_the_endless_beam_on_request():
         )
         assert own.attrs["ends"] == mode
         assert "ends" not in endless.attrs
-        # a few scales bear less than their number of an endless beam, and touch later than its most bent place
-        assert float(own.psi_e) > float(endless.psi_e)
+        # a few scales bear less than cells of an endless beam; scales touch by the mean bend of two cells
+        assert float(own.psi_e) > float(endless.psi_e) * (1 - 1e-9)
         assert float(endless.period[0]) < float(own.period[0]) < 1 / float(own.f_0)
         assert 0 < float(own.zeta_cycle[0]) < float(endless.zeta_cycle[0])
         # what friction takes is what the peaks lose
@@ -82,7 +82,9 @@ def test_long_beams_engage_where_the_endless_beam_does():
         squama.vibrate(long, mode="simply supported", release="0.08 rad/pitch", ends=e, **MODE)
         for e in (None, "endless")
     )
-    assert float(own.psi_e) == pytest.approx(float(endless.psi_e), rel=3e-3)
+    # two equal cells in the middle
+    assert float(own.psi_e) == pytest.approx(float(endless.psi_e), rel=1e-6)
+    assert float(own.zeta_cycle[0]) == pytest.approx(float(endless.zeta_cycle[0]), rel=0.2)
 
 
 def test_a_mode_of_moments_has_the_period_of_the_beam_with_all_its_masses():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -83,7 +84,9 @@ def load(
     own = {name: f"{label(beam)}: {beamfile.heading(name)}" for name in beamfile.PART}
     with flags.laid(flags.arguments("scales") | own | {name: f"--{name}" for name in given}):
         whole = replace(part, **given)
-        answer, told = door.followed(whole, scales=scales, points=points, back=back, ideal=ideal or None)
+        beside = full or common.json or bool(common.plot or common.csv or common.netcdf)
+        how: dict[str, Any] = {"ideal": ideal or None, "endless": beside}
+        answer, told = door.followed(whole, scales=scales, points=points, back=back, **how)
     written = output.write(common, answer.dataset, "part_figure")
     if gif is not None:
         from squama import plot
@@ -165,8 +168,15 @@ def _summary(beam: Beam, data: Answer, replaced: list[str]) -> Summary:
 
 
 def _all(data: Answer, most: Mapping[str, Array]) -> Iterable[str]:
-    """Yield reactions at the root, strains of the pitches, contact force, energy balance; ``most``: at the top."""
+    """Yield the endless beam's load, reactions, strains, contact force, energy balance; ``most``: at the top."""
     import numpy as np
+
+    name, size = ("F", partial(figure, unit="N")) if "F" in most else ("moment", moment)
+    if math.isfinite(endless := float(most[f"{name}_periodic"])):
+        ratio = percent(float(most[name]) / endless)
+        yield f"with the law of the endless beam at each place: {size(endless)}; the part has {ratio} of it"
+    else:
+        yield "with the law of the endless beam at each place the part ends before"
 
     for what, unit, factor in (("root_force", "N", 1.0), ("root_moment", "N mm", 1e3)):
         if np.any(most[what]):

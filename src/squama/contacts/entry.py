@@ -23,6 +23,7 @@ from squama.contacts.linear import Linear
 from squama.contacts.meeting import Work
 from squama.contacts.snapshot import save, take
 from squama.contacts.system import (
+    ALONE,
     CHI,
     ELASTIC,
     ENDLESS,
@@ -126,7 +127,7 @@ def walk(S: System, C: int, notes: Array) -> Walk:
         np.zeros((N, MOTIONS + STRAINS), kind), np.zeros(1),
         np.zeros((N if S.own else 0, PLACED + RATES + LEANS), kind),
     )  # fmt: skip
-    near = n if S.periodic else (3 * k + 1) * S.stride * (freedoms(S) + ahead(S) + 6 * _CROWD)
+    near = n if S.periodic and not S.own else (3 * k + 1) * S.stride * (freedoms(S) + ahead(S) + 6 * _CROWD)
     J = Linear(
         np.zeros(n * min(n, near)), np.zeros((wide, n)), np.zeros((wide, n)), np.zeros((wide, wide)),
         np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros((3, n), np.int64), np.zeros(n, kind),
@@ -183,9 +184,9 @@ def system(b: Beams, i: int, n: int, about: int, ties: Ties) -> System:
 
     With scales on both faces every second scale is on the other face. For ``i`` < 0 each scale is that of another beam.
     """
-    kind, periodic, reach = b.shapes.dtype, about == ENDLESS, 1
+    kind, periodic, reach = b.shapes.dtype, about in (ENDLESS, ALONE), 1
     shapes, axes = np.zeros((n, 6), kind), np.zeros((n, 3, 3), kind)
-    tilts = np.zeros((n if about == OWN else 0, 3), kind)
+    tilts = np.zeros((n if about >= OWN else 0, 3), kind)
     bases, joint, plates = np.zeros((n, 3), kind), np.zeros((n, 10, 10), kind), np.zeros((n, 24, 24), kind)
     rests, sees, stride = np.zeros(0 if periodic else n), np.ones((n, 3)), faces(b)
     for o in range(n):
@@ -215,7 +216,7 @@ def system(b: Beams, i: int, n: int, about: int, ties: Ties) -> System:
     one = max(i, 0)
     return System(
         shapes, axes, bases, joint, plates, b.free[one], b.grip[one], reach, periodic, sees, stride, rests,
-        b.masked[one], about == OWN, ties, tilts,
+        b.masked[one], about >= OWN, ties, tilts,
     )  # fmt: skip
 
 

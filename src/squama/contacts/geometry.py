@@ -194,7 +194,7 @@ def neighbours(S: System, q: Array, strains: Array, fixed: Array, halves: Array,
     for i in range(N):
         for k in range(1, S.reach + 1):
             j = further(S, i, k)
-            if j < N and S.own:
+            if j < N and S.own and not S.periodic:
                 chain(S, q, halves, i, j, pieces(S, k), pairs[i, k - 1])
             elif j < N:
                 neighbour(S, strains, i, j, k, pairs[i, k - 1])

@@ -119,7 +119,7 @@ def lifted(
 @_jit
 def around(S: System, J: Linear, a: int) -> tuple[int, int]:
     """Return the range of unknowns, first and behind the last, on which a plate's deflection may depend."""
-    if S.periodic:
+    if S.periodic and not S.own:
         return 0, J.kept[INNER]
     cell = a // S.stride
     return start(S, J, cell - J.kept[FAR]), start(S, J, cell + 1)

@@ -48,7 +48,7 @@ def laid_out(S: System, con: Array, m: int, J: Linear) -> int:
             far = max(far, con[c, touch.APART])
     n, inner = layout(S, con, m, J.at)
     kept[FAR], kept[INNER] = far, inner
-    if S.periodic:
+    if S.periodic and not S.own:
         far = many
     for i in range(many):
         # contacts reach so far, and exchanged columns once more to the left

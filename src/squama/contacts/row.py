@@ -150,7 +150,7 @@ def tied(
     ``strains`` (n, 4): corners with straight paths between them, from rest; ``free`` (N, 4): whether strains are
     imposed, free or loaded; ``within`` (4,): largest strains of a cell, at which the path ends.
     """
-    n, own, held, faces = len(strains), about == OWN, ties or UNTIED, path.faces(way.beams)
+    n, own, held, faces = len(strains), about >= OWN, ties or UNTIED, path.faces(way.beams)
     every = faces * scales
     room = path.ROOM * every
     ways = np.cumsum(np.linalg.norm(np.diff(strains, axis=0, prepend=0.0), axis=1))

@@ -25,8 +25,10 @@ MOTIONS, STRAINS, POWERS = 6, 4, 24
 """Numbers of motions (u, w) of a scale, of strains of a cell, and of powers X^m Y^n of a plate's deflection."""
 TILT = MOTIONS
 """Column of a scale's tilt, after its motions, where cells have their own strains."""
-ENDLESS, EQUAL, OWN = range(-1, 2)
-"""Kinds of cells: they repeat for ever; all cells of a row have the same strains; each has its own."""
+ENDLESS, EQUAL, OWN, ALONE = range(-1, 3)
+"""Kinds of cells: they repeat for ever; all cells of a row have the same strains; each has its own; or each has its own
+and repeats for ever.
+"""
 SECTION, AXIS, SPIN = 0, 1, 4
 """Columns of a tie that holds a rotation: section, axis, prescribed rotation."""
 IMPOSED, FREE, LOADED = range(3)
@@ -65,12 +67,12 @@ class System(NamedTuple):
     n_Y, n_Z at rest in the section; ``bases`` (N, 3): base midpoints there; ``K`` (N, 10, 10) over (u, w, psi, phi,
     chi, eps); ``plates`` (N, 24, 24), compliances over the powers; ``free`` (4,): whether strains are imposed, free or
     loaded; ``grip``: tangential compliance of a sticking contact, d/E; ``reach``: farthest neighbour; ``periodic``: the
-    N scales repeat for ever; ``sees`` (N, 3): signs with which a scale sees bend, twist and lateral bend
-    (:mod:`squama.beam.faces`); ``stride``: number of scales of a cell, one of each face; ``rests`` (N,): inclination at
-    rest over the substrate, for scales that may come to lie on it, or (0,) without that check; ``masked`` (6,): 1 for
-    blocked motions, or (0,) for none; ``own``: whether each cell has its own strains (not ``periodic``), governed by
-    ``ties``; ``tilts`` (N, 3): displacement u_Z and rotations w_X, w_Y of a scale per unit of its tilt, of stiffness 1,
-    or (0, 3) unless ``own`` (docs: row, tilt).
+    N scales repeat for ever, with ``own`` the scales of each cell; ``sees`` (N, 3): signs with which a scale sees bend,
+    twist and lateral bend (:mod:`squama.beam.faces`); ``stride``: number of scales of a cell, one of each face;
+    ``rests`` (N,): inclination at rest over the substrate, for scales that may come to lie on it, or (0,) without that
+    check; ``masked`` (6,): 1 for blocked motions, or (0,) for none; ``own``: whether each cell has its own strains,
+    governed by ``ties``; ``tilts`` (N, 3): displacement u_Z and rotations w_X, w_Y of a scale per unit of its tilt, of
+    stiffness 1, or (0, 3) unless ``own`` (docs: row, tilt).
     """
 
     shapes: Array
@@ -169,7 +171,7 @@ def cells(S: System) -> int:
 def further(S: System, i: int, k: int) -> int:
     """Return the index of the scale k cells further on the same face; N or more if a row has none there."""
     j: int = i + k * S.stride
-    return j % len(S.shapes) if S.periodic else j
+    return i if S.periodic and S.own else j % len(S.shapes) if S.periodic else j
 
 
 @_in
@@ -188,7 +190,7 @@ def before_cell(S: System, at: Array, i: int) -> int:
 @_in
 def pieces(S: System, k: int) -> int:
     """Return the number of cells with their own strains between a scale and the one k further."""
-    return k + 1 if S.own else 1
+    return k + 1 if S.own and not S.periodic else 1
 
 
 @_in

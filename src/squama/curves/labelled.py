@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 _BOTH = ("psi", "phi", "load", "kappa", "Phi", "rate", "M", "M_scales")
 """Roles of load angles and moments where bend and twist are both loads."""
-_PART = ("share", "travel", "turn", "F", "moment", "F_bare", "moment_bare")
+_PART = ("share", "travel", "turn", "F", "moment", "F_bare", "moment_bare", "F_periodic", "moment_periodic")
 """Roles of the load of a part."""
 _FIRST = (*_BOTH, *_PART, "rate", "load", "torque", "scales", "tangent", "stiffness_ratio")
 _SYMBOLS = {name: i for i, name in enumerate(SYMBOLS)}

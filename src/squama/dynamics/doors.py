@@ -124,7 +124,7 @@ def vibrate(
         "uniform", or in bending the first mode of a bar that is "simply supported" or a "cantilever".
     ends
         For a beam with a number of scales: "free" (the default), "equal" or "endless", as in :func:`squama.twist`; in
-        a mode only "endless" is allowed, which has the endless beam's moment at each place.
+        a mode only "endless" is allowed: each cell then has the law of an endless beam.
 
     Returns
     -------

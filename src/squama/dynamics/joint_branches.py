@@ -5,12 +5,7 @@ model is that of ``squama.twist``, ``bend`` and ``cycle`` (:mod:`squama.curves.c
 computed anew from each turning point. The scales' torque or moment, and their energy, are over the beam's rigidity.
 
 In a bending mode cell i of N carries the moment lambda chi_i of the mode's inertia forces, and has a bend psi_i of its
-own; the coordinate is the amplitude a = sum chi_i psi_i / sum chi_i^2. An endless beam has the bend a chi(x) at each
-place x instead, whose unloading begins at its own largest bend:
-
-.. math::
-    q_+(a) = \frac{\langle\chi\,q_+(a\chi)\rangle}{\langle\chi^2\rangle}, \qquad
-    q_-(a; A) = \frac{\langle\chi\,q_-(a\chi; A\chi)\rangle}{\langle\chi^2\rangle}
+own; the coordinate is the amplitude a = sum chi_i psi_i / sum chi_i^2. The cells of an endless beam each have its law.
 """
 
 from __future__ import annotations
@@ -25,10 +20,11 @@ from scipy.interpolate import CubicSpline
 
 from squama.contacts import increments, row, states
 from squama.contacts.row import Track
+from squama.contacts.system import ALONE, OWN
 from squama.contacts.ties import KINDS, freed, of_mode
 from squama.curves import compliant, compliant_cycles
 from squama.dynamics.branches import APART, Branch, Side
-from squama.dynamics.modes import SHAPES, gauss
+from squama.dynamics.modes import SHAPES
 from squama.loads import ENDLESS, UNIFORM, Load
 from squama.types import Array
 
@@ -36,8 +32,6 @@ STEPS, OF_ROW = 256, 96
 """Number of points of a branch between engagement and its end, for an endless beam and for N scales."""
 TOPS = 0.02
 """Largest distance, rad per pitch, of the turning points from which N scales are unloaded; others are interpolated."""
-ALONG = 24
-"""Number of quadrature points along a mode, on the engaged part of the beam."""
 NEAR = 0.3
 """Points before a turning point keep this share of a step off it: a much shorter step may not converge."""
 SMALL = 1e-4
@@ -52,7 +46,7 @@ NOTHING = 1e-12
 class LoadedBeam(NamedTuple):
     """A beam with thick scales under one load in one sense ``sign``; ``ends``: those of its N scales, or endless.
 
-    ``mode``: bending mode of N scales, or "uniform".
+    ``mode``: bending mode, or "uniform".
     """
 
     one: compliant.Path
@@ -76,12 +70,18 @@ class LoadedBeam(NamedTuple):
         axis, way, shape = self.load.axis, self.one.way, self.shape
         held, free = of_mode(axis, shape), freed(way.beams.free, axis)
         strains = row.legs(self.sign * x, axis)
-        return row.tied(way, len(shape), strains, held, free, step=compliant_cycles.OF_ROWS)
+        about = ALONE if self.ends == ENDLESS else OWN
+        return row.tied(way, len(shape), strains, held, free, step=compliant_cycles.OF_ROWS, about=about)
 
     @property
     def steps(self) -> int:
         """Number of points of a branch."""
-        return STEPS if self.ends == ENDLESS else OF_ROW
+        return STEPS if self.alike else OF_ROW
+
+    @property
+    def alike(self) -> bool:
+        """Whether all cells are strained alike."""
+        return self.ends == ENDLESS and self.mode == UNIFORM
 
     def walk(self, x: Array) -> tuple[Array, Array, str]:
         """Follow load angles (n,) above 0 from rest, no two in a row equal, as far as the model goes.
@@ -103,7 +103,7 @@ class LoadedBeam(NamedTuple):
         return np.where(np.abs(q) < NOTHING, 0.0, q), stored, ends
 
 
-def side(loaded: LoadedBeam, far: float, mode: str) -> Side:
+def side(loaded: LoadedBeam, far: float) -> Side:
     """Return the branches up to the load angle ``far`` (rad per pitch), in a mode its amplitude."""
     y_e = loaded.engaged(far)
     if not y_e < far:
@@ -127,9 +127,7 @@ def side(loaded: LoadedBeam, far: float, mode: str) -> Side:
         down = np.append(top, down)[: q.size]
         return Branch(np.append(y_e, down[::-1]), np.append(0.0, q[::-1]))
 
-    if mode != loaded.mode:
-        return _modal(mode, up, elastic, back, ends)
-    if loaded.ends != ENDLESS:
+    if not loaded.alike:
         fall = _between(up, back)
         return Side(y_e, float(y[-1]), ends, up, lambda top: fall(float(np.max(top))), elastic)
     walked = functools.lru_cache(maxsize=256)(functools.partial(back, steps=loaded.steps))
@@ -176,33 +174,3 @@ def _back(top: float, y_e: float, steps: int) -> Array:
     even = np.linspace(top, y_e, max(2, min(steps, int((top - y_e) / LEAST))) + 1)[1:-1]
     near = top - FIRST * 2.0 ** np.arange(60)
     return np.concatenate([near[near > (top + even[0]) / 2], even])
-
-
-def _modal(mode: str, up: Branch, elastic: CubicSpline, back: Callable[[float, int], Branch], ends: str) -> Side:
-    """Return the branches of a mode from those of uniform bending."""
-    m, (nodes, weights) = SHAPES[mode], gauss(ALONG)
-    y_e, last = float(up.places[0, 0]), up.last
-
-    def places(top: float) -> tuple[Array, Array]:
-        """Return chi and weights at places on the engaged part of the beam, for the largest curvature ``top``."""
-        share = float(m.far(np.array([min(y_e / top, 1.0)]))[0])
-        return m.shape(share * nodes), share * weights * m.weight / m.square
-
-    # the torque grows as a - y_e to the power 3/2
-    a = y_e + (last - y_e) * np.linspace(0.0, 1.0, STEPS) ** 1.5
-    force, stored = np.zeros((2, a.size))
-    for i in range(1, a.size):
-        chi, w = places(a[i])
-        force[i], stored[i] = (w * chi) @ up.force(a[i] * chi), w @ elastic(a[i] * chi)
-
-    @functools.lru_cache(maxsize=256)
-    def fall(top: float) -> Branch:
-        chi, w = places(top)
-        down = np.concatenate([[y_e], _back(top, y_e, STEPS // 2)[::-1], [top]])
-        q = np.zeros(down.size)
-        for one, part in zip(chi, w, strict=True):
-            branch, bends = back(top * float(one), STEPS // 4), down * one
-            q += part * one * np.where(bends > y_e, branch.force(np.clip(bends, y_e, branch.last)), 0.0)
-        return Branch(down, q)
-
-    return Side(y_e, last, ends, Branch(a, force), lambda top: fall(float(np.max(top))), CubicSpline(a, stored))

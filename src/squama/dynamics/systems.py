@@ -170,8 +170,7 @@ def _compliant(beam: Beam, model: Model, mode: str, sign: int, far: float) -> Si
     # first touches are searched at least up to there
     most = max(far, path.RANGE)
     one = compliant.Path.of(beam, model.mu, (load.verb,), ideal=model.ideal, toward=toward, most=most)
-    own = UNIFORM if model.ends == ENDLESS else mode
-    return joint_branches.side(joint_branches.LoadedBeam(one, load, sign, model.ends, own), far, mode)
+    return joint_branches.side(joint_branches.LoadedBeam(one, load, sign, model.ends, mode), far)
 
 
 def notes(beam: Beam, model: Model, limit: Limit | None, low: float, high: float) -> list[str]:

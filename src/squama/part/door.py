@@ -81,12 +81,13 @@ def load(
     Returns
     -------
     xarray.Dataset
-        Dimensions ``point``, ``scale`` (1 to N), ``section`` (0 to N, between cells) and ``axis`` (x, y, z). The points
-        have as coordinates the ``share`` of the load and the ``travel`` of its place (``turn`` of a torque). Along them
-        are the load ``F`` (``moment``), that without contact ``F_bare`` at the same travel, ``root_force`` and
-        ``root_moment``, energies and frictional work; of sections
-        ``x_axis``, ``y_axis``, ``z_axis``; of scales what :func:`squama.row` tells. ``share_e``, ``end``,
-        ``other_contact`` and ``energy_error``. SI units and radians.
+        Dimensions ``point``, ``scale`` (1 to N), ``section`` (0 to N, between cells), ``axis`` and ``direction`` (x, y,
+        z). The points have as coordinates the ``share`` of the load and the ``travel`` of its place (``turn`` of a
+        torque). Along them
+        are the load ``F`` (``moment``), at the same travel that without contact ``F_bare`` and that of a part whose
+        cells each have the law of an endless beam ``F_periodic``; ``root_force`` and ``root_moment``, energies and
+        frictional work; of sections ``x_axis``, ``y_axis``, ``z_axis`` and their axes ``frame``; of scales what
+        :func:`squama.row` tells. ``share_e``, ``end``, ``other_contact`` and ``energy_error``. SI units and radians.
 
     Raises
     ------
@@ -105,7 +106,8 @@ def load(
     part = of(beam)
     given: dict[str, Any] = {"load": load, "support": support, "along": along}
     part = replace(part, **{name: value for name, value in given.items() if value is not None})
-    return followed(part, scales=scales, points=points, back=back, mu=mu, ideal=ideal, hold=hold)[0].dataset()
+    how: dict[str, Any] = {"mu": mu, "ideal": ideal, "hold": hold}
+    return followed(part, scales=scales, points=points, back=back, endless=True, **how)[0].dataset()
 
 
 def of(beam: Beam | Part) -> Part:
@@ -122,8 +124,12 @@ def followed(
     mu: float | None = None,
     ideal: bool | None = None,
     hold: str | None = None,
+    endless: bool = False,
 ) -> tuple[Answer, Told]:
-    """Return what :func:`load` returns, before it is a dataset, and the part that was followed."""
+    """Return what :func:`load` returns, before it is a dataset, and the part that was followed.
+
+    ``endless``: with the load of cells of an endless beam.
+    """
     beam = part.beam
     n = arguments.whole("scales", beam.pitches if scales is None else scales, 2, MANY_SCALES)
     twisting = LOADS["twisting"]
@@ -139,7 +145,7 @@ def followed(
     beams = part.graded(n)
     _check_rest([compliant.scale(one, ideal=analysis.ideal) for one in beams], n)
     ones = [compliant.Path.of(one, float(analysis.mus), (NOTHING,), ideal=analysis.ideal) for one in beams]
-    told, notes = _solve(ones, n, given, held, points, back=back)
+    told, notes = _solve(ones, n, given, held, points, back=back, endless=endless)
     states = States(told.by_dim(), compliant.attributes(ones[0].held, NOTHING), notes)
     words = "; ".join(g.words.strip() for g in given)
     attrs: dict[str, object] = {"load": "part", "loads": words, "support": support, "pitch": beam.pitch}
@@ -151,7 +157,8 @@ def followed(
     answer.over = tuple(name for name in ("share", "travel", "turn") if name in answer.variables)
     for name, count in (("scale", range(1, n + 1)), ("section", range(n + 1))):
         answer.variables[name] = Labelled((name,), np.array(count), {"long_name": f"{name}, counted along the beam"})
-    answer.variables["axis"] = Labelled(("axis",), np.array(["x", "y", "z"]), {"long_name": "direction"})
+    for name, words in (("axis", "direction"), ("direction", "direction of a section's own axis")):
+        answer.variables[name] = Labelled((name,), np.array(["x", "y", "z"]), {"long_name": words})
     return answer, told
 
 
@@ -171,7 +178,14 @@ def _whole(ways: Sequence[path.Path]) -> path.Path:
 
 
 def _solve(
-    ones: Sequence[compliant.Path], n: int, given: Sequence[Load], held: Support, points: int, *, back: bool
+    ones: Sequence[compliant.Path],
+    n: int,
+    given: Sequence[Load],
+    held: Support,
+    points: int,
+    *,
+    back: bool,
+    endless: bool,
 ) -> tuple[Told, list[str]]:
     """Follow a part to all of its load and back; return it with notes on its model."""
     one = ones[0]
@@ -182,12 +196,13 @@ def _solve(
     course = loaded.course(way, n, given, held, units)
     last, on = course.asked()
     at = np.linspace(0.0, last, points + 1)
-    told = Told.of(ones, given[0], course, np.append(at, at[-2::-1]) if back else at, on=on)
+    told = Told.of(ones, given[0], course, np.append(at, at[-2::-1]) if back else at, on=on, endless=endless)
     if back and course.loads and (told.load[points:] < 0).any():
         # friction holds the part deformed when the load is off
         free = points + int(np.flatnonzero(told.load[points:] < 0)[0])
         rest = float(np.interp(0.0, told.load[[free, free - 1]], told.at[[free, free - 1]]))
-        told = Told.of(ones, given[0], course, np.append(at, np.linspace(last, rest, points + 1)[1:]), on=on)
+        at = np.append(at, np.linspace(last, rest, points + 1)[1:])
+        told = Told.of(ones, given[0], course, at, on=on, endless=endless)
     notes = compliant.notes(one.held, one.beam, 0.0, ideal=not one.way.scale.h)
     notes += rows.shifted(one.beam)
     if len(ones) > 1 and one.beam.joint.matrix is not None:

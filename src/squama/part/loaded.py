@@ -9,7 +9,7 @@ import numpy as np
 
 from squama.contacts import increments, path, row
 from squama.contacts.row import Track
-from squama.contacts.system import CHI, EPS, PHI, PSI, STRAINS
+from squama.contacts.system import CHI, EPS, OWN, PHI, PSI, STRAINS
 from squama.contacts.ties import Tie, Z, freed, ties
 from squama.errors import refuse
 from squama.model.screw import coefficients
@@ -33,7 +33,7 @@ class Course(NamedTuple):
     ``main``: the coordinate of all loads together, whose multiplier is 1 of the largest of them where ``loads`` are
     asked; None where the far grip turns. ``axis``: the strain by whose name the path goes, and ``share``: how far the
     coordinate goes per unit of it, so that cells are strained by about that. ``full``: the load, or the deformation,
-    that is asked.
+    that is asked. ``cells``: kind of cells, ``OWN``, or ``ALONE`` for those of an endless beam.
     """
 
     way: path.Path
@@ -45,6 +45,7 @@ class Course(NamedTuple):
     full: float
     loads: bool
     share: float = 1.0
+    cells: int = OWN
 
     @property
     def every(self) -> list[Tie]:
@@ -60,7 +61,7 @@ class Course(NamedTuple):
     def follow(self, at: Array) -> Track:
         """Follow the part to strains (m,) of the path, which may go back."""
         held, free = ties(self.n, self.every, floating=self.floating), freed(self.way.beams.free, self.axis)
-        return row.tied(self.way, self.n, row.legs(at, self.axis), held, free)
+        return row.tied(self.way, self.n, row.legs(at, self.axis), held, free, about=self.cells)
 
     def load(self, track: Track) -> Array:
         """Return the load (points,)."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from squama.contacts import increments, path
 from squama.contacts.row import Track
-from squama.contacts.system import STRAINS
+from squama.contacts.system import ALONE, STRAINS
 from squama.curves import compliant, rows
 from squama.curves.curve_figures import dissipation
 from squama.loads import LOADS
@@ -27,7 +27,8 @@ NOT_ON = "load not reached"
 class Told(NamedTuple):
     """A part that was followed from rest: its scales, first load, course, strains of the path (points,), states.
 
-    ``on``: all that was asked is reached; ``bare`` states without contact, maybe fewer; ``frames`` of all sections.
+    ``on``: all that was asked is reached; ``bare`` states without contact, and with the contacts of ``endless`` beams,
+    both maybe fewer; ``frames`` of all sections.
     """
 
     ones: Sequence[compliant.Path]
@@ -36,14 +37,22 @@ class Told(NamedTuple):
     at: Array
     track: Track
     bare: Track
+    endless: Track | None
     on: bool
     frames: Array
 
     @classmethod
-    def of(cls, ones: Sequence[compliant.Path], first: Load, course: Course, at: Array, *, on: bool) -> Told:
-        """Follow a part, and the same without contact, to strains of the path from 0 on."""
-        track, bare = _from_rest(course.follow(at[1:])), _from_rest(course.bare.follow(at[1:]))
-        return cls(ones, first, course, at[: len(track.rows)], track, bare, on, sections(track, course.n))
+    def of(
+        cls, ones: Sequence[compliant.Path], first: Load, course: Course, at: Array, *, on: bool, endless: bool = False
+    ) -> Told:
+        """Follow a part, and the same without contact, to strains of the path from 0 on.
+
+        ``endless``: follow it with the law of an endless beam in each cell, too.
+        """
+        courses = (course, course.bare, *([course._replace(cells=ALONE)] if endless else []))
+        track, bare, *more = (_from_rest(one.follow(at[1:])) for one in courses)
+        local, frames = more[0] if more else None, sections(track, course.n)
+        return cls(ones, first, course, at[: len(track.rows)], track, bare, local, on, frames)
 
     @property
     def load(self) -> Array:
@@ -60,6 +69,7 @@ class Told(NamedTuple):
         """Return values by dimension and role."""
         x, y, z = np.moveaxis(self.frames[:, :, :3, 3], -1, 0) * self.ones[0].beam.pitch
         return {
+            ("point", "section", "axis", "direction"): {"frame": self.frames[:, :, :3, :3]},
             ("point",): self._along(),
             ("point", "section"): {"x_axis": x, "y_axis": y, "z_axis": z},
             ("point", "axis"): self._root(),
@@ -74,12 +84,12 @@ class Told(NamedTuple):
         if self.course.loads:
             # of the first of several: each grows as all do
             unit = self.first.size / self.course.full
-        alone = np.full(self.at.size, np.nan)
-        without = self.course.load(self.bare)[: self.at.size]
-        alone[: without.size] = without
-        names = ("moment", "moment_bare", "turn") if turns else ("F", "F_bare", "travel")
-        travel = self._travel() * (1.0 if turns else one.beam.pitch)
-        found = {"share": self.share, **dict(zip(names, (self.load * unit, alone * unit, travel), strict=True))}
+        name, way = ("moment", "turn") if turns else ("F", "travel")
+        others = {"bare": self.bare, **({"periodic": self.endless} if self.endless else {})}
+        found = {"share": self.share, name: self.load * unit, way: self._travel() * (1.0 if turns else one.beam.pitch)}
+        for word, track in others.items():
+            known = self.course.load(track)[: self.at.size] * unit
+            found[f"{name}_{word}"] = np.append(known, np.full(self.at.size - known.size, np.nan))
         each, per = path.named(self.track.rows), one.held.modulus * one.beam.pitch**2
         for role, name in (("U_el", "energy"), ("W_fr", "W_fr"), ("W_snap", "W_snap")):
             found[role] = each[name].mean(axis=1) * per
