@@ -404,3 +404,33 @@ def test_fronts_on_compliant_joints():
         assert not refused(beam, {})
     again = squama.pareto(data, beam=BEAM)
     assert again.identical(front)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ends", ["free", "gripped"])
+def test_fronts_of_beams_with_a_number_of_scales_are_judged_by_all_of_them(ends):
+    pytest.importorskip("pymoo")
+    beam = BEAM.replace(scales=6, ends=ends, hold="nothing")
+    front = {"maximise": ["stiffness_ratio"], "minimise": ["stress"], "at": "25 deg total"}
+    found = squama.pareto({"vary": VARY, "front": front | {"population": 16, "generations": 6}}, beam=beam)
+    assert found.attrs["ends"] == ends
+    n = found.sizes["design"]
+    assert n > 2
+    costs = np.stack([-found["stiffness_ratio"].values, found["stress"].values], axis=1)
+    for row in costs:
+        assert not ((costs <= row).all(axis=1) & (costs < row).any(axis=1)).any()
+    from squama.inverse.front import beams
+
+    for i, one in enumerate(beams(found)):
+        assert (one.scales, one.ends) == (6, ends)
+        for name, word in (("stiffness_ratio", None), ("stiffness_ratio_endless", "endless")):
+            r = squama.twist(one, at="25 deg total", ends=word)
+            assert float(found[name][i]) == pytest.approx(float(r.stiffness_ratio[0]), rel=0.02)
+    assert (np.abs(found["stiffness_ratio"] / found["stiffness_ratio_endless"] - 1) > 0.01).any()
+
+
+def test_a_front_of_ends_that_the_beam_cannot_have_is_refused_before_the_search():
+    pytest.importorskip("pymoo")
+    front = {"maximise": ["stiffness_ratio"], "minimise": ["stress"], "at": "25 deg total"}
+    with pytest.raises(squama.InputError, match="gripped"):
+        squama.pareto({"vary": VARY, "front": front}, beam=BEAM.replace(scales=6, ends="gripped", hold="bend"))

@@ -16,7 +16,7 @@ from squama.cli import flags, output
 from squama.cli.flags import flag, settled, whole
 from squama.cli.output import of
 from squama.io.files import label
-from squama.loads import LOADS, model
+from squama.loads import LOADS, ending, model
 from squama.people import PITCH, figure
 from squama.units import for_people, number
 
@@ -307,7 +307,8 @@ def _front_summary(front: xr.Dataset) -> output.Summary:
         spans.append(f"{name} {figure(low)} to {figure(high, unit)}")
         at = f" ({front[name].attrs['at']})" if "at" in front[name].attrs else ""
         figures.append((name, f"{front[name].attrs['long_name']}{at}"))
-    figures.append(("model", f"{model(front.attrs)}; endless beam{held}"))
+    which = f"their own scales {ending(front.attrs['ends'])}" if "ends" in front.attrs else "endless beam"
+    figures.append(("model", f"{model(front.attrs)}; {which}{held}"))
     verdict = f"{front.sizes['design']} designs; {', '.join(spans)}"
     return output.Summary(verdict, figures, [_designs(front, FEW, names)], (), _whole(front))
 

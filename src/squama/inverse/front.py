@@ -23,9 +23,9 @@ from squama.inverse.space import built
 from squama.inverse.target import Target, read_target
 from squama.inverse.targetfile import Context, Table, twist
 from squama.io.tabular import guess
-from squama.loads import ENDLESS, STRAIGHT
+from squama.loads import ENDLESS, FREE, STRAIGHT
 from squama.model.outcome import named
-from squama.progress import work
+from squama.progress import steps, work
 from squama.study.columns import Cells, valid
 from squama.study.compliant_columns import ENDS
 from squama.study.parameters import ALIASES, PARAMETERS
@@ -69,7 +69,8 @@ def pareto(
 ) -> xr.Dataset:
     """Find the beams of which none is better in one objective without being worse in another.
 
-    Figures are those of endless beams, whatever the number of scales.
+    The search takes beams as endless. Those with a number of scales are then judged by all of their scales, and the
+    front is of the designs that remain undominated.
 
     Parameters
     ----------
@@ -86,8 +87,9 @@ def pareto(
     Returns
     -------
     xarray.Dataset
-        Dimension ``design``, sorted by the first objective: the objectives, the varied dimensions (SI, named
-        ``scale.length`` ...), ``end`` and the twist ``rate_end`` there. Every design is a beam that keeps all limits,
+        Dimension ``design``, sorted by the first objective: the objectives, for beams with a number of scales also
+        those of the endless beams (``torque_endless`` ...), the varied dimensions (SI, named ``scale.length`` ...),
+        ``end`` and the twist ``rate_end`` there, of the endless beams. Every design is a beam that keeps all limits,
         has all figures, and whose plates meet nowhere else before; beams on compliant joints are rounded to dimensions
         that can be made and obey the rules of printer files. Attributes hold the starting beam.
 
@@ -123,13 +125,16 @@ def pareto(
     context = Context(start.pitches, load, bare=not target.source, joint=target.options.joint)
     chosen = read_settings(table, context, target.source)
     trade = Trade(target, chosen)
-    y, values = search(trade, chosen)
+    if target.own:
+        # ends that the beam cannot have are refused before the search
+        joint_figures.followed(start, [Want("engagement")], target.options)
+    y, values, endless = search(trade, chosen)
     if not len(y):
         tried = chosen.population * chosen.generations
         reason = f"none of {tried} beams within the bounds has all these figures and keeps all limits"
         remedy = f"widen the bounds, ease the limits, or raise population; {trade.in_the_way()}"
         refuse("front", "", reason, remedy, target.source)
-    return _dataset(target, chosen, y, values)
+    return _dataset(target, chosen, y, values, endless)
 
 
 class Objective(NamedTuple):
@@ -273,14 +278,28 @@ class Trade:
         worst = sorted((name for name in shares if shares[name]), key=lambda name: -shares[name])[:NAMED]
         return f"most often missed: {', '.join(f'{name} ({shares[name]:.0%})' for name in worst)}"
 
-    def made(self, y: Array) -> tuple[Array, Array]:
-        """Return the rounded beams that can be made and remain on a front: points (n, m) and objectives (n, k)."""
+    def made(self, y: Array) -> tuple[Array, Array, Array]:
+        """Return the rounded beams that can be made and remain on a front.
+
+        Points (n, m), objectives (n, k) of the beams' own scales, and of endless beams.
+        """
         y = np.unique(self.space.nearest(y), axis=0)
         values, violation = self.evaluate(y, plates=True)[:2]
         kept = np.flatnonzero(violation <= 0)
         kept = kept[[self._sound(y[i], values[i]) for i in kept.tolist()]] if kept.size else kept
-        kept = kept[undominated(self.costs(values[kept]))]
-        return y[kept], values[kept]
+        endless = values[kept]
+        own = np.array([self._own(y[i]) for i in steps(kept.tolist(), kept.size, "designs with their own scales")])
+        found = own.reshape(endless.shape) if self.target.own else endless
+        kept, found, endless = (v[np.isfinite(found).all(axis=1)] for v in (kept, found, endless))
+        stay = undominated(self.costs(found))
+        return y[kept[stay]], found[stay], endless[stay]
+
+    def _own(self, y: Array) -> list[float]:
+        """Return the objectives of a beam with its own number of scales and ends; none without a number."""
+        if not self.target.own:
+            return []
+        wants = [o.want for o in self.chosen.objectives]
+        return joint_figures.followed(self.space.beam_of(y), wants, self.target.options)[0]
 
     def _sound(self, y: Array, values: Array) -> bool:
         beam, wants = self.space.beam_of(y), [o.want for o in self.chosen.objectives]
@@ -290,8 +309,11 @@ class Trade:
         return bool(np.allclose(again, values, rtol=AGREES))
 
 
-def search(trade: Trade, chosen: Settings) -> tuple[Array, Array]:
-    """Return points (n, m) and objectives (n, k) of the front, at most as many as the population."""
+def search(trade: Trade, chosen: Settings) -> tuple[Array, Array, Array]:
+    """Return points (n, m) and objectives (n, k) of the front, at most as many as the population.
+
+    The objectives are those of the beams' own scales, then those of endless beams.
+    """
     from pymoo.algorithms.moo.nsga2 import NSGA2
     from pymoo.core.problem import Problem
     from pymoo.optimize import minimize
@@ -316,7 +338,7 @@ def search(trade: Trade, chosen: Settings) -> tuple[Array, Array]:
         minimize(problem, algorithm, ("n_eval", most), seed=chosen.seed, verbose=False)
     y, costs, values = trade.best
     keep = spread(costs, chosen.population)
-    return trade.made(y[keep]) if trade.target.compliant else (y[keep], values[keep])
+    return trade.made(y[keep]) if trade.target.compliant else (y[keep], values[keep], values[keep])
 
 
 def undominated(costs: Array) -> NDArray[np.int64]:
@@ -337,18 +359,21 @@ def spread(costs: Array, most: int) -> NDArray[np.int64]:
     return left
 
 
-def _dataset(target: Target, chosen: Settings, y: Array, values: Array) -> xr.Dataset:
+def _dataset(target: Target, chosen: Settings, y: Array, values: Array, endless: Array) -> xr.Dataset:
     import xarray as xr
 
     order, space = np.argsort(values[:, 0], kind="stable"), target.space
-    y, values = y[order], values[order]
+    y, values, endless = y[order], values[order], endless[order]
     seen = Trade(target, chosen).evaluate(y, plates=True)
     c, found = seen.cells, seen.found
     variables: dict[str, object] = {}
-    for o, column in zip(chosen.objectives, values.T, strict=True):
+    for o, column, other in zip(chosen.objectives, values.T, endless.T, strict=True):
         unit, words = OBJECTIVES[target.options.joint][o.name]
-        about: dict[str, object] = {"units": unit, "long_name": words, "objective": WAYS[o.sense]}
-        variables[o.name] = ("design", column, about | ({"at": chosen.given} if o.want.at else {}))
+        about: dict[str, object] = {"units": unit, "long_name": words, **({"at": chosen.given} if o.want.at else {})}
+        variables[o.name] = ("design", column, about | {"objective": WAYS[o.sense]})
+        if target.own:
+            about["long_name"] = f"{words} (endless beam)"
+            variables[f"{o.name}_endless"] = ("design", other, about)
     for v in space.variables:
         about = PARAMETERS[v.key].symbol.attrs | {"low": v.low, "high": v.high}
         variables[v.name] = ("design", [v.rounded(x) for x in space.values(y)[v.key].tolist()], about)
@@ -367,6 +392,7 @@ def _dataset(target: Target, chosen: Settings, y: Array, values: Array) -> xr.Da
         "joint": target.options.joint,
         "hold": space.beam.holding if target.compliant else STRAIGHT,
         "scales": idealisation(space.beam, target.options.joint, ideal=not target.compliant),
+        **({"ends": space.beam.ends or FREE} if target.own else {}),
         "objectives": [f"{WAYS[o.sense]} {o.name}" for o in chosen.objectives],
         **{name: getattr(chosen, name) for name in ("population", "generations", "seed")},
         "start": space.beam.to_toml(),
