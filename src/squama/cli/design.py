@@ -289,6 +289,12 @@ def _objectives(front: xr.Dataset) -> list[str]:
     return [str(name) for name, v in front.data_vars.items() if "objective" in v.attrs]
 
 
+def _figures_of(front: xr.Dataset) -> list[str]:
+    """Return the names of the objectives, each before that of the endless beam where it is told."""
+    both = (name for one in _objectives(front) for name in (one, f"{one}_endless"))
+    return [name for name in both if name in front]
+
+
 def _front(front: xr.Dataset) -> dict[str, object]:
     return {
         **{str(name): value for name, value in front.attrs.items()},
@@ -310,7 +316,7 @@ def _front_summary(front: xr.Dataset) -> output.Summary:
     which = f"their own scales {ending(front.attrs['ends'])}" if "ends" in front.attrs else "endless beam"
     figures.append(("model", f"{model(front.attrs)}; {which}{held}"))
     verdict = f"{front.sizes['design']} designs; {', '.join(spans)}"
-    return output.Summary(verdict, figures, [_designs(front, FEW, names)], (), _whole(front))
+    return output.Summary(verdict, figures, [_designs(front, FEW, _figures_of(front))], (), _whole(front))
 
 
 def _people(front: xr.Dataset, name: str) -> tuple[float, str]:
@@ -345,4 +351,4 @@ def _whole(front: xr.Dataset) -> Iterable[str | Table]:
     names = [str(name) for name in front.data_vars]
     dimensions = [name for name in names if "low" in front[name].attrs]
     words = [name for name in names if name.startswith("chosen.")]
-    yield _designs(front, 4 * FEW, [*_objectives(front), *dimensions, *words])
+    yield _designs(front, 4 * FEW, [*_figures_of(front), *dimensions, *words])
