@@ -14,7 +14,7 @@ from squama.cli import main
 from squama.fabrication import refuse
 from squama.fabrication.kinds import PARTS
 from squama.fabrication.plan import plan
-from squama.inverse.limits import known_rooms, printed_rooms, refused
+from squama.inverse.limits import WITHIN, known_rooms, printed_rooms, refused
 from squama.inverse.named_figures import flat
 from squama.inverse.residuals import Residuals
 from squama.inverse.search import rounded
@@ -232,6 +232,20 @@ def test_rooms_agree_with_what_the_printer_files_and_the_law_refuse():
         assert takes[i] == (not law.outside(shape(beam)))
         seen["takes"] += bool(takes[i])
     assert min(seen.values()) > 5
+
+
+def test_searches_stay_within_the_law_but_never_leave_their_start():
+    values = {"alpha": np.radians([40.0, 73.5, 74.9])}
+    c = flat(columns(BEAM, values), 3)
+    rooms = known_rooms(c)
+    (name,) = (name for name in rooms if name.startswith("the law's scale.alpha <="))
+    assert (rooms[name] > 0).all()
+    inner, edge = (flat(columns(BEAM, {"alpha": np.radians([a])}), 1) for a in (40.0, 74.9))
+    # of 75 deg two are kept for tolerances of making
+    np.testing.assert_allclose(rooms[name] - known_rooms(c, inner)[name], WITHIN)
+    assert list(known_rooms(c, inner)[name] > 0) == [True, False, False]
+    # a start that is nearer stays inside
+    assert (known_rooms(edge, edge)[name] > 0).all()
 
 
 @pytest.mark.slow

@@ -21,10 +21,14 @@ from squama.inverse.named_figures import OF_LOCKS
 from squama.inverse.target import Target
 from squama.joints import law
 from squama.joints.choice import impossible, known, said, shape
-from squama.loads import ENDLESS, LOADS, NOTHING, holds
+from squama.loads import COUPLE, ENDLESS, GRIPPED, LOADS, NOTHING, holds
 
 OF_BOW = ("torque", "tangent", "stiffness_ratio")
 """Figures at a twist that are computed for a beam that is free to bow."""
+
+
+_HELD = {GRIPPED: "between grips", COUPLE: "under a couple"}
+"""How ends hold a beam that is not held straight, in words."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +61,9 @@ def found_by(target: Target, beam: Beam) -> str:
     """Return the beam behind a design's figures as text: "(10 scales, free to bow)", "on hinges (endless, ...)"."""
     load = LOADS[target.space.load]
     straight = not target.compliant or holds(target.space.beam.holding, load)
-    ends = f"{beam.scales} scales" if target.own else ENDLESS
-    place = f"({ends}, {'held straight' if straight else 'free to bow'})" if load.sided else f"({ends})"
+    many = f"{beam.scales} scales" if target.own else ENDLESS
+    held = "held straight" if straight else _HELD.get(beam.ends or "", "free to bow") if target.own else "free to bow"
+    place = f"({many}, {held})" if load.sided else f"({many})"
     return place if target.compliant else f"on hinges {place}"
 
 

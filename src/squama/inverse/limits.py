@@ -24,6 +24,8 @@ from squama.study.columns import Cells
 from squama.types import Array
 from squama.units import Bounds, Dimension
 
+WITHIN = 0.03
+"""How far a design stays from the ends of the law of the joint, as a share of its range: for tolerances of making."""
 _LENGTH = Bounds(0.0, 1e6, "0 or more, up to 1000 km", closed=True)
 
 
@@ -163,11 +165,17 @@ def rooms(s: Sizes, limits: Mapping[str, float], laws: Sequence[str]) -> dict[st
     return found
 
 
-def known_rooms(c: Cells) -> dict[str, Array]:
-    """Return the room to the range of the law of compliant joints with thick scales, by name."""
+def known_rooms(c: Cells, start: Cells | None = None) -> dict[str, Array]:
+    """Return the room to the range of the law of compliant joints with thick scales, by name.
+
+    Designs of a search stay :data:`WITHIN` the range, or by half of what the ``start`` of the search does.
+    """
     scale, bar = c.sizes["scale"], c.sizes["substrate"]
     over = bar["width"] / c.d, c.lam, scale["embedded"] / c.d, c.beta, scale["thickness"] / c.d
-    return law.rooms(law.Shape(*over, c.alpha, c.theta0, bar["poisson_ratio"]))
+    rooms = law.rooms(law.Shape(*over, c.alpha, c.theta0, bar["poisson_ratio"]))
+    if start is None:
+        return rooms
+    return {name: rooms[name] - np.clip(room / 2, 0.0, WITHIN) for name, room in known_rooms(start).items()}
 
 
 def printed_rooms(c: Cells, sizes: Plan) -> dict[str, Array]:

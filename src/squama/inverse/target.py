@@ -82,7 +82,7 @@ class Target(NamedTuple):
         """Return the room to every limit, to the range of the joint's law, and to the rules of printing, by name."""
         found = rooms(s, self.limits, self.laws)
         if self.compliant and self.space.beam.joint.matrix is None:
-            found |= known_rooms(c)
+            found |= known_rooms(c, self.space.cells(self.space.start[None]))
         if self.printer is not None:
             # two scales: a slot and its neighbour
             found |= printed_rooms(c, plan(self.space.beam, 2, self.printer))
