@@ -285,7 +285,7 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("identify/records.py", "last = max(int(held[0]) - 1, 0) if held.size else 0"): {"- -> +": _BEGINS},
     ("identify/decay_fit.py", "if len(turned) > 1:"): {"1 -> 2": "in two periods it turns four times"},
     ("identify/decay_fit.py", '_STEP = {"hinge": 1e-5, "compliant": 3e-3}'): {"*": _TUNING},
-    ("identify/decay_fit.py", '_STILL = {"hinge": 1e-8, "compliant": 1e-6}'): {"*": _TUNING},
+    ("identify/decay_fit.py", '_STILL, _BEGIN = {"hinge": 1e-8, "compliant": 1e-6}, 1e-3'): {"*": _TUNING},
     ("identify/decay_fit.py", "_STARTS = (0.4, 2.5)"): {"*": _TUNING},
     ("identify/decay_fit.py", '"start": (t[record.turns[0]] - record.start) / math.pi,'): {
         "0 -> 1": "sizes that parameters are measured over",

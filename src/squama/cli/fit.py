@@ -18,7 +18,7 @@ from squama.cli.load import read as read_part
 from squama.errors import Problems, refuse
 from squama.io.files import label
 from squama.io.numerals import DecimalName
-from squama.loads import LOADS, TESTS, model
+from squama.loads import ENDLESS, LOADS, TESTS, ending, model
 from squama.units import is_number, shown
 
 if TYPE_CHECKING:
@@ -293,7 +293,9 @@ def _summary(found: Fit | DecayFit, file: str, predicted: list[str]) -> output.S
 
     verdict, full = ", ".join(found.lines), [*found.described(), *found.more]
     if isinstance(found, DecayFit):
-        words = f"{model(found.attrs)}; {found.attrs['load']}, {found.mode}; a decay (time, no torque)"
+        ends = found.attrs["ends"]
+        many = "endless beam" if ends == ENDLESS else f"{found.beam.scales} scales {ending(ends)}"
+        words = f"{model(found.attrs)}; {many}; {found.attrs['load']}, {found.mode}; a decay (time, no torque)"
         return output.Summary(verdict, [*found.sizes, ("beam", file), ("model", words)], predicted, (), full)
     kind = TESTS[found.load].model(found.law, found.joint, found.scales)
     figures = [*found.sizes, ("beam", file), ("model", f"{kind}; {found.fitted_as}; {found.load}")]

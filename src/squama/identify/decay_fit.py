@@ -6,9 +6,8 @@ Every point of the record is compared with the motion of a trial beam (:mod:`squ
     y(t) = y_0 + Y\bigl(2\pi f_0 (t - t_0)\bigr), \qquad
     \ddot Y + 2\zeta\dot Y + Y + q(Y, \mathrm{sign}\,\dot Y) = 0, \quad Y(0) = A, \quad \dot Y(0) = 0
 
-with the branches q of the beam. The frequency f_0 of the bar without contact, the first turning point A, its time t_0
-and the zero y_0 of the reading are found, too, so the swinging mass need not be known. The search starts on the first
-swings: a small error of f_0 shifts the phase of later ones.
+with the branches q of the beam. f_0 of the bar without contact, the first turning point A, its time t_0 and the zero
+y_0 of the reading are found, too. The search starts on the first swings: a small error of f_0 shifts later ones.
 """
 
 from __future__ import annotations
@@ -35,7 +34,7 @@ from squama.identify.estimated import Estimated, of
 from squama.identify.records import Swings
 from squama.identify.unknowns import PARAMETERS, Parameter, ask, named
 from squama.io.columns import TIME
-from squama.loads import MODES, EndsName, JointName, LawName, LoadName, ModeName
+from squama.loads import ENDLESS, MODES, EndsName, JointName, LawName, LoadName, ModeName
 from squama.people import per_pitch
 from squama.types import Array
 from squama.units import Dimension
@@ -64,14 +63,14 @@ _TURNS = (4, 16)
 """Numbers of turning points up to which the search goes first."""
 _STEP = {"hinge": 1e-5, "compliant": 3e-3}
 """Steps of the differences over the sizes of the parameters: motions of thick scales are known to some 1e-6."""
-_STILL = {"hinge": 1e-8, "compliant": 1e-6}
-"""Relative change of the sum of squares, and of the parameters, below which the search ends."""
+_STILL, _BEGIN = {"hinge": 1e-8, "compliant": 1e-6}, 1e-3
+"""Relative change of the sum of squares, and of the parameters, below which the search ends, and its first parts."""
 _STARTS = (0.4, 2.5)
 """Friction of further starts, over that of the beam."""
 _AGAIN, _MISSES = 1.15, 1.5
 """Residual over the noise of a point above which other starts are tried, and above which a note reports misfit."""
-_ROUNDING = 1e-6
-"""Residuals over the first turning point that count as rounding."""
+_ROUNDING = {True: 1e-6, False: 1e-4}
+"""Residuals over the first turning point that count as rounding: of endless beams, of interpolated unloading."""
 _FARTHER = 1.1  # branches of a trial beam are followed to one of the angles with this ratio, whatever its release
 _sides = functools.lru_cache(maxsize=16)(systems.sides)
 
@@ -332,39 +331,39 @@ class _Try(NamedTuple):
 
 
 class _Search(NamedTuple):
-    """A search: trial beams, sizes and limits of the parameters, the record."""
+    """A search: trial beams, sizes and limits of the parameters, the record, residuals that count as rounding."""
 
     trials: Trials
     sizes: Array
     limits: tuple[Array, Array]
     record: Swings
+    rounding: float
 
     def descend(self, p: Array, n: int) -> _Try:
         """Return the least squares over the first n points, from the start ``p``."""
         from scipy.optimize import least_squares
 
         t, y, sizes, limits = self.record.t[:n], self.record.y[:n], self.sizes, self.limits
-        unit, joint = abs(self.record.release), self.trials.model.joint
-        # one-sided derivatives suffice for the search, but not for the errors of parameters that resemble each other
-        central = joint == "compliant" and n == self.record.t.size
+        unit, joint, last = abs(self.record.release), self.trials.model.joint, n == self.record.t.size
+        still, most = (_STILL[joint], 40) if last else (_BEGIN, 12)
 
         def residuals(u: Array) -> Array:
             return (self.trials.reading(u * sizes, t)[0] - y) / unit
 
         def slope(u: Array) -> Array:
-            return self.trials.derivatives(u * sizes, t, sizes, limits, central=central) / unit
+            # one-sided derivatives suffice to begin with, but not for parameters that resemble each other
+            return self.trials.derivatives(u * sizes, t, sizes, limits, central=last and joint == "compliant") / unit
 
         low, high = (limit / sizes for limit in limits)
-        start, still = np.clip(p / sizes, low + 1e-9, high - 1e-9), _STILL[joint]
-        fit = least_squares(residuals, start, slope, bounds=(low, high), max_nfev=40, ftol=still, xtol=still)
+        start = np.clip(p / sizes, low + 1e-9, high - 1e-9)
+        fit = least_squares(residuals, start, slope, bounds=(low, high), max_nfev=most, ftol=still, xtol=still)
         return _Try(fit.x * sizes, np.asarray(fit.jac) * unit, 2 * float(fit.cost) * unit**2, bool(fit.success))
 
     def quiet(self, tried: _Try, n: int) -> bool:
-        """Return whether a search over the first n points converged with residuals of the size of the noise."""
+        """Return whether a search over the first n points left residuals like noise and, over all points, ended."""
         residual = self.record.y[:n] - self.trials.reading(tried.p, self.record.t[:n])[0]
-        least = noise.scatter(residual, np.zeros(n))
-        rms = math.sqrt(float(residual @ residual) / n)
-        return tried.ended and rms < max(_AGAIN * least, _ROUNDING * abs(self.record.release))
+        least, rms = noise.scatter(residual, np.zeros(n)), math.sqrt(float(residual @ residual) / n)
+        return (tried.ended or n < self.record.t.size) and rms < max(_AGAIN * least, self.rounding)
 
     def best(self, p: Array) -> _Try:
         """Return the best search of several starts; the others are tried only where residuals exceed the noise."""
@@ -416,7 +415,8 @@ def _found(
         "start": (t[record.turns[0]] - record.start) / math.pi,
     }
     sizes = np.array([own.get(row.name, value) for row, value in zip(rows, p, strict=True)])
-    tried = _Search(trials, sizes, limits, record).best(p)
+    rounding = _ROUNDING[trials.model.ends == ENDLESS] * abs(record.release)
+    tried = _Search(trials, sizes, limits, record, rounding).best(p)
     p, fitted = tried.p, trials.reading(tried.p, t)[0]
     residual = y - fitted
     sigma, least = math.sqrt(float(residual @ residual) / (t.size - p.size)), noise.scatter(residual, np.zeros(t.size))
@@ -429,9 +429,9 @@ def _found(
     notes = [f"{names[i]} is at its bound: errors are as without bounds" for i in np.flatnonzero(at_bound)]
     if not tried.ended:
         notes.append("the search did not come to an end: take the estimates as a start")
-    elif sigma > max(_MISSES * least, _ROUNDING * abs(record.release)):
-        larger = f"{sigma / least:.1f} times the noise of a point"
-        notes.append(f"residuals are {larger}: the noise is slow, or the model misses something")
+    elif sigma > max(_MISSES * least, rounding):
+        more = f"residuals are {sigma / least:.1f} times the noise of a point"
+        notes.append(f"{more}: the noise is slow, or the model misses something")
     notes += systems.notes(beam, trials.model, None, float(y.min()), float(y.max()))
     estimated = (rows, p, covariance, t, y, fitted, least, at_bound, tuple(notes))
     return DecayFit(beam, trials.beam, trials.model, trials.mode, *estimated)
