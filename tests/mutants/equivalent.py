@@ -287,7 +287,11 @@ EQUIVALENT: dict[tuple[str, str], dict[str, str]] = {
     ("identify/decay_fit.py", '_STEP = {"hinge": 1e-5, "compliant": 3e-3}'): {"*": _TUNING},
     ("identify/decay_fit.py", '_STILL, _BEGIN = {"hinge": 1e-8, "compliant": 1e-6}, 1e-3'): {"*": _TUNING},
     ("identify/decay_fit.py", "_STARTS = (0.4, 2.5)"): {"*": _TUNING},
-    ("identify/decay_fit.py", '"start": (t[record.turns[0]] - record.start) / math.pi,'): {
+    (
+        "identify/decay_fit.py",
+        'own |= {"twist_zero": own["release"] * trials.beam.pitches, '
+        '"start": (t[record.turns[0]] - record.start) / math.pi}',
+    ): {
         "0 -> 1": "sizes that parameters are measured over",
     },
     ("contacts/changes.py", "return bool(w.W.told[c, N_].real < -conditions.MISSED_PULL / 2)"): {"/ -> *": _ROUNDING},

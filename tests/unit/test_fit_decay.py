@@ -13,7 +13,7 @@ from scipy.interpolate import CubicHermiteSpline
 import squama
 from squama.cli import main
 from squama.dynamics import systems
-from squama.identify import decay_fit, noise
+from squama.identify import decay_fit, estimate, noise
 from squama.loads import LOADS
 
 BEAM = squama.Beam.from_ratios(youngs_modulus="2 MPa", mu=0.3)
@@ -121,6 +121,13 @@ def test_a_beam_with_a_number_of_scales_has_all_of_them():
     # its moment at the same twist is far larger
     assert endless.rms > 1e3 * f.rms
     assert any("the model misses something" in note for note in endless.notes)
+
+
+def test_parameters_that_make_up_for_each_other_are_told():
+    names, C = ("mu", "K_theta", "damping"), np.diag([4.0, 9.0, 1.0])
+    assert not estimate.hardly_separable(names, C)
+    C[0, 1] = C[1, 0] = -0.97 * 6
+    assert estimate.hardly_separable(names, C) == [("mu", "K_theta", pytest.approx(-0.97))]
 
 
 def test_below_engagement_only_the_material_is_found():

@@ -71,7 +71,7 @@ _AGAIN, _MISSES = 1.15, 1.5
 """Residual over the noise of a point above which other starts are tried, and above which a note reports misfit."""
 _ROUNDING = {True: 1e-6, False: 1e-4}
 """Residuals over the first turning point that count as rounding: of endless beams, of interpolated unloading."""
-_FARTHER = 1.1  # branches of a trial beam are followed to one of the angles with this ratio, whatever its release
+_FARTHER = 1.1  # ratio of the angles to one of which branches are followed, whatever the release
 _sides = functools.lru_cache(maxsize=16)(systems.sides)
 
 
@@ -407,13 +407,9 @@ class _Search(NamedTuple):
 def _found(
     trials: Trials, rows: tuple[Parameter, ...], p: Array, limits: tuple[Array, Array], record: Swings
 ) -> DecayFit:
-    t, y = record.t, record.y
-    low, high = limits
+    t, y, (low, high) = record.t, record.y, limits
     own = {"mu": 0.1, "damping": 0.01, "theta0": 0.1, "release": abs(record.release)}
-    own |= {
-        "twist_zero": abs(record.release) * trials.beam.pitches,
-        "start": (t[record.turns[0]] - record.start) / math.pi,
-    }
+    own |= {"twist_zero": own["release"] * trials.beam.pitches, "start": (t[record.turns[0]] - record.start) / math.pi}
     sizes = np.array([own.get(row.name, value) for row, value in zip(rows, p, strict=True)])
     rounding = _ROUNDING[trials.model.ends == ENDLESS] * abs(record.release)
     tried = _Search(trials, sizes, limits, record, rounding).best(p)
@@ -432,6 +428,8 @@ def _found(
     elif sigma > max(_MISSES * least, rounding):
         more = f"residuals are {sigma / least:.1f} times the noise of a point"
         notes.append(f"{more}: the noise is slow, or the model misses something")
+    hard = [pair for pair in estimate.hardly_separable(names, covariance) if {*pair[:2]} <= {*CONTACT}]
+    notes += [f"{a} and {b} are hardly separable by this record (correlation {c:+.3f})" for a, b, c in hard]
     notes += systems.notes(beam, trials.model, None, float(y.min()), float(y.max()))
     estimated = (rows, p, covariance, t, y, fitted, least, at_bound, tuple(notes))
     return DecayFit(beam, trials.beam, trials.model, trials.mode, *estimated)

@@ -7,6 +7,7 @@ estimates, gives the covariance of the parameters, also with points that are not
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -226,6 +227,15 @@ def covariance(jacobian: Array, noise: float, names: tuple[str, ...]) -> Array:
         refuse(" and ".join(one), "", "these points do not tell them apart", "find fewer of them")
     half = vt.T / s
     return np.asarray(noise**2 * (half @ half.T / np.outer(norm, norm)))
+
+
+def hardly_separable(names: Sequence[str], covariance: Array) -> list[tuple[str, str, float]]:
+    """Return pairs of parameters of which a change of one is made up for by the other, with their correlations."""
+    errors = np.sqrt(np.diag(covariance))
+    correlation = covariance / np.outer(errors, errors)
+    pairs = itertools.combinations(range(len(names)), 2)
+    every = [(names[i], names[j], float(correlation[i, j])) for i, j in pairs]
+    return [pair for pair in every if abs(pair[2]) > HARDLY]
 
 
 class Remedy(NamedTuple):

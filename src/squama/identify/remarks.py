@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 
 import numpy as np
@@ -142,8 +141,7 @@ def notes(fit: Fit, senses: Senses | None) -> list[str]:
         nearer = low if value - low < high - value else high
         out.append(f"{fit.parameters[i]} is at its bound {nearer:.6g}: errors are as without bounds")
     asked = [i for i, name in enumerate(fit.parameters) if name not in fit.added]
-    pairs = [(fit.parameters[i], fit.parameters[j], fit.correlation[i, j]) for i, j in itertools.combinations(asked, 2)]
-    hard = [(a, b, float(c)) for a, b, c in pairs if abs(c) > estimate.HARDLY]
+    hard = estimate.hardly_separable([fit.parameters[i] for i in asked], fit.correlation[np.ix_(asked, asked)])
     for a, b, c in hard:
         how = f"correlation {c:+.3f}, condition of the scaled derivatives {fit.condition:.3g}"
         pair = f"{a} and {b} are hardly separable by these points ({how})"
