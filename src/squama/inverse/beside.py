@@ -21,14 +21,10 @@ from squama.inverse.named_figures import OF_LOCKS
 from squama.inverse.target import Target
 from squama.joints import law
 from squama.joints.choice import impossible, known, said, shape
-from squama.loads import COUPLE, ENDLESS, GRIPPED, LOADS, NOTHING, holds
+from squama.loads import COUPLE, ENDLESS, GRIPPED, LOADS, NOTHING, ending, holds
 
 OF_BOW = ("torque", "tangent", "stiffness_ratio")
 """Figures at a twist that are computed for a beam that is free to bow."""
-
-
-_HELD = {GRIPPED: "between grips", COUPLE: "under a couple"}
-"""How ends hold a beam that is not held straight, in words."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +58,8 @@ def found_by(target: Target, beam: Beam) -> str:
     load = LOADS[target.space.load]
     straight = not target.compliant or holds(target.space.beam.holding, load)
     many = f"{beam.scales} scales" if target.own else ENDLESS
-    held = "held straight" if straight else _HELD.get(beam.ends or "", "free to bow") if target.own else "free to bow"
+    by_ends = ending(beam.ends) if target.own and beam.ends in (GRIPPED, COUPLE) else "free to bow"
+    held = "held straight" if straight else by_ends
     place = f"({many}, {held})" if load.sided else f"({many})"
     return place if target.compliant else f"on hinges {place}"
 

@@ -1,9 +1,9 @@
 """Finite elements of a design: its own scales, or a pitch of an endless beam held straight, beside the model.
 
 All scales are under a couple, or between grips where the design has them. Elements of a coarse mesh are too stiff, and
-their bar has plain ends, by which a row under a couple bows farther. So
-the model is also followed with the joint stiffness of the same mesh and with these ends. The goals are told by elements
-times the model's figure of the design over that.
+their bar has plain ends, by which a row under a couple bows farther. So the model is also followed with the joint
+stiffness of the same mesh and with these ends. The goals are told by elements times the model's figure of the design
+over that.
 """
 
 from __future__ import annotations

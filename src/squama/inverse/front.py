@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -15,7 +17,7 @@ from squama._version import __version__
 from squama.beam.design import Beam
 from squama.beam.faces import only_one
 from squama.curves.chosen import idealisation
-from squama.errors import Problems, refuse
+from squama.errors import InputError, Problems, refuse
 from squama.inverse import joint_figures, limits
 from squama.inverse.named_figures import AT_TWIST, OF_BEAM, OF_LOCKS, At, Found, Want
 from squama.inverse.search import sobol
@@ -295,11 +297,16 @@ class Trade:
         return y[kept[stay]], found[stay], endless[stay]
 
     def _own(self, y: Array) -> list[float]:
-        """Return the objectives of a beam with its own number of scales and ends; none without a number."""
+        """Return the objectives of a beam with its own number of scales and ends; none without a number.
+
+        NaN where the model refuses them, as more scales than it follows between grips.
+        """
         if not self.target.own:
             return []
         wants = [o.want for o in self.chosen.objectives]
-        return joint_figures.followed(self.space.beam_of(y), wants, self.target.options)[0]
+        with suppress(InputError):
+            return joint_figures.followed(self.space.beam_of(y), wants, self.target.options)[0]
+        return [math.nan] * len(wants)
 
     def _sound(self, y: Array, values: Array) -> bool:
         beam, wants = self.space.beam_of(y), [o.want for o in self.chosen.objectives]
