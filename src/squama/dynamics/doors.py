@@ -65,7 +65,7 @@ class Swinging(NamedTuple):
         by_dim = {**by_dim, (): {**engaged, **own, **by_dim[()]}}
         said: dict[str, float | str] = {"mode": self.mode, "inertia": self.bar.inertia}
         if self.model.ends != ENDLESS:
-            said["ends"] = self.model.ends_in(self.mode)
+            said["ends"] = self.model.held_in(self.mode)
         if not (load.sided or MODELS[self.model.joint].straight):
             said["neutral"] = self.beam.given.line
         title = f"{title} of a scale-covered beam in {load.name}"

@@ -44,7 +44,7 @@ class Model(NamedTuple):
     ideal: bool
     ends: str = ENDLESS
 
-    def ends_in(self, mode: str) -> str:
+    def held_in(self, mode: str) -> str:
         """Return the word for the ends in a mode, which holds them itself."""
         return self.ends if self.ends == ENDLESS or mode == UNIFORM else mode
 

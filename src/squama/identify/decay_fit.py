@@ -178,7 +178,7 @@ class DecayFit(Estimated):
             "joint": model.joint,
             "scales": idealisation(self.beam, model.joint, ideal=model.ideal),
             "mode": self.mode,
-            "ends": model.ends_in(self.mode),
+            "ends": model.held_in(self.mode),
             **({"faces": self.beam.faces} if self.beam.other else {}),
         }
 
