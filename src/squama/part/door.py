@@ -85,8 +85,9 @@ def load(
         z). The points have as coordinates the ``share`` of the load and the ``travel`` of its place (``turn`` of a
         torque). Along them are the load ``F`` (``moment``); at the same travel that without contact, ``F_bare``, and
         that of a part whose cells each have the law of an endless beam, ``F_periodic``; ``root_force`` and
-        ``root_moment``, energies and frictional work; of sections ``x_axis``, ``y_axis``, ``z_axis`` and their axes ``frame``; of scales what
-        :func:`squama.row` tells. ``share_e``, ``end``, ``other_contact`` and ``energy_error``. SI units and radians.
+        ``root_moment``, energies and frictional work; of sections ``x_axis``, ``y_axis``, ``z_axis`` and their axes
+        ``frame``; of scales what :func:`squama.row` tells. ``share_e``, ``end``, ``other_contact`` and
+        ``energy_error``. SI units and radians.
 
     Raises
     ------
